@@ -1,0 +1,1 @@
+//! Environment maps: pictures of everything around a point.

@@ -1,0 +1,98 @@
+//! What every expansion can do, whether its order is known at compile time or at run time.
+
+use crate::index::{band_range, order_of_slice};
+use crate::{Coefficient, Dir, Real};
+
+/// A function on the sphere, `f(s) = Σ_i f_i y_i(s)`, given by its coefficients in index order `i = l(l+1) + m`.
+///
+/// Implemented by [`Sh`](crate::Sh) (order known at compile time) and [`ShVec`](crate::ShVec) (at run time).
+pub trait Expansion<T: Coefficient>: Clone {
+    /// The coefficients, `n²` of them.
+    fn coefficients(&self) -> &[T];
+
+    /// The coefficients, to change.
+    fn coefficients_mut(&mut self) -> &mut [T];
+
+    /// The order `n`: the number of bands, one more than the highest band.
+    fn order(&self) -> usize {
+        order_of_slice(self.coefficients())
+    }
+
+    /// The `2l+1` coefficients of band `l`, `m` from `-l` to `l`.
+    ///
+    /// # Panics
+    /// If `l >= order`.
+    fn band(&self, l: usize) -> &[T] {
+        &self.coefficients()[band_range(l)]
+    }
+
+    /// The coefficients of band `l`, to change.
+    ///
+    /// # Panics
+    /// If `l >= order`.
+    fn band_mut(&mut self, l: usize) -> &mut [T] {
+        &mut self.coefficients_mut()[band_range(l)]
+    }
+
+    /// The integral over the sphere of the product of two functions, channel by channel.
+    ///
+    /// ```text
+    ///   ∫ f g ds = Σ_i f_i g_i
+    /// ```
+    ///
+    /// Where the orders differ, the missing coefficients of the shorter one are zero. Summed in `f64`.
+    fn dot(&self, other: &impl Expansion<T>) -> T {
+        dot(self.coefficients(), other.coefficients())
+    }
+
+    /// The value `f(s)` towards `s`, summed in `f64`.
+    fn eval(&self, s: Dir) -> T {
+        let mut sum = T::Wide::ZERO;
+        f64::with_shared_basis(self.order(), |basis| {
+            basis.for_each(s.to_array(), self.order(), |i, y| sum += self.coefficients()[i].widen().scale(y));
+        });
+        T::narrow(sum)
+    }
+
+    /// The values towards many directions, given as three slices of components, one value each in `out`.
+    ///
+    /// Computed in the coefficients' own precision, a block of directions at a time.
+    ///
+    /// # Panics
+    /// If the four slices differ in length.
+    fn eval_many_into(&self, x: &[T::Scalar], y: &[T::Scalar], z: &[T::Scalar], out: &mut [T]) {
+        T::Scalar::with_shared_basis(self.order(), |basis| {
+            basis.eval_expansion_into(self.coefficients(), [x, y, z], out);
+        });
+    }
+
+    /// The energy of every band, `Σ_m f_lm²`, channel by channel; it does not change under rotation.
+    fn band_energies(&self) -> Vec<T> {
+        (0..self.order()).map(|l| dot(self.band(l), self.band(l))).collect()
+    }
+
+    /// Multiplies every coefficient of band `l` by `factors[l]`; bands past the end of `factors` become zero.
+    fn scale_bands(&mut self, factors: &[f64]) {
+        for l in 0..self.order() {
+            let factor = T::Scalar::from_f64(factors.get(l).copied().unwrap_or(0.0));
+            for c in self.band_mut(l) {
+                *c = c.scale(factor);
+            }
+        }
+    }
+
+    /// The mean over the sphere, `f_00 / √(4π)`; zero for order 0.
+    fn mean(&self) -> T {
+        let y_00 = (4.0 * std::f64::consts::PI).sqrt().recip();
+        self.coefficients().first().map_or(T::ZERO, |c| T::narrow(c.widen().scale(y_00)))
+    }
+}
+
+/// `Σ_i a_i b_i` over the common length, in `f64`.
+fn dot<T: Coefficient>(a: &[T], b: &[T]) -> T {
+    let mut sum = T::Wide::ZERO;
+    for (a, b) in a.iter().zip(b) {
+        sum += a.widen() * b.widen();
+    }
+    T::narrow(sum)
+}

@@ -1,0 +1,30 @@
+//! Functions on the sphere: the real spherical-harmonic basis, expansions in it, and what lighting does with them.
+//!
+//! The conventions are those of Sloan, D3DX and DirectXMath: orthonormal, Condon-Shortley phase kept, flat index
+//! `i = l(l+1) + m`, order `n` = number of bands, z up. `CONVENTIONS.md` at the root of the repository shows them.
+
+mod basis;
+mod coefficient;
+mod dir;
+mod expansion;
+mod index;
+mod legendre;
+mod quadrature;
+mod real;
+mod rgb;
+mod sh;
+mod sh_vec;
+mod zonal;
+
+pub use basis::{Basis, eval_basis, eval_basis_into};
+pub use coefficient::Coefficient;
+pub use dir::Dir;
+pub use expansion::Expansion;
+pub use index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
+pub use legendre::{legendre, legendre_normalised};
+pub use quadrature::{SphereQuadrature, gauss_legendre};
+pub use real::Real;
+pub use rgb::Rgb;
+pub use sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
+pub use sh_vec::ShVec;
+pub use zonal::Zonal;

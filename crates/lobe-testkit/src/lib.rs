@@ -1,0 +1,11 @@
+//! For Lobe's tests only: directions over the whole sphere, golden values, statistics.
+//!
+//! It depends on no other crate of Lobe, so that every crate's tests can use it.
+
+mod directions;
+mod golden;
+mod random;
+
+pub use directions::{directions, fibonacci_sphere};
+pub use golden::{golden, golden_f64s};
+pub use random::Random;
