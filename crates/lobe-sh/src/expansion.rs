@@ -71,16 +71,6 @@ pub trait Expansion<T: Coefficient>: Clone {
         (0..self.order()).map(|l| dot(self.band(l), self.band(l))).collect()
     }
 
-    /// Multiplies every coefficient of band `l` by `factors[l]`; bands past the end of `factors` become zero.
-    fn scale_bands(&mut self, factors: &[f64]) {
-        for l in 0..self.order() {
-            let factor = T::Scalar::from_f64(factors.get(l).copied().unwrap_or(0.0));
-            for c in self.band_mut(l) {
-                *c = c.scale(factor);
-            }
-        }
-    }
-
     /// The mean over the sphere, `f_00 / √(4π)`; zero for order 0.
     fn mean(&self) -> T {
         let y_00 = (4.0 * std::f64::consts::PI).sqrt().recip();

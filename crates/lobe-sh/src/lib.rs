@@ -5,10 +5,14 @@
 
 mod basis;
 mod coefficient;
+mod convolve;
 mod dir;
 mod expansion;
 mod index;
+mod kernel;
 mod legendre;
+mod monte_carlo;
+mod project;
 mod quadrature;
 mod real;
 mod rgb;
@@ -18,10 +22,13 @@ mod zonal;
 
 pub use basis::{Basis, eval_basis, eval_basis_into};
 pub use coefficient::Coefficient;
+pub use convolve::{convolve_in_place, convolved};
 pub use dir::Dir;
 pub use expansion::Expansion;
 pub use index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
 pub use legendre::{legendre, legendre_normalised};
+pub use monte_carlo::{Estimate, MonteCarlo, Sampling, project_monte_carlo};
+pub use project::{Projection, project, project_to_accuracy};
 pub use quadrature::{SphereQuadrature, gauss_legendre};
 pub use real::Real;
 pub use rgb::Rgb;

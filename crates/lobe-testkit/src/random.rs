@@ -1,6 +1,6 @@
 //! Seeded random numbers for tests.
 
-/// A small deterministic generator (SplitMix64, Steele, Lea and Flood 2014).
+/// A small deterministic generator (`SplitMix64`, Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
 pub struct Random {
     state: u64,
