@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::index::{index, len, order_of_slice};
+use crate::index::{index, len, order_of, order_of_slice};
 use crate::{Coefficient, Dir, MAX_ORDER, Real};
 
 /// Directions handled together by the batched kernels: one AVX-512 register of `f32`, two of AVX2.
@@ -69,6 +69,21 @@ impl<S: Real> Basis<S> {
         self.order
     }
 
+    /// `P̄_m^m`.
+    pub(crate) fn diagonal(&self, m: usize) -> S {
+        self.diagonal[m]
+    }
+
+    /// `(a, b)` of the step to band `l > m` in column `m`.
+    pub(crate) fn recurrence(&self, m: usize, l: usize) -> (S, S) {
+        self.recurrence[self.column_start(m) + l - m - 1]
+    }
+
+    /// Where column `m` begins: after `m` columns of `order-1`, `order-2`, .. entries.
+    fn column_start(&self, m: usize) -> usize {
+        m * (2 * self.order - 1 - m) / 2
+    }
+
     /// The values of all basis functions towards the unit vector `s`, in index order. `out` has `n²` places.
     ///
     /// # Panics
@@ -87,9 +102,10 @@ impl<S: Real> Basis<S> {
         if count == 0 {
             return;
         }
-        let planes: Vec<()> = vec![(); out.len() / count];
-        let order = order_of_slice(&planes);
-        assert!(out.len() == count * planes.len(), "out must hold n² values for each of {count} directions");
+        let order = match order_of(out.len() / count) {
+            Some(order) if len(order) * count == out.len() => order,
+            _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
+        };
         for_each_block([x, y, z], |start, width, s| {
             self.for_each_in_block(s, order, |i, y| {
                 out[i * count + start..][..width].copy_from_slice(&y[..width]);
@@ -140,12 +156,10 @@ impl<S: Real> Basis<S> {
         assert!(order <= self.order, "this basis reaches order {}, not {order}", self.order);
         let mut cos = [S::ONE; W];
         let mut sin = [S::ZERO; W];
-        let mut column = 0;
         for m in 0..order {
             let mut before = [S::ZERO; W];
             let mut p = [self.diagonal[m]; W];
-            let recurrence = &self.recurrence[column..][..order - 1 - m];
-            column += self.order - 1 - m;
+            let recurrence = &self.recurrence[self.column_start(m)..][..order - 1 - m];
             for l in m..order {
                 emit(index(l, m as isize), &lanes(|k| p[k] * cos[k]));
                 if m > 0 {
@@ -217,4 +231,167 @@ pub(crate) fn with_shared<S: Real, R>(
     f: impl FnOnce(&Basis<S>) -> R,
 ) -> R {
     if order <= MAX_ORDER { f(shared.get_or_init(|| Basis::new(MAX_ORDER))) } else { f(&Basis::new(order)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{SphereQuadrature, band_and_m, band_range, zonal::zonal_norm};
+    use lobe_testkit::{directions, golden_f64s};
+
+    #[test]
+    fn the_basis_has_its_golden_values() {
+        let dir = golden_f64s("/basis_dir/dir");
+        let y = eval_basis(Dir::new([dir[0], dir[1], dir[2]]).unwrap(), 10);
+        for (i, (y, golden)) in y.iter().zip(golden_f64s("/basis_dir/order10")).enumerate() {
+            assert!((y - golden).abs() < 1e-14, "y_{i}: {y} against {golden}");
+        }
+    }
+
+    #[test]
+    fn low_bands_are_their_polynomials() {
+        let c = std::f64::consts::PI.sqrt().recip();
+        for v in directions() {
+            let [x, y, z] = v;
+            let (c1, c2) = (0.75_f64.sqrt() * c, 0.5 * 15.0_f64.sqrt() * c);
+            let expected = [
+                0.5 * c,
+                -c1 * y,
+                c1 * z,
+                -c1 * x,
+                c2 * x * y,
+                -c2 * y * z,
+                0.25 * 5.0_f64.sqrt() * c * (3.0 * z * z - 1.0),
+                -c2 * x * z,
+                0.5 * c2 * (x * x - y * y),
+            ];
+            for (i, (a, b)) in eval_basis(Dir::from_unit(v), 3).iter().zip(expected).enumerate() {
+                assert!((a - b).abs() < 1e-15, "y_{i} towards {v:?}: {a} against {b}");
+            }
+        }
+    }
+
+    /// All `64² × 64²` integrals `∫ y_i y_j ds`, by a rule that is exact for them.
+    ///
+    /// The kernel is evaluated at every point of the rule. First each value is found to be the row's value at
+    /// `φ = 0` times `cos mφ` or `sin mφ`; the sum over a row of two functions of different `|m|`, or of a cosine
+    /// and a sine, is then zero by the orthogonality of the discrete Fourier basis, which leaves the sums over rows
+    /// of equal `m`.
+    #[test]
+    fn the_basis_is_orthonormal_to_order_64() {
+        let order = MAX_ORDER;
+        let rule = SphereQuadrature::of_degree(2 * (order - 1));
+        let mut y = vec![0.0; len(order)];
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        for (k, (s, _)) in rule.points().enumerate() {
+            eval_basis_into(s.to_array(), &mut y);
+            if k % rule.azimuths() == 0 {
+                rows.push(y.clone());
+            }
+            let row = &rows[rows.len() - 1];
+            let phi = 2.0 * std::f64::consts::PI * (k % rule.azimuths()) as f64 / rule.azimuths() as f64;
+            for (i, y) in y.iter().enumerate() {
+                let (l, m) = band_and_m(i);
+                let angle = m.unsigned_abs() as f64 * phi;
+                let turned = if m < 0 { angle.sin() } else { angle.cos() };
+                let expected = row[index(l, m.abs())] * turned;
+                assert!((y - expected).abs() < 1e-12, "y_{i} towards {s:?}: {y} against {expected}");
+            }
+        }
+        for m in 0..order {
+            let circle = if m == 0 { 2.0 } else { 1.0 } * std::f64::consts::PI;
+            for l in m..order {
+                for k in m..=l {
+                    let (i, j) = (index(l, m as isize), index(k, m as isize));
+                    let sum: f64 =
+                        rule.rows().iter().zip(&rows).map(|((_, w), row)| circle * w * row[i] * row[j]).sum();
+                    let expected = f64::from(u8::from(k == l));
+                    assert!((sum - expected).abs() < 1e-12, "⟨y_{i}, y_{j}⟩ = {sum}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn squares_of_a_band_sum_to_a_constant() {
+        for v in directions() {
+            let y = eval_basis(Dir::from_unit(v), MAX_ORDER);
+            for l in 0..MAX_ORDER {
+                let sum: f64 = y[band_range(l)].iter().map(|y| y * y).sum();
+                let expected = zonal_norm(l).powi(2);
+                assert!((sum / expected - 1.0).abs() < 1e-12, "band {l} towards {v:?}: {sum} against {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_zonal_functions_survive_at_the_poles() {
+        for (pole, sign) in [(Dir::Z, 1.0), (-Dir::Z, -1.0_f64)] {
+            for (i, y) in eval_basis(pole, MAX_ORDER).iter().enumerate() {
+                let (l, m) = band_and_m(i);
+                let expected = if m == 0 { sign.powi(l as i32) * zonal_norm(l) } else { 0.0 };
+                assert!((y - expected).abs() < 1e-13, "y_{i} towards {pole:?}: {y} against {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn f32_stays_close_to_f64() {
+        let mut single = vec![0.0_f32; len(20)];
+        let mut double = vec![0.0_f64; len(20)];
+        for v in directions() {
+            let s = v.map(|c| c as f32);
+            eval_basis_into(s, &mut single);
+            eval_basis_into(s.map(f64::from), &mut double);
+            for (i, (a, b)) in single.iter().zip(&double).enumerate() {
+                assert!((f64::from(*a) - b).abs() < 1e-5, "y_{i} towards {v:?}: {a} against {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_of_directions_equal_single_ones() {
+        let all = directions();
+        let component = |k: usize| all.iter().map(|v| v[k] as f32).collect::<Vec<f32>>();
+        let (x, y, z) = (component(0), component(1), component(2));
+        for order in [1, 2, 6, 17] {
+            for count in [1, BLOCK - 1, BLOCK, BLOCK + 1, all.len()] {
+                let mut many = vec![0.0_f32; len(order) * count];
+                let basis = Basis::new(order);
+                basis.eval_many_into([&x[..count], &y[..count], &z[..count]], &mut many);
+                let mut one = vec![0.0_f32; len(order)];
+                for k in 0..count {
+                    basis.eval_into([x[k], y[k], z[k]], &mut one);
+                    for i in 0..len(order) {
+                        assert_eq!(many[i * count + k], one[i], "order {order}, y_{i}, direction {k} of {count}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_expansion_has_one_value_by_every_route() {
+        use crate::Expansion as _;
+        let f = crate::ShVec::from_vec(lobe_testkit::Random::new(9).signed_vec(100)).unwrap();
+        let all = directions();
+        let component = |k: usize| all.iter().map(|v| v[k]).collect::<Vec<f64>>();
+        let mut many = vec![0.0; all.len()];
+        f.eval_many_into(&component(0), &component(1), &component(2), &mut many);
+        for (v, value) in all.iter().zip(many) {
+            let s = Dir::from_unit(*v);
+            let by_basis: f64 = eval_basis(s, 10).iter().zip(f.coefficients()).map(|(y, c)| y * c).sum();
+            assert!((value - by_basis).abs() < 1e-12, "towards {v:?}: {value} against {by_basis}");
+            assert!((f.eval(s) - by_basis).abs() < 1e-12, "towards {v:?}: {} against {by_basis}", f.eval(s));
+        }
+    }
+
+    #[test]
+    fn orders_above_the_shared_basis_work_too() {
+        let s = Dir::from_angles(0.4, 2.0);
+        let y = eval_basis(s, 100);
+        let sum: f64 = y[band_range(99)].iter().map(|y| y * y).sum();
+        assert!((sum / zonal_norm(99).powi(2) - 1.0).abs() < 1e-11, "band 99: {sum}");
+        assert_eq!(y[..4096], eval_basis(s, 64)[..], "the lower bands");
+    }
 }

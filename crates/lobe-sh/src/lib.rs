@@ -5,9 +5,11 @@
 
 mod basis;
 mod coefficient;
+mod complex;
 mod convolve;
 mod dir;
 mod expansion;
+mod gradient;
 mod index;
 mod kernel;
 mod legendre;
@@ -22,9 +24,11 @@ mod zonal;
 
 pub use basis::{Basis, eval_basis, eval_basis_into};
 pub use coefficient::Coefficient;
+pub use complex::{complex_from_real, eval_complex, real_from_complex};
 pub use convolve::{convolve_in_place, convolved};
 pub use dir::Dir;
 pub use expansion::Expansion;
+pub use gradient::{eval_basis_gradients, eval_with_gradient};
 pub use index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
 pub use legendre::{legendre, legendre_normalised};
 pub use monte_carlo::{Estimate, MonteCarlo, Sampling, project_monte_carlo};

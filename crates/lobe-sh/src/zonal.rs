@@ -110,3 +110,45 @@ impl Zonal {
 pub(crate) fn zonal_norm(l: usize) -> f64 {
     ((2 * l + 1) as f64 / (4.0 * PI)).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Expansion as _;
+    use lobe_testkit::{directions, golden, golden_f64s};
+
+    #[test]
+    fn a_zonal_function_has_one_value_by_every_route() {
+        let h = Zonal::new(vec![0.5, -1.0, 0.25, 0.125, 2.0]);
+        for v in directions() {
+            let axis = Dir::from_unit(v);
+            let turned = h.towards(axis, 1.0);
+            for s in [Dir::X, Dir::Y, -Dir::Z, Dir::from_angles(2.2, -0.4), axis] {
+                let (a, b) = (turned.eval(s), h.eval(axis.dot(s)));
+                assert!((a - b).abs() < 1e-13, "axis {v:?}, towards {s:?}: {a} against {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn projection_finds_a_planted_zonal_function() {
+        let planted = Zonal::new(lobe_testkit::Random::new(2).signed_vec(64));
+        let found = Zonal::project(64, &[], 64, |t| planted.eval(t));
+        for (l, (a, b)) in found.coefficients().iter().zip(planted.coefficients()).enumerate() {
+            assert!((a - b).abs() < 1e-13, "band {l}: {a} against {b}");
+        }
+    }
+
+    #[test]
+    fn a_disc_of_constant_radiance_has_its_golden_coefficients() {
+        for degrees in golden("/cone_zh").as_object().unwrap().keys() {
+            let cosine = degrees.parse::<f64>().unwrap().to_radians().cos();
+            let breaks: &[f64] = if cosine > -1.0 { &[cosine] } else { &[] };
+            let found = Zonal::project(8, breaks, 8, |t| f64::from(u8::from(t > cosine)));
+            for (l, golden) in golden_f64s(&format!("/cone_zh/{degrees}")).iter().enumerate() {
+                let z = found.coefficients()[l];
+                assert!((z - golden).abs() < 1e-13, "{degrees} degrees, band {l}: {z} against {golden}");
+            }
+        }
+    }
+}
