@@ -106,11 +106,19 @@ impl<S: Real> Basis<S> {
             Some(order) if len(order) * count == out.len() => order,
             _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
         };
-        for_each_block([x, y, z], |start, width, s| {
-            self.for_each_in_block(s, order, |i, y| {
-                out[i * count + start..][..width].copy_from_slice(&y[..width]);
+        let blocks = count / BLOCK;
+        for block in 0..blocks {
+            let start = block * BLOCK;
+            self.for_each_in_block([x, y, z].map(|c| block_of(c, start)), order, |i, y| {
+                // An array, not a slice: its length is known at compile time and needs no call.
+                if let Some(out) = out[i * count + start..].first_chunk_mut() {
+                    *out = *y;
+                }
             });
-        });
+        }
+        for k in blocks * BLOCK..count {
+            self.for_each([x[k], y[k], z[k]], order, |i, y| out[i * count + k] = y);
+        }
     }
 
     /// The values of one expansion towards many unit vectors.
@@ -128,15 +136,21 @@ impl<S: Real> Basis<S> {
             x.len() == out.len() && y.len() == out.len() && z.len() == out.len(),
             "components and out differ in length"
         );
-        for_each_block([x, y, z], |start, width, s| {
+        let blocks = out.len() / BLOCK;
+        for block in 0..blocks {
+            let start = block * BLOCK;
             let mut sum = [T::ZERO; BLOCK];
-            self.for_each_in_block(s, order, |i, y| {
+            self.for_each_in_block([x, y, z].map(|c| block_of(c, start)), order, |i, y| {
                 for (sum, y) in sum.iter_mut().zip(y) {
                     *sum += coefficients[i].scale(*y);
                 }
             });
-            out[start..][..width].copy_from_slice(&sum[..width]);
-        });
+            out[start..][..BLOCK].copy_from_slice(&sum);
+        }
+        for k in blocks * BLOCK..out.len() {
+            out[k] = T::ZERO;
+            self.for_each([x[k], y[k], z[k]], order, |i, y| out[k] += coefficients[i].scale(y));
+        }
     }
 
     /// Calls `emit(i, y_i(s))` once for every basis function of `order`, column by column of equal `|m|`.
@@ -186,17 +200,10 @@ fn lanes<S: Real, const W: usize>(mut f: impl FnMut(usize) -> S) -> [S; W] {
     out
 }
 
-/// Hands out blocks of [`BLOCK`] vectors, the last one padded with +z, as `(start, valid width, components)`.
+/// `BLOCK` components from `start`.
 #[inline(always)]
-fn for_each_block<S: Real>([x, y, z]: [&[S]; 3], mut f: impl FnMut(usize, usize, [[S; BLOCK]; 3])) {
-    for start in (0..x.len()).step_by(BLOCK) {
-        let width = BLOCK.min(x.len() - start);
-        let mut block = [[S::ZERO; BLOCK], [S::ZERO; BLOCK], [S::ONE; BLOCK]];
-        for (block, component) in block.iter_mut().zip([x, y, z]) {
-            block[..width].copy_from_slice(&component[start..][..width]);
-        }
-        f(start, width, block);
-    }
+fn block_of<S: Real>(component: &[S], start: usize) -> [S; BLOCK] {
+    lanes(|k| component[start + k])
 }
 
 /// The values of the basis functions of bands `0..order` towards `s`, in index order.
