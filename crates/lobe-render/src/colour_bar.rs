@@ -1,0 +1,40 @@
+//! A legend for error maps.
+
+use lobe_sh::Rgb;
+
+use crate::{Label, Picture, sequential};
+
+/// A bar of the colours of [`sequential`] from 0 on the left to `full_scale` on the right, with both numbers below, on
+/// the given background.
+#[must_use]
+pub fn colour_bar(width: usize, height: usize, full_scale: f64, ink: Rgb<f32>, background: Rgb<f32>) -> Picture {
+    let bar = height / 2;
+    let mut picture =
+        Picture::from_fn(
+            width,
+            height,
+            |x, y| {
+                if y < bar { sequential((x as f64 + 0.5) / width as f64) } else { background }
+            },
+        );
+    let text_height = 0.4 * height as f64;
+    let label = Label { left: 0.0, top: height as f64 - text_height, height: text_height, colour: ink };
+    label.draw(&mut picture, "0");
+    let text = format!("{full_scale:.2e}");
+    Label { left: width as f64 - label.width(&text), ..label }.draw(&mut picture, &text);
+    picture
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_runs_from_black_to_white() {
+        let picture = colour_bar(200, 40, 0.0123, Rgb::new(1.0, 1.0, 1.0), Rgb::new(0.0, 0.0, 0.0));
+        assert!(picture.pixel(0, 5).g < 0.01 && picture.pixel(199, 5).g > 0.97, "the ends of the bar");
+        let ink =
+            |range: std::ops::Range<usize>| range.filter(|&x| (24..40).any(|y| picture.pixel(x, y).g > 0.5)).count();
+        assert!(ink(0..15) > 5 && ink(15..90) == 0 && ink(120..200) > 40, "a 0 on the left, 1.23e-2 on the right");
+    }
+}

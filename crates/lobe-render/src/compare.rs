@@ -1,0 +1,107 @@
+//! How much two pictures differ.
+
+use lobe_sh::{Coefficient, Real, Rgb};
+
+use crate::{Picture, RenderError, sequential};
+
+/// Numbers that say how far an image is from its reference, over all values and channels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorReport {
+    /// The root of the mean squared difference, `√(mean (a - b)²)`, in the unit of the values.
+    pub rmse: f64,
+    /// The largest difference `max |a - b|`.
+    pub max_abs: f64,
+    /// The mean of the reference.
+    pub mean: f64,
+    /// `rmse / |mean|`; 0 if both are 0.
+    pub relative_rmse: f64,
+    /// The peak signal-to-noise ratio `20 log10(max |b| / rmse)` in decibels; infinite for equal images.
+    pub psnr: f64,
+}
+
+/// Compares an image `a` with its reference `b`, value by value.
+///
+/// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR.
+///
+/// # Panics
+/// If the two differ in length.
+#[must_use]
+pub fn compare<T: Coefficient>(image: &[T], reference: &[T]) -> ErrorReport {
+    assert_eq!(image.len(), reference.len(), "the images to compare differ in size");
+    let (mut squares, mut sum, mut max_abs, mut peak) = (0.0, 0.0, 0.0_f64, 0.0_f64);
+    for (a, b) in image.iter().zip(reference) {
+        for c in 0..T::CHANNELS {
+            let (a, b) = (a.channel(c).to_f64(), b.channel(c).to_f64());
+            squares += (a - b) * (a - b);
+            sum += b;
+            max_abs = max_abs.max((a - b).abs());
+            peak = peak.max(b.abs());
+        }
+    }
+    let count = (image.len() * T::CHANNELS).max(1) as f64;
+    let (rmse, mean) = ((squares / count).sqrt(), sum / count);
+    let relative_rmse = if rmse == 0.0 { 0.0 } else { rmse / mean.abs() };
+    let psnr = if rmse == 0.0 { f64::INFINITY } else { 20.0 * (peak / rmse).log10() };
+    ErrorReport { rmse, max_abs, mean, relative_rmse, psnr }
+}
+
+/// The difference of two colours as one number: the root of the mean squared difference of the channels.
+#[must_use]
+pub fn error_of<T: Coefficient>(a: T, b: T) -> f64 {
+    let square = |c| (a.channel(c).to_f64() - b.channel(c).to_f64()).powi(2);
+    ((0..T::CHANNELS).map(square).sum::<f64>() / T::CHANNELS as f64).sqrt()
+}
+
+/// A picture of [`error_of`] at every pixel in the colours of [`sequential`]: black for none, white for `full_scale`
+/// and more.
+///
+/// # Errors
+/// [`RenderError::Invalid`] if the two pictures differ in size.
+pub fn error_map(image: &Picture, reference: &Picture, full_scale: f64) -> Result<Picture, RenderError> {
+    let size = |p: &Picture| (p.width(), p.height());
+    if size(image) != size(reference) {
+        let ((w, h), (v, g)) = (size(image), size(reference));
+        return Err(RenderError::Invalid(format!("cannot compare a {w} x {h} picture with one of {v} x {g}")));
+    }
+    let colour = |(&a, &b): (&Rgb<f32>, &Rgb<f32>)| sequential(error_of(a, b) / full_scale);
+    Picture::new(image.width(), image.height(), image.pixels().iter().zip(reference.pixels()).map(colour).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_numbers_are_those_of_a_hand_computed_case() {
+        let report = compare(&[1.0, 2.0, 3.0, 6.0], &[1.0, 2.0, 5.0, 4.0]);
+        let expected = ErrorReport {
+            rmse: 2.0_f64.sqrt(),
+            max_abs: 2.0,
+            mean: 3.0,
+            relative_rmse: 2.0_f64.sqrt() / 3.0,
+            psnr: 0.0,
+        };
+        assert!((report.psnr - 20.0 * (5.0 / 2.0_f64.sqrt()).log10()).abs() < 1e-12, "{report:?}");
+        assert_eq!(ErrorReport { psnr: 0.0, ..report }, expected, "differences 0, 0, 2, 2; mean 3");
+    }
+
+    #[test]
+    fn equal_images_have_no_error() {
+        let a = [Rgb::new(0.5, 1.0, -2.0_f32); 7];
+        let report = compare(&a, &a);
+        assert_eq!((report.rmse, report.max_abs, report.relative_rmse), (0.0, 0.0, 0.0), "{report:?}");
+        assert_eq!(report.psnr, f64::INFINITY, "{report:?}");
+    }
+
+    #[test]
+    fn the_error_map_is_black_where_pictures_agree_and_white_at_full_scale() {
+        let reference = Picture::filled(3, 1, Rgb::ZERO);
+        let mut image = reference.clone();
+        image.pixels_mut()[1] = Rgb::splat(0.5);
+        image.pixels_mut()[2] = Rgb::splat(-2.0);
+        let map = error_map(&image, &reference, 2.0).unwrap();
+        assert_eq!(map.pixels(), [sequential(0.0), sequential(0.25), sequential(1.0)], "errors 0, 0.5 and 2");
+        let error = error_map(&image, &Picture::filled(1, 3, Rgb::ZERO), 1.0).unwrap_err().to_string();
+        assert_eq!(error, "cannot compare a 3 x 1 picture with one of 1 x 3", "{error}");
+    }
+}

@@ -1,0 +1,20 @@
+//! What can go wrong with a picture, by whose fault it is.
+
+use std::path::PathBuf;
+
+/// An error of this crate.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The data do not make a picture.
+    #[error("{0}")]
+    Invalid(String),
+    /// A file could not be written.
+    #[error("{}: cannot write the picture: {source}", path.display())]
+    Io {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}

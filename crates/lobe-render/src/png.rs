@@ -1,0 +1,57 @@
+//! PNG files.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::{Picture, RenderError, Tone};
+
+impl Picture {
+    /// The bytes of the picture as an 8-bit sRGB PNG file.
+    ///
+    /// # Errors
+    /// [`RenderError::Invalid`] if the picture is empty or too large for the format.
+    pub fn to_png(&self, tone: &Tone) -> Result<Vec<u8>, RenderError> {
+        let (width, height) = (self.width(), self.height());
+        let invalid = |what: &str| RenderError::Invalid(format!("a {width} x {height} picture as PNG: {what}"));
+        let (Ok(columns), Ok(rows)) = (u32::try_from(width), u32::try_from(height)) else {
+            return Err(invalid("more than 2^32 columns or rows"));
+        };
+        if columns == 0 || rows == 0 {
+            return Err(invalid("it has no pixels"));
+        }
+        let mut png = Vec::new();
+        PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
+            .write_image(&tone.to_bytes(self), columns, rows, ExtendedColorType::Rgb8)
+            .map_err(|error| invalid(&error.to_string()))?;
+        Ok(png)
+    }
+
+    /// Writes the picture as an 8-bit sRGB PNG file; nothing half-written ever has the final name.
+    ///
+    /// # Errors
+    /// As [`Picture::to_png`], and [`RenderError::Io`] if the file cannot be written.
+    pub fn write_png(&self, path: impl AsRef<Path>, tone: &Tone) -> Result<(), RenderError> {
+        let path = path.as_ref();
+        let png = self.to_png(tone)?;
+        write_whole(path, &png).map_err(|source| RenderError::Io { path: path.to_owned(), source })
+    }
+}
+
+/// Writes to a temporary file beside `path`, then renames it.
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let Some(name) = path.file_name() else {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"));
+    };
+    let temporary = path.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
+    let written =
+        File::create(&temporary).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        // The first error is the one to report; the temporary file may not even exist.
+        let _ = fs::remove_file(&temporary);
+    }
+    written
+}

@@ -1,0 +1,173 @@
+//! From linear light to what a display shows.
+
+use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
+
+use crate::{Picture, srgb_encode};
+
+/// How much a picture is brightened before it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Multiply by this.
+    Fixed(f64),
+    /// Bring the log-average luminance `exp(mean(ln Y))` to `key`; 0.18 is the middle grey of photography.
+    ///
+    /// Pixels that are black, negative or not finite are left out of the average (Reinhard et al. 2002, equation
+    /// 1, adds a small constant instead, which makes the result depend on the unit of the light).
+    LogAverage {
+        /// The wanted log-average.
+        key: f64,
+    },
+    /// Bring the luminance that the part `fraction` (0 to 1) of the pixels does not exceed to `level`.
+    Percentile {
+        /// The part of the pixels.
+        fraction: f64,
+        /// The wanted luminance.
+        level: f64,
+    },
+}
+
+/// How exposed light is brought into `[0, 1]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Curve {
+    /// Cut off at 0 and 1.
+    Clip,
+    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colours keep
+    /// their chromaticity until a channel is cut off at 1 (Reinhard et al. 2002, equation 4).
+    Reinhard {
+        /// The smallest luminance, after exposure, that is shown white.
+        white: f64,
+    },
+}
+
+/// A tone mapping: exposure, curve, sRGB transfer function, 8 bits.
+///
+/// ```text
+///   byte = round(255 srgb(curve(exposure × L)))
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tone {
+    /// The exposure.
+    pub exposure: Exposure,
+    /// The curve.
+    pub curve: Curve,
+}
+
+impl Tone {
+    /// For pictures that already are what the display should show: exposure 1, cut off at 1.
+    pub const PLAIN: Self = Self { exposure: Exposure::Fixed(1.0), curve: Curve::Clip };
+
+    /// For photographs: middle grey at 0.18, highlights compressed up to 4 times white.
+    pub const PHOTOGRAPH: Self =
+        Self { exposure: Exposure::LogAverage { key: 0.18 }, curve: Curve::Reinhard { white: 4.0 } };
+
+    /// This tone mapping with the exposure that it finds for `picture`, to show other pictures alike.
+    #[must_use]
+    pub fn fixed_for(&self, picture: &Picture) -> Self {
+        Self { exposure: Exposure::Fixed(self.exposure.factor(picture)), ..*self }
+    }
+
+    /// The light that the display should send, in `[0, 1]`, still linear.
+    #[must_use]
+    pub fn apply(&self, picture: &Picture) -> Picture {
+        let factor = self.exposure.factor(picture);
+        picture.map(|c| Rgb::narrow(self.curve.apply(c.widen().scale(factor))))
+    }
+
+    /// Three bytes a pixel.
+    #[must_use]
+    pub fn to_bytes(&self, picture: &Picture) -> Vec<u8> {
+        let factor = self.exposure.factor(picture);
+        let shown = |c: &Rgb<f32>| self.curve.apply(c.widen().scale(factor)).to_array().map(byte);
+        picture.pixels().par_iter().flat_map_iter(shown).collect()
+    }
+}
+
+/// The nearest of 256 levels; NaN is black.
+fn byte(linear: f64) -> u8 {
+    (255.0 * srgb_encode(linear)).round() as u8
+}
+
+impl Exposure {
+    /// The factor for `picture`; 1 where it has no pixel to judge by.
+    #[must_use]
+    pub fn factor(&self, picture: &Picture) -> f64 {
+        let mut luminances: Vec<f64> =
+            picture.pixels().iter().map(|c| c.widen().luminance()).filter(|y| y.is_finite() && *y > 0.0).collect();
+        if luminances.is_empty() && !matches!(self, Self::Fixed(_)) {
+            return 1.0;
+        }
+        match *self {
+            Self::Fixed(factor) => factor,
+            Self::LogAverage { key } => {
+                let sum: f64 = luminances.iter().map(|y| y.ln()).sum();
+                key / (sum / luminances.len() as f64).exp()
+            }
+            Self::Percentile { fraction, level } => {
+                let rank = (fraction.clamp(0.0, 1.0) * (luminances.len() - 1) as f64).round() as usize;
+                let (_, y, _) = luminances.select_nth_unstable_by(rank, f64::total_cmp);
+                level / *y
+            }
+        }
+    }
+}
+
+impl Curve {
+    /// The light in `[0, 1]`, channel by channel; negative light is black.
+    #[must_use]
+    pub fn apply(&self, light: Rgb<f64>) -> Rgb<f64> {
+        let scaled = match *self {
+            Self::Clip => light,
+            Self::Reinhard { white } => {
+                let y = light.luminance().max(0.0);
+                light.scale((1.0 + y / (white * white)) / (1.0 + y))
+            }
+        };
+        Rgb::from_channels(|c| scaled.channel(c).clamp(0.0, 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(values: &[f32]) -> Picture {
+        Picture::new(values.len(), 1, values.iter().map(|&v| Rgb::splat(v)).collect()).unwrap()
+    }
+
+    #[test]
+    fn the_log_average_is_brought_to_the_key() {
+        let picture = grey(&[0.01, 1.0, 100.0, 0.0, -5.0, f32::INFINITY]);
+        let factor = Exposure::LogAverage { key: 0.18 }.factor(&picture);
+        assert!((factor - 0.18).abs() < 1e-7, "the geometric mean of 0.01, 1 and 100 is 1: {factor}");
+    }
+
+    #[test]
+    fn the_percentile_is_brought_to_its_level() {
+        let picture = grey(&(1..=101).map(|v| v as f32).collect::<Vec<_>>());
+        let factor = Exposure::Percentile { fraction: 0.9, level: 0.5 }.factor(&picture);
+        assert!((factor - 0.5 / 91.0).abs() < 1e-9, "90 of 101 values lie below 91: {factor}");
+    }
+
+    #[test]
+    fn a_black_picture_is_shown_as_it_is() {
+        assert_eq!(Exposure::LogAverage { key: 0.18 }.factor(&grey(&[0.0, 0.0])), 1.0, "nothing to judge by");
+    }
+
+    #[test]
+    fn the_curve_sends_white_to_one_and_keeps_chromaticity() {
+        let curve = Curve::Reinhard { white: 4.0 };
+        let white = curve.apply(Rgb::splat(4.0));
+        assert!((white.g - 1.0).abs() < 1e-12, "{white:?}");
+        let orange = curve.apply(Rgb::new(0.8, 0.4, 0.2));
+        assert!((orange.r / orange.g - 2.0).abs() < 1e-12 && (orange.g / orange.b - 2.0).abs() < 1e-12, "{orange:?}");
+        assert_eq!(curve.apply(Rgb::splat(-1.0)), Rgb::ZERO, "negative light is black");
+    }
+
+    #[test]
+    fn bytes_are_exact_srgb() {
+        let picture = grey(&[0.0, 0.0031308, 0.215861, 1.0, 7.0, f32::NAN]);
+        let bytes = Tone::PLAIN.to_bytes(&picture);
+        assert_eq!(bytes.iter().step_by(3).copied().collect::<Vec<_>>(), [0, 10, 128, 255, 255, 0], "{bytes:?}");
+    }
+}
