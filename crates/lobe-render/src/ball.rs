@@ -74,13 +74,13 @@ impl Ball {
     /// # Panics
     /// If there are not as many colours as normals.
     #[must_use]
-    pub fn picture_from_values(&self, background: Rgb<f32>, colours: &[Rgb<f64>]) -> Picture {
+    pub fn picture_from_values<T: Coefficient<Wide = Rgb<f64>>>(&self, background: Rgb<f32>, colours: &[T]) -> Picture {
         let normals = self.normals();
         assert_eq!(colours.len(), normals.len(), "one colour is needed for each normal");
         let mut picture = Picture::filled(self.size, self.size, background);
         let pixels = picture.pixels_mut();
         for ((i, _), &colour) in normals.into_iter().zip(colours) {
-            pixels[i] = mix(background, Rgb::narrow(colour), self.coverage(i));
+            pixels[i] = mix(background, Rgb::narrow(colour.widen()), self.coverage(i));
         }
         picture
     }
@@ -89,6 +89,16 @@ impl Ball {
     #[must_use]
     pub fn lit(&self, background: Rgb<f32>, irradiance: impl Fn(Dir) -> Rgb<f64> + Sync) -> Picture {
         self.picture(background, |n| irradiance(n).scale(1.0 / PI))
+    }
+
+    /// The ball under given irradiances, one for each of [`Ball::normals`] in their order: radiance `E/π`.
+    ///
+    /// # Panics
+    /// If there are not as many values as normals.
+    #[must_use]
+    pub fn lit_by_values(&self, background: Rgb<f32>, irradiance: &[Rgb<f64>]) -> Picture {
+        let radiance: Vec<_> = irradiance.iter().map(|e| e.scale(1.0 / PI)).collect();
+        self.picture_from_values(background, &radiance)
     }
 
     /// The ball under an irradiance expansion: radiance `E/π`. Where the expansion is negative the picture is too.
@@ -177,9 +187,9 @@ mod tests {
     #[test]
     fn values_in_the_order_of_the_normals_paint_the_same_ball() {
         let ball = Ball::new(48).seen(View::three_quarter());
-        let radiance = |n: Dir| Rgb::new(n.x(), n.y(), n.z());
-        let values: Vec<_> = ball.normals().into_iter().map(|(_, n)| radiance(n)).collect();
-        let (direct, from_values) = (ball.picture(BLACK, radiance), ball.picture_from_values(BLACK, &values));
-        assert!(direct == from_values, "the two pictures differ");
+        let f = |n: Dir| Rgb::new(n.x(), n.y(), n.z());
+        let values: Vec<_> = ball.normals().into_iter().map(|(_, n)| f(n)).collect();
+        assert!(ball.picture(BLACK, f) == ball.picture_from_values(BLACK, &values), "as radiance");
+        assert!(ball.lit(BLACK, f) == ball.lit_by_values(BLACK, &values), "as irradiance");
     }
 }

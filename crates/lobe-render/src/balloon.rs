@@ -12,8 +12,8 @@ use crate::{Picture, View};
 const SAMPLES: usize = 4;
 /// Rows of pixels that are rasterised together.
 const BAND: usize = 16;
-/// Pixels of the picture for each cell of the mesh along a face: a balloon of four faces' girth then has a silhouette of
-/// straight lines that miss the curve by less than a hundredth of a pixel.
+/// Pixels of the picture for each cell of the mesh along a face. A sphere that fills the picture has a silhouette of
+/// straight pieces of `4 · 90° / size`, which miss the circle by less than `2.5 / size` pixels.
 const PIXELS_PER_CELL: usize = 4;
 /// The part of half the picture that the extent of the balloon fills.
 const FILL: f64 = 0.94;
@@ -84,8 +84,8 @@ impl Balloon {
         }
     }
 
-    /// The colour of the surface: diffuse light from the upper left, a weaker light from all around that is stronger from
-    /// above, and a highlight.
+    /// The colour of the surface: diffuse light from the upper left, a weaker light from all around that is stronger
+    /// from above, and a highlight.
     fn shade(&self, mesh: &Mesh, hit: &Hit) -> Rgb<f32> {
         let corners = mesh.triangles[hit.triangle].map(|i| mesh.vertices[i]);
         let mut normal = [0.0; 3];

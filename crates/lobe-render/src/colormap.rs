@@ -21,12 +21,12 @@ const TURNS: f64 = -1.5;
 ///   V(t) = t + (t (1 - t) / 2) (p cos φ + q sin φ)      φ = 2π (START/3 + TURNS t)
 /// ```
 ///
-/// `V` is the display value (sRGB-encoded) of the three channels. `p` and `q`, of length 2, span the plane of colours
-/// of equal lightness `w·V` with `w = (0.30, 0.59, 0.11)`: `q ∝ (w_g, -w_r, 0)`, and `p ∝ q × w` has blue positive.
-/// So the lightness of `V(t)` is exactly `t`: a picture of errors stays readable without colours. The test
-/// `the_scale_is_the_published_cubehelix` compares `p` and `q` with the printed ones.
+/// `V` is the display value (sRGB-encoded) of the three channels. `p` and `q`, of length 2, span the plane of
+/// colours of equal lightness `w·V` with `w = (0.30, 0.59, 0.11)`: `q ∝ (w_g, -w_r, 0)`, and `p ∝ q × w` has blue
+/// positive. So the lightness of `V(t)` is exactly `t`: a picture of errors stays readable without colours. The
+/// tests `the_scale_is_the_published_cubehelix` and `lightness_grows_in_proportion` check both.
 ///
-/// Source: [Green 2011], section 2.
+/// Source: [Green 2011], with hue 1 and gamma 1.
 ///
 /// [Green 2011]: https://arxiv.org/abs/1108.5083
 #[must_use]

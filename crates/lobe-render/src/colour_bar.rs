@@ -20,9 +20,18 @@ pub fn colour_bar(width: usize, height: usize, full_scale: f64, ink: Rgb<f32>, b
     let text_height = 0.4 * height as f64;
     let label = Label { left: 0.0, top: height as f64 - text_height, height: text_height, colour: ink };
     label.draw(&mut picture, "0");
-    let text = format!("{full_scale:.2e}");
+    let text = three_digits(full_scale);
     Label { left: width as f64 - label.width(&text), ..label }.draw(&mut picture, &text);
     picture
+}
+
+/// A number in three digits, with an exponent where it would be long without.
+fn three_digits(number: f64) -> String {
+    if !(1e-3..1e3).contains(&number) {
+        return format!("{number:.2e}");
+    }
+    let decimals = (2.0 - number.log10().floor()) as usize;
+    format!("{number:.decimals$}")
 }
 
 #[cfg(test)]
@@ -30,11 +39,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn numbers_have_three_digits() {
+        for (number, text) in
+            [(6.6399, "6.64"), (123.4, "123"), (0.01234, "0.0123"), (0.0, "0.00e0"), (4.2e-5, "4.20e-5")]
+        {
+            assert_eq!(three_digits(number), text, "{number}");
+        }
+    }
+
+    #[test]
     fn the_bar_runs_from_black_to_white() {
         let picture = colour_bar(200, 40, 0.0123, Rgb::new(1.0, 1.0, 1.0), Rgb::new(0.0, 0.0, 0.0));
         assert!(picture.pixel(0, 5).g < 0.01 && picture.pixel(199, 5).g > 0.97, "the ends of the bar");
         let ink =
             |range: std::ops::Range<usize>| range.filter(|&x| (24..40).any(|y| picture.pixel(x, y).g > 0.5)).count();
-        assert!(ink(0..15) > 5 && ink(15..90) == 0 && ink(120..200) > 40, "a 0 on the left, 1.23e-2 on the right");
+        assert!(ink(0..15) > 5 && ink(15..90) == 0 && ink(120..200) > 40, "a 0 on the left, 0.0123 on the right");
     }
 }

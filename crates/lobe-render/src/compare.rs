@@ -13,15 +13,17 @@ pub struct ErrorReport {
     pub max_abs: f64,
     /// The mean of the reference.
     pub mean: f64,
-    /// `rmse / |mean|`; 0 if both are 0.
+    /// `rmse / |mean|`; 0 for equal images, infinite if only the mean is 0.
     pub relative_rmse: f64,
-    /// The peak signal-to-noise ratio `20 log10(max |b| / rmse)` in decibels; infinite for equal images.
+    /// The peak signal-to-noise ratio `20 log10(max |b| / rmse)` in decibels; `∞` for equal images, `-∞` for a
+    /// reference that is black.
     pub psnr: f64,
 }
 
 /// Compares an image `a` with its reference `b`, value by value.
 ///
-/// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR.
+/// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR; a value that is NaN
+/// makes all but `max_abs` NaN.
 ///
 /// # Panics
 /// If the two differ in length.

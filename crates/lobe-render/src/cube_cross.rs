@@ -4,7 +4,10 @@ use lobe_sh::{Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::cube::{FACES, Face};
+use crate::text::draw_lines;
 use crate::{IsoLines, Label, Picture};
+
+const BLACK: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 
 /// How much of an edge between two faces shows: enough to see the cube, less than a line of the function.
 const EDGE_COVERAGE: f64 = 0.3;
@@ -91,24 +94,45 @@ impl CubeCross {
             let occupied = |column: usize, row: usize| FACES.iter().any(|f| (f.column, f.row) == (column, row));
             for k in 0..n {
                 if left > 0 && occupied(face.column - 1, face.row) {
-                    picture.blend(left as isize, (top + k) as isize, Rgb::new(0.0, 0.0, 0.0), EDGE_COVERAGE);
+                    picture.blend(left as isize, (top + k) as isize, BLACK, EDGE_COVERAGE);
                 }
                 if top > 0 && occupied(face.column, face.row - 1) {
-                    picture.blend((left + k) as isize, top as isize, Rgb::new(0.0, 0.0, 0.0), EDGE_COVERAGE);
+                    picture.blend((left + k) as isize, top as isize, BLACK, EDGE_COVERAGE);
                 }
             }
         }
     }
 
+    /// Puts the name of its axis into the corner of every face.
     fn draw_labels(&self, picture: &mut Picture) {
         let n = self.face as f64;
         let height = (LABEL_HEIGHT * n).max(9.0);
         for face in FACES {
             let (left, top) = (face.column as f64 * n + 0.05 * n, face.row as f64 * n + 0.04 * n);
-            let label = Label { left, top, height, colour: Rgb::new(0.0, 0.0, 0.0) };
+            let label = Label { left, top, height, colour: BLACK };
             shade_box(picture, left - 0.02 * n, top - 0.02 * n, label.width(face.name) + 0.04 * n, height + 0.04 * n);
             label.draw(picture, face.name);
         }
+    }
+
+    /// An empty cross with the names of the axes in the middle of the faces: the key to crosses without labels.
+    #[must_use]
+    pub fn key(&self) -> Picture {
+        let n = self.face as f64;
+        let mut picture = Picture::filled(4 * self.face, 3 * self.face, self.background);
+        let height = (2.0 * LABEL_HEIGHT * n).max(9.0);
+        for face in FACES {
+            let (left, top) = (face.column as f64 * n, face.row as f64 * n);
+            let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[a, b]| {
+                // On pixel centres and inside the picture, so that every line is one sharp pixel wide.
+                [(left + a * n + 0.5).min(4.0 * n - 0.5), (top + b * n + 0.5).min(3.0 * n - 0.5)]
+            });
+            let sides = [0, 1, 2, 3].map(|k| [corners[k], corners[(k + 1) % 4]]);
+            draw_lines(&mut picture, &sides, 1.0, BLACK);
+            let label = Label { left: 0.0, top: top + 0.5 * (n - height), height, colour: BLACK };
+            Label { left: left + 0.5 * (n - label.width(face.name)), ..label }.draw(&mut picture, face.name);
+        }
+        picture
     }
 }
 

@@ -20,9 +20,9 @@ const FLAT: f64 = 1e-9;
 ///   d = |f - c| / |∇f|        coverage = width/2 - d + 1/2, held to [0, 1]        d, width in pixels, ∇f per pixel
 /// ```
 ///
-/// Where lines of different level come closer than three times their width they fade, instead of running into one dark area.
-/// Where the gradient vanishes the estimate is short: a line is up to √2 times as wide where two branches cross, and
-/// twice as wide where it only touches its level.
+/// Where lines of different level come closer than three times their width they fade, instead of running into one
+/// dark area. Where the gradient vanishes the estimate is short: a line is up to √2 times as wide where two branches
+/// cross, and twice as wide where the function only touches the level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IsoLines {
     /// The difference of the values of neighbouring lines.

@@ -25,6 +25,8 @@ pub struct ProfilePlot {
 const LEFT: f64 = 52.0;
 const BELOW: f64 = 34.0;
 const AROUND: f64 = 14.0;
+/// Grid lines across the range of the values, at most.
+const MOST_STEPS: f64 = 8.0;
 /// Points on each line: one for every half degree.
 const POINTS: usize = 361;
 
@@ -34,7 +36,7 @@ impl ProfilePlot {
     pub fn svg(&self, profiles: &[Profile<'_>]) -> String {
         let values: Vec<Vec<f64>> = profiles.iter().map(sampled).collect();
         let (low, high) = range(&values);
-        let step = nice_step((high - low) / 5.0);
+        let step = nice_step((high - low) / MOST_STEPS);
         let (bottom, top) = ((low / step).floor() * step, (high / step).ceil() * step);
         let x = |degrees: f64| LEFT + (self.width - LEFT - AROUND) * degrees / 180.0;
         let y = |v: f64| AROUND + (self.height - BELOW - AROUND) * (top - v) / (top - bottom);

@@ -65,7 +65,7 @@ impl Pyramid {
             let text = format!("l={l}");
             let width = at(0.0, 0.0).width(&text);
             let middle = y as f64 + 0.5 * (self.cell_height as f64 - height);
-            at(x as f64 - width - 0.3 * height, middle).draw(sheet, &text);
+            at(x as f64 - width - 0.6 * height, middle).draw(sheet, &text);
         }
         let Some(last) = self.order.checked_sub(1) else { return };
         for m in -(last as isize)..=last as isize {
@@ -78,7 +78,8 @@ impl Pyramid {
     }
 }
 
-/// The basis functions of bands `0..order` as balloons, all on one scale, `size` pixels each, in the three-quarter view.
+/// The basis functions of bands `0..order` as balloons, all on one scale, `size` pixels each, in the three-quarter
+/// view.
 #[must_use]
 pub fn basis_balloons(order: usize, size: usize) -> Picture {
     let pyramid = Pyramid { order, cell_width: size, cell_height: size, margin: size / 20 };
@@ -91,15 +92,21 @@ pub fn basis_balloons(order: usize, size: usize) -> Picture {
     sheet
 }
 
-/// The basis functions of bands `0..order` on unfolded cubes with `face` pixels along an edge, each on its own scale.
+/// The basis functions of bands `0..order` on unfolded cubes with `face` pixels along an edge, each on its own scale, with a key to
+/// the faces.
 #[must_use]
 pub fn basis_crosses(order: usize, face: usize) -> Picture {
     let pyramid = Pyramid { order, cell_width: 4 * face, cell_height: 3 * face, margin: face / 4 };
-    let cross = CubeCross { levels: 5, ..CubeCross::new(face) };
-    pyramid.compose(|l, m| cross.picture(basis_function(l, m)))
+    let cross = CubeCross { levels: 5, labels: false, ..CubeCross::new(face) };
+    let mut sheet = pyramid.compose(|l, m| cross.picture(basis_function(l, m)));
+    if order > 1 {
+        let (x, y) = (pyramid.gutter() + pyramid.margin, pyramid.margin);
+        sheet.paste(&cross.key(), x as isize, y as isize);
+    }
+    sheet
 }
 
-/// The largest value of any basis function of bands `0..order`: that of `y_l^0` at the pole, `√((2l+1)/4π)`, of the last band.
+/// The largest value of any basis function of bands `0..order`: that of the last `y_l^0` at the pole, `√((2l+1)/4π)`.
 ///
 /// No other function of the band exceeds it, since `Σ_m y_lm² = (2l+1)/4π` everywhere.
 fn largest_value(order: usize) -> f64 {
@@ -114,7 +121,7 @@ fn basis_function(l: usize, m: isize) -> impl Fn(Dir) -> f64 + Sync {
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::Coefficient;
+    use lobe_sh::{Coefficient, eval_basis};
 
     use super::*;
 
@@ -141,8 +148,8 @@ mod tests {
     fn no_function_exceeds_the_common_scale() {
         for order in 1..5 {
             for s in lobe_testkit::directions() {
-                let largest =
-                    lobe_sh::eval_basis(Dir::new(s).unwrap(), order).into_iter().fold(0.0, |m: f64, y| m.max(y.abs()));
+                let values = eval_basis(Dir::new(s).unwrap(), order);
+                let largest = values.into_iter().fold(0.0, |m: f64, y| m.max(y.abs()));
                 assert!(largest <= largest_value(order) + 1e-12, "order {order} at {s:?}: {largest}");
             }
         }

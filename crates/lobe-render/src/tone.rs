@@ -12,8 +12,8 @@ pub enum Exposure {
     Fixed(f64),
     /// Bring the log-average luminance `exp(mean(ln Y))` to `key`; 0.18 is the middle grey of photography.
     ///
-    /// Pixels that are black, negative or not finite are left out of the average (Reinhard et al. 2002, equation
-    /// 1, adds a small constant instead, which makes the result depend on the unit of the light).
+    /// Pixels that are black, negative or not finite are left out of the average. (Reinhard et al. 2002 add a small
+    /// constant to every luminance instead, which makes the result depend on the unit of the light.)
     LogAverage {
         /// The wanted log-average.
         key: f64,
@@ -33,7 +33,7 @@ pub enum Curve {
     /// Cut off at 0 and 1.
     Clip,
     /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colours keep
-    /// their chromaticity until a channel is cut off at 1 (Reinhard et al. 2002, equation 4).
+    /// their chromaticity until a channel is cut off at 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
     Reinhard {
         /// The smallest luminance, after exposure, that is shown white.
         white: f64,

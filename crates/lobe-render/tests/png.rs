@@ -1,0 +1,72 @@
+//! PNG files: their bytes, and how they come to their place.
+
+use std::fs;
+
+use lobe_render::{Ball, Balloon, CubeCross, Picture, RenderError, Tone, lat_long_picture, srgb_decode};
+use lobe_sh::{Dir, Rgb};
+
+/// A function without symmetry.
+fn f(s: Dir) -> f64 {
+    (2.0 * s.x() - 0.7 * s.y()).sin() + s.y() * s.z() - 0.3
+}
+
+fn figures() -> Vec<Vec<u8>> {
+    let colour = |s: Dir| Rgb::new(f(s), 0.5 + 0.5 * s.y(), s.z());
+    let pictures = [
+        Balloon::new(70).picture(f),
+        CubeCross::new(30).picture(f),
+        Ball::new(50).lit(Rgb::new(0.1, 0.1, 0.1), colour),
+        lat_long_picture(60, 30, colour),
+        lat_long_picture(60, 30, colour).resized(41, 7),
+    ];
+    pictures.iter().map(|picture| picture.to_png(&Tone::PHOTOGRAPH).expect("these pictures have pixels")).collect()
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_number_of_threads() {
+    let with = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(figures);
+    let one = with(1);
+    for threads in [2, 5] {
+        for (i, (a, b)) in one.iter().zip(with(threads)).enumerate() {
+            assert!(*a == b, "figure {i} differs between 1 and {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn a_file_holds_the_pixels_row_by_row_from_the_top() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.png");
+    let level = |v: usize| srgb_decode(v as f64 / 255.0) as f32;
+    let picture = Picture::from_fn(7, 5, |x, y| Rgb::new(level(30 * x), level(40 * y), level(255)));
+    picture.write_png(&path, &Tone::PLAIN).unwrap();
+    let read = image::open(&path).unwrap().into_rgb8();
+    assert_eq!(read.dimensions(), (7, 5), "columns and rows");
+    for (x, y, pixel) in read.enumerate_pixels() {
+        assert_eq!(pixel.0, [30 * x as u8, 40 * y as u8, 255], "pixel ({x}, {y})");
+    }
+}
+
+#[test]
+fn an_old_file_is_replaced_and_nothing_else_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.png");
+    fs::write(&path, "old").unwrap();
+    let picture = Picture::filled(4, 4, Rgb::new(0.5, 0.5, 0.5));
+    picture.write_png(&path, &Tone::PLAIN).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), picture.to_png(&Tone::PLAIN).unwrap(), "the new file");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "files in the folder");
+}
+
+#[test]
+fn a_picture_that_cannot_be_written_is_one_clear_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("missing").join("picture.png");
+    let error = Picture::filled(1, 1, Rgb::new(0.0, 0.0, 0.0)).write_png(&path, &Tone::PLAIN).unwrap_err();
+    let text = error.to_string();
+    assert!(matches!(error, RenderError::Io { .. }), "{error:?}");
+    assert!(text.contains("picture.png: cannot write the picture: ") && !text.contains('\n'), "{text}");
+
+    let empty = Picture::filled(0, 3, Rgb::new(0.0, 0.0, 0.0)).to_png(&Tone::PLAIN).unwrap_err().to_string();
+    assert_eq!(empty, "a 0 x 3 picture as PNG: it has no pixels", "{empty}");
+}
