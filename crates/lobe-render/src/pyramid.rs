@@ -92,8 +92,8 @@ pub fn basis_balloons(order: usize, size: usize) -> Picture {
     sheet
 }
 
-/// The basis functions of bands `0..order` on unfolded cubes with `face` pixels along an edge, each on its own scale, with a key to
-/// the faces.
+/// The basis functions of bands `0..order` on unfolded cubes with `face` pixels along an edge, each on its own
+/// scale, with a key to the faces.
 #[must_use]
 pub fn basis_crosses(order: usize, face: usize) -> Picture {
     let pyramid = Pyramid { order, cell_width: 4 * face, cell_height: 3 * face, margin: face / 4 };
@@ -106,7 +106,8 @@ pub fn basis_crosses(order: usize, face: usize) -> Picture {
     sheet
 }
 
-/// The largest value of any basis function of bands `0..order`: that of the last `y_l^0` at the pole, `√((2l+1)/4π)`.
+/// The largest value of any basis function of bands `0..order`: that of the last `y_l^0` at the pole,
+/// `√((2l+1)/4π)`.
 ///
 /// No other function of the band exceeds it, since `Σ_m y_lm² = (2l+1)/4π` everywhere.
 fn largest_value(order: usize) -> f64 {

@@ -61,6 +61,10 @@ impl Tone {
     pub const PHOTOGRAPH: Self =
         Self { exposure: Exposure::LogAverage { key: 0.18 }, curve: Curve::Reinhard { white: 4.0 } };
 
+    /// For lit objects, whose shading should be seen as it is: nothing compressed, one pixel in a hundred brighter than
+    /// 0.9.
+    pub const OBJECT: Self = Self { exposure: Exposure::Percentile { fraction: 0.99, level: 0.9 }, curve: Curve::Clip };
+
     /// This tone mapping with the exposure that it finds for `picture`, to show other pictures alike.
     #[must_use]
     pub fn fixed_for(&self, picture: &Picture) -> Self {
