@@ -23,7 +23,8 @@ pub struct ErrorReport {
 /// Compares an image `a` with its reference `b`, value by value.
 ///
 /// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR; a value that is NaN
-/// makes all but `max_abs` NaN.
+/// makes all but `max_abs` NaN. All values count alike: in a
+/// lat-long picture the poles weigh more than their solid angle.
 ///
 /// # Panics
 /// If the two differ in length.
