@@ -1,3 +1,48 @@
-//! Chores of the repository.
+//! Chores of the repository: `cargo xtask CHORE`. Without a chore it lists them.
 
-fn main() {}
+mod arch;
+mod ci;
+mod documents;
+mod goldens;
+mod sizes;
+mod step;
+mod workspace;
+
+use std::process::ExitCode;
+
+/// What a chore comes back with: nothing, or one line for each fault it found.
+pub(crate) type Outcome = Result<(), Vec<String>>;
+
+/// A chore: the arguments after its name in, an [`Outcome`] out.
+type Chore = fn(&[String]) -> Outcome;
+
+/// Every chore by name, with what it does.
+const CHORES: &[(&str, &str, Chore)] = &[
+    ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
+    ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),
+    ("arch", "the arrows of ARCHITECTURE.md against those of the Cargo.toml files", |_| arch::check()),
+    ("sizes", "the length of every Rust file", |_| sizes::check()),
+    ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
+    ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let chore = arguments.first().and_then(|name| CHORES.iter().find(|(chore, ..)| chore == name));
+    let Some((name, _, run)) = chore else {
+        eprintln!("usage: cargo xtask CHORE");
+        for (name, what, _) in CHORES {
+            eprintln!("  {name:<10} {what}");
+        }
+        return ExitCode::from(2);
+    };
+    match run(&arguments[1..]) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(faults) => {
+            for fault in faults {
+                eprintln!("{name}: {fault}");
+            }
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! The two chores made of steps: `ci` is all that continuous integration checks, `quick` its fast part.
+
+use crate::step::{Step, Work, run_all};
+use crate::{Outcome, arch, documents, goldens, sizes};
+
+const DENY_DOC_WARNINGS: &[(&str, &str)] = &[("RUSTDOCFLAGS", "-D warnings")];
+
+const FMT: Step = Step { name: "fmt", work: Work::Cargo("fmt --all --check", &[]) };
+const ARCH: Step = Step { name: "arch", work: Work::Chore(arch::check) };
+const SIZES: Step = Step { name: "sizes", work: Work::Chore(sizes::check) };
+const DOCUMENTS: Step = Step { name: "documents", work: Work::Chore(documents::check) };
+const GOLDENS: Step = Step { name: "goldens", work: Work::Chore(goldens::check) };
+const CLIPPY: Step =
+    Step { name: "clippy", work: Work::Cargo("clippy --workspace --all-targets --all-features -- -D warnings", &[]) };
+/// What maintainers see: every link is checked, those of private items too.
+const DOCS_PRIVATE: Step = Step {
+    name: "docs-private",
+    work: Work::Cargo("doc --workspace --no-deps --document-private-items", DENY_DOC_WARNINGS),
+};
+/// What users see: a link from a public item to a private one is an error. Last, so that it is what stays in target/doc.
+const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-deps", DENY_DOC_WARNINGS) };
+/// The README's command, word for word.
+const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
+
+/// Everything, the cheap steps first.
+pub(crate) fn ci() -> Outcome {
+    run_all(&[FMT, ARCH, SIZES, DOCUMENTS, GOLDENS, CLIPPY, DOCS_PRIVATE, DOCS, TEST])
+}
+
+/// The steps to run before each commit.
+pub(crate) fn quick() -> Outcome {
+    const CHECK: Step =
+        Step { name: "clippy", work: Work::Cargo("clippy --workspace --all-targets -- -D warnings", &[]) };
+    const UNIT: Step = Step { name: "unit", work: Work::Cargo("test --quiet --package lobe-sh --lib", &[]) };
+    run_all(&[FMT, ARCH, SIZES, CHECK, UNIT])
+}
