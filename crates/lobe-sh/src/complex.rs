@@ -12,7 +12,7 @@ use crate::legendre::legendre_normalised_at;
 ///   Y_l^m = √((2l+1)/(4π) (l-m)!/(l+m)!) P_l^m(cos θ) e^{imφ}        Y_l^-m = (-1)^m conj(Y_l^m)
 /// ```
 ///
-/// The phase stands once, inside `P_l^m` ([`legendre`](crate::legendre)); lecture notes that give it in the
+/// The phase stands once, inside `P_l^m` ([`legendre`](crate::legendre())); lecture notes that give it in the
 /// definition of `Y` and in `P` as well contradict their own tables.
 ///
 /// # Panics

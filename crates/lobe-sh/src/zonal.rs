@@ -16,7 +16,7 @@ use crate::{Coefficient, Dir, Real, ShVec};
 /// ```
 ///
 /// About +z it is the expansion with `f_l0 = z_l` and all others zero. It is a light's shape
-/// ([`Zonal::towards`]) or a kernel to convolve with ([`convolve_into`](crate::convolve_into)).
+/// ([`Zonal::towards`]) or a kernel to convolve with ([`convolve_in_place`](crate::convolve_in_place)).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Zonal {
