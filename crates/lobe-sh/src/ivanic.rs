@@ -1,0 +1,262 @@
+//! Rotation matrices of all bands by recurrence, for one rotation of many expansions.
+
+use crate::index::{band_range, len, order_of_slice};
+use crate::{Coefficient, Real, Rotation};
+
+/// Vectors and rows handled together when many expansions are rotated: their sums fill the SSE registers.
+const VECTOR_BLOCK: usize = 8;
+const ROW_BLOCK: usize = 4;
+
+/// The matrices of all bands of one rotation, prepared to be applied to many expansions.
+///
+/// ```text
+///   M_{mn}^l = u U + v V + w W                            for -l <= m, n <= l
+///
+///   u = √((l+m)(l-m)/D)                                   D = (l+n)(l-n) for |n| < l,  2l(2l-1) for |n| = l
+///   v = ½ √((1+δ_m0)(l+|m|-1)(l+|m|)/D) (1-2δ_m0)
+///   w = -½ √((l-|m|-1)(l-|m|)/D) (1-δ_m0)
+///
+///   U = P_0(m, n)
+///   V = m = 0:  P_1(1, n) + P_-1(-1, n)
+///       m > 0:  P_1(m-1, n) √(1+δ_m1) - P_-1(1-m, n) (1-δ_m1)
+///       m < 0:  P_1(m+1, n) (1-δ_m,-1) + P_-1(-m-1, n) √(1+δ_m,-1)
+///   W = m > 0:  P_1(m+1, n) + P_-1(-m-1, n)
+///       m < 0:  P_1(m-1, n) - P_-1(1-m, n)
+///
+///   P_i(a, n) = |n| < l:  M_{i,0}^1 M_{a,n}^{l-1}
+///               n = l:    M_{i,1}^1 M_{a,l-1}^{l-1} - M_{i,-1}^1 M_{a,1-l}^{l-1}
+///               n = -l:   M_{i,1}^1 M_{a,1-l}^{l-1} + M_{i,-1}^1 M_{a,l-1}^{l-1}
+/// ```
+///
+/// `M^1` is the rotation matrix with rows and columns in the order y, z, x. This is the basis without the
+/// Condon-Shortley phase; entries are multiplied by `(-1)^(m+n)` for ours. [Ivanic and Ruedenberg 1996], tables 1 and 2,
+/// with V and W of the correction of 1998 (J. Phys. Chem. A 102, 9099). Built in `f64` and rounded once.
+///
+/// Against [`Rotation::apply_into`], which knows nothing of this recurrence, `every_route_agrees_at_every_order`
+/// finds 1e-12 at order 16 and 1e-10 at order 64; `the_matrices_are_orthogonal` bounds the residual of `M Mᵀ`.
+///
+/// ```
+/// use lobe_sh::{Dir, Expansion as _, Rotation, RotationMatrices, ShL3};
+///
+/// let rotation = Rotation::from_axis_angle(Dir::Y, 0.3);
+/// let matrices = RotationMatrices::<f64>::new(&rotation, 4);
+/// let light = ShL3::<f64>::impulse(Dir::Z, 1.0);
+/// let mut turned = ShL3::zero();
+/// matrices.apply_into(light.coefficients(), turned.coefficients_mut());
+/// assert!((turned.eval(rotation.rotate_dir(Dir::Z)) - light.eval(Dir::Z)).abs() < 1e-14);
+/// ```
+///
+/// [Ivanic and Ruedenberg 1996]: https://doi.org/10.1021/jp953350u
+#[derive(Clone, Debug)]
+pub struct RotationMatrices<S> {
+    order: usize,
+    /// Band after band, each column after column.
+    columns: Vec<S>,
+}
+
+impl<S: Real> RotationMatrices<S> {
+    /// The matrices of bands `0..order`.
+    #[must_use]
+    pub fn new(rotation: &Rotation, order: usize) -> Self {
+        let mut columns = Vec::with_capacity(first_entry(order));
+        let mut band = BandMatrix { l: 0, rows: vec![1.0] };
+        let one = BandMatrix::one(rotation);
+        for l in 0..order {
+            if l == 1 {
+                band = one.clone();
+            } else if l > 1 {
+                band = band.next(&one);
+            }
+            let side = 2 * l + 1;
+            for n in 0..side {
+                columns.extend((0..side).map(|m| {
+                    // The phases (-1)^m and (-1)^n; an index differs from m by l, a common sign that cancels.
+                    let sign = if (m + n).is_multiple_of(2) { 1.0 } else { -1.0 };
+                    S::from_f64(sign * band.rows[m * side + n])
+                }));
+            }
+        }
+        Self { order, columns }
+    }
+
+    /// The number of bands.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// The entry of band `l` that says how much of `f_ln` goes to `f_lm`.
+    ///
+    /// # Panics
+    /// If `l >= order` or `m` or `n` lies outside `-l..=l`.
+    #[must_use]
+    pub fn entry(&self, l: usize, m: isize, n: isize) -> S {
+        let place = |m: isize| l.checked_add_signed(m).filter(|place| *place <= 2 * l);
+        let (Some(m), Some(n)) = (place(m), place(n)) else { panic!("m and n must lie in -{l}..={l}, not {m}, {n}") };
+        self.band(l)[n * (2 * l + 1) + m]
+    }
+
+    /// The coefficients of the rotated function.
+    ///
+    /// # Panics
+    /// If the lengths differ, are no perfect square, or their order is above that of the matrices.
+    pub fn apply_into<T: Coefficient<Scalar = S>>(&self, src: &[T], dst: &mut [T]) {
+        assert_eq!(src.len(), dst.len(), "the rotated expansion has as many coefficients as the given one");
+        for l in 0..self.order_within(order_of_slice(src)) {
+            let dst = &mut dst[band_range(l)];
+            dst.fill(T::ZERO);
+            for (column, x) in self.band(l).chunks_exact(2 * l + 1).zip(&src[band_range(l)]) {
+                for (dst, m) in dst.iter_mut().zip(column) {
+                    *dst += x.scale(*m);
+                }
+            }
+        }
+    }
+
+    /// Rotates `count` functions at once: `src[i * count + k]` is coefficient `i` of function `k`, likewise `dst`.
+    ///
+    /// # Panics
+    /// If the lengths differ, are not `n² count`, or the order is above that of the matrices.
+    pub fn apply_many_into<T: Coefficient<Scalar = S>>(&self, count: usize, src: &[T], dst: &mut [T]) {
+        assert_eq!(src.len(), dst.len(), "the rotated expansions have as many coefficients as the given ones");
+        if count == 0 {
+            assert!(src.is_empty(), "no expansions have no coefficients, not {}", src.len());
+            return;
+        }
+        let order = self.order_within((src.len() / count).isqrt());
+        assert_eq!(src.len(), len(order) * count, "expected n² coefficients of {count} functions");
+        for l in 0..order {
+            let range = band_range(l).start * count..band_range(l).end * count;
+            let (src, dst) = (&src[range.clone()], &mut dst[range]);
+            for row in (0..=2 * l).step_by(ROW_BLOCK) {
+                for start in (0..count).step_by(VECTOR_BLOCK) {
+                    self.apply_block(l, row, count, start, src, dst);
+                }
+            }
+        }
+    }
+
+    /// Up to [`ROW_BLOCK`] rows from `row` of band `l` for up to [`VECTOR_BLOCK`] functions from `start`.
+    #[inline(always)]
+    fn apply_block<T: Coefficient<Scalar = S>>(
+        &self,
+        l: usize,
+        row: usize,
+        count: usize,
+        start: usize,
+        src: &[T],
+        dst: &mut [T],
+    ) {
+        let (side, band) = (2 * l + 1, self.band(l));
+        let (rows, width) = (ROW_BLOCK.min(side - row), VECTOR_BLOCK.min(count - start));
+        let mut sums = [[T::ZERO; VECTOR_BLOCK]; ROW_BLOCK];
+        let mut x = [T::ZERO; VECTOR_BLOCK];
+        let mut m = [S::ZERO; ROW_BLOCK];
+        for n in 0..side {
+            // Whole blocks take this copy as one of fixed length.
+            if let Some(whole) =
+                src[n * count + start..].first_chunk::<VECTOR_BLOCK>().filter(|_| width == VECTOR_BLOCK)
+            {
+                x = *whole;
+            } else {
+                x[..width].copy_from_slice(&src[n * count + start..][..width]);
+            }
+            m[..rows].copy_from_slice(&band[n * side + row..][..rows]);
+            for (sums, m) in sums.iter_mut().zip(m) {
+                for (sum, x) in sums.iter_mut().zip(x) {
+                    *sum += x.scale(m);
+                }
+            }
+        }
+        for (r, sums) in sums.iter().enumerate().take(rows) {
+            dst[(row + r) * count + start..][..width].copy_from_slice(&sums[..width]);
+        }
+    }
+
+    fn band(&self, l: usize) -> &[S] {
+        &self.columns[first_entry(l)..first_entry(l + 1)]
+    }
+
+    fn order_within(&self, order: usize) -> usize {
+        assert!(order <= self.order, "these matrices reach order {}, not {order}", self.order);
+        order
+    }
+}
+
+/// The number of entries of bands `0..l`: `Σ (2k+1)² = l(4l² - 1)/3`.
+const fn first_entry(l: usize) -> usize {
+    if l == 0 { 0 } else { l * (4 * l * l - 1) / 3 }
+}
+
+/// The matrix of one band, row by row, in the basis without the Condon-Shortley phase.
+#[derive(Clone)]
+struct BandMatrix {
+    l: usize,
+    rows: Vec<f64>,
+}
+
+impl BandMatrix {
+    /// Band 1, in the order y, z, x.
+    fn one(rotation: &Rotation) -> Self {
+        let r = rotation.matrix();
+        let order = [1, 2, 0];
+        Self { l: 1, rows: order.iter().flat_map(|&m| order.map(|n| r[m][n])).collect() }
+    }
+
+    fn row(&self, m: isize) -> &[f64] {
+        let side = 2 * self.l + 1;
+        &self.rows[self.l.strict_add_signed(m) * side..][..side]
+    }
+
+    /// The matrix of the next band.
+    fn next(&self, one: &Self) -> Self {
+        let l = self.l + 1;
+        let mut next = Self { l, rows: Vec::with_capacity((2 * l + 1) * (2 * l + 1)) };
+        let scales: Vec<f64> = (0..=2 * l).map(|n| column_scale(l, n.abs_diff(l))).collect();
+        for m in -(l as isize)..=l as isize {
+            let mut row = vec![0.0; 2 * l + 1];
+            for (factor, i, a) in terms(l as isize, m) {
+                self.add_p(factor, one.row(i), a, &mut row);
+            }
+            next.rows.extend(row.iter().zip(&scales).map(|(x, scale)| x * scale));
+        }
+        next
+    }
+
+    /// Adds `factor P_i(a, n)` for all `n`; `one` is row `i` of band 1.
+    fn add_p(&self, factor: f64, one: &[f64], a: isize, row: &mut [f64]) {
+        let before = self.row(a);
+        let [from_minus, from_zero, from_plus] = [0, 1, 2].map(|k| factor * one[k]);
+        let (first, last) = (before[0], before[before.len() - 1]);
+        for (x, before) in row[1..].iter_mut().zip(before) {
+            *x += from_zero * before;
+        }
+        row[0] += from_plus * first + from_minus * last;
+        row[2 * self.l + 2] += from_plus * last - from_minus * first;
+    }
+}
+
+/// `√(1/D)`, the part of `u`, `v` and `w` that depends on the column.
+fn column_scale(l: usize, n: usize) -> f64 {
+    let d = if n < l { (l + n) * (l - n) } else { 2 * l * (2 * l - 1) };
+    (d as f64).sqrt().recip()
+}
+
+/// Row `m` of band `l` as a sum of terms `factor P_i(a, n)`, given as `(factor, i, a)`.
+fn terms(l: isize, m: isize) -> impl Iterator<Item = (f64, isize, isize)> {
+    let size = m.abs();
+    let root = |x: isize| (x as f64).sqrt();
+    let u = root((l + m) * (l - m));
+    let v = 0.5 * root((l + size - 1) * (l + size));
+    let w = -0.5 * root((l - size - 1) * (l - size));
+    let sqrt_2 = std::f64::consts::SQRT_2;
+    let five = match m {
+        0 => [(u, 0, 0), (-v * sqrt_2, 1, 1), (-v * sqrt_2, -1, -1), (0.0, 0, 0), (0.0, 0, 0)],
+        1 => [(u, 0, 1), (v * sqrt_2, 1, 0), (0.0, 0, 0), (w, 1, 2), (w, -1, -2)],
+        -1 => [(u, 0, -1), (0.0, 0, 0), (v * sqrt_2, -1, 0), (w, 1, -2), (-w, -1, 2)],
+        2.. => [(u, 0, m), (v, 1, m - 1), (-v, -1, 1 - m), (w, 1, m + 1), (w, -1, -m - 1)],
+        _ => [(u, 0, m), (v, 1, m + 1), (v, -1, -m - 1), (w, 1, m - 1), (-w, -1, 1 - m)],
+    };
+    // A factor vanishes where its row lies outside of band l - 1.
+    five.into_iter().filter(|(factor, _, _)| *factor != 0.0)
+}
