@@ -18,7 +18,7 @@ const LANES: usize = 4;
 /// `J` is symmetric and its own inverse. `B` is the matrix of [`HalfTurn`]. The test
 /// `the_swap_is_its_own_inverse` measures 2e-14 at order 64.
 ///
-/// Source: the role of `J` is that in [Pinchon and Hoggan 2007], section 4; its computation here is from the spinors.
+/// Source: the role of `J` is that in [Pinchon and Hoggan 2007]; its computation here is from the spinors.
 ///
 /// [Pinchon and Hoggan 2007]: https://doi.org/10.1088/1751-8113/40/7/011
 //

@@ -13,6 +13,9 @@ const STACK_PLACES: usize = 2 * SplitBand::<f64>::places(STACK_ORDER);
 /// Places for three [`Turn`]s of order [`STACK_ORDER`].
 const STACK_TURN_PLACES: usize = 3 * turn_places(STACK_ORDER);
 
+/// Squares below this have lost digits to underflow; their roots are zero beside the rounding of 1.
+const ZERO_SQUARE: f64 = 1e-280;
+
 /// Cosine and sine of one angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CosSin {
@@ -21,10 +24,15 @@ pub(crate) struct CosSin {
 }
 
 impl CosSin {
-    /// Of the angle from the first axis to the vector `(x, y)`; of 0 for the zero vector.
+    /// Of the angle from the first axis to the vector `(x, y)`, `|x|, |y| <= 1`; of 0 for a vector that is zero beside
+    /// the rounding of 1.
     pub(crate) fn of_vector(x: f64, y: f64) -> Self {
-        let length = x.hypot(y);
-        if length == 0.0 { Self { cos: 1.0, sin: 0.0 } } else { Self { cos: x / length, sin: y / length } }
+        let square = x * x + y * y;
+        if square < ZERO_SQUARE {
+            return Self { cos: 1.0, sin: 0.0 };
+        }
+        let scale = square.sqrt().recip();
+        Self { cos: x * scale, sin: y * scale }
     }
 }
 
@@ -42,7 +50,7 @@ impl CosSin {
 /// 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
 /// `three_turns_and_two_swaps_take_few_multiplications`), where [Green 2003] needs 340 to l = 4.
 ///
-/// Source: [Pinchon and Hoggan 2007], section 4.
+/// Source: [Pinchon and Hoggan 2007].
 ///
 /// [Green 2003]: https://3dvar.com/Green2003Spherical.pdf
 /// [Pinchon and Hoggan 2007]: https://doi.org/10.1088/1751-8113/40/7/011
