@@ -48,11 +48,10 @@ impl CosSin {
 /// `J Z(-β) J = R_y(β)`: exchanging y and z turns a rotation about z into the opposite one about y. Only the three
 /// turns depend on the rotation, and no matrix is built. With the entries ±1 of `J` free, bands 0 to l take
 /// 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
-/// `three_turns_and_two_swaps_take_few_multiplications`), where [Green 2003] needs 340 to l = 4.
+/// `three_turns_and_two_swaps_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
 ///
 /// Source: [Pinchon and Hoggan 2007].
 ///
-/// [Green 2003]: https://3dvar.com/Green2003Spherical.pdf
 /// [Pinchon and Hoggan 2007]: https://doi.org/10.1088/1751-8113/40/7/011
 pub(crate) fn rotate_bands_zyz<T: Coefficient>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
     let order = order_of_slice(coefficients);
