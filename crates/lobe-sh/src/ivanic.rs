@@ -230,14 +230,16 @@ impl BandMatrix {
     /// The matrix of the next band.
     fn next(&self, one: &Self) -> Self {
         let l = self.l + 1;
-        let mut next = Self { l, rows: Vec::with_capacity((2 * l + 1) * (2 * l + 1)) };
-        let scales: Vec<f64> = (0..=2 * l).map(|n| column_scale(l, n.abs_diff(l))).collect();
-        for m in -(l as isize)..=l as isize {
-            let mut row = vec![0.0; 2 * l + 1];
+        let side = 2 * l + 1;
+        let mut next = Self { l, rows: vec![0.0; side * side] };
+        let scales: Vec<f64> = (0..side).map(|n| column_scale(l, n.abs_diff(l))).collect();
+        for (row, m) in next.rows.chunks_exact_mut(side).zip(-(l as isize)..) {
             for (factor, i, a) in terms(l as isize, m) {
-                self.add_p(factor, one.row(i), a, &mut row);
+                self.add_p(factor, one.row(i), a, row);
             }
-            next.rows.extend(row.iter().zip(&scales).map(|(x, scale)| x * scale));
+            for (x, scale) in row.iter_mut().zip(&scales) {
+                *x *= scale;
+            }
         }
         next
     }
@@ -248,11 +250,8 @@ impl BandMatrix {
         let [from_minus, from_zero, from_plus] = [0, 1, 2].map(|k| factor * one[k]);
         let (l, last) = (self.l + 1, 2 * self.l);
         let flat = flat_columns(l);
-        for n in 0..=flat {
-            row[l + n] += from_zero * before[self.l + n];
-            if n > 0 {
-                row[l - n] += from_zero * before[self.l - n];
-            }
+        for (x, before) in row[l - flat..=l + flat].iter_mut().zip(&before[self.l - flat..]) {
+            *x += from_zero * before;
         }
         // Column n of this band stands at l + n, column n - 1 of the band before at l - 1 + n - 1.
         for n in flat + 1..=l {

@@ -78,37 +78,32 @@ impl<'a, T: Coefficient> SplitBand<'a, T> {
     }
 
     /// Sorts the coefficients of band `l` into the lists.
+    #[inline(always)]
     pub(crate) fn load(&mut self, l: usize, band: &[T]) {
-        let (sines, cosines) = band.split_at(l);
-        for (k, pair) in cosines.chunks(2).enumerate() {
-            self.cos_even[k] = pair[0];
-            if let Some(odd) = pair.get(1) {
-                self.cos_odd[k] = *odd;
-            }
+        let band = &band[..2 * l + 1];
+        self.cos_even[0] = band[l];
+        for k in 1..=l / 2 {
+            self.cos_even[k] = band[l + 2 * k];
+            self.sin_even[k - 1] = band[l - 2 * k];
         }
-        for (k, pair) in sines.rchunks(2).enumerate() {
-            self.sin_odd[k] = pair[pair.len() - 1];
-            if pair.len() == 2 {
-                self.sin_even[k] = pair[0];
-            }
+        for k in 0..l.div_ceil(2) {
+            self.cos_odd[k] = band[l + 2 * k + 1];
+            self.sin_odd[k] = band[l - 2 * k - 1];
         }
     }
 
     /// Puts the lists back in index order.
+    #[inline(always)]
     pub(crate) fn store(&self, l: usize, band: &mut [T]) {
-        let (sines, cosines) = band.split_at_mut(l);
-        for (k, pair) in cosines.chunks_mut(2).enumerate() {
-            pair[0] = self.cos_even[k];
-            if let Some(odd) = pair.get_mut(1) {
-                *odd = self.cos_odd[k];
-            }
+        let band = &mut band[..2 * l + 1];
+        band[l] = self.cos_even[0];
+        for k in 1..=l / 2 {
+            band[l + 2 * k] = self.cos_even[k];
+            band[l - 2 * k] = self.sin_even[k - 1];
         }
-        for (k, pair) in sines.rchunks_mut(2).enumerate() {
-            let last = pair.len() - 1;
-            pair[last] = self.sin_odd[k];
-            if last == 1 {
-                pair[0] = self.sin_even[k];
-            }
+        for k in 0..l.div_ceil(2) {
+            band[l + 2 * k + 1] = self.cos_odd[k];
+            band[l - 2 * k - 1] = self.sin_odd[k];
         }
     }
 }
@@ -162,19 +157,20 @@ impl SwapBand {
         }
     }
 
-    /// `to = J_l from`.
-    #[inline]
+    /// `to = J_l from`. All sizes follow from `l`, so that a caller with a constant `l` gets loops of constant length.
+    #[inline(always)]
     pub(crate) fn apply<T: Coefficient>(&self, l: usize, from: &SplitBand<'_, T>, to: &mut SplitBand<'_, T>) {
+        let (evens, odds, sin_evens) = (l / 2 + 1, l.div_ceil(2), l / 2);
         if l.is_multiple_of(2) {
-            self.cos_from_cos.apply(from.cos_even, to.cos_even);
-            self.sin_from_sin.apply(from.sin_odd, to.sin_odd);
-            self.sin_from_cos.apply(from.cos_odd, to.sin_even);
-            self.cos_from_sin.apply(from.sin_even, to.cos_odd);
+            self.cos_from_cos.apply(evens, evens, from.cos_even, to.cos_even);
+            self.sin_from_sin.apply(odds, odds, from.sin_odd, to.sin_odd);
+            self.sin_from_cos.apply(sin_evens, odds, from.cos_odd, to.sin_even);
+            self.cos_from_sin.apply(odds, sin_evens, from.sin_even, to.cos_odd);
         } else {
-            self.cos_from_cos.apply(from.cos_odd, to.cos_odd);
-            self.sin_from_sin.apply(from.sin_even, to.sin_even);
-            self.sin_from_cos.apply(from.cos_even, to.sin_odd);
-            self.cos_from_sin.apply(from.sin_odd, to.cos_even);
+            self.cos_from_cos.apply(odds, odds, from.cos_odd, to.cos_odd);
+            self.sin_from_sin.apply(sin_evens, sin_evens, from.sin_even, to.sin_even);
+            self.sin_from_cos.apply(odds, evens, from.cos_even, to.sin_odd);
+            self.cos_from_sin.apply(evens, odds, from.sin_odd, to.cos_even);
         }
     }
 
@@ -214,21 +210,18 @@ impl Block {
     }
 
     /// `to = M from`; `to` has places for whole strips.
-    #[inline]
-    fn apply<T: Coefficient>(&self, from: &[T], to: &mut [T]) {
-        if self.columns == 0 {
-            to[..self.rows].fill(T::ZERO);
-            return;
-        }
-        let from = &from[..self.columns];
-        for (strip, to) in self.strips.chunks_exact(self.columns).zip(to.chunks_exact_mut(LANES)) {
+    #[inline(always)]
+    fn apply<T: Coefficient>(&self, rows: usize, columns: usize, from: &[T], to: &mut [T]) {
+        debug_assert!((rows, columns) == (self.rows, self.columns), "the size follows from the band");
+        let from = &from[..columns];
+        for strip in 0..rows.div_ceil(LANES) {
             let mut sum = [T::ZERO; LANES];
-            for (entries, x) in strip.iter().zip(from) {
+            for (entries, x) in self.strips[strip * columns..][..columns].iter().zip(from) {
                 for (sum, entry) in sum.iter_mut().zip(entries) {
                     *sum += x.scale(T::Scalar::from_f64(*entry));
                 }
             }
-            to.copy_from_slice(&sum);
+            to[strip * LANES..][..LANES].copy_from_slice(&sum);
         }
     }
 
