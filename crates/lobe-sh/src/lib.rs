@@ -12,6 +12,7 @@ mod convolve;
 mod dir;
 mod expansion;
 mod gradient;
+mod half_turn;
 mod index;
 mod ivanic;
 mod kernel;
