@@ -1,6 +1,7 @@
 //! Chores of the repository: `cargo xtask CHORE`. Without a chore it lists them.
 
 mod arch;
+mod bench;
 mod ci;
 mod documents;
 mod goldens;
@@ -22,6 +23,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),
     ("arch", "the arrows of ARCHITECTURE.md against those of the Cargo.toml files", |_| arch::check()),
     ("sizes", "the length of every Rust file", |_| sizes::check()),
+    ("bench", "the benchmarks beside their peers and floors; --table prints the last results", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];
