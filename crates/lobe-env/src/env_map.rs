@@ -1,0 +1,236 @@
+//! The picture of everything around a point.
+
+use lobe_sh::{Coefficient, Dir, Rgb};
+use rayon::prelude::*;
+
+use crate::{EnvError, lat_long};
+
+/// The radiance that arrives at a point from every direction, as a lat-long picture.
+///
+/// Row 0 is at the top, towards +z; the centre column looks along +x; see [`lat_long`]. Linear light, Rec. 709
+/// primaries unless the file it came from says otherwise. The width is usually twice the height, but need not be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvMap {
+    width: usize,
+    height: usize,
+    texels: Vec<Rgb<f32>>,
+}
+
+impl EnvMap {
+    /// A map from its texels, row after row.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if a side is 0 or `texels` has any other length than `width * height`.
+    pub fn new(width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Result<Self, EnvError> {
+        if width == 0 || height == 0 {
+            return Err(EnvError::Options(format!("an environment map needs texels, but {width} x {height} has none")));
+        }
+        if width.checked_mul(height) != Some(texels.len()) {
+            let found = texels.len();
+            return Err(EnvError::Options(format!("{width} x {height} texels expected, {found} given")));
+        }
+        Ok(Self { width, height, texels })
+    }
+
+    /// The map whose texels have the value of `radiance` towards their centres.
+    ///
+    /// # Panics
+    /// If a side is 0.
+    #[must_use]
+    pub fn from_fn(width: usize, height: usize, radiance: impl Fn(Dir) -> Rgb<f32> + Sync) -> Self {
+        assert!(width > 0 && height > 0, "an environment map needs texels, but {width} x {height} has none");
+        let mut texels = vec![Rgb::ZERO; width * height];
+        texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+            let v = (y as f64 + 0.5) / height as f64;
+            for (x, texel) in row.iter_mut().enumerate() {
+                *texel = radiance(lat_long::dir_from_uv((x as f64 + 0.5) / width as f64, v));
+            }
+        });
+        Self { width, height, texels }
+    }
+
+    /// The number of columns, at least 1.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The number of rows, at least 1.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// All texels, row after row from the top.
+    #[must_use]
+    pub fn texels(&self) -> &[Rgb<f32>] {
+        &self.texels
+    }
+
+    /// All texels, to change.
+    #[must_use]
+    pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
+        &mut self.texels
+    }
+
+    /// The texels of row `y`.
+    ///
+    /// # Panics
+    /// If `y >= height`.
+    #[must_use]
+    pub fn row(&self, y: usize) -> &[Rgb<f32>] {
+        &self.texels[y * self.width..][..self.width]
+    }
+
+    /// The texel in column `x` of row `y`.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    #[must_use]
+    pub fn texel(&self, x: usize, y: usize) -> Rgb<f32> {
+        assert!(x < self.width, "no column {x} in a map of {}", self.width);
+        self.row(y)[x]
+    }
+
+    /// The direction of the centre of texel `(x, y)`.
+    #[must_use]
+    pub fn dir(&self, x: usize, y: usize) -> Dir {
+        lat_long::dir_from_uv((x as f64 + 0.5) / self.width as f64, (y as f64 + 0.5) / self.height as f64)
+    }
+
+    /// The radiance from direction `s`, interpolated bilinearly between texel centres.
+    ///
+    /// Columns wrap around. Beyond the first and the last row the map goes on with the same row, half a turn
+    /// further: the neighbour across the pole. So the value is continuous along every path that does not touch a pole,
+    /// and along every great circle through it.
+    #[must_use]
+    pub fn radiance(&self, s: Dir) -> Rgb<f32> {
+        let (u, v) = lat_long::uv_from_dir(s);
+        let column = u * self.width as f64 - 0.5;
+        let row = v * self.height as f64 - 0.5;
+        let above = row.floor();
+        let t = (row - above) as f32;
+        let across = column + 0.5 * self.width as f64;
+        let last = self.height - 1;
+        let upper =
+            if above < 0.0 { self.lerp_row(0, across) } else { self.lerp_row((above as usize).min(last), column) };
+        let lower = above + 1.0;
+        let lower =
+            if lower > last as f64 { self.lerp_row(last, across) } else { self.lerp_row(lower as usize, column) };
+        lerp(upper, lower, t)
+    }
+
+    /// Row `y` at a fractional column, in texels from the first centre, wrapped around.
+    fn lerp_row(&self, y: usize, column: f64) -> Rgb<f32> {
+        let left = column.floor();
+        let t = (column - left) as f32;
+        let left = left.rem_euclid(self.width as f64) as usize % self.width;
+        let right = if left + 1 == self.width { 0 } else { left + 1 };
+        let row = self.row(y);
+        lerp(row[left], row[right], t)
+    }
+
+    /// The mean over the sphere, every texel weighted with its solid angle.
+    #[must_use]
+    pub fn mean(&self) -> Rgb<f64> {
+        let mut sum = Rgb::ZERO;
+        for (y, row) in self.texels.chunks_exact(self.width).enumerate() {
+            let mut row_sum: Rgb<f64> = Rgb::ZERO;
+            for texel in row {
+                row_sum += texel.widen();
+            }
+            sum += row_sum.scale(lat_long::solid_angle(self.width, self.height, y));
+        }
+        sum.scale(0.25 * std::f64::consts::FRAC_1_PI)
+    }
+}
+
+/// `(1 - t) a + t b`, exact at both ends.
+fn lerp(a: Rgb<f32>, b: Rgb<f32>, t: f32) -> Rgb<f32> {
+    a.scale(1.0 - t) + b.scale(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_testkit::{Random, directions};
+
+    use super::*;
+
+    fn numbered(width: usize, height: usize) -> EnvMap {
+        let mut random = Random::new(7);
+        let texels = (0..width * height).map(|i| Rgb::new(i as f32, random.unit() as f32, 1.0)).collect();
+        EnvMap::new(width, height, texels).unwrap()
+    }
+
+    #[test]
+    fn a_map_without_texels_or_with_too_few_is_refused() {
+        for (w, h, n) in [(0, 0, 0), (0, 4, 0), (4, 0, 0), (4, 2, 7), (usize::MAX, 2, 4)] {
+            let error = EnvMap::new(w, h, vec![Rgb::ZERO; n]);
+            assert!(matches!(error, Err(EnvError::Options(_))), "{w} x {h} with {n} texels: {error:?}");
+        }
+    }
+
+    #[test]
+    fn at_texel_centres_the_radiance_is_the_texel() {
+        for (w, h) in [(2, 1), (4, 2), (7, 5), (64, 32)] {
+            let map = numbered(w, h);
+            for y in 0..h {
+                for x in 0..w {
+                    let (found, texel) = (map.radiance(map.dir(x, y)), map.texel(x, y));
+                    let error = (found.g - texel.g).abs().max((found.r - texel.r).abs() / (w * h) as f32);
+                    assert!(error < 1e-5, "{w} x {h} at ({x}, {y}): {found:?} against {texel:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_map_is_constant_in_every_direction() {
+        for (w, h) in [(1, 1), (2, 1), (3, 2), (8, 4)] {
+            let map = EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 2.0, 3.0));
+            for v in directions() {
+                let found = map.radiance(Dir::new(v).unwrap());
+                assert!((found.b - 3.0).abs() < 1e-6, "{w} x {h} towards {v:?}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_radiance_is_continuous_across_the_seam_and_across_the_poles() {
+        let small = 1e-7;
+        for (w, h) in [(8, 4), (7, 5), (2, 1), (1, 1)] {
+            let map = numbered(w, h);
+            let step = |a: Dir, b: Dir, place: &str| {
+                let (a, b) = (map.radiance(a), map.radiance(b));
+                assert!((a.g - b.g).abs() < 1e-4, "{place} of {w} x {h}: {a:?} and {b:?}");
+            };
+            for k in 0..50 {
+                let theta = 0.02 + 3.1 * f64::from(k) / 50.0;
+                let phi = std::f64::consts::PI;
+                step(Dir::from_angles(theta, phi - small), Dir::from_angles(theta, small - phi), "seam");
+                let across = |theta: f64| {
+                    let phi = 0.13 * f64::from(k);
+                    (Dir::from_angles(theta, phi), Dir::from_angles(theta, phi + std::f64::consts::PI))
+                };
+                let (a, b) = across(small);
+                step(a, b, "upper pole");
+                let (a, b) = across(std::f64::consts::PI - small);
+                step(a, b, "lower pole");
+            }
+        }
+    }
+
+    #[test]
+    fn from_fn_looks_towards_the_texel_centres() {
+        let map = EnvMap::from_fn(64, 32, |s| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32));
+        assert!(map.texel(32, 0).b > 0.99, "the top row is +z: {:?}", map.texel(32, 0));
+        assert!(map.texel(32, 16).r > 0.99, "the centre is +x: {:?}", map.texel(32, 16));
+        assert!(map.texel(48, 16).g < -0.99, "right of the centre is -y: {:?}", map.texel(48, 16));
+    }
+
+    #[test]
+    fn the_mean_of_a_constant_map_is_the_constant() {
+        let mean = EnvMap::from_fn(9, 5, |_| Rgb::new(0.25, 1.0, 4.0)).mean();
+        assert!((mean.b - 4.0).abs() < 1e-14 && (mean.r - 0.25).abs() < 1e-15, "{mean:?}");
+    }
+}

@@ -1,0 +1,156 @@
+//! The lat-long mapping: longitude across, latitude down.
+//!
+//! ```text
+//!   u = 0 .. 1 from the left edge to the right      φ = π (1 - 2u)
+//!   v = 0 .. 1 from the top edge to the bottom      θ = π v
+//!
+//!          u = 0      1/4      1/2      3/4       1
+//!   v = 0   +----------------- +z -----------------+
+//!     1/2  -x         +y       +x       -y        -x
+//!   v = 1   +----------------- -z -----------------+
+//! ```
+//!
+//! A photograph seen from inside: right of the centre, +x, lies -y. Texel `(x, y)` of a picture of `w` columns and
+//! `h` rows covers `[x, x+1]/w × [y, y+1]/h`; its centre is at `(x + 1/2, y + 1/2)`.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use lobe_sh::Dir;
+
+/// The direction of the point `(u, v)` of the picture.
+///
+/// `u` may be any number: it wraps around. `v` is clamped to `[0, 1]`. Exact on the axes: `v = 0` and `v = 1` are the
+/// poles whatever `u` is.
+///
+/// ```
+/// use lobe_env::lat_long::dir_from_uv;
+/// use lobe_sh::Dir;
+///
+/// assert_eq!(dir_from_uv(0.5, 0.5), Dir::X);
+/// assert_eq!(dir_from_uv(0.25, 0.5), Dir::Y);
+/// assert_eq!(dir_from_uv(0.8, 0.0), Dir::Z);
+/// ```
+#[must_use]
+pub fn dir_from_uv(u: f64, v: f64) -> Dir {
+    let (sin_theta, cos_theta) = sin_cos_pi(v.clamp(0.0, 1.0));
+    let (sin_phi, cos_phi) = sin_cos_pi(1.0 - 2.0 * (u - u.floor()));
+    Dir::from_unit([sin_theta * cos_phi, sin_theta * sin_phi, cos_theta])
+}
+
+/// The point `(u, v)` of the picture in the direction `s`, `u` in `[0, 1)`, `v` in `[0, 1]`; `u = 1/2` at the poles.
+#[must_use]
+pub fn uv_from_dir(s: Dir) -> (f64, f64) {
+    let u = 0.5 - 0.5 * FRAC_1_PI * s.phi();
+    // φ = -π (y = -0.0) and φ = π are the same column; rounding may also reach 1 from below.
+    (if u < 1.0 { u } else { 0.0 }, (FRAC_1_PI * s.theta()).min(1.0))
+}
+
+/// The solid angle in steradian of any texel in row `y` of a picture of `width` columns and `height` rows.
+///
+/// ```text
+///   Ω = (2π/w) (cos θ_y - cos θ_{y+1}) = (4π/w) sin(π/2h) sin(π (y + 1/2)/h)      θ_y = π y/h
+/// ```
+///
+/// The second form keeps all digits at the poles. Over all texels the sum is `4π` (test
+/// `solid_angles_sum_to_the_whole_sphere`).
+///
+/// # Panics
+/// If `y >= height` or `width` is 0.
+#[must_use]
+pub fn solid_angle(width: usize, height: usize, y: usize) -> f64 {
+    assert!(y < height && width > 0, "no row {y} in a picture of {width} x {height}");
+    // The mirrored row has the same value; of the two, the upper one has the smaller rounding error.
+    let upper = y.min(height - 1 - y);
+    let middle = sin_cos_pi((upper as f64 + 0.5) / height as f64).0;
+    4.0 * PI / width as f64 * sin_cos_pi(0.5 / height as f64).0 * middle
+}
+
+/// `(sin πt, cos πt)`, exact where either is 0, 1 or -1.
+///
+/// The nearest multiple of a quarter turn is taken out before `π` comes in; that subtraction is exact.
+pub(crate) fn sin_cos_pi(t: f64) -> (f64, f64) {
+    let quarters = (2.0 * t).round();
+    let (sin, cos) = (PI * (t - 0.5 * quarters)).sin_cos();
+    match quarters.rem_euclid(4.0) as u8 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_testkit::directions;
+
+    use super::*;
+
+    fn dir(v: [f64; 3]) -> Dir {
+        Dir::new(v).unwrap()
+    }
+
+    #[test]
+    fn the_axes_lie_where_the_figure_says() {
+        let cases = [
+            (0.0, 0.5, -Dir::X),
+            (0.25, 0.5, Dir::Y),
+            (0.5, 0.5, Dir::X),
+            (0.75, 0.5, -Dir::Y),
+            (1.0, 0.5, -Dir::X),
+            (0.3, 0.0, Dir::Z),
+            (0.3, 1.0, -Dir::Z),
+        ];
+        for (u, v, expected) in cases {
+            let s = dir_from_uv(u, v);
+            assert_eq!(s.to_array().map(|c| c + 0.0), expected.to_array().map(|c| c + 0.0), "u {u}, v {v}");
+        }
+    }
+
+    #[test]
+    fn mapping_and_inverse_agree_over_the_whole_sphere() {
+        for v in directions() {
+            let s = dir(v);
+            let (u, v) = uv_from_dir(s);
+            assert!((0.0..1.0).contains(&u) && (0.0..=1.0).contains(&v), "{s:?} is at ({u}, {v})");
+            let back = dir_from_uv(u, v);
+            assert!(s.angle_to(back) < 1e-15 * 4.0, "{s:?} came back as {back:?}");
+        }
+    }
+
+    #[test]
+    fn both_sides_of_the_seam_are_the_left_edge() {
+        for y in [0.0, -0.0] {
+            assert_eq!(uv_from_dir(Dir::from_unit([-1.0, y, 0.0])), (0.0, 0.5), "y = {y:?}");
+        }
+        let beyond = uv_from_dir(dir([-1.0, -1e-300, 0.0]));
+        assert_eq!(beyond, (0.0, 0.5), "a hair beyond the seam");
+    }
+
+    #[test]
+    fn u_wraps_around() {
+        for u in [-3.0, -1.0, 1.0, 7.0] {
+            let (a, b) = (dir_from_uv(0.3, 0.7), dir_from_uv(0.3 + u, 0.7));
+            assert!(a.angle_to(b) < 1e-14, "u + {u}: {a:?} and {b:?}");
+        }
+    }
+
+    #[test]
+    fn solid_angles_sum_to_the_whole_sphere() {
+        for (w, h) in [(1, 1), (2, 1), (7, 3), (512, 256), (4096, 2048)] {
+            let sum: f64 = (0..h).map(|y| w as f64 * solid_angle(w, h, y)).sum();
+            assert!((sum / (4.0 * PI) - 1.0).abs() < 1e-14, "{w} x {h}: {sum}");
+        }
+    }
+
+    #[test]
+    fn solid_angles_have_all_their_digits_at_the_poles() {
+        // 1 - cos x = x²/2 - x⁴/24 + ..
+        let (w, h) = (8192, 4096);
+        let x = PI / h as f64;
+        let exact = 2.0 * PI / w as f64 * x * x * (0.5 - x * x / 24.0 + x.powi(4) / 720.0);
+        for y in [0, h - 1] {
+            let found = solid_angle(w, h, y);
+            assert!((found / exact - 1.0).abs() < 1e-14, "row {y}: {found} against {exact}");
+        }
+    }
+}
