@@ -49,6 +49,12 @@ impl EnvMap {
         Self { width, height, texels }
     }
 
+    /// A map from as many texels as it needs.
+    pub(crate) fn from_rows(width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Self {
+        debug_assert!(width * height == texels.len() && !texels.is_empty(), "{width} x {height}: {}", texels.len());
+        Self { width, height, texels }
+    }
+
     /// The number of columns, at least 1.
     #[must_use]
     pub fn width(&self) -> usize {
