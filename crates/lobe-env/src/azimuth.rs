@@ -57,7 +57,7 @@ pub(crate) struct Azimuth {
     sin: Vec<f64>,
 }
 
-/// The sums of one row: `[cos, sin]` for every `m < order`.
+/// The sums of one row or of several: `[cos, sin]` for every `m < order`.
 pub(crate) type RowSums = [[Rgb<f64>; 2]];
 
 impl Azimuth {
@@ -81,11 +81,11 @@ impl Azimuth {
     /// Adds `Σ_x L(x) cos mφ_x` and `Σ_x L(x) sin mφ_x` of each row to its `order` sums in `sums`.
     ///
     /// The tables pass once through the cache for all `rows`, so give several at a time.
-    pub(crate) fn add_sums<'a>(&self, rows: impl Iterator<Item = &'a [Rgb<f32>]> + Clone, sums: &mut [[Rgb<f64>; 2]]) {
+    pub(crate) fn add_sums(&self, rows: &[&[Rgb<f32>]], sums: &mut RowSums) {
         let mut planes = [[[0.0; BLOCK]; 3]; PLANES];
         for start in (0..self.columns).step_by(BLOCK) {
             let count = BLOCK.min(self.columns - start);
-            for (row, sums) in rows.clone().zip(sums.chunks_exact_mut(self.order)) {
+            for (row, sums) in rows.iter().zip(sums.chunks_exact_mut(self.order)) {
                 self.fold(row, start, count, &mut planes);
                 self.add_block(&planes, start, count, sums);
             }
@@ -256,7 +256,7 @@ mod tests {
             for order in [1, 2, 3, 4, 7, 65] {
                 let row = random_row(width);
                 let mut sums = vec![[Rgb::ZERO; 2]; order];
-                Azimuth::new(width, order).add_sums(std::iter::once(&row[..]), &mut sums);
+                Azimuth::new(width, order).add_sums(&[&row], &mut sums);
                 for (m, (found, expected)) in sums.iter().zip(slow_sums(&row, order)).enumerate() {
                     for part in 0..2 {
                         let error = (found[part] - expected[part]).to_array().map(f64::abs);
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn the_sines_of_a_constant_row_are_exactly_zero() {
         let mut sums = vec![[Rgb::ZERO; 2]; 9];
-        Azimuth::new(64, 9).add_sums(std::iter::once(&[Rgb::new(0.3, 1.7, 9.1); 64][..]), &mut sums);
+        Azimuth::new(64, 9).add_sums(&[&[Rgb::new(0.3, 1.7, 9.1); 64]], &mut sums);
         assert!(sums.iter().all(|[_, sin]| *sin == Rgb::ZERO), "{sums:?}");
     }
 

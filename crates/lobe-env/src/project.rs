@@ -91,7 +91,8 @@ fn add_pairs(
     let order = columns.len();
     let mirrored = |y: usize| map.height() - 1 - y;
     let mut sums = vec![[Rgb::ZERO; 2]; 2 * pairs.len() * order];
-    azimuth.add_sums(pairs.clone().flat_map(|y| [map.row(y), map.row(mirrored(y))]), &mut sums);
+    let rows: Vec<_> = pairs.clone().flat_map(|y| [map.row(y), map.row(mirrored(y))]).collect();
+    azimuth.add_sums(&rows, &mut sums);
     let mut integrals = vec![0.0; len(order)];
     for (y, sums) in pairs.zip(sums.chunks_exact(2 * order)) {
         polar.integrate_into(y, &mut integrals);

@@ -1,0 +1,333 @@
+//! OpenEXR pictures.
+
+use std::collections::HashSet;
+use std::io::Cursor;
+
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::{self, BlockIndex, UncompressedBlock};
+use exr::error::Error as ExrError;
+use exr::meta::attribute::{ChannelList, Chromaticities, EnvironmentMap, SampleType};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::{Compression, f16};
+use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
+
+use crate::EnvError;
+use crate::read::{Decoded, check_size, invalid, reserve, unsupported};
+
+/// Blocks decoded at a time, in parallel; bounds what is held besides the file and the picture.
+const BLOCKS_TOGETHER: usize = 64;
+
+/// The bit of the version field that says "at least one part is deep".
+const DEEP_FLAG: u32 = 0x800;
+
+/// The most bytes that one compressed byte can stand for. Deflate reaches 1032, and PXR24 stores three of four bytes;
+/// runs of PIZ's Huffman code reach 453; RLE 64; B44A 11.
+const MOST_BYTES_PER_BYTE: u64 = 2048;
+
+/// The same for DWAA and DWAB: an 8 x 8 block of one colour is a few bits before deflate.
+const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 18;
+
+/// Decodes an OpenEXR picture; `name` stands for the file in messages.
+pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, EnvError> {
+    if let Some(version) = bytes.get(4..8)
+        && u32::from_le_bytes([version[0], version[1], version[2], version[3]]) & DEEP_FLAG != 0
+    {
+        return Err(unsupported(name, "deep data is not read; flatten the picture".into()));
+    }
+    let reader = block::read(Cursor::new(bytes), false).map_err(|e| explain(&e, name))?;
+    let headers = reader.headers();
+    let (part, channels) = colour_part(headers, name)?;
+    let header = &headers[part];
+    let windows = Windows::of(header, max_texels, name)?;
+    let notes = notes(headers, part, &channels, &windows);
+
+    let wanted =
+        |block: &BlockIndex| block.layer == part && block.level.0 == 0 && block.level.1 == 0 && windows.shows(block);
+    let mut expected = HashSet::new();
+    let chunks = reader
+        .filter_chunks(false, |_, _, block| {
+            let wanted = wanted(&block);
+            if wanted {
+                expected.insert((block.pixel_position.0, block.pixel_position.1));
+            }
+            wanted
+        })
+        .map_err(|e| explain(&e, name))?;
+    let meta = block::reader::ChunksReader::meta_data(&chunks).clone();
+    let chunks: Vec<Chunk> = chunks.collect::<Result<_, _>>().map_err(|e| explain(&e, name))?;
+    check_chunks(&chunks, &meta, &wanted, &mut expected, name)?;
+
+    let mut texels = reserve(windows.width * windows.height, name)?;
+    texels.resize(windows.width * windows.height, Rgb::ZERO);
+    for batch in chunks.chunks(BLOCKS_TOGETHER) {
+        let blocks: Vec<Block> = batch
+            .par_iter()
+            .map(|chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, name)))
+            .collect::<Result<_, _>>()?;
+        for block in &blocks {
+            windows.blit(block, &mut texels);
+        }
+    }
+    Ok(Decoded { width: windows.width, height: windows.height, texels, notes })
+}
+
+/// Where in a part the colour is.
+struct ColourChannels {
+    /// Indices of red, green and blue in the list of channels; three times the same for luminance.
+    rgb: [usize; 3],
+    /// Their names, for notes.
+    names: String,
+}
+
+/// The first part that has colour, with its channels.
+fn colour_part(headers: &[Header], name: &str) -> Result<(usize, ColourChannels), EnvError> {
+    for (part, header) in headers.iter().enumerate() {
+        if let Some(channels) = colour_channels(&header.channels) {
+            check_channels(header, &channels, name)?;
+            return Ok((part, channels));
+        }
+    }
+    let found: Vec<String> =
+        headers.iter().flat_map(|h| &h.channels.list).map(|c| c.name.to_string()).take(12).collect();
+    let message = format!("channels R, G, B or Y expected (also as layer.R ..), found {}", found.join(", "));
+    Err(unsupported(name, message))
+}
+
+/// The channels `R`, `G`, `B` of the first layer that has all three, the layer without a name first; or else `Y`.
+fn colour_channels(channels: &ChannelList) -> Option<ColourChannels> {
+    let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
+    let mut layers: Vec<&str> = names.iter().map(|n| n.rfind('.').map_or("", |dot| &n[..=dot])).collect();
+    layers.sort_by_key(|layer| !layer.is_empty());
+    let find = |layer: &str, channel: &str| names.iter().position(|n| n.strip_prefix(layer) == Some(channel));
+    let rgb = layers.iter().find_map(|l| Some([find(l, "R")?, find(l, "G")?, find(l, "B")?]));
+    let rgb = rgb.or_else(|| layers.iter().find_map(|l| find(l, "Y").map(|y| [y; 3])))?;
+    let shown = if rgb[0] == rgb[1] { &rgb[..1] } else { &rgb[..] };
+    Some(ColourChannels { rgb, names: shown.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ") })
+}
+
+/// Refuses what the chosen channels cannot be.
+fn check_channels(header: &Header, channels: &ColourChannels, name: &str) -> Result<(), EnvError> {
+    let list = &header.channels.list;
+    let has = |suffix: &str| list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some(suffix));
+    if channels.rgb[0] == channels.rgb[1] && (has("RY") || has("BY")) {
+        return Err(unsupported(name, "luminance-chroma channels (Y, RY, BY) are not read; convert to R, G, B".into()));
+    }
+    if let Some(c) = channels.rgb.iter().map(|i| &list[*i]).find(|c| c.sample_type == SampleType::U32) {
+        return Err(unsupported(name, format!("channel {} holds integers; half or float expected", c.name)));
+    }
+    if let Some(c) = list.iter().find(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
+        return Err(unsupported(name, format!("channel {} is subsampled; full resolution expected", c.name)));
+    }
+    if header.own_attributes.environment_map == Some(EnvironmentMap::Cube) {
+        return Err(unsupported(name, "the file says that it is a cube map; a lat-long map is expected".into()));
+    }
+    if matches!(header.compression, Compression::HTJ2K32 | Compression::HTJ2K256) {
+        return Err(unsupported(name, "HTJ2K compression is not read; save with ZIP".into()));
+    }
+    Ok(())
+}
+
+/// The rectangle of a file that holds data, seen from the display window that becomes the map.
+struct Windows {
+    width: usize,
+    height: usize,
+    /// Position of the data window relative to the display window.
+    offset: (i64, i64),
+    data_size: (usize, usize),
+}
+
+impl Windows {
+    fn of(header: &Header, max_texels: usize, name: &str) -> Result<Self, EnvError> {
+        let display = header.shared_attributes.display_window;
+        let data = header.data_window();
+        let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, max_texels, name)?;
+        // A data window may be larger than the display, and a block larger than both: bound what decoding holds.
+        let block = header.max_block_pixel_size();
+        let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
+        let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
+        let limit = max_texels as u64;
+        if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > 16 * limit {
+            let message = format!(
+                "the data window is {} x {}, more than the limit of {limit} texels; crop the picture",
+                data.size.0, data.size.1
+            );
+            return Err(invalid(name, message));
+        }
+        let offset = (
+            i64::from(data.position.0) - i64::from(display.position.0),
+            i64::from(data.position.1) - i64::from(display.position.1),
+        );
+        Ok(Self { width, height, offset, data_size: (data.size.0, data.size.1) })
+    }
+
+    /// Whether any texel of a block lies in the display window.
+    fn shows(&self, block: &BlockIndex) -> bool {
+        let overlaps = |offset: i64, start: usize, size: usize, limit: usize| {
+            offset + (start as i64) < limit as i64 && offset + ((start + size) as i64) > 0
+        };
+        overlaps(self.offset.0, block.pixel_position.0, block.pixel_size.0, self.width)
+            && overlaps(self.offset.1, block.pixel_position.1, block.pixel_size.1, self.height)
+    }
+
+    /// Copies what the display window shows of a block.
+    fn blit(&self, block: &Block, texels: &mut [Rgb<f32>]) {
+        let left = self.offset.0 + block.x as i64;
+        let skip = (-left).max(0) as usize;
+        let x = left.max(0) as usize;
+        for (k, line) in block.texels.chunks_exact(block.width).enumerate() {
+            let y = self.offset.1 + (block.y + k) as i64;
+            if (0..self.height as i64).contains(&y) && skip < block.width && x < self.width {
+                let count = (block.width - skip).min(self.width - x);
+                texels[y as usize * self.width + x..][..count].copy_from_slice(&line[skip..][..count]);
+            }
+        }
+    }
+
+    fn is_data_equal_to_display(&self) -> bool {
+        self.offset == (0, 0) && self.data_size == (self.width, self.height)
+    }
+}
+
+/// What a careful user should know.
+fn notes(headers: &[Header], part: usize, channels: &ColourChannels, windows: &Windows) -> Vec<String> {
+    let header = &headers[part];
+    let mut notes = Vec::new();
+    if headers.len() > 1 {
+        let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
+        notes.push(format!("part {part} ({name:?}) of {} is read", headers.len()));
+    }
+    if channels.names != "B, G, R" && channels.names != "R, G, B" {
+        notes.push(format!("channels {} are read", channels.names));
+    }
+    let list = &header.channels.list;
+    if list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some("A")) {
+        notes.push("alpha is ignored".into());
+    }
+    if !windows.is_data_equal_to_display() {
+        let ((x, y), (w, h)) = (windows.offset, windows.data_size);
+        notes.push(format!("the data window is {w} x {h} at ({x}, {y}) of the display window; outside it is black"));
+    }
+    if header.shared_attributes.chromaticities.is_some_and(|c| !is_rec_709(&c)) {
+        notes.push("the chromaticities are not those of Rec. 709; the values are taken as they are".into());
+    }
+    notes
+}
+
+/// Whether primaries and white are those of Rec. 709, to the digits that files give.
+fn is_rec_709(c: &Chromaticities) -> bool {
+    let expected = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)];
+    let near = |a: f32, b: f32| (a - b).abs() < 2e-3;
+    [c.red, c.green, c.blue, c.white].iter().zip(expected).all(|(c, (x, y))| near(c.0, x) && near(c.1, y))
+}
+
+/// Checks that exactly the expected blocks are there and that each can hold what it says, before decoding any.
+fn check_chunks(
+    chunks: &[Chunk],
+    meta: &MetaData,
+    wanted: &impl Fn(&BlockIndex) -> bool,
+    expected: &mut HashSet<(usize, usize)>,
+    name: &str,
+) -> Result<(), EnvError> {
+    for chunk in chunks {
+        let header = &meta.headers[chunk.layer_index];
+        let (index, stored) = locate(chunk, header).map_err(|e| explain(&e, name))?;
+        if !wanted(&index) || !expected.remove(&(index.pixel_position.0, index.pixel_position.1)) {
+            return Err(invalid(
+                name,
+                "the table of blocks is damaged: a block is there twice or in a wrong place".into(),
+            ));
+        }
+        let ratio = match header.compression {
+            Compression::DWAA(_) | Compression::DWAB(_) => MOST_BYTES_PER_BYTE_DWA,
+            _ => MOST_BYTES_PER_BYTE,
+        };
+        let claimed = (index.pixel_size.area() as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
+        if claimed > (stored as u64).saturating_mul(ratio) {
+            let message = format!("damaged: a block of {stored} bytes claims to hold {claimed}");
+            return Err(invalid(name, message));
+        }
+    }
+    match expected.iter().min_by_key(|(x, y)| (*y, *x)) {
+        Some((x, y)) => Err(invalid(name, format!("the block at column {x}, row {y} of the data window is missing"))),
+        None => Ok(()),
+    }
+}
+
+/// Where a chunk belongs, and how many bytes it has.
+fn locate(chunk: &Chunk, header: &Header) -> Result<(BlockIndex, usize), ExrError> {
+    let tile = header.get_block_data_indices(&chunk.compressed_block)?;
+    // The library asserts on levels that are not there.
+    if tile.level_index.0 != 0 || tile.level_index.1 != 0 {
+        return Err(ExrError::Invalid("a block of a smaller level where the largest belongs".into()));
+    }
+    let stored = match &chunk.compressed_block {
+        CompressedBlock::ScanLine(block) => block.compressed_pixels_le.len(),
+        CompressedBlock::Tile(block) => block.compressed_pixels_le.len(),
+        _ => return Err(ExrError::NotSupported("deep data".into())),
+    };
+    if matches!(header.blocks, BlockDescription::ScanLines)
+        != matches!(chunk.compressed_block, CompressedBlock::ScanLine(_))
+    {
+        return Err(ExrError::Invalid("tiles in a picture of scan lines".into()));
+    }
+    let bounds = header.get_absolute_block_pixel_coordinates(tile)?;
+    let index = BlockIndex {
+        layer: chunk.layer_index,
+        pixel_position: bounds.position.to_usize("block position")?,
+        pixel_size: bounds.size,
+        level: tile.level_index,
+    };
+    Ok((index, stored))
+}
+
+/// A decoded block: the colours of a rectangle of the data window.
+struct Block {
+    x: usize,
+    y: usize,
+    width: usize,
+    texels: Vec<Rgb<f32>>,
+}
+
+impl Block {
+    fn decode(chunk: &Chunk, meta: &MetaData, channels: &ColourChannels) -> Result<Self, ExrError> {
+        let header = &meta.headers[chunk.layer_index];
+        let block = UncompressedBlock::decompress_chunk(chunk.clone(), meta, false)?;
+        let (position, size) = (block.index.pixel_position, block.index.pixel_size);
+        let mut texels = vec![Rgb::ZERO; size.area()];
+        for line in block.lines(&header.channels) {
+            let row = &mut texels[(line.location.position.1 - position.1) * size.0..][..size.0];
+            let samples = samples(line.value, header.channels.list[line.location.channel].sample_type);
+            for (c, _) in channels.rgb.iter().enumerate().filter(|(_, channel)| **channel == line.location.channel) {
+                for (texel, sample) in row.iter_mut().zip(samples.clone()) {
+                    *[&mut texel.r, &mut texel.g, &mut texel.b][c] = sample;
+                }
+            }
+        }
+        Ok(Self { x: position.0, y: position.1, width: size.0, texels })
+    }
+}
+
+/// The numbers of one line of one channel, which the library gives as bytes in the machine's order.
+fn samples(bytes: &[u8], sample_type: SampleType) -> impl Iterator<Item = f32> + Clone {
+    let size = sample_type.bytes_per_sample();
+    bytes.chunks_exact(size).map(move |b| match (sample_type, b) {
+        (SampleType::F16, &[b0, b1]) => f16::from_ne_bytes([b0, b1]).to_f32(),
+        (SampleType::F32, &[b0, b1, b2, b3]) => f32::from_ne_bytes([b0, b1, b2, b3]),
+        // Integer channels were refused.
+        _ => 0.0,
+    })
+}
+
+/// An error of the library in our words.
+fn explain(error: &ExrError, name: &str) -> EnvError {
+    match error {
+        ExrError::NotSupported(what) => unsupported(name, format!("this kind of OpenEXR file is not read: {what}")),
+        ExrError::Invalid(what) if what.contains("missing bytes") => {
+            invalid(name, "the file ends early: parts of the picture are missing".into())
+        }
+        ExrError::Invalid(what) => invalid(name, format!("damaged OpenEXR picture: {what}").replace('\n', " ")),
+        other => invalid(name, format!("damaged OpenEXR picture: {other}").replace('\n', " ")),
+    }
+}

@@ -1,0 +1,131 @@
+//! Writing environment maps to files.
+
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+use exr::prelude::{Compression, Encoding, Image, SpecificChannels, Vec2, WritableImage, f16};
+use image::codecs::hdr::HdrEncoder;
+use lobe_sh::Rgb;
+
+use crate::{EnvError, EnvMap};
+
+/// The widest picture that the run-length encoding of Radiance can hold.
+///
+/// The encoder would write 32768 columns too, with a marker that no reader understands.
+const MAX_HDR_WIDTH: usize = 32767;
+
+/// The largest value of RGBE: mantissa 255/256, exponent 127.
+const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
+
+/// How to write an environment map.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// Store OpenEXR as 16-bit `half` instead of 32-bit `float`: half the size, three digits, at most 65504.
+    pub half: bool,
+}
+
+/// What could not be stored as it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WriteReport {
+    /// Texels with a channel that the format cannot hold and that was moved to the nearest value that it can.
+    pub clamped: usize,
+}
+
+/// Writes a map as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, as the extension says.
+///
+/// The file is written under a temporary name in the same folder and then renamed: nothing half-written ever has the
+/// final name. `.hdr` holds no negative numbers and about two digits (the error of a channel is below 1 % of the
+/// largest channel of its texel); `.exr` and `.pfm` hold `f32` exactly.
+///
+/// # Errors
+/// [`EnvError::Options`] for another extension, or a map too wide for `.hdr`; [`EnvError::Io`] if the file cannot be
+/// written.
+pub fn write_env(path: impl AsRef<Path>, map: &EnvMap, options: &WriteOptions) -> Result<WriteReport, EnvError> {
+    let path = path.as_ref();
+    let io = |source| EnvError::Io { file: path.display().to_string(), source };
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let (bytes, report) = match extension.as_str() {
+        "hdr" => encode_hdr(map).map_err(|message| EnvError::Options(format!("{}: {message}", path.display())))?,
+        "exr" => encode_exr(map, options.half).map_err(|e| io(std::io::Error::other(e)))?,
+        "pfm" => encode_pfm(map),
+        _ => {
+            let message = format!("{}: an environment is written as .hdr, .exr or .pfm", path.display());
+            return Err(EnvError::Options(message));
+        }
+    };
+    write_atomically(path, &bytes).map_err(io)?;
+    Ok(report)
+}
+
+/// The texels with every channel clamped, and how many were changed by it.
+fn clamped(map: &EnvMap, low: f32, high: f32) -> (Vec<Rgb<f32>>, WriteReport) {
+    let mut report = WriteReport::default();
+    let texels = map.texels().iter().map(|texel| {
+        // NaN stays NaN; it is for the reader to refuse.
+        let channels = texel.to_array();
+        report.clamped += usize::from(channels.iter().any(|c| *c < low || *c > high));
+        Rgb::from(channels.map(|c| c.clamp(low, high)))
+    });
+    (texels.collect(), report)
+}
+
+fn encode_hdr(map: &EnvMap) -> Result<(Vec<u8>, WriteReport), String> {
+    if map.width() > MAX_HDR_WIDTH {
+        return Err(format!("a .hdr holds at most {MAX_HDR_WIDTH} columns, not {}; write .exr", map.width()));
+    }
+    let (texels, report) = clamped(map, 0.0, MAX_RGBE);
+    // Below this the exponent would wrap around to the largest.
+    let flushed = |c: f32| if c < f32::MIN_POSITIVE { 0.0 } else { c };
+    let pixels: Vec<image::Rgb<f32>> = texels.iter().map(|t| image::Rgb(t.to_array().map(flushed))).collect();
+    let mut bytes = Vec::new();
+    HdrEncoder::new(&mut bytes).encode(&pixels, map.width(), map.height()).map_err(|e| e.to_string())?;
+    Ok((bytes, report))
+}
+
+fn encode_exr(map: &EnvMap, half: bool) -> exr::error::Result<(Vec<u8>, WriteReport)> {
+    let size = (map.width(), map.height());
+    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
+    let mut bytes = Cursor::new(Vec::new());
+    let report = if half {
+        let (texels, report) = clamped(map, f16::MIN.to_f32(), f16::MAX.to_f32());
+        let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
+            let [r, g, b] = texels[y * map.width() + x].to_array().map(f16::from_f32);
+            (r, g, b)
+        });
+        Image::from_encoded_channels(size, encoding, channels).write().to_buffered(&mut bytes)?;
+        report
+    } else {
+        let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
+            let [r, g, b] = map.texel(x, y).to_array();
+            (r, g, b)
+        });
+        Image::from_encoded_channels(size, encoding, channels).write().to_buffered(&mut bytes)?;
+        WriteReport::default()
+    };
+    Ok((bytes.into_inner(), report))
+}
+
+/// Portable float map: a header of three lines, then little-endian `f32`, the lowest row first.
+fn encode_pfm(map: &EnvMap) -> (Vec<u8>, WriteReport) {
+    let mut bytes = format!("PF\n{} {}\n-1.0\n", map.width(), map.height()).into_bytes();
+    for y in (0..map.height()).rev() {
+        bytes.extend(map.row(y).iter().flat_map(|t| t.to_array()).flat_map(f32::to_le_bytes));
+    }
+    (bytes, WriteReport::default())
+}
+
+/// Writes a temporary file beside `path` and renames it.
+fn write_atomically(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let Some(name) = path.file_name() else {
+        return Err(std::io::Error::other("this is no file name"));
+    };
+    let temporary = path.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
+    let written = std::fs::File::create(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| std::fs::rename(&temporary, path));
+    if written.is_err() {
+        // The first error is the one to report.
+        let _ = std::fs::remove_file(&temporary);
+    }
+    written
+}

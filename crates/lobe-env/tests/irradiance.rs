@@ -1,0 +1,92 @@
+//! Irradiance by brute force and by spherical harmonics.
+
+use std::f64::consts::PI;
+
+use lobe_env::{EnvMap, bundled, irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh, lat_long};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb};
+use lobe_testkit::directions;
+
+fn normals() -> Vec<Dir> {
+    directions().into_iter().map(|v| Dir::new(v).unwrap()).collect()
+}
+
+#[test]
+fn brute_force_irradiance_of_a_constant_sky_is_pi() {
+    // Too small by less than the squared size of a texel, Δθ². The worst case are 17 rows: the horizon of a normal that
+    // points up or down runs along the middle one.
+    for (w, h) in [(64, 32), (33, 17), (512, 256), (511, 255)] {
+        let map = EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 2.0, 0.5));
+        let limit = (PI / h as f64).powi(2);
+        for (n, e) in normals().iter().zip(irradiance_at(&map, &normals())) {
+            assert!((e.r / PI - 1.0).abs() < limit, "{w} x {h} facing {n:?}: {e:?}");
+            assert!((e.g / e.r - 2.0).abs() < 1e-6, "{w} x {h} facing {n:?}: {e:?}");
+        }
+    }
+}
+
+#[test]
+fn a_sun_of_one_texel_gives_its_solid_angle_times_the_cosine() {
+    let (w, h) = (512, 256);
+    for (x, y) in [(0, 0), (511, 100), (256, 127), (77, 255)] {
+        let mut map = EnvMap::from_fn(w, h, |_| Rgb::ZERO);
+        map.texels_mut()[y * w + x] = Rgb::new(1000.0, 0.0, 0.0);
+        let sun = map.dir(x, y);
+        for (n, e) in normals().iter().zip(irradiance_at(&map, &normals())) {
+            let expected = 1000.0 * lat_long::solid_angle(w, h, y) * n.dot(sun).max(0.0);
+            // The mean direction of a texel is not quite its centre.
+            let limit = 1000.0 * lat_long::solid_angle(w, h, y) * 0.01;
+            assert!((e.r - expected).abs() < limit, "sun at ({x}, {y}), facing {n:?}: {} against {expected}", e.r);
+        }
+    }
+}
+
+#[test]
+fn both_routes_agree_where_the_order_suffices() {
+    // Radiance of order 3: its irradiance of order 3 is exact, and only the texels differ.
+    let map = EnvMap::from_fn(256, 128, |s| {
+        let (x, y, z) = (s.x(), s.y(), s.z());
+        Rgb::from([2.0 + x, 2.0 + y * z, 2.0 + z * z - x * y].map(|c| c as f32))
+    });
+    let sh = irradiance_sh(&map, 3);
+    for (n, e) in normals().iter().zip(irradiance_at(&map, &normals())) {
+        let expected = sh.eval(*n);
+        let error = (e - expected).to_array().map(f64::abs);
+        assert!(error.iter().all(|d| *d < 1e-3), "facing {n:?}: {e:?} against {expected:?}");
+    }
+}
+
+#[test]
+fn irradiance_pictures_of_a_real_map_agree_within_the_error_of_order_3() {
+    for bundled in bundled::all() {
+        let map = bundled.map();
+        let (slow, fast) = (irradiance_map_brute_force(&map, 32, 16), irradiance_map(&map, 3, 32, 16));
+        let brightest = slow.texels().iter().map(|t| t.luminance()).fold(0.0, f32::max);
+        for (i, (a, b)) in slow.texels().iter().zip(fast.texels()).enumerate() {
+            // The cosine kernel of order 3 is off by at most 3/32 of its height at one place.
+            let error = (a.luminance() - b.luminance()).abs() / brightest;
+            assert!(error < 0.1, "{} at {i}: {a:?} against {b:?}", bundled.name);
+        }
+    }
+}
+
+#[test]
+fn the_irradiance_has_the_same_bits_for_any_number_of_threads() {
+    let map = bundled::studio().map();
+    let bits = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let e = pool.install(|| irradiance_at(&map, &normals()));
+        e.iter().flat_map(|c| c.to_array()).map(f64::to_bits).collect::<Vec<_>>()
+    };
+    assert!(bits(1) == bits(5), "5 threads differ from one");
+}
+
+#[test]
+fn irradiance_is_linear_in_the_light() {
+    let map = bundled::sunset().map();
+    let mut twice = map.clone();
+    twice.texels_mut().iter_mut().for_each(|t| *t = t.scale(2.0));
+    let n = normals();
+    for (a, b) in irradiance_at(&map, &n).iter().zip(irradiance_at(&twice, &n)) {
+        assert!((b.r - 2.0 * a.r).abs() <= 1e-12 * a.r.abs(), "{a:?} and {b:?}");
+    }
+}
