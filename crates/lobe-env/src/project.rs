@@ -46,6 +46,9 @@ const MAX_CHUNKS: usize = 64;
 /// ```
 #[must_use]
 pub fn project_env(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
+    if order == 0 {
+        return ShVec::zero(0);
+    }
     let azimuth = Azimuth::new(map.width(), order);
     let polar = Polar::integrals(order, map.height());
     let columns = column_factors(map.width(), order);

@@ -6,9 +6,9 @@ use std::io::Cursor;
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::{self, BlockIndex, UncompressedBlock};
 use exr::error::Error as ExrError;
+use exr::meta::MetaData;
 use exr::meta::attribute::{ChannelList, Chromaticities, EnvironmentMap, SampleType};
 use exr::meta::header::Header;
-use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{Compression, f16};
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
@@ -26,8 +26,11 @@ const DEEP_FLAG: u32 = 0x800;
 /// runs of PIZ's Huffman code reach 453; RLE 64; B44A 11.
 const MOST_BYTES_PER_BYTE: u64 = 2048;
 
-/// The same for DWAA and DWAB: an 8 x 8 block of one colour is a few bits before deflate.
-const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 18;
+/// The same for DWAA and DWAB: two bytes for an 8 x 8 block of one value in `float`, 256 bytes, before deflate.
+const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
+
+/// A DWA chunk begins with eleven 64-bit numbers: its version, nine sizes, and a choice.
+const DWA_SIZES: std::ops::Range<usize> = 1..10;
 
 /// Decodes an OpenEXR picture; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, EnvError> {
@@ -234,20 +237,10 @@ fn check_chunks(
         let header = &meta.headers[chunk.layer_index];
         let (index, stored) = locate(chunk, header).map_err(|e| explain(&e, name))?;
         if !wanted(&index) || !expected.remove(&(index.pixel_position.0, index.pixel_position.1)) {
-            return Err(invalid(
-                name,
-                "the table of blocks is damaged: a block is there twice or in a wrong place".into(),
-            ));
+            let message = "the table of blocks is damaged: a block is there twice or in a wrong place";
+            return Err(invalid(name, message.into()));
         }
-        let ratio = match header.compression {
-            Compression::DWAA(_) | Compression::DWAB(_) => MOST_BYTES_PER_BYTE_DWA,
-            _ => MOST_BYTES_PER_BYTE,
-        };
-        let claimed = (index.pixel_size.area() as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
-        if claimed > (stored as u64).saturating_mul(ratio) {
-            let message = format!("damaged: a block of {stored} bytes claims to hold {claimed}");
-            return Err(invalid(name, message));
-        }
+        check_claims(header, &index, stored, name)?;
     }
     match expected.iter().min_by_key(|(x, y)| (*y, *x)) {
         Some((x, y)) => Err(invalid(name, format!("the block at column {x}, row {y} of the data window is missing"))),
@@ -255,23 +248,43 @@ fn check_chunks(
     }
 }
 
-/// Where a chunk belongs, and how many bytes it has.
-fn locate(chunk: &Chunk, header: &Header) -> Result<(BlockIndex, usize), ExrError> {
+/// Checks that the bytes of a block can stand for as much as it claims; the library takes memory for its claims.
+fn check_claims(header: &Header, index: &BlockIndex, stored: &[u8], name: &str) -> Result<(), EnvError> {
+    let damaged = |claimed: u64| {
+        let message = format!("damaged: a block of {} bytes claims to hold {claimed}", stored.len());
+        Err(invalid(name, message))
+    };
+    let dwa = matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_));
+    let ratio = if dwa { MOST_BYTES_PER_BYTE_DWA } else { MOST_BYTES_PER_BYTE };
+    let bytes_per_pixel = header.channels.bytes_per_pixel as u64;
+    let claimed = (index.pixel_size.area() as u64).saturating_mul(bytes_per_pixel);
+    if claimed > (stored.len() as u64).saturating_mul(ratio) {
+        return damaged(claimed);
+    }
+    if dwa && claimed != stored.len() as u64 {
+        // No section is longer than twice the samples of whole 8 x 8 blocks: run lengths at their worst.
+        let (w, h) = (index.pixel_size.0.next_multiple_of(8), index.pixel_size.1.next_multiple_of(8));
+        let limit = 2 * bytes_per_pixel * w as u64 * h as u64;
+        let sizes = stored.as_chunks::<8>().0.iter().map(|n| u64::from_le_bytes(*n));
+        if let Some(size) = sizes.take(DWA_SIZES.end).skip(DWA_SIZES.start).find(|size| *size > limit) {
+            return damaged(size);
+        }
+    }
+    Ok(())
+}
+
+/// Where a chunk belongs, and its bytes.
+fn locate<'a>(chunk: &'a Chunk, header: &Header) -> Result<(BlockIndex, &'a [u8]), ExrError> {
     let tile = header.get_block_data_indices(&chunk.compressed_block)?;
     // The library asserts on levels that are not there.
     if tile.level_index.0 != 0 || tile.level_index.1 != 0 {
         return Err(ExrError::Invalid("a block of a smaller level where the largest belongs".into()));
     }
     let stored = match &chunk.compressed_block {
-        CompressedBlock::ScanLine(block) => block.compressed_pixels_le.len(),
-        CompressedBlock::Tile(block) => block.compressed_pixels_le.len(),
+        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
         _ => return Err(ExrError::NotSupported("deep data".into())),
     };
-    if matches!(header.blocks, BlockDescription::ScanLines)
-        != matches!(chunk.compressed_block, CompressedBlock::ScanLine(_))
-    {
-        return Err(ExrError::Invalid("tiles in a picture of scan lines".into()));
-    }
     let bounds = header.get_absolute_block_pixel_coordinates(tile)?;
     let index = BlockIndex {
         layer: chunk.layer_index,

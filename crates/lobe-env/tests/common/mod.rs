@@ -11,6 +11,7 @@ pub(crate) fn real_maps() -> Vec<(String, EnvMap)> {
         let (map, _) = read_env(&path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         maps.push((path.display().to_string(), map));
     }
+    maps.sort_by_key(|(_, map)| map.width());
     maps
 }
 

@@ -1,0 +1,9 @@
+//! Files: every kind that is read and written, and what happens with damaged ones.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod exr_files;
+mod malformed;
+mod read_exr;
+mod read_hdr;
+mod write;

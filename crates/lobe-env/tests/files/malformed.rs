@@ -1,0 +1,240 @@
+//! Damaged, truncated and wrong files: an error of one line, never a panic, never a partial picture.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use exr::prelude::{Blocks, Compression, Encoding, SampleType, Vec2};
+use lobe_env::{EnvError, EnvMap, Nonfinite, ReadOptions, WriteOptions, read_env, read_env_bytes, write_env};
+use lobe_sh::Rgb;
+use lobe_testkit::Random;
+
+use crate::exr_files::{SCAN_LINES, exr_picture, patch_window, planes, rgb_part};
+
+const SIZE: (usize, usize) = (16, 8);
+
+fn read(bytes: &[u8]) -> Result<EnvMap, EnvError> {
+    read_env_bytes(bytes, "test", &ReadOptions::default()).map(|(map, _)| map)
+}
+
+/// The message of an error that must come, in one line that begins with the file.
+fn message(result: Result<EnvMap, EnvError>, what: &str) -> String {
+    let message = match result {
+        Err(error) => error.to_string(),
+        Ok(map) => panic!("{what}: an error expected, found a map of {} x {}", map.width(), map.height()),
+    };
+    assert!(!message.contains('\n') && message.contains(": "), "{what}: {message:?}");
+    message
+}
+
+fn expect(result: Result<EnvMap, EnvError>, what: &str, parts: &[&str]) {
+    let message = message(result, what);
+    assert!(parts.iter().all(|part| message.contains(part)), "{what}: {parts:?} expected in {message:?}");
+}
+
+fn small_hdr() -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.hdr");
+    let map = EnvMap::from_fn(SIZE.0, SIZE.1, |s| Rgb::new(2.0 + s.x() as f32, 1.0, 2.0 + s.z() as f32));
+    write_env(&path, &map, &WriteOptions::default()).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+fn small_exr(compression: Compression, blocks: Blocks) -> Vec<u8> {
+    let encoding = Encoding { compression, blocks, ..SCAN_LINES };
+    exr_picture(SIZE, encoding, planes(&["R", "G", "B"], SampleType::F16, SIZE))
+}
+
+/// Small valid files of all encodings, with their names.
+fn small_files() -> Vec<(String, Vec<u8>)> {
+    let mut files = vec![("hdr".to_owned(), small_hdr())];
+    let old = [&[128, 64, 32, 129][..], &[1, 1, 1, 15]].concat().repeat(8);
+    files.push(("old hdr".into(), [&b"#?RADIANCE\n\n-Y 8 +X 16\n"[..], &old].concat()));
+    let compressions = [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP1,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+    ];
+    for compression in compressions {
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 8))] {
+            files.push((format!("{compression:?} {blocks:?}"), small_exr(compression, blocks)));
+        }
+    }
+    files.push(("dwaa".into(), include_bytes!("../data/dwaa.exr").to_vec()));
+    files.push(("dwab".into(), include_bytes!("../data/dwab.exr").to_vec()));
+    files
+}
+
+#[test]
+fn missing_files_and_folders_are_errors_that_name_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |path: &Path| read_env(path, &ReadOptions::default()).map(|(map, _)| map);
+    expect(read(&folder.path().join("sky.exr")), "missing", &["sky.exr", "No such file"]);
+    let result = read(folder.path());
+    assert!(matches!(result, Err(EnvError::Io { .. })), "{result:?}");
+    expect(result, "folder", &["folder"]);
+}
+
+#[test]
+fn files_that_are_no_pictures_say_what_was_found() {
+    expect(read(b""), "empty", &["empty"]);
+    expect(read(b"hello, this is text"), "text", &["Radiance", "text beginning with \"hello, this"]);
+    expect(read(b"line one\nline two\n"), "two lines", &["text beginning with \"line one\\nline"]);
+    expect(read(b"\x89PNG\r\n\x1a\n"), "PNG", &["PNG", "convert"]);
+    expect(read(b"\0\x01\x02\xff"), "bytes", &["unknown data", "00, 01, 02, ff"]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.hdr");
+    std::fs::write(&path, "not a picture").unwrap();
+    let result = read_env(&path, &ReadOptions::default()).map(|(map, _)| map);
+    expect(result, "text named .hdr", &["sky.hdr", "text beginning with \"not a picture\""]);
+}
+
+#[test]
+fn the_contents_decide_and_not_the_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("really.hdr");
+    std::fs::write(&path, small_exr(Compression::ZIP16, Blocks::ScanLines)).unwrap();
+    let (_, report) = read_env(&path, &ReadOptions::default()).unwrap();
+    assert_eq!(report.format.to_string(), "OpenEXR", "format");
+}
+
+#[test]
+fn pictures_of_a_wrong_shape_say_the_size_found() {
+    for (w, h) in [(16, 16), (8, 16), (17, 8), (1, 1)] {
+        let size = format!("{w} x {h}");
+        let exr = exr_picture((w, h), SCAN_LINES, planes(&["R", "G", "B"], SampleType::F16, (w, h)));
+        expect(read(&exr), "exr", &["twice as wide", &size]);
+        let hdr = format!("#?RADIANCE\n\n-Y {h} +X {w}\n");
+        expect(read(&[hdr.as_bytes(), &vec![7; 4 * w * h]].concat()), "hdr", &["twice as wide", &size]);
+    }
+    for resolution in ["-Y 0 +X 0", "-Y 0 +X 16", "-Y 8 +X 0"] {
+        expect(read(format!("#?RADIANCE\n\n{resolution}\n").as_bytes()), resolution, &["no texels"]);
+    }
+    let mut exr = small_exr(Compression::ZIP16, Blocks::ScanLines);
+    patch_window(&mut exr, "displayWindow", [0, 0, -1, -1]);
+    message(read(&exr), "exr with an empty display window");
+}
+
+#[test]
+fn a_large_header_without_data_is_an_error_at_once() {
+    let start = Instant::now();
+    let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 50000 +X 100000\n";
+    expect(read(hdr), "hdr", &["100000 x 50000", "limit"]);
+    // This file does not say how many blocks it has, so that the new size contradicts nothing in the header.
+    let mut exr = include_bytes!("../data/dwaa.exr").to_vec();
+    patch_window(&mut exr, "displayWindow", [0, 0, 99_999, 49_999]);
+    patch_window(&mut exr, "dataWindow", [0, 0, 99_999, 49_999]);
+    expect(read(&exr), "exr", &["100000 x 50000", "limit"]);
+    // Even where the caller allows such sizes, the data must be there before memory is taken for it.
+    let options = ReadOptions { max_texels: usize::MAX, ..ReadOptions::default() };
+    let read = |bytes: &[u8]| read_env_bytes(bytes, "test", &options).map(|(map, _)| map);
+    expect(read(hdr), "hdr without limit", &["ends early", "100000 x 50000"]);
+    message(read(&exr), "exr without limit");
+    assert!(start.elapsed() < Duration::from_secs(5), "took {:?}", start.elapsed());
+}
+
+#[test]
+fn absurd_numbers_in_headers_are_errors() {
+    let max = u32::MAX;
+    for resolution in [
+        format!("-Y {max} +X {max}"),
+        format!("-Y {} +X {}", max / 2, max - 1),
+        "-Y 99999999999999999999 +X 1".into(),
+        "-Y -8 +X 16".into(),
+        "-Y 8".into(),
+        "-Y eight +X sixteen".into(),
+    ] {
+        message(read(format!("#?RADIANCE\n\n{resolution}\n").as_bytes()), &resolution);
+    }
+    let (low, high) = (i32::MIN, i32::MAX);
+    for window in [[0, 0, high, high], [low, low, high, high], [low, 0, low, 0], [high, high, low, low], [5, 5, 4, 4]] {
+        for name in ["dataWindow", "displayWindow"] {
+            let mut exr = small_exr(Compression::ZIP16, Blocks::ScanLines);
+            patch_window(&mut exr, name, window);
+            message(read(&exr), &format!("{name} {window:?}"));
+        }
+    }
+}
+
+#[test]
+fn every_truncation_of_a_file_is_an_error() {
+    for (name, bytes) in small_files() {
+        read(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let step = (bytes.len() / 400).max(1);
+        for length in (0..bytes.len()).step_by(step).chain([bytes.len() - 1]) {
+            message(read(&bytes[..length]), &format!("{name} cut to {length} of {} bytes", bytes.len()));
+        }
+    }
+}
+
+#[test]
+fn damaged_bytes_never_panic() {
+    let start = Instant::now();
+    let mut random = Random::new(2);
+    for (name, bytes) in small_files() {
+        let mut errors = 0;
+        let step = (bytes.len() / 500).max(1);
+        for position in (0..bytes.len()).step_by(step) {
+            for flip in [0xff, 1 << (random.next_u64() % 8)] {
+                let mut damaged = bytes.clone();
+                damaged[position] ^= flip;
+                errors += usize::from(read(&damaged).is_err());
+            }
+        }
+        for _ in 0..100 {
+            let mut damaged = bytes.clone();
+            for _ in 0..8 {
+                let position = random.next_u64() as usize % damaged.len();
+                damaged[position] = random.next_u64() as u8;
+            }
+            errors += usize::from(read(&damaged).is_err());
+        }
+        assert!(errors > 0, "{name}: no damage was ever noticed");
+    }
+    assert!(start.elapsed() < Duration::from_secs(120), "took {:?}: memory is taken for lies", start.elapsed());
+}
+
+#[test]
+fn endless_repeat_counts_are_an_error() {
+    // Each zero count multiplies the next by 256, without end.
+    let pixels = [&[128, 64, 32, 129][..], &[1, 1, 1, 0].repeat(20), &[1, 1, 1, 255]].concat();
+    let file = [&b"#?RADIANCE\n\n-Y 8 +X 16\n"[..], &pixels, &[0; 1000]].concat();
+    message(read(&file), "repeat counts");
+}
+
+#[test]
+fn a_block_that_is_there_twice_or_missing_is_an_error() {
+    let bytes = small_exr(Compression::RLE, Blocks::ScanLines);
+    // The table of the offsets of eight rows follows the header; the first row begins right after it.
+    let table = (0..bytes.len() - 8)
+        .find(|at| bytes[*at..][..8] == (*at as u64 + 64).to_le_bytes())
+        .unwrap_or_else(|| panic!("no table of offsets"));
+    let mut twice = bytes.clone();
+    twice.copy_within(table..table + 8, table + 8);
+    expect(read(&twice), "twice", &["table of blocks"]);
+    let mut nowhere = bytes.clone();
+    nowhere[table..table + 8].fill(0);
+    message(read(&nowhere), "an unfinished file has zeros in its table");
+}
+
+#[test]
+fn non_finite_texels_are_counted_and_refused_or_made_black() {
+    let mut part = rgb_part(SIZE);
+    for plane in &mut part.planes {
+        plane.sample_type = SampleType::F32;
+    }
+    part.planes[0].values[3 * 16 + 5] = f32::NAN;
+    part.planes[1].values[3 * 16 + 5] = f32::INFINITY;
+    part.planes[2].values[4 * 16] = f32::NEG_INFINITY;
+    part.planes[2].values[7] = -0.5;
+    let bytes = exr_picture(SIZE, SCAN_LINES, part.planes);
+    expect(read(&bytes), "default", &["2 texels are NaN or infinite", "column 5, row 3", "--nonfinite zero"]);
+    let options = ReadOptions { nonfinite: Nonfinite::Zero, ..ReadOptions::default() };
+    let (map, report) = read_env_bytes(&bytes, "test", &options).unwrap();
+    assert_eq!((report.nonfinite, report.first_nonfinite, report.negative), (2, Some((5, 3)), 1), "counts");
+    assert_eq!(map.texel(5, 3), Rgb::new(0.0, 0.0, 0.0), "the whole texel is black");
+    assert_eq!(map.texel(7, 0).b, -0.5, "negative values are kept");
+}

@@ -1,0 +1,185 @@
+//! OpenEXR files of every kind that Lobe reads, and those it refuses.
+
+use exr::prelude::*;
+use lobe_env::{EnvError, EnvMap, FileFormat, ReadOptions, ReadReport, read_env_bytes};
+
+use crate::common;
+use crate::exr_files::{Part, SCAN_LINES, exr_file, exr_picture, exr_with_mip_levels, planes, rgb_part, value};
+
+const SIZE: (usize, usize) = (48, 24);
+
+fn read(bytes: &[u8]) -> (EnvMap, ReadReport) {
+    read_env_bytes(bytes, "test.exr", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn refusal(bytes: &[u8]) -> String {
+    match read_env_bytes(bytes, "test.exr", &ReadOptions::default()) {
+        Err(error @ EnvError::Unsupported { .. }) => error.to_string(),
+        other => panic!("Unsupported expected, found {other:?}"),
+    }
+}
+
+/// The largest difference from the test picture, relative to the value.
+fn error_of(map: &EnvMap, channels: [usize; 3]) -> f32 {
+    assert_eq!((map.width(), map.height()), SIZE, "size");
+    let mut largest = 0.0_f32;
+    for y in 0..map.height() {
+        for x in 0..map.width() {
+            for (found, c) in map.texel(x, y).to_array().into_iter().zip(channels) {
+                largest = largest.max((found / value(c, x, y) - 1.0).abs());
+            }
+        }
+    }
+    largest
+}
+
+#[test]
+fn every_compression_is_read_from_scan_lines_and_from_tiles() {
+    let compressions = [
+        (Compression::Uncompressed, 0.0, 0.0),
+        (Compression::RLE, 0.0, 0.0),
+        (Compression::ZIP1, 0.0, 0.0),
+        (Compression::ZIP16, 0.0, 0.0),
+        (Compression::PIZ, 0.0, 0.0),
+        // PXR24 keeps 24 bits of a float, B44 six bits of the difference of halves in a block of 4 x 4.
+        (Compression::PXR24, 0.0, 1e-4),
+        (Compression::B44, 0.05, 0.0),
+        (Compression::B44A, 0.05, 0.0),
+    ];
+    for (compression, half_limit, float_limit) in compressions {
+        for (sample_type, limit) in [(SampleType::F16, half_limit), (SampleType::F32, float_limit)] {
+            for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(16, 16)), Blocks::Tiles(Vec2(64, 7))] {
+                let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+                let (map, report) = read(&exr_picture(SIZE, encoding, planes(&["R", "G", "B"], sample_type, SIZE)));
+                let error = error_of(&map, [0, 1, 2]);
+                assert!(error <= limit, "{compression:?}, {sample_type:?}, {blocks:?}: {error}");
+                assert_eq!(report.format, FileFormat::OpenExr, "{compression:?}");
+                assert!(report.notes.is_empty(), "{compression:?}: {:?}", report.notes);
+            }
+        }
+    }
+}
+
+#[test]
+fn dwaa_and_dwab_are_read_as_openexr_itself_reads_them() {
+    let (expected, _) = read(include_bytes!("../data/dwa-decoded.exr"));
+    let files: [(&str, &[u8]); 2] =
+        [("dwaa", include_bytes!("../data/dwaa.exr")), ("dwab", include_bytes!("../data/dwab.exr"))];
+    for (name, bytes) in files {
+        let (map, _) = read(bytes);
+        let brightest = expected.texels().iter().map(|t| t.luminance()).fold(0.0, f32::max);
+        for (i, (a, b)) in map.texels().iter().zip(expected.texels()).enumerate() {
+            // Both decoders round the same DCT to half.
+            let error = (a.luminance() - b.luminance()).abs();
+            assert!(error <= 2e-3 * b.luminance() + 1e-5 * brightest, "{name}, texel {i}: {a:?} against {b:?}");
+        }
+    }
+}
+
+#[test]
+fn luminance_alpha_layers_and_mixed_types_are_read() {
+    let cases: [(&[&str], [usize; 3], &str); 7] = [
+        (&["R", "G", "B"], [0, 1, 2], ""),
+        (&["R", "G", "B", "A"], [0, 1, 2], "alpha is ignored"),
+        (&["Y"], [0, 0, 0], "channels Y are read"),
+        (&["Y", "A"], [0, 0, 0], "channels Y are read; alpha is ignored"),
+        (&["beauty.R", "beauty.G", "beauty.B"], [0, 1, 2], "channels beauty.R, beauty.G, beauty.B are read"),
+        (&["R", "G", "B", "x.R", "x.G", "x.B"], [0, 1, 2], ""),
+        (&["a.R", "a.G", "b.c.R", "b.c.G", "b.c.B", "Z"], [2, 3, 4], "channels b.c.R, b.c.G, b.c.B are read"),
+    ];
+    for (names, channels, notes) in cases {
+        let (map, report) = read(&exr_picture(SIZE, SCAN_LINES, planes(names, SampleType::F16, SIZE)));
+        assert_eq!(error_of(&map, channels), 0.0, "{names:?}");
+        assert_eq!(report.notes.join("; "), notes, "{names:?}");
+    }
+    let mut mixed = planes(&["R", "G", "B", "id"], SampleType::F16, SIZE);
+    mixed[1].sample_type = SampleType::F32;
+    mixed[3].sample_type = SampleType::U32;
+    let (map, _) = read(&exr_picture(SIZE, SCAN_LINES, mixed));
+    assert_eq!(error_of(&map, [0, 1, 2]), 0.0, "half and float mixed, with an integer channel beside them");
+}
+
+#[test]
+fn what_has_no_colour_that_lobe_reads_is_refused_by_name() {
+    let cases: [(&[&str], SampleType, &str); 4] = [
+        (&["Z", "depth.V"], SampleType::F32, "found Z, depth.V"),
+        (&["R"], SampleType::F16, "found R"),
+        (&["Y", "RY", "BY"], SampleType::F16, "luminance-chroma"),
+        (&["R", "G", "B"], SampleType::U32, "holds integers"),
+    ];
+    for (names, sample_type, expected) in cases {
+        let message = refusal(&exr_picture(SIZE, SCAN_LINES, planes(names, sample_type, SIZE)));
+        assert!(message.contains(expected), "{names:?}: {message}");
+    }
+    let mut deep = exr_picture(SIZE, SCAN_LINES, planes(&["R", "G", "B"], SampleType::F16, SIZE));
+    deep[5] |= 0x08;
+    assert!(refusal(&deep).contains("deep data"), "{}", refusal(&deep));
+    let htj2k = refusal(include_bytes!("../data/htj2k.exr"));
+    assert!(htj2k.contains("HTJ2K"), "{htj2k}");
+}
+
+#[test]
+fn the_map_is_the_display_window_and_black_outside_the_data_window() {
+    let windows = [
+        ((0, 0), SIZE),
+        ((5, 3), (20, 10)),
+        ((-7, -9), (60, 40)),
+        ((40, -4), (20, 12)),
+        ((-10, 20), (30, 30)),
+        ((47, 23), (1, 1)),
+        ((-30, 0), (10, 24)),
+    ];
+    for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 8))] {
+        for (position, size) in windows {
+            let planes = planes(&["R", "G", "B"], SampleType::F16, size);
+            let encoding = Encoding { blocks, ..SCAN_LINES };
+            let (map, report) = read(&exr_file(SIZE, vec![Part { name: "a", encoding, position, size, planes }]));
+            for y in 0..SIZE.1 {
+                for x in 0..SIZE.0 {
+                    let (u, v) = (x as i32 - position.0, y as i32 - position.1);
+                    let inside = (0..size.0 as i32).contains(&u) && (0..size.1 as i32).contains(&v);
+                    let expected = if inside { value(1, u as usize, v as usize) } else { 0.0 };
+                    assert_eq!(map.texel(x, y).g, expected, "{position:?} {size:?} at ({x}, {y})");
+                }
+            }
+            let noted = report.notes.iter().any(|n| n.contains("data window"));
+            assert_eq!(noted, (position, size) != ((0, 0), SIZE), "{position:?} {size:?}: {:?}", report.notes);
+        }
+    }
+}
+
+#[test]
+fn the_largest_mip_level_is_read() {
+    let (map, _) = read(&exr_with_mip_levels(SIZE));
+    assert_eq!(error_of(&map, [0, 1, 2]), 0.0, "mip levels");
+}
+
+#[test]
+fn the_first_part_with_colour_is_read() {
+    let depth = Part { name: "depth", planes: planes(&["Z"], SampleType::F32, SIZE), ..rgb_part(SIZE) };
+    let mut other = rgb_part(SIZE);
+    other.name = "other";
+    other.planes.iter_mut().for_each(|p| p.values.fill(0.0));
+    let (map, report) = read(&exr_file(SIZE, vec![depth, rgb_part(SIZE), other]));
+    assert_eq!(error_of(&map, [0, 1, 2]), 0.0, "multi-part");
+    assert_eq!(report.notes, ["part 1 (\"colour\") of 3 is read"], "notes");
+}
+
+#[test]
+fn real_files_are_read_with_sensible_values() {
+    for (name, map) in common::real_maps() {
+        let mean = map.mean().luminance();
+        assert!(map.width() == 2 * map.height() && (0.01..100.0).contains(&mean), "{name}: mean {mean}");
+    }
+}
+
+#[test]
+fn the_facts_about_the_bundled_maps_are_true() {
+    let facts = [("sunset", 412856, -99.6875, 801.0), ("studio", 458128, -149.25, 3730.0)];
+    for (bundled, (name, bytes, low, high)) in lobe_env::bundled::all().iter().zip(facts) {
+        let channels = bundled.map().texels().iter().flat_map(|t| t.to_array()).collect::<Vec<_>>();
+        let found =
+            (channels.iter().copied().fold(f32::INFINITY, f32::min), channels.iter().copied().fold(0.0, f32::max));
+        assert_eq!((bundled.name, bundled.bytes.len(), found), (name, bytes, (low, high)), "{name}");
+    }
+}

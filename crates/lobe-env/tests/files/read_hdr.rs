@@ -1,0 +1,100 @@
+//! Radiance files of every kind that Lobe reads, and those it refuses.
+
+use lobe_env::{EnvError, EnvMap, FileFormat, ReadOptions, ReadReport, read_env_bytes};
+use lobe_sh::Rgb;
+
+fn read(bytes: &[u8]) -> (EnvMap, ReadReport) {
+    read_env_bytes(bytes, "test.hdr", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A file with these header lines, resolution line and pixel bytes.
+fn file(lines: &str, resolution: &str, pixels: &[u8]) -> Vec<u8> {
+    [lines.as_bytes(), b"\n", resolution.as_bytes(), b"\n", pixels].concat()
+}
+
+const HEADER: &str = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n";
+
+/// 16 x 8 texels of which the left half is (128, 64, 32)/256 · 2 and the right half four times that.
+fn expected(x: usize) -> Rgb<f32> {
+    let scale = if x < 8 { 1.0 } else { 4.0 };
+    Rgb::new(scale, 0.5 * scale, 0.25 * scale)
+}
+
+const LEFT: [u8; 4] = [128, 64, 32, 129];
+const RIGHT: [u8; 4] = [128, 64, 32, 131];
+
+fn check(bytes: &[u8], what: &str) {
+    let (map, report) = read(bytes);
+    assert_eq!((map.width(), map.height(), report.format), (16, 8, FileFormat::Radiance), "{what}");
+    for y in 0..8 {
+        for x in 0..16 {
+            assert_eq!(map.texel(x, y), expected(x), "{what} at ({x}, {y})");
+        }
+    }
+}
+
+fn flat() -> Vec<u8> {
+    [[LEFT; 8], [RIGHT; 8]].concat().concat().repeat(8)
+}
+
+fn old_rle() -> Vec<u8> {
+    [LEFT, [1, 1, 1, 7], RIGHT, [1, 1, 1, 7]].concat().repeat(8)
+}
+
+fn new_rle() -> Vec<u8> {
+    let run = |value: u8| [128 + 16, value];
+    let mut row = [2, 2, 0, 16].to_vec();
+    row.extend([run(128), run(64), run(32)].concat());
+    row.extend([128 + 8, 129, 8, 131, 131, 131, 131, 131, 131, 131, 131]);
+    row.repeat(8)
+}
+
+#[test]
+fn flat_old_and_new_encodings_are_read() {
+    for (what, pixels) in [("flat", flat()), ("old", old_rle()), ("new", new_rle())] {
+        check(&file(HEADER, "-Y 8 +X 16", &pixels), what);
+        check(&file("#?RGBE\nFORMAT=32-bit_rle_rgbe\n", "-Y 8 +X 16", &pixels), what);
+    }
+}
+
+#[test]
+fn exposure_and_colour_correction_are_divided_out_and_noted() {
+    let lines =
+        format!("{HEADER}EXPOSURE=2\nEXPOSURE=4.0\nCOLORCORR=1 0.5 2\nPRIMARIES=0.7 0.3 0.2 0.7 0.1 0.1 0.3 0.3\n");
+    let (map, report) = read(&file(&lines, "-Y 8 +X 16", &flat()));
+    let found = map.texel(0, 0);
+    assert_eq!(found, Rgb::new(1.0 / 8.0, 0.5 / 4.0, 0.25 / 16.0), "exposure 8, correction 1 0.5 2");
+    assert_eq!(report.notes.len(), 2, "{:?}", report.notes);
+    assert!(report.notes[0].contains("EXPOSURE 8") && report.notes[1].contains("PRIMARIES"), "{:?}", report.notes);
+}
+
+#[test]
+fn header_lines_that_say_nothing_are_not_noted() {
+    let lines = format!("{HEADER}EXPOSURE=1\nGAMMA=1\nPIXASPECT=1\nPRIMARIES=0 0 0 0 0 0 0 0\nSOFTWARE=test\n");
+    let (_, report) = read(&file(&lines, "-Y 8 +X 16", &flat()));
+    assert!(report.notes.is_empty(), "{:?}", report.notes);
+}
+
+#[test]
+fn impossible_exposures_are_errors() {
+    for exposure in ["0", "-1", "inf", "NaN", "1e-45"] {
+        let lines = format!("{HEADER}EXPOSURE={exposure}\n");
+        let error = read_env_bytes(&file(&lines, "-Y 8 +X 16", &flat()), "test.hdr", &ReadOptions::default());
+        let message = error.unwrap_err().to_string();
+        assert!(message.contains("EXPOSURE"), "{exposure}: {message}");
+    }
+}
+
+#[test]
+fn other_orientations_and_colour_spaces_are_refused_by_name() {
+    for resolution in ["+Y 8 +X 16", "-Y 8 -X 16", "+X 16 -Y 8", "-X 16 +Y 8"] {
+        let error = read_env_bytes(&file(HEADER, resolution, &flat()), "test.hdr", &ReadOptions::default());
+        let Err(EnvError::Unsupported { message, .. }) = error else { panic!("{resolution}: {error:?}") };
+        let axes: Vec<&str> = resolution.split(' ').step_by(2).collect();
+        assert!(message.contains(&axes.join(" ")) && message.contains("-Y h +X w"), "{resolution}: {message}");
+    }
+    let xyze = file("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n", "-Y 8 +X 16", &flat());
+    let error = read_env_bytes(&xyze, "test.hdr", &ReadOptions::default());
+    let Err(EnvError::Unsupported { message, .. }) = error else { panic!("XYZE: {error:?}") };
+    assert!(message.contains("xyze"), "{message}");
+}
