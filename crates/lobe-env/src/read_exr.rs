@@ -151,7 +151,7 @@ impl Windows {
         let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
         let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
         let limit = max_texels as u64;
-        if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > 16 * limit {
+        if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > limit.saturating_mul(16) {
             let message = format!(
                 "the data window is {} x {}, more than the limit of {limit} texels; crop the picture",
                 data.size.0, data.size.1
