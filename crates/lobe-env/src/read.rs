@@ -233,7 +233,9 @@ pub(crate) fn check_size(width: u64, height: u64, max_texels: usize, name: &str)
         return Err(invalid(name, message));
     }
     if width != 2 * height {
-        let message = format!("a lat-long map is twice as wide as high, but this picture is {width} x {height}");
+        let message = format!(
+            "a lat-long map is twice as wide as high, but this picture is {width} x {height}; give a full panorama"
+        );
         return Err(invalid(name, message));
     }
     Ok((width as usize, height as usize))

@@ -1,4 +1,5 @@
 //! Projection against slow references, closed forms and planted answers.
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Files: every kind that is read and written, and what happens with damaged ones.
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 #[path = "../common/mod.rs"]
 mod common;
