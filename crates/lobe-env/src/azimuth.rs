@@ -32,13 +32,9 @@ const PLANES: usize = 4;
 /// passes over them.
 const BLOCK: usize = 256;
 
-/// Partial sums kept side by side: two 128-bit or one 256-bit register of `f64`. The tables are padded to multiples
-/// of it.
-const LANES: usize = 4;
-
-/// Frequencies that share one pass over a plane: with three channels and [`LANES`] they fill twelve of sixteen
-/// 128-bit registers.
-const TOGETHER: usize = 2;
+/// Partial sums kept side by side: four 128-bit registers of `f64`, whose additions hide each other's latency. The
+/// tables are padded to multiples of it.
+const LANES: usize = 8;
 
 /// One channel of one plane of one block.
 type Plane = [f64; BLOCK];
@@ -130,16 +126,8 @@ impl Azimuth {
         ] {
             let values = planes[if self.folded { plane } else { 0 }].each_ref().map(|channel| &channel[..padded]);
             let table = |m: usize| &table[m * self.stride + start..][..padded];
-            let mut m = first;
-            while m + 2 < self.order {
-                let together: [[f64; 3]; TOGETHER] = dot([table(m), table(m + 2)], values);
-                sums[m][part] += together[0].into();
-                sums[m + 2][part] += together[1].into();
-                m += 4;
-            }
-            if m < self.order {
-                let [alone] = dot([table(m)], values);
-                sums[m][part] += alone.into();
+            for m in (first..self.order).step_by(2) {
+                sums[m][part] += Rgb::from(values.map(|channel| dot(table(m), channel)));
             }
         }
     }
@@ -205,25 +193,18 @@ fn add_scaled(plane: &mut [Plane; 3], value: Rgb<f64>, table: &[f64]) {
     }
 }
 
-/// The dot products of `M` tables with three channels; all slices have one length, a multiple of [`LANES`].
+/// The dot product of two slices of one length, a multiple of [`LANES`].
+///
+/// One table and one channel at a time: with several the compiler mixes lanes of different sums in one register.
 #[inline(always)]
-fn dot<const M: usize>(tables: [&[f64]; M], channels: [&[f64]; 3]) -> [[f64; 3]; M] {
-    let tables = tables.map(|t| t.as_chunks::<LANES>().0);
-    let channels = channels.map(|c| c.as_chunks::<LANES>().0);
-    let count = channels[0].len();
-    let tables = tables.map(|t| &t[..count]);
-    let channels = channels.map(|c| &c[..count]);
-    let mut sums = [[[0.0; LANES]; 3]; M];
-    for k in 0..count {
-        for m in 0..M {
-            for c in 0..3 {
-                for lane in 0..LANES {
-                    sums[m][c][lane] += tables[m][k][lane] * channels[c][k][lane];
-                }
-            }
+fn dot(table: &[f64], channel: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (table, channel) in table.as_chunks::<LANES>().0.iter().zip(channel.as_chunks::<LANES>().0) {
+        for lane in 0..LANES {
+            sums[lane] += table[lane] * channel[lane];
         }
     }
-    sums.map(|channels| channels.map(|lanes| lanes.iter().sum()))
+    sums.iter().sum()
 }
 
 #[cfg(test)]
