@@ -35,31 +35,31 @@
 //! assert!((up.r - 0.4 * std::f64::consts::PI).abs() < 1e-14, "a constant sky gives E = π L");
 //! ```
 //!
-//! # How wrong are nine numbers?
+//! # From a photograph to a lit ball, beside the truth
 //!
-//! A sun is no polynomial: [`project_to_accuracy`](sh::project_to_accuracy) refines until the coefficients stand still,
-//! and what lies above band 2 is cut off. A diffuse surface hardly notices. This compares nine coefficients with the
-//! integral itself, at a hundred normals.
+//! The same from a picture of a real sky. A sun is no polynomial, so what lies above band 2 is cut off, and a diffuse
+//! surface hardly notices: the ball lit by nine coefficients is 2.4 % off the ball lit by every texel.
 //!
 //! ```
-//! use lobe::sh::{Dir, Expansion as _, SphereQuadrature, Zonal, convolved, project_to_accuracy};
+//! use lobe::env::{bundled, irradiance_at, project_env};
+//! use lobe::render::{Ball, Tone, compare};
+//! use lobe::sh::{Dir, Rgb, Zonal, convolved};
 //!
-//! let sun = Dir::from_angles(0.6, 2.0);
-//! let light = |s: Dir| 0.3 + 5.0 * (40.0 * (s.dot(sun) - 1.0)).exp();
+//! let sky = bundled::sunset().map();
+//! let irradiance = convolved(&project_env(&sky, 3), &Zonal::clamped_cosine(3));
 //!
-//! let projection = project_to_accuracy(3, 1e-9, light);
-//! assert!(projection.converged, "the last refinement still changed {}", projection.error);
-//! let irradiance = convolved(&projection.sh, &Zonal::clamped_cosine(3));
+//! let black = Rgb::new(0.0, 0.0, 0.0);
+//! let ball = Ball::new(48);
+//! let claim = ball.lit_by_sh(black, &irradiance);
 //!
-//! let fine = SphereQuadrature::of_degree(200);
-//! let truth = |n: Dir| fine.integrate(|s| light(s) * n.dot(s).max(0.0));
-//! let mut worst = 0.0_f64;
-//! for k in 0..100 {
-//!     let n = Dir::from_angles((1.0 - (2 * k + 1) as f64 / 100.0).acos(), 2.4 * k as f64);
-//!     worst = worst.max((irradiance.eval(n) - truth(n)).abs());
-//! }
-//! // Off by 2.3 % of the brightest value at most.
-//! assert!(worst < 0.025 * truth(sun), "{worst} against {}", truth(sun));
+//! let normals: Vec<Dir> = ball.normals().into_iter().map(|(_, n)| n).collect();
+//! let truth = ball.lit_by_values(black, &irradiance_at(&sky, &normals));
+//!
+//! let error = compare(claim.pixels(), truth.pixels());
+//! assert!(error.relative_rmse < 0.03, "{error:?}");
+//! let png: Vec<u8> = claim.to_png(&Tone::PLAIN)?;
+//! # assert!(png.len() > 1000, "{} bytes", png.len());
+//! # Ok::<(), lobe::render::RenderError>(())
 //! ```
 
 pub use lobe_env as env;
