@@ -1,0 +1,348 @@
+//! Expansions as `.sh.json` files.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::save::write_atomically;
+use crate::{Coefficient, Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShVec, len};
+
+/// What the field `format` says.
+const FORMAT: &str = "lobe-sh";
+
+/// The version this code reads and writes.
+const VERSION: u64 = 1;
+
+/// No expansion needs more bytes: 64² rows of three numbers take 0.3 MiB as Lobe writes them, below 1 MiB if each
+/// number has an indented line of its own. A longer file is not read to its end.
+const MAX_BYTES: u64 = 4 << 20;
+
+/// The content of a `.sh.json` file.
+///
+/// ```text
+///   {"format":"lobe-sh","version":1,"order":2,"quantity":"radiance","coefficients":[
+///   [3.5,3.5,3.5],
+///   [0.0,0.0,0.0],
+///   [1.0,0.5,0.25],
+///   [0.0,0.0,0.0]
+///   ]}
+/// ```
+///
+/// `n²` rows in index order, each of three numbers (a colour) or each of one (a scalar). Fields that are not
+/// listed here are ignored, so that other tools may add notes.
+///
+/// ```
+/// use lobe_sh::{Quantity, ShFile, ShVec, read_sh_json, write_sh_json};
+///
+/// let sky = ShFile::new(Quantity::Radiance, ShVec::constant(3, 1.0));
+/// let mut text = Vec::new();
+/// write_sh_json(&mut text, &sky, "sky.sh.json")?;
+/// assert_eq!(read_sh_json(text.as_slice(), "sky.sh.json")?, sky);
+/// # Ok::<(), lobe_sh::ShError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShFile {
+    /// What the function is.
+    pub quantity: Quantity,
+    /// The function.
+    pub coefficients: FileCoefficients,
+}
+
+/// The expansion in a file: of colours or of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FileCoefficients {
+    /// Rows of one number.
+    Scalar(ShVec<f64>),
+    /// Rows of three numbers.
+    Rgb(ShVec<Rgb<f64>>),
+}
+
+impl FileCoefficients {
+    /// The order `n`: the number of bands.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        match self {
+            Self::Scalar(f) => f.order(),
+            Self::Rgb(f) => f.order(),
+        }
+    }
+
+    /// The expansion as colours; a scalar one is grey.
+    #[must_use]
+    pub fn to_rgb(&self) -> ShVec<Rgb<f64>> {
+        match self {
+            Self::Scalar(f) => f.map(Rgb::splat),
+            Self::Rgb(f) => f.clone(),
+        }
+    }
+}
+
+impl From<ShVec<f64>> for FileCoefficients {
+    fn from(f: ShVec<f64>) -> Self {
+        Self::Scalar(f)
+    }
+}
+
+impl From<ShVec<Rgb<f64>>> for FileCoefficients {
+    fn from(f: ShVec<Rgb<f64>>) -> Self {
+        Self::Rgb(f)
+    }
+}
+
+/// Reads an expansion; `name` is the file's name for messages. Numbers are read to the nearest `f64`.
+///
+/// # Errors
+/// If the reader fails, or the text is cut off, no JSON, of another format or version, of an order outside
+/// `1..=64`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three finite numbers.
+pub fn read_sh_json(reader: impl Read, name: &str) -> Result<ShFile, ShError> {
+    let mut bytes = Vec::new();
+    reader
+        .take(MAX_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|source| ShError::Io { file: name.to_owned(), source })?;
+    parse(&bytes).map_err(|fault| fault.of(name))
+}
+
+/// Reads the file at `path`.
+///
+/// # Errors
+/// Those of [`read_sh_json`].
+pub fn load_sh_json(path: &Path) -> Result<ShFile, ShError> {
+    let name = path.display().to_string();
+    match File::open(path) {
+        Ok(file) => read_sh_json(file, &name),
+        Err(source) => Err(ShError::Io { file: name, source }),
+    }
+}
+
+/// Writes an expansion: the head on the first line, then one coefficient on each; the same bytes for the same
+/// numbers, each the shortest that reads back as the same `f64`.
+///
+/// # Errors
+/// If the writer fails, a coefficient is not finite, or the order is outside `1..=64`.
+pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Result<(), ShError> {
+    let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
+    writer
+        .write_all(text.as_bytes())
+        .and_then(|()| writer.flush())
+        .map_err(|source| ShError::Io { file: name.to_owned(), source })
+}
+
+/// Writes the file at `path`, all or nothing: see [`write_atomically`].
+///
+/// # Errors
+/// Those of [`write_sh_json`].
+pub fn save_sh_json(path: &Path, file: &ShFile) -> Result<(), ShError> {
+    let name = path.display().to_string();
+    let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
+    write_atomically(path, |w| w.write_all(text.as_bytes())).map_err(|source| ShError::Io { file: name, source })
+}
+
+/// The whole text of a file, or why it cannot be one.
+fn text_of(file: &ShFile) -> Result<String, String> {
+    let order = file.coefficients.order();
+    if !(1..=MAX_ORDER).contains(&order) {
+        return Err(format!("an expansion in a file has order 1 to {MAX_ORDER}; this one has order {order}"));
+    }
+    let quantity = file.quantity;
+    let mut text = format!(
+        r#"{{"format":"{FORMAT}","version":{VERSION},"order":{order},"quantity":"{quantity}","coefficients":["#
+    );
+    match &file.coefficients {
+        FileCoefficients::Scalar(f) => push_rows(&mut text, f.coefficients())?,
+        FileCoefficients::Rgb(f) => push_rows(&mut text, f.coefficients())?,
+    }
+    text.push_str("\n]}\n");
+    Ok(text)
+}
+
+fn push_rows<T: Coefficient<Scalar = f64>>(text: &mut String, rows: &[T]) -> Result<(), String> {
+    for (i, row) in rows.iter().enumerate() {
+        text.push_str(if i == 0 { "\n[" } else { ",\n[" });
+        for c in 0..T::CHANNELS {
+            let value = row.channel(c);
+            if !value.is_finite() {
+                return Err(format!("coefficient {i} is {value}; a file holds finite numbers only"));
+            }
+            if c > 0 {
+                text.push(',');
+            }
+            text.push_str(&Value::from(value).to_string());
+        }
+        text.push(']');
+    }
+    Ok(())
+}
+
+/// The head of a file before any check.
+#[derive(Deserialize)]
+struct Raw {
+    format: Option<Value>,
+    version: Option<Value>,
+    order: Option<Value>,
+    quantity: Option<Value>,
+    coefficients: Option<Value>,
+}
+
+/// An error that does not know the file's name yet.
+enum Fault {
+    Invalid(String),
+    Unsupported(String),
+}
+
+impl Fault {
+    fn of(self, name: &str) -> ShError {
+        let file = name.to_owned();
+        match self {
+            Self::Invalid(message) => ShError::Invalid { file, message },
+            Self::Unsupported(message) => ShError::Unsupported { file, message },
+        }
+    }
+}
+
+/// A fault of the file, as an `Err`.
+fn invalid<T>(message: impl Into<String>) -> Result<T, Fault> {
+    Err(Fault::Invalid(message.into()))
+}
+
+fn parse(bytes: &[u8]) -> Result<ShFile, Fault> {
+    if let Some(kind) = foreign_kind(bytes) {
+        return invalid(format!("expected a .sh.json file, found {kind}"));
+    }
+    if bytes.len() as u64 > MAX_BYTES {
+        return invalid(format!("expected a .sh.json file of at most {MAX_BYTES} bytes, found a longer one"));
+    }
+    // Some editors put a byte order mark in front.
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    if let Some(first) = bytes.iter().find(|b| !b.is_ascii_whitespace())
+        && *first != b'{'
+    {
+        return invalid("expected a .sh.json file, which begins with {; this is something else");
+    }
+    let raw: Raw = serde_json::from_slice(bytes).or_else(|e| invalid(json_message(bytes, &e)))?;
+    check_head(&raw)?;
+    let order = order_in(raw.order.as_ref())?;
+    let quantity = raw.quantity.as_ref().and_then(Value::as_str).unwrap_or_default();
+    let quantity =
+        quantity.parse().or_else(|e| invalid(format!("\"quantity\": {e}, {}", found(raw.quantity.as_ref()))))?;
+    let Some(Value::Array(rows)) = &raw.coefficients else {
+        return invalid(format!("\"coefficients\": expected an array of rows, {}", found(raw.coefficients.as_ref())));
+    };
+    if rows.len() != len(order) {
+        let (expected, count) = (len(order), rows.len());
+        return invalid(format!("\"coefficients\": order {order} has {expected} rows, found {count}"));
+    }
+    let coefficients = match rows[0].as_array().map(Vec::len) {
+        Some(1) => ShVec::from_vec(read_rows(rows, |[x]: [f64; 1]| x)?).map(FileCoefficients::Scalar),
+        _ => ShVec::from_vec(read_rows(rows, |c: [f64; 3]| Rgb::from(c))?).map(FileCoefficients::Rgb),
+    };
+    match coefficients {
+        Some(coefficients) => Ok(ShFile { quantity, coefficients }),
+        None => unreachable!("the number of rows was compared with n²"),
+    }
+}
+
+/// Checks `format` and `version`; the other fields mean nothing before that.
+fn check_head(raw: &Raw) -> Result<(), Fault> {
+    if raw.format.as_ref().and_then(Value::as_str) != Some(FORMAT) {
+        return invalid(format!(
+            "\"format\": expected \"{FORMAT}\", {}; is this an expansion?",
+            found(raw.format.as_ref())
+        ));
+    }
+    match &raw.version {
+        Some(version) if version.as_u64() == Some(VERSION) => Ok(()),
+        Some(Value::Number(version)) => Err(Fault::Unsupported(format!(
+            "\"version\": this Lobe reads version {VERSION}, found {version}; a newer Lobe may read it"
+        ))),
+        other => invalid(format!("\"version\": expected {VERSION}, {}", found(other.as_ref()))),
+    }
+}
+
+fn order_in(value: Option<&Value>) -> Result<usize, Fault> {
+    match value.and_then(Value::as_u64) {
+        Some(order) if (1..=MAX_ORDER as u64).contains(&order) => Ok(order as usize),
+        _ => invalid(format!("\"order\": expected a whole number from 1 to {MAX_ORDER}, {}", found(value))),
+    }
+}
+
+/// All rows, each of `N` numbers, in index order.
+fn read_rows<const N: usize, T>(rows: &[Value], make: impl Fn([f64; N]) -> T) -> Result<Vec<T>, Fault> {
+    let numbers = |row: &Value| row.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<_>>>();
+    let read = |(i, row): (usize, &Value)| {
+        let row_of_n = numbers(row).and_then(|numbers| <[f64; N]>::try_from(numbers).ok());
+        row_of_n.map(&make).ok_or_else(|| row_fault(i, row, N))
+    };
+    rows.iter().enumerate().map(read).collect()
+}
+
+/// What is wrong with row `i`, which should have `n` numbers.
+fn row_fault(i: usize, row: &Value, n: usize) -> Fault {
+    let wanted = match (i, n) {
+        (0, _) => "1 or 3 numbers",
+        (_, 1) => "1 number as in row 0",
+        _ => "3 numbers as in row 0",
+    };
+    let found = match row {
+        Value::Array(items) => match items.iter().find(|item| !item.is_number()) {
+            Some(item) => found(Some(item)),
+            None => format!("found {}", items.len()),
+        },
+        other => found(Some(other)),
+    };
+    Fault::Invalid(format!("\"coefficients\": expected an array of {wanted} in row {i}, {found}"))
+}
+
+/// A value as it stands in the file, cut to a length that fits on a line.
+fn found(value: Option<&Value>) -> String {
+    const MAX_CHARS: usize = 40;
+    let text = match value {
+        None => return "found nothing".to_owned(),
+        Some(Value::Array(items)) => return format!("found an array of {}", items.len()),
+        Some(Value::Object(_)) => return "found an object".to_owned(),
+        Some(other) => other.to_string(),
+    };
+    match text.char_indices().nth(MAX_CHARS) {
+        Some((end, _)) => format!("found {}...", &text[..end]),
+        None => format!("found {text}"),
+    }
+}
+
+/// The message for text that is no JSON or not of the right shape; it ends in line and column.
+fn json_message(bytes: &[u8], error: &serde_json::Error) -> String {
+    let hint = bytes.split(|&b| b == b'\n').nth(error.line().saturating_sub(1)).map_or("", |line| {
+        let has = |word: &[u8]| line.windows(word.len()).any(|w| w == word);
+        if has(b"NaN") || has(b"Infinity") { "; JSON has no NaN and no infinity" } else { "" }
+    });
+    match error.classify() {
+        serde_json::error::Category::Eof if bytes.is_empty() => {
+            "expected a .sh.json file, found an empty one".to_owned()
+        }
+        serde_json::error::Category::Eof => format!("the file is cut off: {error}"),
+        serde_json::error::Category::Data => format!("not an expansion: {error}"),
+        _ => format!("not valid JSON: {error}{hint}"),
+    }
+}
+
+/// What a file of another well-known kind is, by its first bytes.
+fn foreign_kind(bytes: &[u8]) -> Option<&'static str> {
+    const KINDS: [(&[u8], &str); 5] = [
+        (b"\x76\x2F\x31\x01", "an OpenEXR picture; project it first"),
+        (b"#?", "a Radiance picture; project it first"),
+        (b"\x89PNG", "a PNG picture; expansions come from high dynamic range pictures"),
+        (b"PF\n", "a PFM picture; convert it to .exr or .hdr and project that"),
+        (b"\xFF\xFE", "text in UTF-16; save it as UTF-8"),
+    ];
+    KINDS.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|&(_, kind)| kind)
+}
+
+impl ShFile {
+    /// An expansion with its meaning.
+    #[must_use]
+    pub fn new(quantity: Quantity, coefficients: impl Into<FileCoefficients>) -> Self {
+        Self { quantity, coefficients: coefficients.into() }
+    }
+}

@@ -1,0 +1,72 @@
+//! What physical quantity an expansion stands for.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// What the function on the sphere is, so that files of different meaning are not mixed up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// Light arriving from a direction, L [W m⁻² sr⁻¹].
+    Radiance,
+    /// Light arriving on a surface whose normal is the direction, E [W m⁻²]; 1/π is not in it.
+    Irradiance,
+    /// Exit radiance for unit light from a direction: albedo, visibility and cosine together.
+    Transfer,
+    /// 1 where the direction is open, 0 where it is blocked.
+    Visibility,
+    /// The logarithm of visibility: sums stand for products.
+    LogVisibility,
+}
+
+impl Quantity {
+    /// Every quantity.
+    pub const ALL: [Self; 5] =
+        [Self::Radiance, Self::Irradiance, Self::Transfer, Self::Visibility, Self::LogVisibility];
+
+    /// The name used in files and messages, such as `log-visibility`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Radiance => "radiance",
+            Self::Irradiance => "irradiance",
+            Self::Transfer => "transfer",
+            Self::Visibility => "visibility",
+            Self::LogVisibility => "log-visibility",
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Quantity {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|q| q.name() == name)
+            .ok_or_else(|| format!("expected one of {}", Self::ALL.map(Self::name).join(", ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_quantity_is_found_by_its_name() {
+        for quantity in Quantity::ALL {
+            assert_eq!(quantity.name().parse(), Ok(quantity), "{quantity}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_quantity_is_refused_with_the_known_ones() {
+        let message = "Radiance".parse::<Quantity>().unwrap_err();
+        assert!(message.ends_with("visibility, log-visibility"), "{message}");
+    }
+}

@@ -1,0 +1,176 @@
+//! Writing files so that nothing half-written ever has the final name.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+/// Writes a file through a temporary one in the same folder, which takes the final name only when `write` has
+/// succeeded and the bytes have reached the disk. If anything fails, what stood under `path` is untouched.
+///
+/// A new file gets the usual permissions of the user, a replaced one keeps its own. A link is followed. What is
+/// neither file nor folder (a pipe, `/dev/null`) is written in place.
+///
+/// # Errors
+/// If the folder does not exist or cannot be written, if `path` is a folder, or if `write` or the disk fails.
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    match Target::of(path)? {
+        Target::InPlace(path) => {
+            let mut buffered = BufWriter::new(File::options().write(true).open(path)?);
+            write(&mut buffered)?;
+            buffered.flush()
+        }
+        Target::Replace(path) => {
+            let mut buffered = BufWriter::new(temporary_beside(&path)?);
+            write(&mut buffered)?;
+            let temporary = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
+            if let Ok(old) = path.metadata() {
+                temporary.as_file().set_permissions(old.permissions())?;
+            }
+            temporary.as_file().sync_all()?;
+            temporary.persist(&path).map(drop).map_err(|failed| failed.error)
+        }
+    }
+}
+
+/// Whether [`write_atomically`] could write `path` now, to be asked before long work. Leaves nothing behind.
+///
+/// # Errors
+/// Those of [`write_atomically`].
+pub fn check_writable(path: &Path) -> io::Result<()> {
+    match Target::of(path)? {
+        Target::InPlace(_) => Ok(()),
+        Target::Replace(path) => temporary_beside(&path).map(drop),
+    }
+}
+
+/// How a path is written.
+enum Target {
+    /// A pipe or a device.
+    InPlace(PathBuf),
+    /// A file, new or old, all links followed.
+    Replace(PathBuf),
+}
+
+impl Target {
+    fn of(path: &Path) -> io::Result<Self> {
+        match path.metadata() {
+            Ok(found) if found.is_dir() => {
+                Err(io::Error::new(io::ErrorKind::IsADirectory, "this is a folder; give the name of a file"))
+            }
+            Ok(found) if found.is_file() => path.canonicalize().map(Self::Replace),
+            Ok(_) => Ok(Self::InPlace(path.to_owned())),
+            Err(_) if path.file_name().is_none() => {
+                Err(io::Error::new(io::ErrorKind::InvalidInput, "this is not the name of a file"))
+            }
+            Err(_) => Ok(Self::Replace(path.to_owned())),
+        }
+    }
+}
+
+/// A new temporary file in the folder of `path`, removed when dropped.
+fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        let message = format!("the folder {} does not exist; make it first", folder.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, message));
+    }
+    let mut builder = Builder::new();
+    builder.prefix(".lobe-").suffix(".tmp");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // The user's umask takes away what is to be taken away.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder).map_err(|e| {
+        let message = format!("cannot write into the folder {}: {}", folder.display(), e.kind());
+        io::Error::new(e.kind(), message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_is_written_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        for text in ["first", "second"] {
+            write_atomically(&path, |w| w.write_all(text.as_bytes())).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text, "content");
+        }
+        assert_eq!(names(folder.path()), ["a.txt"], "files in the folder");
+    }
+
+    #[test]
+    fn a_failing_writer_leaves_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        fs::write(&path, "old").unwrap();
+        let result = write_atomically(&path, |w| {
+            w.write_all(b"half")?;
+            Err(io::Error::other("the writer fails"))
+        });
+        assert_eq!(result.unwrap_err().to_string(), "the writer fails", "error");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old", "content");
+        assert_eq!(names(folder.path()), ["a.txt"], "files in the folder");
+    }
+
+    #[test]
+    fn folders_that_are_missing_or_meant_as_files_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("file"), "").unwrap();
+        for (path, part) in [("none/a.txt", "does not exist"), ("file/a.txt", "does not exist"), ("", "is a folder")] {
+            let path = folder.path().join(path);
+            for error in [check_writable(&path), write_atomically(&path, |_| Ok(()))].map(Result::unwrap_err) {
+                assert!(error.to_string().contains(part), "{}: {error}", path.display());
+            }
+        }
+    }
+
+    #[test]
+    fn checking_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        check_writable(&folder.path().join("a.txt")).unwrap();
+        assert_eq!(names(folder.path()), [""; 0], "files in the folder");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_links_and_devices_are_respected() {
+        use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _};
+
+        let folder = tempfile::tempdir().unwrap();
+        let [plain, fresh, link] = ["plain", "fresh", "link"].map(|name| folder.path().join(name));
+        fs::write(&plain, "").unwrap();
+        write_atomically(&fresh, |w| w.write_all(b"x")).unwrap();
+        let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
+        assert_eq!(mode(&fresh), mode(&plain), "a new file has the usual permissions");
+
+        fs::set_permissions(&plain, fs::Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink(&plain, &link).unwrap();
+        write_atomically(&link, |w| w.write_all(b"through")).unwrap();
+        assert_eq!(fs::read_to_string(&plain).unwrap(), "through", "the link's file");
+        assert!(link.is_symlink(), "the link is still a link");
+        assert_eq!(mode(&plain) & 0o777, 0o640, "a replaced file keeps its permissions");
+
+        let null = Path::new("/dev/null");
+        write_atomically(null, |w| w.write_all(b"gone")).unwrap();
+        assert!(null.metadata().unwrap().file_type().is_char_device(), "the null device is still a device");
+    }
+}
