@@ -1,3 +1,29 @@
-//! The command `lobe`.
+//! The command `lobe`: verbs on files of light.
+//!
+//! Each sub-command is a file of its own with its arguments, its work and, where they need it, its parsers with their
+//! tests. Nothing here is a library: what others could use lives in the crates.
 
-fn main() {}
+mod cli;
+mod env_info;
+mod env_irradiance;
+mod env_reconstruct;
+mod failure;
+mod input;
+mod output;
+mod picture;
+mod project;
+mod sh_convolve;
+mod sh_eval;
+mod sh_product;
+mod sh_rotate;
+mod talk;
+mod values;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match cli::parse().and_then(cli::run) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,0 +1,136 @@
+//! The command line as a whole: what there is to choose from, and what applies everywhere.
+
+use anyhow::Context as _;
+use clap::{Args, Parser, Subcommand};
+
+use crate::failure::Failure;
+use crate::talk::Talk;
+use crate::{env_info, env_irradiance, env_reconstruct, project, sh_convolve, sh_eval, sh_product, sh_rotate, values};
+
+/// More threads than any machine has; asking for more is a slip of the finger.
+const MAX_THREADS: usize = 1024;
+
+const EXAMPLES: &str = "\
+Examples:
+  lobe project sky.exr -o sky.sh.json --order 6      a photograph of a sky as 36 colours
+  lobe sh convolve sky.sh.json --kernel cosine -o - | lobe sh eval - --dir 0,0,1
+                                                     the irradiance of the ground under that sky
+  lobe env reconstruct sky.sh.json -o sky.png        what 36 colours keep of it
+
+bundled:sunset and bundled:studio name the two environment maps that come with the program.
+Directions are right-handed with +z up; \"order n\" means n bands, n² coefficients.
+Exit code: 0 done, 2 error.";
+
+/// Light from everywhere in a few numbers: spherical-harmonic expansions of environment maps.
+#[derive(Parser)]
+#[command(name = "lobe", version, after_help = EXAMPLES, max_term_width = 100, disable_help_subcommand = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    everywhere: Everywhere,
+}
+
+/// Options of every sub-command.
+#[derive(Args)]
+#[command(next_help_heading = "Options of every command")]
+struct Everywhere {
+    /// Number of threads to compute with; the results are the same for any [default: all processors]
+    #[arg(long, global = true, value_name = "N", value_parser = threads)]
+    threads: Option<usize>,
+    /// Print no notes and no progress on stderr, only errors
+    #[arg(long, short, global = true)]
+    quiet: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Project an environment map onto spherical harmonics
+    Project(project::Project),
+    /// Work on expansions in .sh.json files
+    #[command(subcommand)]
+    Sh(ShCommand),
+    /// Work on environment maps, pictures of everything around a point
+    #[command(subcommand)]
+    Env(EnvCommand),
+}
+
+#[derive(Subcommand)]
+enum ShCommand {
+    /// Print the values of an expansion towards directions
+    Eval(sh_eval::ShEval),
+    /// Turn an expansion
+    Rotate(sh_rotate::ShRotate),
+    /// Multiply two functions given as expansions
+    Product(sh_product::ShProduct),
+    /// Convolve an expansion with a kernel that is symmetric about its axis
+    Convolve(sh_convolve::ShConvolve),
+}
+
+#[derive(Subcommand)]
+enum EnvCommand {
+    /// Print the size and the range of values of an environment map
+    Info(env_info::EnvInfo),
+    /// Write the irradiance for every direction that a surface may face
+    Irradiance(env_irradiance::EnvIrradiance),
+    /// Write an expansion as a picture
+    Reconstruct(env_reconstruct::EnvReconstruct),
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_THREADS, "a number of threads")
+}
+
+/// Reads the command line.
+pub(crate) fn parse() -> Result<Cli, Failure> {
+    Cli::try_parse().map_err(|error| Failure::Usage(Box::new(error)))
+}
+
+/// Does what the command line says.
+pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
+    let talk = Talk { quiet: cli.everywhere.quiet };
+    if let Some(count) = cli.everywhere.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
+        pool.build_global()
+            .with_context(|| format!("--threads {count}: the system does not give that many threads"))?;
+    }
+    match cli.command {
+        Command::Project(args) => args.run(talk)?,
+        Command::Sh(ShCommand::Eval(args)) => args.run()?,
+        Command::Sh(ShCommand::Rotate(args)) => args.run()?,
+        Command::Sh(ShCommand::Product(args)) => args.run()?,
+        Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_of_every_command_is_explained() {
+        fn check(command: &clap::Command, path: &str) {
+            assert!(command.get_about().is_some(), "{path} is not explained");
+            for arg in command.get_arguments() {
+                assert!(arg.get_help().is_some(), "{path}: {} is not explained", arg.get_id());
+            }
+            for sub in command.get_subcommands() {
+                check(sub, &format!("{path} {}", sub.get_name()));
+            }
+        }
+        let mut command = Cli::command();
+        command.build();
+        check(&command, "lobe");
+    }
+}

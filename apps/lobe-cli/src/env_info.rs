@@ -1,0 +1,67 @@
+//! `lobe env info`: facts about an environment map.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use lobe::env::{EnvMap, Nonfinite};
+use lobe::sh::Rgb;
+use serde::Serialize;
+
+use crate::input::read_map;
+use crate::output;
+use crate::talk::Talk;
+
+#[derive(Args)]
+pub(crate) struct EnvInfo {
+    /// The environment map: a lat-long .hdr or .exr file, twice as wide as high, or bundled:NAME
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Print {"width", "height", "mapping", "mean", "min", "max", "nonfinite", "negative"} instead of text; mean (over
+    /// the sphere), min and max have one number per channel, the last two are counts of pixels
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints. Pixels that are NaN or infinite count as black.
+#[derive(Serialize)]
+struct Info {
+    width: usize,
+    height: usize,
+    mapping: &'static str,
+    mean: Rgb<f64>,
+    min: Rgb<f32>,
+    max: Rgb<f32>,
+    nonfinite: usize,
+    negative: usize,
+}
+
+impl EnvInfo {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let (map, report) = read_map(&self.input, Nonfinite::Zero, talk)?;
+        let info = Info {
+            width: map.width(),
+            height: map.height(),
+            mapping: "lat-long",
+            mean: map.mean(),
+            min: fold_channels(&map, f32::INFINITY, f32::min),
+            max: fold_channels(&map, f32::NEG_INFINITY, f32::max),
+            nonfinite: report.nonfinite,
+            negative: report.negative,
+        };
+        if self.json {
+            return output::print_json(&info);
+        }
+        let Info { width, height, mapping, mean, min, max, nonfinite, negative } = info;
+        output::print(&format!(
+            "format     {}\nsize       {width} x {height}\nmapping    {mapping}\nmean       {:?} {:?} {:?}\n\
+             min        {:?} {:?} {:?}\nmax        {:?} {:?} {:?}\nnonfinite  {nonfinite}\nnegative   {negative}\n",
+            report.format, mean.r, mean.g, mean.b, min.r, min.g, min.b, max.r, max.g, max.b
+        ))
+    }
+}
+
+/// Folds every channel over all pixels.
+fn fold_channels(map: &EnvMap, start: f32, f: fn(f32, f32) -> f32) -> Rgb<f32> {
+    let fold = |a: Rgb<f32>, b: &Rgb<f32>| Rgb::new(f(a.r, b.r), f(a.g, b.g), f(a.b, b.b));
+    map.texels().iter().fold(Rgb::new(start, start, start), fold)
+}

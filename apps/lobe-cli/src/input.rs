@@ -1,0 +1,114 @@
+//! Where expansions and pictures come from.
+
+use std::convert::Infallible;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::bail;
+use lobe::env::{EnvMap, Nonfinite, ReadOptions, ReadReport, bundled, read_env, read_env_bytes};
+use lobe::sh::{ShFile, load_sh_json, read_sh_json};
+
+use crate::talk::Talk;
+
+/// What stands before the name of a map that is part of the program.
+const BUNDLED: &str = "bundled:";
+
+/// How many bytes at the beginning of a file show that it is an expansion.
+const HEAD: u64 = 256;
+
+/// A `.sh.json` file, or `-` for stdin.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum ShInput {
+    Stdin,
+    File(PathBuf),
+}
+
+impl FromStr for ShInput {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(if text == "-" { Self::Stdin } else { Self::File(text.into()) })
+    }
+}
+
+impl fmt::Display for ShInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stdin => f.write_str("stdin"),
+            Self::File(path) => path.display().fmt(f),
+        }
+    }
+}
+
+impl ShInput {
+    /// Reads the expansion.
+    pub(crate) fn read(&self) -> anyhow::Result<ShFile> {
+        Ok(match self {
+            Self::Stdin => read_sh_json(io::stdin().lock(), "stdin")?,
+            Self::File(path) => load_sh_json(path)?,
+        })
+    }
+
+    /// Reads two expansions, of which one at most can be stdin.
+    pub(crate) fn read_two(a: &Self, b: &Self) -> anyhow::Result<(ShFile, ShFile)> {
+        if *a == Self::Stdin && *b == Self::Stdin {
+            bail!("stdin: both inputs are -, but stdin can be read only once; name a file for one of them");
+        }
+        Ok((a.read()?, b.read()?))
+    }
+}
+
+/// Reads the environment map in a file or, for `bundled:NAME`, in the program; tells what was found remarkable.
+pub(crate) fn read_map(path: &Path, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(EnvMap, ReadReport)> {
+    let options = ReadOptions { nonfinite, ..ReadOptions::default() };
+    let name = path.display().to_string();
+    let (map, report) = match name.strip_prefix(BUNDLED) {
+        Some(bundled_name) => read_bundled(bundled_name, &options)?,
+        None if name == "-" => bail!("-: pictures are read from files, not from stdin; name a .hdr or .exr file"),
+        None => read_env(path, &options).map_err(|error| match holds_expansion(path) {
+            true => anyhow::anyhow!(
+                "{name}: expected a .hdr or .exr picture, found an expansion; make a picture of it with \
+                 lobe env reconstruct"
+            ),
+            false => error.into(),
+        })?,
+    };
+    tell(&report, &name, talk);
+    Ok((map, report))
+}
+
+fn read_bundled(name: &str, options: &ReadOptions) -> anyhow::Result<(EnvMap, ReadReport)> {
+    let Some(found) = bundled::all().into_iter().find(|map| map.name == name) else {
+        let known = bundled::all().map(|map| format!("{BUNDLED}{}", map.name)).join(" or ");
+        bail!("{BUNDLED}{name}: there is no such map in the program; there is {known}");
+    };
+    Ok(read_env_bytes(found.bytes, found.name, options)?)
+}
+
+/// Whether a file begins like a `.sh.json` file.
+fn holds_expansion(path: &Path) -> bool {
+    use std::io::Read as _;
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    read.is_ok() && head.windows(9).any(|window| window == b"\"lobe-sh\"")
+}
+
+fn tell(report: &ReadReport, name: &str, talk: Talk) {
+    for note in &report.notes {
+        talk.note(name, note);
+    }
+    if let Some((x, y)) = report.first_nonfinite {
+        let texels = texels_are(report.nonfinite);
+        talk.note(name, &format!("{texels} NaN or infinite, first at column {x}, row {y}; read as black"));
+    }
+    if report.negative > 0 {
+        talk.note(name, &format!("{} negative in some channel; kept as they are", texels_are(report.negative)));
+    }
+}
+
+/// "1 texel is", "2 texels are".
+pub(crate) fn texels_are(count: usize) -> String {
+    if count == 1 { "1 texel is".to_owned() } else { format!("{count} texels are") }
+}

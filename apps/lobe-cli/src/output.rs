@@ -1,0 +1,64 @@
+//! Where results go.
+
+use std::convert::Infallible;
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use lobe::sh::{ShError, ShFile, check_writable, save_sh_json, write_sh_json};
+use serde::Serialize;
+
+/// A `.sh.json` file to write, or `-` for stdout.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum ShOutput {
+    Stdout,
+    File(PathBuf),
+}
+
+impl FromStr for ShOutput {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(if text == "-" { Self::Stdout } else { Self::File(text.into()) })
+    }
+}
+
+impl ShOutput {
+    /// Refuses what could not be written, before any work is done for it.
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
+        match self {
+            Self::Stdout => Ok(()),
+            Self::File(path) => check_file(path),
+        }
+    }
+
+    /// Writes the expansion.
+    pub(crate) fn write(&self, file: &ShFile) -> anyhow::Result<()> {
+        match self {
+            Self::Stdout => write_sh_json(io::stdout().lock(), file, "stdout")?,
+            Self::File(path) => save_sh_json(path, file)?,
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a file that could not be written.
+pub(crate) fn check_file(path: &std::path::Path) -> anyhow::Result<()> {
+    check_writable(path).map_err(|source| ShError::Io { file: path.display().to_string(), source })?;
+    Ok(())
+}
+
+/// Prints a result on stdout.
+pub(crate) fn print(text: &str) -> anyhow::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(stdout_error)
+}
+
+/// Prints a result on stdout as one line of JSON.
+pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    print(&(serde_json::to_string(value)? + "\n"))
+}
+
+fn stdout_error(source: io::Error) -> anyhow::Error {
+    ShError::Io { file: "stdout".to_owned(), source }.into()
+}

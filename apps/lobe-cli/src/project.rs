@@ -1,0 +1,131 @@
+//! `lobe project`: an environment map as an expansion.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{EnvMap, Nonfinite, project_env};
+use lobe::sh::{
+    Coefficient as _, Expansion as _, MonteCarlo, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
+};
+
+use crate::input::read_map;
+use crate::output::ShOutput;
+use crate::talk::Talk;
+use crate::values;
+
+/// Days of work on any machine; asking for more is a slip of the finger.
+const MAX_SAMPLES: usize = 1_000_000_000;
+
+#[derive(Args)]
+pub(crate) struct Project {
+    /// The environment map: a lat-long .hdr or .exr file, twice as wide as high, or bundled:NAME
+    #[arg(value_name = "ENV")]
+    input: PathBuf,
+    /// The expansion of its radiance, a .sh.json file; - writes to stdout
+    #[arg(short, long, value_name = "P")]
+    output: ShOutput,
+    /// The order (number of bands), 1 to 64: n² coefficients
+    #[arg(long, value_name = "N", default_value = "3", value_parser = values::order)]
+    order: usize,
+    /// How to integrate
+    #[arg(long, value_enum, default_value = "exact")]
+    method: Method,
+    /// The number of directions to look in, for monte-carlo (rounded down to a square) and fibonacci [default: 10000]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<usize>,
+    /// For monte-carlo: the same seed gives the same directions [default: 0]
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    #[command(flatten)]
+    nonfinite: NonfiniteOption,
+}
+
+/// What to do with pixels that are no numbers; shared by all commands that compute with a picture.
+#[derive(Args)]
+pub(crate) struct NonfiniteOption {
+    /// What to do with pixels that are NaN or infinite
+    #[arg(long = "nonfinite", value_name = "WHAT", value_enum, default_value = "error")]
+    choice: NonfiniteChoice,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum NonfiniteChoice {
+    /// Read them as black, and say how many there are
+    Zero,
+    /// Refuse the file
+    Error,
+}
+
+impl From<&NonfiniteOption> for Nonfinite {
+    fn from(option: &NonfiniteOption) -> Self {
+        match option.choice {
+            NonfiniteChoice::Zero => Self::Zero,
+            NonfiniteChoice::Error => Self::Error,
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Method {
+    /// Integrate the basis over every pixel
+    Exact,
+    /// Look in one random direction in each cell of a grid, and estimate the error
+    MonteCarlo,
+    /// Look in the directions of a Fibonacci spiral, and estimate the error
+    Fibonacci,
+}
+
+fn samples(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_SAMPLES, "a number of samples")
+}
+
+impl Project {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        self.check_options()?;
+        self.output.check()?;
+        let (map, _) = read_map(&self.input, (&self.nonfinite).into(), talk)?;
+        let f = match self.method {
+            Method::Exact => project_env(&map, self.order),
+            Method::MonteCarlo => self.project_by_sampling(&map, Sampling::Jittered, talk),
+            Method::Fibonacci => self.project_by_sampling(&map, Sampling::Fibonacci, talk),
+        };
+        self.output.write(&ShFile::new(Quantity::Radiance, f))
+    }
+
+    /// An option that would be ignored is a misunderstanding.
+    fn check_options(&self) -> anyhow::Result<()> {
+        if self.samples.is_some() && self.method == Method::Exact {
+            bail!(
+                "--samples: every pixel counts with --method exact; choose monte-carlo or fibonacci, or leave it out"
+            );
+        }
+        if self.seed.is_some() && self.method != Method::MonteCarlo {
+            bail!("--seed: only --method monte-carlo is random; choose it, or leave the seed out");
+        }
+        Ok(())
+    }
+
+    fn project_by_sampling(&self, map: &EnvMap, sampling: Sampling, talk: Talk) -> ShVec<Rgb<f64>> {
+        let defaults = MonteCarlo::default();
+        let options = MonteCarlo {
+            samples: self.samples.unwrap_or(defaults.samples),
+            seed: self.seed.unwrap_or(defaults.seed),
+            sampling,
+        };
+        let estimate = project_monte_carlo(self.order, &options, |s| map.radiance(s).widen());
+        let text = format!(
+            "{} directions; standard error of a coefficient {:.1e} at most, largest coefficient {:.1e}",
+            estimate.evaluations,
+            largest_channel(&estimate.standard_error),
+            largest_channel(&estimate.sh)
+        );
+        talk.note(&self.input.display().to_string(), &text);
+        estimate.sh
+    }
+}
+
+/// The largest magnitude of any channel of any coefficient.
+fn largest_channel(f: &ShVec<Rgb<f64>>) -> f64 {
+    f.coefficients().iter().flat_map(|c| c.to_array()).fold(0.0, |largest, c| largest.max(c.abs()))
+}
