@@ -61,8 +61,9 @@ impl Target {
             }
             Ok(found) if found.is_file() => path.canonicalize().map(Self::Replace),
             Ok(_) => Ok(Self::InPlace(path.to_owned())),
-            Err(_) if path.file_name().is_none() => {
-                Err(io::Error::new(io::ErrorKind::InvalidInput, "this is not the name of a file"))
+            Err(_) if path.file_name().is_none() || path.to_string_lossy().ends_with(std::path::is_separator) => {
+                let message = "this is the name of a folder; give the name of a file";
+                Err(io::Error::new(io::ErrorKind::InvalidInput, message))
             }
             Err(_) => Ok(Self::Replace(path.to_owned())),
         }
@@ -135,7 +136,12 @@ mod tests {
     fn folders_that_are_missing_or_meant_as_files_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("file"), "").unwrap();
-        for (path, part) in [("none/a.txt", "does not exist"), ("file/a.txt", "does not exist"), ("", "is a folder")] {
+        for (path, part) in [
+            ("none/a.txt", "does not exist"),
+            ("file/a.txt", "does not exist"),
+            ("", "is a folder"),
+            ("none/", "name of a folder"),
+        ] {
             let path = folder.path().join(path);
             for error in [check_writable(&path), write_atomically(&path, |_| Ok(()))].map(Result::unwrap_err) {
                 assert!(error.to_string().contains(part), "{}: {error}", path.display());

@@ -1,6 +1,7 @@
 //! `.sh.json` files: what is written, what is read back, and every file that is refused.
 
 #![cfg(feature = "json")]
+#![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
 use lobe_sh::{
     Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShFile, ShVec, load_sh_json, read_sh_json, save_sh_json,
