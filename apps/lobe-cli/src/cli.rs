@@ -1,7 +1,10 @@
 //! The command line as a whole: what there is to choose from, and what applies everywhere.
 
+use std::env;
+use std::ffi::OsString;
+
 use anyhow::Context as _;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::talk::Talk;
@@ -23,7 +26,7 @@ Exit code: 0 done, 2 error.";
 
 /// Light from everywhere in a few numbers: spherical-harmonic expansions of environment maps.
 #[derive(Parser)]
-#[command(name = "lobe", version, after_help = EXAMPLES, max_term_width = 100, disable_help_subcommand = true)]
+#[command(name = "lobe", version, after_help = EXAMPLES, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -83,7 +86,20 @@ fn threads(text: &str) -> Result<usize, String> {
 
 /// Reads the command line.
 pub(crate) fn parse() -> Result<Cli, Failure> {
-    Cli::try_parse().map_err(|error| Failure::Usage(Box::new(error)))
+    Cli::try_parse().map_err(|error| Failure::Usage { error: Box::new(error), command: command_meant(env::args_os()) })
+}
+
+/// The command that a command line names, whatever is wrong with the rest of it: `lobe`, `lobe sh eval`.
+fn command_meant(args: impl Iterator<Item = OsString>) -> String {
+    let mut command = Cli::command();
+    let mut name = command.get_name().to_owned();
+    for word in args.skip(1) {
+        if let Some(sub) = command.find_subcommand(&word).cloned() {
+            name = format!("{name} {}", sub.get_name());
+            command = sub;
+        }
+    }
+    name
 }
 
 /// Does what the command line says.
@@ -109,13 +125,23 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory as _;
-
     use super::*;
 
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_command_meant_is_found_behind_options() {
+        for (line, name) in [
+            ("lobe --threads 2 sh --quiet eval p.sh.json --dir x", "lobe sh eval"),
+            ("lobe bake x", "lobe"),
+            ("lobe project sh.exr", "lobe project"),
+            ("lobe", "lobe"),
+        ] {
+            assert_eq!(command_meant(line.split(' ').map(OsString::from)), name, "{line}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use lobe::env::{EnvMap, Nonfinite};
-use lobe::sh::Rgb;
+use lobe::sh::{Coefficient as _, Rgb};
 use serde::Serialize;
 
 use crate::input::read_map;
@@ -52,6 +52,8 @@ impl EnvInfo {
             return output::print_json(&info);
         }
         let Info { width, height, mapping, mean, min, max, nonfinite, negative } = info;
+        // People need no more digits of the mean than of the pixels.
+        let mean = Rgb::<f32>::narrow(mean);
         output::print(&format!(
             "format     {}\nsize       {width} x {height}\nmapping    {mapping}\nmean       {:?} {:?} {:?}\n\
              min        {:?} {:?} {:?}\nmax        {:?} {:?} {:?}\nnonfinite  {nonfinite}\nnegative   {negative}\n",

@@ -3,6 +3,8 @@
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
+
 /// The exit code for every error; 1 is kept for "compared and different".
 const ERROR: u8 = 2;
 
@@ -11,7 +13,11 @@ pub(crate) enum Failure {
     /// An error of ours, to be shown as one line.
     Error(anyhow::Error),
     /// What the parser of the command line has to say: an error, or help that was asked for.
-    Usage(Box<clap::Error>),
+    Usage {
+        error: Box<clap::Error>,
+        /// The command whose help explains it, such as `lobe sh eval`.
+        command: String,
+    },
 }
 
 impl From<anyhow::Error> for Failure {
@@ -24,16 +30,16 @@ impl Failure {
     /// Tells the user, and says how to exit. A reader that has gone away is no error.
     pub(crate) fn report(self) -> ExitCode {
         match self {
-            Self::Usage(error) if !error.use_stderr() => {
+            Self::Usage { error, .. } if !error.use_stderr() => {
                 // If help cannot be shown, nobody is there to be told.
                 let _ = error.print();
                 ExitCode::SUCCESS
             }
-            Self::Usage(error) if error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            Self::Usage { error, .. } if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 let _ = error.print();
                 ExitCode::from(ERROR)
             }
-            Self::Usage(error) => say(&usage_line(&error.render().to_string())),
+            Self::Usage { error, command } => say(&usage_line(&error.render().to_string(), &command)),
             Self::Error(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
             Self::Error(error) => say(&error.to_string()),
         }
@@ -54,23 +60,19 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 }
 
 /// The parser's message of several paragraphs as one line that ends in where to look.
-fn usage_line(text: &str) -> String {
+fn usage_line(text: &str, command: &str) -> String {
     let mut said = Vec::new();
-    let mut command = "lobe".to_owned();
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-        if let Some(usage) = line.strip_prefix("Usage: ") {
-            let is_name = |word: &&str| word.bytes().all(|b| b.is_ascii_lowercase());
-            command = usage.split(' ').take_while(is_name).collect::<Vec<_>>().join(" ");
-            break;
-        }
-        if line.starts_with("For more information") {
+        if line.starts_with("Usage: ") || line.starts_with("For more information") {
             break;
         }
         let line = line.strip_prefix("error: ").unwrap_or(line);
-        said.push(match line.strip_prefix("tip: ") {
-            Some(tip) => format!("({tip})"),
-            None => line.to_owned(),
-        });
+        match line.strip_prefix("tip: ") {
+            // That a word may be a file's name is true and never what was meant.
+            Some(tip) if tip.starts_with("to pass") => {}
+            Some(tip) => said.push(format!("({tip})")),
+            None => said.push(line.to_owned()),
+        }
     }
     format!("{}; see {command} --help", said.join(" "))
 }
@@ -81,12 +83,12 @@ mod tests {
 
     #[test]
     fn usage_errors_become_one_line() {
-        let text = "error: unexpected argument '--dri' found\n\n  tip: a similar argument exists: '--dir'\n\n\
+        let text = "error: unexpected argument '--dirr' found\n\n  tip: a similar argument exists: '--dir'\n\n\
                     Usage: lobe sh eval --dir <X,Y,Z> <P>\n\nFor more information, try '--help'.\n";
-        let line = "unexpected argument '--dri' found (a similar argument exists: '--dir'); see lobe sh eval --help";
-        assert_eq!(usage_line(text), line, "with usage");
+        let line = "unexpected argument '--dirr' found (a similar argument exists: '--dir'); see lobe sh eval --help";
+        assert_eq!(usage_line(text, "lobe sh eval"), line, "with usage");
         let text = "error: invalid value 'x' for '--order <N>': not a number\n\nFor more information, try '--help'.\n";
-        let line = "invalid value 'x' for '--order <N>': not a number; see lobe --help";
-        assert_eq!(usage_line(text), line, "without usage");
+        let line = "invalid value 'x' for '--order <N>': not a number; see lobe project --help";
+        assert_eq!(usage_line(text, "lobe project"), line, "without usage");
     }
 }

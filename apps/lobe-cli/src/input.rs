@@ -1,10 +1,9 @@
 //! Where expansions and pictures come from.
 
-use std::convert::Infallible;
+use std::ffi::OsString;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use anyhow::bail;
 use lobe::env::{EnvMap, Nonfinite, ReadOptions, ReadReport, bundled, read_env, read_env_bytes};
@@ -25,11 +24,9 @@ pub(crate) enum ShInput {
     File(PathBuf),
 }
 
-impl FromStr for ShInput {
-    type Err = Infallible;
-
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        Ok(if text == "-" { Self::Stdin } else { Self::File(text.into()) })
+impl From<OsString> for ShInput {
+    fn from(text: OsString) -> Self {
+        if text == "-" { Self::Stdin } else { Self::File(text.into()) }
     }
 }
 

@@ -1,9 +1,8 @@
 //! Where results go.
 
-use std::convert::Infallible;
+use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use lobe::sh::{ShError, ShFile, check_writable, save_sh_json, write_sh_json};
 use serde::Serialize;
@@ -15,11 +14,9 @@ pub(crate) enum ShOutput {
     File(PathBuf),
 }
 
-impl FromStr for ShOutput {
-    type Err = Infallible;
-
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        Ok(if text == "-" { Self::Stdout } else { Self::File(text.into()) })
+impl From<OsString> for ShOutput {
+    fn from(text: OsString) -> Self {
+        if text == "-" { Self::Stdout } else { Self::File(text.into()) }
     }
 }
 

@@ -1,5 +1,6 @@
 //! `lobe sh convolve`: an expansion blurred by a kernel.
 
+use std::ffi::OsString;
 use std::str::FromStr;
 
 use anyhow::bail;
@@ -59,9 +60,7 @@ impl FromStr for Kernel {
         }
         match text {
             "cosine" => Ok(Self::Cosine),
-            file if file == "-" || file.ends_with(".json") => {
-                Ok(Self::File(file.parse().unwrap_or_else(|e| match e {})))
-            }
+            file if file == "-" || file.ends_with(".json") => Ok(Self::File(OsString::from(file).into())),
             _ => Err("expected cosine, phong:E, ggx:ALPHA or a file that ends in .json".to_owned()),
         }
     }

@@ -1,0 +1,145 @@
+//! Files that are damaged, missing, of another kind or too large: one clear line and exit code 2 for each.
+
+use std::time::{Duration, Instant};
+
+use lobe::sh::{Quantity, ShVec};
+
+use crate::harness::{Dir, ONE, flat_hdr};
+
+/// A tiny file that claims to be huge must be refused without reading or reserving what it claims.
+const AT_ONCE: Duration = Duration::from_secs(5);
+
+fn project_error(name: &str, bytes: impl AsRef<[u8]>) -> String {
+    let dir = Dir::new();
+    dir.file(name, bytes);
+    let line = dir.lobe(&format!("project {name} -o p.sh.json")).error();
+    assert_eq!(dir.names(), [name], "files after {line}");
+    assert!(line.starts_with(&format!("{name}: ")), "the file is not named: {line}");
+    line[name.len() + 2..].to_owned()
+}
+
+/// An expansion of order 1 with one field replaced.
+fn sh_error(from: &str, to: &str) -> String {
+    let dir = Dir::new();
+    let good = r#"{"format":"lobe-sh","version":1,"order":1,"quantity":"radiance","coefficients":[[1,2,3]]}"#;
+    dir.file("p.sh.json", good.replace(from, to));
+    let line = dir.lobe("sh eval p.sh.json --dir 0,0,1").error();
+    assert!(line.starts_with("p.sh.json: "), "the file is not named: {line}");
+    line["p.sh.json: ".len()..].to_owned()
+}
+
+#[test]
+fn missing_files_and_folders_are_named() {
+    let dir = Dir::new();
+    for args in [
+        "project none.exr -o p.sh.json",
+        "env info none.exr",
+        "env irradiance none.exr -o e.exr",
+        "env reconstruct none.exr -o r.exr",
+        "sh eval none.exr --dir 0,0,1",
+        "sh convolve none.exr --kernel cosine -o q.sh.json",
+    ] {
+        let line = dir.lobe(args).error();
+        assert_eq!(line, "none.exr: No such file or directory (os error 2)", "{args}");
+    }
+    for args in ["project . -o p.sh.json", "sh eval . --dir 0,0,1"] {
+        let line = dir.lobe(args).error();
+        assert!(line.starts_with(".: ") && line.contains("directory") || line.contains("folder"), "{args}: {line}");
+    }
+    let line = dir.lobe("project bundled:moon -o p.sh.json").error();
+    assert_eq!(
+        line, "bundled:moon: there is no such map in the program; there is bundled:sunset or bundled:studio",
+        "moon"
+    );
+}
+
+#[test]
+fn truncated_pictures_are_refused() {
+    let hdr = flat_hdr(16, 8, &[ONE; 128]);
+    for end in [5, 40, hdr.len() / 2, hdr.len() - 1] {
+        project_error("cut.hdr", &hdr[..end]);
+    }
+    let dir = Dir::new();
+    dir.map("sky.exr", 64, 32, |x, y| [x as f32, y as f32, 1.0 / (1 + x * y) as f32]);
+    let exr = dir.bytes("sky.exr");
+    for end in [3, 10, 100, 300, exr.len() / 2, exr.len() - 1] {
+        project_error("cut.exr", &exr[..end]);
+    }
+}
+
+#[test]
+fn pictures_of_another_shape_are_refused() {
+    let line = project_error("square.hdr", flat_hdr(4, 4, &[ONE; 16]));
+    assert!(line.starts_with("a lat-long map is twice as wide as high, but this picture is 4 x 4"), "{line}");
+    for (width, height) in [(0, 0), (2, 0), (0, 1)] {
+        project_error("empty.hdr", flat_hdr(width, height, &[]));
+    }
+}
+
+#[test]
+fn text_with_the_name_of_a_picture_is_refused() {
+    let line = project_error("text.hdr", "hello, this is a letter\n");
+    assert!(line.contains("found text beginning with \"hello, this"), "{line}");
+    let line = project_error("text.exr", "");
+    assert!(line.contains("the file is empty"), "{line}");
+    let line = project_error("photo.hdr", b"\x89PNG\r\n\x1a\n");
+    assert!(line.contains("found a PNG picture; convert it to .hdr or .exr"), "{line}");
+}
+
+#[test]
+fn a_header_that_claims_five_billion_pixels_takes_no_memory_and_no_time() {
+    let start = Instant::now();
+    project_error("bomb.hdr", flat_hdr(100_000, 50_000, &[]));
+    assert!(start.elapsed() < AT_ONCE, "it took {:?}", start.elapsed());
+}
+
+#[test]
+fn expansions_with_a_wrong_head_or_wrong_rows_are_refused() {
+    for (from, to, line) in [
+        ("[[1,2,3]]", "[[1,2,3],[1,2,3]]", "\"coefficients\": order 1 has 1 rows, found 2"),
+        ("[[1,2,3]]", "[[1,2]]", "\"coefficients\": expected an array of 1 or 3 numbers in row 0, found 2"),
+        ("\"version\":1", "\"version\":7", "\"version\": this Lobe reads version 1, found 7; a newer Lobe may read it"),
+        ("\"order\":1", "\"order\":0", "\"order\": expected a whole number from 1 to 64, found 0"),
+        ("\"order\":1", "\"order\":65", "\"order\": expected a whole number from 1 to 64, found 65"),
+        (
+            "\"radiance\"",
+            "\"light\"",
+            "\"quantity\": expected one of radiance, irradiance, transfer, visibility, log-visibility, found \"light\"",
+        ),
+        ("lobe-sh", "other", "\"format\": expected \"lobe-sh\", found \"other\"; is this an expansion?"),
+        ("]]}", "", "the file is cut off: EOF while parsing a list at line 1 column 86"),
+        ("[1,2,3]", "[1,1e999,3]", "not valid JSON: number out of range at line 1 column 88"),
+    ] {
+        assert_eq!(sh_error(from, to), line, "{to}");
+    }
+}
+
+#[test]
+fn pictures_and_expansions_are_not_taken_for_each_other() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(2, 1.0));
+    dir.map("sky.exr", 2, 1, |_, _| [1.0; 3]);
+    dir.file("sky.hdr", flat_hdr(2, 1, &[ONE; 2]));
+    let line = "p.sh.json: expected a .hdr or .exr picture, found an expansion; make a picture of it with lobe env reconstruct";
+    assert_eq!(dir.lobe("project p.sh.json -o q.sh.json").error(), line, "project");
+    assert_eq!(dir.lobe("env info p.sh.json").error(), line, "info");
+    for (name, kind) in [("sky.exr", "an OpenEXR picture"), ("sky.hdr", "a Radiance picture")] {
+        let line = format!("{name}: expected a .sh.json file, found {kind}; project it first");
+        assert_eq!(dir.lobe(&format!("sh eval {name} --dir 0,0,1")).error(), line, "eval {name}");
+        assert_eq!(dir.lobe(&format!("env reconstruct {name} -o r.exr")).error(), line, "reconstruct {name}");
+        assert_eq!(
+            dir.lobe("sh eval - --dir 0,0,1").stdin(dir.bytes(name)).error(),
+            line.replacen(name, "stdin", 1),
+            "stdin"
+        );
+    }
+}
+
+#[test]
+fn numbers_that_overflow_are_not_written() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(2, 1e300));
+    let line = dir.lobe("sh product p.sh.json p.sh.json -o q.sh.json").error();
+    assert_eq!(line, "q.sh.json: coefficient 0 is inf; a file holds finite numbers only", "product");
+    assert_eq!(dir.names(), ["p.sh.json"], "files");
+}

@@ -1,0 +1,11 @@
+//! The command `lobe` as its users meet it: files and arguments in, files, stdout, stderr and exit code out.
+
+#![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
+
+mod bad_input;
+mod bad_usage;
+mod env;
+mod harness;
+mod project;
+mod sh;
+mod streams;

@@ -1,0 +1,273 @@
+//! `lobe sh`: evaluation, rotation, product and convolution.
+
+use std::f64::consts::PI;
+
+use lobe::sh::{Coefficient, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal};
+use lobe_testkit::{Random, golden_f64s};
+
+use crate::harness::Dir;
+
+/// Rounding of sums of a hundred terms of size 1.
+const TOLERANCE: f64 = 1e-12;
+
+fn assert_close(found: &FileCoefficients, expected: &[f64], what: &str) {
+    let FileCoefficients::Scalar(found) = found else { panic!("{what}: numbers expected, found {found:?}") };
+    assert_eq!(found.coefficients().len(), expected.len(), "{what}");
+    for (i, (a, b)) in found.coefficients().iter().zip(expected).enumerate() {
+        assert!((a - b).abs() < TOLERANCE, "{what}, i {i}: {a} against {b}");
+    }
+}
+
+/// The inputs of the golden values.
+fn rule(n: usize, f: impl Fn(usize) -> f64) -> ShVec<f64> {
+    ShVec::from_vec((0..n * n).map(f).collect()).unwrap()
+}
+
+fn rule_a(i: usize) -> f64 {
+    (((37 * i + 11) % 19) as f64 - 9.0) / 10.0
+}
+
+fn rule_b(i: usize) -> f64 {
+    (((23 * i + 5) % 17) as f64 - 8.0) / 8.0
+}
+
+/// A light towards a direction.
+fn impulse(dir: Direction) -> ShVec<f64> {
+    ShVec::impulse(4, dir, 1.0)
+}
+
+#[test]
+fn eval_prints_one_line_for_each_direction() {
+    let dir = Dir::new();
+    let f = rule(3, rule_a).map(|c| Rgb::new(c, 0.0, -c));
+    let line = |s: Direction| f.eval(s).to_array().map(|c| format!("{c:?}")).join(" ") + "\n";
+    let expected = line(Direction::Z) + &line(-Direction::X);
+    dir.sh("p.sh.json", Quantity::Radiance, f.clone());
+    assert_eq!(dir.lobe("sh eval p.sh.json --dir 0,0,1 --dir -3,0,0").stdout(), expected, "colours");
+    dir.sh("v.sh.json", Quantity::LogVisibility, f.map(|c| c.b));
+    let expected = format!("{:?}\n", f.eval(-Direction::Y).b);
+    assert_eq!(dir.lobe("sh eval v.sh.json --dir=0,-1,0").stdout(), expected, "numbers");
+}
+
+#[test]
+fn eval_prints_json_for_machines() {
+    let dir = Dir::new();
+    let f = rule(3, rule_a).map(|c| Rgb::new(c, 0.0, -c));
+    let row = |s: Direction| format!("[{}]", f.eval(s).to_array().map(|c| format!("{c:?}")).join(","));
+    let expected = format!("{{\"values\":[{},{}]}}\n", row(Direction::Z), row(Direction::X));
+    dir.sh("p.sh.json", Quantity::Radiance, f.clone());
+    assert_eq!(dir.lobe("sh eval p.sh.json --json --dir 0,0,1 --dir 1,0,0").stdout(), expected, "colours");
+    let expected = format!("{{\"values\":[[{:?}]]}}\n", f.eval(Direction::Y).r);
+    dir.sh("v.sh.json", Quantity::Visibility, f.map(|c| c.r));
+    assert_eq!(dir.lobe("sh eval v.sh.json --json --dir 0,2,0").stdout(), expected, "numbers");
+}
+
+#[test]
+fn eval_agrees_with_the_golden_basis() {
+    let dir = Dir::new();
+    let y = golden_f64s("/basis_dir/order10");
+    let direction = golden_f64s("/basis_dir/dir").iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let f = ShVec::from_vec(Random::new(1).signed_vec(100)).unwrap();
+    let expected: f64 = f.coefficients().iter().zip(&y).map(|(f, y)| f * y).sum();
+    dir.sh("f.sh.json", Quantity::Radiance, f);
+    let found: f64 = dir.lobe(&format!("sh eval f.sh.json --dir {direction}")).stdout().trim().parse().unwrap();
+    assert!((found - expected).abs() < TOLERANCE, "{found} against {expected}");
+}
+
+#[test]
+fn rotate_agrees_with_the_golden_rotation() {
+    let dir = Dir::new();
+    let expected = golden_f64s("/rotation/out");
+    dir.sh("p.sh.json", Quantity::Transfer, rule(expected.len().isqrt(), rule_a));
+    let matrix = golden_f64s("/rotation/R").iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    dir.lobe(&format!("sh rotate p.sh.json --matrix {matrix} -o q.sh.json")).stdout();
+    let q = dir.read_sh("q.sh.json");
+    assert_eq!(q.quantity, Quantity::Transfer, "quantity");
+    assert_close(&q.coefficients, &expected, "golden rotation");
+}
+
+#[test]
+fn axis_quaternion_and_matrix_turn_plus_x_to_plus_y_alike() {
+    let dir = Dir::new();
+    dir.sh("x.sh.json", Quantity::Radiance, impulse(Direction::X));
+    for turn in [
+        "--axis 0,0,1 --angle 90",
+        "--axis 0,0,-2 --angle -90",
+        "--axis 0,0,1 --angle 3690",
+        "--quat 0,0,0.7071067811865476,0.7071067811865476",
+        "--matrix 0,-1,0,1,0,0,0,0,1",
+    ] {
+        dir.lobe(&format!("sh rotate x.sh.json {turn} -o y.sh.json")).stdout();
+        assert_close(&dir.read_sh("y.sh.json").coefficients, impulse(Direction::Y).coefficients(), turn);
+    }
+}
+
+#[test]
+fn a_file_may_be_turned_in_place() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, impulse(Direction::X).map(|c| Rgb::new(c, 2.0 * c, 0.0)));
+    dir.lobe("sh rotate p.sh.json --axis 0,1,0 --angle 90 -o p.sh.json").stdout();
+    let FileCoefficients::Rgb(turned) = dir.read_sh("p.sh.json").coefficients else { panic!("colours stay colours") };
+    for (a, b) in turned.coefficients().iter().zip(impulse(-Direction::Z).coefficients()) {
+        let error = (a.r - b).abs().max((a.g - 2.0 * b).abs()).max(a.b.abs());
+        assert!(error < TOLERANCE, "{a:?} against {b}");
+    }
+    assert_eq!(dir.names(), ["p.sh.json"], "files");
+}
+
+#[test]
+fn what_is_no_rotation_is_refused() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, impulse(Direction::X));
+    for (turn, start) in [
+        ("--matrix 1,0,0,0,1,0,0,0,-1", "--matrix: expected a rotation, found a mirror"),
+        ("--matrix 2,0,0,0,2,0,0,0,2", "--matrix: expected a rotation matrix, found one that scales"),
+        ("--matrix 0,0,0,0,0,0,0,0,0", "--matrix: "),
+        ("--quat 0,0,0,0", "--quat: expected a unit quaternion, found length 0"),
+        ("--quat 0,0,0,7", "--quat: expected a unit quaternion, found length 7"),
+    ] {
+        let line = dir.lobe(&format!("sh rotate p.sh.json {turn} -o q.sh.json")).error();
+        assert!(line.starts_with(start), "{turn}: {line}");
+        assert_eq!(dir.names(), ["p.sh.json"], "files after {turn}");
+    }
+}
+
+#[test]
+fn product_agrees_with_the_golden_products() {
+    let dir = Dir::new();
+    for n in 2..=6 {
+        dir.sh("a.sh.json", Quantity::Radiance, rule(n, rule_a));
+        dir.sh("b.sh.json", Quantity::Radiance, rule(n, rule_b));
+        dir.lobe("sh product a.sh.json b.sh.json -o c.sh.json").stdout();
+        assert_close(&dir.read_sh("c.sh.json").coefficients, &golden_f64s(&format!("/product/{n}/c")), &n.to_string());
+    }
+}
+
+#[test]
+fn a_product_has_the_order_that_was_asked_for_and_is_whole_at_the_sum() {
+    let dir = Dir::new();
+    let (a, b) = (rule(3, rule_a), rule(5, rule_b));
+    let s = Direction::from_angles(1.1, -2.0);
+    let expected = a.eval(s) * b.eval(s);
+    dir.sh("a.sh.json", Quantity::Visibility, a);
+    dir.sh("b.sh.json", Quantity::Visibility, b);
+    for (option, order) in [("", 5), ("--order 2", 2), ("--order 7", 7), ("--order 9", 9)] {
+        dir.lobe(&format!("sh product a.sh.json b.sh.json {option} -o c.sh.json")).stdout();
+        let FileCoefficients::Scalar(c) = dir.read_sh("c.sh.json").coefficients else { panic!("numbers expected") };
+        assert_eq!(c.order(), order, "order with {option:?}");
+        // The product of degrees 2 and 4 has degree 6: order 7 holds all of it.
+        let error = (c.eval(s) - expected).abs();
+        assert!(order < 7 || error < TOLERANCE, "{option}: {} against {expected}", c.eval(s));
+    }
+}
+
+#[test]
+fn colours_may_be_masked_by_visibility() {
+    let dir = Dir::new();
+    dir.sh("l.sh.json", Quantity::Irradiance, ShVec::constant(3, Rgb::new(1.0, 2.0, 3.0)));
+    dir.sh("v.sh.json", Quantity::Visibility, ShVec::constant(2, 0.5));
+    for pair in ["l.sh.json v.sh.json", "v.sh.json l.sh.json"] {
+        dir.lobe(&format!("sh product {pair} -o c.sh.json")).stdout();
+        let c = dir.read_sh("c.sh.json");
+        assert_eq!(c.quantity, Quantity::Irradiance, "quantity of {pair}");
+        let value = c.coefficients.to_rgb().eval(Direction::X);
+        let error = (value - Rgb::new(0.5, 1.0, 1.5)).to_array().map(f64::abs);
+        assert!(error.iter().all(|e| *e < TOLERANCE), "{pair}: {value:?}");
+    }
+}
+
+#[test]
+fn quantities_that_have_no_product_are_refused() {
+    let dir = Dir::new();
+    for quantity in [Quantity::Radiance, Quantity::Transfer, Quantity::LogVisibility] {
+        dir.sh(&format!("{quantity}.sh.json"), quantity, ShVec::constant(2, 1.0));
+    }
+    let line = dir.lobe("sh product radiance.sh.json transfer.sh.json -o c.sh.json").error();
+    let expected = "radiance.sh.json and transfer.sh.json: radiance times transfer is no quantity of a file; expected the \
+                    same quantity twice, or visibility";
+    assert_eq!(line, expected, "radiance and transfer");
+    let line = dir.lobe("sh product log-visibility.sh.json log-visibility.sh.json -o c.sh.json").error();
+    assert!(line.ends_with("so add them instead"), "{line}");
+}
+
+#[test]
+fn a_constant_sky_convolved_with_the_cosine_gives_pi() {
+    let dir = Dir::new();
+    dir.sh("sky.sh.json", Quantity::Radiance, ShVec::constant(3, Rgb::splat(1.0)));
+    dir.lobe("sh convolve sky.sh.json --kernel cosine -o e.sh.json").stdout();
+    let e = dir.read_sh("e.sh.json");
+    assert_eq!(e.quantity, Quantity::Irradiance, "quantity");
+    for s in lobe_testkit::directions() {
+        let value = e.coefficients.to_rgb().eval(Direction::from_unit(s)).r;
+        assert!((value - PI).abs() < TOLERANCE, "towards {s:?}: {value}");
+    }
+}
+
+#[test]
+fn normalised_lobes_keep_radiance_and_its_mean() {
+    let dir = Dir::new();
+    let f = rule(5, rule_a);
+    for kernel in ["phong:0", "phong:20", "ggx:0.3", "ggx:1", "ggx:0"] {
+        dir.sh("p.sh.json", Quantity::Radiance, f.clone());
+        dir.lobe(&format!("sh convolve p.sh.json --kernel {kernel} -o q.sh.json")).stdout();
+        let q = dir.read_sh("q.sh.json");
+        let FileCoefficients::Scalar(g) = q.coefficients else { panic!("numbers expected") };
+        assert_eq!(q.quantity, Quantity::Radiance, "quantity after {kernel}");
+        assert!((g.mean() - f.mean()).abs() < TOLERANCE, "mean after {kernel}: {} against {}", g.mean(), f.mean());
+        let (before, after) = (f.band_energies()[3], g.band_energies()[3]);
+        assert!(after < before || kernel == "ggx:0", "energy of band 3 after {kernel}: {after} against {before}");
+    }
+}
+
+#[test]
+fn a_kernel_in_a_file_is_a_function_of_the_angle_from_z() {
+    let dir = Dir::new();
+    let cosine = Zonal::clamped_cosine(4);
+    dir.sh("p.sh.json", Quantity::Transfer, rule(4, rule_b));
+    dir.sh("z.sh.json", Quantity::Visibility, cosine.towards(Direction::Z, 1.0));
+    dir.lobe("sh convolve p.sh.json --kernel z.sh.json -o q.sh.json").stdout();
+    let q = dir.read_sh("q.sh.json");
+    assert_eq!(q.quantity, Quantity::Transfer, "a kernel from a file keeps the quantity");
+    assert_close(&q.coefficients, lobe::sh::convolved(&rule(4, rule_b), &cosine).coefficients(), "cosine by file");
+}
+
+#[test]
+fn a_kernel_that_is_not_symmetric_about_z_is_refused() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, rule(3, rule_a));
+    dir.sh("x.sh.json", Quantity::Radiance, ShVec::from_vec(vec![1.0, 0.0, 0.5, -0.25]).unwrap());
+    let line = dir.lobe("sh convolve p.sh.json --kernel x.sh.json -o q.sh.json").error();
+    let expected =
+        "x.sh.json: expected a kernel that is symmetric about +z, but coefficient 3 (l = 1, m = 1) is -0.25, not 0";
+    assert_eq!(line, expected, "kernel towards +x");
+}
+
+#[test]
+fn a_kernel_of_lower_order_is_noted() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, rule(3, rule_a));
+    dir.sh("z.sh.json", Quantity::Radiance, ShVec::constant(1, 1.0));
+    let (_, stderr) = dir.lobe("sh convolve p.sh.json --kernel z.sh.json -o q.sh.json").succeeds();
+    assert_eq!(
+        stderr, "note: --kernel: p.sh.json has order 3, the kernel order 1; the bands from 1 on become zero\n",
+        "note"
+    );
+}
+
+#[test]
+fn quantities_that_are_no_light_are_not_convolved_with_the_cosine() {
+    let dir = Dir::new();
+    for (quantity, reason) in [
+        (Quantity::Irradiance, "this is irradiance, the cosine is in it already; expected radiance or visibility"),
+        (Quantity::Transfer, "this is transfer, the cosine is in it already; expected radiance or visibility"),
+        (
+            Quantity::LogVisibility,
+            "log-visibility is a logarithm, its convolution has no meaning; expected radiance or visibility",
+        ),
+    ] {
+        dir.sh("p.sh.json", quantity, ShVec::constant(2, 1.0));
+        let line = dir.lobe("sh convolve p.sh.json --kernel cosine -o q.sh.json").error();
+        assert_eq!(line, format!("p.sh.json: {reason}"), "{quantity}");
+        assert_eq!(dir.names(), ["p.sh.json"], "files");
+    }
+}
