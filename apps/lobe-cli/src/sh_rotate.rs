@@ -15,7 +15,7 @@ pub(crate) struct ShRotate {
     input: ShInput,
     #[command(flatten)]
     turn: Turn,
-    /// With --axis: by how many degrees, anticlockwise for who looks against the axis
+    /// With --axis: by how many degrees, anticlockwise as seen from the tip of the axis
     #[arg(long, value_name = "DEG", requires = "axis", allow_hyphen_values = true, value_parser = values::finite)]
     angle: Option<f64>,
     /// The turned expansion g(s) = f(R⁻¹ s), a .sh.json file; - writes to stdout

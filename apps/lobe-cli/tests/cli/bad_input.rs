@@ -40,7 +40,7 @@ fn missing_files_and_folders_are_named() {
         "sh convolve none.exr --kernel cosine -o q.sh.json",
     ] {
         let line = dir.lobe(args).error();
-        assert_eq!(line, "none.exr: No such file or directory (os error 2)", "{args}");
+        assert!(line.starts_with("none.exr: ") && line.ends_with("(os error 2)"), "{args}: {line}");
     }
     for args in ["project . -o p.sh.json", "sh eval . --dir 0,0,1"] {
         let line = dir.lobe(args).error();
