@@ -8,13 +8,16 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::talk::Talk;
-use crate::{env_info, env_irradiance, env_reconstruct, project, sh_convolve, sh_eval, sh_product, sh_rotate, values};
+use crate::{
+    demo, env_info, env_irradiance, env_reconstruct, project, sh_convolve, sh_eval, sh_product, sh_rotate, values,
+};
 
 /// More threads than any machine has; asking for more is a slip of the finger.
 const MAX_THREADS: usize = 1024;
 
 const EXAMPLES: &str = "\
 Examples:
+  lobe demo                                          all that follows in pictures, in the folder demo/
   lobe project sky.exr -o sky.sh.json --order 6      a photograph of a sky as 36 colours
   lobe sh convolve sky.sh.json --kernel cosine -o - | lobe sh eval - --dir 0,0,1
                                                      the irradiance of the ground under that sky
@@ -48,6 +51,8 @@ struct Everywhere {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Write a folder with a page that shows everything on built-in data
+    Demo(demo::Demo),
     /// Project an environment map onto spherical harmonics
     Project(project::Project),
     /// Work on expansions in .sh.json files
@@ -111,6 +116,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
             .with_context(|| format!("--threads {count}: the system does not give that many threads"))?;
     }
     match cli.command {
+        Command::Demo(args) => args.run(talk)?,
         Command::Project(args) => args.run(talk)?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,

@@ -4,6 +4,7 @@
 //! tests. Nothing here is a library: what others could use lives in the crates.
 
 mod cli;
+mod demo;
 mod env_info;
 mod env_irradiance;
 mod env_reconstruct;

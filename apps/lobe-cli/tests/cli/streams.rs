@@ -11,10 +11,16 @@ use crate::harness::Dir;
 fn help_is_printed_on_stdout_with_examples() {
     let dir = Dir::new();
     let help = dir.lobe("--help").stdout();
-    for part in ["Usage: lobe [OPTIONS] <COMMAND>", "Examples:\n  lobe project sky.exr -o sky.sh.json", "Exit code"] {
+    for part in [
+        "Usage: lobe [OPTIONS] <COMMAND>",
+        "Examples:\n  lobe demo",
+        "\n  lobe project sky.exr -o sky.sh.json",
+        "Exit code",
+    ] {
         assert!(help.contains(part), "{part:?} is missing in\n{help}");
     }
     for command in [
+        "demo",
         "project",
         "sh",
         "sh eval",

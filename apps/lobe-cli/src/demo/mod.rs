@@ -1,0 +1,215 @@
+//! `lobe demo`: everything that Lobe does, on built-in data, as one folder with a page.
+
+mod basis;
+mod environment;
+mod irradiance;
+mod overview;
+mod page;
+mod projection;
+mod reconstruction;
+mod rotation;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use lobe::env::bundled::{self, Bundled};
+use lobe::env::{EnvError, EnvMap, project_env};
+use lobe::render::{Exposure, Picture, Tone};
+use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, save_sh_json, write_atomically};
+
+use crate::output;
+use crate::talk::Talk;
+use page::Page;
+
+/// The highest order of the sweep over orders, that of the figures in the papers.
+const SWEEP: usize = 6;
+
+/// The colour around the balls: black stays black at any exposure.
+const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
+
+/// How bright the mean radiance of a photograph is shown beside its reconstructions, which are smooth: brighter
+/// than middle grey, so that what is darker than the mean can be told apart.
+const MEAN_KEY: f64 = 0.3;
+
+/// What the progress bar counts: files, tables and the page.
+const STEPS: u64 = 33;
+
+#[derive(Args)]
+pub(crate) struct Demo {
+    /// The folder to write into; it is made if need be
+    #[arg(short, long, value_name = "DIR", default_value = "demo")]
+    output: PathBuf,
+    /// Draw smaller pictures
+    #[arg(long)]
+    quick: bool,
+}
+
+/// What the figures of one photograph have in common.
+struct Sky {
+    bundled: Bundled,
+    map: EnvMap,
+    /// The radiance at order [`SWEEP`].
+    radiance: ShVec<Rgb<f64>>,
+    /// Exposure for the photograph and its reconstructions: by the mean, which they share.
+    tone: Tone,
+}
+
+/// The demo as it is being written.
+struct Writer<'a> {
+    folder: &'a Path,
+    /// Pixels across a ball.
+    ball: usize,
+    /// Pixels across a lat-long picture.
+    picture: usize,
+    /// Called with the name of every piece of work that begins.
+    progress: &'a mut dyn FnMut(&str),
+    page: Page,
+}
+
+impl Demo {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let bar = talk.bar("demo", STEPS);
+        let mut progress = |_: &str| bar.inc(1);
+        let index = write_demo(&self.output, self.quick, &mut progress)?;
+        bar.finish_and_clear();
+        output::print(&format!("{}\n", index.display()))
+    }
+}
+
+/// Writes the demo into `folder`, which is made if need be; `quick` draws smaller pictures.
+///
+/// Returns the path of the page, which is written last: where it is, everything is.
+fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> anyhow::Result<PathBuf> {
+    fs::create_dir_all(folder).map_err(|source| io_error(folder, source))?;
+    let index = folder.join("index.html");
+    output::check_file(&index)?;
+    let title = "Lobe: light as functions on the sphere";
+    let (ball, picture) = if quick { (80, 256) } else { (160, 512) };
+    let mut demo = Writer { folder, ball, picture, progress, page: Page::new(title) };
+    demo.page.text(
+        "A photograph of everything around a point, turned into a handful of numbers that light a scene. Every \
+         picture here was made by this program from the photographs it carries; the numbers beside them are measured, \
+         not quoted. Each section ends with the command that does the same to a photograph of yours.",
+    );
+    for (number, bundled) in bundled::all().into_iter().enumerate() {
+        let sky = Sky::new(bundled);
+        demo.environment(&sky)?;
+        demo.write_expansion(&sky)?;
+        demo.reconstruction(&sky)?;
+        let balls = demo.irradiance(&sky)?;
+        demo.overview(&sky, &balls)?;
+        if number == 0 {
+            demo.rotation(&sky)?;
+            demo.projection(&sky);
+        }
+    }
+    demo.basis()?;
+    let html = demo.page.into_html(title);
+    write_atomically(&index, |file| file.write_all(html.as_bytes())).map_err(|source| io_error(&index, source))?;
+    (demo.progress)("index.html");
+    Ok(index)
+}
+
+impl Sky {
+    fn new(bundled: Bundled) -> Self {
+        let map = bundled.map();
+        let radiance = project_env(&map, SWEEP);
+        let exposure = Exposure::Fixed(MEAN_KEY / radiance.mean().luminance());
+        let tone = Tone { exposure, ..Tone::PHOTOGRAPH };
+        Self { bundled, map, radiance, tone }
+    }
+
+    /// The name of a file about this photograph.
+    fn file(&self, what: &str) -> String {
+        format!("{}-{what}", self.bundled.name)
+    }
+
+    /// The direction that the light comes from on the whole: the optimal linear direction of the luminance,
+    /// `(-f_3, -f_1, f_2)`; +z if there is none.
+    fn main_direction(&self) -> Dir {
+        let [y, z, x] = [1, 2, 3].map(|i| self.radiance[i].luminance());
+        Dir::new([-x, -y, z]).unwrap_or(Dir::Z)
+    }
+}
+
+fn io_error(path: &Path, source: io::Error) -> EnvError {
+    EnvError::Io { file: path.display().to_string(), source }
+}
+
+impl Writer<'_> {
+    fn write(&mut self, file: &str, picture: &Picture, tone: &Tone) -> anyhow::Result<()> {
+        (self.progress)(file);
+        picture.write_png(self.folder.join(file), tone)?;
+        Ok(())
+    }
+
+    /// Writes the expansion that the figures show, for the reader's own use.
+    fn write_expansion(&mut self, sky: &Sky) -> anyhow::Result<()> {
+        let file = format!("{}.sh.json", sky.bundled.name);
+        (self.progress)(&file);
+        save_sh_json(&self.folder.join(file), &ShFile::new(Quantity::Radiance, sky.radiance.clone()))?;
+        Ok(())
+    }
+}
+
+/// The map as a picture, pixel for texel.
+fn picture_of(map: &EnvMap) -> Picture {
+    Picture::from_fn(map.width(), map.height(), |x, y| map.texel(x, y))
+}
+
+/// All values of an expansion at the texel centres of the map.
+fn values_like(f: &ShVec<Rgb<f64>>, map: &EnvMap) -> Vec<Rgb<f32>> {
+    lobe::env::reconstruct(f, map.width(), map.height()).texels().to_vec()
+}
+
+/// A number in three significant digits.
+fn digits(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".into(),
+        size if !(1e-3..1e5).contains(&size) => format!("{x:.2e}"),
+        size => format!("{x:.*}", (2 - size.log10().floor() as i32).max(0) as usize),
+    }
+}
+
+/// The energy of an expansion over all bands and channels, `∫ f² ds`.
+fn energy(f: &ShVec<Rgb<f64>>) -> f64 {
+    let e = f.dot(f);
+    e.r + e.g + e.b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1.00"),
+            (-12.345, "-12.3"),
+            (9876.5, "9876"),
+            (0.00012345, "1.23e-4"),
+            (0.0456, "0.0456"),
+        ];
+        for (x, expected) in cases {
+            assert_eq!(digits(x), expected, "{x}");
+        }
+    }
+
+    #[test]
+    fn the_demo_writes_every_file_that_its_page_shows() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut steps = 0;
+        let index = write_demo(folder.path(), true, &mut |_| steps += 1).unwrap();
+        assert_eq!(steps, STEPS, "the steps of the progress bar");
+        let html = fs::read_to_string(index).unwrap();
+        let shown: Vec<&str> = html.split("<img src=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+        assert!(shown.len() > 20, "{} figures: {shown:?}", shown.len());
+        for file in shown {
+            let bytes = fs::read(folder.path().join(file)).unwrap();
+            assert_eq!(&bytes[1..4], b"PNG", "{file}");
+        }
+    }
+}
