@@ -1,11 +1,11 @@
 //! Writing environment maps to files.
 
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{Compression, Encoding, Image, SpecificChannels, Vec2, WritableImage, f16};
 use image::codecs::hdr::HdrEncoder;
-use lobe_sh::Rgb;
+use lobe_sh::{Rgb, write_atomically};
 
 use crate::{EnvError, EnvMap};
 
@@ -53,7 +53,7 @@ pub fn write_env(path: impl AsRef<Path>, map: &EnvMap, options: &WriteOptions) -
             return Err(EnvError::Options(message));
         }
     };
-    write_atomically(path, &bytes).map_err(io)?;
+    write_atomically(path, |file| file.write_all(&bytes)).map_err(io)?;
     Ok(report)
 }
 
@@ -112,20 +112,4 @@ fn encode_pfm(map: &EnvMap) -> (Vec<u8>, WriteReport) {
         bytes.extend(map.row(y).iter().flat_map(|t| t.to_array()).flat_map(f32::to_le_bytes));
     }
     (bytes, WriteReport::default())
-}
-
-/// Writes a temporary file beside `path` and renames it.
-fn write_atomically(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let Some(name) = path.file_name() else {
-        return Err(std::io::Error::other("this is no file name"));
-    };
-    let temporary = path.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
-    let written = std::fs::File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| std::fs::rename(&temporary, path));
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = std::fs::remove_file(&temporary);
-    }
-    written
 }

@@ -1,11 +1,10 @@
 //! PNG files.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
 use std::path::Path;
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+use lobe_sh::write_atomically;
 
 use crate::{Picture, RenderError, Tone};
 
@@ -37,21 +36,7 @@ impl Picture {
     pub fn write_png(&self, path: impl AsRef<Path>, tone: &Tone) -> Result<(), RenderError> {
         let path = path.as_ref();
         let png = self.to_png(tone)?;
-        write_whole(path, &png).map_err(|source| RenderError::Io { path: path.to_owned(), source })
+        write_atomically(path, |file| file.write_all(&png))
+            .map_err(|source| RenderError::Io { path: path.to_owned(), source })
     }
-}
-
-/// Writes to a temporary file beside `path`, then renames it.
-fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let Some(name) = path.file_name() else {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"));
-    };
-    let temporary = path.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
-    let written =
-        File::create(&temporary).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&temporary, path));
-    if written.is_err() {
-        // The first error is the one to report; the temporary file may not even exist.
-        let _ = fs::remove_file(&temporary);
-    }
-    written
 }
