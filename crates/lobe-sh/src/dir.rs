@@ -2,6 +2,10 @@
 
 use std::ops::Neg;
 
+/// How far the squared length given to [`Dir::from_unit`] may be from 1: directions that went through a few `f64`
+/// operations pass, those rounded to `f32` do not.
+const UNIT_TOLERANCE: f64 = 1e-9;
+
 /// A direction: a unit vector in Lobe's right-handed frame, +z up.
 ///
 /// Spherical angles are `θ` from +z and `φ` from +x towards +y:
@@ -25,6 +29,7 @@ impl Dir {
     /// The direction of the vector `v`; `None` if `v` is zero or not finite.
     ///
     /// Any length will do: components are first divided by the largest, so nothing overflows or underflows.
+    #[inline]
     #[must_use]
     pub fn new(v: [f64; 3]) -> Option<Self> {
         let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
@@ -37,12 +42,13 @@ impl Dir {
     }
 
     /// The direction of the vector `v`; `None` if `v` is zero or not finite.
+    #[inline]
     #[must_use]
     pub fn from_f32(v: [f32; 3]) -> Option<Self> {
         Self::new(v.map(f64::from))
     }
 
-    /// The direction at angle `theta` from +z and `phi` from +x towards +y, in radians.
+    /// The direction at angle `theta` from +z and `phi` from +x towards +y, in radians, both finite.
     #[must_use]
     pub fn from_angles(theta: f64, phi: f64) -> Self {
         let (sin_theta, cos_theta) = theta.sin_cos();
@@ -50,10 +56,17 @@ impl Dir {
         Self { v: [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta] }
     }
 
-    /// A vector that the caller knows to have unit length (checked in debug builds).
+    /// A vector that the caller knows to have unit length.
+    ///
+    /// # Panics
+    /// In debug builds, if the squared length is not 1 to 1e-9.
+    #[inline]
     #[must_use]
     pub fn from_unit(v: [f64; 3]) -> Self {
-        debug_assert!((v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1.0).abs() < 1e-9, "not a unit vector: {v:?}");
+        debug_assert!(
+            (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1.0).abs() < UNIT_TOLERANCE,
+            "not a unit vector: {v:?}"
+        );
         Self { v }
     }
 
@@ -94,7 +107,8 @@ impl Dir {
     /// The angle from +x towards +y, in `(-π, π]`; 0 at the poles.
     #[must_use]
     pub fn phi(self) -> f64 {
-        self.v[1].atan2(self.v[0])
+        // Adding 0 makes 0 of -0, which `atan2` would take for the other side of the seam.
+        (self.v[1] + 0.0).atan2(self.v[0] + 0.0)
     }
 
     /// The cosine of the angle between two directions.
@@ -122,6 +136,7 @@ impl Dir {
 impl Neg for Dir {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         Self { v: self.v.map(|c| -c) }
     }
@@ -154,6 +169,19 @@ mod tests {
                 assert!((d.theta() - theta).abs() < 1e-15, "theta {theta} became {}", d.theta());
                 assert!((d.phi() - phi).abs() < 1e-15, "phi {phi} became {}", d.phi());
             }
+        }
+    }
+
+    #[test]
+    fn the_azimuth_does_not_depend_on_the_sign_of_zero() {
+        for (s, phi) in [
+            (-Dir::X, std::f64::consts::PI),
+            (Dir::from_unit([-0.6, -0.0, 0.8]), std::f64::consts::PI),
+            (Dir::Z, 0.0),
+            (-Dir::Z, 0.0),
+            (Dir::from_unit([-0.0, 0.0, -1.0]), 0.0),
+        ] {
+            assert_eq!(s.phi(), phi, "{s:?}");
         }
     }
 
