@@ -35,7 +35,7 @@ pub struct Fit<T> {
     pub condition: f64,
     /// The verdict on `rank` and `condition`.
     pub conditioning: Conditioning,
-    /// `√(Σ_k w_k (f(s_k) - v_k)² / Σ_k w_k)`, the worst channel; zero without samples.
+    /// `√(Σ_k w_k (f(s_k) - v_k)² / Σ_k w_k)`, the worst channel; zero without samples, NaN if a channel is.
     pub residual: f64,
 }
 
@@ -50,6 +50,9 @@ pub struct Fit<T> {
 /// at a time so that any number of samples needs only `O(n⁴)` memory, then by singular values, all in `f64`. Singular
 /// values below `ε max(samples, n²)` times the largest count as zero.
 ///
+/// A sample of weight zero is left out, whatever its value. A value that is not finite makes its channel NaN, in the
+/// expansion and in [`Fit::residual`]; the other channels keep theirs.
+///
 /// # Panics
 /// If `order` is 0, or a weight is negative or not finite.
 #[must_use]
@@ -60,6 +63,9 @@ pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<It
     let (mut count, mut total_weight) = (0, 0.0);
     for (s, value, weight) in samples {
         assert!(weight >= 0.0 && weight.is_finite(), "a weight is finite and not negative, not {weight}");
+        if weight == 0.0 {
+            continue;
+        }
         let root = weight.sqrt();
         triangle.push(|row| {
             f64::with_shared_basis(order, |basis| {
@@ -160,7 +166,7 @@ impl Triangle {
             let fitted = self.factor.columns(0, self.columns) * x;
             (fitted - self.factor.column(self.columns + c)).norm()
         });
-        worst.fold(0.0, f64::max) / total_weight.sqrt()
+        worst.fold(0.0, |worst, r| if r > worst || r.is_nan() { r } else { worst }) / total_weight.sqrt()
     }
 }
 
@@ -245,6 +251,23 @@ mod tests {
             assert_eq!((fit.rank, fit.conditioning), (0, Conditioning::RankDeficient), "{fit:?}");
             assert!(fit.condition == f64::INFINITY && fit.residual == 0.0, "{fit:?}");
             assert_eq!(fit.sh, ShVec::zero(2), "zero");
+        }
+    }
+
+    #[test]
+    fn a_value_that_is_not_a_number_spoils_its_channel_unless_it_weighs_nothing() {
+        let f = planted(2);
+        let bad = Dir::from_angles(0.4, -2.0);
+        let fit = |weight: f64, value: f64| {
+            let good = directions().into_iter().map(Dir::from_unit).map(|s| (s, Rgb::new(f.eval(s), 1.0, 0.0), 1.0));
+            least_squares(2, good.chain([(bad, Rgb::new(value, 1.0, 0.0), weight)]))
+        };
+        for value in [f64::NAN, f64::INFINITY] {
+            let spoiled = fit(0.5, value);
+            assert!(spoiled.residual.is_nan() && spoiled.sh[0].r.is_nan(), "{value} became {spoiled:?}");
+            let worst = spoiled.sh.coefficients().iter().skip(1).fold(0.0_f64, |worst, c| worst.max(c.g.abs()));
+            assert!(worst < 1e-13, "the green channel of {value} is off by {worst}");
+            assert_close(&fit(0.0, value).sh.map(|c| c.r), &f, 1e-13);
         }
     }
 
