@@ -9,8 +9,8 @@
 ///   P_l^m = ((2l - 1) z P_{l-1}^m - (l + m - 1) P_{l-2}^m) / (l - m)
 /// ```
 ///
-/// Zero for `m > l`. Not normalised: beyond `l + m` of about 150 it overflows; the basis uses
-/// [`legendre_normalised`] instead. Source: [Sloan 2008] A1; DLMF 14.10.3.
+/// Zero for `m > l`, NaN for `|z| > 1`. Not normalised: it overflows from `l = m = 151` on (test
+/// `the_plain_function_is_finite_to_degree_150`); [`legendre_normalised`] does not. Source: [Sloan 2008] A1; DLMF 14.10.3.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[must_use]
@@ -137,6 +137,18 @@ mod tests {
             let p = legendre_normalised(l, m, 0.3);
             assert!(p.is_finite() && p.abs() < 10.0, "l {l}, m {m}: {p}");
         }
+    }
+
+    #[test]
+    fn the_plain_function_is_finite_to_degree_150() {
+        for m in 0..=150 {
+            for z in HEIGHTS {
+                let p = legendre(150, m, z);
+                assert!(p.is_finite(), "P_150^{m}({z}) = {p}");
+            }
+        }
+        assert_eq!(legendre(151, 151, 0.0), f64::NEG_INFINITY, "P_151^151(0)");
+        assert!(legendre(3, 1, 1.5).is_nan() && legendre_normalised(3, 1, -1.5).is_nan(), "outside of [-1, 1]");
     }
 
     #[test]
