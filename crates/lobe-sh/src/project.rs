@@ -36,8 +36,8 @@ pub fn project<T: Coefficient>(order: usize, degree: usize, f: impl FnMut(Dir) -
 pub struct Projection<T> {
     /// The expansion.
     pub sh: ShVec<T>,
-    /// The largest change of any coefficient, any channel, when the quadrature degree was last doubled; NaN if the
-    /// function was NaN anywhere.
+    /// The largest change of any coefficient, any channel, when the quadrature degree was last doubled: an estimate
+    /// of the error, usually far above it. NaN if the function was NaN where it was evaluated.
     pub error: f64,
     /// Whether `error` is within the tolerance asked for.
     pub converged: bool,
@@ -51,6 +51,11 @@ pub struct Projection<T> {
 /// reaches 2047; [`Projection::converged`] says which. Smooth functions converge faster than any power of the
 /// degree, kinks with its square, jumps with its first power: for a zonal function with known jumps
 /// [`Zonal::project`](crate::Zonal::project) is exact instead.
+///
+/// The error is estimated from the function's values, and no number of values bounds it: what is smaller than the
+/// distance of the nodes, about `180° / (4 order + 32)` at the first comparison, may be missed altogether and the
+/// result still count as converged (test `what_falls_between_the_nodes_is_missed`). A sun belongs into
+/// [`Zonal::project`](crate::Zonal::project).
 #[must_use]
 pub fn project_to_accuracy<T: Coefficient>(order: usize, tolerance: f64, mut f: impl FnMut(Dir) -> T) -> Projection<T> {
     let mut degree = 2 * order + FIRST_EXTRA_DEGREE;
@@ -167,6 +172,20 @@ mod tests {
         let exact = Zonal::project(3, &[0.9], 8, |t| f64::from(u8::from(t > 0.9)));
         let exact = exact.towards(Dir::from_angles(1.0, 0.5), 1.0);
         assert!((found.sh[0] - exact[0]).abs() < 10.0 * found.error, "{} against {}", found.sh[0], exact[0]);
+    }
+
+    #[test]
+    fn what_falls_between_the_nodes_is_missed() {
+        let axis = Dir::from_angles(0.7, 1.1);
+        let disc = |degrees: f64| {
+            let cosine = degrees.to_radians().cos();
+            project_to_accuracy(3, 1e-3, move |s: Dir| f64::from(u8::from(s.dot(axis) > cosine)))
+        };
+        let sun = disc(0.25);
+        assert!(sun.converged && sun.sh[0] == 0.0, "a sun of half a degree became {}", sun.sh[0]);
+        let wide = disc(20.0);
+        let exact = PI.sqrt() * (1.0 - 20.0_f64.to_radians().cos());
+        assert!((wide.sh[0] - exact).abs() < 3e-3, "a disc of 40 degrees: {} against {exact}", wide.sh[0]);
     }
 
     #[test]
