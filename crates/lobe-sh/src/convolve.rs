@@ -15,9 +15,9 @@ use crate::{Coefficient, Expansion, Real, Zonal};
 /// # Panics
 /// If `coefficients` are not `n²`.
 pub fn convolve_in_place<T: Coefficient>(coefficients: &mut [T], kernel: &Zonal) {
-    let factors = kernel.convolution_factors();
-    for l in 0..order_of_slice(coefficients) {
-        let factor = T::Scalar::from_f64(factors.get(l).copied().unwrap_or(0.0));
+    let order = order_of_slice(coefficients);
+    for (l, factor) in (0..order).zip(kernel.factors().chain(std::iter::repeat(0.0))) {
+        let factor = T::Scalar::from_f64(factor);
         for c in &mut coefficients[band_range(l)] {
             *c = c.scale(factor);
         }
