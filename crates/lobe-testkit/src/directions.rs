@@ -15,7 +15,8 @@ pub fn fibonacci_sphere(count: usize) -> Vec<[f64; 3]> {
 }
 
 /// The directions every property is tested at: the 26 axes, edge and corner directions of the cube (poles
-/// included), pairs close to the poles and on both sides of the seam `φ = π`, and a Fibonacci sphere.
+/// included), pairs close to the poles, on both sides of the seam `φ = π` and on it with either sign of zero, and a
+/// Fibonacci sphere.
 #[must_use]
 pub fn directions() -> Vec<[f64; 3]> {
     let mut all = Vec::new();
@@ -32,14 +33,39 @@ pub fn directions() -> Vec<[f64; 3]> {
         for phi in [0.1_f64, 2.0, 4.5] {
             for sign in [-1.0, 1.0] {
                 all.push([tilt * phi.cos(), tilt * phi.sin(), sign]);
-                all.push([-1.0, sign * tilt, 0.3]);
             }
         }
+        all.extend([[-1.0, tilt, 0.3], [-1.0, -tilt, 0.3]]);
     }
+    all.extend([[-1.0, 0.0, 0.3], [-1.0, -0.0, 0.3], [-0.0, -0.0, -1.0]]);
     all.extend(fibonacci_sphere(200));
     for v in &mut all {
         let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
         *v = v.map(|c| c / length);
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_leave_no_octant_pole_or_side_of_the_seam_out() {
+        let all = directions();
+        for v in &all {
+            let square: f64 = v.iter().map(|c| c * c).sum();
+            assert!((square - 1.0).abs() < 1e-15, "{v:?} has squared length {square}");
+        }
+        for octant in 0..8 {
+            let inside = |v: &&[f64; 3]| (0..3).all(|k| if octant >> k & 1 == 0 { v[k] > 0.0 } else { v[k] < 0.0 });
+            let count = all.iter().filter(inside).count();
+            assert!(count >= 20, "octant {octant} has {count} directions");
+        }
+        for pole in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]] {
+            assert!(all.contains(&pole), "{pole:?} is missing");
+        }
+        let seam = |side: f64| all.iter().any(|v| v[0] < 0.0 && v[1] * side > 0.0 && v[1].abs() < 1e-11);
+        assert!(seam(1.0) && seam(-1.0), "both sides of the seam");
+    }
 }

@@ -54,3 +54,40 @@ impl Random {
         [p * sin_a, p * cos_a, q * sin_b, q * cos_b]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Means of 40000 samples of variance at most 1 stay within six standard errors of their expectation.
+    const SAMPLES: usize = 40_000;
+    const ALLOWED: f64 = 6.0 / 200.0;
+
+    #[test]
+    fn directions_and_rotated_axes_have_the_moments_of_uniform_ones() {
+        let mut random = Random::new(3);
+        let mut sums = [[0.0; 4]; 2];
+        for _ in 0..SAMPLES {
+            let [x, y, z, w] = random.quaternion();
+            // The rotated z axis.
+            let turned = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)];
+            for (sum, v) in sums.iter_mut().zip([random.direction(), turned]) {
+                for (sum, value) in sum.iter_mut().zip([v[0], v[1], v[2], v[2] * v[2]]) {
+                    *sum += value / SAMPLES as f64;
+                }
+            }
+        }
+        for [x, y, z, zz] in sums {
+            assert!(x.abs().max(y.abs()).max(z.abs()) < ALLOWED, "means {x}, {y}, {z}, expected 0");
+            assert!((zz - 1.0 / 3.0).abs() < ALLOWED, "mean of z² {zz}, expected 1/3");
+        }
+    }
+
+    #[test]
+    fn numbers_lie_in_their_interval_and_follow_the_seed() {
+        let numbers = Random::new(1).signed_vec(1000);
+        assert!(numbers.iter().all(|x| (-1.0..1.0).contains(x)), "in [-1, 1)");
+        assert_eq!(numbers, Random::new(1).signed_vec(1000), "equal seeds");
+        assert_ne!(numbers, Random::new(2).signed_vec(1000), "other seeds");
+    }
+}
