@@ -86,3 +86,46 @@ fn dot<T: Coefficient>(a: &[T], b: &[T]) -> T {
     }
     T::narrow(sum)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Rgb, ShL2, ShVec, SphereQuadrature};
+    use lobe_testkit::Random;
+
+    fn random(order: usize, seed: u64) -> ShVec<f64> {
+        ShVec::from_vec(Random::new(seed).signed_vec(order * order)).unwrap()
+    }
+
+    #[test]
+    fn dot_energy_and_mean_are_their_integrals() {
+        let (f, g) = (random(6, 1), random(4, 2));
+        let rule = SphereQuadrature::of_degree(10);
+        let close = |what: &str, found: f64, integral: f64| {
+            assert!((found - integral).abs() < 1e-12, "{what}: {found} against {integral}");
+        };
+        close("dot", f.dot(&g), rule.integrate(|s| f.eval(s) * g.eval(s)));
+        close("the other way", g.dot(&f), f.dot(&g));
+        close("energy", f.band_energies().iter().sum(), rule.integrate(|s| f.eval(s) * f.eval(s)));
+        close("mean", f.mean(), rule.integrate(|s| f.eval(s)) / (4.0 * std::f64::consts::PI));
+    }
+
+    #[test]
+    fn bands_are_their_coefficients() {
+        let mut f = ShL2::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0_f32]);
+        assert_eq!(
+            (f.band(0), f.band(1), f.band(2)),
+            (&[0.0][..], &[1.0, 2.0, 3.0][..], &[4.0, 5.0, 6.0, 7.0, 8.0][..])
+        );
+        f.band_mut(1).fill(-1.0);
+        assert_eq!(f.coefficients()[..5], [0.0, -1.0, -1.0, -1.0, 4.0], "after a change of band 1");
+        assert_eq!(f.band_energies(), [0.0, 3.0, 190.0], "energies");
+    }
+
+    #[test]
+    fn the_mean_of_a_constant_is_the_constant() {
+        let colour = Rgb::new(0.25_f32, 1.0, 3.0);
+        let mean = ShL2::constant(colour).mean();
+        assert!((mean - colour).to_array().iter().all(|d| d.abs() < 1e-6), "{mean:?}");
+    }
+}

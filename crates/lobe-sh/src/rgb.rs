@@ -95,3 +95,25 @@ impl<S: Real> SubAssign for Rgb<S> {
         *self = *self - o;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_has_luminance_one_and_green_the_most_of_it() {
+        assert!((Rgb::new(1.0_f64, 1.0, 1.0).luminance() - 1.0).abs() < 1e-15, "white");
+        assert_eq!(Rgb::new(0.0, 2.0, 0.0).luminance(), 2.0 * 0.7152, "green");
+    }
+
+    #[test]
+    fn arithmetic_acts_on_each_channel() {
+        let (a, b) = (Rgb::new(1.0, 2.0, 3.0), Rgb::new(4.0, -5.0, 0.5));
+        assert_eq!((a + b, a - b), (Rgb::new(5.0, -3.0, 3.5), Rgb::new(-3.0, 7.0, 2.5)), "sum and difference");
+        assert_eq!((a * b, -a), (Rgb::new(4.0, -10.0, 1.5), Rgb::new(-1.0, -2.0, -3.0)), "product and negative");
+        let mut c = a;
+        c += b;
+        c -= a;
+        assert_eq!(<[f64; 3]>::from(c), b.to_array(), "there and back");
+    }
+}

@@ -1,6 +1,6 @@
 //! An expansion whose order is known at compile time.
 
-use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use serde::de::{Deserialize, Deserializer, Error as _};
 use serde::{Serialize, Serializer};
@@ -59,6 +59,7 @@ impl<const N: usize, T: Coefficient> Sh<N, T> {
     /// The function that is `value` everywhere: `f_00 = √(4π) value`.
     #[must_use]
     pub fn constant(value: T) -> Self {
+        const { assert!(N > 0, "a constant needs order 1 at least") }
         let mut f = Self::zero();
         f.coefficients[0] = T::narrow(value.widen().scale((4.0 * std::f64::consts::PI).sqrt()));
         f
@@ -92,6 +93,12 @@ impl<const N: usize, T: Coefficient> Sh<N, T> {
     #[must_use]
     pub fn resized<const M: usize>(&self) -> Sh<M, T> {
         Sh::from_slice(&self.coefficients)
+    }
+
+    /// The expansion with every coefficient changed by `f`, for example to another number type.
+    #[must_use]
+    pub fn map<U: Coefficient>(self, f: impl FnMut(T) -> U) -> Sh<N, U> {
+        Sh { coefficients: self.coefficients.map(f) }
     }
 }
 
@@ -133,6 +140,15 @@ impl<const N: usize, T> Index<usize> for Sh<N, T> {
 impl<const N: usize, T> IndexMut<usize> for Sh<N, T> {
     fn index_mut(&mut self, i: usize) -> &mut T {
         &mut self.coefficients[i]
+    }
+}
+
+/// Scales the function.
+impl<const N: usize, T: Coefficient<Scalar = S>, S: Copy> MulAssign<S> for Sh<N, T> {
+    fn mul_assign(&mut self, s: S) {
+        for c in &mut self.coefficients {
+            *c = c.scale(s);
+        }
     }
 }
 
@@ -225,6 +241,19 @@ mod tests {
         let f = ShL1::from([1.0_f32, 2.0, 3.0, 4.0]);
         assert_eq!(f.resized::<9>().to_array(), [1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0], "up");
         assert_eq!(f.resized::<1>().to_array(), [1.0], "down");
+    }
+
+    #[test]
+    fn fixed_and_run_time_orders_convert() {
+        let f = ShL2::<f64>::from_slice(&lobe_testkit::Random::new(2).signed_vec(9));
+        let g = ShVec::from(f);
+        assert_eq!(g.coefficients(), f.coefficients(), "to run time");
+        assert_eq!(ShL2::from_slice(g.coefficients()), f, "and back");
+        assert_eq!(f.map(|c| Rgb::splat(c as f32))[3].g, f[3] as f32, "to f32 colours");
+        let mut twice = f;
+        twice *= 2.0;
+        assert_eq!(twice, f * 2.0, "scaled");
+        assert_eq!((ShL2::default(), -(f - f)), (ShL2::<f64>::zero(), f * -0.0), "zero");
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! An expansion whose order is known at run time.
 
-use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use serde::de::{Deserialize, Deserializer, Error as _};
 use serde::{Serialize, Serializer};
 
 use crate::index::{len, order_of};
-use crate::{Coefficient, Dir, Expansion, eval_basis};
+use crate::{Coefficient, Dir, Expansion, Sh, eval_basis};
 
 /// An expansion of any order, its `n²` coefficients in index order `i = l(l+1) + m`.
 ///
@@ -83,6 +83,12 @@ impl<T: Coefficient> Expansion<T> for ShVec<T> {
     }
 }
 
+impl<const N: usize, T: Coefficient> From<Sh<N, T>> for ShVec<T> {
+    fn from(f: Sh<N, T>) -> Self {
+        Self { coefficients: f.to_array().to_vec() }
+    }
+}
+
 impl<T> Index<usize> for ShVec<T> {
     type Output = T;
 
@@ -111,6 +117,15 @@ impl<T: Coefficient> SubAssign<&Self> for ShVec<T> {
         self.assert_same_order(other);
         for (a, b) in self.coefficients.iter_mut().zip(&other.coefficients) {
             *a -= *b;
+        }
+    }
+}
+
+/// Scales the function.
+impl<T: Coefficient<Scalar = S>, S: Copy> MulAssign<S> for ShVec<T> {
+    fn mul_assign(&mut self, s: S) {
+        for c in &mut self.coefficients {
+            *c = c.scale(s);
         }
     }
 }
@@ -163,5 +178,70 @@ impl<'de, T: Coefficient + Deserialize<'de>> Deserialize<'de> for ShVec<T> {
         let coefficients = Vec::<T>::deserialize(deserializer)?;
         let len = coefficients.len();
         Self::from_vec(coefficients).ok_or_else(|| D::Error::custom(format!("expected n² coefficients, found {len}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rgb;
+    use lobe_testkit::{Random, directions};
+
+    fn random(order: usize, seed: u64) -> ShVec<f64> {
+        ShVec { coefficients: Random::new(seed).signed_vec(len(order)) }
+    }
+
+    #[test]
+    fn arithmetic_is_that_of_the_functions() {
+        let (f, g) = (random(5, 1), random(5, 2));
+        let mut h = &(&f + &(&g * 0.5)) - &-&f;
+        h *= 2.0;
+        for v in directions() {
+            let s = Dir::from_unit(v);
+            let expected = 4.0 * f.eval(s) + g.eval(s);
+            assert!((h.eval(s) - expected).abs() < 1e-12, "towards {v:?}: {} against {expected}", h.eval(s));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "the orders of two expansions differ")]
+    fn expansions_of_different_orders_do_not_add() {
+        let _ = &random(2, 1) + &random(3, 1);
+    }
+
+    #[test]
+    fn constants_and_impulses_are_those_of_fixed_order() {
+        let value = Rgb::new(1.0_f32, 0.5, -2.0);
+        assert_eq!(ShVec::constant(3, value), crate::ShL2::constant(value).into(), "constant");
+        for v in directions() {
+            let s = Dir::from_unit(v);
+            assert_eq!(ShVec::impulse(3, s, value), crate::ShL2::impulse(s, value).into(), "impulse towards {v:?}");
+        }
+    }
+
+    #[test]
+    fn only_perfect_squares_are_expansions() {
+        assert_eq!(ShVec::from_vec(vec![1.0; 8]), None, "8 coefficients");
+        assert_eq!(ShVec::from_vec(vec![1.0; 9]).map(|f| f.order()), Some(3), "9 coefficients");
+        let f = random(4, 3);
+        assert_eq!(f.resized(6).resized(4), f, "longer and back");
+        assert_eq!(f.resized(2).coefficients(), &f.coefficients()[..4], "cut off");
+    }
+
+    #[test]
+    fn order_zero_is_the_zero_function() {
+        let none = ShVec::<f64>::zero(0);
+        assert_eq!((none.order(), none.eval(Dir::X), none.mean()), (0, 0.0, 0.0), "order, value, mean");
+        assert_eq!((none.dot(&random(3, 1)), none.band_energies()), (0.0, vec![]), "dot and energies");
+    }
+
+    #[cfg(feature = "json")]
+    #[test]
+    fn serialisation_round_trips_and_checks_the_length() {
+        let f = random(3, 4);
+        let text = serde_json::to_string(&f).unwrap();
+        assert_eq!(serde_json::from_str::<ShVec<f64>>(&text).unwrap(), f, "{text}");
+        let error = serde_json::from_str::<ShVec<f64>>("[1, 2, 3]").unwrap_err().to_string();
+        assert!(error.contains("expected n² coefficients, found 3"), "{error}");
     }
 }
