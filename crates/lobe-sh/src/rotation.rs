@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::closed_bands::{rotate_band_1, rotate_band_2};
 use crate::index::{band_range, order_of_slice};
 use crate::zyz::{CosSin, rotate_bands_zyz};
-use crate::{Coefficient, Dir, Expansion};
+use crate::{Coefficient, Dir, Expansion, ShError};
 
 /// How far the entries of `RᵀR` may be from those of the identity: matrices printed with four decimals and long
 /// products of `f32` matrices pass, a scale of 0.1 % or a shear does not.
@@ -47,6 +47,13 @@ pub enum RotationError {
         /// The length found.
         length: f64,
     },
+}
+
+impl From<RotationError> for ShError {
+    /// What is no rotation is the fault of whoever asked for it.
+    fn from(error: RotationError) -> Self {
+        Self::Options(error.to_string())
+    }
 }
 
 /// A rotation about the origin. It turns the function itself:
@@ -223,6 +230,7 @@ impl Rotation {
     }
 
     /// Where the direction `s` is taken: `R s`.
+    #[inline]
     #[must_use]
     pub fn rotate_dir(&self, s: Dir) -> Dir {
         let [x, y, z] = s.to_array();
@@ -458,6 +466,8 @@ mod tests {
             let message = Rotation::from_quaternion(q).unwrap_err().to_string();
             assert!(message.contains(expected), "{q:?}: {message:?}");
         }
+        let as_option = ShError::from(Rotation::from_quaternion([0.0; 4]).unwrap_err()).to_string();
+        assert_eq!(as_option, "expected a unit quaternion, found length 0.000000", "as an error of the crate");
         let nearly = Rotation::from_quaternion([0.0, 0.0, 0.71, 0.71]).unwrap();
         let error = nearly.rotate_dir(Dir::X).angle_to(Dir::Y);
         assert!(error < ROUNDING, "a nearly unit quaternion is normalised, not {error} off");
