@@ -1,7 +1,89 @@
-//! Functions on the sphere: the real spherical-harmonic basis, expansions in it, and what lighting does with them.
+//! Functions on the sphere as a few numbers each: the real spherical-harmonic basis, expansions in it, and what lighting
+//! does with them.
 //!
-//! The conventions are those of Sloan, D3DX and DirectXMath: orthonormal, Condon-Shortley phase kept, flat index
-//! `i = l(l+1) + m`, order `n` = number of bands, z up. `CONVENTIONS.md` at the root of the repository shows them.
+//! A function `f(s)` of the direction `s` is kept as the coefficients of `f(s) = Σ_i f_i y_i(s)`. Then an integral of a
+//! product is a dot product, light from a whole sky onto a surface is one multiplication per band, and a rotation is exact.
+//!
+//! The basis `y_i` is real and orthonormal with the Condon-Shortley phase kept, as in Sloan's papers, D3DX and DirectXMath:
+//! `y_1 .. y_3 = √(3/4π) (-y, z, -x)`. The flat index is `i = l(l+1) + m` for band `l`; **order** `n` counts bands, so that
+//! there are `n²` coefficients; +z is up. `CONVENTIONS.md` at the root of the repository has the figures.
+//!
+//! # Example: one function
+//!
+//! ```
+//! use lobe_sh::{Dir, Expansion as _, project};
+//!
+//! // Brighter above than below; of degree 1 in x, y, z, so that two bands hold all of it.
+//! let sky = project(2, 1, |s| 1.0 + 0.5 * s.z());
+//! assert!((sky.eval(Dir::Z) - 1.5).abs() < 1e-14);
+//! assert!((sky.mean() - 1.0).abs() < 1e-14);
+//! ```
+//!
+//! # Example: what a surface receives, in colour
+//!
+//! ```
+//! use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShL2, Zonal, convolved};
+//!
+//! // A bluish sky and a red light of irradiance 1 from +x. ShL2 has bands 0 to 2.
+//! let light = ShL2::constant(Rgb::new(0.2, 0.3, 0.5)) + ShL2::impulse(Dir::X, Rgb::new(1.0, 0.1, 0.1));
+//! // The whole sky turns by 90° about +z.
+//! let light = Rotation::from_axis_angle(Dir::Z, 90.0_f64.to_radians()).rotated(&light);
+//! // Irradiance E for every normal at once; a white diffuse surface sends E/π back.
+//! let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
+//! let (lit, shaded) = (irradiance.eval(Dir::Y), irradiance.eval(-Dir::Y));
+//! assert!(lit.r > 2.0 * shaded.r, "{lit:?} {shaded:?}");
+//! ```
+//!
+//! # Example: measurements, and how far to trust them
+//!
+//! ```
+//! use lobe_sh::{Conditioning, Dir, Expansion as _, MonteCarlo, Zonal, convolved, least_squares, project_monte_carlo};
+//!
+//! // A lamp that can only be sampled: 120° wide, with a hard edge.
+//! let lamp = |s: Dir| -> f64 { if s.dot(Dir::X) > 0.5 { 1.0 } else { 0.0 } };
+//! let estimate = project_monte_carlo(4, &MonteCarlo { samples: 4096, ..Default::default() }, lamp);
+//! let exact = Zonal::project(4, &[0.5], 4, |t| if t > 0.5 { 1.0 } else { 0.0 }).towards(Dir::X, 1.0);
+//! let error = (estimate.sh[0] - exact[0]).abs();
+//! assert!(error < 4.0 * estimate.standard_error[0], "{error} against {}", estimate.standard_error[0]);
+//!
+//! // A light meter turned to 30 directions; the fit says whether they suffice for nine unknowns.
+//! let irradiance = convolved(&exact, &Zonal::clamped_cosine(4));
+//! let readings = (0..30).map(|k| Dir::from_angles(0.1 * f64::from(k), 2.4 * f64::from(k)));
+//! let fit = least_squares(3, readings.map(|s| (s, irradiance.eval(s), 1.0)));
+//! assert_eq!(fit.conditioning, Conditioning::Well);
+//! assert!((fit.sh[0] - irradiance[0]).abs() < 1e-12 && fit.residual < 1e-12);
+//! ```
+//!
+//! # What is where
+//!
+//! | to | use |
+//! |---|---|
+//! | hold a function | [`Sh`] (order fixed, [`ShL0`] to [`ShL9`]), [`ShVec`] (order at run time), [`Zonal`] (symmetric about an axis) |
+//! | read, compare, evaluate any of the first two | [`Expansion`]; coefficients are [`Coefficient`]s: `f32`, `f64`, [`Rgb`] |
+//! | evaluate the basis | [`eval_basis`], [`Basis`] (many directions), [`eval_basis_gradients`], [`eval_complex`], [`fn@legendre`] |
+//! | number bands and coefficients | [`fn@index`], [`band_range`], [`band_and_m`], [`len`], [`order_of`] |
+//! | turn a function into an expansion | [`fn@project`] (exact), [`project_to_accuracy`], [`project_monte_carlo`], [`Zonal::project`] |
+//! | turn samples into one | [`fn@least_squares`] |
+//! | integrate | [`SphereQuadrature`], [`gauss_legendre`] |
+//! | blur: irradiance, Phong, GGX | [`convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
+//! | rotate | [`Rotation`], [`RotationMatrices`] (many expansions), [`Zonal::towards`] |
+//! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
+//! | multiply functions | [`product_into`] |
+//! | read and write `.sh.json` | `load_sh_json`, `save_sh_json` (feature `json`, on by default) |
+//!
+//! # Types on top, slices below
+//!
+//! Whoever shades a vertex knows the order when writing the program; whoever reads a file learns it later. One type for
+//! both would cost the first a heap allocation per value or the second a fixed maximum. So there are two, and every
+//! operation is written once, for a slice of `n²` coefficients (`_into`, `_in_place`), from which both types, and the
+//! caller's own arrays and vertex buffers, can be served without a copy. The price: stable Rust cannot compute `n²` in a
+//! type, so that [`Sh`] counts coefficients, and a wrong length of a slice is found at run time, by a panic that names it.
+//!
+//! Coefficients are stored in the caller's type, `f32` as a rule. Sums over many terms, and all tables, are `f64`; only
+//! the kernels for many directions or expansions at once stay in `f32`, because there speed is the point.
+//!
+//! Mathematics does not fail: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for what
+//! comes from outside, files and matrices that claim to be rotations.
 
 mod axis_permutation;
 mod basis;
