@@ -19,7 +19,7 @@ use lobe_sh::Dir;
 
 /// The direction of the point `(u, v)` of the picture.
 ///
-/// `u` may be any number: it wraps around. `v` is clamped to `[0, 1]`. Exact on the axes: `v = 0` and `v = 1` are the
+/// `u` may be any finite number: it wraps around. `v` is clamped to `[0, 1]`. Exact on the axes: `v = 0` and `v = 1` are the
 /// poles whatever `u` is.
 ///
 /// ```
@@ -40,8 +40,9 @@ pub fn dir_from_uv(u: f64, v: f64) -> Dir {
 /// The point `(u, v)` of the picture in the direction `s`, `u` in `[0, 1)`, `v` in `[0, 1]`; `u = 1/2` at the poles.
 #[must_use]
 pub fn uv_from_dir(s: Dir) -> (f64, f64) {
-    let u = 0.5 - 0.5 * FRAC_1_PI * s.phi();
-    // φ = -π (y = -0.0) and φ = π are the same column; rounding may also reach 1 from below.
+    // A zero without its sign: φ is 0 at both poles, and π on the whole seam.
+    let u = 0.5 - 0.5 * FRAC_1_PI * (s.y() + 0.0).atan2(s.x() + 0.0);
+    // Rounding may reach 1 from below.
     (if u < 1.0 { u } else { 0.0 }, (FRAC_1_PI * s.theta()).min(1.0))
 }
 
@@ -124,6 +125,16 @@ mod tests {
         }
         let beyond = uv_from_dir(dir([-1.0, -1e-300, 0.0]));
         assert_eq!(beyond, (0.0, 0.5), "a hair beyond the seam");
+    }
+
+    #[test]
+    fn the_poles_lie_in_the_middle_whatever_the_signs_of_their_zeros() {
+        for (x, y) in [(0.0, 0.0), (-0.0, 0.0), (0.0, -0.0), (-0.0, -0.0)] {
+            for (z, v) in [(1.0, 0.0), (-1.0, 1.0)] {
+                let found = uv_from_dir(Dir::from_unit([x, y, z]));
+                assert_eq!(found, (0.5, v), "({x:?}, {y:?}, {z})");
+            }
+        }
     }
 
     #[test]
