@@ -26,6 +26,19 @@ fn brute_force_irradiance_of_a_constant_sky_is_pi() {
 }
 
 #[test]
+fn long_rows_lose_no_digits() {
+    // No texel is cut by the horizon of a normal that points up or down, so nothing but rounding is left.
+    let (w, h) = (16384, 16);
+    for radiance in [0.1_f32, 0.7, 3.3] {
+        let map = EnvMap::from_fn(w, h, |_| Rgb::new(radiance, radiance, radiance));
+        for (n, e) in [Dir::Z, -Dir::Z].iter().zip(irradiance_at(&map, &[Dir::Z, -Dir::Z])) {
+            let error = e.g / (PI * f64::from(radiance)) - 1.0;
+            assert!(error.abs() < 1e-6, "radiance {radiance} facing {n:?}: off by {error:e}");
+        }
+    }
+}
+
+#[test]
 fn a_sun_of_one_texel_gives_its_solid_angle_times_the_cosine() {
     let (w, h) = (512, 256);
     for (x, y) in [(0, 0), (511, 100), (256, 127), (77, 255)] {
