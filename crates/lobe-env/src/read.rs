@@ -10,10 +10,11 @@ use lobe_sh::{Coefficient, Rgb};
 
 use crate::{EnvError, EnvMap, read_exr, read_hdr};
 
-/// The default of [`ReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
+/// The default of [`ReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory. While a
+/// Radiance picture is decoded it is there twice.
 const MAX_TEXELS: usize = 1 << 28;
 
-/// Bytes of an unknown file that a message shows.
+/// Bytes of an unknown file that a message shows; enough to tell what any file is.
 const SHOWN_BYTES: usize = 24;
 
 /// What to do with a texel that has a channel of NaN or infinity.
@@ -105,18 +106,22 @@ pub(crate) struct Decoded {
 pub fn read_env(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(EnvMap, ReadReport), EnvError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    let bytes = read_file(path).map_err(|source| EnvError::Io { file: name.clone(), source })?;
+    let io = |source| EnvError::Io { file: name.clone(), source };
+    let mut file = open_file(path).map_err(io)?;
+    // A device without end, or a film of many gigabytes, is refused by its beginning.
+    let mut bytes = Vec::new();
+    file.by_ref().take(SHOWN_BYTES as u64).read_to_end(&mut bytes).map_err(io)?;
+    format_of(&bytes, &name)?;
+    file.read_to_end(&mut bytes).map_err(io)?;
     read_env_bytes(&bytes, &name, options)
 }
 
-/// The contents of a file; a folder is refused with a message of its own on every system.
-fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+/// Opens a file; a folder is refused with a message of its own on every system.
+fn open_file(path: &Path) -> std::io::Result<File> {
     if fs::metadata(path)?.is_dir() {
         return Err(std::io::Error::other("this is a folder; give a .hdr or .exr file"));
     }
-    let mut bytes = Vec::new();
-    File::open(path)?.read_to_end(&mut bytes)?;
-    Ok(bytes)
+    File::open(path)
 }
 
 /// Reads an environment map from the bytes of a file; `name` stands for the file in messages.

@@ -93,6 +93,13 @@ fn files_that_are_no_pictures_say_what_was_found() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_device_without_end_is_refused_by_its_beginning() {
+    let result = read_env("/dev/zero", &ReadOptions::default()).map(|(map, _)| map);
+    expect(result, "zeros", &["/dev/zero", "unknown data", "00, 00"]);
+}
+
+#[test]
 fn the_contents_decide_and_not_the_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("really.hdr");
