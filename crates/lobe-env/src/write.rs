@@ -27,7 +27,8 @@ pub struct WriteOptions {
 /// What could not be stored as it was.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WriteReport {
-    /// Texels with a channel that the format cannot hold and that was moved to the nearest value that it can.
+    /// Texels with a channel that the format cannot hold and that was moved to the nearest value that it can; NaN in
+    /// `.hdr` becomes 0.
     pub clamped: usize,
 }
 
@@ -61,8 +62,8 @@ pub fn write_env(path: impl AsRef<Path>, map: &EnvMap, options: &WriteOptions) -
 fn clamped(map: &EnvMap, low: f32, high: f32) -> (Vec<Rgb<f32>>, WriteReport) {
     let mut report = WriteReport::default();
     let texels = map.texels().iter().map(|texel| {
-        // NaN stays NaN; it is for the reader to refuse.
-        let channels = texel.to_array();
+        // A format with negative numbers has NaN too; there it is for the reader to refuse.
+        let channels = texel.to_array().map(|c| if c.is_nan() && low >= 0.0 { -1.0 } else { c });
         report.clamped += usize::from(channels.iter().any(|c| *c < low || *c > high));
         Rgb::from(channels.map(|c| c.clamp(low, high)))
     });

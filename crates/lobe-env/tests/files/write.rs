@@ -68,6 +68,19 @@ fn what_a_format_cannot_hold_is_clamped_and_counted() {
 }
 
 #[test]
+fn nan_is_black_and_counted_in_hdr_and_kept_in_half() {
+    let mut map = EnvMap::from_fn(8, 4, |_| Rgb::new(1.0, 1.0, 1.0));
+    map.texels_mut()[9] = Rgb::new(f32::NAN, 1.0, 0.5);
+    let (hdr, report) = round_trip("a.hdr", &map, &WriteOptions::default());
+    assert_eq!((report.clamped, hdr.texels()[9]), (1, Rgb::new(0.0, 1.0, 0.5)), "hdr");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    assert_eq!(write_env(&path, &map, &WriteOptions { half: true }).unwrap().clamped, 0, "half");
+    let error = read_env(&path, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("column 1, row 1"), "half: {error}");
+}
+
+#[test]
 fn pfm_has_its_lowest_row_first() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.pfm");
