@@ -182,4 +182,10 @@ fn the_facts_about_the_bundled_maps_are_true() {
             (channels.iter().copied().fold(f32::INFINITY, f32::min), channels.iter().copied().fold(0.0, f32::max));
         assert_eq!((bundled.name, bundled.bytes.len(), found), (name, bytes, (low, high)), "{name}");
     }
+    let sunset = lobe_env::bundled::sunset().map();
+    let brightest = (0..sunset.texels().len()).max_by(|a, b| sunset.texels()[*a].r.total_cmp(&sunset.texels()[*b].r));
+    let brightest = brightest.unwrap();
+    let sun = sunset.dir(brightest % sunset.width(), brightest / sunset.width());
+    let (elevation, azimuth) = (90.0 - sun.theta().to_degrees(), sun.phi().to_degrees());
+    assert!((elevation - 3.0).abs() < 1.0 && (azimuth + 36.0).abs() < 1.0, "the sun is at {azimuth}°, {elevation}°");
 }

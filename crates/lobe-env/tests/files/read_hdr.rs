@@ -58,6 +58,15 @@ fn flat_old_and_new_encodings_are_read() {
 }
 
 #[test]
+fn the_first_row_of_the_file_is_the_top_of_the_map() {
+    let row = |y: u8| [[16 * y + 8, 0, 0, 128]; 16].concat();
+    let (map, _) = read(&file(HEADER, "-Y 8 +X 16", &(0..8).flat_map(row).collect::<Vec<_>>()));
+    for y in 0..8 {
+        assert_eq!(map.texel(3, y).r, (16 * y + 8) as f32 / 256.0, "row {y}");
+    }
+}
+
+#[test]
 fn exposure_and_colour_correction_are_divided_out_and_noted() {
     let lines =
         format!("{HEADER}EXPOSURE=2\nEXPOSURE=4.0\nCOLORCORR=1 0.5 2\nPRIMARIES=0.7 0.3 0.2 0.7 0.1 0.1 0.3 0.3\n");
