@@ -9,6 +9,9 @@ use crate::{EnvError, lat_long};
 ///
 /// Row 0 is at the top, towards +z; the centre column looks along +x; see [`lat_long`]. Linear light, Rec. 709
 /// primaries unless the file it came from says otherwise. The width is usually twice the height, but need not be.
+///
+/// Texels may be negative, as ringing beside a small light in a real file is. They should be finite, as the readers see
+/// to: sums over a map with a single NaN or infinity are NaN or infinite too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvMap {
     width: usize,

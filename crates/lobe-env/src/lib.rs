@@ -1,24 +1,74 @@
 //! Environment maps: pictures of everything around a point, read, written, projected and reconstructed.
 //!
+//! # Examples
+//!
+//! Read a map and ask what it shows:
+//!
+//! ```no_run
+//! use lobe_env::{ReadOptions, read_env};
+//! use lobe_sh::Dir;
+//!
+//! let (sky, report) = read_env("sky.exr", &ReadOptions::default())?;
+//! println!("{} x {}, straight up: {:?}", report.width, report.height, sky.radiance(Dir::Z));
+//! # Ok::<(), lobe_env::EnvError>(())
+//! ```
+//!
+//! Nine numbers for each colour tell how much light falls on a surface, whichever way it faces:
+//!
 //! ```
 //! use lobe_env::{bundled, irradiance_at, irradiance_sh};
 //! use lobe_sh::{Dir, Expansion};
 //!
 //! let sky = bundled::sunset().map();
 //! let irradiance = irradiance_sh(&sky, 3);
-//! // Nine numbers for each colour tell how much light falls on a surface that faces up ..
 //! let fast = irradiance.eval(Dir::Z);
-//! // .. within a few percent of the sum over all texels.
+//! // Within a few percent of the sum over all texels.
 //! let exact = irradiance_at(&sky, &[Dir::Z])[0];
 //! assert!((fast.g / exact.g - 1.0).abs() < 0.05);
 //! ```
 //!
-//! [`read_env`] and [`write_env`] are the files, [`EnvMap`] the picture, [`lat_long`] its mapping, [`project_env`] and
-//! [`reconstruct`] the way to expansions and back, [`irradiance_sh`] and [`irradiance_at`] what a matte surface sees.
+//! Turn the light of a photograph by a quarter turn without its picture, and look at what the expansion keeps of it:
 //!
-//! A map is constant over each texel wherever it is integrated, and interpolated where it is looked at
-//! ([`EnvMap::radiance`]). The first makes sums over texels exact: solid angles, means, projections and the light of a
-//! sun of one texel have no error of sampling.
+//! ```
+//! use lobe_env::{WriteOptions, bundled, project_env, reconstruct, write_env};
+//! use lobe_sh::{Dir, Expansion, Rotation};
+//!
+//! let light = project_env(&bundled::sunset().map(), 6);
+//! let turned = Rotation::from_axis_angle(Dir::Z, std::f64::consts::FRAC_PI_2).rotated(&light);
+//! // Seen towards +y is what was towards +x.
+//! assert!((turned.eval(Dir::Y) - light.eval(Dir::X)).to_array().iter().all(|d| d.abs() < 1e-12));
+//! let picture = reconstruct(&turned, 64, 32);
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("turned.exr");
+//! write_env(path, &picture, &WriteOptions::default())?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Where to find what
+//!
+//! | purpose | item |
+//! |---|---|
+//! | files | [`read_env`], [`read_env_bytes`], [`ReadOptions`], [`ReadReport`]; [`write_env`], [`WriteOptions`], [`WriteReport`] |
+//! | the picture | [`EnvMap`]; two that come along: [`bundled`] |
+//! | where a direction lies in it | [`lat_long`] |
+//! | to expansions and back | [`project_env`], [`reconstruct()`] |
+//! | what a matte surface sees | [`irradiance_sh`], [`irradiance_map`]; by brute force [`irradiance_at`], [`irradiance_map_brute_force`] |
+//!
+//! # A map is constant over each texel
+//!
+//! The texels of a file can be read as samples at their centres, or as a function that is constant over each of them.
+//! Wherever a map is integrated, here it is the second, and that function is integrated exactly.
+//!
+//! Point samples would cost less: one evaluation of the basis for each row instead of five or so. But their error
+//! depends on the picture. The usual weights `sin θ Δθ Δφ` do not sum to `4π`, a constant sky leaks into the zonal
+//! coefficients of higher bands, and what a sun of one texel leaves depends on where in its texel the basis is looked
+//! at: with few rows or high orders, anything. Exact integrals leave none of this at any size, down to a map of a
+//! single texel; energy is kept, and a test can ask for equality up to rounding instead of for a tolerance. The cost
+//! is that of the rows alone, and vanishes beside the sum over the texels. What remains is that a texel is not the
+//! world: a smooth sky that was sampled at centres is projected with an error of the square of the texel's size (see
+//! [`reconstruct()`]).
+//!
+//! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.
 
 mod azimuth;
 pub mod bundled;

@@ -31,6 +31,8 @@ const MAX_CHUNKS: usize = 64;
 /// of any size is its mean and nothing else, and a sun of one texel keeps its energy and its place wherever it is
 /// (tests `a_constant_map_of_any_size_has_only_a_mean`, `a_sun_of_one_texel_keeps_its_energy_and_its_direction`).
 ///
+/// Order 0 has no coefficients. A texel that is not finite makes the coefficients NaN or infinite.
+///
 /// Both integrals separate, so the cost is `O(w h n)` for the sums along the rows and `O(h n²)` for the rest. Sums
 /// are in `f64` and the result has the same bits for any number of threads
 /// (`the_projection_has_the_same_bits_for_any_number_of_threads`).

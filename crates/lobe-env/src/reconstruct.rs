@@ -14,7 +14,11 @@ use crate::polar::{Polar, for_each_column};
 /// ```
 ///
 /// Separable like [`project_env`](crate::project_env): `O(n²)` for each row, `O(n)` for each texel. An expansion of
-/// radiance can be negative where the light is not.
+/// radiance can be negative where the light is not. The order 0 gives a black map.
+///
+/// Texels are values, not means, so projecting the map again gives band `l` back only up to about `l (l+1) Δ²/24` of it,
+/// with `Δ` the larger side of a texel in radians (test
+/// `a_band_limited_map_has_its_coefficients_up_to_the_squared_texel_size`).
 ///
 /// # Panics
 /// If a side is 0.
