@@ -1,49 +1,36 @@
 //! Functions on the sphere as lat-long pictures.
 
-use std::f64::consts::PI;
-
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb};
-use rayon::prelude::*;
+use lobe_env::{lat_long, reconstruct};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 
 use crate::Picture;
 
-/// The lat-long picture of a function: top row +z, centre +x, right of the centre -y.
-///
-/// ```text
-///   φ = π (1 - 2u)      θ = π v        (u, v) in [0, 1]² from the top left, at the centres of the pixels
-/// ```
+/// The lat-long picture of a function: its values towards the centres of the pixels, laid out as [`lat_long`] shows.
 #[must_use]
 pub fn lat_long_picture(width: usize, height: usize, f: impl Fn(Dir) -> Rgb<f64> + Sync) -> Picture {
     Picture::from_fn(width, height, |x, y| {
         let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
-        Rgb::narrow(f(Dir::from_angles(PI * v, PI * (1.0 - 2.0 * u))))
+        Rgb::narrow(f(lat_long::dir_from_uv(u, v)))
     })
 }
 
-/// The lat-long picture of an expansion, evaluated a row at a time.
+/// The lat-long picture of an expansion, by the separable sums of [`reconstruct`].
 #[must_use]
 pub fn lat_long_picture_of<T: Coefficient<Wide = Rgb<f64>>>(
     width: usize,
     height: usize,
     f: &(impl Expansion<T> + Sync),
 ) -> Picture {
+    if width == 0 || height == 0 {
+        return Picture::filled(width, height, Rgb::ZERO);
+    }
     let wide: Vec<Rgb<f64>> = f.coefficients().iter().map(|c| c.widen()).collect();
-    let f = lobe_sh::ShVec::from_vec(wide).unwrap_or_else(|| unreachable!("an expansion has n² coefficients"));
-    let (sin, cos): (Vec<f64>, Vec<f64>) =
-        (0..width).map(|x| (PI * (1.0 - (2 * x + 1) as f64 / width as f64)).sin_cos()).unzip();
-    let rows = (0..height).into_par_iter().flat_map_iter(|y| {
-        let (sin_theta, cos_theta) = (PI * (y as f64 + 0.5) / height as f64).sin_cos();
-        let component = |v: &[f64]| v.iter().map(|c| c * sin_theta).collect::<Vec<_>>();
-        let mut out = vec![Rgb::ZERO; width];
-        f.eval_many_into(&component(&cos), &component(&sin), &vec![cos_theta; width], &mut out);
-        out.into_iter().map(Rgb::<f32>::narrow)
-    });
-    Picture::new(width, height, rows.collect()).unwrap_or_else(|_| unreachable!("every row has its pixels"))
+    let f = ShVec::from_vec(wide).unwrap_or_else(|| unreachable!("an expansion has n² coefficients"));
+    Picture::from(&reconstruct(&f, width, height))
 }
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::ShVec;
     use lobe_testkit::Random;
 
     use super::*;
@@ -64,6 +51,17 @@ mod tests {
             // A pixel is 0.9° wide; its centre is half of that from the axis.
             let off = (0..3).map(|k| (f64::from(found[k]) - expected[k]).abs()).fold(0.0, f64::max);
             assert!(off < 0.02, "{name} at ({x}, {y}): found {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_picture_without_pixels_has_none() {
+        let f = ShVec::constant(3, Rgb::splat(1.0_f64));
+        for (w, h) in [(0, 0), (0, 5), (5, 0)] {
+            let pictures = [lat_long_picture_of(w, h, &f), lat_long_picture(w, h, |s| f.eval(s))];
+            for picture in pictures {
+                assert_eq!((picture.width(), picture.height(), picture.pixels().len()), (w, h, 0), "{w} x {h}");
+            }
         }
     }
 

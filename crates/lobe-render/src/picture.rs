@@ -1,5 +1,6 @@
 //! A picture in linear light.
 
+use lobe_env::EnvMap;
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
@@ -125,6 +126,23 @@ impl Picture {
     }
 }
 
+impl From<&EnvMap> for Picture {
+    /// The lat-long picture of an environment, texel by texel.
+    ///
+    /// ```
+    /// use lobe_env::bundled;
+    /// use lobe_render::{Picture, Tone};
+    ///
+    /// let sky = Picture::from(&bundled::sunset().map());
+    /// let png = sky.resized(256, 128).to_png(&Tone::PHOTOGRAPH)?;
+    /// # assert_eq!(&png[1..4], b"PNG");
+    /// # Ok::<(), lobe_render::RenderError>(())
+    /// ```
+    fn from(map: &EnvMap) -> Self {
+        Self { width: map.width(), height: map.height(), pixels: map.texels().to_vec() }
+    }
+}
+
 /// `(1 - t) a + t b`, with `t` held to `[0, 1]`.
 pub(crate) fn mix(a: Rgb<f32>, b: Rgb<f32>, t: f64) -> Rgb<f32> {
     let t = t.clamp(0.0, 1.0) as f32;
@@ -144,6 +162,18 @@ mod tests {
         let error = Picture::new(3, 2, vec![Rgb::ZERO; 5]).unwrap_err().to_string();
         assert_eq!(error, "a 3 x 2 picture cannot have 5 pixels", "{error}");
         assert!(Picture::new(usize::MAX, 2, Vec::new()).is_err(), "the product overflows");
+    }
+
+    #[test]
+    fn the_picture_of_an_environment_has_its_texels_in_place() {
+        let map = EnvMap::from_fn(6, 3, |s| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32));
+        let picture = Picture::from(&map);
+        assert_eq!((picture.width(), picture.height()), (6, 3), "size");
+        for y in 0..3 {
+            for x in 0..6 {
+                assert_eq!(picture.pixel(x, y), map.texel(x, y), "({x}, {y})");
+            }
+        }
     }
 
     #[test]
