@@ -22,9 +22,9 @@ pub struct ErrorReport {
 
 /// Compares an image `a` with its reference `b`, value by value.
 ///
-/// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR; a value that is NaN
-/// makes all but `max_abs` NaN. All values count alike: in a
-/// lat-long picture the poles weigh more than their solid angle.
+/// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR. A NaN in either makes
+/// every number NaN, except the mean of a reference that has none. All values count alike: in a lat-long picture the
+/// poles weigh more than their solid angle.
 ///
 /// # Panics
 /// If the two differ in length.
@@ -37,8 +37,8 @@ pub fn compare<T: Coefficient>(image: &[T], reference: &[T]) -> ErrorReport {
             let (a, b) = (a.channel(c).to_f64(), b.channel(c).to_f64());
             squares += (a - b) * (a - b);
             sum += b;
-            max_abs = max_abs.max((a - b).abs());
-            peak = peak.max(b.abs());
+            max_abs = larger(max_abs, (a - b).abs());
+            peak = larger(peak, b.abs());
         }
     }
     let count = (image.len() * T::CHANNELS).max(1) as f64;
@@ -46,6 +46,11 @@ pub fn compare<T: Coefficient>(image: &[T], reference: &[T]) -> ErrorReport {
     let relative_rmse = if rmse == 0.0 { 0.0 } else { rmse / mean.abs() };
     let psnr = if rmse == 0.0 { f64::INFINITY } else { 20.0 * (peak / rmse).log10() };
     ErrorReport { rmse, max_abs, mean, relative_rmse, psnr }
+}
+
+/// The larger of two numbers; NaN, which `max` would skip, if either is.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }
 
 /// The difference of two colours as one number: the root of the mean squared difference of the channels.
@@ -56,7 +61,7 @@ pub fn error_of<T: Coefficient>(a: T, b: T) -> f64 {
 }
 
 /// A picture of [`error_of`] at every pixel in the colours of [`sequential`]: black for none, white for `full_scale`
-/// and more.
+/// and more. No error is black on every scale, a full scale of 0 included; NaN is white.
 ///
 /// # Errors
 /// [`RenderError::Invalid`] if the two pictures differ in size.
@@ -66,7 +71,10 @@ pub fn error_map(image: &Picture, reference: &Picture, full_scale: f64) -> Resul
         let ((w, h), (v, g)) = (size(image), size(reference));
         return Err(RenderError::Invalid(format!("cannot compare a {w} x {h} picture with one of {v} x {g}")));
     }
-    let colour = |(&a, &b): (&Rgb<f32>, &Rgb<f32>)| sequential(error_of(a, b) / full_scale);
+    let colour = |(&a, &b): (&Rgb<f32>, &Rgb<f32>)| match error_of(a, b) {
+        0.0 => sequential(0.0),
+        error => sequential(error / full_scale),
+    };
     Picture::new(image.width(), image.height(), image.pixels().iter().zip(reference.pixels()).map(colour).collect())
 }
 
@@ -94,6 +102,33 @@ mod tests {
         let report = compare(&a, &a);
         assert_eq!((report.rmse, report.max_abs, report.relative_rmse), (0.0, 0.0, 0.0), "{report:?}");
         assert_eq!(report.psnr, f64::INFINITY, "{report:?}");
+    }
+
+    #[test]
+    fn a_nan_is_in_every_number_that_it_concerns() {
+        for k in 0..3 {
+            let mut image = [1.0, 2.0, 3.0];
+            image[k] = f64::NAN;
+            let report = compare(&image, &[1.0, 2.0, 4.0]);
+            let numbers = [report.rmse, report.max_abs, report.relative_rmse, report.psnr];
+            assert!(numbers.iter().all(|v| v.is_nan()), "NaN at {k}: {report:?}");
+        }
+    }
+
+    #[test]
+    fn a_black_reference_has_no_peak_and_no_scale() {
+        let report = compare(&[0.5], &[0.0]);
+        assert_eq!((report.relative_rmse, report.psnr), (f64::INFINITY, f64::NEG_INFINITY), "{report:?}");
+        let nothing = compare::<f64>(&[], &[]);
+        assert_eq!((nothing.rmse, nothing.psnr), (0.0, f64::INFINITY), "{nothing:?}");
+    }
+
+    #[test]
+    fn equal_pictures_have_a_black_error_map_on_the_scale_of_their_largest_error() {
+        let picture = Picture::filled(3, 2, Rgb::splat(0.7));
+        let report = compare(picture.pixels(), picture.pixels());
+        let map = error_map(&picture, &picture, report.max_abs).unwrap();
+        assert!(map.pixels().iter().all(|&c| c == sequential(0.0)), "{:?}", map.pixels());
     }
 
     #[test]
