@@ -19,8 +19,10 @@ pub enum Exposure {
         key: f64,
     },
     /// Bring the luminance that the part `fraction` (0 to 1) of the pixels does not exceed to `level`.
+    ///
+    /// Pixels that are black, negative or not finite do not count.
     Percentile {
-        /// The part of the pixels.
+        /// The part of the pixels that count.
         fraction: f64,
         /// The wanted luminance.
         level: f64,
@@ -96,9 +98,12 @@ impl Exposure {
     /// The factor for `picture`; 1 where it has no pixel to judge by.
     #[must_use]
     pub fn factor(&self, picture: &Picture) -> f64 {
+        if let Self::Fixed(factor) = *self {
+            return factor;
+        }
         let mut luminances: Vec<f64> =
             picture.pixels().iter().map(|c| c.widen().luminance()).filter(|y| y.is_finite() && *y > 0.0).collect();
-        if luminances.is_empty() && !matches!(self, Self::Fixed(_)) {
+        if luminances.is_empty() {
             return 1.0;
         }
         match *self {
@@ -117,14 +122,16 @@ impl Exposure {
 }
 
 impl Curve {
-    /// The light in `[0, 1]`, channel by channel; negative light is black.
+    /// The light in `[0, 1]`, channel by channel; negative light is black, infinite light white.
     #[must_use]
     pub fn apply(&self, light: Rgb<f64>) -> Rgb<f64> {
         let scaled = match *self {
             Self::Clip => light,
             Self::Reinhard { white } => {
                 let y = light.luminance().max(0.0);
-                light.scale((1.0 + y / (white * white)) / (1.0 + y))
+                // The limit of the factor, where ∞ / ∞ would make the brightest pixel NaN and so black.
+                let limit = 1.0 / (white * white);
+                light.scale(if y.is_finite() { (1.0 + y * limit) / (1.0 + y) } else { limit })
             }
         };
         Rgb::from_channels(|c| scaled.channel(c).clamp(0.0, 1.0))
@@ -166,6 +173,14 @@ mod tests {
         let orange = curve.apply(Rgb::new(0.8, 0.4, 0.2));
         assert!((orange.r / orange.g - 2.0).abs() < 1e-12 && (orange.g / orange.b - 2.0).abs() < 1e-12, "{orange:?}");
         assert_eq!(curve.apply(Rgb::splat(-1.0)), Rgb::ZERO, "negative light is black");
+    }
+
+    #[test]
+    fn infinite_light_is_white_and_not_black() {
+        for tone in [Tone::PLAIN, Tone::PHOTOGRAPH, Tone::OBJECT] {
+            let bytes = tone.to_bytes(&grey(&[0.1, f32::INFINITY, 0.2]));
+            assert_eq!(bytes[3..6], [255; 3], "{tone:?}: {bytes:?}");
+        }
     }
 
     #[test]
