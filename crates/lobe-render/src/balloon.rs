@@ -43,7 +43,8 @@ impl Balloon {
 
     /// Draws `f`, which should be smooth: normals are found by differences over 1e-4 rad.
     ///
-    /// A function that is zero everywhere has no surface; where it is not finite there is a hole.
+    /// A function that is zero everywhere has no surface; where it is not finite there is a hole (test
+    /// `infinity_is_a_hole_and_nothing_else`).
     #[must_use]
     pub fn picture(&self, f: impl Fn(Dir) -> f64 + Sync) -> Picture {
         let mesh = Mesh::of((self.size / PIXELS_PER_CELL).max(16), &f);
@@ -159,6 +160,17 @@ mod tests {
         let covered = picture.pixels().iter().filter(|c| c.r > 0.0).count() as f64;
         let disc = std::f64::consts::PI * (FILL * 30.0_f64).powi(2);
         assert!((covered / disc - 1.0).abs() < 0.08, "{covered} pixels are touched by a disc of {disc}");
+    }
+
+    #[test]
+    fn infinity_is_a_hole_and_nothing_else() {
+        let view = View::from_eye(Dir::X);
+        let balloon = Balloon { view, ..Balloon::new(80) };
+        for hole in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+            let picture = balloon.picture(|s| if s.z() > 0.5 { hole } else { 1.0 });
+            assert_eq!(picture.pixel(40, 4), Rgb::splat(1.0), "{hole}: the hole at the top");
+            assert!(is_red(picture.pixel(40, 60)) && is_red(picture.pixel(10, 45)), "{hole}: the rest of the sphere");
+        }
     }
 
     #[test]

@@ -49,9 +49,13 @@ impl CubeCross {
         Self { face, full_scale: None, levels: 10, labels: true, background: Rgb::new(1.0, 1.0, 1.0) }
     }
 
-    /// Paints `f`.
+    /// Paints `f`. Where it is not finite it is black (NaN) or of the end colours, without lines. Faces without pixels
+    /// give an empty picture; a full scale that is not positive, no colours and no lines.
     #[must_use]
     pub fn picture(&self, f: impl Fn(Dir) -> f64 + Sync) -> Picture {
+        if self.face == 0 {
+            return Picture::filled(0, 0, self.background);
+        }
         let values = FACES.map(|face| self.values(&face, &f));
         let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
         let full_scale = self.full_scale.unwrap_or(largest);
@@ -157,6 +161,8 @@ pub fn dir_on_cross(u: f64, v: f64) -> Option<Dir> {
 
 #[cfg(test)]
 mod tests {
+    use lobe_sh::Coefficient;
+
     use super::*;
 
     fn plain(face: usize) -> CubeCross {
@@ -214,6 +220,23 @@ mod tests {
                 assert!((a - b).abs() < largest_step, "fold {fold}, pixel {k}: {a} beside {b}");
             }
         }
+    }
+
+    #[test]
+    fn what_cannot_be_scaled_is_painted_all_the_same() {
+        assert!(plain(0).picture(Dir::z).pixels().is_empty(), "no pixels");
+        assert!(CubeCross::new(0).key().pixels().is_empty(), "no pixels in the key");
+        for scale in [0.0, -1.0, f64::NAN] {
+            let picture = CubeCross { full_scale: Some(scale), ..plain(8) }.picture(Dir::z);
+            for (x, y) in [(12, 4), (4, 12), (12, 12), (12, 15), (28, 12), (12, 20)] {
+                assert_eq!(picture.pixel(x, y), Rgb::splat(1.0), "full scale {scale} at ({x}, {y})");
+            }
+        }
+        let holes = plain(32).picture(|s| if s.x() > 0.9 { f64::INFINITY } else { s.z() });
+        assert!(holes.pixels().iter().all(|c| c.g.is_finite()), "every colour is a number");
+        let (inside, outside) = (holes.pixel(48, 48), holes.pixel(48, 2));
+        assert_eq!(inside, crate::diverging(1.0), "infinity is full red");
+        assert!(outside.r > outside.b, "the rest keeps its scale: {outside:?}");
     }
 
     #[test]

@@ -22,7 +22,8 @@ const FLAT: f64 = 1e-9;
 ///
 /// Where lines of different level come closer than three times their width they fade, instead of running into one
 /// dark area. Where the gradient vanishes the estimate is short: a line is up to √2 times as wide where two branches
-/// cross, and twice as wide where the function only touches the level.
+/// cross, and twice as wide where the function only touches the level. There are no lines where the gradient is not
+/// finite, and none at all if the step is not positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IsoLines {
     /// The difference of the values of neighbouring lines.
@@ -62,7 +63,8 @@ impl IsoLines {
     }
 
     fn is_flat(&self, slope: f64) -> bool {
-        slope <= FLAT * self.step || slope.is_nan()
+        let has_levels = self.step > 0.0 && slope.is_finite();
+        !has_levels || slope <= FLAT * self.step
     }
 }
 

@@ -51,9 +51,9 @@ impl Mesh {
         Self { vertices, triangles }
     }
 
-    /// The largest distance from the origin.
+    /// The largest finite distance from the origin.
     pub(crate) fn extent(&self) -> f64 {
-        self.vertices.iter().map(|v| v.value.abs()).fold(0.0, f64::max)
+        self.vertices.iter().map(|v| v.value.abs()).filter(|r| r.is_finite()).fold(0.0, f64::max)
     }
 }
 

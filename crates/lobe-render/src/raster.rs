@@ -12,7 +12,7 @@ pub(crate) struct Hit {
 /// Finds the front-most triangle at every sample of the rows `first_row .. first_row + rows`.
 ///
 /// `corners` are the vertices as `(x, y, towards the eye)`, `x` and `y` in samples from the top left; samples lie at
-/// +½. Of triangles at equal depth, the first is kept.
+/// +½. Of triangles at equal depth, the first is kept. Triangles with a corner that is not finite are left out.
 pub(crate) fn visible(
     corners: &[Vec3],
     triangles: &[[usize; 3]],
@@ -26,7 +26,7 @@ pub(crate) fn visible(
         let [a, b, c] = abc.map(|i| corners[i]);
         let double_area = edge(a, b, c);
         let y_range = samples([a[1], b[1], c[1]], first_row, first_row + rows);
-        if double_area == 0.0 || y_range.is_empty() {
+        if double_area == 0.0 || !double_area.is_finite() || y_range.is_empty() {
             continue;
         }
         let x_range = samples([a[0], b[0], c[0]], 0, width);
