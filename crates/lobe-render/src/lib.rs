@@ -1,19 +1,63 @@
 //! Pictures on the CPU: plots of functions on the sphere, lit balls, error maps, tone mapping and PNG files.
 //!
-//! A [`Picture`] holds linear light. Everything that draws takes a closure `Fn(Dir) -> value`, so an expansion, an
-//! environment map or a formula can be drawn alike:
+//! # Examples
+//!
+//! An environment as a picture, tone mapped:
 //!
 //! ```
-//! use lobe_render::{Ball, Picture, Tone};
-//! use lobe_sh::Rgb;
+//! use lobe_render::{Picture, Tone};
 //!
-//! // A white ball under a sky of radiance 1: its irradiance is π everywhere, it leaves radiance 1.
-//! let ball = Ball::new(64).picture(Rgb::new(0.0, 0.0, 0.0), |_| Rgb::new(1.0, 1.0, 1.0));
-//! assert_eq!(ball.pixel(32, 32), Rgb::new(1.0, 1.0, 1.0));
-//! let png = ball.to_png(&Tone::PLAIN)?;
+//! let sky = Picture::from(&lobe_env::bundled::sunset().map());
+//! let png = sky.resized(256, 128).to_png(&Tone::PHOTOGRAPH)?;
 //! assert_eq!(&png[1..4], b"PNG");
 //! # Ok::<(), lobe_render::RenderError>(())
 //! ```
+//!
+//! Whatever draws takes a closure `Fn(Dir) -> value`, so an expansion, an environment or a formula can be drawn alike:
+//!
+//! ```
+//! use lobe_render::{Balloon, Tone};
+//!
+//! let balloon = Balloon::new(64).picture(|s| s.x() * s.y());
+//! assert!(balloon.to_png(&Tone::PLAIN)?.len() > 500);
+//! # Ok::<(), lobe_render::RenderError>(())
+//! ```
+//!
+//! A white ball under a photograph, by nine coefficients and by the sum over all texels, and how far they differ:
+//!
+//! ```
+//! use lobe_env::{bundled, irradiance_at, irradiance_sh};
+//! use lobe_render::{Ball, compare, error_map};
+//! use lobe_sh::{Dir, Rgb};
+//!
+//! let sky = bundled::sunset().map();
+//! let (ball, black) = (Ball::new(32), Rgb::new(0.0, 0.0, 0.0));
+//! let normals: Vec<Dir> = ball.normals().into_iter().map(|(_, n)| n).collect();
+//! let truth = ball.lit_by_values(black, &irradiance_at(&sky, &normals));
+//! let fast = ball.lit_by_sh(black, &irradiance_sh(&sky, 3));
+//! let report = compare(fast.pixels(), truth.pixels());
+//! assert!(report.relative_rmse < 0.05, "{report:?}");
+//! let _map = error_map(&fast, &truth, report.max_abs)?;
+//! # Ok::<(), lobe_render::RenderError>(())
+//! ```
+//!
+//! # Where to find what
+//!
+//! | purpose | item |
+//! |---|---|
+//! | pictures | [`Picture`], [`Sheet`], [`Label`] |
+//! | to files | [`Picture::write_png`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
+//! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
+//! | functions of an angle | [`ProfilePlot`] |
+//! | lit objects | [`Ball`], seen from a [`View`] |
+//! | differences | [`compare()`], [`error_map`], [`colour_bar()`] |
+//!
+//! # Linear light until the last step
+//!
+//! A [`Picture`] holds linear light in `f32`, and everything but writing a file works on it: resizing, edges, error
+//! maps. The price is twelve bytes a pixel and a transfer function for each pixel written; what it buys is that a
+//! half covered pixel has half the light, that a smaller picture has the mean of the larger one, and that two pictures
+//! can be compared in the unit of the light and be shown with one exposure ([`Tone::fixed_for`]).
 //!
 //! Pixel `(0, 0)` is the top left one, pixel centres lie at +½. Results do not depend on the number of threads.
 
