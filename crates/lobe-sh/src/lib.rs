@@ -116,6 +116,7 @@ mod save;
 mod sh;
 mod sh_vec;
 mod swap;
+mod triple;
 mod zonal;
 mod zyz;
 
@@ -146,4 +147,7 @@ pub use rotation::{Rotation, RotationError};
 pub use save::{check_writable, write_atomically};
 pub use sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use sh_vec::ShVec;
+pub use triple::{
+    ExactTriple, MAX_TRIPLE_ORDER, Triple, TripleTensor, exact_triple_product, triple_product, unique_triples,
+};
 pub use zonal::Zonal;
