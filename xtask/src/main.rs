@@ -7,6 +7,7 @@ mod documents;
 mod goldens;
 mod sizes;
 mod step;
+mod tables;
 mod workspace;
 
 use std::process::ExitCode;
@@ -25,6 +26,9 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ("sizes", "the length of every Rust file", |_| sizes::check()),
     ("bench", "the benchmarks beside their peers and floors; --table prints the last results", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
+    ("tables", "writes the generated products of lobe-sh; with --check only compares", |arguments| {
+        tables::run(arguments.iter().any(|argument| argument == "--check"))
+    }),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];
 
