@@ -12,6 +12,9 @@ const DOCUMENTS: Step = Step { name: "documents", work: Work::Chore(documents::c
 const GOLDENS: Step = Step { name: "goldens", work: Work::Chore(goldens::check) };
 const CLIPPY: Step =
     Step { name: "clippy", work: Work::Cargo("clippy --workspace --all-targets --all-features -- -D warnings", &[]) };
+/// The mathematics alone, without files.
+const FEATURES: Step =
+    Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
 /// What maintainers see: every link is checked, those of private items too.
 const DOCS_PRIVATE: Step = Step {
     name: "docs-private",
@@ -24,7 +27,7 @@ const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[
 
 /// Everything, the cheap steps first.
 pub(crate) fn ci() -> Outcome {
-    run_all(&[FMT, ARCH, SIZES, DOCUMENTS, GOLDENS, CLIPPY, DOCS_PRIVATE, DOCS, TEST])
+    run_all(&[FMT, ARCH, SIZES, DOCUMENTS, GOLDENS, CLIPPY, FEATURES, DOCS_PRIVATE, DOCS, TEST])
 }
 
 /// The steps to run before each commit.

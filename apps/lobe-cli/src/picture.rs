@@ -62,7 +62,7 @@ impl PictureOutput {
                 }
             }
             Kind::Display => {
-                let picture = Picture::new(map.width(), map.height(), map.texels().to_vec())?;
+                let picture = Picture::from(map);
                 let exposure = Tone::PHOTOGRAPH.exposure.factor(&picture);
                 let png = picture.to_png(&Tone::PHOTOGRAPH)?;
                 write_atomically(&self.path, |w| w.write_all(&png))

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{Coefficient, Expansion as _, FileCoefficients, Quantity, ShFile, ShVec, project};
+use lobe::sh::{FileCoefficients, Quantity, ShFile, product};
 
 use crate::input::ShInput;
 use crate::output::ShOutput;
@@ -39,11 +39,6 @@ impl ShProduct {
         };
         self.output.write(&ShFile::new(quantity, c))
     }
-}
-
-/// The product, cut off at `order`; exact, because its degree is known.
-fn product<T: Coefficient>(a: &ShVec<T>, b: &ShVec<T>, order: usize) -> ShVec<T> {
-    project(order, a.order() + b.order() - 2, |s| a.eval(s) * b.eval(s))
 }
 
 /// What the product of two quantities is, or why there is none.

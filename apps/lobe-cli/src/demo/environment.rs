@@ -1,16 +1,16 @@
 //! The photograph itself.
 
 use lobe::env::lat_long;
-use lobe::render::Tone;
+use lobe::render::{Picture, Tone};
 use lobe::sh::Expansion as _;
 
-use super::{Sky, Writer, digits, picture_of};
+use super::{Sky, Writer, digits};
 
 impl Writer<'_> {
     pub(super) fn environment(&mut self, sky: &Sky) -> anyhow::Result<()> {
         let (map, name) = (&sky.map, sky.bundled.name);
         let file = sky.file("environment.png");
-        let picture = picture_of(map).resized(self.picture, self.picture / 2);
+        let picture = Picture::from(map).resized(self.picture, self.picture / 2);
         self.write(&file, &picture, &Tone::PHOTOGRAPH)?;
 
         let luminance = |i: usize| f64::from(map.texels()[i].luminance());

@@ -154,11 +154,6 @@ impl Writer<'_> {
     }
 }
 
-/// The map as a picture, pixel for texel.
-fn picture_of(map: &EnvMap) -> Picture {
-    Picture::from_fn(map.width(), map.height(), |x, y| map.texel(x, y))
-}
-
 /// All values of an expansion at the texel centres of the map.
 fn values_like(f: &ShVec<Rgb<f64>>, map: &EnvMap) -> Vec<Rgb<f32>> {
     lobe::env::reconstruct(f, map.width(), map.height()).texels().to_vec()

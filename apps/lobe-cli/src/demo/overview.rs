@@ -3,7 +3,7 @@
 use lobe::render::{Picture, Sheet, Tone, lat_long_picture_of};
 use lobe::sh::Rgb;
 
-use super::{SWEEP, Sky, Writer, picture_of};
+use super::{SWEEP, Sky, Writer};
 
 /// Pixels between the parts.
 const GAP: usize = 8;
@@ -15,7 +15,7 @@ impl Writer<'_> {
     /// Photograph and `balls` on the left, orders 1 to 6 on the right, in a file of its own, not shown on the page.
     pub(super) fn overview(&mut self, sky: &Sky, balls: &[Picture; 3]) -> anyhow::Result<()> {
         let width = self.picture;
-        let photograph = Tone::PHOTOGRAPH.apply(&picture_of(&sky.map)).resized(width, width / 2);
+        let photograph = Tone::PHOTOGRAPH.apply(&Picture::from(&sky.map)).resized(width, width / 2);
         let ball = (width - 2 * GAP) / 3;
         let height = width / 2 + GAP + ball;
 

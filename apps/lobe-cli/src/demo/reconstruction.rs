@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use lobe::render::lat_long_picture_of;
+use lobe::render::{Picture, lat_long_picture_of};
 
-use super::{SWEEP, Sky, Writer, digits, energy, picture_of, values_like};
+use super::{SWEEP, Sky, Writer, digits, energy, values_like};
 
 impl Writer<'_> {
     pub(super) fn reconstruction(&mut self, sky: &Sky) -> anyhow::Result<()> {
@@ -16,7 +16,7 @@ impl Writer<'_> {
         );
         let width = self.picture * 35 / 64; // four to a row of the page
         let file = sky.file("same-exposure.png");
-        self.write(&file, &picture_of(&sky.map).resized(width, width / 2), &sky.tone)?;
+        self.write(&file, &Picture::from(&sky.map).resized(width, width / 2), &sky.tone)?;
         self.page.figure(&file, width, "the photograph at the exposure of the others");
         let whole = energy_of_map(sky);
         let mut rows = Vec::new();
