@@ -16,6 +16,10 @@ const BLOCK: usize = 16;
 ///
 ///   P̄_0^0 = 1/√(4π)      P̄_1^1 = -√3 P̄_0^0      P̄_m^m = -√((2m+1)/(2m)) P̄_{m-1}^{m-1}
 ///   P̄_l^m = a z P̄_{l-1}^m - b P̄_{l-2}^m,      a = √((4l² - 1)/(l² - m²)),      b = a_l^m / a_{l-1}^m
+///
+///   computed for z >= 0 as      D_l = b D_{l-1} + (g + a w) P̄_{l-1},      P̄_l = P̄_{l-1} + D_l
+///                               w = z - 1,      g = a - 1 - b
+///   for z < 0 by                P̄_l^m(-z) = (-1)^{l+m} P̄_l^m(z)
 /// ```
 ///
 /// `P̄` is the associated Legendre function with its normalisation and the `√2` of the real basis folded in and
@@ -23,9 +27,13 @@ const BLOCK: usize = 16;
 /// case. The Condon-Shortley phase is kept: `y_1 = √(3/4π) (-y, z, -x)`.
 ///
 /// The structure is that of [Sloan 2013]; unnormalised, the recurrences are those of [Sloan 2008] A1, where
-/// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. Errors measured by the tests
-/// `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and `f32_stays_close_to_f64` (1e-5 of the band's largest
-/// value at order 20; the worst, 1.1e-5 in `y_l^0` within 3° of a pole, where it is 1.8).
+/// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. The step by differences `D` is Reinsch's modification of
+/// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the poles,
+/// where neighbouring `P̄` differ little, `w` is exact and the small difference does not drown in the rounding of
+/// `a z` and `b`. At order 20 in `f32` the largest error of any function over the sphere falls from 1.1e-5 to 9e-7.
+///
+/// Errors measured by the tests `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and
+/// `f32_stays_close_to_f64` (1.5e-6 at order 20).
 ///
 /// `(x + iy)^m` is tiny where `P̄` is large. Both stay in range to order 180 in `f32` and 1400 in `f64` (test
 /// `the_factors_stay_in_range_at_high_orders`); beyond, values near the poles become NaN.
@@ -37,8 +45,16 @@ pub struct Basis<S> {
     order: usize,
     /// `P̄_m^m` for every `m`.
     diagonal: Vec<S>,
-    /// `(a, b)` for `l` from `m+1` to `order-1`, column after column.
-    recurrence: Vec<(S, S)>,
+    /// For `l` from `m+1` to `order-1`, column after column.
+    recurrence: Vec<Step<S>>,
+}
+
+/// The constants of the step to band `l` of one column; see [`Basis`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step<S> {
+    pub(crate) a: S,
+    pub(crate) b: S,
+    pub(crate) g: S,
 }
 
 impl<S: Real> Basis<S> {
@@ -60,7 +76,8 @@ impl<S: Real> Basis<S> {
             for l in m + 1..order {
                 let lf = l as f64;
                 let a = ((4.0 * lf * lf - 1.0) / ((lf - mf) * (lf + mf))).sqrt();
-                recurrence.push((S::from_f64(a), S::from_f64(a / a_before)));
+                let b = a / a_before;
+                recurrence.push(Step { a: S::from_f64(a), b: S::from_f64(b), g: S::from_f64(a - 1.0 - b) });
                 a_before = a;
             }
         }
@@ -78,8 +95,8 @@ impl<S: Real> Basis<S> {
         self.diagonal[m]
     }
 
-    /// `(a, b)` of the step to band `l > m` in column `m`.
-    pub(crate) fn recurrence(&self, m: usize, l: usize) -> (S, S) {
+    /// The step to band `l > m` in column `m`.
+    pub(crate) fn recurrence(&self, m: usize, l: usize) -> Step<S> {
         self.recurrence[self.column_start(m) + l - m - 1]
     }
 
@@ -174,21 +191,26 @@ impl<S: Real> Basis<S> {
         mut emit: impl FnMut(usize, &[S; W]),
     ) {
         assert!(order <= self.order, "this basis reaches order {}, not {order}", self.order);
+        let side: [S; W] = lanes(|k| if z[k] < S::ZERO { -S::ONE } else { S::ONE });
+        let w: [S; W] = lanes(|k| z[k] * side[k] - S::ONE);
         let mut cos = [S::ONE; W];
         let mut sin = [S::ZERO; W];
         for m in 0..order {
-            let mut before = [S::ZERO; W];
+            // Below the equator the functions of odd l - m change sign.
+            let cos_odd: [S; W] = lanes(|k| cos[k] * side[k]);
+            let sin_odd: [S; W] = lanes(|k| sin[k] * side[k]);
             let mut p = [self.diagonal[m]; W];
+            let mut difference = [S::ZERO; W];
             let recurrence = &self.recurrence[self.column_start(m)..][..order - 1 - m];
             for l in m..order {
-                emit(index(l, m as isize), &lanes(|k| p[k] * cos[k]));
+                let (c, s) = if (l - m).is_multiple_of(2) { (&cos, &sin) } else { (&cos_odd, &sin_odd) };
+                emit(index(l, m as isize), &lanes(|k| p[k] * c[k]));
                 if m > 0 {
-                    emit(index(l, -(m as isize)), &lanes(|k| p[k] * sin[k]));
+                    emit(index(l, -(m as isize)), &lanes(|k| p[k] * s[k]));
                 }
-                if let Some(&(a, b)) = recurrence.get(l - m) {
-                    let next = lanes(|k| a * z[k] * p[k] - b * before[k]);
-                    before = p;
-                    p = next;
+                if let Some(&Step { a, b, g }) = recurrence.get(l - m) {
+                    difference = lanes(|k| b * difference[k] + (g + a * w[k]) * p[k]);
+                    p = lanes(|k| p[k] + difference[k]);
                 }
             }
             (cos, sin) = (lanes(|k| x[k] * cos[k] - y[k] * sin[k]), lanes(|k| x[k] * sin[k] + y[k] * cos[k]));
@@ -366,8 +388,7 @@ mod tests {
             eval_basis_into(s, &mut single);
             eval_basis_into(s.map(f64::from), &mut double);
             for (i, (a, b)) in single.iter().zip(&double).enumerate() {
-                let allowed = 1e-5 * zonal_norm(band_and_m(i).0).max(1.0);
-                assert!((f64::from(*a) - b).abs() < allowed, "y_{i} towards {v:?}: {a} against {b}");
+                assert!((f64::from(*a) - b).abs() < 1.5e-6, "y_{i} towards {v:?}: {a} against {b}");
             }
         }
     }

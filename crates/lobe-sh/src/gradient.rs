@@ -1,5 +1,6 @@
 //! Gradients on the sphere.
 
+use crate::basis::Step;
 use crate::index::{index, len};
 use crate::{Basis, Coefficient, Dir, Expansion, Real};
 
@@ -35,7 +36,7 @@ impl<S: Real> Basis<S> {
                     emit_tangent(index(l, -(m as isize)), q * sin, d);
                 }
                 if l + 1 < order {
-                    let (a, b) = self.recurrence(m, l + 1);
+                    let Step { a, b, .. } = self.recurrence(m, l + 1);
                     (slope_before, slope) = (slope, a * (q + z * slope) - b * slope_before);
                     (q_before, q) = (q, a * z * q - b * q_before);
                 }
