@@ -72,11 +72,14 @@
 
 mod azimuth;
 pub mod bundled;
+pub mod cube;
+mod cube_map;
 mod env_map;
 mod error;
 mod irradiance;
 pub mod lat_long;
 mod polar;
+mod polygon;
 mod project;
 mod read;
 mod read_exr;
@@ -84,6 +87,7 @@ mod read_hdr;
 mod reconstruct;
 mod write;
 
+pub use cube_map::CubeMap;
 pub use env_map::EnvMap;
 pub use error::EnvError;
 pub use irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};

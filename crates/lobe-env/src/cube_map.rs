@@ -1,0 +1,156 @@
+//! The six pictures of everything around a point.
+
+use lobe_sh::{Coefficient, Dir, Rgb};
+use rayon::prelude::*;
+
+use crate::EnvError;
+use crate::cube::{self, FACES};
+
+/// The radiance from every direction, as the six square faces of a cube.
+///
+/// Faces, order and handedness are those of OpenGL, Vulkan, KTX2 and DDS, looked up with the y-up direction
+/// `(x, z, -y)`; [`cube`] has the table. Linear light, like [`EnvMap`](crate::EnvMap).
+///
+/// ```
+/// use lobe_env::CubeMap;
+/// use lobe_sh::{Dir, Rgb};
+///
+/// let cube = CubeMap::from_fn(4, |s| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32));
+/// // Face 2, the cube's +Y, is Lobe's +z: up.
+/// assert!(cube.texel(2, 1, 1).b > 0.9);
+/// assert!(cube.radiance(Dir::Z).b > 0.9);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct CubeMap {
+    size: usize,
+    /// Face after face, row after row.
+    texels: Vec<Rgb<f32>>,
+}
+
+impl CubeMap {
+    /// A map from the texels of its faces, face after face (+X, -X, +Y, -Y, +Z, -Z of the cube), row after row.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if `size` is 0 or `texels` has any other length than `6 size²`.
+    pub fn new(size: usize, texels: Vec<Rgb<f32>>) -> Result<Self, EnvError> {
+        if size == 0 {
+            return Err(EnvError::Options("a cube map needs texels, but its faces have a size of 0".to_owned()));
+        }
+        let expected = size.checked_mul(size).and_then(|n| n.checked_mul(FACES));
+        if expected != Some(texels.len()) {
+            let found = texels.len();
+            return Err(EnvError::Options(format!("6 faces of {size} x {size} texels expected, {found} texels given")));
+        }
+        Ok(Self { size, texels })
+    }
+
+    /// A map from its six faces, each row after row.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if `size` is 0 or a face has any other length than `size²`.
+    pub fn from_faces(size: usize, faces: [Vec<Rgb<f32>>; FACES]) -> Result<Self, EnvError> {
+        if let Some((f, face)) = faces.iter().enumerate().find(|(_, face)| size.checked_mul(size) != Some(face.len())) {
+            let found = face.len();
+            return Err(EnvError::Options(format!("face {f}: {size} x {size} texels expected, {found} given")));
+        }
+        Self::new(size, faces.concat())
+    }
+
+    /// The map whose texels have the value of `radiance` towards their centres.
+    ///
+    /// # Panics
+    /// If `size` is 0.
+    #[must_use]
+    pub fn from_fn(size: usize, radiance: impl Fn(Dir) -> Rgb<f32> + Sync) -> Self {
+        assert!(size > 0, "a cube map needs texels, but its faces have a size of 0");
+        let mut texels = vec![Rgb::ZERO; FACES * size * size];
+        texels.par_chunks_exact_mut(size).enumerate().for_each(|(row, line)| {
+            for (x, texel) in line.iter_mut().enumerate() {
+                *texel = radiance(centre(size, row / size, x, row % size));
+            }
+        });
+        Self { size, texels }
+    }
+
+    /// The number of texels along the edge of a face, at least 1.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// All texels, face after face, row after row.
+    #[must_use]
+    pub fn texels(&self) -> &[Rgb<f32>] {
+        &self.texels
+    }
+
+    /// All texels, to change.
+    #[must_use]
+    pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
+        &mut self.texels
+    }
+
+    /// All texels, as a vector.
+    #[must_use]
+    pub fn into_texels(self) -> Vec<Rgb<f32>> {
+        self.texels
+    }
+
+    /// The texels of a face, row after row.
+    ///
+    /// # Panics
+    /// If `face >= 6`.
+    #[must_use]
+    pub fn face(&self, face: usize) -> &[Rgb<f32>] {
+        let count = self.size * self.size;
+        &self.texels[face * count..][..count]
+    }
+
+    /// The texel in column `x` of row `y` of a face.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    #[must_use]
+    pub fn texel(&self, face: usize, x: usize, y: usize) -> Rgb<f32> {
+        assert!(x < self.size, "no column {x} in a face of {}", self.size);
+        self.face(face)[y * self.size + x]
+    }
+
+    /// The direction of the centre of a texel.
+    ///
+    /// # Panics
+    /// If `face >= 6`.
+    #[must_use]
+    pub fn dir(&self, face: usize, x: usize, y: usize) -> Dir {
+        centre(self.size, face, x, y)
+    }
+
+    /// The texel in direction `s`.
+    #[must_use]
+    pub fn radiance(&self, s: Dir) -> Rgb<f32> {
+        let (face, u, v) = cube::face_from_dir(s);
+        let at = |t: f64| ((t * self.size as f64) as usize).min(self.size - 1);
+        self.texel(face, at(u), at(v))
+    }
+
+    /// The mean over the sphere, every texel weighted with its solid angle.
+    #[must_use]
+    pub fn mean(&self) -> Rgb<f64> {
+        let mut sum: Rgb<f64> = Rgb::ZERO;
+        let mut line: Rgb<f64> = Rgb::ZERO;
+        for y in 0..self.size {
+            for x in 0..self.size {
+                let texels = (0..FACES).map(|face| self.texel(face, x, y).widen());
+                let faces = texels.fold(Rgb::ZERO, |sum, texel| sum + texel);
+                line += faces.scale(cube::solid_angle(self.size, x, y));
+            }
+            sum += std::mem::replace(&mut line, Rgb::ZERO);
+        }
+        sum.scale(0.25 * std::f64::consts::FRAC_1_PI)
+    }
+}
+
+/// The direction of the centre of a texel.
+fn centre(size: usize, face: usize, x: usize, y: usize) -> Dir {
+    cube::dir_from_face(face, (x as f64 + 0.5) / size as f64, (y as f64 + 0.5) / size as f64)
+}
