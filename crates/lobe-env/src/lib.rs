@@ -71,27 +71,47 @@
 //! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.
 
 mod azimuth;
+mod bc6h;
 pub mod bundled;
 pub mod cube;
 mod cube_map;
+mod cube_mip_chain;
+mod dds;
 mod env_map;
 mod error;
+mod exr_envmap;
 mod irradiance;
 pub mod lat_long;
 mod polar;
 mod polygon;
 mod project;
+mod raster;
 mod read;
+mod read_cube;
+mod read_dds;
 mod read_exr;
 mod read_hdr;
+mod read_ktx2;
+mod read_ldr;
+mod read_pfm;
 mod reconstruct;
+mod rgb9e5;
+mod texel_format;
 mod write;
+mod write_cube;
+mod write_dds;
+mod write_ktx2;
 
 pub use cube_map::CubeMap;
+pub use cube_mip_chain::CubeMipChain;
 pub use env_map::EnvMap;
 pub use error::EnvError;
 pub use irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
 pub use project::project_env;
+pub use raster::{Raster, read_raster, read_raster_bytes};
 pub use read::{FileFormat, Nonfinite, ReadOptions, ReadReport, read_env, read_env_bytes};
+pub use read_cube::{EnvFile, read_cube, read_cube_bytes, read_env_file, read_env_file_bytes};
 pub use reconstruct::reconstruct;
+pub use texel_format::TexelFormat;
 pub use write::{WriteOptions, WriteReport, write_env};
+pub use write_cube::{CubeWriteOptions, write_cube};

@@ -8,11 +8,14 @@ use std::path::Path;
 
 use lobe_sh::{Coefficient, Rgb};
 
-use crate::{EnvError, EnvMap, read_exr, read_hdr};
+use crate::{EnvError, EnvMap, dds, exr_envmap, read_exr, read_hdr, read_ldr, read_pfm};
 
 /// The default of [`ReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory. While a
 /// Radiance picture is decoded it is there twice.
 const MAX_TEXELS: usize = 1 << 28;
+
+/// What a file can be, for messages.
+const EXPECTED: &str = "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, PNG, JPEG, KTX2 or DDS";
 
 /// Bytes of an unknown file that a message shows; enough to tell what any file is.
 const SHOWN_BYTES: usize = 24;
@@ -50,6 +53,16 @@ pub enum FileFormat {
     Radiance,
     /// OpenEXR, `.exr`.
     OpenExr,
+    /// Portable float map, `.pfm`.
+    Pfm,
+    /// PNG picture, 8 or 16 bits.
+    Png,
+    /// JPEG picture.
+    Jpeg,
+    /// KTX2 texture.
+    Ktx2,
+    /// DDS texture.
+    Dds,
 }
 
 impl fmt::Display for FileFormat {
@@ -57,6 +70,11 @@ impl fmt::Display for FileFormat {
         f.write_str(match self {
             Self::Radiance => "Radiance .hdr",
             Self::OpenExr => "OpenEXR",
+            Self::Pfm => "portable float map",
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::Ktx2 => "KTX2",
+            Self::Dds => "DDS",
         })
     }
 }
@@ -64,15 +82,17 @@ impl fmt::Display for FileFormat {
 /// What was found while reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadReport {
-    /// Columns.
+    /// Columns; of a cube map, those of a face.
     pub width: usize,
-    /// Rows.
+    /// Rows; of a cube map, those of a face.
     pub height: usize,
+    /// Levels of a cube map; 1 for a picture.
+    pub levels: usize,
     /// The kind of file.
     pub format: FileFormat,
     /// Texels with a NaN or infinite channel; they are black in the map.
     pub nonfinite: usize,
-    /// Column and row of the first of them.
+    /// Column and row of the first of them; in a cube map, of the faces of its level one above another.
     pub first_nonfinite: Option<(usize, usize)>,
     /// Texels with a negative channel; they are kept.
     pub negative: usize,
@@ -86,9 +106,31 @@ pub(crate) struct Decoded {
     pub(crate) height: usize,
     pub(crate) texels: Vec<Rgb<f32>>,
     pub(crate) notes: Vec<String>,
+    /// Whether the centres of the outer texels lie on the edges of the picture, or of the faces of a cube.
+    pub(crate) edge_centred: bool,
 }
 
-/// Reads a lat-long environment map from a Radiance .hdr or an OpenEXR file.
+/// What a picture must be to be decoded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    pub(crate) max_texels: usize,
+    pub(crate) shape: Shape,
+}
+
+/// The form of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// Twice as wide as high.
+    LatLong,
+    /// Six squares, one above another, said to be a cube map.
+    Cube,
+    /// A cube map if the file says so, or else a lat-long map.
+    Said,
+    /// Anything.
+    Any,
+}
+
+/// Reads a lat-long environment map from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file.
 ///
 /// What the file is follows from its contents, not from its name.
 ///
@@ -97,7 +139,13 @@ pub(crate) struct Decoded {
 ///   (`-Y h +X w`) only.
 /// * **OpenEXR**: `half` and `float` channels; every compression but HTJ2K; scan lines and tiles, of which the largest
 ///   level is read; the first part, and in it the first layer, that has channels `R`, `G`, `B` or else `Y`. Alpha
-///   and all other channels are ignored. The map is the display window; outside the data window it is black.
+///   and all other channels are ignored. The map is the display window; outside the data window it is black. With the
+///   attribute `envmap` the outer texels lie on the edges, as the format defines it: the map is moved to Lobe's
+///   centres by interpolation, and the picture's centre is the map's +x as for every picture.
+/// * **Portable float map**: colour and grey, both byte orders, the scale of the header multiplied in.
+/// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB. White is 1 and nothing is brighter, which a note says.
+///
+/// Cube maps are read by [`read_cube`](crate::read_cube).
 ///
 /// # Errors
 /// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged, cut off, no such picture, not
@@ -105,6 +153,12 @@ pub(crate) struct Decoded {
 /// allow; [`EnvError::Unsupported`] if it is a kind of picture that Lobe does not read.
 pub fn read_env(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(EnvMap, ReadReport), EnvError> {
     let path = path.as_ref();
+    let (name, bytes) = read_named(path)?;
+    read_env_bytes(&bytes, &name, options)
+}
+
+/// The name of a file for messages, and its contents.
+pub(crate) fn read_named(path: &Path) -> Result<(String, Vec<u8>), EnvError> {
     let name = path.display().to_string();
     let io = |source| EnvError::Io { file: name.clone(), source };
     let mut file = open_file(path).map_err(io)?;
@@ -113,7 +167,7 @@ pub fn read_env(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(EnvMap
     file.by_ref().take(SHOWN_BYTES as u64).read_to_end(&mut bytes).map_err(io)?;
     format_of(&bytes, &name)?;
     file.read_to_end(&mut bytes).map_err(io)?;
-    read_env_bytes(&bytes, &name, options)
+    Ok((name, bytes))
 }
 
 /// Opens a file; a folder is refused with a message of its own on every system.
@@ -129,51 +183,90 @@ fn open_file(path: &Path) -> std::io::Result<File> {
 /// # Errors
 /// As [`read_env`], except [`EnvError::Io`].
 pub fn read_env_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(EnvMap, ReadReport), EnvError> {
+    let (decoded, report) = decode_picture(bytes, name, options, Shape::LatLong)?;
+    Ok((lat_long(decoded), report))
+}
+
+/// A lat-long map from a picture of that shape.
+pub(crate) fn lat_long(decoded: Decoded) -> EnvMap {
+    let map = EnvMap::from_rows(decoded.width, decoded.height, decoded.texels);
+    if decoded.edge_centred { exr_envmap::lat_long_from_edges(&map) } else { map }
+}
+
+/// Decodes a picture and looks through its texels.
+pub(crate) fn decode_picture(
+    bytes: &[u8],
+    name: &str,
+    options: &ReadOptions,
+    shape: Shape,
+) -> Result<(Decoded, ReadReport), EnvError> {
     let format = format_of(bytes, name)?;
-    // Neither decoder promises never to panic on damaged bytes; a panic is one more way to find the file invalid.
-    let decode = || match format {
-        FileFormat::Radiance => read_hdr::decode(bytes, name, options.max_texels),
-        FileFormat::OpenExr => read_exr::decode(bytes, name, options.max_texels),
-    };
-    let mut decoded = catch_unwind(AssertUnwindSafe(decode))
-        .unwrap_or_else(|_| Err(invalid(name, format!("the {format} data is damaged and cannot be decoded"))))?;
-    let report = inspect(&mut decoded, format, name, options.nonfinite)?;
-    Ok((EnvMap::from_rows(decoded.width, decoded.height, decoded.texels), report))
+    let limits = Limits { max_texels: options.max_texels, shape };
+    let mut decoded = guarded(format, name, || match format {
+        FileFormat::Radiance => read_hdr::decode(bytes, name, limits),
+        FileFormat::OpenExr => read_exr::decode(bytes, name, limits),
+        FileFormat::Pfm => read_pfm::decode(bytes, name, limits),
+        FileFormat::Png => read_ldr::decode_png(bytes, name, limits),
+        FileFormat::Jpeg => read_ldr::decode_jpeg(bytes, name, limits),
+        FileFormat::Ktx2 | FileFormat::Dds => {
+            Err(unsupported(name, format!("a picture expected, found a texture ({format}); it is read as a cube map")))
+        }
+    })?;
+    let notes = std::mem::take(&mut decoded.notes);
+    let mut report = ReadReport::new(decoded.width, decoded.height, format, notes);
+    inspect(&mut decoded.texels, decoded.width, &mut report);
+    report.judge(options.nonfinite, name)?;
+    if decoded.edge_centred {
+        report.notes.push("by the attribute envmap the outer texels lie on the edges; the map is interpolated".into());
+    }
+    Ok((decoded, report))
+}
+
+/// Runs a decoder. None promises never to panic on damaged bytes; a panic is one more way to find the file invalid.
+pub(crate) fn guarded<T>(
+    format: FileFormat,
+    name: &str,
+    decode: impl FnOnce() -> Result<T, EnvError>,
+) -> Result<T, EnvError> {
+    catch_unwind(AssertUnwindSafe(decode))
+        .unwrap_or_else(|_| Err(invalid(name, format!("the {format} data is damaged and cannot be decoded"))))
 }
 
 /// The kind of file, from its first bytes.
-fn format_of(bytes: &[u8], name: &str) -> Result<FileFormat, EnvError> {
-    if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        return Ok(FileFormat::OpenExr);
-    }
-    if bytes.starts_with(b"#?") {
-        return Ok(FileFormat::Radiance);
+pub(crate) fn format_of(bytes: &[u8], name: &str) -> Result<FileFormat, EnvError> {
+    const KINDS: [(&[u8], FileFormat); 9] = [
+        (&[0x76, 0x2f, 0x31, 0x01], FileFormat::OpenExr),
+        (b"#?", FileFormat::Radiance),
+        (b"PF", FileFormat::Pfm),
+        (b"Pf", FileFormat::Pfm),
+        (b"\x89PNG\r\n\x1a\n", FileFormat::Png),
+        (b"\xff\xd8\xff", FileFormat::Jpeg),
+        (&ktx2::MAGIC, FileFormat::Ktx2),
+        (&dds::MAGIC, FileFormat::Dds),
+        // A DDS file and a KTX2 file may be cut within these; then the decoder says so.
+        (b"\xabKTX 2", FileFormat::Ktx2),
+    ];
+    let word_ends = |magic: &[u8]| !magic.starts_with(b"P") || bytes.get(2).is_none_or(u8::is_ascii_whitespace);
+    if let Some((_, format)) = KINDS.iter().find(|(magic, _)| bytes.starts_with(magic) && word_ends(magic)) {
+        return Ok(*format);
     }
     if bytes.is_empty() {
-        return Err(invalid(name, "the file is empty; expected Radiance .hdr or OpenEXR".into()));
+        return Err(invalid(name, format!("the file is empty; {EXPECTED} expected")));
     }
-    let expected = "expected Radiance .hdr (beginning with \"#?RADIANCE\") or OpenEXR";
     if let Some(other) = other_picture(bytes) {
-        return Err(EnvError::Unsupported {
-            file: name.into(),
-            message: format!("{expected}, found {other}; convert it to .hdr or .exr"),
-        });
+        let message = format!("{EXPECTED} expected, found {other}; convert it to .hdr or .exr");
+        return Err(unsupported(name, message));
     }
-    Err(invalid(name, format!("{expected}, found {}", describe(bytes))))
+    Err(invalid(name, format!("{EXPECTED} expected, found {}", describe(bytes))))
 }
 
 /// The name of another kind of picture that is easily mistaken for an environment map.
 fn other_picture(bytes: &[u8]) -> Option<&'static str> {
-    const KINDS: [(&[u8], &str); 10] = [
-        (b"\x89PNG", "a PNG picture"),
-        (b"\xff\xd8\xff", "a JPEG picture"),
+    const KINDS: [(&[u8], &str); 5] = [
         (b"II*\0", "a TIFF picture"),
         (b"MM\0*", "a TIFF picture"),
-        (b"PF\n", "a PFM picture"),
-        (b"Pf\n", "a PFM picture"),
         (b"GIF8", "a GIF picture"),
-        (b"\xabKTX", "a KTX texture"),
-        (b"DDS ", "a DDS texture"),
+        (b"\xabKTX 1", "a KTX texture of version 1"),
         (b"RIFF", "a RIFF file (WebP?)"),
     ];
     KINDS.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, kind)| *kind)
@@ -190,54 +283,56 @@ fn describe(bytes: &[u8]) -> String {
     }
 }
 
-/// Counts, and where asked removes, what does not belong into a picture of radiance.
-fn inspect(
-    decoded: &mut Decoded,
-    format: FileFormat,
-    name: &str,
-    nonfinite: Nonfinite,
-) -> Result<ReadReport, EnvError> {
-    let mut report = ReadReport {
-        width: decoded.width,
-        height: decoded.height,
-        format,
-        nonfinite: 0,
-        first_nonfinite: None,
-        negative: 0,
-        notes: std::mem::take(&mut decoded.notes),
-    };
-    for (i, texel) in decoded.texels.iter_mut().enumerate() {
+impl ReadReport {
+    pub(crate) fn new(width: usize, height: usize, format: FileFormat, notes: Vec<String>) -> Self {
+        Self { width, height, levels: 1, format, nonfinite: 0, first_nonfinite: None, negative: 0, notes }
+    }
+
+    /// Refuses non-finite texels where the options do.
+    pub(crate) fn judge(&self, nonfinite: Nonfinite, name: &str) -> Result<(), EnvError> {
+        match self.first_nonfinite {
+            Some((x, y)) if nonfinite == Nonfinite::Error => {
+                let texels = if self.nonfinite == 1 { "1 texel is" } else { &format!("{} texels are", self.nonfinite) };
+                let message = format!(
+                    "{texels} NaN or infinite, first at column {x}, row {y}; --nonfinite zero reads them as black"
+                );
+                Err(invalid(name, message))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Counts, and makes black, what does not belong into a picture of radiance.
+pub(crate) fn inspect(texels: &mut [Rgb<f32>], width: usize, report: &mut ReadReport) {
+    for (i, texel) in texels.iter_mut().enumerate() {
         let channels = texel.to_array();
         if !channels.iter().all(|c| c.is_finite()) {
-            report.first_nonfinite.get_or_insert((i % decoded.width, i / decoded.width));
+            report.first_nonfinite.get_or_insert((i % width, i / width));
             report.nonfinite += 1;
             *texel = Rgb::ZERO;
         } else if channels.iter().any(|c| *c < 0.0) {
             report.negative += 1;
         }
     }
-    match report.first_nonfinite {
-        Some((x, y)) if nonfinite == Nonfinite::Error => {
-            let texels = if report.nonfinite == 1 { "1 texel is" } else { &format!("{} texels are", report.nonfinite) };
-            let message =
-                format!("{texels} NaN or infinite, first at column {x}, row {y}; --nonfinite zero reads them as black");
-            Err(invalid(name, message))
-        }
-        _ => Ok(report),
-    }
 }
 
-/// Refuses a picture that cannot be a lat-long map or is larger than the caller allows, before memory is asked for.
-pub(crate) fn check_size(width: u64, height: u64, max_texels: usize, name: &str) -> Result<(usize, usize), EnvError> {
+/// Refuses a picture of another shape or larger than the caller allows, before memory is asked for.
+pub(crate) fn check_size(width: u64, height: u64, limits: Limits, name: &str) -> Result<(usize, usize), EnvError> {
     if width == 0 || height == 0 {
         return Err(invalid(name, format!("the picture has no texels: it is {width} x {height}")));
     }
-    if width.checked_mul(height).is_none_or(|texels| texels > max_texels as u64) {
+    if width.checked_mul(height).is_none_or(|texels| texels > limits.max_texels as u64) {
+        let limit = limits.max_texels;
         let message =
-            format!("the picture is {width} x {height}, more than the limit of {max_texels} texels; scale it down");
+            format!("the picture is {width} x {height}, more than the limit of {limit} texels; scale it down");
         return Err(invalid(name, message));
     }
-    if width != 2 * height {
+    if limits.shape == Shape::Cube && height != 6 * width {
+        let message = format!("a cube map is six times as high as wide, but this picture is {width} x {height}");
+        return Err(invalid(name, message));
+    }
+    if matches!(limits.shape, Shape::LatLong | Shape::Said) && width != 2 * height {
         let message = format!(
             "a lat-long map is twice as wide as high, but this picture is {width} x {height}; give a full panorama"
         );

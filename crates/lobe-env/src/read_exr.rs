@@ -14,7 +14,7 @@ use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
 use crate::EnvError;
-use crate::read::{Decoded, check_size, invalid, reserve, unsupported};
+use crate::read::{Decoded, Limits, Shape, check_size, invalid, reserve, unsupported};
 
 /// Blocks decoded at a time, in parallel; bounds what is held besides the file and the picture.
 const BLOCKS_TOGETHER: usize = 64;
@@ -33,7 +33,7 @@ const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
 const DWA_SIZES: std::ops::Range<usize> = 1..10;
 
 /// Decodes an OpenEXR picture; `name` stands for the file in messages.
-pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, EnvError> {
+pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded, EnvError> {
     if let Some(version) = bytes.get(4..8)
         && u32::from_le_bytes([version[0], version[1], version[2], version[3]]) & DEEP_FLAG != 0
     {
@@ -43,7 +43,9 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     let headers = reader.headers();
     let (part, channels) = colour_part(headers, name)?;
     let header = &headers[part];
-    let windows = Windows::of(header, max_texels, name)?;
+    let limits = Limits { shape: shape(header, limits.shape, name)?, ..limits };
+    let header_says_envmap = header.own_attributes.environment_map.is_some();
+    let windows = Windows::of(header, limits, name)?;
     let notes = notes(headers, part, &channels, &windows);
 
     let wanted =
@@ -73,7 +75,25 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
             windows.blit(block, &mut texels);
         }
     }
-    Ok(Decoded { width: windows.width, height: windows.height, texels, notes })
+    // A picture that is asked for as it is stays as it is.
+    let edge_centred = limits.shape != Shape::Any && header_says_envmap;
+    Ok(Decoded { width: windows.width, height: windows.height, texels, notes, edge_centred })
+}
+
+/// The shape that the picture must have: what was asked for, if the attribute `envmap` does not contradict it.
+fn shape(header: &Header, asked: Shape, name: &str) -> Result<Shape, EnvError> {
+    let is_cube = header.own_attributes.environment_map == Some(EnvironmentMap::Cube);
+    match (asked, is_cube) {
+        (Shape::Any, _) => Ok(Shape::Any),
+        (Shape::Cube | Shape::Said, true) => Ok(Shape::Cube),
+        (Shape::LatLong | Shape::Said, false) => Ok(Shape::LatLong),
+        (Shape::LatLong, true) => {
+            Err(unsupported(name, "the file says that it is a cube map; a lat-long map is expected".into()))
+        }
+        (Shape::Cube, false) => {
+            Err(unsupported(name, "a cube map expected, but the attribute envmap of the file does not say so".into()))
+        }
+    }
 }
 
 /// Where in a part the colour is.
@@ -123,9 +143,6 @@ fn check_channels(header: &Header, channels: &ColourChannels, name: &str) -> Res
     if let Some(c) = list.iter().find(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
         return Err(unsupported(name, format!("channel {} is subsampled; full resolution expected", c.name)));
     }
-    if header.own_attributes.environment_map == Some(EnvironmentMap::Cube) {
-        return Err(unsupported(name, "the file says that it is a cube map; a lat-long map is expected".into()));
-    }
     if matches!(header.compression, Compression::HTJ2K32 | Compression::HTJ2K256) {
         return Err(unsupported(name, "HTJ2K compression is not read; save with ZIP".into()));
     }
@@ -142,15 +159,15 @@ struct Windows {
 }
 
 impl Windows {
-    fn of(header: &Header, max_texels: usize, name: &str) -> Result<Self, EnvError> {
+    fn of(header: &Header, limits: Limits, name: &str) -> Result<Self, EnvError> {
         let display = header.shared_attributes.display_window;
         let data = header.data_window();
-        let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, max_texels, name)?;
+        let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, limits, name)?;
         // A data window may be larger than the display, and a block larger than both: bound what decoding holds.
         let block = header.max_block_pixel_size();
         let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
         let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
-        let limit = max_texels as u64;
+        let limit = limits.max_texels as u64;
         if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > limit.saturating_mul(16) {
             let message = format!(
                 "the data window is {} x {}, more than the limit of {limit} texels; crop the picture",

@@ -7,18 +7,18 @@ use image::{ImageDecoder, ImageError};
 use lobe_sh::Rgb;
 
 use crate::EnvError;
-use crate::read::{Decoded, check_size, invalid, reserve, unsupported};
+use crate::read::{Decoded, Limits, check_size, invalid, reserve, unsupported};
 
 /// Bytes of a decoded texel: three `f32`.
 const TEXEL_BYTES: usize = 12;
 
 /// Decodes a Radiance picture; `name` stands for the file in messages.
-pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, EnvError> {
+pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded, EnvError> {
     let mut reader = Cursor::new(bytes);
     // Not strict: the strict decoder knows the signature #?RADIANCE only, but #?RGBE is common too.
     let decoder = HdrDecoder::new_nonstrict(&mut reader).map_err(|e| explain(&e, name))?;
     let metadata = decoder.metadata();
-    let (width, height) = check_size(metadata.width.into(), metadata.height.into(), max_texels, name)?;
+    let (width, height) = check_size(metadata.width.into(), metadata.height.into(), limits, name)?;
     let header = header_len(bytes);
     let least = least_bytes(width, height);
     if ((bytes.len() - header) as u64) < least {
@@ -38,7 +38,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     note_attributes(&metadata, &mut notes);
     let (channels, _) = raw.as_chunks::<4>();
     texels.extend(channels.as_chunks::<3>().0.iter().map(|texel| Rgb::from(texel.map(f32::from_ne_bytes)) * factor));
-    Ok(Decoded { width, height, texels, notes })
+    Ok(Decoded { width, height, texels, notes, edge_centred: false })
 }
 
 /// The length of the header: everything up to the end of the line after the first empty line.

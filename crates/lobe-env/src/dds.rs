@@ -1,0 +1,48 @@
+//! The header of a DDS file: 32-bit numbers, the lowest byte first.
+
+/// The first four bytes.
+pub(crate) const MAGIC: [u8; 4] = *b"DDS ";
+
+/// Bytes up to the end of the first header.
+pub(crate) const HEADER: usize = 128;
+
+/// Bytes of the second header, which Direct3D 10 added.
+pub(crate) const HEADER_DX10: usize = 20;
+
+/// The letters that say that the second header follows.
+pub(crate) const DX10: u32 = u32::from_le_bytes(*b"DX10");
+
+/// The format is given by four letters.
+pub(crate) const FOURCC_FLAG: u32 = 0x4;
+
+/// A cube map with all its faces, in [`Field::Caps2`].
+pub(crate) const CUBE_ALL_FACES: u32 = 0xfe00;
+
+/// A cube map, in [`Field::Misc`].
+pub(crate) const CUBE_MISC: u32 = 0x4;
+
+/// A number in the headers; the value is its offset in the file.
+#[derive(Clone, Copy)]
+pub(crate) enum Field {
+    Size = 4,
+    Flags = 8,
+    Height = 12,
+    Width = 16,
+    PitchOrLinearSize = 20,
+    MipMapCount = 28,
+    PixelFormatSize = 76,
+    PixelFormatFlags = 80,
+    FourCc = 84,
+    Caps = 108,
+    Caps2 = 112,
+    DxgiFormat = 128,
+    Dimension = 132,
+    Misc = 136,
+    ArraySize = 140,
+    AlphaMode = 144,
+}
+
+/// A number of the headers, if the file is long enough.
+pub(crate) fn field(bytes: &[u8], field: Field) -> Option<u32> {
+    bytes[(field as usize).min(bytes.len())..].first_chunk().map(|b| u32::from_le_bytes(*b))
+}

@@ -1,0 +1,135 @@
+//! The environment maps that OpenEXR defines with its attribute `envmap`.
+//!
+//! Both have their outer texels on the edges, not half a texel inside: texel `i` of `n` lies at `i/(n - 1)` of the way.
+//! The first and the last column of a lat-long map show the same directions; so do the rows of neighbouring faces of a
+//! cube. Directions, of which y is up, and the corners of faces are those of the figure in `ImfEnvmap.h` of OpenEXR.
+
+use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
+
+use crate::{CubeMap, EnvError, EnvMap};
+
+/// The map with texel centres half a texel inside, interpolated bilinearly.
+///
+/// The format says that the centre of the picture looks along its +z; here it is +x, as in every lat-long picture.
+pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
+    let (width, height) = (stored.width(), stored.height());
+    let mut texels = vec![Rgb::ZERO; width * height];
+    texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        for (x, texel) in row.iter_mut().enumerate() {
+            *texel = bilinear(stored.texels(), (width, height), centre(x, width), centre(y, height));
+        }
+    });
+    EnvMap::from_rows(width, height, texels)
+}
+
+/// The cube map from six faces one above another, stored as OpenEXR stores them.
+///
+/// Each texel of the result looks up its own direction among the stored ones, bilinearly within the same face.
+pub(crate) fn cube_from_edges(size: usize, stack: &[Rgb<f32>]) -> Result<CubeMap, EnvError> {
+    let mut map = CubeMap::new(size, vec![Rgb::ZERO; stack.len()])?;
+    let directions = map.clone();
+    map.texels_mut().par_chunks_exact_mut(size).enumerate().for_each(|(row, line)| {
+        let (face, y) = (row / size, row % size);
+        let stored = &stack[face * size * size..][..size * size];
+        for (x, texel) in line.iter_mut().enumerate() {
+            let [lx, ly, lz] = directions.dir(face, x, y).to_array();
+            let (u, v) = place_in_face(face, [lx, lz, -ly]);
+            *texel = bilinear(stored, (size, size), u, v);
+        }
+    });
+    Ok(map)
+}
+
+/// Where on a face a direction lies, `[0, 1]` to the right and downwards, in OpenEXR's axes.
+///
+/// ```text
+///   face   +X  -X  +Y  -Y  +Z  -Z
+///   right  +Z  -Z  +X  +X  -X  +X
+///   down   -Y  -Y  -Z  +Z  -Y  -Y
+/// ```
+fn place_in_face(face: usize, [x, y, z]: [f64; 3]) -> (f64, f64) {
+    let (major, right, down) = match face {
+        0 => (x, z, -y),
+        1 => (-x, -z, -y),
+        2 => (y, x, -z),
+        3 => (-y, x, z),
+        4 => (z, -x, -y),
+        _ => (-z, x, -y),
+    };
+    (0.5 + 0.5 * right / major, 0.5 + 0.5 * down / major)
+}
+
+/// The centre of texel `i` of `n` in `[0, 1]`.
+fn centre(i: usize, n: usize) -> f64 {
+    (i as f64 + 0.5) / n as f64
+}
+
+/// The value at `(u, v)` in `[0, 1]` of a picture whose outer texels lie on its edges.
+fn bilinear(texels: &[Rgb<f32>], (width, height): (usize, usize), u: f64, v: f64) -> Rgb<f32> {
+    let split = |t: f64, n: usize| {
+        let position = t.clamp(0.0, 1.0) * (n - 1) as f64;
+        let first = (position as usize).min(n.saturating_sub(2));
+        (first, (first + 1).min(n - 1), (position - first as f64) as f32)
+    };
+    let ((x0, x1, s), (y0, y1, t)) = (split(u, width), split(v, height));
+    let row = |y: usize| texels[y * width + x0].scale(1.0 - s) + texels[y * width + x1].scale(s);
+    row(y0).scale(1.0 - t) + row(y1).scale(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cube_of_directions_shows_each_direction_where_it_is() {
+        // The corners of the faces as the figure numbers them: bit 0 is x, bit 1 is y, bit 2 is z.
+        let corners = [[3, 7, 1, 5], [6, 2, 4, 0], [6, 7, 2, 3], [0, 1, 4, 5], [7, 6, 5, 4], [2, 3, 0, 1]];
+        for size in [2, 3, 8] {
+            let point = |corner: usize| [0, 1, 2].map(|axis| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 });
+            let mut stack = Vec::new();
+            for face in corners {
+                for y in 0..size {
+                    for x in 0..size {
+                        let (s, t) = (x as f32 / (size - 1) as f32, y as f32 / (size - 1) as f32);
+                        let [a, b, c, d] = face.map(|corner| Rgb::from(point(corner)));
+                        stack.push(
+                            (a.scale(1.0 - s) + b.scale(s)).scale(1.0 - t) + (c.scale(1.0 - s) + d.scale(s)).scale(t),
+                        );
+                    }
+                }
+            }
+            let map = cube_from_edges(size, &stack).unwrap();
+            for face in 0..6 {
+                for (x, y) in [(0, 0), (size - 1, 0), (size / 2, size - 1)] {
+                    let [px, py, pz] = map.texel(face, x, y).to_array();
+                    let length = (px * px + py * py + pz * pz).sqrt();
+                    let found = [px, -pz, py].map(|c| f64::from(c / length));
+                    let dir = map.dir(face, x, y).to_array();
+                    let error = (0..3).map(|i| (found[i] - dir[i]).abs()).fold(0.0, f64::max);
+                    assert!(error < 1e-6, "face {face} of {size} at ({x}, {y}): {found:?} against {dir:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_lat_long_map_moves_by_less_than_half_a_texel() {
+        let (w, h) = (32, 16);
+        // On the edges: the angle itself is stored, so that it can be read off again.
+        let texels = (0..w * h).map(|i| Rgb::new((i % w) as f32 / 31.0, (i / w) as f32 / 15.0, 1.0)).collect();
+        let map = lat_long_from_edges(&EnvMap::new(w, h, texels).unwrap());
+        for (x, y) in [(0, 0), (31, 15), (16, 7), (5, 12)] {
+            let texel = map.texel(x, y);
+            let (u, v) = ((x as f32 + 0.5) / 32.0, (y as f32 + 0.5) / 16.0);
+            assert!((texel.r - u).abs() < 1e-6 && (texel.g - v).abs() < 1e-6, "({x}, {y}): {texel:?} against {u} {v}");
+        }
+    }
+
+    #[test]
+    fn a_picture_of_one_texel_stays_one_colour() {
+        let colour = Rgb::new(1.0, 2.0, 3.0);
+        let map = cube_from_edges(1, &[colour; 6]).unwrap();
+        assert!(map.texels().iter().all(|t| *t == colour), "{map:?}");
+    }
+}

@@ -1,0 +1,80 @@
+//! KTX2 cube maps, written.
+//!
+//! ```text
+//!   header                      80 bytes
+//!   index of the levels         24 bytes each, the largest level first
+//!   data format descriptor
+//!   keys and values             KTXorientation = rd, KTXwriter
+//!   levels                      the smallest first; in each the faces +X, -X, +Y, -Y, +Z, -Z
+//! ```
+//!
+//! KTX File Format Specification 2.0, sections 3 and 5. Uncompressed levels begin at multiples of their texel block.
+
+use std::io;
+
+use ktx2::dfd::{Basic, Block};
+use ktx2::{Header, Index, LevelIndex, SupercompressionScheme};
+
+use crate::TexelFormat;
+
+/// Twice as fast as level 9, and its files are a few percent larger.
+const ZSTD_LEVEL: i32 = 5;
+
+/// Encodes the faces of all levels, the largest first.
+pub(crate) fn encode(size: usize, format: TexelFormat, levels: &[[Vec<u8>; 6]], zstd: bool) -> io::Result<Vec<u8>> {
+    let (descriptor, type_size) = Basic::from_format(format.vulkan()).map_err(io::Error::other)?;
+    let descriptor = Block::Basic(descriptor).to_vec();
+    let keys = keys_and_values();
+    let dfd = Header::LENGTH + levels.len() * LevelIndex::LENGTH;
+    // The descriptor is preceded by its total length, which counts itself.
+    let kvd = dfd + 4 + descriptor.len();
+    let header = Header {
+        format: Some(format.vulkan()),
+        type_size,
+        pixel_width: size as u32,
+        pixel_height: size as u32,
+        pixel_depth: 0,
+        layer_count: 0,
+        face_count: 6,
+        level_count: levels.len() as u32,
+        supercompression_scheme: zstd.then_some(SupercompressionScheme::Zstandard),
+        index: Index {
+            dfd_byte_offset: dfd as u32,
+            dfd_byte_length: (kvd - dfd) as u32,
+            kvd_byte_offset: kvd as u32,
+            kvd_byte_length: keys.len() as u32,
+            sgd_byte_offset: 0,
+            sgd_byte_length: 0,
+        },
+    };
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.resize(dfd, 0);
+    bytes.extend(((kvd - dfd) as u32).to_le_bytes());
+    bytes.extend(descriptor);
+    bytes.extend(keys);
+    for (k, faces) in levels.iter().enumerate().rev() {
+        let raw = faces.concat();
+        let uncompressed_byte_length = raw.len() as u64;
+        let stored = if zstd { zstd::bulk::compress(&raw, ZSTD_LEVEL)? } else { raw };
+        let alignment = if zstd { 1 } else { format.block_bytes() };
+        bytes.resize(bytes.len().next_multiple_of(alignment), 0);
+        let entry =
+            LevelIndex { byte_offset: bytes.len() as u64, byte_length: stored.len() as u64, uncompressed_byte_length };
+        bytes[Header::LENGTH + k * LevelIndex::LENGTH..][..LevelIndex::LENGTH].copy_from_slice(&entry.as_bytes());
+        bytes.extend(stored);
+    }
+    Ok(bytes)
+}
+
+/// The entries in the order of their keys, each with its length before it and filled up to four bytes.
+fn keys_and_values() -> Vec<u8> {
+    let writer = concat!("lobe ", env!("CARGO_PKG_VERSION"));
+    let mut bytes = Vec::new();
+    for (key, value) in [("KTXorientation", "rd"), ("KTXwriter", writer)] {
+        let entry = format!("{key}\0{value}\0");
+        bytes.extend((entry.len() as u32).to_le_bytes());
+        bytes.extend(entry.into_bytes());
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    }
+    bytes
+}
