@@ -96,6 +96,7 @@ mod read_ldr;
 mod read_pfm;
 mod reconstruct;
 mod rgb9e5;
+mod rgbe;
 mod texel_format;
 mod write;
 mod write_cube;

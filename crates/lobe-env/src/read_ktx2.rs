@@ -1,9 +1,10 @@
 //! KTX2 cube maps.
 
 use std::io::{self, Read};
-use std::ops::Range;
 
-use ktx2::{ColorPrimaries, Header, LevelIndex, ParseError, Reader, SupercompressionScheme, TransferFunction};
+use ktx2::{
+    ColorPrimaries, Header, KeyValueDataIterator, LevelIndex, ParseError, SupercompressionScheme, TransferFunction,
+};
 
 use crate::cube_mip_chain::{level_count, level_size};
 use crate::read::{invalid, reserve, unsupported};
@@ -13,10 +14,16 @@ use crate::{EnvError, TexelFormat};
 /// The most bytes that one byte of Zstandard can stand for: a block of one repeated byte stores 128 KiB in four bytes.
 const MOST_BYTES_PER_BYTE: u64 = 1 << 15;
 
+/// Where the colour model stands in the data format: after the total length and the head of the first block. The bytes
+/// of primaries and transfer function follow it.
+const DFD_MODEL: usize = 4 + 8;
+
 /// Decodes a KTX2 cube map; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<DecodedCube, EnvError> {
-    let reader = Reader::new(bytes).map_err(|e| explain(&e, name))?;
-    let header = reader.header();
+    let Some(start) = bytes.first_chunk() else {
+        return Err(invalid(name, "the file ends early: the header is not all there".into()));
+    };
+    let header = Header::from_bytes(start).map_err(|e| explain(&e, name))?;
     let size = cube_size(&header, name)?;
     let format = texel_format(&header, name)?;
     check_cube_size(size, max_texels, name)?;
@@ -26,14 +33,14 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
         let message = format!("a cube map of size {size} has at most {} levels, not {levels}", level_count(size));
         return Err(invalid(name, message));
     }
-    let ranges = level_ranges(bytes, levels, name)?;
-    check_places(&header, &ranges, bytes.len(), name)?;
+    let index = level_index(bytes, levels, name)?;
+    check_places(&header, &index, bytes.len(), name)?;
     let zstd = header.supercompression_scheme.is_some();
-    let mut cube = DecodedCube { format, levels: Vec::with_capacity(levels), notes: notes(&reader, name)? };
-    for (k, (range, level)) in ranges.iter().zip(reader.levels()).enumerate() {
+    let mut cube = DecodedCube { format, levels: Vec::with_capacity(levels), notes: notes(&header, bytes, name)? };
+    for (k, level) in index.iter().enumerate() {
         let side = level_size(size, k);
         let expected = 6 * format.face_bytes(side);
-        let stored = (range.end - range.start) as u64;
+        let stored = level.byte_length;
         let most = if zstd { stored.saturating_mul(MOST_BYTES_PER_BYTE) } else { stored };
         if level.uncompressed_byte_length != expected || most < expected || (!zstd && stored != expected) {
             let message = format!(
@@ -42,8 +49,10 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
             );
             return Err(invalid(name, message));
         }
+        // The place was checked.
+        let data = &bytes[level.byte_offset as usize..][..stored as usize];
         let mut texels = reserve(6 * side * side, name)?;
-        let mut source = level_source(level.data, zstd).map_err(|e| damaged(k, &e, name))?;
+        let mut source = level_source(data, zstd).map_err(|e| damaged(k, &e, name))?;
         for _ in 0..6 {
             format.read_face(side, &mut source, &mut texels).map_err(|e| damaged(k, &e, name))?;
         }
@@ -91,44 +100,36 @@ fn texel_format(header: &Header, name: &str) -> Result<TexelFormat, EnvError> {
 }
 
 /// Where the levels lie in the file, the largest level first.
-fn level_ranges(bytes: &[u8], levels: usize, name: &str) -> Result<Vec<Range<usize>>, EnvError> {
-    let index = bytes[Header::LENGTH..].as_chunks::<{ LevelIndex::LENGTH }>().0;
-    let ranges: Option<Vec<_>> = index
-        .iter()
-        .take(levels)
-        .map(|entry| {
-            let level = LevelIndex::from_bytes(entry);
-            let end = level.byte_offset.checked_add(level.byte_length)?;
-            Some(usize::try_from(level.byte_offset).ok()?..usize::try_from(end).ok()?)
-        })
-        .collect();
-    ranges
-        .filter(|r| r.len() == levels)
-        .ok_or_else(|| invalid(name, "the file ends early: levels of the picture are missing".into()))
+fn level_index(bytes: &[u8], levels: usize, name: &str) -> Result<Vec<LevelIndex>, EnvError> {
+    let entries = bytes[Header::LENGTH..].as_chunks::<{ LevelIndex::LENGTH }>().0;
+    match entries.get(..levels) {
+        Some(entries) => Ok(entries.iter().map(LevelIndex::from_bytes).collect()),
+        None => Err(invalid(name, "the file ends early: the index of the levels is not all there".into())),
+    }
 }
 
 /// Refuses parts of the file that share bytes, or lie outside it.
-fn check_places(header: &Header, levels: &[Range<usize>], length: usize, name: &str) -> Result<(), EnvError> {
-    let part = |offset: u64, length: u64| offset as usize..(offset as usize).saturating_add(length as usize);
+fn check_places(header: &Header, levels: &[LevelIndex], length: usize, name: &str) -> Result<(), EnvError> {
+    let part = |what: &str, offset: u64, length: u64| (what.to_owned(), offset..offset.saturating_add(length));
     let index = &header.index;
     let mut parts = vec![
-        ("the header".to_owned(), 0..Header::LENGTH + levels.len() * LevelIndex::LENGTH),
-        ("the data format".to_owned(), part(index.dfd_byte_offset.into(), index.dfd_byte_length.into())),
-        ("the key/value data".to_owned(), part(index.kvd_byte_offset.into(), index.kvd_byte_length.into())),
-        ("the global data".to_owned(), part(index.sgd_byte_offset, index.sgd_byte_length)),
+        part("the header", 0, (Header::LENGTH + levels.len() * LevelIndex::LENGTH) as u64),
+        part("the data format", index.dfd_byte_offset.into(), index.dfd_byte_length.into()),
+        part("the key/value data", index.kvd_byte_offset.into(), index.kvd_byte_length.into()),
+        part("the global data", index.sgd_byte_offset, index.sgd_byte_length),
     ];
-    parts.extend(levels.iter().enumerate().map(|(k, range)| (format!("level {k}"), range.clone())));
-    parts.retain(|(_, range)| !range.is_empty());
+    parts.extend(levels.iter().enumerate().map(|(k, l)| part(&format!("level {k}"), l.byte_offset, l.byte_length)));
     parts.sort_by_key(|(_, range)| range.start);
+    if let Some((what, _)) = parts.iter().find(|(_, range)| range.end > length as u64) {
+        return Err(invalid(name, format!("the file ends early: {what} is not all there")));
+    }
+    parts.retain(|(_, range)| !range.is_empty());
     for pair in parts.windows(2) {
         if pair[0].1.end > pair[1].1.start {
             return Err(invalid(name, format!("{} and {} overlap in the file", pair[0].0, pair[1].0)));
         }
     }
-    match parts.iter().find(|(_, range)| range.end > length) {
-        Some((what, _)) => Err(invalid(name, format!("the file ends early: {what} is not all there"))),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// The bytes of a level as they come out of the supercompression.
@@ -137,9 +138,10 @@ fn level_source(stored: &[u8], zstd: bool) -> io::Result<Box<dyn Read + '_>> {
 }
 
 /// What a careful user should know; refuses what would turn the picture around.
-fn notes(reader: &Reader<&[u8]>, name: &str) -> Result<Vec<String>, EnvError> {
+fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<Vec<String>, EnvError> {
     let mut notes = Vec::new();
-    for (key, value) in reader.key_value_data() {
+    let keys = &bytes[header.index.kvd_byte_offset as usize..][..header.index.kvd_byte_length as usize];
+    for (key, value) in KeyValueDataIterator::new(keys) {
         let value = String::from_utf8_lossy(value);
         let value = value.trim_end_matches('\0');
         match key {
@@ -148,21 +150,22 @@ fn notes(reader: &Reader<&[u8]>, name: &str) -> Result<Vec<String>, EnvError> {
                 return Err(unsupported(name, message));
             }
             "KTXswizzle" if !value.starts_with("rgb") => {
-                return Err(unsupported(
-                    name,
-                    format!("channels in the order rgb expected, found KTXswizzle {value:?}"),
-                ));
+                let message = format!("channels in the order rgb expected, found KTXswizzle {value:?}");
+                return Err(unsupported(name, message));
             }
             _ => {}
         }
     }
-    if reader.header().level_count == 0 {
+    if header.level_count == 0 {
         notes.push("the file asks for smaller levels to be made; it holds one".into());
     }
-    if let Some(primaries) = reader.color_primaries().filter(|p| *p != ColorPrimaries::BT709) {
+    let format = &bytes[header.index.dfd_byte_offset as usize..][..header.index.dfd_byte_length as usize];
+    // The format number has said all but these two; a file without the descriptor is read all the same.
+    let [primaries, transfer] = [1, 2].map(|at| format.get(DFD_MODEL + at).copied().unwrap_or(0));
+    if let Some(primaries) = ColorPrimaries::new(primaries).filter(|p| *p != ColorPrimaries::BT709) {
         notes.push(format!("the primaries are {primaries:?}; they are not converted"));
     }
-    match reader.transfer_function() {
+    match TransferFunction::new(transfer) {
         None | Some(TransferFunction::Linear) => Ok(notes),
         Some(other) => Err(unsupported(name, format!("linear light expected, found the transfer function {other:?}"))),
     }
@@ -178,7 +181,7 @@ fn damaged(level: usize, error: &io::Error, name: &str) -> EnvError {
 /// An error of the library in our words.
 fn explain(error: &ParseError, name: &str) -> EnvError {
     match error {
-        ParseError::UnexpectedEnd => invalid(name, "the KTX2 file ends early or points outside itself".into()),
+        ParseError::BadMagic => invalid(name, "damaged KTX2 file: its first twelve bytes are wrong".into()),
         other => invalid(name, format!("damaged KTX2 file: {other}")),
     }
 }

@@ -7,7 +7,7 @@ use exr::prelude::{Compression, Encoding, Image, SpecificChannels, Vec2, Writabl
 use image::codecs::hdr::HdrEncoder;
 use lobe_sh::{Rgb, write_atomically};
 
-use crate::{EnvError, EnvMap};
+use crate::{EnvError, EnvMap, rgbe};
 
 /// The widest picture that the run-length encoding of Radiance can hold.
 ///
@@ -35,8 +35,8 @@ pub struct WriteReport {
 /// Writes a map as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, as the extension says.
 ///
 /// The file is written under a temporary name in the same folder and then renamed: nothing half-written ever has the
-/// final name. `.hdr` holds no negative numbers and about two digits (the error of a channel is below 1 % of the
-/// largest channel of its texel); `.exr` and `.pfm` hold `f32` exactly.
+/// final name. `.hdr` holds no negative numbers and two digits (the error of a channel is below 0.4 % of the
+/// largest channel of its texel, of either sign); `.exr` and `.pfm` hold `f32` exactly.
 ///
 /// # Errors
 /// [`EnvError::Options`] for another extension, or a map too wide for `.hdr`; [`EnvError::Io`] if the file cannot be
@@ -77,7 +77,8 @@ fn encode_hdr(map: &EnvMap) -> Result<(Vec<u8>, WriteReport), String> {
     let (texels, report) = clamped(map, 0.0, MAX_RGBE);
     // Below this the exponent would wrap around to the largest.
     let flushed = |c: f32| if c < f32::MIN_POSITIVE { 0.0 } else { c };
-    let pixels: Vec<image::Rgb<f32>> = texels.iter().map(|t| image::Rgb(t.to_array().map(flushed))).collect();
+    let pixels: Vec<image::Rgb<f32>> =
+        texels.iter().map(|t| image::Rgb(rgbe::rounded(*t).to_array().map(flushed))).collect();
     let mut bytes = Vec::new();
     HdrEncoder::new(&mut bytes).encode(&pixels, map.width(), map.height()).map_err(|e| e.to_string())?;
     Ok((bytes, report))

@@ -3,8 +3,12 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod cube_malformed;
+mod cubes;
+mod envmap;
 mod exr_files;
 mod malformed;
+mod pictures;
 mod read_exr;
 mod read_hdr;
 mod write;

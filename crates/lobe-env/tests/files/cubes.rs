@@ -1,0 +1,262 @@
+//! Cube maps: every format written and read back, and bytes checked by hand.
+
+use std::fs;
+
+use lobe_env::{
+    CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvFile, FileFormat, ReadOptions, ReadReport, TexelFormat,
+    read_cube, read_cube_bytes, read_env_bytes, read_env_file_bytes, write_cube,
+};
+use lobe_sh::Rgb;
+
+/// Six colours that no rotation or exchange of faces maps onto each other.
+const COLOURS: [[f32; 3]; 6] =
+    [[1.0, 0.25, 0.5], [0.5, 2.0, 0.125], [4.0, 4.0, 8.0], [0.25, 0.5, 0.75], [1.5, 1.0, 3.0], [0.125, 0.25, 6.0]];
+
+/// Every face has its own colour, rising to the right and, faster, downwards, with a spot in one corner.
+pub(crate) fn coloured_faces(size: usize) -> CubeMap {
+    let mut texels = Vec::new();
+    for colour in COLOURS {
+        for y in 0..size {
+            for x in 0..size {
+                let ramp = 1.0 + (x as f32 + 2.0 * y as f32) / (2 * size) as f32;
+                let spot = if 4 * x >= 3 * size && 8 * y < size { 2.0 } else { 1.0 };
+                texels.push(Rgb::from(colour.map(|c| c * ramp * spot)));
+            }
+        }
+    }
+    CubeMap::new(size, texels).unwrap()
+}
+
+pub(crate) fn encoded(name: &str, chain: &CubeMipChain, texels: TexelFormat, zstd: bool) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    let report = write_cube(&path, chain, &CubeWriteOptions { texels, zstd }).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(report.clamped, 0, "{name} {texels}: texels clamped");
+    let files: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
+    assert_eq!(files, [name], "nothing temporary is left");
+    fs::read(path).unwrap()
+}
+
+pub(crate) fn read(bytes: &[u8]) -> Result<(CubeMipChain, ReadReport), EnvError> {
+    read_cube_bytes(bytes, "test", &ReadOptions::default())
+}
+
+/// The largest error of a channel, relative to the largest channel of its texel.
+fn error_of(a: &CubeMap, b: &CubeMap) -> f32 {
+    assert_eq!(a.size(), b.size(), "size");
+    let error = |(a, b): (&Rgb<f32>, &Rgb<f32>)| {
+        let largest = a.to_array().into_iter().fold(0.0, f32::max);
+        (*a - *b).to_array().into_iter().fold(0.0_f32, |e, d| e.max(d.abs())) / largest
+    };
+    a.texels().iter().zip(b.texels()).map(error).fold(0.0, f32::max)
+}
+
+/// What is written, each with the error that its texels allow.
+pub(crate) fn formats() -> Vec<(TexelFormat, f32)> {
+    let exact = [(TexelFormat::Rgba32F, 0.0), (TexelFormat::Rgba16F, 5e-4), (TexelFormat::Rgb9e5, 1.0 / 511.0)];
+    let mut formats = exact.to_vec();
+    if cfg!(feature = "bc6h") {
+        // Blocks of a ramp with a spot in them: two colours and sixteen steps between.
+        formats.push((TexelFormat::Bc6h, 0.12));
+    } else {
+        println!("without the feature bc6h: BC6H is not written");
+    }
+    formats
+}
+
+/// Every container, with whether it is compressed.
+const CONTAINERS: [(&str, bool); 3] = [("a.ktx2", false), ("a.ktx2", true), ("a.dds", false)];
+
+#[test]
+fn coloured_faces_come_back_the_same_way_round_in_every_format() {
+    for size in [1, 2, 5, 16, 30] {
+        let chain = CubeMipChain::averaged(coloured_faces(size));
+        for (texels, tolerance) in formats() {
+            for (name, zstd) in CONTAINERS {
+                let (back, report) = read(&encoded(name, &chain, texels, zstd)).unwrap_or_else(|e| panic!("{e}"));
+                assert_eq!(back.levels().len(), chain.levels().len(), "levels of {name} {texels} {size}");
+                for (a, b) in chain.levels().iter().zip(back.levels()) {
+                    let error = error_of(a, b);
+                    assert!(error <= tolerance, "{name} {texels} zstd {zstd}, {size} to {}: {error}", a.size());
+                }
+                let format = if name == "a.dds" { FileFormat::Dds } else { FileFormat::Ktx2 };
+                assert_eq!((report.format, report.width, report.height), (format, size, size), "{name}: report");
+                assert_eq!(report.notes, [format!("the texels are {texels}")], "{name}: notes");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_part_of_a_chain_keeps_its_levels() {
+    let levels = [40, 20, 10].map(coloured_faces).to_vec();
+    let chain = CubeMipChain::new(levels).unwrap();
+    for (name, zstd) in CONTAINERS {
+        let (back, report) = read(&encoded(name, &chain, TexelFormat::Rgba32F, zstd)).unwrap();
+        assert_eq!((report.levels, &back), (3, &chain), "{name}");
+    }
+}
+
+#[test]
+fn the_bytes_of_a_ktx2_file_are_those_of_the_specification() {
+    let size = 2;
+    let chain = CubeMipChain::averaged(coloured_faces(size));
+    let bytes = encoded("a.ktx2", &chain, TexelFormat::Rgb9e5, false);
+    let word = |at: usize| u32::from_le_bytes(bytes[at..][..4].try_into().unwrap());
+    let long = |at: usize| u64::from_le_bytes(bytes[at..][..8].try_into().unwrap());
+    assert_eq!(bytes[..12], *b"\xabKTX 20\xbb\r\n\x1a\n", "identifier");
+    // vkFormat, typeSize, width, height, depth, layers, faces, levels, scheme.
+    let fields: Vec<u32> = (12..48).step_by(4).map(word).collect();
+    assert_eq!(fields, [123, 4, 2, 2, 0, 0, 6, 2, 0], "header");
+    // Descriptor after the index of two levels: total length 4 + 24 + 6 samples of 16.
+    assert_eq!([word(48), word(52)], [80 + 48, 124], "place of the descriptor");
+    assert_eq!([word(56), long(64) as u32, long(72) as u32], [128 + 124, 0, 0], "keys follow, no global data");
+    let descriptor = &bytes[128..252];
+    // Total size; vendor and type 0; version 2, block size 120; model RGBSDA, BT.709, linear, straight alpha;
+    // blocks of 1 x 1; 4 bytes in plane 0.
+    let head = [124, 0, 120 << 16 | 2, 0x0001_0101, 0, 4, 0];
+    let found: Vec<u32> = (0..28).step_by(4).map(|at| word(128 + at)).collect();
+    assert_eq!(found, head, "descriptor");
+    // Per colour: nine bits of mantissa (stored less one) with the upper value 8448 of the specification's example,
+    // then the exponent at bit 27, five bits, with the bias 15 and at most 31.
+    for (colour, sample) in descriptor[28..].chunks(32).enumerate() {
+        let at = colour as u8;
+        assert_eq!(sample[..16], [9 * at, 0, 8, at, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x21, 0, 0], "mantissa {colour}");
+        assert_eq!(sample[16..], [27, 0, 4, 0x20 | at, 0, 0, 0, 0, 15, 0, 0, 0, 31, 0, 0, 0], "exponent {colour}");
+    }
+    let keys = &bytes[252..252 + word(60) as usize];
+    assert_eq!(keys[..24], *b"\x12\0\0\0KTXorientation\0rd\0\0\0", "orientation");
+    assert!(keys[28..].starts_with(b"KTXwriter\0lobe "), "writer: {:?}", String::from_utf8_lossy(keys));
+    // The smaller level lies first, both without gaps: six texels, then 24.
+    assert_eq!([long(80 + 24), long(80 + 32), long(80 + 40)], [252 + word(60) as u64, 24, 24], "level 1");
+    assert_eq!([long(80), long(88), long(96)], [252 + word(60) as u64 + 24, 96, 96], "level 0");
+    assert_eq!(bytes.len() as u64, long(80) + long(88), "nothing after the picture");
+    // (4, 4, 8) of face 2 at the ramp's 1: 8 is 256 steps of 2^-5, exponent 15 + 9 - 5 = 19.
+    assert_eq!(word(long(80) as usize + 2 * 16), 19 << 27 | 256 << 18 | 128 << 9 | 128, "first texel of face +Y");
+}
+
+#[test]
+fn the_bytes_of_a_dds_file_are_those_of_the_header() {
+    let chain = CubeMipChain::averaged(coloured_faces(4));
+    let bytes = encoded("a.dds", &chain, TexelFormat::Rgba16F, false);
+    let word = |at: usize| u32::from_le_bytes(bytes[at..][..4].try_into().unwrap());
+    assert_eq!(bytes[..4], *b"DDS ", "magic");
+    assert_eq!(
+        [word(4), word(12), word(16), word(20), word(28)],
+        [124, 4, 4, 32, 3],
+        "size, height, width, pitch, levels"
+    );
+    assert_eq!([word(76), word(80)], [32, 4], "format by letters");
+    assert_eq!(bytes[84..88], *b"DX10", "the second header follows");
+    assert_eq!([word(108), word(112)], [0x40_1008, 0xfe00], "a cube of six faces with levels");
+    assert_eq!([128, 132, 136, 140, 144].map(word), [10, 3, 4, 1, 3], "RGBA16F, 2D, cube, one of them, opaque");
+    // A face has 16, 4 and 1 texels of eight bytes.
+    assert_eq!(bytes.len(), 148 + 6 * 21 * 8, "length");
+    let second_face = 148 + 21 * 8;
+    assert_eq!(bytes[second_face..][..8], [0, 0x38, 0, 0x40, 0, 0x30, 0, 0x3c], "0.5, 2, 0.125, 1 of face -X");
+}
+
+#[test]
+fn an_independent_reader_finds_the_same_ktx2_file() {
+    let chain = CubeMipChain::averaged(coloured_faces(8));
+    for (texels, _) in formats() {
+        for zstd in [false, true] {
+            let bytes = encoded("a.ktx2", &chain, texels, zstd);
+            let reader = ktx2::Reader::new(bytes.as_slice()).unwrap_or_else(|e| panic!("{texels}: {e}"));
+            let header = reader.header();
+            assert_eq!((header.face_count, header.level_count, header.pixel_width), (6, 4, 8), "{texels}");
+            assert_eq!(header.supercompression_scheme.is_some(), zstd, "{texels}: scheme");
+            assert_eq!(reader.transfer_function(), Some(ktx2::TransferFunction::Linear), "{texels}: transfer");
+            let keys: Vec<_> = reader.key_value_data().map(|(key, _)| key.to_owned()).collect();
+            assert_eq!(keys, ["KTXorientation", "KTXwriter"], "{texels}: keys");
+            for (k, level) in reader.levels().enumerate() {
+                let offset = level.data.as_ptr() as usize - bytes.as_ptr() as usize;
+                let aligned = offset.is_multiple_of(if texels == TexelFormat::Rgb9e5 { 4 } else { 8 });
+                assert!(zstd || aligned, "{texels}: level {k} at {offset}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_clamped_and_counted() {
+    let mut map = coloured_faces(4);
+    map.texels_mut()[0] = Rgb::new(-1.0, 1.0, 1e6);
+    map.texels_mut()[1] = Rgb::new(f32::NAN, 1.0, 1.0);
+    let chain = CubeMipChain::single(map);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ktx2");
+    let write = |texels| write_cube(&path, &chain, &CubeWriteOptions { texels, zstd: false }).unwrap().clamped;
+    assert_eq!(write(TexelFormat::Rgba32F), 0, "float holds all");
+    assert_eq!(write(TexelFormat::Rgba16F), 1, "half holds NaN but not a million");
+    let error = read_cube(&path, &ReadOptions::default()).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("1 texel is NaN") && error.contains("column 1, row 0"), "{error}");
+    assert_eq!(write(TexelFormat::Rgb9e5), 2, "neither NaN nor negative values");
+    let (back, _) = read_cube(&path, &ReadOptions::default()).unwrap();
+    assert_eq!(back.base().texels()[0], Rgb::new(0.0, 0.0, 65408.0), "the largest value, beside which 1 is nothing");
+    assert_eq!(back.base().texels()[1], Rgb::new(0.0, 1.0, 1.0), "NaN is 0");
+}
+
+#[test]
+fn what_cannot_be_written_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let chain = CubeMipChain::single(coloured_faces(2));
+    let refused = |name: &str, texels, zstd| {
+        let error = write_cube(folder.path().join(name), &chain, &CubeWriteOptions { texels, zstd }).unwrap_err();
+        assert!(matches!(error, EnvError::Options(_)), "{name}: {error:?}");
+        error.to_string()
+    };
+    assert!(refused("a.exr", TexelFormat::Rgba16F, false).contains(".ktx2 or .dds"), "another extension");
+    assert!(refused("a.dds", TexelFormat::Rgba16F, true).contains("Zstandard"), "Zstandard in DDS");
+    assert!(refused("a.dds", TexelFormat::Bc6hSigned, false).contains("read, not written"), "signed BC6H");
+    if cfg!(not(feature = "bc6h")) {
+        let message = refused("a.ktx2", TexelFormat::Bc6h, false);
+        assert!(message.contains("feature bc6h"), "{message}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing was written");
+}
+
+#[test]
+fn a_file_says_itself_whether_it_is_a_cube() {
+    let chain = CubeMipChain::single(coloured_faces(4));
+    let bytes = encoded("a.dds", &chain, TexelFormat::Rgba32F, false);
+    let (file, report) = read_env_file_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+    assert_eq!((file, report.format), (EnvFile::Cube(chain), FileFormat::Dds), "cube");
+    let bundled = lobe_env::bundled::sunset();
+    let (file, _) = read_env_file_bytes(bundled.bytes, "test", &ReadOptions::default()).unwrap();
+    assert_eq!(file, EnvFile::LatLong(bundled.map()), "lat-long");
+    let error = read_env_bytes(&bytes, "test", &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("cube map") && error.contains("DDS"), "{error}");
+    let error = read(bundled.bytes).unwrap_err().to_string();
+    assert!(error.contains("cube map expected"), "{error}");
+}
+
+#[test]
+fn dds_files_of_direct3d_9_are_read() {
+    let chain = CubeMipChain::averaged(coloured_faces(8));
+    let new = encoded("a.dds", &chain, TexelFormat::Rgba16F, false);
+    // The same without the second header, the format as its number.
+    let mut old = [&new[..128], &new[148..]].concat();
+    old[84..88].copy_from_slice(&113u32.to_le_bytes());
+    assert_eq!(read(&old).unwrap().0, read(&new).unwrap().0, "number 113 is RGBA16F");
+    old[112..116].copy_from_slice(&0x0600u32.to_le_bytes());
+    assert!(read(&old).unwrap_err().to_string().contains("6 faces"), "one face of six");
+}
+
+#[test]
+fn signed_bc6h_is_read() {
+    // Ten bits with sign c stand for (|c| 32768 + 16384)/512 of fifteen, of which 31/32 are the bits of a half: -231
+    // for nearly -0.5, in both ends of one region.
+    let chain = CubeMipChain::single(coloured_faces(4));
+    let mut bytes = encoded("a.dds", &chain, TexelFormat::Rgb9e5, false);
+    bytes.truncate(148);
+    bytes[128..132].copy_from_slice(&96u32.to_le_bytes());
+    // Mode 11: 00011, then red of -231 in ten bits and the rest 0, in both ends.
+    let red = u128::from((-231i32 as u32) & 0x3ff);
+    let block = (0b00011 | red << 5 | red << 35).to_le_bytes();
+    bytes.extend(block.repeat(6));
+    let (back, report) = read(&bytes).unwrap();
+    let texel = back.base().texel(5, 3, 3);
+    assert!((texel.r + 0.5).abs() < 0.01 && texel.g == 0.0, "{texel:?}");
+    assert_eq!((report.negative, report.levels), (96, 1), "negative texels are kept and counted");
+}

@@ -1,0 +1,122 @@
+//! OpenEXR's attribute `envmap`.
+
+use std::io::Cursor;
+
+use exr::meta::attribute::EnvironmentMap;
+use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
+use lobe_env::{
+    CubeMipChain, EnvFile, FileFormat, ReadOptions, lat_long, read_cube_bytes, read_env_bytes, read_env_file_bytes,
+    read_raster_bytes,
+};
+use lobe_sh::{Dir, Rgb};
+
+/// A file of `width` x `height` with the attribute.
+pub(crate) fn exr_with_envmap(
+    (width, height): (usize, usize),
+    kind: EnvironmentMap,
+    texel: impl Fn(usize, usize) -> [f32; 3] + Sync,
+) -> Vec<u8> {
+    let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
+        let [r, g, b] = texel(x, y);
+        (r, g, b)
+    });
+    let mut image = Image::from_channels((width, height), channels);
+    image.layer_data.attributes.environment_map = Some(kind);
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+/// The y-up direction of texel `(x, y)` of face `f`, from OpenEXR's own function (`CubeMap::direction`): first where
+/// the texel is in the coordinates that `pixelPosition` maps to the picture, then the direction of those.
+fn openexr_direction(f: usize, x: usize, y: usize, size: usize) -> [f64; 3] {
+    let last = (size - 1) as f64;
+    let (x, y) = (x as f64, y as f64);
+    let (a, b) = match f {
+        0 => (last - y, x),
+        1 => (last - y, last - x),
+        3 => (x, y),
+        4 => (last - x, last - y),
+        _ => (x, last - y),
+    };
+    let (a, b) = (2.0 * a / last - 1.0, 2.0 * b / last - 1.0);
+    match f {
+        0 => [1.0, a, b],
+        1 => [-1.0, a, b],
+        2 => [a, 1.0, b],
+        3 => [a, -1.0, b],
+        4 => [a, b, 1.0],
+        _ => [a, b, -1.0],
+    }
+}
+
+pub(crate) fn cube_exr(size: usize) -> Vec<u8> {
+    exr_with_envmap((size, 6 * size), EnvironmentMap::Cube, |x, y| {
+        openexr_direction(y / size, x, y % size, size).map(|c| c as f32 + 2.0)
+    })
+}
+
+#[test]
+fn cube_faces_look_where_openexr_says() {
+    for size in [2, 7, 16] {
+        let bytes = cube_exr(size);
+        let (chain, report) = read_cube_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+        assert_eq!((report.format, report.width, report.height), (FileFormat::OpenExr, size, size), "report");
+        assert!(report.notes.iter().any(|n| n.contains("envmap")), "{:?}", report.notes);
+        let map = chain.base();
+        for face in 0..6 {
+            for (x, y) in [(0, 0), (size - 1, 0), (0, size - 1), (size / 2, size / 3)] {
+                // Each texel holds the point of the cube that it looks at, in OpenEXR's y-up axes.
+                let [px, py, pz] = map.texel(face, x, y).to_array().map(|c| f64::from(c) - 2.0);
+                let found = Dir::new([px, -pz, py]).unwrap();
+                let error =
+                    found.to_array().into_iter().zip(map.dir(face, x, y).to_array()).map(|(a, b)| (a - b).abs());
+                let error = error.fold(0.0, f64::max);
+                assert!(
+                    error < 2e-6,
+                    "face {face} of {size} at ({x}, {y}): {found:?} against {:?}",
+                    map.dir(face, x, y)
+                );
+            }
+        }
+        let (file, _) = read_env_file_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+        assert_eq!(file, EnvFile::Cube(CubeMipChain::single(map.clone())), "the file says that it is a cube");
+        let (raster, _) = read_raster_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+        assert_eq!((raster.width, raster.height), (size, 6 * size), "as it is");
+    }
+}
+
+#[test]
+fn a_lat_long_map_with_the_attribute_has_its_outer_texels_on_the_edges() {
+    let (w, h) = (64, 32);
+    let bytes = exr_with_envmap((w, h), EnvironmentMap::LatitudeLongitude, |x, y| {
+        let s = lat_long::dir_from_uv(x as f64 / (w - 1) as f64, y as f64 / (h - 1) as f64);
+        s.to_array().map(|c| c as f32 + 2.0)
+    });
+    let (map, report) = read_env_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+    assert!(report.notes.iter().any(|n| n.contains("on the edges")), "{:?}", report.notes);
+    for y in 0..h {
+        for x in 0..w {
+            let texel = map.texel(x, y) - Rgb::new(2.0, 2.0, 2.0);
+            let dir = map.dir(x, y).to_array();
+            let error = (0..3).map(|i| (f64::from(texel.to_array()[i]) - dir[i]).abs()).fold(0.0, f64::max);
+            // A chord of two texels of 0.1 rad lies up to 0.1²/8 below the arc, in each direction.
+            assert!(error < 3e-3, "({x}, {y}): {texel:?} against {dir:?}");
+        }
+    }
+    // Half a texel would be an error of 0.05.
+}
+
+#[test]
+fn a_cube_is_no_lat_long_map_and_a_wrong_shape_no_cube() {
+    let options = ReadOptions::default();
+    let error = read_env_bytes(&cube_exr(4), "test", &options).unwrap_err().to_string();
+    assert!(error.contains("says that it is a cube map"), "{error}");
+    for size in [(4, 23), (6, 36 + 6), (24, 4), (16, 8)] {
+        let bytes = exr_with_envmap(size, EnvironmentMap::Cube, |_, _| [1.0; 3]);
+        let error = read_cube_bytes(&bytes, "test", &options).unwrap_err().to_string();
+        assert!(error.contains("six times as high"), "{size:?}: {error}");
+        let error = read_env_file_bytes(&bytes, "test", &options).unwrap_err().to_string();
+        assert!(error.contains("six times as high"), "{size:?}: {error}");
+    }
+}

@@ -1,0 +1,167 @@
+//! Portable float maps, PNG, JPEG, and the same picture through every format.
+
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageFormat};
+use lobe_env::{
+    EnvMap, FileFormat, Raster, ReadOptions, ReadReport, WriteOptions, project_env, read_env, read_env_bytes,
+    read_raster_bytes, write_env,
+};
+use lobe_sh::{Expansion, Rgb, ShVec};
+
+use crate::common;
+
+fn read(bytes: &[u8]) -> (EnvMap, ReadReport) {
+    read_env_bytes(bytes, "test", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A portable float map with these numbers, the lowest row first.
+pub(crate) fn pfm(header: &str, values: &[f32], bytes: fn(f32) -> [u8; 4]) -> Vec<u8> {
+    [header.as_bytes(), &values.iter().flat_map(|v| bytes(*v)).collect::<Vec<_>>()].concat()
+}
+
+/// A picture of 16 x 8 as a file, in `colour` of the `image` crate; red rises to the right, green downwards.
+pub(crate) fn ldr(colour: fn(DynamicImage) -> DynamicImage, format: ImageFormat) -> Vec<u8> {
+    let picture = image::RgbImage::from_fn(16, 8, |x, y| image::Rgb([17 * x as u8, 36 * y as u8, 128]));
+    let mut bytes = Cursor::new(Vec::new());
+    colour(DynamicImage::ImageRgb8(picture)).write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn portable_float_maps_of_both_orders_and_colours_are_read() {
+    let values: Vec<f32> = (0..6).map(|i| i as f32 - 0.5).collect();
+    let rgb = |i: usize| Rgb::new(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
+    for (header, bytes) in
+        [("PF\n2 1\n-1.0\n", f32::to_le_bytes as fn(f32) -> [u8; 4]), ("PF 2 1 1\n", f32::to_be_bytes)]
+    {
+        let (map, report) = read(&pfm(header, &values, bytes));
+        assert_eq!(map.texels(), [rgb(0), rgb(1)], "{header:?}");
+        assert_eq!((report.format, report.negative, report.notes.len()), (FileFormat::Pfm, 1, 0), "{header:?}");
+    }
+    let (grey, _) = read(&pfm("Pf\n4 2\n-1\n", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], f32::to_le_bytes));
+    assert_eq!(grey.texel(1, 0), Rgb::new(6.0, 6.0, 6.0), "the first row of the file is the lowest");
+    assert_eq!(grey.texel(3, 1), Rgb::new(4.0, 4.0, 4.0), "grey");
+}
+
+#[test]
+fn the_scale_of_a_portable_float_map_is_a_factor_and_noted() {
+    let (map, report) = read(&pfm("PF\n2 1\n-2.5\n", &[1.0; 7], f32::to_le_bytes));
+    assert_eq!(map.texel(0, 0), Rgb::new(2.5, 2.5, 2.5), "multiplied");
+    assert!(report.notes[0].contains("2.5") && report.notes[1].contains("4 bytes"), "{:?}", report.notes);
+}
+
+#[test]
+fn png_and_jpeg_are_decoded_from_srgb() {
+    let linear = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    // What 8 bits of JPEG lose at the default quality, and nothing.
+    let cases: [(&str, Vec<u8>, FileFormat, f64); 5] = [
+        ("8 bits", ldr(|p| p, ImageFormat::Png), FileFormat::Png, 1e-7),
+        ("8 bits and alpha", ldr(|p| p.to_rgba8().into(), ImageFormat::Png), FileFormat::Png, 1e-7),
+        ("16 bits", ldr(|p| p.to_rgb16().into(), ImageFormat::Png), FileFormat::Png, 1e-7),
+        ("16 bits and alpha", ldr(|p| p.to_rgba16().into(), ImageFormat::Png), FileFormat::Png, 1e-7),
+        ("JPEG", ldr(|p| p, ImageFormat::Jpeg), FileFormat::Jpeg, 0.12),
+    ];
+    for (what, bytes, format, tolerance) in cases {
+        let (map, report) = read(&bytes);
+        assert_eq!((report.format, map.width(), map.height()), (format, 16, 8), "{what}");
+        assert!(
+            report.notes[0].contains("sRGB") && report.notes[0].contains("white is 1"),
+            "{what}: {:?}",
+            report.notes
+        );
+        assert_eq!(report.notes.len(), 1 + usize::from(what.contains("alpha")), "{what}: {:?}", report.notes);
+        for (x, y) in [(0, 0), (15, 0), (0, 7), (9, 4)] {
+            let expected = [17 * x, 36 * y, 128].map(|c| linear(c as f64 / 255.0));
+            let found = map.texel(x, y).to_array().map(f64::from);
+            let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
+            assert!(error < tolerance, "{what} at ({x}, {y}): {found:?} against {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn grey_pictures_are_read() {
+    for (what, bytes) in [
+        ("8 bits", ldr(|p| p.to_luma8().into(), ImageFormat::Png)),
+        ("16 bits", ldr(|p| p.to_luma16().into(), ImageFormat::Png)),
+        ("alpha", ldr(|p| p.to_luma_alpha8().into(), ImageFormat::Png)),
+        ("JPEG", ldr(|p| p.to_luma8().into(), ImageFormat::Jpeg)),
+    ] {
+        let (map, _) = read(&bytes);
+        let texel = map.texel(12, 6);
+        assert!(texel.r == texel.g && texel.g == texel.b && texel.g > 0.1, "{what}: {texel:?}");
+        assert!(map.texel(0, 0).r < texel.r, "{what}: dark at the top left");
+    }
+}
+
+#[test]
+fn pictures_of_any_shape_are_read_when_asked_for() {
+    let picture = image::RgbImage::from_fn(3, 5, |x, y| image::Rgb([255 * u8::from(x == 2 && y == 1), 0, 255]));
+    let mut bytes = Cursor::new(Vec::new());
+    DynamicImage::ImageRgb8(picture).write_to(&mut bytes, ImageFormat::Png).unwrap();
+    let (raster, report) = read_raster_bytes(&bytes.into_inner(), "test", &ReadOptions::default()).unwrap();
+    let Raster { width, height, texels } = raster;
+    assert_eq!((width, height, report.levels), (3, 5, 1), "size");
+    assert_eq!((texels[5], texels[4]), (Rgb::new(1.0, 0.0, 1.0), Rgb::new(0.0, 0.0, 1.0)), "texels in rows");
+}
+
+/// The largest difference of two expansions of order 6, relative to the mean of the first.
+fn difference(a: &ShVec<Rgb<f64>>, b: &ShVec<Rgb<f64>>) -> f64 {
+    let mean = a.coefficients()[0].to_array();
+    let error = a.coefficients().iter().zip(b.coefficients()).flat_map(|(a, b)| (*a - *b).to_array());
+    error.enumerate().map(|(i, e)| e.abs() / mean[i % 3]).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_real_map_has_the_same_harmonics_through_every_format() {
+    const ORDER: usize = 6;
+    // Both round to the nearest: half 2^-12 of a channel, RGBE 2^-9 of the largest in the texel, of either sign;
+    // a few texels of a lamp may hold most of the light.
+    const HALF: f64 = 2.5e-4;
+    const RGBE: f64 = 5e-4;
+    let folder = tempfile::tempdir().unwrap();
+    for (name, map) in common::real_maps() {
+        let any = (f32::NEG_INFINITY, f32::INFINITY);
+        let cases = [
+            ("a.exr", false, any, 0.0),
+            ("a.exr", true, (-65504.0, 65504.0), HALF),
+            ("a.pfm", false, any, 0.0),
+            ("a.hdr", false, (0.0, f32::INFINITY), RGBE),
+        ];
+        for (file, half, (low, high), tolerance) in cases {
+            // What the format cannot hold is not its precision.
+            let mut map = map.clone();
+            for texel in map.texels_mut() {
+                *texel = Rgb::from(texel.to_array().map(|c| c.clamp(low, high)));
+            }
+            let path = folder.path().join(file);
+            write_env(&path, &map, &WriteOptions { half }).unwrap();
+            let (back, _) = read_env(&path, &ReadOptions::default()).unwrap();
+            let error = difference(&project_env(&map, ORDER), &project_env(&back, ORDER));
+            println!("{name} through {file} (half {half}): {error:.2e}");
+            assert!(error <= tolerance, "{name} through {file} (half {half}): {error} against {tolerance}");
+        }
+    }
+}
+
+#[test]
+fn the_same_map_has_the_same_harmonics_in_zip_and_in_dwab() {
+    // The ZIP files hold what a DWAB decoder made of the others, rounded to half again.
+    const HALF: f64 = 2.5e-4;
+    let mut pairs = Vec::new();
+    for path in common::shared_maps() {
+        let dwab = path.to_str().unwrap().replace(".exr", "-dwab.exr");
+        if dwab != path.to_str().unwrap() && std::path::Path::new(&dwab).exists() {
+            pairs.push((path.display().to_string(), std::fs::read(&path).unwrap(), std::fs::read(dwab).unwrap()));
+        }
+    }
+    // In the repository: a small DWAB file and what another decoder made of it.
+    let decoded = include_bytes!("../data/dwa-decoded.exr").to_vec();
+    pairs.push(("dwab.exr".into(), decoded, include_bytes!("../data/dwab.exr").to_vec()));
+    for (name, zip, dwab) in pairs {
+        let error = difference(&project_env(&read(&zip).0, 6), &project_env(&read(&dwab).0, 6));
+        println!("{name}: {error:.2e}");
+        assert!(error <= HALF, "{name}: {error} against {HALF}");
+    }
+}
