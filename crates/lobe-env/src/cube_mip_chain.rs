@@ -1,8 +1,10 @@
 //! A cube map with its smaller versions.
 
 use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
 
-use crate::{CubeMap, EnvError, cube};
+use crate::cube::{self, FACES};
+use crate::{CubeMap, EnvError};
 
 /// A cube map in falling sizes: level `k` has faces of `max(1, size >> k)` texels.
 ///
@@ -90,26 +92,49 @@ pub(crate) fn level_count(size: usize) -> usize {
 /// The next level: each texel the mean of those it covers, weighted with their solid angles.
 fn halved(map: &CubeMap) -> CubeMap {
     let (from, to) = (map.size(), map.size() / 2);
-    let mut texels = Vec::with_capacity(6 * to * to);
-    for face in 0..6 {
-        for y in 0..to {
-            for x in 0..to {
-                let (mut sum, mut weight): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
-                for (j, height) in covered(y, from, to) {
-                    for (i, width) in covered(x, from, to) {
-                        let solid_angle = width * height * cube::solid_angle(from, i, j);
-                        sum += map.texel(face, i, j).widen().scale(solid_angle);
-                        weight += solid_angle;
-                    }
-                }
-                texels.push(Rgb::from(sum.scale(1.0 / weight).to_array().map(|c| c as f32)));
+    let weights = Weights::new(from);
+    let rows: Vec<Vec<[Rgb<f32>; FACES]>> =
+        (0..to).into_par_iter().map(|y| (0..to).map(|x| mean_of_covered(map, &weights, x, y, to)).collect()).collect();
+    let texel = |i: usize| rows[i / to % to][i % to][i / (to * to)];
+    match CubeMap::new(to, (0..FACES * to * to).map(texel).collect()) {
+        Ok(map) => map,
+        Err(error) => unreachable!("{from} halved is {to}, and six faces were filled: {error}"),
+    }
+}
+
+/// The solid angles of the texels of a face; a quarter of them, because the others mirror it.
+struct Weights {
+    size: usize,
+    quarter: Vec<f64>,
+}
+
+impl Weights {
+    fn new(size: usize) -> Self {
+        let half = size.div_ceil(2);
+        let quarter = (0..half * half).into_par_iter().map(|i| cube::solid_angle(size, i % half, i / half)).collect();
+        Self { size, quarter }
+    }
+
+    fn solid_angle(&self, x: usize, y: usize) -> f64 {
+        let mirrored = |i: usize| i.min(self.size - 1 - i);
+        self.quarter[mirrored(y) * self.size.div_ceil(2) + mirrored(x)]
+    }
+}
+
+/// The mean of what texel `(x, y)` of a face of `to` texels covers, on each face.
+fn mean_of_covered(map: &CubeMap, weights: &Weights, x: usize, y: usize, to: usize) -> [Rgb<f32>; FACES] {
+    let from = map.size();
+    let (mut sums, mut weight): ([Rgb<f64>; FACES], f64) = ([Rgb::ZERO; FACES], 0.0);
+    for (j, height) in covered(y, from, to) {
+        for (i, width) in covered(x, from, to) {
+            let solid_angle = width * height * weights.solid_angle(i, j);
+            weight += solid_angle;
+            for (face, sum) in sums.iter_mut().enumerate() {
+                *sum += map.texel(face, i, j).widen().scale(solid_angle);
             }
         }
     }
-    match CubeMap::new(to, texels) {
-        Ok(map) => map,
-        Err(error) => unreachable!("six faces were filled: {error}"),
-    }
+    sums.map(|sum| Rgb::from(sum.scale(1.0 / weight).to_array().map(|c| c as f32)))
 }
 
 /// The texels of a row of `from` that texel `k` of a row of `to` covers, with how much of each.

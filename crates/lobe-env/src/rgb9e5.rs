@@ -29,12 +29,12 @@ pub(crate) fn encode(texel: Rgb<f32>) -> u32 {
     // f64: adding one half before the floor must not round.
     let channels = texel.to_array().map(|c| f64::from(if c > 0.0 { c.min(MAX) } else { 0.0 }));
     let largest = channels[0].max(channels[1]).max(channels[2]);
-    let step = |exponent: i32| f64::from(exponent - BIAS - MANTISSA_BITS).exp2();
     let mut exponent = (floor_log2(largest) + 1 + BIAS).max(0);
-    if (largest / step(exponent) + 0.5).floor() == f64::from(1 << MANTISSA_BITS) {
+    if largest * steps_per_unit(exponent) + 0.5 >= f64::from(1 << MANTISSA_BITS) {
         exponent += 1;
     }
-    let [r, g, b] = channels.map(|c| (c / step(exponent) + 0.5).floor() as u32);
+    let steps = steps_per_unit(exponent);
+    let [r, g, b] = channels.map(|c| (c * steps + 0.5) as u32);
     (exponent as u32) << 27 | b << 18 | g << 9 | r
 }
 
@@ -43,6 +43,11 @@ pub(crate) fn decode(bits: u32) -> Rgb<f32> {
     let exponent = (bits >> 27) as i32;
     let step = ((exponent - BIAS - MANTISSA_BITS) as f32).exp2();
     Rgb::from([bits, bits >> 9, bits >> 18].map(|m| (m & 0x1ff) as f32 * step))
+}
+
+/// `2^(15 + 9 - exponent)`, for an exponent that fits its five bits, or one more.
+fn steps_per_unit(exponent: i32) -> f64 {
+    f64::from_bits(((1023 + BIAS + MANTISSA_BITS - exponent) as u64) << 52)
 }
 
 /// The exponent of the highest bit of a normal number; for 0 and what is smaller, less than any stored exponent.

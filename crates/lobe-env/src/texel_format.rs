@@ -136,18 +136,30 @@ impl TexelFormat {
         let clamped = texels.iter().filter(|t| !t.to_array().into_iter().all(fits)).count();
         let fit =
             |texel: &Rgb<f32>| texel.to_array().map(|c| if c.is_nan() && !has_nan { 0.0 } else { c.clamp(low, high) });
-        let rgba = texels.iter().map(|texel| {
-            let [r, g, b] = fit(texel);
-            [r, g, b, 1.0]
-        });
-        let bytes = match self {
-            Self::Rgba16F => rgba.flatten().flat_map(|c| f16::from_f32(c).to_le_bytes()).collect(),
-            Self::Rgba32F => rgba.flatten().flat_map(f32::to_le_bytes).collect(),
-            Self::Rgb9e5 => texels.iter().flat_map(|t| rgb9e5::encode(*t).to_le_bytes()).collect(),
-            Self::Bc6h | Self::Bc6hSigned => {
-                encode_bc6h(size, &texels.iter().map(|t| Rgb::from(fit(t))).collect::<Vec<_>>())?
+        let mut bytes = Vec::with_capacity(self.face_bytes(size) as usize);
+        match self {
+            Self::Rgba16F => {
+                let half = |c: f32| f16::from_f32(c).to_le_bytes();
+                for texel in texels {
+                    let [r, g, b] = fit(texel).map(half);
+                    bytes.extend_from_slice([r, g, b, half(1.0)].as_flattened());
+                }
             }
-        };
+            Self::Rgba32F => {
+                for texel in texels {
+                    let [r, g, b] = fit(texel);
+                    bytes.extend_from_slice([r, g, b, 1.0].map(f32::to_le_bytes).as_flattened());
+                }
+            }
+            Self::Rgb9e5 => {
+                for texel in texels {
+                    bytes.extend_from_slice(&rgb9e5::encode(*texel).to_le_bytes());
+                }
+            }
+            Self::Bc6h | Self::Bc6hSigned => {
+                bytes = encode_bc6h(size, &texels.iter().map(|t| Rgb::from(fit(t))).collect::<Vec<_>>())?;
+            }
+        }
         Ok((bytes, clamped))
     }
 }

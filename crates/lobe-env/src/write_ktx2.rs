@@ -17,8 +17,8 @@ use ktx2::{Header, Index, LevelIndex, SupercompressionScheme};
 
 use crate::TexelFormat;
 
-/// Twice as fast as level 9, and its files are a few percent larger.
-const ZSTD_LEVEL: i32 = 5;
+/// On a real sky in RGBA16F, 67 MB: level 1 makes 41 MB of it in 0.7 s, 3 makes 35 MB in 3.3 s, 9 makes 34 MB in 8 s.
+const ZSTD_LEVEL: i32 = 3;
 
 /// Encodes the faces of all levels, the largest first.
 pub(crate) fn encode(size: usize, format: TexelFormat, levels: &[[Vec<u8>; 6]], zstd: bool) -> io::Result<Vec<u8>> {
