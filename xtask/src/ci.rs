@@ -24,10 +24,12 @@ const DOCS_PRIVATE: Step = Step {
 const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-deps", DENY_DOC_WARNINGS) };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
+/// Compression into BC6H, which links a C++ library and is therefore no default.
+const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-env --features bc6h", &[]) };
 
 /// Everything, the cheap steps first.
 pub(crate) fn ci() -> Outcome {
-    run_all(&[FMT, ARCH, SIZES, DOCUMENTS, GOLDENS, CLIPPY, FEATURES, DOCS_PRIVATE, DOCS, TEST])
+    run_all(&[FMT, ARCH, SIZES, DOCUMENTS, GOLDENS, CLIPPY, FEATURES, DOCS_PRIVATE, DOCS, TEST, TEST_BC6H])
 }
 
 /// The steps to run before each commit.
