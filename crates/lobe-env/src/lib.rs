@@ -49,6 +49,9 @@
 //! | purpose | item |
 //! |---|---|
 //! | files | [`read_env`], [`read_env_bytes`], [`ReadOptions`], [`ReadReport`]; [`write_env`], [`WriteOptions`], [`WriteReport`] |
+//! | cube maps as files | [`read_cube`], [`write_cube`], [`CubeWriteOptions`], [`TexelFormat`]; whichever the file holds: [`read_env_file`] |
+//! | pictures of any shape | [`read_raster`] |
+//! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
 //! | the picture | [`EnvMap`]; two that come along: [`bundled`] |
 //! | where a direction lies in it | [`lat_long`] |
 //! | to expansions and back | [`project_env`], [`reconstruct()`] |

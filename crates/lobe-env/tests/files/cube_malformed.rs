@@ -198,8 +198,8 @@ fn a_bomb_of_zstandard_is_an_error_before_memory_is_taken() {
     // More than is promised, and promised more than is there.
     expect(&bomb(1, 48, &zeros), "more than its 48 bytes");
     expect(&bomb(1, 32 << 20, &zeros), "needs 48 bytes");
-    expect(&bomb(4096, 6 * 8 << 24, &zeros[..100]), "needs 805306368 bytes");
-    expect(&bomb(4096, 6 * 8 << 24, &[zeros.as_slice(), &[0; 30_000]].concat()), "level 0");
+    expect(&bomb(4096, (6 * 8) << 24, &zeros[..100]), "needs 805306368 bytes");
+    expect(&bomb(4096, (6 * 8) << 24, &[zeros.as_slice(), &[0; 30_000]].concat()), "level 0");
     assert!(start.elapsed() < Duration::from_secs(5), "took {:?}", start.elapsed());
 }
 
