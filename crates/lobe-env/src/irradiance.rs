@@ -131,7 +131,7 @@ impl Texels {
 /// ```text
 ///   ∫ sin²θ = (Δ - sin Δ cos 2θ_c)/2      ∫ sin θ cos θ = (sin Δ sin 2θ_c)/2      Δ = π/h
 /// ```
-fn row_vectors(width: usize, height: usize) -> Vec<(f64, f64)> {
+pub(crate) fn row_vectors(width: usize, height: usize) -> Vec<(f64, f64)> {
     let delta = 2.0 * PI / width as f64;
     let chord = sin_cos_pi(1.0 / width as f64).0 * width as f64 / PI;
     let sin_step = sin_cos_pi(1.0 / height as f64).0;

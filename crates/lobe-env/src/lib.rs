@@ -73,6 +73,7 @@
 //!
 //! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.
 
+mod area_light;
 mod azimuth;
 mod bc6h;
 pub mod bundled;
@@ -80,6 +81,7 @@ pub mod cube;
 mod cube_map;
 mod cube_mip_chain;
 mod dds;
+mod disc_light;
 mod env_map;
 mod error;
 mod exr_envmap;
@@ -87,6 +89,7 @@ mod irradiance;
 pub mod lat_long;
 mod polar;
 mod polygon;
+mod polygon_light;
 mod project;
 mod raster;
 mod read;
@@ -101,6 +104,9 @@ mod reconstruct;
 mod rgb9e5;
 mod rgbe;
 mod texel_format;
+mod sphere_light;
+mod vec3;
+mod vector_irradiance;
 mod write;
 mod write_cube;
 mod write_dds;
@@ -108,14 +114,19 @@ mod write_ktx2;
 
 pub use cube_map::CubeMap;
 pub use cube_mip_chain::CubeMipChain;
+pub use area_light::{Approximations, AreaLight, DirectionalLight, PointLight, compare_approximations};
+pub use disc_light::DiscLight;
 pub use env_map::EnvMap;
 pub use error::EnvError;
 pub use irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
+pub use polygon_light::PolygonLight;
 pub use project::project_env;
 pub use raster::{Raster, read_raster, read_raster_bytes};
 pub use read::{FileFormat, Nonfinite, ReadOptions, ReadReport, read_env, read_env_bytes};
 pub use read_cube::{EnvFile, read_cube, read_cube_bytes, read_env_file, read_env_file_bytes};
 pub use reconstruct::reconstruct;
 pub use texel_format::TexelFormat;
+pub use sphere_light::SphereLight;
+pub use vector_irradiance::{VectorIrradiance, vector_irradiance};
 pub use write::{WriteOptions, WriteReport, write_env};
 pub use write_cube::{CubeWriteOptions, write_cube};
