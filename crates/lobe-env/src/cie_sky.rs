@@ -27,9 +27,9 @@ use crate::{EnvError, Sky};
 /// | 14, 15 | cloudless, turbid, broad corona; white-blue, turbid, broad corona | VI | 5, 6 |
 /// | 16 | the traditional overcast sky `L = L_z (1 + 2 cos θ)/3` (Moon and Spencer 1942), a separate formula of the standard | | |
 ///
-/// Types and parameters as [Darula and Kittler 2002] publish them, table 1.
+/// Types and parameters are those of the standard as [Darula and Kittler 2002] publish them, table 1.
 ///
-/// [Darula and Kittler 2002]: https://publications.ibpsa.org/conference/paper/?id=esim2002_2002_O2
+/// [Darula and Kittler 2002]: https://publications.ibpsa.org/proceedings/esim/2002/papers/esim2002_o2.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CieSky {
     sun: Dir,

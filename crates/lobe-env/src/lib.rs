@@ -107,6 +107,7 @@ mod rgb9e5;
 mod rgbe;
 mod texel_format;
 mod sky;
+mod sky_fit;
 mod sphere_light;
 mod vec3;
 mod vector_irradiance;
@@ -132,6 +133,7 @@ pub use read_cube::{EnvFile, read_cube, read_cube_bytes, read_env_file, read_env
 pub use reconstruct::reconstruct;
 pub use texel_format::TexelFormat;
 pub use sky::{Ground, Sky, sky_map, sky_sh};
+pub use sky_fit::{PreethamFit, SkyFitOptions, damp_zonal_in_place};
 pub use sphere_light::SphereLight;
 pub use vector_irradiance::{VectorIrradiance, vector_irradiance};
 pub use write::{WriteOptions, WriteReport, write_env};

@@ -142,6 +142,12 @@ impl Distribution {
     }
 }
 
+/// `Y_z / F(0, θ_sun)`: what the luminance of every direction is proportional to.
+pub(crate) fn luminance_scale(turbidity: f64, theta_sun: f64) -> f64 {
+    zenith_luminance(turbidity, theta_sun) / Distribution::new(DISTRIBUTIONS[0], turbidity).value(1.0, theta_sun)
+}
+
+/// `Y_z` in kcd/m².
 fn zenith_luminance(turbidity: f64, theta_sun: f64) -> f64 {
     let chi = (4.0 / 9.0 - turbidity / 120.0) * (PI - 2.0 * theta_sun);
     (4.0453 * turbidity - 4.9710) * chi.tan() - 0.2155 * turbidity + 2.4192
