@@ -56,6 +56,10 @@
 //! | where a direction lies in it | [`lat_long`] |
 //! | to expansions and back | [`project_env`], [`reconstruct()`] |
 //! | what a matte surface sees | [`irradiance_sh`], [`irradiance_map`]; by brute force [`irradiance_at`], [`irradiance_map_brute_force`] |
+//! | the net flow of light | [`vector_irradiance()`], [`VectorIrradiance`] |
+//! | lights of finite size | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`DirectionalLight`], [`compare_approximations`] |
+//! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
+//! | what of even light a surface reflects | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`Dfg`], [`DfgTable`] |
 //!
 //! # A map is constant over each texel
 //!
@@ -76,12 +80,14 @@
 mod area_light;
 mod azimuth;
 mod bc6h;
+mod brdf;
 pub mod bundled;
 pub mod cube;
 mod cube_map;
 mod cube_mip_chain;
 mod dds;
 mod cie_sky;
+mod dfg;
 mod disc_light;
 mod env_map;
 mod error;
@@ -119,7 +125,9 @@ mod write_ktx2;
 pub use cube_map::CubeMap;
 pub use cube_mip_chain::CubeMipChain;
 pub use area_light::{Approximations, AreaLight, DirectionalLight, PointLight, compare_approximations};
+pub use brdf::{Brdf, Ggx, Lambert, Phong};
 pub use cie_sky::CieSky;
+pub use dfg::{Dfg, DfgTable, dfg};
 pub use disc_light::DiscLight;
 pub use env_map::EnvMap;
 pub use error::EnvError;
