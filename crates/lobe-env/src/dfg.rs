@@ -185,7 +185,7 @@ fn lambda(alpha: f64, cos: f64) -> f64 {
     0.5 * x / ((1.0 + x).sqrt() + 1.0)
 }
 
-/// [`dfg`] tabulated over the view's cosine and the roughness `r = √α`.
+/// [`dfg()`] tabulated over the view's cosine and the roughness `r = √α`.
 ///
 /// Texel `(x, y)` of `size²` holds the values at `cos_v = (x + ½)/size`, `r = (y + ½)/size`; row 0 is the smoothest.
 #[derive(Clone, Debug, PartialEq)]
@@ -222,7 +222,7 @@ impl DfgTable {
     /// The value between texel centres, bilinear; beyond the outermost centres, theirs.
     ///
     /// `roughness` is `√α`. For the error see test `the_table_interpolates_within_its_stated_error`: 64² texels are
-    /// within 0.01 of [`dfg`] where both coordinates are at least 0.1.
+    /// within 0.01 of [`dfg()`] where both coordinates are at least 0.1.
     #[must_use]
     pub fn lookup(&self, cos_v: f64, roughness: f64) -> Dfg {
         let last = self.size - 1;
