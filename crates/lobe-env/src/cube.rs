@@ -119,7 +119,20 @@ pub(crate) fn density(u: f64, v: f64) -> f64 {
     let row = 6.0 * v.clamp(0.0, 1.0);
     let t = row - row.floor().min(5.0);
     let (a, b) = (2.0 * u - 1.0, 2.0 * t - 1.0);
-    24.0 * (1.0 + a * a + b * b).powf(-1.5)
+    let r2 = 1.0 + a * a + b * b;
+    24.0 / (r2 * r2.sqrt())
+}
+
+/// The texel next to a face: column `x` of row `y`, one of them -1 or `size`, as its face, column and row.
+pub(crate) fn neighbour(size: usize, face: usize, x: isize, y: isize) -> (usize, usize, usize) {
+    // The middle of the edge between the two texels lies on both faces.
+    let at = |i: isize| ((2 * i + 1) as f64 / size as f64 - 1.0).clamp(-1.0, 1.0);
+    let p = point(face, at(x), at(y));
+    let along = |axis: [f64; 3]| p[0] * axis[0] + p[1] * axis[1] + p[2] * axis[2];
+    let index = |a: f64| ((0.5 * (a + 1.0) * size as f64) as usize).min(size - 1);
+    let other = (0..FACES).find(|&other| other != face && along(AXES[other][0]) == 1.0);
+    let other = other.unwrap_or_else(|| unreachable!("({x}, {y}) is not beside a face of {size}"));
+    (other, index(along(AXES[other][1])), index(along(AXES[other][2])))
 }
 
 /// The point of the plane of a face, `a` and `b` in `[-1, 1]`.

@@ -3,8 +3,9 @@
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
-use crate::EnvError;
 use crate::cube::{self, FACES};
+use crate::interpolate::Texels;
+use crate::{EnvError, Mapping};
 
 /// The radiance from every direction, as the six square faces of a cube.
 ///
@@ -48,7 +49,7 @@ impl CubeMap {
     ///
     /// # Errors
     /// [`EnvError::Options`] if `size` is 0 or a face has any other length than `size²`.
-    pub fn from_faces(size: usize, faces: [Vec<Rgb<f32>>; FACES]) -> Result<Self, EnvError> {
+    pub fn from_faces(size: usize, faces: &[Vec<Rgb<f32>>; FACES]) -> Result<Self, EnvError> {
         if let Some((f, face)) = faces.iter().enumerate().find(|(_, face)| size.checked_mul(size) != Some(face.len())) {
             let found = face.len();
             return Err(EnvError::Options(format!("face {f}: {size} x {size} texels expected, {found} given")));
@@ -125,12 +126,15 @@ impl CubeMap {
         centre(self.size, face, x, y)
     }
 
-    /// The texel in direction `s`.
+    /// The radiance from direction `s`, interpolated bilinearly between texel centres, across edges and corners too.
+    ///
+    /// Beyond its edge a face goes on with the first row of its neighbour; beyond a corner with the mean of the three
+    /// texels that meet there. So the value is continuous over the whole sphere
+    /// (test `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
-        let (face, u, v) = cube::face_from_dir(s);
-        let at = |t: f64| ((t * self.size as f64) as usize).min(self.size - 1);
-        self.texel(face, at(u), at(v))
+        let height = FACES * self.size;
+        Texels { mapping: Mapping::Cube, width: self.size, height, texels: &self.texels }.radiance(s)
     }
 
     /// The mean over the sphere, every texel weighted with its solid angle.

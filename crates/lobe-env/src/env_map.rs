@@ -3,7 +3,8 @@
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
-use crate::{EnvError, lat_long};
+use crate::interpolate::Texels;
+use crate::{EnvError, Mapping, lat_long};
 
 /// The radiance that arrives at a point from every direction, as a lat-long picture.
 ///
@@ -82,6 +83,12 @@ impl EnvMap {
         &mut self.texels
     }
 
+    /// All texels, as a vector.
+    #[must_use]
+    pub fn into_texels(self) -> Vec<Rgb<f32>> {
+        self.texels
+    }
+
     /// The texels of row `y`.
     ///
     /// # Panics
@@ -114,29 +121,7 @@ impl EnvMap {
     /// and along every great circle through it.
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
-        let (u, v) = lat_long::uv_from_dir(s);
-        let column = u * self.width as f64 - 0.5;
-        let row = v * self.height as f64 - 0.5;
-        let above = row.floor();
-        let t = (row - above) as f32;
-        let across = column + 0.5 * self.width as f64;
-        let last = self.height - 1;
-        let upper =
-            if above < 0.0 { self.lerp_row(0, across) } else { self.lerp_row((above as usize).min(last), column) };
-        let lower = above + 1.0;
-        let lower =
-            if lower > last as f64 { self.lerp_row(last, across) } else { self.lerp_row(lower as usize, column) };
-        lerp(upper, lower, t)
-    }
-
-    /// Row `y` at a fractional column, in texels from the first centre, wrapped around.
-    fn lerp_row(&self, y: usize, column: f64) -> Rgb<f32> {
-        let left = column.floor();
-        let t = (column - left) as f32;
-        let left = left.rem_euclid(self.width as f64) as usize % self.width;
-        let right = if left + 1 == self.width { 0 } else { left + 1 };
-        let row = self.row(y);
-        lerp(row[left], row[right], t)
+        Texels { mapping: Mapping::LatLong, width: self.width, height: self.height, texels: &self.texels }.radiance(s)
     }
 
     /// The mean over the sphere, every texel weighted with its solid angle.
@@ -152,11 +137,6 @@ impl EnvMap {
         }
         sum.scale(0.25 * std::f64::consts::FRAC_1_PI)
     }
-}
-
-/// `(1 - t) a + t b`, exact at both ends.
-fn lerp(a: Rgb<f32>, b: Rgb<f32>, t: f32) -> Rgb<f32> {
-    a.scale(1.0 - t) + b.scale(t)
 }
 
 #[cfg(test)]
