@@ -77,8 +77,8 @@
 //!
 //! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.
 
-mod area_light;
 pub mod angular;
+mod area_light;
 mod azimuth;
 mod bc6h;
 mod brdf;
@@ -89,8 +89,8 @@ mod cube_map;
 mod cube_mip_chain;
 mod dds;
 mod dfg;
-mod disc_light;
 mod disc;
+mod disc_light;
 pub mod dual_paraboloid;
 mod env_map;
 pub mod equal_area;
@@ -123,10 +123,10 @@ mod rgbe;
 mod sky;
 mod sky_fit;
 mod sphere_light;
+mod texel;
 mod texel_format;
 mod vec3;
 mod vector_irradiance;
-mod texel;
 mod write;
 mod write_cube;
 mod write_dds;
@@ -142,10 +142,10 @@ pub use disc_light::DiscLight;
 pub use env_map::EnvMap;
 pub use error::EnvError;
 pub use irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
-pub use polygon_light::PolygonLight;
-pub use preetham::PreethamSky;
 pub use mapped_map::MappedMap;
 pub use mapping::Mapping;
+pub use polygon_light::PolygonLight;
+pub use preetham::PreethamSky;
 pub use project::project_env;
 pub use raster::{Raster, read_raster, read_raster_bytes};
 pub use read::{FileFormat, Nonfinite, ReadOptions, ReadReport, read_env, read_env_bytes};
