@@ -15,7 +15,7 @@ const NODES: usize = 48;
 /// The least cosine of the view. At 0 the surface is seen edge-on and the masking has no limit that is reached.
 const LEAST_COSINE: f64 = 1e-6;
 
-/// Below this width a mirror is perfect to 1e-6 for all but the last degrees of grazing, and the integrals lose digits.
+/// Below this width the lobe counts as a perfect mirror: the integrals would lose their digits.
 const LEAST_ALPHA: f64 = 1e-4;
 
 /// What a rough mirror of GGX reflects of even light, split by its reflectance `F₀`.

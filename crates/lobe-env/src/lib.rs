@@ -49,7 +49,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | files | [`read_env`], [`read_env_bytes`], [`ReadOptions`], [`ReadReport`]; [`write_env`], [`WriteOptions`], [`WriteReport`] |
-//! | cube maps as files | [`read_cube`], [`write_cube`], [`CubeWriteOptions`], [`TexelFormat`]; whichever the file holds: [`read_env_file`] |
+//! | cube maps as files | [`read_cube()`], [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; whichever the file holds: [`read_env_file`] |
 //! | pictures of any shape | [`read_raster`] |
 //! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
 //! | the picture | [`EnvMap`]; two that come along: [`bundled`] |

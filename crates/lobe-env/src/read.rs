@@ -145,7 +145,7 @@ pub(crate) enum Shape {
 /// * **Portable float map**: colour and grey, both byte orders, the scale of the header multiplied in.
 /// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB. White is 1 and nothing is brighter, which a note says.
 ///
-/// Cube maps are read by [`read_cube`](crate::read_cube).
+/// Cube maps are read by [`read_cube`](crate::read_cube()).
 ///
 /// # Errors
 /// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged, cut off, no such picture, not

@@ -31,7 +31,7 @@ impl Default for SkyFitOptions {
     }
 }
 
-/// [`PreethamSky`] to spherical harmonics by polynomials, some hundred times faster than by quadrature.
+/// [`PreethamSky`] to spherical harmonics by polynomials instead of quadrature.
 ///
 /// ```text
 ///   f_lm(θ_sun, T) = Y_z/F_Y(0, θ_sun) Σ_ij c_lmij T_i(x) T_j(y)        x = 4θ_sun/π - 1,  y = (T - 6)/4

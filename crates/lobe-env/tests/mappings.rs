@@ -17,7 +17,7 @@ fn sizes(mapping: Mapping) -> impl Iterator<Item = (usize, usize)> {
 }
 
 fn dir(v: [f64; 3]) -> Dir {
-    Dir::new(v).unwrap()
+    Dir::new(v).unwrap_or_else(|| panic!("{v:?} is no direction"))
 }
 
 /// The direction in which a mapping's whole rim or side is one point.
@@ -88,9 +88,10 @@ fn points_of_the_picture_come_back_away_from_seams() {
 
 #[test]
 fn both_sides_of_every_seam_are_on_their_own_side() {
-    // (mapping, direction on the seam, the way across it, u or v on either side)
     type Side = fn((f64, f64)) -> bool;
-    let cases: [(Mapping, [f64; 3], [f64; 3], Side, Side); 7] = [
+    /// Mapping, direction on the seam, the way across it, where either side lies.
+    type Case = (Mapping, [f64; 3], [f64; 3], Side, Side);
+    let cases: [Case; 7] = [
         (Mapping::LatLong, [-1.0, 0.0, 0.3], [0.0, 1.0, 0.0], |p| p.0 < 0.01, |p| p.0 > 0.99),
         (Mapping::DualParaboloid, [0.0, 0.4, 0.8], [1.0, 0.0, 0.0], |p| p.0 < 0.5, |p| p.0 >= 0.5),
         (Mapping::Octahedral, [0.5, 0.0, -0.5], [0.0, 1.0, 0.0], |p| p.1 > 0.6, |p| p.1 < 0.4),
