@@ -31,7 +31,7 @@ pub(crate) struct Project {
     /// How to integrate
     #[arg(long, value_enum, default_value = "exact")]
     method: Method,
-    /// The number of directions to look in, for monte-carlo (rounded down to a square) and fibonacci [default: 10000]
+    /// The number of directions to look in, for monte-carlo (rounded down to a square) and fibonacci (which takes half as many again to estimate its error) [default: 10000]
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<usize>,
     /// For monte-carlo: the same seed gives the same directions [default: 0]

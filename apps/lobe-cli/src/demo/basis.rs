@@ -13,7 +13,8 @@ impl Writer<'_> {
             "basis-balloons.png",
             balloons.width(),
             "The real spherical harmonics of bands 0 to 3 as surfaces at distance |y(s)|: red where positive, blue where \
-             negative. Rows are bands, columns m = -3 .. 3; +z is up.",
+             negative. Rows are bands, columns m = -3 .. 3; +z is up. \
+             The Condon-Shortley phase is kept: m = 1 of band 1 is positive towards -x.",
         );
         let crosses = basis_crosses(4, self.ball / 4);
         self.write("basis-crosses.png", &crosses, &Tone::PLAIN)?;

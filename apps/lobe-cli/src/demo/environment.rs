@@ -42,7 +42,7 @@ impl Writer<'_> {
         );
         if negative > 0 {
             self.page.text(
-                "Negative texels, dark rings around the lamps, are in the file: whoever resized it used a filter that \
+                "Negative texels, dark rings around bright lights, are in the file: whoever resized it used a filter that \
                  overshoots. Lobe keeps what it is given and says so.",
             );
         }

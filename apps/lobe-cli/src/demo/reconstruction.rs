@@ -12,7 +12,8 @@ impl Writer<'_> {
         self.page.section(&format!("{name}: what n² numbers remember"));
         self.page.text(
             "The same photograph from its expansion of order n, n² coefficients a channel. Low orders see only where \
-             the light comes from; black patches are where the expansion rings below zero.",
+             the light comes from; black patches are where the expansion rings below zero. \
+             Most of the squared radiance sits in small lights, which no low order keeps; irradiance, below, hardly misses it.",
         );
         let width = self.picture * 35 / 64; // four to a row of the page
         let file = sky.file("same-exposure.png");
@@ -24,7 +25,7 @@ impl Writer<'_> {
             let f = sky.radiance.resized(order);
             let file = sky.file(&format!("order-{order}.png"));
             self.write(&file, &lat_long_picture_of(width, width / 2, &f), &sky.tone)?;
-            let caption = format!("order {order}: {} coefficients", order * order);
+            let caption = format!("order {order}, n² = {}", order * order);
             self.page.figure(&file, width, &caption);
 
             let kept = energy(&f);

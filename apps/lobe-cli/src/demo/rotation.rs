@@ -31,7 +31,7 @@ impl Writer<'_> {
         self.page.section(&format!("{name}: the sky turns, the numbers turn with it"));
         self.page.figure(&file, sheet.width(), "the light turned about +z by 0°, 45°, 90°, .. 315°");
         self.page.text(&format!(
-            "Turning the {} coefficients is exact: between the turned expansion and the old one looked up in the \
+            "Turning coefficients is exact, here the {} of order 5: between the turned expansion and the old one looked up in the \
              direction turned back, the largest difference over all normals and turns is {} of the mean irradiance.",
             ORDER * ORDER,
             digits(error / irradiance.mean().luminance())
