@@ -9,7 +9,8 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use crate::failure::Failure;
 use crate::talk::Talk;
 use crate::{
-    demo, env_info, env_irradiance, env_reconstruct, project, sh_convolve, sh_eval, sh_product, sh_rotate, values,
+    demo, env_ambient, env_area_light, env_dfg, env_info, env_irradiance, env_reconstruct, env_sky,
+    env_vector_irradiance, project, sh_convolve, sh_eval, sh_product, sh_rotate, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -83,6 +84,16 @@ enum EnvCommand {
     Irradiance(env_irradiance::EnvIrradiance),
     /// Write an expansion as a picture
     Reconstruct(env_reconstruct::EnvReconstruct),
+    /// Write a sky from a formula, as a picture or as an expansion
+    Sky(env_sky::EnvSky),
+    /// Print the net flow of light at the place of a picture, and through surfaces
+    VectorIrradiance(env_vector_irradiance::EnvVectorIrradiance),
+    /// Print the light of a sphere, a disc or a polygon at a place: exact, as a point, as a parallel beam
+    AreaLight(env_area_light::EnvAreaLight),
+    /// Print what a surface reflects of light that comes evenly from everywhere
+    Ambient(env_ambient::EnvAmbient),
+    /// Write the table of reflectance that goes with prefiltered maps
+    Dfg(env_dfg::EnvDfg),
 }
 
 fn threads(text: &str) -> Result<usize, String> {
@@ -125,6 +136,11 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Sky(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::VectorIrradiance(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
+        Command::Env(EnvCommand::Ambient(args)) => args.run()?,
+        Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
     }
     Ok(())
 }

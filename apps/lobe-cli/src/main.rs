@@ -5,9 +5,14 @@
 
 mod cli;
 mod demo;
+mod env_ambient;
+mod env_area_light;
+mod env_dfg;
 mod env_info;
 mod env_irradiance;
 mod env_reconstruct;
+mod env_sky;
+mod env_vector_irradiance;
 mod failure;
 mod input;
 mod output;
@@ -18,6 +23,7 @@ mod sh_eval;
 mod sh_product;
 mod sh_rotate;
 mod talk;
+mod turn;
 mod values;
 
 use std::process::ExitCode;

@@ -1,12 +1,11 @@
 //! `lobe sh rotate`: an expansion turned.
 
-use anyhow::bail;
 use clap::Args;
-use lobe::sh::{Dir, FileCoefficients, Rotation, ShFile};
+use lobe::sh::{FileCoefficients, ShFile};
 
 use crate::input::ShInput;
 use crate::output::ShOutput;
-use crate::values;
+use crate::turn::Turn;
 
 #[derive(Args)]
 pub(crate) struct ShRotate {
@@ -15,32 +14,14 @@ pub(crate) struct ShRotate {
     input: ShInput,
     #[command(flatten)]
     turn: Turn,
-    /// With --axis: by how many degrees, anticlockwise as seen from the tip of the axis
-    #[arg(long, value_name = "DEG", requires = "axis", allow_hyphen_values = true, value_parser = values::finite)]
-    angle: Option<f64>,
     /// The turned expansion g(s) = f(R⁻¹ s), a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "Q")]
     output: ShOutput,
 }
 
-/// The rotation R, given in one of three ways.
-#[derive(Args)]
-#[group(required = true, multiple = false)]
-struct Turn {
-    /// Turn about this axis, a vector of any length but 0, by --angle
-    #[arg(long, value_name = "X,Y,Z", requires = "angle", allow_hyphen_values = true, value_parser = values::dir)]
-    axis: Option<Dir>,
-    /// Turn by this unit quaternion
-    #[arg(long, value_name = "X,Y,Z,W", allow_hyphen_values = true, value_parser = values::numbers::<4>)]
-    quat: Option<[f64; 4]>,
-    /// Turn by this orthonormal matrix of determinant +1, row after row; it multiplies column vectors
-    #[arg(long, value_name = "M00,M01,...,M22", allow_hyphen_values = true, value_parser = values::numbers::<9>)]
-    matrix: Option<[f64; 9]>,
-}
-
 impl ShRotate {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let rotation = self.rotation()?;
+        let rotation = self.turn.rotation()?;
         self.output.check()?;
         let ShFile { quantity, coefficients } = self.input.read()?;
         let turned: FileCoefficients = match coefficients {
@@ -49,24 +30,4 @@ impl ShRotate {
         };
         self.output.write(&ShFile::new(quantity, turned))
     }
-
-    fn rotation(&self) -> anyhow::Result<Rotation> {
-        match (&self.turn, self.angle) {
-            (Turn { axis: Some(axis), .. }, Some(degrees)) => {
-                Ok(Rotation::from_axis_angle(*axis, degrees.rem_euclid(360.0).to_radians()))
-            }
-            (Turn { quat: Some(quat), .. }, _) => {
-                Rotation::from_quaternion(*quat).map_err(|e| option_error("--quat", &e))
-            }
-            (Turn { matrix: Some(m), .. }, _) => {
-                let rows = [[m[0], m[1], m[2]], [m[3], m[4], m[5]], [m[6], m[7], m[8]]];
-                Rotation::from_matrix(rows).map_err(|e| option_error("--matrix", &e))
-            }
-            _ => bail!("no rotation given: --axis with --angle, --quat or --matrix says how to turn"),
-        }
-    }
-}
-
-fn option_error(option: &str, error: &impl std::fmt::Display) -> anyhow::Error {
-    anyhow::anyhow!("{option}: {error}")
 }

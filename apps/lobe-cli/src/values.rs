@@ -1,6 +1,6 @@
 //! Parsers of the values that several sub-commands take.
 
-use lobe::sh::{Dir, MAX_ORDER};
+use lobe::sh::{Dir, MAX_ORDER, Rgb};
 
 /// The most rows a written picture may have: 8192 x 16384 texels take 1.5 GiB.
 const MAX_ROWS: usize = 8192;
@@ -30,6 +30,40 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
 /// A direction: three numbers, not all zero, of any length.
 pub(crate) fn dir(text: &str) -> Result<Dir, String> {
     Dir::new(numbers(text)?).ok_or_else(|| "0,0,0 points nowhere; give a vector that is not zero".to_owned())
+}
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        x if x > 0.0 => Ok(x),
+        x => Err(format!("expected a number above 0, found {x}")),
+    }
+}
+
+/// An angle from 0 to 90 degrees.
+pub(crate) fn quarter_turn(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        x if (0.0..=90.0).contains(&x) => Ok(x),
+        x => Err(format!("expected an angle from 0 to 90 degrees, found {x}")),
+    }
+}
+
+/// A colour of light: three numbers, none negative.
+pub(crate) fn colour(text: &str) -> Result<Rgb<f64>, String> {
+    let channels: [f64; 3] = numbers(text)?;
+    match channels.into_iter().find(|c| *c < 0.0) {
+        Some(c) => Err(format!("no channel of a colour is negative, but one is {c}")),
+        None => Ok(Rgb::from(channels)),
+    }
+}
+
+/// A colour of a surface: three numbers from 0 to 1.
+pub(crate) fn albedo(text: &str) -> Result<Rgb<f64>, String> {
+    let albedo = colour(text)?;
+    match albedo.to_array().into_iter().find(|c| *c > 1.0) {
+        Some(c) => Err(format!("no surface reflects more light than it gets, but one channel is {c}")),
+        None => Ok(albedo),
+    }
 }
 
 /// An order: the number of bands.

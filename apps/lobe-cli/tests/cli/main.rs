@@ -6,6 +6,7 @@ mod bad_input;
 mod bad_usage;
 mod env;
 mod harness;
+mod light;
 mod project;
 mod sh;
 mod streams;
