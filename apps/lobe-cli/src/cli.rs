@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::talk::Talk;
 use crate::{
     demo, env_ambient, env_area_light, env_dfg, env_info, env_irradiance, env_reconstruct, env_sky,
-    env_vector_irradiance, project, sh_convolve, sh_eval, sh_product, sh_rotate, values,
+    env_vector_irradiance, project, sh_convolve, sh_eval, sh_plot, sh_product, sh_rotate, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -74,6 +74,8 @@ enum ShCommand {
     Product(sh_product::ShProduct),
     /// Convolve an expansion with a kernel that is symmetric about its axis
     Convolve(sh_convolve::ShConvolve),
+    /// Draw an expansion: as a balloon, on the unfolded cube, or in a cross-section
+    Plot(sh_plot::ShPlot),
 }
 
 #[derive(Subcommand)]
@@ -133,6 +135,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,
         Command::Sh(ShCommand::Product(args)) => args.run()?,
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
+        Command::Sh(ShCommand::Plot(args)) => args.run()?,
         Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,

@@ -20,6 +20,7 @@ mod picture;
 mod project;
 mod sh_convolve;
 mod sh_eval;
+mod sh_plot;
 mod sh_product;
 mod sh_rotate;
 mod talk;

@@ -84,8 +84,8 @@ fn sky(s: Dir) -> Rgb<f64> {
 fn clamped_cosine_plot() -> String {
     let (three, five) = (Zonal::clamped_cosine(3), Zonal::clamped_cosine(5));
     ProfilePlot { width: 520.0, height: 320.0 }.svg(&[
-        Profile { label: "max(cos θ, 0)", colour: "#222", f: &|theta| theta.cos().max(0.0) },
-        Profile { label: "order 3", colour: "#c8102e", f: &|theta| three.eval(theta.cos()) },
-        Profile { label: "order 5", colour: "#1f4fd1", f: &|theta| five.eval(theta.cos()) },
+        Profile { label: "max(cos θ, 0)", colour: [34, 34, 34], dashed: true, f: &|theta| theta.cos().max(0.0) },
+        Profile { label: "order 3", colour: [200, 16, 46], dashed: false, f: &|theta| three.eval(theta.cos()) },
+        Profile { label: "order 5", colour: [31, 79, 209], dashed: false, f: &|theta| five.eval(theta.cos()) },
     ])
 }

@@ -48,7 +48,7 @@
 //! | pictures | [`Picture`], [`Sheet`], [`Label`] |
 //! | to files | [`Picture::write_png`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
-//! | functions of an angle | [`ProfilePlot`] |
+//! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
 //! | differences | [`compare()`], [`error_map`], [`colour_bar()`] |
 //!
@@ -69,12 +69,15 @@ mod colour_bar;
 mod compare;
 mod cube;
 mod cube_cross;
+mod drawing;
 mod error;
 mod iso_lines;
 mod lat_long;
+mod line_plot;
 mod mesh;
 mod picture;
 mod png;
+mod polar_plot;
 mod profile_plot;
 mod pyramid;
 mod raster;
@@ -95,7 +98,9 @@ pub use cube_cross::{CubeCross, dir_on_cross};
 pub use error::RenderError;
 pub use iso_lines::IsoLines;
 pub use lat_long::{lat_long_picture, lat_long_picture_of};
+pub use line_plot::{Curve2d, LinePlot};
 pub use picture::Picture;
+pub use polar_plot::{CrossSection, PolarPlot};
 pub use profile_plot::{Profile, ProfilePlot};
 pub use pyramid::{Pyramid, basis_balloons, basis_crosses};
 pub use sheet::Sheet;

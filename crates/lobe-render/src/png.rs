@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use lobe_sh::write_atomically;
@@ -27,6 +29,18 @@ impl Picture {
             .write_image(&tone.to_bytes(self), columns, rows, ExtendedColorType::Rgb8)
             .map_err(|error| invalid(&error.to_string()))?;
         Ok(png)
+    }
+
+    /// An SVG document that shows the picture, as PNG inside of it: for pages that take only SVG.
+    ///
+    /// # Errors
+    /// As [`to_png`](Picture::to_png).
+    pub fn to_svg(&self, tone: &Tone) -> Result<String, RenderError> {
+        let (width, height, png) = (self.width(), self.height(), BASE64_STANDARD.encode(self.to_png(tone)?));
+        Ok(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\">\n\
+             <image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{png}\"/>\n</svg>\n"
+        ))
     }
 
     /// Writes the picture as an 8-bit sRGB PNG file; nothing half-written ever has the final name.

@@ -86,7 +86,7 @@ pub(crate) fn draw_lines(picture: &mut Picture, lines: &[[[f64; 2]; 2]], width: 
 }
 
 /// The distance of a point from a line between two ends.
-fn distance(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+pub(crate) fn distance(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let squared_length = along[0] * along[0] + along[1] * along[1];
     let t = if squared_length > 0.0 { (along[0] * to[0] + along[1] * to[1]) / squared_length } else { 0.0 };

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe::sh::{Coefficient, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal};
+use lobe::sh::{Coefficient, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal, project};
 use lobe_testkit::{Random, golden_f64s};
 
 use crate::harness::Dir;
@@ -270,4 +270,38 @@ fn quantities_that_are_no_light_are_not_convolved_with_the_cosine() {
         assert_eq!(line, format!("p.sh.json: {reason}"), "{quantity}");
         assert_eq!(dir.names(), ["p.sh.json"], "files");
     }
+}
+
+#[test]
+fn every_style_is_drawn_as_png_and_as_svg() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Irradiance, project(3, 2, |s| Rgb::new(s.z(), s.x() * s.y(), 0.5)));
+    for style in ["balloon", "cross", "polar"] {
+        dir.lobe(&format!("sh plot p.sh.json -o {style}.png --style {style} --size 64")).stdout();
+        assert!(dir.bytes(&format!("{style}.png")).starts_with(b"\x89PNG\r\n\x1a\n"), "{style}: no PNG");
+        dir.lobe(&format!("sh plot p.sh.json -o {style}.svg --style {style} --size 64")).stdout();
+        let svg = String::from_utf8(dir.bytes(&format!("{style}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg xmlns") && svg.ends_with("</svg>\n"), "{style}: {svg}");
+    }
+    dir.lobe("sh plot p.sh.json -o two.svg --style polar --plane yz --channel red --beside p.sh.json").stdout();
+    let svg = String::from_utf8(dir.bytes("two.svg")).unwrap();
+    assert!(svg.contains("stroke-dasharray") && svg.contains(">+y<"), "{svg}");
+}
+
+#[test]
+fn plots_refuse_what_they_would_ignore() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(1, 1.0));
+    for (args, part) in [
+        ("p.sh.json -o p.jpg", "expected a figure's name that ends in .png or .svg"),
+        ("p.sh.json -o p.png --plane xz", "--plane: only --style polar is a cross-section"),
+        ("p.sh.json -o p.png --beside p.sh.json", "--beside: only --style polar draws several functions"),
+        ("- -o p.png --style polar --beside -", "stdin: several inputs are -"),
+        ("p.sh.json -o p.png --size 8", "expected a width in pixels from 16 to 8192"),
+        ("p.sh.json -o p.png --extent 0", "expected a number above 0"),
+    ] {
+        let line = dir.lobe(&format!("sh plot {args}")).error();
+        assert!(line.contains(part), "{args}: {line}");
+    }
+    assert_eq!(dir.names(), ["p.sh.json"], "files");
 }
