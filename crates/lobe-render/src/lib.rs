@@ -50,6 +50,11 @@
 //! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
 //! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
+//! | shapes before a camera | [`Scene`], [`Solid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
+//! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; the truth: [`TracedMirror`] |
+//! | rough mirrors | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; the truth: [`BruteForceReflection`] |
+//! | matte surfaces | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
+//! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
 //! | differences | [`compare()`], [`error_map`], [`colour_bar()`] |
 //!
 //! # Linear light until the last step
@@ -64,47 +69,80 @@
 mod axes;
 mod ball;
 mod balloon;
+mod blinn_newell;
+mod bump;
+mod camera;
 mod colormap;
 mod colour_bar;
 mod compare;
 mod cube;
 mod cube_cross;
 mod drawing;
+mod cube_mapped;
 mod error;
+mod glossy;
+mod highlight_map;
+mod icosphere;
+mod irradiance_polynomial;
 mod iso_lines;
 mod lat_long;
 mod line_plot;
+mod matte;
 mod mesh;
+mod paraboloids;
 mod picture;
 mod png;
 mod polar_plot;
 mod profile_plot;
 mod pyramid;
 mod raster;
+mod reflection_space;
 mod resize;
+mod roots;
+mod scene;
 mod sheet;
+mod solid;
+mod sphere_mapped;
+mod square_texture;
 mod srgb;
 mod text;
 mod tone;
+mod torus;
+mod traced_mirror;
 mod vector;
 mod view;
 
 pub use ball::Ball;
 pub use balloon::Balloon;
+pub use blinn_newell::BlinnNewell;
+pub use bump::{Bumped, bumped_normal, bumps};
+pub use camera::Camera;
 pub use colormap::{diverging, sequential};
 pub use colour_bar::colour_bar;
 pub use compare::{ErrorReport, compare, error_map, error_of};
 pub use cube_cross::{CubeCross, dir_on_cross};
+pub use cube_mapped::CubeMapped;
 pub use error::RenderError;
+pub use glossy::{Glossy, between_levels};
+pub use highlight_map::{HighlightMap, highlights_of_lights, irradiance_of_lights};
+pub use irradiance_polynomial::IrradiancePolynomial;
 pub use iso_lines::IsoLines;
 pub use lat_long::{lat_long_picture, lat_long_picture_of};
 pub use line_plot::{Curve2d, LinePlot};
+pub use matte::{MatteByMap, MatteBySh};
+pub use paraboloids::Paraboloids;
 pub use picture::Picture;
 pub use polar_plot::{CrossSection, PolarPlot};
 pub use profile_plot::{Profile, ProfilePlot};
 pub use pyramid::{Pyramid, basis_balloons, basis_crosses};
+pub use reflection_space::{BruteForceReflection, ReflectionSpace};
+pub use scene::{Scene, Shading, SurfacePoint, compare_shadings};
 pub use sheet::Sheet;
+pub use solid::Solid;
+pub use sphere_mapped::SphereMapped;
 pub use srgb::{srgb_decode, srgb_encode};
 pub use text::Label;
 pub use tone::{Curve, Exposure, Tone};
+pub use torus::Torus;
+pub use traced_mirror::TracedMirror;
 pub use view::View;

@@ -4,7 +4,7 @@ use lobe_sh::Dir;
 use rayon::prelude::*;
 
 use crate::cube::FACES;
-use crate::vector::{Vec3, add, cross, dot, normalised, scale, sub};
+use crate::vector::{Vec3, add, dot, normalised, scale, sub, tangents};
 
 /// The step of the central differences, in radians: their error and the rounding of `f` are both near 1e-8 for
 /// functions of the size and smoothness of the basis.
@@ -72,13 +72,6 @@ fn vertex(f: &impl Fn(Dir) -> f64, s: Dir) -> Vertex {
         normal = sub(normal, scale(tangent, slope * value.signum()));
     }
     Vertex { position: scale(s, value.abs()), normal: normalised(normal), value }
-}
-
-/// Two unit vectors that span the plane perpendicular to `s`.
-fn tangents(s: Vec3) -> [Vec3; 2] {
-    let axis = if s[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
-    let a = normalised(sub(axis, scale(s, dot(axis, s))));
-    [a, cross(s, a)]
 }
 
 #[cfg(test)]

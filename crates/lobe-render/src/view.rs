@@ -48,6 +48,12 @@ impl View {
         [dot(p, self.right), dot(p, self.up), dot(p, self.towards_eye)]
     }
 
+    /// The point that lies so far to the right, upwards and towards the eye: the inverse of [`View::project`].
+    #[must_use]
+    pub fn point(&self, [right, up, towards_eye]: [f64; 3]) -> [f64; 3] {
+        add(add(scale(self.right, right), scale(self.up, up)), scale(self.towards_eye, towards_eye))
+    }
+
     /// The direction of the point of the unit sphere seen at `(right, up)`: on the rim, if it lies outside the disc.
     #[must_use]
     pub fn dir_at(&self, right: f64, up: f64) -> Dir {
@@ -55,7 +61,7 @@ impl View {
         let shrink = radius.max(1.0).recip();
         let (right, up) = (right * shrink, up * shrink);
         let forward = (1.0 - right * right - up * up).max(0.0).sqrt();
-        let p = add(add(scale(self.right, right), scale(self.up, up)), scale(self.towards_eye, forward));
+        let p = self.point([right, up, forward]);
         Dir::new(p).unwrap_or_else(|| unreachable!("the point {p:?} lies on the unit sphere"))
     }
 }

@@ -1,0 +1,99 @@
+//! How rays leave the eye.
+
+use lobe_sh::Dir;
+
+use crate::View;
+use crate::vector::{Vec3, normalised};
+
+/// An eye that looks at the origin, +z upwards in its picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    view: View,
+    lens: Lens,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Lens {
+    Orthographic { half_height: f64 },
+    Perspective { distance: f64, slope: f64 },
+}
+
+/// Where parallel rays start, in units of the half height of the picture: outside everything that is in it.
+const FAR: f64 = 100.0;
+
+impl Camera {
+    /// Parallel rays; the picture shows `half_height` above and below the origin.
+    ///
+    /// All rays have one direction, so whatever lies infinitely far behind the shape is one colour.
+    ///
+    /// # Panics
+    /// If `half_height` is not positive.
+    #[must_use]
+    pub fn orthographic(view: View, half_height: f64) -> Self {
+        assert!(half_height > 0.0, "a picture of half height {half_height} shows nothing");
+        Self { view, lens: Lens::Orthographic { half_height } }
+    }
+
+    /// Rays from one point at `distance` from the origin; the upper edge of the picture is seen at `half_angle` radians
+    /// above its middle, in `(0, π/2)`.
+    ///
+    /// # Panics
+    /// If `distance` or `half_angle` is out of range.
+    #[must_use]
+    pub fn perspective(view: View, distance: f64, half_angle: f64) -> Self {
+        let in_range = distance > 0.0 && half_angle > 0.0 && half_angle < std::f64::consts::FRAC_PI_2;
+        assert!(in_range, "no picture from distance {distance} with half an angle of {half_angle}");
+        Self { view, lens: Lens::Perspective { distance, slope: half_angle.tan() } }
+    }
+
+    /// From where one looks.
+    #[must_use]
+    pub fn view(&self) -> View {
+        self.view
+    }
+
+    /// The start and the direction of the ray at `right` and `up` of the middle, the upper edge at `up = 1`.
+    ///
+    /// ```text
+    ///   orthographic   o = h (right R + up U) + 100 h E          d = -E
+    ///   perspective    o = distance E                            d ∝ tan(half angle) (right R + up U) - E
+    /// ```
+    ///
+    /// `R`, `U`, `E` are the axes of the [`View`]: right, up, towards the eye.
+    #[must_use]
+    pub fn ray(&self, right: f64, up: f64) -> ([f64; 3], Dir) {
+        match self.lens {
+            Lens::Orthographic { half_height: h } => {
+                (self.view.point([h * right, h * up, FAR * h]), Dir::from_unit(self.view.point([0.0, 0.0, -1.0])))
+            }
+            Lens::Perspective { distance, slope } => {
+                let towards: Vec3 = self.view.point([slope * right, slope * up, -1.0]);
+                (self.view.point([0.0, 0.0, distance]), Dir::from_unit(normalised(towards)))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vector::{add, scale};
+
+    #[test]
+    fn both_lenses_see_the_plane_through_the_origin_in_the_same_size() {
+        let view = View::three_quarter();
+        let half_angle = 0.3_f64;
+        let cameras = [Camera::orthographic(view, 2.0), Camera::perspective(view, 2.0 / half_angle.tan(), half_angle)];
+        for camera in cameras {
+            for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-0.7, 0.4)] {
+                let (origin, d) = camera.ray(right, up);
+                let [_, _, height] = view.project(origin);
+                let [_, _, falls] = view.project(d.to_array());
+                let p = add(origin, scale(d.to_array(), -height / falls));
+                let [x, y, _] = view.project(p);
+                let off = (x - 2.0 * right).hypot(y - 2.0 * up);
+                assert!(off < 1e-12, "{camera:?} at ({right}, {up}) sees ({x}, {y})");
+            }
+        }
+    }
+}
