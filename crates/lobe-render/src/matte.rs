@@ -11,8 +11,8 @@ use crate::{IrradiancePolynomial, Shading, SurfacePoint};
 ///   L = albedo E(n)/π
 /// ```
 ///
-/// Irradiance is so smooth that 32 x 16 texels are enough (test `matte_techniques_agree_with_brute_force`); what costs
-/// is to fill them. Miller and Hoffman 1984.
+/// Irradiance is smooth: 32 x 16 texels are within 0.3 % (RMS) of brute force under the bundled sunset, within 2 % under
+/// the studio, whose lamps are small and bright (test `matte_techniques_agree_with_brute_force`). Miller and Hoffman 1984.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MatteByMap {
     /// `E`, without `1/π`.
@@ -33,8 +33,8 @@ impl Shading for MatteByMap {
 ///   L = albedo E(n)/π        E of IrradiancePolynomial
 /// ```
 ///
-/// Nine coefficients in place of a map; the error is that of cutting the cosine after three bands (test
-/// `matte_techniques_agree_with_brute_force`). Where the light is a single sun, `E` on the far side is a little negative;
+/// Nine coefficients in place of a map; the error is that of cutting the cosine after three bands: 2 % (RMS) under the
+/// bundled sunset, 11 % under the studio (test `matte_techniques_agree_with_brute_force`). Where the light is a single sun, `E` on the far side is a little negative;
 /// the shading shows it as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatteBySh {

@@ -4,7 +4,7 @@ use lobe_sh::Dir;
 use rayon::prelude::*;
 
 use crate::cube::FACES;
-use crate::vector::{Vec3, add, dot, normalised, scale, sub, tangents};
+use crate::vector::{Vec3, add, normalised, scale, sub, tangents};
 
 /// The step of the central differences, in radians: their error and the rounding of `f` are both near 1e-8 for
 /// functions of the size and smoothness of the basis.
@@ -77,6 +77,7 @@ fn vertex(f: &impl Fn(Dir) -> f64, s: Dir) -> Vertex {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vector::dot;
 
     #[test]
     fn the_surface_of_a_linear_function_is_two_spheres() {

@@ -11,7 +11,7 @@ const ADVANCE: f64 = 6.0;
 /// The width of a stroke on the grid.
 const STROKE: f64 = 0.95;
 
-/// A line of text drawn with strokes, smooth at any size: digits, axes, and the few letters that figures need.
+/// A line of text drawn with strokes, smooth at any size: digits, signs and small letters.
 ///
 /// Longer texts belong beside a picture, not into it.
 #[derive(Clone, Copy, Debug)]
@@ -112,13 +112,38 @@ fn glyph(character: char) -> &'static str {
         '-' => "0545",
         '=' => "0444 0646",
         '.' => "2222",
-        'x' => "0642 0246",
-        'y' => "0622 4610",
-        'z' => "06460242",
+        'a' => "4536160503123243 4642",
+        'b' => "0802 0516364543321203",
+        'c' => "4536160503123243",
+        'd' => "4842 4536160503123243",
+        'e' => "04444536160503123243",
+        'f' => "38281712 0636",
+        'g' => "4536160503123243 4641301001",
+        'h' => "0802 0516364542",
+        'i' => "2622 2828",
+        'j' => "262110 2828",
+        'k' => "0802 0446 2542",
         'l' => "1828233242",
         'm' => "0206 05162522 25364542",
         'n' => "0206 0516364542",
-        'e' => "04444536160503123243",
+        'o' => "163645433212030516",
+        'p' => "0600 0516364543321203",
+        'q' => "4640 4536160503123243",
+        'r' => "0602 05163645",
+        's' => "45361605143443321203",
+        't' => "1813223243 0636",
+        'u' => "0603123243 4642",
+        'v' => "062246",
+        'w' => "0612243246",
+        'x' => "0642 0246",
+        'y' => "0622 4610",
+        'z' => "06460242",
+        ',' => "2211",
+        ':' => "2323 2626",
+        '/' => "0248",
+        '%' => "0248 0818170708 3343423233",
+        '(' => "38272332",
+        ')' => "18272312",
         _ => "0242480802",
     }
 }
@@ -129,7 +154,7 @@ mod tests {
 
     use super::*;
 
-    const CHARACTERS: &str = "0123456789+-=.xyzlmne ";
+    const CHARACTERS: &str = "0123456789+-=.,:/%()abcdefghijklmnopqrstuvwxyz ";
 
     fn drawn(text: &str, height: f64) -> Picture {
         let mut picture = Picture::filled(60, 40, Rgb::ZERO);
