@@ -1,9 +1,16 @@
 //! Phong highlights by highlight mapping.
 
-use lobe_env::{MappedMap, Mapping};
-use lobe_sh::{Coefficient, Dir, Rgb};
+use lobe_env::{EnvMap, MappedMap, Mapping, irradiance_sh, project_env, reconstruct};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{Shading, SurfacePoint};
+
+/// Bands with which surroundings are blurred. Phong's lobe keeps about `e^(-l²/2s)` of band `l`: a part in a thousand of
+/// the last one for `s = 35`.
+const ORDER: usize = 23;
+
+/// Rows of the blurred maps: six texels to the half wave of the last band, for what interpolation costs.
+const ROWS: usize = 144;
 
 /// A surface whose highlights are looked up by the reflected direction and whose matte part by the normal.
 ///
@@ -42,6 +49,18 @@ impl HighlightMap {
         let irradiance = map(&|n| irradiance_of_lights(lights, n));
         let highlights = map(&|r| highlights_of_lights(lights, exponent, r));
         Self { irradiance, highlights, k_d, k_s }
+    }
+
+    /// The maps of surroundings: their irradiance, and their light blurred with the lobe `(s+1)/(2π) max(r·l, 0)^s`.
+    ///
+    /// By spherical harmonics of order 23, so exact to a part in a thousand for exponents up to 35 (test
+    /// `the_highlights_of_surroundings_are_their_light_under_the_lobe`); a sharper lobe is widened.
+    #[must_use]
+    pub fn of_surroundings(map: &EnvMap, exponent: f64, k_d: Rgb<f32>, k_s: Rgb<f32>) -> Self {
+        let mut blurred = project_env(map, ORDER);
+        convolve_in_place(blurred.coefficients_mut(), &Zonal::phong(ORDER, exponent));
+        let drawn = |f: &_| MappedMap::from(reconstruct(f, 2 * ROWS, ROWS));
+        Self { irradiance: drawn(&irradiance_sh(map, ORDER)), highlights: drawn(&blurred), k_d, k_s }
     }
 }
 
@@ -101,6 +120,28 @@ mod tests {
         let (coarse, fine) = (error(64), error(128));
         println!("relative RMSE {coarse:.2e} with 64 x 64 texels, {fine:.2e} with 128 x 128");
         assert!(coarse < 0.02 && fine < 0.3 * coarse, "{coarse} and {fine}: second order");
+    }
+
+    #[test]
+    fn the_highlights_of_surroundings_are_their_light_under_the_lobe() {
+        // Two lamps of some 10°, as a map and as the texels of that map.
+        let lamps = lights();
+        let map = EnvMap::from_fn(128, 64, |s| sum(&lamps, |l| (80.0 * (s.dot(l) - 1.0)).exp()));
+        let texels: Vec<(Dir, Rgb<f32>)> = (0..128 * 64)
+            .map(|i| {
+                let solid_angle = lobe_env::lat_long::solid_angle(128, 64, i / 128) as f32;
+                (map.dir(i % 128, i / 128), map.texel(i % 128, i / 128).scale(solid_angle))
+            })
+            .collect();
+        let surface = HighlightMap::of_surroundings(&map, 30.0, Rgb::splat(1.0), Rgb::splat(1.0));
+        let peak = highlights_of_lights(&texels, 30.0, lamps[0].0).r;
+        for s in lobe_testkit::directions() {
+            let s = Dir::new(s).unwrap();
+            let (found, expected) = (surface.highlights.radiance(s).r, highlights_of_lights(&texels, 30.0, s).r);
+            assert!((found - expected).abs() < 4e-3 * peak, "highlight towards {s:?}: {found}, {expected}");
+            let (found, expected) = (surface.irradiance.radiance(s).r, irradiance_of_lights(&texels, s).r);
+            assert!((found - expected).abs() < 4e-3 * peak, "irradiance of {s:?}: {found}, {expected}; {peak}");
+        }
     }
 
     #[test]

@@ -55,6 +55,7 @@
 //! | rough mirrors | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; the truth: [`BruteForceReflection`] |
 //! | matte surfaces | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
 //! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
+//! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | differences | [`compare()`], [`error_map`], [`colour_bar()`] |
 //!
 //! # Linear light until the last step
@@ -79,6 +80,7 @@ mod cube;
 mod cube_cross;
 mod drawing;
 mod cube_mapped;
+mod environment_sheet;
 mod error;
 mod glossy;
 mod highlight_map;
@@ -122,6 +124,7 @@ pub use colour_bar::colour_bar;
 pub use compare::{ErrorReport, compare, error_map, error_of};
 pub use cube_cross::{CubeCross, dir_on_cross};
 pub use cube_mapped::CubeMapped;
+pub use environment_sheet::{EnvironmentPanel, EnvironmentSheetOptions, environment_mapping_sheet, environment_panels};
 pub use error::RenderError;
 pub use glossy::{Glossy, between_levels};
 pub use highlight_map::{HighlightMap, highlights_of_lights, irradiance_of_lights};

@@ -1,0 +1,266 @@
+//! The techniques of environment mapping side by side.
+
+use lobe_env::{CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, irradiance_at, irradiance_map, project_env, reconstruct};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
+
+use crate::{
+    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Glossy, HighlightMap, IrradiancePolynomial, Label,
+    MatteByMap, MatteBySh, Paraboloids, Picture, ReflectionSpace, Scene, Shading, Sheet, Solid, SphereMapped,
+    SurfacePoint, Tone, Torus, TracedMirror, View, bumps, compare, compare_shadings,
+};
+
+/// How often a torus may mirror itself in the traced picture.
+const BOUNCES: usize = 4;
+/// The width α of the rough mirrors, wide enough for lights as large as the texels of a face of [`ROUGH_SIZE`].
+const ALPHA: f64 = 0.3;
+/// Texels along the faces of the map from which rough mirrors are integrated.
+const ROUGH_SIZE: usize = 16;
+/// The reflectance along the normal of the rough mirrors: a metal, tinted a little.
+const METAL: f64 = 0.7;
+/// Bands with which the map is blurred for the rough mirror: GGX of [`ALPHA`] keeps less than `1e-3` of the last one.
+const GLOSSY_ORDER: usize = 32;
+/// The exponent of the highlights.
+const EXPONENT: f64 = 30.0;
+/// Rows and columns of the points at which errors are measured.
+const MEASURED: usize = 32;
+/// Pictures a row of the sheet.
+const COLUMNS: usize = 6;
+
+/// What [`environment_panels`] draws.
+#[derive(Clone, Copy, Debug)]
+pub struct EnvironmentSheetOptions<'a> {
+    /// Pixels along each side of a picture.
+    pub size: usize,
+    /// Rays along each side of a pixel.
+    pub samples: usize,
+    /// Texels: the height of the lat-long map, the side of the sphere map and of each paraboloid, twice that of a face.
+    pub map_size: usize,
+    /// A chain prefiltered for GGX whose level `k` of `n` holds the roughness `√α = k/(n - 1)`; without one, the map is
+    /// blurred for the one roughness shown by spherical harmonics.
+    pub prefiltered: Option<&'a CubeMipChain>,
+}
+
+impl Default for EnvironmentSheetOptions<'_> {
+    /// Pictures of 160 x 160 pixels with 9 rays each, maps of 128 texels.
+    fn default() -> Self {
+        Self { size: 160, samples: 3, map_size: 128, prefiltered: None }
+    }
+}
+
+/// One picture of the sheet.
+#[derive(Clone, Debug)]
+pub struct EnvironmentPanel {
+    /// `ball` or `torus`.
+    pub solid: &'static str,
+    /// The technique, in small letters.
+    pub technique: &'static str,
+    /// The picture in linear light.
+    pub picture: Picture,
+    /// The relative root mean square of the difference to what the technique stands for, over the visible surface.
+    pub error: Option<f64>,
+}
+
+/// Which truth a technique is measured against.
+#[derive(Clone, Copy, PartialEq)]
+enum Truth {
+    /// It is one, or none is computed.
+    None,
+    /// The traced reflection of the map.
+    Mirror,
+    /// The integral over the reflectance function, light by light.
+    Rough,
+    /// The sum over all texels.
+    Matte,
+}
+
+type Technique<'a> = (&'static str, Box<dyn Shading + 'a>, Truth);
+
+/// Every technique on a ball and on a torus under one map, the ball's pictures first; the torus has one more, where it
+/// mirrors itself.
+///
+/// The eye stands at -x, the middle of the lat-long picture is behind the shapes. What is mirrored is compared with
+/// the traced reflection of the map itself, rough mirrors with the integral over the map reduced to 6 · 16² lights,
+/// matte surfaces with the sum over all texels.
+///
+/// # Panics
+/// If `samples` is 0 or `map_size` less than 8.
+#[must_use]
+pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -> Vec<EnvironmentPanel> {
+    let source = |s: Dir| map.radiance(s);
+    let averaged = CubeMipChain::averaged(CubeMap::from_fn(16 * ROUGH_SIZE, source));
+    let rough = &averaged.levels()[4];
+    let (blurred, table) = (blurred(map), DfgTable::new(32));
+    let mut techniques = mirrors(options.map_size, &source);
+    techniques.extend(rough_mirrors(map, rough, options.prefiltered, &blurred, &table));
+    techniques.extend(matte_and_bumps(map, options.map_size));
+
+    let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
+    // The torus leans towards the eye and a little aside.
+    let axis = Dir::new([-0.6, 0.25, 0.75]).unwrap_or(Dir::Z);
+    let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
+    let truths = Truths { map, rough: BruteForceReflection::new(rough, metal()) };
+    let mut panels = Vec::new();
+    for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
+        let scene = Scene { solid, camera, samples: options.samples };
+        let points = scene.points(MEASURED, MEASURED);
+        let panel = |technique: &'static str, shading: &dyn Shading, error| EnvironmentPanel {
+            solid: name,
+            technique,
+            picture: scene.picture(options.size, options.size, source, shading),
+            error,
+        };
+        for (technique, shading, truth) in &techniques {
+            panels.push(panel(technique, shading.as_ref(), truths.error(*truth, shading.as_ref(), &points)));
+        }
+        if solid == torus {
+            let mirror = TracedMirror { source, solid, bounces: BOUNCES };
+            panels.push(panel("mirrors itself", &mirror, None));
+        }
+    }
+    panels
+}
+
+/// [`environment_panels`] as one picture, tone mapped like a photograph of the map, with names and errors.
+///
+/// Errors are the numbers of [`EnvironmentPanel::error`], in percent. Show it with [`Tone::PLAIN`].
+///
+/// # Panics
+/// As [`environment_panels`].
+#[must_use]
+pub fn environment_mapping_sheet(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -> Picture {
+    let tone = Tone::PHOTOGRAPH.fixed_for(&Picture::from(map));
+    let pictures: Vec<Picture> = environment_panels(map, options).iter().map(|panel| labelled(panel, &tone)).collect();
+    Sheet { columns: COLUMNS, margin: 6, background: Rgb::splat(1.0) }.compose(&pictures)
+}
+
+/// A panel as it is shown, its name above and its error below.
+fn labelled(panel: &EnvironmentPanel, tone: &Tone) -> Picture {
+    let shown = tone.apply(&panel.picture);
+    let height = (0.065 * shown.width() as f64).max(8.0);
+    let band = (1.7 * height).ceil() as usize;
+    let mut out = Picture::filled(shown.width(), shown.height() + 2 * band, Rgb::splat(1.0));
+    out.paste(&shown, 0, band as isize);
+    let label = Label { left: 2.0, top: 0.3 * height, height, colour: Rgb::ZERO };
+    label.draw(&mut out, panel.technique);
+    if let Some(error) = panel.error {
+        let top = (band + shown.height()) as f64 + 0.3 * height;
+        Label { top, ..label }.draw(&mut out, &format!("error {:.2} %", 100.0 * error));
+    }
+    out
+}
+
+fn metal() -> Ggx {
+    Ggx { alpha: ALPHA, f0: METAL }
+}
+
+fn mirrors<'a>(size: usize, source: &'a (impl Fn(Dir) -> Rgb<f32> + Sync)) -> Vec<Technique<'a>> {
+    let traced = |p: &SurfacePoint| source(p.reflected());
+    vec![
+        ("traced mirror", Box::new(traced), Truth::None),
+        ("blinn-newell", Box::new(BlinnNewell::sampled(size, source)), Truth::Mirror),
+        ("sphere map", Box::new(SphereMapped::sampled(size, source)), Truth::Mirror),
+        ("cube map", Box::new(CubeMapped::sampled(size.div_ceil(2), source)), Truth::Mirror),
+        ("dual paraboloid", Box::new(Paraboloids::sampled(size, source)), Truth::Mirror),
+    ]
+}
+
+fn rough_mirrors<'a>(
+    map: &EnvMap,
+    rough: &CubeMap,
+    prefiltered: Option<&'a CubeMipChain>,
+    blurred: &'a CubeMipChain,
+    table: &'a DfgTable,
+) -> Vec<Technique<'a>> {
+    let roughness = ALPHA.sqrt();
+    let (chain, level) =
+        prefiltered.map_or((blurred, 0.0), |chain| (chain, roughness * (chain.levels().len() - 1) as f64));
+    let glossy = Glossy { chain, level, roughness, f0: Rgb::splat(METAL), table };
+    let views = ReflectionSpace::new(rough, &metal(), 0, 24).normalised();
+    let phong = HighlightMap::of_surroundings(map, EXPONENT, Rgb::splat(0.4), Rgb::splat(0.3));
+    vec![
+        ("glossy, split sum", Box::new(glossy), Truth::Rough),
+        ("glossy, 12 views", Box::new(views), Truth::Rough),
+        ("highlight map", Box::new(phong), Truth::None),
+    ]
+}
+
+fn matte_and_bumps<'a>(map: &EnvMap, size: usize) -> Vec<Technique<'a>> {
+    let albedo = Rgb::splat(0.8);
+    let mirror = CubeMapped::sampled(size.div_ceil(2), |s| map.radiance(s));
+    let irradiance = IrradiancePolynomial::of_radiance(&project_env(map, 3));
+    vec![
+        ("matte, map", Box::new(MatteByMap { irradiance: irradiance_map(map, 9, 64, 32), albedo }), Truth::Matte),
+        ("matte, order 3", Box::new(MatteBySh { irradiance, albedo }), Truth::Matte),
+        ("bumps, cube map", Box::new(Bumped { inner: mirror, height: bumps(0.02, 14.0) }), Truth::None),
+    ]
+}
+
+/// The map blurred for the one roughness of the sheet, as a chain of one level.
+fn blurred(map: &EnvMap) -> CubeMipChain {
+    let mut light = project_env(map, GLOSSY_ORDER);
+    convolve_in_place(light.coefficients_mut(), &Zonal::ggx(GLOSSY_ORDER, ALPHA));
+    let picture = reconstruct(&light, 8 * GLOSSY_ORDER, 4 * GLOSSY_ORDER);
+    CubeMipChain::single(CubeMap::from_fn(2 * GLOSSY_ORDER, |s| picture.radiance(s)))
+}
+
+/// What the errors are measured against.
+struct Truths<'a> {
+    map: &'a EnvMap,
+    rough: BruteForceReflection<Ggx>,
+}
+
+impl Truths<'_> {
+    fn error(&self, truth: Truth, shading: &dyn Shading, points: &[SurfacePoint]) -> Option<f64> {
+        let report = match truth {
+            Truth::None => return None,
+            Truth::Mirror => compare_shadings(points, shading, &|p: &SurfacePoint| self.map.radiance(p.reflected())),
+            Truth::Rough => compare_shadings(points, shading, &self.rough),
+            Truth::Matte => {
+                let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
+                let exact = irradiance_at(self.map, &normals).into_iter();
+                let exact: Vec<Rgb<f32>> =
+                    exact.map(|e| Rgb::narrow(e.scale(0.8 * std::f64::consts::FRAC_1_PI))).collect();
+                let image: Vec<Rgb<f32>> = points.iter().map(|p| shading.radiance(p)).collect();
+                compare(&image, &exact)
+            }
+        };
+        Some(report.relative_rmse)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sky with a broad light, a ground.
+    fn map() -> EnvMap {
+        EnvMap::from_fn(128, 64, |s| {
+            let glow = (20.0 * (s.x() * -0.6 + s.y() * -0.7 + s.z() * 0.4 - 1.0)).exp() as f32;
+            Rgb::new(0.6 + 4.0 * glow, 0.6 + 0.3 * s.z() as f32, 0.8 + 0.5 * s.z() as f32)
+        })
+    }
+
+    #[test]
+    fn every_technique_is_near_what_it_stands_for() {
+        let options = EnvironmentSheetOptions { size: 16, samples: 1, map_size: 64, prefiltered: None };
+        let panels = environment_panels(&map(), &options);
+        assert_eq!(panels.len(), 23, "eleven techniques on two shapes, and the torus that mirrors itself");
+        for panel in &panels {
+            let limit = match panel.technique {
+                "glossy, split sum" => 0.2,
+                "glossy, 12 views" => 0.1,
+                _ => 0.03,
+            };
+            println!("{} {}: {:.4?}", panel.solid, panel.technique, panel.error);
+            assert!(panel.error.is_none_or(|e| e < limit), "{} {}: {:?}", panel.solid, panel.technique, panel.error);
+        }
+    }
+
+    #[test]
+    fn the_sheet_holds_all_panels_in_rows_of_six() {
+        let options = EnvironmentSheetOptions { size: 24, samples: 1, map_size: 16, prefiltered: None };
+        let sheet = environment_mapping_sheet(&map(), &options);
+        let cell = (24, 24 + 2 * 14);
+        assert_eq!((sheet.width(), sheet.height()), (6 + 6 * (cell.0 + 6), 6 + 4 * (cell.1 + 6)), "four rows of six");
+    }
+}
