@@ -17,8 +17,7 @@ const STEP: f64 = 1e-5;
 /// ```
 ///
 /// Whichever way `u` and `v` run over the surface, the direction of `N'` is the same (test
-/// `the_parameters_of_the_surface_do_not_matter`). None if `P_u` and `P_v` are parallel. Blinn 1978, eq. for `N'` in
-/// section 3.
+/// `the_parameters_of_the_surface_do_not_matter`). None if `P_u` and `P_v` are parallel. [Blinn 1978].
 #[must_use]
 pub fn bumped_normal(p_u: [f64; 3], p_v: [f64; 3], f_u: f64, f_v: f64) -> Option<Dir> {
     let base = cross(p_u, p_v);

@@ -1,12 +1,14 @@
 //! The techniques of environment mapping side by side.
 
+use std::f64::consts::PI;
+
 use lobe_env::{CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, irradiance_at, irradiance_map, project_env, reconstruct};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{
-    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Glossy, HighlightMap, IrradiancePolynomial, Label,
-    MatteByMap, MatteBySh, Paraboloids, Picture, ReflectionSpace, Scene, Shading, Sheet, Solid, SphereMapped,
-    SurfacePoint, Tone, Torus, TracedMirror, View, bumps, compare, compare_shadings,
+    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exposure, Glossy, HighlightMap,
+    IrradiancePolynomial, Label, MatteByMap, MatteBySh, Paraboloids, Picture, ReflectionSpace, Scene, Shading, Sheet,
+    Solid, SphereMapped, SurfacePoint, Tone, Torus, TracedMirror, View, bumps, compare,
 };
 
 /// How often a torus may mirror itself in the traced picture.
@@ -19,10 +21,14 @@ const ROUGH_SIZE: usize = 16;
 const METAL: f64 = 0.7;
 /// Bands with which the map is blurred for the rough mirror: GGX of [`ALPHA`] keeps less than `1e-3` of the last one.
 const GLOSSY_ORDER: usize = 32;
+/// The albedo of the matte surfaces.
+const ALBEDO: f64 = 0.8;
 /// The exponent of the highlights.
 const EXPONENT: f64 = 30.0;
-/// Rows and columns of the points at which errors are measured.
-const MEASURED: usize = 32;
+/// Rows and columns of the points at which errors are measured: of mirrors, which show single texels, and of others.
+const MEASURED: [usize; 2] = [96, 32];
+/// The exposed light of a blurred surface that all but a hundredth of it stays below.
+const BRIGHT: f64 = 1.5;
 /// Pictures a row of the sheet.
 const COLUMNS: usize = 6;
 
@@ -56,14 +62,18 @@ pub struct EnvironmentPanel {
     pub technique: &'static str,
     /// The picture in linear light.
     pub picture: Picture,
-    /// The relative root mean square of the difference to what the technique stands for, over the visible surface.
+    /// How far it is from what the technique stands for, over the visible surface: `√(Σ(a - b)²/Σb²)`.
     pub error: Option<f64>,
+    /// Whether the surface mirrors the map as it is; the others blur it.
+    pub mirrors: bool,
 }
 
 /// Which truth a technique is measured against.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
-    /// It is one, or none is computed.
+    /// It is traced itself, or a mirror of something else.
+    Traced,
+    /// None is computed.
     None,
     /// The traced reflection of the map.
     Mirror,
@@ -102,34 +112,49 @@ pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -
     let mut panels = Vec::new();
     for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
         let scene = Scene { solid, camera, samples: options.samples };
-        let points = scene.points(MEASURED, MEASURED);
-        let panel = |technique: &'static str, shading: &dyn Shading, error| EnvironmentPanel {
+        let [many, few] = MEASURED.map(|n| scene.points(n, n));
+        let panel = |technique: &'static str, shading: &dyn Shading, truth: Truth| EnvironmentPanel {
             solid: name,
             technique,
             picture: scene.picture(options.size, options.size, source, shading),
-            error,
+            error: truths.error(truth, shading, if truth == Truth::Mirror { &many } else { &few }),
+            mirrors: matches!(truth, Truth::Mirror | Truth::Traced),
         };
-        for (technique, shading, truth) in &techniques {
-            panels.push(panel(technique, shading.as_ref(), truths.error(*truth, shading.as_ref(), &points)));
-        }
+        panels.extend(techniques.iter().map(|(technique, shading, truth)| panel(technique, shading.as_ref(), *truth)));
         if solid == torus {
             let mirror = TracedMirror { source, solid, bounces: BOUNCES };
-            panels.push(panel("mirrors itself", &mirror, None));
+            panels.push(panel("mirrors itself", &mirror, Truth::Traced));
         }
     }
     panels
 }
 
-/// [`environment_panels`] as one picture, tone mapped like a photograph of the map, with names and errors.
+/// [`environment_panels`] as one picture with names and errors in percent, two rows for each shape. Show it with
+/// [`Tone::PLAIN`].
 ///
-/// Errors are the numbers of [`EnvironmentPanel::error`], in percent. Show it with [`Tone::PLAIN`].
+/// Mirrors are tone mapped like a photograph of the map; surfaces that blur it too, but darker where a lamp would make
+/// them white, all alike.
 ///
 /// # Panics
 /// As [`environment_panels`].
 #[must_use]
 pub fn environment_mapping_sheet(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -> Picture {
-    let tone = Tone::PHOTOGRAPH.fixed_for(&Picture::from(map));
-    let pictures: Vec<Picture> = environment_panels(map, options).iter().map(|panel| labelled(panel, &tone)).collect();
+    let panels = environment_panels(map, options);
+    let photograph = Tone::PHOTOGRAPH.fixed_for(&Picture::from(map));
+    let factor = |exposure: Exposure| {
+        let blurred = panels.iter().filter(|panel| !panel.mirrors);
+        blurred.map(|panel| exposure.factor(&panel.picture)).fold(f64::INFINITY, f64::min)
+    };
+    let dark = factor(Exposure::Percentile { fraction: 0.99, level: BRIGHT }).min(factor(photograph.exposure));
+    let blurred = Tone { exposure: Exposure::Fixed(dark), ..photograph };
+    let mut pictures = Vec::new();
+    for solid in ["ball", "torus"] {
+        let shape = panels.iter().filter(|panel| panel.solid == solid);
+        pictures.extend(shape.map(|panel| labelled(panel, if panel.mirrors { &photograph } else { &blurred })));
+        // Each shape begins a row.
+        let row_end = pictures.len().next_multiple_of(COLUMNS);
+        pictures.resize(row_end, Picture::filled(0, 0, Rgb::ZERO));
+    }
     Sheet { columns: COLUMNS, margin: 6, background: Rgb::splat(1.0) }.compose(&pictures)
 }
 
@@ -156,7 +181,7 @@ fn metal() -> Ggx {
 fn mirrors<'a>(size: usize, source: &'a (impl Fn(Dir) -> Rgb<f32> + Sync)) -> Vec<Technique<'a>> {
     let traced = |p: &SurfacePoint| source(p.reflected());
     vec![
-        ("traced mirror", Box::new(traced), Truth::None),
+        ("traced mirror", Box::new(traced), Truth::Traced),
         ("blinn-newell", Box::new(BlinnNewell::sampled(size, source)), Truth::Mirror),
         ("sphere map", Box::new(SphereMapped::sampled(size, source)), Truth::Mirror),
         ("cube map", Box::new(CubeMapped::sampled(size.div_ceil(2), source)), Truth::Mirror),
@@ -185,13 +210,13 @@ fn rough_mirrors<'a>(
 }
 
 fn matte_and_bumps<'a>(map: &EnvMap, size: usize) -> Vec<Technique<'a>> {
-    let albedo = Rgb::splat(0.8);
+    let albedo = Rgb::splat(ALBEDO as f32);
     let mirror = CubeMapped::sampled(size.div_ceil(2), |s| map.radiance(s));
     let irradiance = IrradiancePolynomial::of_radiance(&project_env(map, 3));
     vec![
         ("matte, map", Box::new(MatteByMap { irradiance: irradiance_map(map, 9, 64, 32), albedo }), Truth::Matte),
         ("matte, order 3", Box::new(MatteBySh { irradiance, albedo }), Truth::Matte),
-        ("bumps, cube map", Box::new(Bumped { inner: mirror, height: bumps(0.02, 14.0) }), Truth::None),
+        ("bumps, cube map", Box::new(Bumped { inner: mirror, height: bumps(0.02, 14.0) }), Truth::Traced),
     ]
 }
 
@@ -211,20 +236,20 @@ struct Truths<'a> {
 
 impl Truths<'_> {
     fn error(&self, truth: Truth, shading: &dyn Shading, points: &[SurfacePoint]) -> Option<f64> {
-        let report = match truth {
-            Truth::None => return None,
-            Truth::Mirror => compare_shadings(points, shading, &|p: &SurfacePoint| self.map.radiance(p.reflected())),
-            Truth::Rough => compare_shadings(points, shading, &self.rough),
+        let values = |shading: &dyn Shading| -> Vec<Rgb<f32>> { points.iter().map(|p| shading.radiance(p)).collect() };
+        let exact: Vec<Rgb<f32>> = match truth {
+            Truth::Traced | Truth::None => return None,
+            Truth::Mirror => values(&|p: &SurfacePoint| self.map.radiance(p.reflected())),
+            Truth::Rough => values(&self.rough),
             Truth::Matte => {
                 let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
-                let exact = irradiance_at(self.map, &normals).into_iter();
-                let exact: Vec<Rgb<f32>> =
-                    exact.map(|e| Rgb::narrow(e.scale(0.8 * std::f64::consts::FRAC_1_PI))).collect();
-                let image: Vec<Rgb<f32>> = points.iter().map(|p| shading.radiance(p)).collect();
-                compare(&image, &exact)
+                let irradiance = irradiance_at(self.map, &normals).into_iter();
+                irradiance.map(|e| Rgb::narrow(e.scale(ALBEDO / PI))).collect()
             }
         };
-        Some(report.relative_rmse)
+        let scale = compare(&exact, &vec![Rgb::ZERO; exact.len()]).rmse;
+        let rmse = compare(&values(shading), &exact).rmse;
+        Some(if rmse == 0.0 { 0.0 } else { rmse / scale })
     }
 }
 

@@ -55,6 +55,7 @@
 //! | rough mirrors | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; the truth: [`BruteForceReflection`] |
 //! | matte surfaces | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
 //! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
+//! | how a mapping unfolds the sphere | [`mapping_figure`] |
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | differences | [`compare()`], [`error_map`], [`colour_bar()`] |
 //!
@@ -89,6 +90,7 @@ mod irradiance_polynomial;
 mod iso_lines;
 mod lat_long;
 mod line_plot;
+mod mapping_figure;
 mod matte;
 mod mesh;
 mod paraboloids;
@@ -132,6 +134,7 @@ pub use irradiance_polynomial::IrradiancePolynomial;
 pub use iso_lines::IsoLines;
 pub use lat_long::{lat_long_picture, lat_long_picture_of};
 pub use line_plot::{Curve2d, LinePlot};
+pub use mapping_figure::mapping_figure;
 pub use matte::{MatteByMap, MatteBySh};
 pub use paraboloids::Paraboloids;
 pub use picture::Picture;

@@ -40,8 +40,8 @@ const ALBEDO_NODES: usize = 129;
 /// place, so that a glossy reflection does not show double, and gives up the angle to the normal, which the blend
 /// mends. The `w_k` are spherical barycentric weights. Where `v = v_k` nothing is approximated but the map's resolution.
 ///
-/// A point costs three lookups, whatever the reflectance function. [Cabral, Olano and Nemec 1999], with their radial
-/// warp in the closed form above.
+/// A point costs three lookups, whatever the reflectance function. After
+/// [Cabral, Olano and Nemec 1999]; the closed form of the warp is ours.
 ///
 /// What the blend mends worst is the rise of the reflectance towards grazing angles. [`ReflectionSpace::normalised`]
 /// takes it out of the maps and puts it back where the surface is seen, by the ambient reflectance `R_A` of even light:
