@@ -104,18 +104,6 @@ fn even_directions(count: usize) -> impl Iterator<Item = Dir> {
 }
 
 #[test]
-fn dbg_black() {
-    let map = bundled::studio().map();
-    let neg: Vec<_> = map.texels().iter().filter(|t| t.r <= 0.0 && t.g <= 0.0 && t.b <= 0.0).collect();
-    println!(
-        "{} all-negative texels of {}, {:?}",
-        neg.len(),
-        map.texels().len(),
-        neg.iter().take(4).collect::<Vec<_>>()
-    );
-}
-
-#[test]
 fn matte_techniques_agree_with_brute_force() {
     for map in bundled::all().map(|bundled| bundled.map()) {
         let white = Rgb::splat(1.0);
