@@ -59,7 +59,6 @@ impl<S: Shading, H: Fn([f64; 3]) -> f64 + Sync> Shading for Bumped<S, H> {
 /// ```text
 ///   F(p) = a sin(f x) sin(f y) sin(f z)
 /// ```
-#[must_use]
 pub fn bumps(amplitude: f64, frequency: f64) -> impl Fn([f64; 3]) -> f64 + Sync + Copy {
     move |p: [f64; 3]| amplitude * p.iter().map(|c| (frequency * c).sin()).product::<f64>()
 }
