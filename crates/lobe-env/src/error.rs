@@ -27,6 +27,9 @@ pub enum EnvError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// The caller's progress callback asked to stop.
+    #[error("stopped before it was done")]
+    Cancelled,
     /// The operating system refused.
     #[error("{file}: {source}")]
     Io {

@@ -1,0 +1,178 @@
+//! Averages of a cube map with a lobe, by samples drawn from the lobe.
+
+use std::f64::consts::PI;
+
+use lobe_sh::{Coefficient, Dir, Rgb};
+
+use crate::cube::{self, FACES};
+use crate::specular_lobe::{Kernel, integral};
+use crate::vec3::frame;
+use crate::{CubeMap, CubeMipChain};
+
+/// Places between which the share of the lobe within an angle is interpolated.
+const STEPS: usize = 4096;
+
+/// The golden angle, which spreads points evenly over a disc.
+const GOLDEN_ANGLE: f64 = PI * (3.0 - 2.236_067_977_499_79);
+
+/// A source with its smaller versions, each face with a border of its neighbours' texels.
+pub(crate) struct ImportanceFilter {
+    levels: Vec<Bordered>,
+}
+
+struct Bordered {
+    size: usize,
+    texels: Vec<[f32; 3]>,
+}
+
+/// A sample about the axis z: its direction, and the two levels it is read from, with the part of the second.
+pub(crate) struct Sample {
+    s: [f32; 3],
+    level: usize,
+    t: f32,
+}
+
+impl ImportanceFilter {
+    pub(crate) fn new(source: CubeMap) -> Self {
+        Self { levels: CubeMipChain::averaged(source).levels().iter().map(Bordered::new).collect() }
+    }
+
+    /// The samples for a kernel, which all weigh the same.
+    ///
+    /// Sample `i` of `N` is at the angle within which `(i + ½)/N` of the kernel lie. It stands for the solid angle
+    /// `1/(N p)`, `p = K/∫K`, and is read where texels are that large.
+    pub(crate) fn table(&self, kernel: &impl Kernel, samples: usize) -> Vec<Sample> {
+        let base = self.levels[0].size as f64;
+        let texel = 4.0 * PI / (FACES as f64 * base * base);
+        let total = integral(kernel);
+        let within = shares(kernel);
+        let last = self.levels.len() - 1;
+        let mut step = 0;
+        (0..samples)
+            .map(|i| {
+                let share = (i as f64 + 0.5) / samples as f64;
+                while step + 2 < within.len() && within[step + 1].1 < share {
+                    step += 1;
+                }
+                let ((d0, p0), (d1, p1)) = (within[step], within[step + 1]);
+                let d = d0 + (d1 - d0) * if p1 > p0 { ((share - p0) / (p1 - p0)).clamp(0.0, 1.0) } else { 0.5 };
+                let own = total / (samples as f64 * kernel.exact(d).max(f64::MIN_POSITIVE));
+                let level = (0.5 * (own.min(4.0 * PI) / texel).log2()).clamp(0.0, last as f64);
+                let (sin, cos) = (GOLDEN_ANGLE * i as f64).sin_cos();
+                let aside = (d * (2.0 - d)).max(0.0).sqrt();
+                let below = (level as usize).min(last.saturating_sub(1));
+                let s = [aside * cos, aside * sin, 1.0 - d].map(|c| c as f32);
+                Sample { s, level: below, t: (level - below as f64) as f32 }
+            })
+            .collect()
+    }
+
+    /// The average about `r`.
+    pub(crate) fn towards(&self, samples: &[Sample], r: Dir) -> Rgb<f32> {
+        let r = r.to_array();
+        let (u, v) = frame(r);
+        let axes = [u, v, r].map(|axis| axis.map(|c| c as f32));
+        let mut sum = [0.0_f64; 3];
+        for sample in samples {
+            let s: [f32; 3] = std::array::from_fn(|k| {
+                sample.s[0] * axes[0][k] + sample.s[1] * axes[1][k] + sample.s[2] * axes[2][k]
+            });
+            let place = Place::new(s);
+            let fine = self.levels[sample.level].at(&place);
+            let coarse = self.levels[(sample.level + 1).min(self.levels.len() - 1)].at(&place);
+            for c in 0..3 {
+                sum[c] += f64::from(fine[c] + sample.t * (coarse[c] - fine[c]));
+            }
+        }
+        Rgb::narrow(Rgb::from(sum.map(|c| c / samples.len() as f64)))
+    }
+}
+
+/// A face and the point on it, in `[0, 1]`.
+struct Place {
+    face: usize,
+    s: f32,
+    t: f32,
+}
+
+impl Place {
+    /// As [`cube::face_from_dir`], in single precision and for vectors of any length.
+    #[inline(always)]
+    fn new([x, y, z]: [f32; 3]) -> Self {
+        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+        let (face, major, a, b) = if ax >= az && ax >= ay {
+            if x > 0.0 { (0, ax, y, -z) } else { (1, ax, -y, -z) }
+        } else if az >= ay {
+            if z > 0.0 { (2, az, x, -y) } else { (3, az, x, y) }
+        } else if y < 0.0 {
+            (4, ay, x, -z)
+        } else {
+            (5, ay, -x, -z)
+        };
+        let half = 0.5 / major;
+        Self { face, s: half * a + 0.5, t: half * b + 0.5 }
+    }
+}
+
+impl Bordered {
+    fn new(map: &CubeMap) -> Self {
+        let size = map.size();
+        let inside = |i: isize| (0..size as isize).contains(&i);
+        let get = |face: usize, x: isize, y: isize| {
+            let (face, x, y) = if inside(x) && inside(y) {
+                (face, x as usize, y as usize)
+            } else {
+                cube::neighbour(size, face, x, y)
+            };
+            map.texel(face, x, y).widen()
+        };
+        let mut texels = Vec::with_capacity(FACES * (size + 2) * (size + 2));
+        for face in 0..FACES {
+            for y in -1..=size as isize {
+                for x in -1..=size as isize {
+                    let (near_x, near_y) = (x.clamp(0, size as isize - 1), y.clamp(0, size as isize - 1));
+                    let texel = if inside(x) || inside(y) {
+                        get(face, x, y)
+                    } else {
+                        // Three texels meet in a corner.
+                        let sum = get(face, near_x, near_y) + get(face, x, near_y) + get(face, near_x, y);
+                        Rgb::from(sum.to_array().map(|c| c / 3.0))
+                    };
+                    texels.push(texel.to_array().map(|c| c as f32));
+                }
+            }
+        }
+        Self { size, texels }
+    }
+
+    #[inline(always)]
+    fn at(&self, place: &Place) -> [f32; 3] {
+        let size = self.size as f32;
+        let (x, y) = (place.s * size + 0.5, place.t * size + 0.5);
+        let (left, top) = ((x as usize).min(self.size), (y as usize).min(self.size));
+        let (s, t) = (x - left as f32, y - top as f32);
+        let stride = self.size + 2;
+        let at = (place.face * stride + top) * stride + left;
+        let (upper, lower) = (&self.texels[at..][..2], &self.texels[at + stride..][..2]);
+        std::array::from_fn(|c| {
+            let above = upper[0][c] + s * (upper[1][c] - upper[0][c]);
+            let below = lower[0][c] + s * (lower[1][c] - lower[0][c]);
+            above + t * (below - above)
+        })
+    }
+}
+
+/// Pairs of `d` and the share of the kernel between the axis and `d`, from 0 to 1; `d` crowds towards the axis.
+fn shares(kernel: &impl Kernel) -> Vec<(f64, f64)> {
+    let at = |i: usize| 2.0 * (i as f64 / STEPS as f64).powi(6);
+    let mut sum = 0.0;
+    let mut out = vec![(0.0, 0.0)];
+    for i in 0..STEPS {
+        let (start, end) = (at(i), at(i + 1));
+        let middle = kernel.exact(0.5 * (start + end));
+        sum += (end - start) / 6.0 * (kernel.exact(start) + 4.0 * middle + kernel.exact(end));
+        out.push((end, sum));
+    }
+    out.iter_mut().for_each(|entry| entry.1 /= sum);
+    out
+}
