@@ -74,9 +74,8 @@ impl ImportanceFilter {
         let axes = [u, v, r].map(|axis| axis.map(|c| c as f32));
         let mut sum = [0.0_f64; 3];
         for sample in samples {
-            let s: [f32; 3] = std::array::from_fn(|k| {
-                sample.s[0] * axes[0][k] + sample.s[1] * axes[1][k] + sample.s[2] * axes[2][k]
-            });
+            let s: [f32; 3] =
+                std::array::from_fn(|k| sample.s[0] * axes[0][k] + sample.s[1] * axes[1][k] + sample.s[2] * axes[2][k]);
             let place = Place::new(s);
             let fine = self.levels[sample.level].at(&place);
             let coarse = self.levels[(sample.level + 1).min(self.levels.len() - 1)].at(&place);
@@ -119,11 +118,8 @@ impl Bordered {
         let size = map.size();
         let inside = |i: isize| (0..size as isize).contains(&i);
         let get = |face: usize, x: isize, y: isize| {
-            let (face, x, y) = if inside(x) && inside(y) {
-                (face, x as usize, y as usize)
-            } else {
-                cube::neighbour(size, face, x, y)
-            };
+            let (face, x, y) =
+                if inside(x) && inside(y) { (face, x as usize, y as usize) } else { cube::neighbour(size, face, x, y) };
             map.texel(face, x, y).widen()
         };
         let mut texels = Vec::with_capacity(FACES * (size + 2) * (size + 2));

@@ -72,9 +72,11 @@ impl SpecularLobe {
     pub(crate) fn check(&self) -> Result<(), EnvError> {
         let (name, value, fits) = match *self {
             Self::Ggx { alpha } => ("α of a GGX lobe lies in [0, 1]", alpha, (0.0..=1.0).contains(&alpha)),
-            Self::Phong { exponent } | Self::BlinnPhong { exponent } => {
-                ("the exponent of a lobe is finite and not negative", exponent, (0.0..f64::INFINITY).contains(&exponent))
-            }
+            Self::Phong { exponent } | Self::BlinnPhong { exponent } => (
+                "the exponent of a lobe is finite and not negative",
+                exponent,
+                (0.0..f64::INFINITY).contains(&exponent),
+            ),
         };
         if fits { Ok(()) } else { Err(EnvError::Options(format!("{name}, not {value}"))) }
     }
@@ -214,9 +216,7 @@ fn power_below_one(x: f32, s: f32) -> f32 {
     let shifted = y + ROUND;
     let whole = shifted.to_bits().wrapping_sub(ROUND.to_bits());
     let r = (y - (shifted - ROUND)) * std::f32::consts::LN_2;
-    let exp = 1.0
-        + r * (1.0
-            + r * (0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0))))));
+    let exp = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0))))));
     exp * f32::from_bits(whole.wrapping_add(127) << 23)
 }
 

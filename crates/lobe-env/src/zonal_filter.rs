@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::CubeMap;
 use crate::cube::{self, FACES};
 use crate::filter_cut::{FilterCut, class_of};
-use crate::filter_tree::{FilterTree, PLANES, Piece, extent, place};
+use crate::filter_tree::{FilterTree, NODES, PLANES, Piece, extent, place};
 use crate::specular_lobe::{Kernel, integral};
 
 /// Points taken together.
@@ -87,16 +87,20 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
             if self.cut.is_negligible(around(shape.radius)) {
                 continue;
             }
-            if self.cut.cell_is_good(shape.class, around(0.0)) {
-                let cell = &self.tree.levels[depth][i];
-                accumulate(&self.kernel, &cell.each_ref().map(<[f32; 64]>::as_slice), &singles, &mut sums);
-            } else if depth < self.depth {
+            let is_good = self.cut.cell_is_good(shape.class, around(0.0));
+            if !is_good && depth < self.depth {
                 let (face, column, row) = place(i, depth);
                 let side = 2 << depth;
                 let child = |dx: usize, dy: usize| (depth + 1, (face * side + 2 * row + dy) * side + 2 * column + dx);
                 open.extend([child(1, 1), child(0, 1), child(1, 0), child(0, 0)]);
+                continue;
+            }
+            let count = if is_good { 1 } else { self.cut.texel_points(around(shape.radius)) };
+            if count == 1 {
+                // The nodes of the cell are no worse than one point in each of its texels, even at a kink.
+                let cell = &self.tree.levels[depth][i];
+                accumulate(&self.kernel, &cell.each_ref().map(<[f32; NODES]>::as_slice), &singles, &mut sums);
             } else {
-                let count = self.cut.texel_points(around(shape.radius));
                 points.fill(self.tree, i, depth, &self.rules[count]);
                 accumulate(&self.kernel, &points.planes.each_ref().map(Vec::as_slice), &singles, &mut sums);
             }
@@ -199,9 +203,8 @@ pub(crate) fn filter_tiles(
     let done: Vec<Vec<(usize, Rgb<f32>)>> = tiles
         .par_iter()
         .map(|&[face, left, top]| {
-            let places: Vec<_> = (top..size.min(top + side))
-                .flat_map(|y| (left..size.min(left + side)).map(move |x| (x, y)))
-                .collect();
+            let places: Vec<_> =
+                (top..size.min(top + side)).flat_map(|y| (left..size.min(left + side)).map(move |x| (x, y))).collect();
             let at = |i: usize| (i as f64 + 0.5) / size as f64;
             let dirs: Vec<Dir> = places.iter().map(|&(x, y)| cube::dir_from_face(face, at(x), at(y))).collect();
             let index = places.iter().map(|&(x, y)| (face * size + y) * size + x);

@@ -1,0 +1,45 @@
+//! Prefiltering for glossy reflection; see the README beside this file.
+
+use std::hint::black_box;
+use std::ops::ControlFlow;
+
+use criterion::{BenchmarkId, Criterion};
+use lobe_env::{CubeMap, PrefilterMethod, PrefilterOptions, SpecularLobe, bundled, filter_lobe, prefilter_ggx};
+use rayon::ThreadPoolBuilder;
+
+fn chain(c: &mut Criterion) {
+    let map = bundled::sunset().map();
+    let source = CubeMap::from_fn(256, |s| map.radiance(s));
+    let methods =
+        [("gather", PrefilterMethod::default()), ("importance-1024", PrefilterMethod::Importance { samples: 1024 })];
+    for threads in [1, 2] {
+        let pool = match ThreadPoolBuilder::new().num_threads(threads).build() {
+            Ok(pool) => pool,
+            Err(error) => panic!("no pool of {threads} threads: {error}"),
+        };
+        let mut group = c.benchmark_group(format!("ggx-chain-256-to-16-{threads}-threads"));
+        group.sample_size(10);
+        for (name, method) in methods {
+            let mut options = PrefilterOptions::default();
+            options.method = method;
+            group.bench_function(BenchmarkId::from_parameter(name), |b| {
+                b.iter(|| pool.install(|| prefilter_ggx(black_box(&source), &options, |_| ControlFlow::Continue(()))));
+            });
+        }
+        drop(group);
+        let mut group = c.benchmark_group(format!("phong-64-{threads}-threads"));
+        group.sample_size(10);
+        for exponent in [10.0, 100.0] {
+            let lobe = SpecularLobe::Phong { exponent };
+            group.bench_function(BenchmarkId::from_parameter(exponent), |b| {
+                b.iter(|| pool.install(|| filter_lobe(black_box(&source), lobe, 64, PrefilterMethod::default())));
+            });
+        }
+    }
+}
+
+fn main() {
+    let mut criterion = Criterion::default().configure_from_args();
+    chain(&mut criterion);
+    criterion.final_summary();
+}

@@ -1,0 +1,335 @@
+//! Filtered maps: the furnace, linearity, seams, and brute force.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
+use std::ops::ControlFlow;
+
+use lobe_env::{
+    Brdf, CubeMap, EnvError, Ggx, PrefilterMethod, PrefilterOptions, RoughnessLevels, SpecularLobe, bundled, cube, dfg,
+    filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
+};
+use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
+use lobe_testkit::Random;
+
+const GATHER: PrefilterMethod = PrefilterMethod::Gather { tolerance: 0.02 };
+const IMPORTANCE: PrefilterMethod = PrefilterMethod::Importance { samples: 1024 };
+
+/// Of the brightest texel. Peers at 1024 samples with a real sun: 0.08 to 0.13.
+const GATHER_ERROR: f64 = 3e-3;
+const IMPORTANCE_ERROR: f64 = 0.05;
+
+fn ggx(alpha: f64) -> SpecularLobe {
+    SpecularLobe::Ggx { alpha }
+}
+
+fn options(size: usize, last_size: usize, method: PrefilterMethod) -> PrefilterOptions {
+    let mut options = PrefilterOptions::default();
+    (options.size, options.last_size, options.method) = (size, last_size, method);
+    options
+}
+
+fn chain(source: &CubeMap, options: &PrefilterOptions) -> Vec<CubeMap> {
+    prefilter_ggx(source, options, |_| ControlFlow::Continue(())).unwrap().levels().to_vec()
+}
+
+fn noise(size: usize, seed: u64) -> CubeMap {
+    let mut random = Random::new(seed);
+    let mut value = || random.unit().powi(8) as f32 * 100.0;
+    CubeMap::new(size, (0..6 * size * size).map(|_| Rgb::new(value(), value(), value())).collect()).unwrap()
+}
+
+/// A smooth sky with a sun of one texel, 1e5 times as bright.
+fn one_texel_sun(size: usize) -> CubeMap {
+    let mut map = CubeMap::from_fn(size, |s| Rgb::splat(1.0 + 0.3 * s.z() as f32));
+    map.texels_mut()[(size + size / 6) * size + size / 3] = Rgb::splat(1e5);
+    map
+}
+
+/// The texels of a map as points: `points²` each, with what the map holds there and the solid angle.
+fn brute_force_points(source: &CubeMap, points: usize) -> Vec<(Dir, f64, f64)> {
+    let size = source.size();
+    let rule = gauss_legendre(points);
+    let at = |i: usize, t: f64| (i as f64 + 0.5 + 0.5 * t) / size as f64;
+    let mut out = Vec::new();
+    for (i, texel) in source.texels().iter().enumerate() {
+        let (face, x, y) = (i / (size * size), i % size, i / size % size);
+        for (a, p) in &rule {
+            for (b, q) in &rule {
+                let (s, t) = (at(x, *a), at(y, *b));
+                let r2 = 1.0 + (2.0 * s - 1.0).powi(2) + (2.0 * t - 1.0).powi(2);
+                out.push((cube::dir_from_face(face, s, t), p * q / (r2 * r2.sqrt()), f64::from(texel.g)));
+            }
+        }
+    }
+    out
+}
+
+fn brute_force(points: &[(Dir, f64, f64)], r: Dir, weight: impl Fn(Dir) -> f64) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (s, area, light) in points {
+        if s.dot(r) > -0.1 {
+            let w = area * weight(*s);
+            (sum, weights) = (sum + w * light, weights + w);
+        }
+    }
+    sum / weights
+}
+
+/// The largest error over some texels, the brightest and its neighbours among them, in parts of the brightest.
+fn error_of_peak(found: &CubeMap, points: &[(Dir, f64, f64)], lobe: impl Fn(f64) -> f64) -> f64 {
+    let size = found.size();
+    let texels = found.texels();
+    let best = (0..texels.len()).max_by(|a, b| texels[*a].g.total_cmp(&texels[*b].g)).unwrap();
+    let picks =
+        [best, best + 1, best + size, best.saturating_sub(2), 7, 5 * size * size + size / 2, 3 * size * size - 1];
+    let error = |i: usize| {
+        let r = found.dir(i / (size * size), i % size, i / size % size);
+        (f64::from(texels[i].g) - brute_force(points, r, |s| lobe(s.dot(r)))).abs()
+    };
+    picks.iter().map(|i| error(i % texels.len())).fold(0.0, f64::max) / f64::from(texels[best].g)
+}
+
+#[test]
+fn the_white_furnace_is_exactly_one() {
+    for method in [GATHER, IMPORTANCE] {
+        for size in [32, 21] {
+            let white = CubeMap::from_fn(size, |_| Rgb::splat(1.0));
+            for (k, level) in chain(&white, &options(16, 2, method)).iter().enumerate() {
+                assert!(level.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{method:?}, {size}, level {k}");
+            }
+            for lobe in [SpecularLobe::Phong { exponent: 40.0 }, SpecularLobe::BlinnPhong { exponent: 900.0 }] {
+                let map = filter_lobe(&white, lobe, 8, method).unwrap();
+                assert!(map.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{method:?}, {lobe:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn both_methods_against_brute_force() {
+    let cube = |map: &lobe_env::EnvMap| CubeMap::from_fn(256, |s| map.radiance(s));
+    let mut maps: Vec<_> = bundled::all().iter().map(|b| (b.name, cube(&b.map()), 1)).collect();
+    maps.push(("a sun of one texel", one_texel_sun(64), 3));
+    for (name, source, per_texel) in maps {
+        let points = brute_force_points(&source, per_texel);
+        for alpha in [0.0625, 0.25, 0.5625, 1.0] {
+            let lobe = ggx(alpha);
+            let error = |method| {
+                let found = filter_lobe(&source, lobe, 16, method).unwrap();
+                error_of_peak(&found, &points, |cos| lobe.value(cos))
+            };
+            let (gather, importance) = (error(GATHER), error(IMPORTANCE));
+            println!("{name}, α = {alpha}: of the peak, gather {gather:.1e}, importance {importance:.1e}");
+            assert!(gather < GATHER_ERROR, "{name}, α = {alpha}: {gather} of the peak, gathered");
+            assert!(importance < IMPORTANCE_ERROR, "{name}, α = {alpha}: {importance} of the peak, sampled");
+        }
+    }
+}
+
+#[test]
+fn highlight_maps_against_brute_force() {
+    let source = one_texel_sun(64);
+    let points = brute_force_points(&source, 4);
+    let lobes = [
+        SpecularLobe::Phong { exponent: 1.0 },
+        SpecularLobe::Phong { exponent: 12.5 },
+        SpecularLobe::Phong { exponent: 400.0 },
+        SpecularLobe::BlinnPhong { exponent: 60.0 },
+        ggx(0.02),
+    ];
+    for lobe in lobes {
+        let found = filter_lobe(&source, lobe, 32, GATHER).unwrap();
+        let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
+        println!("{lobe:?}: {error:.1e} of the peak");
+        assert!(error < GATHER_ERROR, "{lobe:?}: {error} of the peak");
+    }
+    let kernel = |cos: f64| (30.0 * (cos - 1.0)).exp();
+    let found = filter_zonal(&source, 16, 1e-3, kernel).unwrap();
+    let error = error_of_peak(&found, &points, kernel);
+    assert!(error < 1e-3, "a spherical Gaussian: {error} of the peak");
+}
+
+#[test]
+fn a_smaller_tolerance_has_a_smaller_error() {
+    let source = one_texel_sun(64);
+    let points = brute_force_points(&source, 3);
+    for tolerance in [1e-2, 1e-3, 1e-4] {
+        let lobe = ggx(0.25);
+        let found = filter_lobe(&source, lobe, 16, PrefilterMethod::Gather { tolerance }).unwrap();
+        let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
+        println!("tolerance {tolerance}: {error:.1e} of the peak");
+        assert!(error < tolerance, "tolerance {tolerance}: {error} of the peak");
+    }
+}
+
+#[test]
+fn filtering_is_linear_in_the_source() {
+    let (a, b) = (noise(24, 1), noise(24, 2));
+    let both = a.texels().iter().zip(b.texels()).map(|(a, b)| a.scale(2.0) + b.scale(-0.5)).collect();
+    let both = CubeMap::new(24, both).unwrap();
+    for method in [GATHER, IMPORTANCE] {
+        let [a, b, both] = [&a, &b, &both].map(|map| filter_lobe(map, ggx(0.2), 8, method).unwrap());
+        for ((a, b), both) in a.texels().iter().zip(b.texels()).zip(both.texels()) {
+            let expected = 2.0 * a.g - 0.5 * b.g;
+            assert!(
+                (both.g - expected).abs() < 1e-5 * (2.0 * a.g + 0.5 * b.g),
+                "{method:?}: {} and {expected}",
+                both.g
+            );
+        }
+    }
+}
+
+#[test]
+fn the_chain_has_the_same_bits_for_any_number_of_threads() {
+    let source = noise(32, 3);
+    for method in [GATHER, IMPORTANCE] {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| chain(&source, &options(32, 4, method)))
+        };
+        assert!(run(1) == run(3), "{method:?}: one thread and three differ");
+    }
+}
+
+#[test]
+fn no_seam_shows_where_faces_meet() {
+    let size = 32;
+    let source = noise(32, 4);
+    for method in [GATHER, IMPORTANCE] {
+        let map = filter_lobe(&source, ggx(0.25), size, method).unwrap();
+        let (mut inside, mut across) = (0.0_f32, 0.0_f32);
+        for face in 0..6 {
+            for k in 0..size {
+                for i in 1..size {
+                    inside = inside.max((map.texel(face, i, k).g - map.texel(face, i - 1, k).g).abs());
+                }
+                let t = (k as f64 + 0.5) / size as f64;
+                let beyond = -0.5 / size as f64;
+                for (s, t, own) in [(beyond, t, (0, k)), (t, beyond, (k, 0))] {
+                    let (other, s, t) = cube::face_from_dir(cube::dir_from_face(face, s, t));
+                    let at = |c: f64| ((c * size as f64) as usize).min(size - 1);
+                    across = across.max((map.texel(face, own.0, own.1).g - map.texel(other, at(s), at(t)).g).abs());
+                }
+            }
+        }
+        assert!(across < 1.3 * inside, "{method:?}: a step of {across} between faces, {inside} inside");
+    }
+}
+
+/// What a mirror of GGX reflects of a map towards `v`, which `n` faces, by brute force.
+fn reflected(points: &[(Dir, f64, f64)], brdf: &Ggx, n: Dir, v: Dir) -> f64 {
+    let turn = |s: Dir| {
+        // A frame about n with v in its plane y = 0.
+        let cos = n.dot(v);
+        let x: [f64; 3] = std::array::from_fn(|k| v.to_array()[k] - cos * n.to_array()[k]);
+        let Some(x) = Dir::new(x) else { panic!("v and n are one direction") };
+        let y = [n.y() * x.z() - n.z() * x.y(), n.z() * x.x() - n.x() * x.z(), n.x() * x.y() - n.y() * x.x()];
+        Dir::from_unit([s.dot(x), s.x() * y[0] + s.y() * y[1] + s.z() * y[2], s.dot(n)])
+    };
+    let v = turn(v);
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (s, area, light) in points {
+        let l = turn(*s);
+        sum += area * light * brdf.eval(v, l) * l.z().max(0.0);
+        total += area;
+    }
+    sum * 4.0 * std::f64::consts::PI / total
+}
+
+#[test]
+fn the_split_sum_is_exact_in_even_light_and_near_it_elsewhere() {
+    let sunset = bundled::sunset().map();
+    let white = CubeMap::from_fn(64, |_| Rgb::splat(1.0));
+    let real = CubeMap::from_fn(64, |s| sunset.radiance(s));
+    for (alpha, tolerances) in [(0.25, [0.3, 0.9]), (0.5625, [0.3, 0.9])] {
+        for (cos_v, tolerance) in [(0.95, tolerances[0]), (0.3, tolerances[1])] {
+            let (n, v) = (Dir::Z, Dir::from_angles(f64::acos(cos_v), 0.7));
+            let r = Dir::from_angles(f64::acos(cos_v), 0.7 + std::f64::consts::PI);
+            let table = dfg(cos_v, alpha);
+            let brdf = Ggx { alpha, f0: 0.5 };
+            let factor = brdf.f0 * table.scale + table.bias;
+            let split =
+                |map: &CubeMap| f64::from(filter_lobe(map, ggx(alpha), 64, GATHER).unwrap().radiance(r).g) * factor;
+            let truth = |map: &CubeMap| reflected(&brute_force_points(map, 1), &brdf, n, v);
+            let even = split(&white) / truth(&white) - 1.0;
+            let error = split(&real) / truth(&real) - 1.0;
+            println!("α {alpha}, n·v {cos_v}: even light {even:.1e}, sunset {:.1} %", 100.0 * error);
+            assert!(even.abs() < 2e-3, "α {alpha}, n·v {cos_v}: {even} in even light");
+            assert!(error.abs() < tolerance, "α {alpha}, n·v {cos_v}: {error} in the sunset");
+        }
+    }
+}
+
+#[test]
+fn level_zero_is_the_source_averaged_over_each_texel() {
+    let source = noise(24, 5);
+    let same = chain(&source, &options(24, 24, GATHER));
+    assert!(same.len() == 1 && same[0] == source, "the same size is the same map");
+    for size in [12, 7] {
+        let level = &chain(&source, &options(size, size, GATHER))[0];
+        let (found, expected) = (level.mean().g, source.mean().g);
+        // Where texels are cut, each part has the texel's own light but not exactly its share of the solid angle.
+        assert!((found / expected - 1.0).abs() < 0.01, "24 to {size}: {found} against {expected}");
+    }
+    let narrow = filter_lobe(&source, SpecularLobe::Phong { exponent: 1e9 }, 24, GATHER).unwrap();
+    assert!(narrow == source, "a lobe far narrower than texels is a mirror");
+}
+
+#[test]
+fn a_lat_long_highlight_map_shows_the_same() {
+    let source = noise(16, 6);
+    let lobe = SpecularLobe::Phong { exponent: 20.0 };
+    let fine = PrefilterMethod::Gather { tolerance: 1e-4 };
+    let (cube, map) =
+        (filter_lobe(&source, lobe, 64, fine).unwrap(), filter_lobe_lat_long(&source, lobe, [16, 8], 1e-4).unwrap());
+    for y in 0..8 {
+        for x in 0..16 {
+            let (found, expected) = (map.texel(x, y).g, cube.radiance(map.dir(x, y)).g);
+            // The cube is interpolated between its texels.
+            assert!((found / expected - 1.0).abs() < 2e-3, "({x}, {y}): {found} against {expected}");
+        }
+    }
+}
+
+#[test]
+fn levels_and_roughness_are_each_others_inverse() {
+    for mapping in [RoughnessLevels::Linear, RoughnessLevels::Quadratic] {
+        for levels in [2, 5, 9] {
+            for level in 0..levels {
+                let r = mapping.roughness_of_level(level, levels);
+                let back = mapping.level_for_roughness(r, levels);
+                assert!((back - level as f64).abs() < 1e-12, "{mapping:?}: {level} of {levels} came back as {back}");
+            }
+        }
+    }
+    let options = PrefilterOptions::default();
+    assert!((0..5).all(|k| options.alpha_of_level(k) == (k as f64 / 4.0).powi(2)), "α = (level/last)²");
+}
+
+#[test]
+fn wrong_options_are_refused_and_the_work_can_be_stopped() {
+    let source = noise(8, 7);
+    let run = |options: &PrefilterOptions| prefilter_ggx(&source, options, |_| ControlFlow::Continue(()));
+    let bad = [
+        options(0, 1, GATHER),
+        options(8, 16, GATHER),
+        options(8, 0, GATHER),
+        options(8, 2, PrefilterMethod::Gather { tolerance: 0.0 }),
+        options(8, 2, PrefilterMethod::Importance { samples: 0 }),
+    ];
+    for options in bad {
+        assert!(matches!(run(&options), Err(EnvError::Options(_))), "{options:?} was taken");
+    }
+    for lobe in [ggx(1.5), ggx(f64::NAN), SpecularLobe::Phong { exponent: -1.0 }] {
+        assert!(matches!(filter_lobe(&source, lobe, 8, GATHER), Err(EnvError::Options(_))), "{lobe:?} was taken");
+    }
+    assert!(matches!(filter_zonal(&source, 8, 1e-3, |_| 0.0), Err(EnvError::Options(_))), "a kernel of nothing");
+    let mut heard = Vec::new();
+    let stopped = prefilter_ggx(&source, &options(8, 2, GATHER), |part| {
+        heard.push(part);
+        if heard.len() < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    });
+    assert!(matches!(stopped, Err(EnvError::Cancelled)), "stopped: {stopped:?}");
+    assert!(heard.is_sorted() && heard.iter().all(|p| (0.0..=1.0).contains(p)), "parts done: {heard:?}");
+}
