@@ -59,6 +59,8 @@
 //! | the net flow of light | [`vector_irradiance()`], [`VectorIrradiance`] |
 //! | lights of finite size | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`DirectionalLight`], [`compare_approximations`] |
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
+//! | what a glossy surface sees | [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
+//! | the sun as a light of its own | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
 //! | what of even light a surface reflects | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`Dfg`], [`DfgTable`] |
 //!
 //! # A map is constant over each texel

@@ -28,7 +28,7 @@ fn places() -> Vec<Dir> {
 
 /// The sky with a disc, every texel holding the part of it that the disc covers.
 fn with_disc(place: Dir, radius: f64, radiance: Rgb<f32>) -> EnvMap {
-    let parts = 8;
+    let parts = 32;
     let mut map = EnvMap::from_fn(WIDTH, HEIGHT, sky);
     for y in 0..HEIGHT {
         for x in 0..WIDTH {
@@ -93,7 +93,7 @@ fn planted_discs_are_found_wherever_they_are() {
             let (filled, expected) = (found.rest.radiance(place), sky(place));
             let fill = (0..3).map(|c| (filled.channel(c) - expected.channel(c)).abs()).fold(0.0, f32::max);
             assert!(distance < 0.1, "{at}: found {distance} texels away");
-            // 64 points to a texel tell its covered part to about a hundredth.
+            // 1024 points to a texel tell the part of it that is covered; a few may be wrong along the whole edge.
             assert!(energy < 0.02, "{at}: energy off by {energy}");
             assert!(size < 0.25, "{at}: size off by {size}");
             assert!(fill < 0.02, "{at}: filled with {filled:?} instead of {expected:?}");
@@ -121,7 +121,8 @@ fn a_sun_of_one_texel_keeps_its_energy_and_its_place() {
         let error = (found.sun.irradiance.g / expected - 1.0).abs();
         let distance = found.sun.direction.angle_to(texel) / PITCH;
         assert!(error < 1e-4, "{place:?}: {} against {expected}", found.sun.irradiance.g);
-        assert!(distance < 0.05, "{place:?}: {distance} texels away");
+        // A texel at a pole is a triangle: its centre of light lies a sixth of its height from the middle.
+        assert!(distance < 0.17, "{place:?}: {distance} texels away");
     }
 }
 
