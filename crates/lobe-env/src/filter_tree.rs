@@ -234,7 +234,7 @@ pub(crate) fn extent(i: usize, depth: usize) -> (Dir, f64) {
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::Rgb;
+    use lobe_sh::{Coefficient, Rgb};
     use lobe_testkit::Random;
 
     use super::*;

@@ -317,6 +317,9 @@ fn filter<K: Kernel>(
     Engine::new(source, method, std::iter::once(kernel())).filter(kernel(), size, &mut |_| ControlFlow::Continue(()))
 }
 
+/// Fills the given tiles of a map.
+type FillTiles<'a> = dyn Fn(&[[usize; 3]], &mut [Rgb<f32>]) + 'a;
+
 /// What all levels share.
 enum Engine<'a> {
     Gather { tree: FilterTree<'a>, shapes: Vec<Vec<Shape>>, tolerance: f64 },
@@ -354,7 +357,7 @@ impl<'a> Engine<'a> {
         }
         let (side, tiles) = tiles(size);
         let mut out = vec![Rgb::ZERO; FACES * size * size];
-        let mut part: Box<dyn FnMut(&[[usize; 3]], &mut [Rgb<f32>]) + '_> = match self {
+        let part: Box<FillTiles<'_>> = match self {
             Self::Gather { tree, shapes, tolerance } => {
                 let cut = cut(source, &kernel, *tolerance);
                 let filter = ZonalFilter::new(tree, shapes, kernel, cut);
