@@ -281,7 +281,8 @@ mod tests {
                 let mut found = 0.0;
                 for cell in &tree.levels[k] {
                     for i in 0..NODES {
-                        let s = Dir::from_unit([0, 1, 2].map(|c| f64::from(cell[c][i])));
+                        // Stored in f32, so not of length 1 in f64.
+                        let s = Dir::new([0, 1, 2].map(|c| f64::from(cell[c][i]))).unwrap();
                         found += kernel(s) * f64::from(cell[4][i]);
                     }
                 }
