@@ -69,6 +69,8 @@
 //! | rotate | [`Rotation`], [`RotationMatrices`] (many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
 //! | multiply functions | [`product_into`] |
+//! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
+//! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
 //! | read and write `.sh.json` | `load_sh_json`, `save_sh_json` (feature `json`, on by default) |
 //!
 //! # Types on top, slices below
@@ -85,15 +87,18 @@
 //! Mathematics does not fail: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for what
 //! comes from outside, files and matrices that claim to be rotations.
 
+mod ascent;
 mod axis_permutation;
 mod basis;
 mod closed_bands;
 mod coefficient;
 mod complex;
+mod cone;
 mod convolve;
 mod dir;
 mod error;
 mod expansion;
+mod extract;
 #[cfg(feature = "json")]
 mod file;
 mod generated;
@@ -104,8 +109,13 @@ mod ivanic;
 mod kernel;
 mod least_squares;
 mod legendre;
+mod light;
+mod light_fit;
 mod mirror;
 mod monte_carlo;
+mod non_negative;
+mod normalization;
+mod peaks;
 mod product;
 mod product_cost;
 mod product_grid;
@@ -114,13 +124,17 @@ mod project;
 mod quadrature;
 mod quantity;
 mod real;
+mod refine;
 mod rgb;
 mod rotation;
 #[cfg(feature = "json")]
 mod save;
 mod sh;
 mod sh_vec;
+mod soft_cone;
+mod spherical_polygon;
 mod swap;
+mod thomson;
 mod triple;
 mod zonal;
 mod zyz;
@@ -133,6 +147,10 @@ pub use convolve::{convolve_in_place, convolved};
 pub use dir::Dir;
 pub use error::ShError;
 pub use expansion::Expansion;
+pub use extract::{
+    LightChoice, LightOptions, extract_light, extract_light_per_channel, extract_lights, fit_lights,
+    optimal_linear_direction,
+};
 #[cfg(feature = "json")]
 pub use file::{FileCoefficients, ShFile, load_sh_json, read_sh_json, save_sh_json, write_sh_json};
 pub use generated::PRODUCT_COSTS;
@@ -141,8 +159,12 @@ pub use index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
 pub use ivanic::RotationMatrices;
 pub use least_squares::{Conditioning, Fit, least_squares};
 pub use legendre::{legendre, legendre_normalised};
+pub use light::Light;
+pub use light_fit::{DirectionalLight, LightFit, LightMetric};
 pub use mirror::{Axis, mirror_in_place, quarter_turn_in_place};
 pub use monte_carlo::{Estimate, MonteCarlo, Sampling, project_monte_carlo};
+pub use normalization::{Normalization, directional_normalization};
+pub use peaks::{Peak, PeakSearch, local_maxima};
 pub use product::{product, product_into, square_into, zonal_product_into};
 pub use product_cost::{ProductCost, ProductKind};
 pub use product_grid::product_on_grid;
@@ -157,6 +179,7 @@ pub use rotation::{Rotation, RotationError};
 pub use save::{check_writable, write_atomically};
 pub use sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use sh_vec::ShVec;
+pub use spherical_polygon::SphericalPolygon;
 pub use triple::{
     ExactTriple, MAX_TRIPLE_ORDER, Triple, TripleTensor, exact_triple_product, triple_product, unique_triples,
 };
