@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::talk::Talk;
 use crate::{
     demo, env_ambient, env_area_light, env_dfg, env_info, env_irradiance, env_reconstruct, env_sky,
-    env_vector_irradiance, project, sh_convolve, sh_eval, sh_plot, sh_product, sh_rotate, values,
+    env_vector_irradiance, light, project, sh_convolve, sh_eval, sh_lights, sh_plot, sh_product, sh_rotate, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -56,6 +56,8 @@ enum Command {
     Demo(demo::Demo),
     /// Project an environment map onto spherical harmonics
     Project(project::Project),
+    /// Write a light with a name as an expansion: sun, lamp, window, sky
+    Light(light::LightCommand),
     /// Work on expansions in .sh.json files
     #[command(subcommand)]
     Sh(ShCommand),
@@ -74,6 +76,8 @@ enum ShCommand {
     Product(sh_product::ShProduct),
     /// Convolve an expansion with a kernel that is symmetric about its axis
     Convolve(sh_convolve::ShConvolve),
+    /// Find directional lights and ambient light in an expansion
+    Lights(sh_lights::ShLights),
     /// Draw an expansion: as a balloon, on the unfolded cube, or in a cross-section
     Plot(sh_plot::ShPlot),
 }
@@ -131,10 +135,12 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         Command::Demo(args) => args.run(talk)?,
         Command::Project(args) => args.run(talk)?,
+        Command::Light(args) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,
         Command::Sh(ShCommand::Product(args)) => args.run()?,
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
+        Command::Sh(ShCommand::Lights(args)) => args.run()?,
         Command::Sh(ShCommand::Plot(args)) => args.run()?,
         Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,

@@ -1,6 +1,6 @@
 //! Lights out of an expansion: one in closed form, several by least squares.
 
-use crate::light_fit::{LightProblem, Luminance as _, luminance_of, total};
+use crate::light_fit::{LightProblem, luminance_of, total};
 use crate::refine::refine;
 use crate::{
     Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
@@ -200,7 +200,7 @@ fn chosen_by_residual<T: Coefficient>(problem: &LightProblem<T>, peaks: &[Dir], 
 fn refined_one_by_one<T: Coefficient>(problem: &LightProblem<T>, options: &LightOptions) -> LightFit<T::Wide> {
     let mut fit = problem.solve(&[]);
     while fit.lights.len() < options.count {
-        let left = problem.left_of(&fit).map(|c| c.luminance());
+        let left = luminance_of(&problem.left_of(&fit));
         let peaks: Vec<Dir> = local_maxima(&left, options.search).into_iter().map(|peak| peak.dir).collect();
         let Some(better) = with_best(problem, &fit, &peaks) else { break };
         fit = refine(problem, better);

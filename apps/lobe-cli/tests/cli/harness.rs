@@ -80,6 +80,13 @@ impl TestCommand {
         self
     }
 
+    /// One more argument, which may hold blanks.
+    pub(crate) fn arg(mut self, arg: &str) -> Self {
+        self.command.arg(arg);
+        self.args = format!("{} '{arg}'", self.args);
+        self
+    }
+
     /// Runs the command.
     pub(crate) fn output(mut self) -> Output {
         let command = self.command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -7,6 +7,7 @@ mod bad_usage;
 mod env;
 mod harness;
 mod light;
+mod named_light;
 mod project;
 mod sh;
 mod streams;

@@ -1,0 +1,124 @@
+//! `lobe light` and `lobe sh lights`: lights into expansions, and out of them again.
+
+use std::f64::consts::PI;
+
+use lobe::sh::{Expansion as _, FileCoefficients, Quantity, Rgb, ShVec};
+use serde_json::Value;
+
+use crate::harness::Dir;
+
+fn light(dir: &Dir, args: &str) -> ShVec<Rgb<f64>> {
+    assert_eq!(dir.lobe(&format!("light {args} -o light.sh.json")).stdout(), "", "nothing is printed");
+    let file = dir.read_sh("light.sh.json");
+    assert_eq!(file.quantity, Quantity::Radiance, "lights are radiance");
+    match file.coefficients {
+        FileCoefficients::Rgb(f) => f,
+        FileCoefficients::Scalar(f) => panic!("{f:?} has no colour"),
+    }
+}
+
+fn lights(dir: &Dir, args: &str) -> Value {
+    serde_json::from_str(&dir.lobe(&format!("sh lights {args} --json")).stdout()).unwrap()
+}
+
+fn near(found: &Value, expected: f64, tolerance: f64) -> bool {
+    found.as_f64().is_some_and(|x| (x - expected).abs() <= tolerance)
+}
+
+#[test]
+fn a_facing_white_surface_leaves_the_colour_of_every_light() {
+    let dir = Dir::new();
+    for shape in [
+        "directional --dir 0,0,2",
+        "sphere --dir 0,0,1 --distance 3 --radius 1",
+        "sphere --dir 0,0,1 --half-angle 20",
+        "cone --dir 0,0,1 --half-angle 0.01",
+        "soft-cone --dir 0,0,1 --half-angle 120",
+        "ambient",
+    ] {
+        for order in [2, 3, 6] {
+            light(&dir, &format!("{shape} --color 0.5,1,2 --order {order}"));
+            dir.lobe("sh convolve light.sh.json --kernel cosine -o e.sh.json").succeeds();
+            let values = dir.lobe("sh eval e.sh.json --dir 0,0,1").stdout();
+            let values: Vec<f64> = values.split_whitespace().map(|x| x.parse::<f64>().unwrap() / PI).collect();
+            for (value, expected) in values.iter().zip([0.5, 1.0, 2.0]) {
+                assert!((value - expected).abs() < 1e-12, "{shape}, order {order}: {values:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn without_normalisation_shapes_have_radiance_one() {
+    let dir = Dir::new();
+    let hemisphere = "hemisphere --sky 1,1,1 --ground 0,0,0 --normalize none";
+    for (args, mean) in [
+        ("cone --dir 1,0,0 --half-angle 90 --normalize none", 0.5),
+        ("cone --dir 1,0,0 --half-angle 180 --normalize none", 1.0),
+        ("polygon --normalize none --vertices 1,0,0 0,1,0 0,0,1", 0.125),
+        (hemisphere, 0.5),
+        ("gradient --zenith 1,1,1 --horizon 0,0,0 --ground 1,1,1", 0.5),
+    ] {
+        // The vertices are one argument, which the harness would split at its blanks.
+        let f = if args.starts_with("polygon") { octant(&dir) } else { light(&dir, args) };
+        assert!((f.mean().r - mean).abs() < 1e-14, "{args}: {:?}", f.mean());
+    }
+    let cut = dir.lobe("light polygon --horizon 0,0,-1 --normalize none -o light.sh.json --vertices");
+    cut.arg("1,0,1 0,1,1 -1,-1,1").stdout();
+    let FileCoefficients::Rgb(f) = dir.read_sh("light.sh.json").coefficients else { panic!("a light has a colour") };
+    assert_eq!(f, ShVec::zero(3), "nothing of it is below");
+}
+
+fn octant(dir: &Dir) -> ShVec<Rgb<f64>> {
+    dir.lobe("light polygon --normalize none -o light.sh.json --vertices").arg("1,0,0 0,1,0 0,0,1").stdout();
+    match dir.read_sh("light.sh.json").coefficients {
+        FileCoefficients::Rgb(f) => f,
+        FileCoefficients::Scalar(f) => panic!("{f:?} has no colour"),
+    }
+}
+
+#[test]
+fn a_light_is_found_where_it_was_put() {
+    let dir = Dir::new();
+    light(&dir, "directional --dir 0,-1,0 --color 3,2,1 --order 4");
+    for options in ["", "--count 3", "--count 2 --refine", "--metric radiance"] {
+        let found = lights(&dir, &format!("light.sh.json {options}"));
+        assert!(near(&found["lights"][0]["dir"][1], -1.0, 1e-9), "{options}: {found}");
+        for (channel, colour) in [3.0, 2.0, 1.0].into_iter().enumerate() {
+            assert!(near(&found["lights"][0]["intensity"][channel], colour, 1e-6), "{options}: {found}");
+            assert!(near(&found["ambient"][channel], 0.0, 1e-6), "{options}: {found}");
+            assert!(near(&found["residual"][channel], 0.0, 1e-9), "{options}: {found}");
+        }
+    }
+    let text = dir.lobe("sh lights light.sh.json").stdout();
+    assert!(text.starts_with("light from ") && text.contains("intensity 3.000000 2.000000 1.000000"), "{text}");
+    light(&dir, "ambient --color 1,2,3");
+    let found = lights(&dir, "light.sh.json --count 5");
+    assert!(found["lights"].as_array().unwrap().is_empty() && near(&found["ambient"][2], 3.0, 1e-12), "{found}");
+}
+
+#[test]
+fn lights_that_cannot_be_are_refused() {
+    let dir = Dir::new();
+    for (args, part) in [
+        ("light cone --dir 1,0,0 --half-angle 0 -o x", "half angle lies above 0 and up to 180 degrees, found 0"),
+        ("light soft-cone --dir 1,0,0 --half-angle 181 -o x", "found 181"),
+        ("light sphere --dir 1,0,0 --half-angle 91 -o x", "90 degrees at most"),
+        ("light sphere --dir 1,0,0 --distance 1 --radius 2 -o x", "0 < radius < distance"),
+        ("light polygon --vertices 1,0,0 -o x", "three vertices at least, found 1"),
+    ] {
+        let error = dir.lobe(args).error();
+        assert!(error.contains(part), "{args}: {error}");
+    }
+    let error = dir.lobe("light polygon -o x --vertices").arg("1,0,0 -1,0,0 0,0,1").error();
+    assert!(error.contains("edge 0 of the polygon passes through the receiver"), "{error}");
+    let error = dir.lobe("light polygon -o x --vertices").arg("1,0,0 2,0,0 3,0,0").error();
+    assert!(error.contains("too little to be normalised"), "{error}");
+    assert!(dir.names().is_empty(), "{:?}", dir.names());
+    dir.sh("flat.sh.json", Quantity::Radiance, ShVec::constant(1, 1.0));
+    let error = dir.lobe("sh lights flat.sh.json").error();
+    assert!(error.starts_with("flat.sh.json: ") && error.contains("from order 2 on"), "{error}");
+    dir.sh("e.sh.json", Quantity::Irradiance, ShVec::constant(3, 1.0));
+    let error = dir.lobe("sh lights e.sh.json").error();
+    assert_eq!(error, "e.sh.json: lights are found in radiance, this is irradiance", "irradiance");
+}
