@@ -17,7 +17,7 @@ impl Zonal {
     /// ```
     ///
     /// The second form of each line is computed: nothing cancels, so that small discs keep all their digits. The tests
-    /// `hard_cones_equal_quadrature` (1e-12) and `small_cones_keep_their_digits` (relative 1e-13) bound the error.
+    /// `hard_cones_equal_quadrature` (1e-12) and `small_cones_keep_their_digits` (relative 1e-12) bound the error.
     /// With `half_angle` 0 it is zero, with π the constant 1.
     ///
     /// # Panics
