@@ -65,6 +65,8 @@
 //! | turn a function into an expansion | [`fn@project`] (exact), [`project_to_accuracy`], [`project_monte_carlo`], [`Zonal::project`] |
 //! | turn samples into one | [`fn@least_squares`] |
 //! | integrate | [`SphereQuadrature`], [`gauss_legendre`] |
+//! | keep irradiance in a few numbers | [`IrradianceEncoding`]: [`AmbientCube`], [`NonLinearL1`], [`Zh3`], [`Ahd`], [`HBasis`], [`Hl2`]; [`encoding_error`] |
+//! | give irradiance to a shader | [`PackedIrradiance`], [`IrradianceMatrix`] |
 //! | blur: irradiance, Phong, GGX | [`convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
 //! | rotate | [`Rotation`], [`RotationMatrices`] (many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
@@ -96,6 +98,7 @@ mod complex;
 mod cone;
 mod convolve;
 mod dir;
+mod encoding;
 mod error;
 mod expansion;
 mod extract;
@@ -145,6 +148,11 @@ pub use coefficient::Coefficient;
 pub use complex::{complex_from_real, eval_complex, real_from_complex};
 pub use convolve::{convolve_in_place, convolved};
 pub use dir::Dir;
+pub use encoding::{
+    Ahd, AmbientCube, EncodedIrradiance, EncodingError, HBasis, HBasis4, HBasis6, Hl2, Hl2Weights, IrradianceEncoding,
+    IrradianceMatrix, NonLinearL1, PackedIrradiance, Zh3, Zh3Axis, encoding_error, even_directions,
+    hemisphere_least_squares, tangent_frame,
+};
 pub use error::ShError;
 pub use expansion::Expansion;
 pub use extract::{

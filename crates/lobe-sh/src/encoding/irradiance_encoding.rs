@@ -1,0 +1,190 @@
+//! All encodings under one roof, to loop over.
+
+use super::{Ahd, AmbientCube, HBasis4, HBasis6, Hl2, NonLinearL1, Zh3, Zh3Axis, hemisphere_least_squares};
+use crate::{Coefficient, Dir, Expansion, Rotation, Sh};
+
+/// A way to keep irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
+///
+/// ```
+/// use lobe_sh::{Dir, IrradianceEncoding, Rgb, Rotation, Zonal};
+///
+/// let sun = Zonal::clamped_cosine(9).towards(Dir::X, Rgb::new(1.0, 0.9, 0.8));
+/// for encoding in IrradianceEncoding::ALL {
+///     let encoded = encoding.encode(&sun, Rotation::from_axis_angle(Dir::Y, 90.0_f64.to_radians()));
+///     println!("{}, {} floats: {:?}", encoding.name(), encoding.floats(3), encoded.eval(Dir::X));
+/// }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IrradianceEncoding {
+    /// Bands 0 and 1.
+    Sh2,
+    /// Bands 0 to 2.
+    Sh3,
+    /// [`NonLinearL1`].
+    NonLinearL1,
+    /// [`Zh3::hallucinated`].
+    Zh3Hallucinated(Zh3Axis),
+    /// [`Zh3::projected`].
+    Zh3Projected(Zh3Axis),
+    /// [`Zh3::solved`].
+    Zh3Solved(Zh3Axis),
+    /// [`AmbientCube::from_axes`].
+    AmbientCubeAxes,
+    /// [`AmbientCube::from_irradiance_sh`].
+    AmbientCubeFitted,
+    /// [`Ahd::linear`].
+    AhdLinear,
+    /// [`Ahd::solved`].
+    AhdSolved,
+    /// [`HBasis4`].
+    HBasis4,
+    /// [`HBasis6`].
+    HBasis6,
+    /// Bands 0 to 2 by [`hemisphere_least_squares`].
+    HemisphereSh3,
+    /// [`Hl2::from_directions`].
+    Hl2,
+    /// [`Hl2::linear`].
+    Hl2Linear,
+}
+
+impl IrradianceEncoding {
+    /// Every encoding: first those of the whole sphere, then those of a hemisphere.
+    pub const ALL: [Self; 18] = [
+        Self::Sh2,
+        Self::Sh3,
+        Self::NonLinearL1,
+        Self::Zh3Hallucinated(Zh3Axis::Luminance),
+        Self::Zh3Hallucinated(Zh3Axis::PerChannel),
+        Self::Zh3Projected(Zh3Axis::Luminance),
+        Self::Zh3Projected(Zh3Axis::PerChannel),
+        Self::Zh3Solved(Zh3Axis::Luminance),
+        Self::Zh3Solved(Zh3Axis::PerChannel),
+        Self::AmbientCubeAxes,
+        Self::AmbientCubeFitted,
+        Self::AhdLinear,
+        Self::AhdSolved,
+        Self::HBasis4,
+        Self::HBasis6,
+        Self::HemisphereSh3,
+        Self::Hl2,
+        Self::Hl2Linear,
+    ];
+
+    /// A short name in lower case with hyphens.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        use Zh3Axis::{Luminance, PerChannel};
+        match self {
+            Self::Sh2 => "sh-2",
+            Self::Sh3 => "sh-3",
+            Self::NonLinearL1 => "non-linear-l1",
+            Self::Zh3Hallucinated(Luminance) => "zh3-hallucinated",
+            Self::Zh3Hallucinated(PerChannel) => "zh3-hallucinated-per-channel",
+            Self::Zh3Projected(Luminance) => "zh3",
+            Self::Zh3Projected(PerChannel) => "zh3-per-channel",
+            Self::Zh3Solved(Luminance) => "zh3-solved",
+            Self::Zh3Solved(PerChannel) => "zh3-solved-per-channel",
+            Self::AmbientCubeAxes => "ambient-cube-axes",
+            Self::AmbientCubeFitted => "ambient-cube",
+            Self::AhdLinear => "ahd-linear",
+            Self::AhdSolved => "ahd",
+            Self::HBasis4 => "h-4",
+            Self::HBasis6 => "h-6",
+            Self::HemisphereSh3 => "sh-3-hemisphere",
+            Self::Hl2 => "hl2",
+            Self::Hl2Linear => "hl2-linear",
+        }
+    }
+
+    /// How many numbers it takes for an irradiance of `channels` channels; a direction counts as three.
+    #[must_use]
+    pub const fn floats(self, channels: usize) -> usize {
+        match self {
+            Self::Sh2 | Self::NonLinearL1 | Self::Zh3Hallucinated(_) | Self::HBasis4 => 4 * channels,
+            Self::Zh3Projected(_) | Self::Zh3Solved(_) => 5 * channels,
+            Self::AmbientCubeAxes | Self::AmbientCubeFitted | Self::HBasis6 => 6 * channels,
+            Self::Sh3 | Self::HemisphereSh3 => 9 * channels,
+            Self::AhdLinear | Self::AhdSolved => 2 * channels + 3,
+            Self::Hl2 | Self::Hl2Linear => 3 * channels,
+        }
+    }
+
+    /// Whether it serves only the normals on one side of a surface, at most 90° from its geometric normal.
+    #[must_use]
+    pub const fn is_hemispherical(self) -> bool {
+        matches!(self, Self::HBasis4 | Self::HBasis6 | Self::HemisphereSh3 | Self::Hl2 | Self::Hl2Linear)
+    }
+
+    /// Encodes an irradiance given by its expansion.
+    ///
+    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; those of the whole sphere do not look at it. Encodings
+    /// that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the expansion: give it
+    /// enough bands.
+    #[must_use]
+    pub fn encode<T: Coefficient>(self, irradiance: &impl Expansion<T>, frame: Rotation) -> EncodedIrradiance<T> {
+        use EncodedIrradiance as E;
+        let e = irradiance;
+        match self {
+            Self::Sh2 => E::Sh2(Sh::from_slice(e.coefficients())),
+            Self::Sh3 => E::Sh3(Sh::from_slice(e.coefficients())),
+            Self::NonLinearL1 => E::NonLinearL1(NonLinearL1::from_irradiance_sh(e)),
+            Self::Zh3Hallucinated(axis) => E::Zh3(Zh3::hallucinated(e, axis)),
+            Self::Zh3Projected(axis) => E::Zh3(Zh3::projected(e, axis)),
+            Self::Zh3Solved(axis) => E::Zh3(Zh3::solved(e, axis)),
+            Self::AmbientCubeAxes => E::AmbientCube(AmbientCube::from_axes(|n| e.eval(n))),
+            Self::AmbientCubeFitted => E::AmbientCube(AmbientCube::from_irradiance_sh(e)),
+            Self::AhdLinear => E::Ahd(Ahd::linear(e)),
+            Self::AhdSolved => E::Ahd(Ahd::solved(e)),
+            Self::HBasis4 => E::HBasis4(HBasis4::from_irradiance_sh(e, frame)),
+            Self::HBasis6 => E::HBasis6(HBasis6::from_irradiance_sh(e, frame)),
+            Self::HemisphereSh3 => {
+                let fit = hemisphere_least_squares(3, frame.rotate_dir(Dir::Z), e);
+                E::Sh3(Sh::from_slice(fit.coefficients()))
+            }
+            Self::Hl2 => E::Hl2(Hl2::from_directions(frame, |n| e.eval(n))),
+            Self::Hl2Linear => E::Hl2(Hl2::linear(e, frame)),
+        }
+    }
+}
+
+/// What [`IrradianceEncoding::encode`] makes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EncodedIrradiance<T = f32> {
+    /// Bands 0 and 1.
+    Sh2(Sh<4, T>),
+    /// Bands 0 to 2.
+    Sh3(Sh<9, T>),
+    /// Bands 0 and 1, read by a curve.
+    NonLinearL1(NonLinearL1<T>),
+    /// Bands 0 and 1 and a zonal coefficient.
+    Zh3(Zh3<T>),
+    /// Six colours.
+    AmbientCube(AmbientCube<T>),
+    /// A constant and a light.
+    Ahd(Ahd<T>),
+    /// Four numbers of a hemisphere.
+    HBasis4(HBasis4<T>),
+    /// Six numbers of a hemisphere.
+    HBasis6(HBasis6<T>),
+    /// Three colours of a hemisphere.
+    Hl2(Hl2<T>),
+}
+
+impl<T: Coefficient> EncodedIrradiance<T> {
+    /// The irradiance of a surface with normal `n`.
+    #[must_use]
+    pub fn eval(&self, n: Dir) -> T {
+        match self {
+            Self::Sh2(e) => e.eval(n),
+            Self::Sh3(e) => e.eval(n),
+            Self::NonLinearL1(e) => e.eval(n),
+            Self::Zh3(e) => e.eval(n),
+            Self::AmbientCube(e) => e.eval(n),
+            Self::Ahd(e) => e.eval(n),
+            Self::HBasis4(e) => e.eval(n),
+            Self::HBasis6(e) => e.eval(n),
+            Self::Hl2(e) => e.eval(n),
+        }
+    }
+}

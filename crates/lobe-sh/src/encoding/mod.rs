@@ -1,0 +1,88 @@
+//! Irradiance in fewer numbers than nine a channel, or better than nine would be: one encoding a file.
+//!
+//! Every encoding is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, `1/π` not
+//! included) and gives `E` back for a normal. Bands that the expansion lacks count as zero. [`IrradianceEncoding`] lists all,
+//! to loop over.
+
+mod ahd;
+mod ambient_cube;
+mod ascent;
+mod encoding_error;
+mod h_basis;
+mod hemisphere;
+mod hl2;
+mod irradiance_encoding;
+mod irradiance_matrix;
+mod non_linear_l1;
+mod packed_irradiance;
+mod zh3;
+mod zh3_axis;
+
+pub use ahd::Ahd;
+pub use ambient_cube::AmbientCube;
+pub use encoding_error::{EncodingError, encoding_error, even_directions};
+pub use h_basis::{HBasis, HBasis4, HBasis6};
+pub use hemisphere::{hemisphere_least_squares, tangent_frame};
+pub use hl2::{Hl2, Hl2Weights};
+pub use irradiance_encoding::{EncodedIrradiance, IrradianceEncoding};
+pub use irradiance_matrix::IrradianceMatrix;
+pub use non_linear_l1::NonLinearL1;
+pub use packed_irradiance::PackedIrradiance;
+pub use zh3::{Zh3, Zh3Axis};
+
+use std::f64::consts::PI;
+
+use crate::{Coefficient, Dir, Expansion, Rgb};
+
+/// `A_1 / π`, the share of the linear band that the clamped cosine lets through.
+const LINEAR_SHARE: f64 = 2.0 / 3.0;
+
+/// `A_2 / π`.
+const QUADRATIC_SHARE: f64 = 0.25;
+
+/// `y_0 = 1/(2√π)`.
+fn y_0() -> f64 {
+    0.5 / PI.sqrt()
+}
+
+/// Coefficient `i` in `f64`; zero where the expansion ends before it.
+fn coefficient<T: Coefficient>(f: &impl Expansion<T>, i: usize) -> T::Wide {
+    f.coefficients().get(i).map_or(T::Wide::ZERO, |c| c.widen())
+}
+
+/// The linear band as a vector: `(-f_3, -f_1, f_2)`, towards where the function grows.
+fn linear_vector<T: Coefficient>(f: &impl Expansion<T>) -> [T::Wide; 3] {
+    [-coefficient(f, 3), -coefficient(f, 1), coefficient(f, 2)]
+}
+
+/// One channel of a vector of coefficients.
+fn channel_of<W: Coefficient<Scalar = f64>>(vector: [W; 3], c: usize) -> [f64; 3] {
+    vector.map(|w| w.channel(c))
+}
+
+/// What channel `c` contributes to the luminance: that of [`Rgb::luminance`], 1 if there is one channel.
+fn luminance_weight<T: Coefficient>(c: usize) -> f64 {
+    if T::CHANNELS == 1 {
+        return 1.0;
+    }
+    Rgb::<f64>::from_channels(|k| f64::from(u8::from(k == c))).luminance()
+}
+
+/// Luminance of a colour; a number is its own.
+fn luminance<W: Coefficient<Scalar = f64>>(value: W) -> f64 {
+    (0..W::CHANNELS).map(|c| luminance_weight::<W>(c) * value.channel(c)).sum()
+}
+
+/// The optimal linear direction of the luminance; `None` where there is none.
+fn main_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
+    Dir::new(linear_vector(f).map(luminance))
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `x`, or 0 where it is below; NaN stays, which `max` would hide.
+fn not_negative(x: f64) -> f64 {
+    if x < 0.0 { 0.0 } else { x }
+}

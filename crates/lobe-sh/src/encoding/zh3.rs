@@ -1,0 +1,146 @@
+//! Two bands and one zonal coefficient of the third.
+
+use std::f64::consts::PI;
+
+use super::zh3_axis::Shared;
+use super::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, dot, linear_vector, luminance, luminance_weight};
+use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal};
+
+/// The shortest luminance vector, as a share of the given one, that still defines an axis: half of the digits of `f32`.
+const SHORTEST_VECTOR: f64 = 3e-4;
+
+/// Where the axis of [`Zh3`] comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Zh3Axis {
+    /// All channels share the optimal linear direction of their luminance.
+    Luminance,
+    /// Each channel has its own linear direction.
+    PerChannel,
+}
+
+/// Irradiance as bands 0 and 1 and, for each channel, one zonal coefficient of band 2 about the linear direction.
+///
+/// ```text
+///   E(n) = Σ_{i<4} E_i y_i(n) + z √(5/16π) (3 (n·d)² - 1)        d = (-E_3, -E_1, E_2) / |..|
+/// ```
+///
+/// Five numbers a channel, of which `d` takes none: it is read from the linear band, of the luminance or of each channel
+/// ([`Zh3Axis`]). One light and a constant, bands that are zonal about one axis, are kept exactly. Turns with the light.
+/// Where there is no linear direction the last term is left out. After Roughton et al. 2024.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Zh3<T = f32> {
+    /// Bands 0 and 1 of the irradiance.
+    pub linear: Sh<4, T>,
+    /// `z`, the zonal coefficient of band 2 about the axis.
+    pub zonal: T,
+    /// Where the axis comes from.
+    pub axis: Zh3Axis,
+}
+
+impl<T: Coefficient> Zh3<T> {
+    /// Keeps the linear band as it is and projects band 2 on its axis.
+    ///
+    /// ```text
+    ///   z = √(4π/5) Σ_m E_2m y_2m(d)
+    /// ```
+    #[must_use]
+    pub fn projected(irradiance: &impl Expansion<T>, axis: Zh3Axis) -> Self {
+        let linear = Sh::from_slice(irradiance.coefficients());
+        let axes = axes(&linear, axis);
+        let zonal = |c: usize| axes(c).map_or(0.0, |d| Zonal::about(d, &three_bands::<T>(irradiance, c))[2]);
+        Self { linear, zonal: T::from_channels(|c| T::Scalar::from_f64(zonal(c))), axis }
+    }
+
+    /// Of all encodings of this form the one with the least squared error against bands 0 to 2, summed over channels: the
+    /// linear band gives way so that the axis suits band 2.
+    ///
+    /// For a given axis the best coefficients have a closed form; what is left is the maximum of a form of degree 4 on the sphere,
+    /// found by Newton's method from the linear direction and from 13 more. Not worse than [`Zh3::projected`] (test
+    /// `the_solved_axis_is_the_best_of_a_dense_grid`). Where the best axis would leave no linear vector to read it from, the
+    /// projection.
+    #[must_use]
+    pub fn solved(irradiance: &impl Expansion<T>, axis: Zh3Axis) -> Self {
+        let weighted = |c: usize, w: f64| (w, three_bands::<T>(irradiance, c));
+        let numbers: Vec<[f64; 5]> = match axis {
+            Zh3Axis::Luminance => {
+                let all: Vec<_> = (0..T::CHANNELS).map(|c| weighted(c, luminance_weight::<T>(c))).collect();
+                solve_together(&all)
+            }
+            Zh3Axis::PerChannel => (0..T::CHANNELS).flat_map(|c| solve_together(&[weighted(c, 1.0)])).collect(),
+        };
+        let coefficient = |i: usize| T::from_channels(|c| T::Scalar::from_f64(numbers[c][i]));
+        Self { linear: Sh::from([0, 1, 2, 3].map(coefficient)), zonal: coefficient(4), axis }
+    }
+
+    /// Guesses `z` from bands 0 and 1 alone, as a light's usual shape would have it: no number is stored for it.
+    ///
+    /// ```text
+    ///   z = π/4 · L_0 r (0.08 + 0.6 r)        r = |L_1 vector · d| / L_0
+    /// ```
+    ///
+    /// `L` are the coefficients of the radiance, `L_l = E_l/A_l`. `r` is cut off at `√3`, that of a single directional light,
+    /// and `z` is 0 where `L_0` is not above 0.
+    #[must_use]
+    pub fn hallucinated(irradiance: &impl Expansion<T>, axis: Zh3Axis) -> Self {
+        let linear = Sh::from_slice(irradiance.coefficients());
+        let axes = axes(&linear, axis);
+        let vector = linear_vector(&linear);
+        let zonal = |c: usize| {
+            let l_0 = coefficient(&linear, 0).channel(c) / PI;
+            let along = axes(c).map_or(0.0, |d| dot(d.to_array(), channel_of(vector, c)));
+            hallucinated_zonal(l_0, along.abs() / (PI * LINEAR_SHARE))
+        };
+        Self { linear, zonal: T::from_channels(|c| T::Scalar::from_f64(zonal(c))), axis }
+    }
+
+    /// The irradiance of a surface with normal `n`.
+    #[must_use]
+    pub fn eval(&self, n: Dir) -> T {
+        let linear = self.linear.map(T::widen).eval(n);
+        let axes = axes(&self.linear, self.axis);
+        T::from_channels(|c| {
+            let p_2 = axes(c).map_or(0.0, |d| 3.0 * n.dot(d).powi(2) - 1.0);
+            let zonal = self.zonal.widen().channel(c);
+            T::Scalar::from_f64(linear.channel(c) + zonal * (5.0 / (16.0 * PI)).sqrt() * p_2)
+        })
+    }
+}
+
+/// The zonal coefficient of the irradiance, from the radiance's mean coefficient and the length of its linear one.
+fn hallucinated_zonal(l_0: f64, l_1: f64) -> f64 {
+    if l_0 <= 0.0 {
+        return 0.0;
+    }
+    let r = l_1 / l_0;
+    let r = if r > 3.0_f64.sqrt() { 3.0_f64.sqrt() } else { r };
+    PI * QUADRATIC_SHARE * l_0 * r * (0.08 + 0.6 * r)
+}
+
+/// The axis of each channel.
+fn axes<T: Coefficient>(linear: &Sh<4, T>, axis: Zh3Axis) -> impl Fn(usize) -> Option<Dir> {
+    let vector = linear_vector(linear);
+    let shared = Dir::new(vector.map(luminance));
+    move |c| match axis {
+        Zh3Axis::Luminance => shared,
+        Zh3Axis::PerChannel => Dir::new(channel_of(vector, c)),
+    }
+}
+
+/// Bands 0 to 2 of a channel.
+fn three_bands<T: Coefficient>(f: &impl Expansion<T>, c: usize) -> Sh<9, f64> {
+    Sh::from(std::array::from_fn(|i| coefficient(f, i).channel(c)))
+}
+
+/// Bands 0 and 1 and the zonal coefficient of each of the channels, which share an axis; with their weights in it.
+fn solve_together(channels: &[(f64, Sh<9, f64>)]) -> Vec<[f64; 5]> {
+    let shared = Shared::new(channels);
+    let linear = shared.linear_direction();
+    // An axis across the linear direction leaves no vector to read it from.
+    let best = shared.best_axis().filter(|n| linear.is_some_and(|d| d.dot(*n) > SHORTEST_VECTOR));
+    let one = |(w, f): &(f64, Sh<9, f64>)| {
+        let [x, y, z] = best.map_or([0.0; 3], |n| shared.change(n, *w));
+        let zonal = best.or(linear).map_or(0.0, |n| Zonal::about(n, f)[2]);
+        [f[0], f[1] - y, f[2] + z, f[3] - x, zonal]
+    };
+    channels.iter().map(one).collect()
+}
