@@ -10,7 +10,8 @@ use crate::failure::Failure;
 use crate::talk::Talk;
 use crate::{
     demo, env_ambient, env_area_light, env_dfg, env_info, env_irradiance, env_reconstruct, env_sky,
-    env_vector_irradiance, light, project, sh_convolve, sh_eval, sh_lights, sh_plot, sh_product, sh_rotate, values,
+    env_vector_irradiance, light, project, sh_convolve, sh_encodings, sh_eval, sh_lights, sh_plot, sh_product,
+    sh_rotate, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -80,6 +81,8 @@ enum ShCommand {
     Lights(sh_lights::ShLights),
     /// Draw an expansion: as a balloon, on the unfolded cube, or in a cross-section
     Plot(sh_plot::ShPlot),
+    /// Compare small encodings of the irradiance of an environment map with the truth
+    Encodings(sh_encodings::ShEncodings),
 }
 
 #[derive(Subcommand)]
@@ -142,6 +145,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Lights(args)) => args.run()?,
         Command::Sh(ShCommand::Plot(args)) => args.run()?,
+        Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,

@@ -20,6 +20,7 @@ mod output;
 mod picture;
 mod project;
 mod sh_convolve;
+mod sh_encodings;
 mod sh_eval;
 mod sh_lights;
 mod sh_plot;

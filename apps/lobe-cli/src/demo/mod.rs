@@ -1,6 +1,7 @@
 //! `lobe demo`: everything that Lobe does, on built-in data, as one folder with a page.
 
 mod basis;
+mod encodings;
 mod environment;
 mod irradiance;
 mod overview;
@@ -34,7 +35,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 33;
+const STEPS: u64 = 59;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -100,6 +101,7 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
         demo.reconstruction(&sky)?;
         let balls = demo.irradiance(&sky)?;
         demo.overview(&sky, &balls)?;
+        demo.encodings(&sky)?;
         if number == 0 {
             demo.rotation(&sky)?;
             demo.projection(&sky);

@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod bad_usage;
+mod encodings;
 mod env;
 mod harness;
 mod light;

@@ -51,8 +51,11 @@ impl<T: Coefficient> Zh3<T> {
         Self { linear, zonal: T::from_channels(|c| T::Scalar::from_f64(zonal(c))), axis }
     }
 
-    /// Of all encodings of this form the one with the least squared error against bands 0 to 2, summed over channels: the
-    /// linear band gives way so that the axis suits band 2.
+    /// Of all encodings of this form the one with the least squared error against bands 0 to 2: the linear band gives way so
+    /// that the axis suits band 2.
+    ///
+    /// Where the channels share an axis, each counts by its weight in the luminance. Counted alike, green, which bends the axis
+    /// most, would give way alone, and grey light would become coloured (test `a_shared_axis_leaves_grey_light_grey`).
     ///
     /// For a given axis the best coefficients have a closed form; what is left is the maximum of a form of degree 4 on the sphere,
     /// found by Newton's method from the linear direction and from 13 more. Not worse than [`Zh3::projected`] (test
@@ -137,8 +140,8 @@ fn solve_together(channels: &[(f64, Sh<9, f64>)]) -> Vec<[f64; 5]> {
     let linear = shared.linear_direction();
     // An axis across the linear direction leaves no vector to read it from.
     let best = shared.best_axis().filter(|n| linear.is_some_and(|d| d.dot(*n) > SHORTEST_VECTOR));
-    let one = |(w, f): &(f64, Sh<9, f64>)| {
-        let [x, y, z] = best.map_or([0.0; 3], |n| shared.change(n, *w));
+    let one = |(_, f): &(f64, Sh<9, f64>)| {
+        let [x, y, z] = best.map_or([0.0; 3], |n| shared.change(n));
         let zonal = best.or(linear).map_or(0.0, |n| Zonal::about(n, f)[2]);
         [f[0], f[1] - y, f[2] + z, f[3] - x, zonal]
     };

@@ -26,11 +26,11 @@ const STARTS: [[f64; 3]; 13] = [
 
 /// Channels that share an axis: the quadratic band of each, and the linear vector of their luminance.
 pub(super) struct Shared {
-    /// Band 2 of each channel, bands 0 and 1 zero, times `√(4π/5)`: its value towards `n` is the zonal coefficient.
-    quadratic: Vec<Sh<9, f64>>,
+    /// Weight and band 2 of each channel, bands 0 and 1 zero, times `√(4π/5)`: its value towards `n` is the zonal coefficient.
+    quadratic: Vec<(f64, Sh<9, f64>)>,
     /// The linear vector of the weighted sum of the channels.
     linear: [f64; 3],
-    /// The sum of the squared weights.
+    /// The sum of the weights.
     weight: f64,
 }
 
@@ -44,9 +44,9 @@ impl Shared {
                 *sum += w * part;
             }
             let scale = (4.0 * PI / 5.0).sqrt();
-            quadratic.push(Sh::from(std::array::from_fn(|i| if i < 4 { 0.0 } else { scale * f[i] })));
+            quadratic.push((*w, Sh::from(std::array::from_fn(|i| if i < 4 { 0.0 } else { scale * f[i] }))));
         }
-        Self { quadratic, linear, weight: channels.iter().map(|(w, _)| w * w).sum() }
+        Self { quadratic, linear, weight: channels.iter().map(|(w, _)| w).sum() }
     }
 
     /// The direction of the linear vector.
@@ -54,34 +54,35 @@ impl Shared {
         Dir::new(self.linear)
     }
 
-    /// What the axis `n` keeps of the energy beside that of the means, apart from a constant, and its gradient.
+    /// What the axis `n` keeps of the weighted energy of bands 1 and 2, apart from a constant, and its gradient.
     //
-    // Given the axis, each channel c keeps z_c(n)² of its quadratic band. The linear vectors v_c must sum to a multiple
-    // of n: Σ w_c v_c ∥ n. The nearest to the given ones, L_c, differ from them by
+    // The error is Σ_c w_c |error of channel c|². Given the axis, each channel keeps z_c(n)² of its quadratic band. The linear
+    // vectors v_c must sum to a multiple of n: Σ w_c v_c ∥ n. The nearest to the given ones, L_c, differ from them all by
+    // the same, so that grey stays grey:
     //
-    //   v_c - L_c = -(w_c/|w|²) (1 - n nᵀ) L,      L = Σ w_c L_c
+    //   v_c - L_c = -(1 - n nᵀ) L/W,      L = Σ w_c L_c,      W = Σ w_c
     //
-    // at the price of |(1 - n nᵀ) L|²/|w|². So the best axis has the greatest
+    // at the price of |(1 - n nᵀ) L|²/W. So the best axis has the greatest
     //
-    //   Σ_c z_c(n)² + (n·L)²/|w|².
+    //   Σ_c w_c z_c(n)² + (n·L)²/W.
     pub(super) fn kept(&self, n: Dir) -> (f64, [f64; 3]) {
         let along = dot(n.to_array(), self.linear);
         let mut value = along * along / self.weight;
         let mut gradient = self.linear.map(|l| 2.0 * along * l / self.weight);
-        for f in &self.quadratic {
+        for (w, f) in &self.quadratic {
             let (z, slope) = eval_with_gradient(f, n);
-            value += z * z;
+            value += w * z * z;
             for (sum, d) in gradient.iter_mut().zip(slope) {
-                *sum += 2.0 * z * d;
+                *sum += 2.0 * w * z * d;
             }
         }
         (value, gradient)
     }
 
-    /// What has to be added to the linear vector of a channel of weight `w` so that the axis becomes `n`.
-    pub(super) fn change(&self, n: Dir, w: f64) -> [f64; 3] {
+    /// What has to be added to the linear vector of every channel so that the axis becomes `n`.
+    pub(super) fn change(&self, n: Dir) -> [f64; 3] {
         let along = dot(n.to_array(), self.linear);
-        [0, 1, 2].map(|k| -w / self.weight * (self.linear[k] - along * n.to_array()[k]))
+        [0, 1, 2].map(|k| (along * n.to_array()[k] - self.linear[k]) / self.weight)
     }
 
     /// The axis that keeps the most, on the side of the linear direction; `None` if that is not defined.
