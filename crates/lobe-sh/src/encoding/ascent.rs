@@ -30,8 +30,7 @@ pub(super) fn ascend(start: Dir, f: impl Fn(Dir) -> (f64, [f64; 3])) -> Dir {
         let g = [dot(gradient, u), dot(gradient, v)];
         let step = newton_step(at, [u, v], g, &f);
         let length = step[0].hypot(step[1]);
-        // A comparison with NaN fails too.
-        if !(length > CONVERGED) {
+        if length.is_nan() || length <= CONVERGED {
             break;
         }
         let towards = [0, 1, 2].map(|k| (step[0] * u[k] + step[1] * v[k]) / length);
