@@ -163,10 +163,9 @@ fn the_solved_axis_is_the_best_of_a_dense_grid() {
         let best = grid.iter().map(|d| error_with_axis(*d, &e)).fold(f64::INFINITY, f64::min);
         assert!(solved <= best + 1e-12, "seed {seed}: {solved} against {best} on the grid");
         assert!(solved <= projected + 1e-12, "seed {seed}: {solved} against {projected} projected");
-        let own = |f: fn(&ShVec<Rgb<f64>>, Zh3Axis) -> Zh3<Rgb<f64>>| {
-            squared_error([1.0; 3], &f(&e, Zh3Axis::PerChannel), &e)
-        };
-        let (solved, projected) = (own(|e, a| Zh3::solved(e, a)), own(|e, a| Zh3::projected(e, a)));
+        let own = |encoded: Zh3<Rgb<f64>>| squared_error([1.0; 3], &encoded, &e);
+        let solved = own(Zh3::solved(&e, Zh3Axis::PerChannel));
+        let projected = own(Zh3::projected(&e, Zh3Axis::PerChannel));
         assert!(solved <= projected + 1e-12, "seed {seed}, own axes: {solved} against {projected} projected");
     }
 }
@@ -285,7 +284,7 @@ fn a_shared_axis_leaves_grey_light_grey() {
 #[test]
 fn single_precision_is_enough() {
     let e = lamps(8, 3, 6);
-    let single = e.map(|c| Rgb::<f32>::narrow(c));
+    let single = e.map(Rgb::<f32>::narrow);
     let frame = tangent_frame(Dir::from_angles(2.2, 0.3));
     for encoding in IrradianceEncoding::ALL {
         let (wide, narrow) = (encoding.encode(&e, frame), encoding.encode(&single, frame));
