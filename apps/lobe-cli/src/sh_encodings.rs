@@ -12,7 +12,8 @@ use crate::output;
 use crate::project::NonfiniteOption;
 use crate::talk::Talk;
 
-/// The order of the irradiance that is encoded: bands 12 and up hold less than 1e-3 of it.
+/// The order of the irradiance that is encoded. Of a single lamp the bands left out have an RMS of 2.4 % of the mean (that of
+/// the clamped cosine beyond band 10, 0.0059 of 1/4); they concern only what is sampled or fitted over a hemisphere.
 const ORDER: usize = 12;
 
 /// Normals towards which the encodings are compared with the sum over all pixels.

@@ -43,8 +43,8 @@ pub(super) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
 /// A surface is never asked for the light from behind, and what is not asked for is free to lower the error: of an irradiance
 /// from one light 7 % at order 3, where cutting off is already good, 25 % at order 2 (test
 /// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and 5875 at
-/// orders 2, 3 and 4 and grows by 25 per order: the factorisation sees their square roots, yet beyond order 8 the bands
-/// behind the surface become large. After Sloan, Hall, Hart and Snyder 2003.
+/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); the factorisation sees their
+/// square roots. After Sloan, Hall, Hart and Snyder 2003.
 ///
 /// # Panics
 /// If `order` is 0.
