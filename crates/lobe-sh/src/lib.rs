@@ -139,6 +139,7 @@ mod spherical_polygon;
 mod swap;
 mod thomson;
 mod triple;
+mod window;
 mod zonal;
 mod zyz;
 
@@ -190,5 +191,8 @@ pub use sh_vec::ShVec;
 pub use spherical_polygon::SphericalPolygon;
 pub use triple::{
     ExactTriple, MAX_TRIPLE_ORDER, Triple, TripleTensor, exact_triple_product, triple_product, unique_triples,
+};
+pub use window::{
+    Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, window_in_place, windowed,
 };
 pub use zonal::Zonal;
