@@ -1,0 +1,192 @@
+//! Proven lower bounds of a function on a cap of the sphere.
+
+use std::f64::consts::PI;
+
+use crate::curvature::Local;
+use crate::index::{band_range, order_of_slice};
+use crate::minimum::principal;
+
+/// Steps towards the best multiplier of a disc; the bound is valid after any number of them.
+const MULTIPLIER_STEPS: usize = 4;
+
+/// How strongly a function of finitely many bands can vary, from its coefficients alone.
+///
+/// # Derivation
+///
+/// Let `γ(t)` be a great circle at unit speed and `f_l` the part of band `l`. With the reproducing kernel of the band,
+/// `k_l(s, s') = (2l+1)/4π P_l(s·s')`, `f_l(γ(t)) = ⟨f_l, k_l(γ(t), ·)⟩`. Differentiate `k` times and use the inequality of
+/// Cauchy and Schwarz:
+///
+/// ```text
+///   |dᵏ/dtᵏ f_l(γ(t))| <= ‖f_l‖ ‖∂_tᵏ k_l(γ(t), ·)‖
+///
+///   ‖∂_tᵏ k_l(γ(t), ·)‖² = ∂_tᵏ ∂_uᵏ k_l(γ(t), γ(u)) at u = t
+///                        = (2l+1)/4π (-1)ᵏ d²ᵏ/dt²ᵏ P_l(cos t) at t = 0        = (2l+1)/4π D_k,l
+///
+///   D_0 = 1        D_1 = λ/2        D_2 = λ (3λ - 2) / 8        D_3 = λ (5λ² - 10λ + 8) / 16        λ = l(l+1)
+/// ```
+///
+/// (the expansion of `P_l(cos t)`; for `l = 1` it is `cos t` and every `D` is 1). Hence everywhere and along every great
+/// circle
+///
+/// ```text
+///   |dᵏf/dtᵏ| <= M_k = Σ_l √((2l+1)/4π D_k,l) ‖f_l‖                                                       (1)
+/// ```
+///
+/// which no bound from the norms of the bands can better: the kernels' derivatives of all bands attain it together. (The
+/// inequality of Bernstein, `lᵏ max|f_l|`, follows with `lᵏ` for `√D_k` and is weaker.)
+///
+/// By Taylor's theorem along the great circle from the centre `c` of a cap of radius `ρ` to any point at the tangent
+/// vector `v`, `|v| <= ρ`,
+///
+/// ```text
+///   f >= f(c) + g·v + ½ vᵀ H v - M_3 ρ³/6                                                                (2)
+/// ```
+///
+/// The least of the quadratic over the disc is bounded from below by weak duality: for every `μ >= 0` with `H + μ >= 0`,
+/// and every `v` in the disc,
+///
+/// ```text
+///   g·v + ½ vᵀ H v  >=  g·v + ½ vᵀ (H + μ) v - ½ μ ρ²  >=  -½ gᵀ (H + μ)⁻¹ g - ½ μ ρ²                     (3)
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SmoothFunction {
+    /// `M_0 .. M_3`.
+    bounds: [f64; 4],
+    /// What rounding may do to a value, relative to `M_0`; to a k-th derivative, to `M_k`.
+    rounding: f64,
+}
+
+impl SmoothFunction {
+    pub(crate) fn new(coefficients: &[f64]) -> Self {
+        let order = order_of_slice(coefficients);
+        let mut bounds = [0.0; 4];
+        for l in 0..order {
+            let energy: f64 = coefficients[band_range(l)].iter().map(|c| c * c).sum();
+            let lambda = (l * (l + 1)) as f64;
+            let squares = [
+                1.0,
+                0.5 * lambda,
+                lambda * (3.0 * lambda - 2.0) / 8.0,
+                lambda * ((5.0 * lambda - 10.0) * lambda + 8.0) / 16.0,
+            ];
+            for (bound, square) in bounds.iter_mut().zip(squares) {
+                *bound += ((2 * l + 1) as f64 / (4.0 * PI) * square * energy).sqrt();
+            }
+        }
+        // The recurrences over `l` gain about an error of one rounding a step, near the poles of their square; the factor is
+        // ten times what the test `rounding_errors_stay_within_their_bound` finds.
+        let n = order as f64;
+        Self { bounds, rounding: f64::EPSILON * (4.0 + n * n) }
+    }
+
+    /// The largest rounding error of a value.
+    pub(crate) fn rounding(&self) -> f64 {
+        self.rounding * self.bounds[0]
+    }
+
+    /// A lower bound of the function on the cap of `radius` about `local`; `least` bounds the quadratic part.
+    #[inline]
+    pub(crate) fn lower_bound(&self, local: &Local, radius: f64, least: impl Fn(&Local, f64) -> f64) -> f64 {
+        let [m0, m1, m2, m3] = self.bounds;
+        let remainder = m3 * radius * radius * radius / 6.0;
+        let rounding = self.rounding * (m0 + radius * (m1 + 0.5 * radius * m2));
+        local.value + least(local, radius) - remainder - rounding
+    }
+}
+
+/// A lower bound of `g·v + ½ vᵀ H v` over the disc `|v| <= radius`, by (3) of [`SmoothFunction`].
+///
+/// In the principal axes the best `μ` has `|(H + μ)⁻¹ g| = ρ`. As each part alone is at most `ρ`, `μ >= |g_k|/ρ - λ_k`
+/// is a start below it, from where Newton's method on `1/|(H + μ)⁻¹ g|`, which is concave, rises.
+pub(crate) fn least_of_disc(local: &Local, radius: f64) -> f64 {
+    let ([low, high], [g0, g1], _) = principal(local);
+    let (p, q) = (g0 * g0, g1 * g1);
+    let mut mu = (g0.abs() / radius - low).max(g1.abs() / radius - high).max(0.0);
+    let scale = low.abs().max(high.abs());
+    // Positive in spite of rounding: a little more than needed costs a little of the bound.
+    if low + mu <= f64::EPSILON * 4.0 * scale {
+        mu = -low + 8.0 * f64::EPSILON * scale + f64::MIN_POSITIVE;
+    }
+    for _ in 0..MULTIPLIER_STEPS {
+        let (a, b) = (1.0 / (low + mu), 1.0 / (high + mu));
+        let square = p * a * a + q * b * b;
+        if square <= radius * radius {
+            break;
+        }
+        // μ <- μ + (|v|/ρ - 1) |v|²/(vᵀ(H + μ)⁻¹v)
+        let length = square.sqrt();
+        mu += (length / radius - 1.0) * square / (p * a * a * a + q * b * b * b);
+    }
+    -0.5 * (p / (low + mu) + q / (high + mu)) - 0.5 * mu * radius * radius
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::curvature::second_order;
+    use crate::{Basis, Dir, Expansion as _, Real as _, ShVec, eval_basis};
+    use lobe_testkit::{Random, directions};
+
+    #[test]
+    fn derivative_bounds_hold_and_are_attained() {
+        // D_k = Σ_m m²ᵏ y_lm² · 4π/(2l+1) on the equator, where a great circle is φ.
+        for l in 0..10 {
+            let y = eval_basis(Dir::X, l + 1);
+            let mut unit = vec![0.0; (l + 1) * (l + 1)];
+            unit[l * l] = 1.0;
+            let bounds = SmoothFunction::new(&unit).bounds;
+            for (k, bound) in bounds.into_iter().enumerate() {
+                let sum: f64 = (0..=l)
+                    .map(|m| {
+                        let y = y[l * (l + 1) + m];
+                        (m as f64).powi(2 * k as i32) * y * y
+                    })
+                    .sum();
+                assert!((bound * bound - sum).abs() < 1e-9 * (1.0 + sum), "band {l}, k {k}: {} {sum}", bound * bound);
+            }
+        }
+    }
+
+    #[test]
+    fn rounding_errors_stay_within_their_bound() {
+        for order in [4, 10, 30, 64] {
+            let basis = Basis::<f64>::new(order);
+            let f = ShVec::from_vec(Random::new(order as u64).signed_vec(order * order)).unwrap();
+            let bound = SmoothFunction::new(f.coefficients()).rounding();
+            let mut worst = 0.0_f64;
+            for v in directions() {
+                let [local] = second_order(&basis, f.coefficients(), &[v]);
+                worst = worst.max((local.value - f.eval(Dir::from_unit(v))).abs());
+            }
+            assert!(worst < 0.1 * bound, "order {order}: {worst:e} of the bound {bound:e}");
+        }
+    }
+
+    #[test]
+    fn caps_are_bounded_from_below_and_ever_more_tightly() {
+        let mut random = Random::new(6);
+        for order in [2, 4, 7, 10] {
+            let f = random.signed_vec(order * order);
+            let smooth = SmoothFunction::new(&f);
+            f64::with_shared_basis(order, |basis| {
+                for _ in 0..50 {
+                    let [local] = second_order(basis, &f, &[random.direction()]);
+                    for radius in [0.3, 0.03, 0.003] {
+                        let lower = smooth.lower_bound(&local, radius, least_of_disc);
+                        let mut least = f64::INFINITY;
+                        for k in 0..400 {
+                            let (r, angle) = (radius * (f64::from(k) / 399.0).sqrt(), 2.4 * f64::from(k));
+                            let s = local.step([r * angle.cos(), r * angle.sin()]);
+                            least = least.min(second_order(basis, &f, &[s])[0].value);
+                        }
+                        assert!(lower <= least, "order {order}, radius {radius}: {lower} above {least}");
+                        // Twice the remainder, and what 400 samples of a disc miss.
+                        let slack = smooth.bounds[3] * radius.powi(3) / 3.0 + smooth.bounds[1] * radius * 0.05;
+                        assert!(least - lower < slack, "radius {radius}: {lower} far below {least}");
+                    }
+                }
+            });
+        }
+    }
+}

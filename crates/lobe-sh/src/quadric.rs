@@ -1,0 +1,339 @@
+//! The exact minimum of a function of three bands: a quadratic form on the unit sphere.
+
+use std::f64::consts::PI;
+
+use crate::curvature::{dot, unit};
+use crate::{Coefficient, Dir, Minimum, Real};
+
+/// Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
+const NEWTON_STEPS: usize = 64;
+
+/// The relative step after which the multiplier stands still; the next step would be of the order of its square.
+const CONVERGED: f64 = 1e-9;
+
+/// Sweeps of Jacobi's method. It converges quadratically; a matrix of three rows needs 3 or 4.
+const SWEEPS: usize = 12;
+
+/// A function of bands 0 to 2, `f(x) = c + b·x + xᵀ A x` on `|x| = 1`, with `A` symmetric and without trace.
+///
+/// ```text
+///   c = f_0/√4π        b = √(3/4π) (-f_3, -f_1, f_2)
+///
+///                 [ f_8 - f_6/√3     f_4             -f_7      ]
+///   A = √(15/16π) [ f_4             -f_8 - f_6/√3    -f_5      ]
+///                 [-f_7             -f_5              2 f_6/√3 ]
+/// ```
+///
+/// # Derivation
+///
+/// A minimum `x` on the sphere has a multiplier `ν` with `2 (A + ν) x + b = 0`, and it is the global one if and only if
+/// `A + ν` has no negative eigenvalue: for any unit `y`, because `|x| = |y|`,
+///
+/// ```text
+///   f(y) - f(x) = (y - x)ᵀ (A + ν) (y - x) + (2 (A + ν) x + b)·(y - x)                                    (1)
+/// ```
+///
+/// In the eigenvectors of `A`, with `β_i` the parts of `b/2`, `d_i >= 0` the distances of the eigenvalues from the lowest
+/// one and `t = ν + λ_1 >= 0`, the condition `|x| = 1` is
+///
+/// ```text
+///   h(t) = (Σ_i β_i² / (d_i + t)²)^(-1/2) = 1        x_i = -β_i / (d_i + t)
+/// ```
+///
+/// `h` is a power mean, of exponent -2, of rising lines, so it rises and is concave, and Newton's method from any point
+/// left of the root rises towards it without passing it. As no `|x_i|` is above 1, `max |β_i| - d_i` is such a point.
+/// If `h(0) >= 1`, `b` has no part along the lowest eigenvector, which then completes `x` at `t = 0` to a unit vector
+/// (the hard case of the trust-region problem, and the usual one here: a sun's ring of minima).
+///
+/// Bands scaled by `w_1, w_2` only change the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows solves for
+/// eigenvectors once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quadric {
+    /// The mean.
+    pub(crate) c: f64,
+    b: [f64; 3],
+    /// xx, yy, zz, xy, xz, yz.
+    a: [f64; 6],
+    /// `|b|`, the largest value of the linear part.
+    linear: f64,
+    /// No eigenvalue of `A` is larger: a matrix without trace has them within `√(2/3) |A|`.
+    form: f64,
+}
+
+/// A [`Quadric`] in its principal axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spectrum {
+    /// The distances of the eigenvalues from the lowest, which comes first.
+    distances: [f64; 3],
+    /// The eigenvectors.
+    axes: [[f64; 3]; 3],
+    /// `b/2` along them.
+    beta: [f64; 3],
+}
+
+impl Quadric {
+    /// From the `n²` coefficients of one channel, `n` up to 3; missing bands are zero.
+    pub(crate) fn new<T: Coefficient>(coefficients: &[T], channel: usize) -> Self {
+        let mut f = [0.0; 9];
+        for (f, c) in f.iter_mut().zip(coefficients) {
+            *f = c.channel(channel).to_f64();
+        }
+        let [k0, k1, k2, third] = *norms();
+        let diagonal = third * f[6];
+        let a = [f[8] - diagonal, -f[8] - diagonal, 2.0 * diagonal, f[4], -f[7], -f[5]];
+        Self::from_parts(k0 * f[0], [-k1 * f[3], -k1 * f[1], k1 * f[2]], a.map(|a| k2 * a))
+    }
+
+    /// From `c`, `b` and `A` as xx, yy, zz, xy, xz, yz, without trace.
+    pub(crate) fn from_parts(c: f64, b: [f64; 3], a: [f64; 6]) -> Self {
+        let [xx, yy, zz, xy, xz, yz] = a;
+        let square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
+        Self { c, b, a, linear: dot(b, b).sqrt(), form: (2.0 / 3.0 * square).sqrt() }
+    }
+
+    /// How far bands 1 and 2, scaled by `w`, may pull the function down, at most.
+    #[inline]
+    pub(crate) fn reach(&self, w: [f64; 2]) -> f64 {
+        w[0] * self.linear + w[1] * self.form
+    }
+
+    /// The values towards `x` of the three bands.
+    #[inline]
+    pub(crate) fn bands(&self, x: [f64; 3]) -> [f64; 3] {
+        [self.c, dot(self.b, x), dot(x, times(&self.a, x))]
+    }
+
+    /// Jacobi's method: rotations that each make one element off the diagonal zero.
+    pub(crate) fn spectrum(&self) -> Spectrum {
+        let [xx, yy, zz, xy, xz, yz] = self.a;
+        let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let small = (0.25 * f64::EPSILON * self.form).powi(2);
+        for _ in 0..SWEEPS {
+            if m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2] <= small {
+                break;
+            }
+            for (i, j, k) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
+                rotate(&mut m, &mut axes, [i, j, k]);
+            }
+        }
+        let low = if m[0][0] <= m[1][1] && m[0][0] <= m[2][2] {
+            0
+        } else if m[1][1] <= m[2][2] {
+            1
+        } else {
+            2
+        };
+        axes.swap(0, low);
+        let mut values = [m[0][0], m[1][1], m[2][2]];
+        values.swap(0, low);
+        Spectrum { distances: values.map(|v| v - values[0]), axes, beta: axes.map(|axis| 0.5 * dot(axis, self.b)) }
+    }
+
+    /// The direction of the least value when bands 1 and 2 are scaled by `w`, both at least 0.
+    #[inline]
+    pub(crate) fn lowest(&self, spectrum: &Spectrum, w: [f64; 2]) -> [f64; 3] {
+        // A form that changes no digit of the linear part, or none at all.
+        if w[1] * self.form <= 0.25 * f64::EPSILON * w[0] * self.linear {
+            let linear = self.linear * w[0];
+            return if linear > 0.0 { unit(self.b.map(|b| -b)) } else { [0.0, 0.0, 1.0] };
+        }
+        spectrum.lowest(w[0] / w[1])
+    }
+
+    /// The minimum when bands 1 and 2 are scaled by `w`, certified by (1) of [`Quadric`]:
+    ///
+    /// ```text
+    ///   f(y) >= f(x) - 2 |2 (A + ν) x + b|        for all y, if A + ν has no negative eigenvalue
+    /// ```
+    pub(crate) fn minimum(&self, w: [f64; 2]) -> Minimum {
+        /// Rounding errors of some twenty operations in `f(x)` and the remainder.
+        const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+        let x = self.lowest(&self.spectrum(), w);
+        let [c, linear, quadratic] = self.bands(x);
+        let value = c + w[0] * linear + w[1] * quadratic;
+        let rounding = ROUNDING * (c.abs() + self.reach(w));
+        let b = self.b.map(|b| w[0] * b);
+        let a = self.a.map(|a| w[1] * a);
+        let ax = times(&a, x);
+        // The multiplier that leaves the least remainder, moved up until A + ν is positive.
+        let best = -0.5 * dot([0, 1, 2].map(|k| 2.0 * ax[k] + b[k]), x);
+        let form = w[1] * self.form;
+        let mut shift = ROUNDING * (form + best.abs());
+        let mut nu = best + shift;
+        while form > 0.0 && !is_positive(&a, nu) && shift < 4.0 * form {
+            shift *= 8.0;
+            nu = best + shift;
+        }
+        let remainder = [0, 1, 2].map(|k| 2.0 * (ax[k] + nu * x[k]) + b[k]);
+        let lo = value - 2.0 * dot(remainder, remainder).sqrt() - rounding;
+        Minimum { lo, hi: value + rounding, dir: Dir::from_unit(x) }
+    }
+}
+
+impl Spectrum {
+    /// The direction of the least value when the linear part is scaled by `kappa` against the form.
+    #[inline]
+    fn lowest(&self, kappa: f64) -> [f64; 3] {
+        let beta = self.beta.map(|b| kappa * b);
+        let d = self.distances;
+        let mut t = (beta[0].abs() - d[0]).max(beta[1].abs() - d[1]).max(beta[2].abs() - d[2]).max(0.0);
+        let mut y = [0.0; 3];
+        for step in 0..NEWTON_STEPS {
+            let mut slope = 0.0;
+            for k in 0..3 {
+                let inverse = if beta[k] == 0.0 { 0.0 } else { 1.0 / (d[k] + t) };
+                y[k] = -beta[k] * inverse;
+                slope += y[k] * y[k] * inverse;
+            }
+            let square = dot(y, y);
+            if square <= 1.0 {
+                if step == 0 && t == 0.0 {
+                    // The lowest axis is free: both signs give the same value.
+                    y[0] += (1.0 - square).sqrt() * if y[0] < 0.0 { -1.0 } else { 1.0 };
+                }
+                break;
+            }
+            // t <- t + (|y| - 1) |y|²/(yᵀ (d + t)⁻¹ y)
+            let rise = (square.sqrt() - 1.0) * square / slope;
+            t += rise;
+            if rise <= CONVERGED * t {
+                for k in 0..3 {
+                    y[k] = if beta[k] == 0.0 { 0.0 } else { -beta[k] / (d[k] + t) };
+                }
+                break;
+            }
+        }
+        unit([0, 1, 2].map(|k| y[0] * self.axes[0][k] + y[1] * self.axes[1][k] + y[2] * self.axes[2][k]))
+    }
+}
+
+/// The rotation of the plane of axes `i` and `j` after which `m[i][j]` is zero; `k` is the third.
+#[inline(always)]
+fn rotate(m: &mut [[f64; 3]; 3], axes: &mut [[f64; 3]; 3], [i, j, k]: [usize; 3]) {
+    let off = m[i][j];
+    if off == 0.0 {
+        return;
+    }
+    // The tangent of the smaller of the two angles: t² + 2 half/off t - 1 = 0 with half = (m_jj - m_ii)/2.
+    let half = 0.5 * (m[j][j] - m[i][i]);
+    let root = (half * half + off * off).sqrt();
+    let t = off / (half + if half < 0.0 { -root } else { root });
+    let c = 1.0 / (t * t + 1.0).sqrt();
+    let s = t * c;
+    m[i][i] -= t * off;
+    m[j][j] += t * off;
+    (m[i][j], m[j][i]) = (0.0, 0.0);
+    let (a, b) = (m[i][k], m[j][k]);
+    m[i][k] = c * a - s * b;
+    m[j][k] = s * a + c * b;
+    (m[k][i], m[k][j]) = (m[i][k], m[j][k]);
+    let (p, q) = (axes[i], axes[j]);
+    axes[i] = [0, 1, 2].map(|n| c * p[n] - s * q[n]);
+    axes[j] = [0, 1, 2].map(|n| s * p[n] + c * q[n]);
+}
+
+/// Whether `A + ν` has no negative eigenvalue, by the pivots of its factorisation `L D Lᵀ`, which is backward stable:
+/// rounding acts like a change of `ν` by a few units in its last place.
+fn is_positive(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], nu: f64) -> bool {
+    let d0 = xx + nu;
+    if d0 <= 0.0 {
+        return false;
+    }
+    let d1 = yy + nu - xy * xy / d0;
+    if d1 <= 0.0 {
+        return false;
+    }
+    let l = yz - xy * xz / d0;
+    zz + nu - xz * xz / d0 - l * l / d1 >= 0.0
+}
+
+#[inline]
+fn times(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
+}
+
+/// `1/√4π`, `√(3/4π)`, `√(15/16π)`, `1/√3`.
+fn norms() -> &'static [f64; 4] {
+    static NORMS: std::sync::OnceLock<[f64; 4]> = std::sync::OnceLock::new();
+    NORMS.get_or_init(|| [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::curvature::cross;
+    use crate::{Expansion as _, ShL2, Zonal};
+    use lobe_testkit::{Random, directions};
+
+    #[test]
+    fn the_quadratic_form_is_the_function() {
+        let f = ShL2::<f64>::from_slice(&Random::new(1).signed_vec(9));
+        let quadric = Quadric::new(f.coefficients(), 0);
+        for s in directions() {
+            let sum: f64 = quadric.bands(s).iter().sum();
+            let value = f.eval(Dir::from_unit(s));
+            assert!((sum - value).abs() < 1e-14, "towards {s:?}: {sum} against {value}");
+        }
+    }
+
+    /// Planted: `A` and `b` are made so that (1) holds at a chosen `x` with chosen eigenvalues of `A + ν`.
+    #[test]
+    fn planted_minima_are_found_with_their_values() {
+        let mut random = Random::new(2);
+        for case in 0..2000 {
+            let gaps = [[1.0, 2.0, 3.0], [0.0, 0.5, 1.5], [0.0, 0.0, 1.0], [1e-9, 1.0, 1.0], [0.3, 0.3, 0.3]][case % 5];
+            let e = [0, 1, 2].map(|_| random.direction());
+            let e0 = e[0];
+            let e1 = unit(cross(e0, e[1]));
+            let e2 = cross(e0, e1);
+            let entry =
+                |i: usize, j: usize| gaps[0] * e0[i] * e0[j] + gaps[1] * e1[i] * e1[j] + gaps[2] * e2[i] * e2[j];
+            let nu = gaps.iter().sum::<f64>() / 3.0;
+            let shifted = [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)];
+            let x = e[2];
+            let b = times(&shifted, x).map(|v| -2.0 * v);
+            let mut a = shifted;
+            for a in &mut a[..3] {
+                *a -= nu;
+            }
+            let quadric = Quadric::from_parts(0.5, b, a);
+            let expected: f64 = quadric.bands(x).iter().sum();
+            let found = quadric.minimum([1.0, 1.0]);
+            let close = found.lo <= expected && expected <= found.hi && found.hi - found.lo < 1e-12;
+            assert!(close, "case {case}: {found:?} against {expected}");
+        }
+    }
+
+    #[test]
+    fn scaled_bands_have_the_minimum_of_the_scaled_function() {
+        let mut random = Random::new(3);
+        for case in 0..500 {
+            let f = ShL2::<f64>::from_slice(&random.signed_vec(9));
+            let w = [[1.0, 1.0], [0.5, 0.25], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1e-9, 1.0], [1.0, 1e-12]][case % 7];
+            let mut scaled = f;
+            crate::scale_bands_in_place(scaled.coefficients_mut(), &[1.0, w[0], w[1]]);
+            let a = Quadric::new(f.coefficients(), 0).minimum(w);
+            let b = Quadric::new(scaled.coefficients(), 0).minimum([1.0, 1.0]);
+            assert!((a.hi - b.hi).abs() < 1e-12 && (a.lo - b.lo).abs() < 1e-12, "case {case}, {w:?}: {a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn zonal_minima_are_those_of_their_parabola() {
+        let mut random = Random::new(4);
+        for _ in 0..500 {
+            let z = Zonal::new(random.signed_vec(3));
+            let axis = Dir::from_unit(random.direction());
+            // q(t) = c + b t + a (3t² - 1)/2
+            let [q0, q1, q2] = [0.0, 1.0, -1.0].map(|t| z.eval(t));
+            let (a, b) = (0.5 * (q1 + q2) - q0, 0.5 * (q1 - q2));
+            let inside = if a > 0.0 && b.abs() < 2.0 * a { q0 - b * b / (4.0 * a) } else { f64::INFINITY };
+            let expected = inside.min(q1).min(q2);
+            let found = Quadric::new(z.towards(axis, 1.0).coefficients(), 0).minimum([1.0, 1.0]);
+            assert!((found.hi - expected).abs() < 1e-13 && found.lo <= expected + 1e-15, "{found:?}, {expected}");
+            assert!(found.hi - found.lo < 1e-12, "{found:?} is wide");
+        }
+    }
+}
