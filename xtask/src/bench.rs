@@ -63,6 +63,8 @@ const REFERENCES: &[Reference] = &[
     reference("product-f32/4", "DirectXMath", 52.5, 3.0),
     reference("product-f32/5", "DirectXMath", 149.0, 8.8),
     reference("product-f32/6", "DirectXMath", 335.0, 20.0),
+    reference("dering-one-rgb-f32/3", "Filament auto", 1380.0, f64::NAN),
+    reference("dering-batch-rgb-f32/3", "Filament auto", 1380.0, f64::NAN),
     reference("project-1-threads/3", "SHTns", 6.39, 0.41),
     reference("project-1-threads/6", "SHTns", 6.19, 0.41),
     reference("project-2-threads/3", "SHTns", 3.08, 0.21),

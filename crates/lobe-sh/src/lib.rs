@@ -73,6 +73,9 @@
 //! | multiply functions | [`product_into`] |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
+//! | trade ringing for blur | [`Window`], [`windowed`], [`Window::squared_laplacian_of`] |
+//! | find the least value | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
+//! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`] |
 //! | read and write `.sh.json` | `load_sh_json`, `save_sh_json` (feature `json`, on by default) |
 //!
 //! # Types on top, slices below
@@ -97,8 +100,10 @@ mod closed_bands;
 mod coefficient;
 mod complex;
 mod cone;
+mod conservative;
 mod convolve;
 mod curvature;
+mod dering;
 mod dir;
 mod encoding;
 mod error;
@@ -112,6 +117,7 @@ mod half_turn;
 mod index;
 mod ivanic;
 mod kernel;
+mod least_change;
 mod least_squares;
 mod legendre;
 mod light;
@@ -122,11 +128,13 @@ mod monte_carlo;
 mod non_negative;
 mod normalization;
 mod peaks;
+mod nnls;
 mod product;
 mod product_cost;
 mod product_grid;
 mod product_matrix;
 mod project;
+mod quadratic_dering;
 mod quadrature;
 mod quadric;
 mod quantity;
@@ -152,7 +160,11 @@ pub use axis_permutation::AxisPermutation;
 pub use basis::{Basis, eval_basis, eval_basis_into};
 pub use coefficient::Coefficient;
 pub use complex::{complex_from_real, eval_complex, real_from_complex};
+pub use conservative::conservative_minimum;
 pub use convolve::{convolve_in_place, convolved};
+pub use dering::{
+    DERING_ALLOWED, Dering, DeringMethod, DeringOutcome, DeringReport, WindowFamily, dering_in_place, deringed,
+};
 pub use dir::Dir;
 pub use encoding::{
     Ahd, AmbientCube, EncodedIrradiance, EncodingError, HBasis, HBasis4, HBasis6, Hl2, Hl2Weights, IrradianceEncoding,
@@ -185,6 +197,7 @@ pub use product_cost::{ProductCost, ProductKind};
 pub use product_grid::product_on_grid;
 pub use product_matrix::ProductMatrix;
 pub use project::{Projection, project, project_to_accuracy};
+pub use quadratic_dering::{QuadraticDering, dering_order_3_in_place};
 pub use quadrature::{SphereQuadrature, gauss_legendre};
 pub use quantity::Quantity;
 pub use real::Real;

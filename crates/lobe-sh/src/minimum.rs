@@ -265,3 +265,50 @@ pub(crate) fn principal(local: &Local) -> ([f64; 2], [f64; 2], [[f64; 2]; 2]) {
     let slopes = [low, high].map(|v| v[0] * g0 + v[1] * g1);
     ([mean - radius, mean + radius], slopes, [low, high])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Expansion as _, ShVec, Zonal};
+    use lobe_testkit::Random;
+
+    /// Two routes that share nothing: the quadratic form, and the search.
+    #[test]
+    fn the_search_finds_the_exact_minimum_of_three_bands() {
+        let mut random = Random::new(21);
+        for case in 0..300 {
+            let f = random.signed_vec(9);
+            let exact = Quadric::new(&f, 0).minimum([1.0, 1.0]);
+            let found = branch_and_bound(&f, 1e-8, None);
+            let close = found.lo <= exact.hi && exact.lo <= found.hi && found.hi - found.lo < 1e-7;
+            assert!(close, "case {case}: {found:?} against {exact:?}");
+        }
+    }
+
+    #[test]
+    fn a_level_ends_the_search_on_the_right_side() {
+        let f = ShVec::from_vec(Random::new(22).signed_vec(36)).unwrap();
+        let min = minimum_of(f.coefficients(), 1e-9, None);
+        for distance in [1e-3, 1e-1, 1.0] {
+            let above = minimum_of(f.coefficients(), 1e-9, Some(min.hi - distance));
+            assert!(above.lo >= min.hi - distance - 1e-12, "{distance} above the level: {above:?}, {min:?}");
+            let below = minimum_of(f.coefficients(), 1e-9, Some(min.hi + distance));
+            assert!(below.hi < min.hi + distance, "{distance} below the level: {below:?}, {min:?}");
+        }
+    }
+
+    #[test]
+    fn principal_axes_diagonalise() {
+        let f = Zonal::new(vec![0.1, -0.4, 0.8, 0.3]).towards(Dir::from_angles(1.0, 1.0), 1.0);
+        f64::with_shared_basis(4, |basis| {
+            for v in lobe_testkit::directions() {
+                let [local] = second_order(basis, f.coefficients(), &[v]);
+                let ([low, high], _, [a, b]) = principal(&local);
+                let [xx, xy, yy] = local.hessian;
+                let form = |p: [f64; 2], q: [f64; 2]| p[0] * (xx * q[0] + xy * q[1]) + p[1] * (xy * q[0] + yy * q[1]);
+                let errors = [form(a, a) - low, form(b, b) - high, form(a, b)].map(f64::abs);
+                assert!(low <= high && errors.iter().all(|e| *e < 1e-12), "at {v:?}: {errors:?}");
+            }
+        });
+    }
+}

@@ -103,10 +103,15 @@ impl Quadric {
         [self.c, dot(self.b, x), dot(x, times(&self.a, x))]
     }
 
+    /// `b` and the rows of `A`.
+    pub(crate) fn parts(&self) -> ([f64; 3], [[f64; 3]; 3]) {
+        let [xx, yy, zz, xy, xz, yz] = self.a;
+        (self.b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    }
+
     /// Jacobi's method: rotations that each make one element off the diagonal zero.
     pub(crate) fn spectrum(&self) -> Spectrum {
-        let [xx, yy, zz, xy, xz, yz] = self.a;
-        let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let (_, mut m) = self.parts();
         let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let small = (0.25 * f64::EPSILON * self.form).powi(2);
         for _ in 0..SWEEPS {
