@@ -18,7 +18,7 @@ use crate::{Coefficient, Expansion, Minimum, Real, Window, Zonal, eval_basis_int
 pub const DERING_ALLOWED: f64 = 5e-7;
 
 /// The width of the reported minima relative to the mean.
-const REPORTED: f64 = 1e-7;
+const REPORTED: f64 = 4e-7;
 
 /// Halvings of the interval of a family's strength.
 const HALVINGS: usize = 30;
@@ -265,7 +265,7 @@ fn refusal<T: Coefficient>(examined: &[T], before: &[Minimum]) -> Option<DeringO
         if mean(&f) <= 0.0 && f.iter().any(|c| *c != 0.0) {
             refusal = refusal.or(Some(DeringOutcome::MeanNotPositive { channel: c }));
         }
-        unchanged &= min.lo >= -DERING_ALLOWED * mean(&f);
+        unchanged &= min.hi >= -DERING_ALLOWED * mean(&f);
     }
     refusal.or(unchanged.then_some(DeringOutcome::Unchanged))
 }
@@ -281,6 +281,9 @@ fn solve<T: Coefficient>(examined: &[T], method: &DeringMethod, roundoff: f64) -
     match method {
         DeringMethod::LeastChange if order <= 3 => {
             let found = least_change_order_3(examined);
+            if found.outcome != DeringOutcome::Windowed {
+                return (found.outcome, None, None);
+            }
             // The margin of the report's own number type.
             let extra = 1.0 - margin(&found.factors[..order]);
             let [_, w1, w2] = found.factors;

@@ -15,8 +15,8 @@ const MAX_CUTS: usize = 400;
 /// because near the optimum the change hardly depends on them.
 const CONVERGED: f64 = 1e-5;
 
-/// The first searches for a minimum need not be finer than this, relative to the mean.
-const COARSE: f64 = 1e-2;
+/// The width of the certified minimum in parts of that.
+const WIDTH: f64 = 0.1;
 
 /// Bands of less than this part of the energy are left alone.
 const NO_ENERGY: f64 = 1e-28;
@@ -52,12 +52,13 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
     }
     let mut factors = vec![1.0; order];
     loop {
-        let lowest = lowest(channels, &factors, &mut |per_band: &[f64]| {
+        let last = rows.len() > MAX_CUTS + 2 * free.len();
+        let lowest = lowest(channels, &factors, last, &mut |per_band: &[f64]| {
             // 1 + Σ_l p_l w_l >= 0
             let plane: Vec<f64> = free.iter().zip(&roots).map(|(&l, root)| per_band[l] / root).collect();
             rows.push((plane, -1.0 - free.iter().map(|&l| per_band[l]).sum::<f64>()));
         });
-        if lowest >= -CONVERGED || rows.len() > MAX_CUTS + 2 * free.len() {
+        if last || lowest >= -(1.0 + WIDTH) * CONVERGED {
             let t = (1.0 - margin).max(0.0) / (1.0 - lowest.min(0.0));
             for l in free {
                 factors[l] *= t.min(1.0);
@@ -72,7 +73,9 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
 
 /// The certified least value over the sphere and the channels, each relative to its mean; tells `cut` the values of all
 /// bands, relative to the mean, where a channel is lowest and below zero.
-fn lowest(channels: &[Vec<f64>], factors: &[f64], cut: &mut dyn FnMut(&[f64])) -> f64 {
+///
+/// Unless it is the `last` look, the search ends where it is known that the function is, or is not, above `-CONVERGED`.
+fn lowest(channels: &[Vec<f64>], factors: &[f64], last: bool, cut: &mut dyn FnMut(&[f64])) -> f64 {
     let mut lowest = 0.0_f64;
     for f in channels {
         let mut windowed = f.clone();
@@ -82,12 +85,10 @@ fn lowest(channels: &[Vec<f64>], factors: &[f64], cut: &mut dyn FnMut(&[f64])) -
             continue;
         }
         let rms = (windowed.iter().map(|c| c * c).sum::<f64>()).sqrt() * mean_factor();
-        let mut min = minimum_of(&windowed, COARSE * mean / rms, None);
-        if min.hi > -10.0 * COARSE * mean && min.lo < 0.0 {
-            min = minimum_of(&windowed, 0.5 * CONVERGED * mean / rms, None);
-        }
+        let level = -CONVERGED * mean;
+        let min = minimum_of(&windowed, WIDTH * CONVERGED * mean / rms, (!last).then_some(level));
         lowest = lowest.min(min.lo / mean);
-        if min.hi < 0.0 {
+        if min.hi < level {
             for dir in low_directions(&windowed, &min) {
                 let mut y = vec![0.0; f.len()];
                 eval_basis_into(dir, &mut y);

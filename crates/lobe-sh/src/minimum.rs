@@ -243,7 +243,7 @@ fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -> Local) ->
         let shrink = if length > longest { longest / length } else { 1.0 };
         let step = [0, 1].map(|k| shrink * (steps[0] * axes[0][k] + steps[1] * axes[1][k]));
         let next = evaluate(best.step(step));
-        if !(next.value < best.value) {
+        if next.value >= best.value || next.value.is_nan() {
             break;
         }
         best = next;

@@ -9,8 +9,8 @@ const ENTERS: f64 = 1e-12;
 /// The shortest vector `u` of `count` numbers with `g·u >= h` for every row `(g, h)`; it must exist.
 ///
 /// Least distance programming: with the columns `(g, h)` and the target `(0, .., 0, 1)`, let `r` be the residual of the
-/// least squares solution with multipliers that are not negative. Then `u = -r_k / r_last` (Lawson and Hanson 1974,
-/// chapter 23).
+/// least squares solution with multipliers that are not negative. Then `u = -r_k / r_last`. Source:
+/// [Lawson 1974], chapter 23.
 pub(crate) fn least_norm(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = rows.iter().map(|(g, h)| g.iter().copied().chain([*h]).collect()).collect();
     let mut target = vec![0.0; count + 1];

@@ -84,7 +84,7 @@ fn ten_thousand_random_order_3_probes_have_no_point_below_zero() {
 fn probes_of_higher_order_have_no_point_below_zero() {
     let mut random = Random::new(2);
     for order in [2, 4, 5, 6, 8] {
-        for case in 0..6 {
+        for case in 0..3 {
             let f = random_probe(&mut random, order);
             let (g, report) = deringed(&f, &Dering::default());
             for (c, channel) in channels(&g).iter().enumerate() {

@@ -15,25 +15,29 @@ fn rms(f: &impl Expansion<f64>) -> f64 {
     (f.dot(f) / (4.0 * PI)).sqrt()
 }
 
-/// The least value on a grid, 16 points for each coefficient, its two lowest points followed downhill by the gradient alone.
+/// The least value on a grid, 40 points for each coefficient, its three lowest points followed downhill by the gradient alone.
 fn brute_force(f: &ShVec<f64>, grid: &[[f64; 3]], components: &[Vec<f64>; 3], values: &mut [f64]) -> f64 {
     f.eval_many_into(&components[0], &components[1], &components[2], values);
     let mut order: Vec<usize> = (0..grid.len()).collect();
-    order.select_nth_unstable_by(2, |&a, &b| values[a].total_cmp(&values[b]));
-    order[..2].iter().map(|&k| descended(f, Dir::from_unit(grid[k]))).fold(f64::INFINITY, f64::min)
+    order.select_nth_unstable_by(3, |&a, &b| values[a].total_cmp(&values[b]));
+    order[..3].iter().map(|&k| descended(f, Dir::from_unit(grid[k]))).fold(f64::INFINITY, f64::min)
 }
 
 /// Steps against the gradient, shortened until they go down, lengthened where they do.
 fn descended(f: &ShVec<f64>, mut s: Dir) -> f64 {
     let (mut value, mut gradient) = eval_with_gradient(f, s);
     let mut step = 1e-2;
-    for _ in 0..150 {
+    for _ in 0..400 {
         let v = s.to_array();
         let Some(next) = Dir::new([0, 1, 2].map(|k| v[k] - step * gradient[k])) else { break };
         let (lower, slope) = eval_with_gradient(f, next);
         if lower < value {
+            let settled = value - lower < 1e-12;
             (s, value, gradient) = (next, lower, slope);
             step *= 1.5;
+            if settled {
+                break;
+            }
         } else {
             step *= 0.3;
             if step < 1e-12 {
@@ -67,7 +71,7 @@ fn random_function(random: &mut Random, order: usize, kind: usize) -> ShVec<f64>
 }
 
 fn check_random_functions(order: usize, count: usize) {
-    let grid = fibonacci_sphere(16 * order * order);
+    let grid = fibonacci_sphere(40 * order * order);
     let components = [0, 1, 2].map(|k| grid.iter().map(|v| v[k]).collect::<Vec<f64>>());
     let mut values = vec![0.0; grid.len()];
     let mut random = Random::new(order as u64);
