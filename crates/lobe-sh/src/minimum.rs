@@ -35,10 +35,9 @@ const RESOLUTION: f64 = 16.0;
 ///
 /// `lo <= min f <= hi` is proven, rounding included (see the derivation in the source), and
 /// `hi - lo <= tolerance · rms` unless the tolerance asks for more than rounding leaves, about `1e-13` at order 10; 1e-6 is
-/// a good choice. Functions of up to three bands are quadratic forms and solved exactly, which costs well below a
-/// microsecond; more bands are searched by branch and bound. It ends for every function. The slowest are those that are
-/// almost level along circles or areas: a whole ring of equal minima at order 10 takes some ten thousand cells, a random
-/// function some hundred (benchmark `minimum-f64`).
+/// a good choice. Functions of up to three bands are quadratic forms and solved exactly; more bands
+/// are searched by branch and bound, which ends for every function. The slowest are those that are almost level along circles
+/// or areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
 ///
 /// Order 0 and the zero function have the minimum 0 at +z. A coefficient that is not finite gives the interval
 /// from -∞ to ∞.

@@ -126,7 +126,7 @@ fn the_irradiance_of_an_impulse_has_its_known_factors() {
     let (_, report) = deringed(&f, &Dering::default());
     for (l, known) in [(1, 0.857890), (2, 0.909395)] {
         let found = report.factors[l];
-        assert!((found - known).abs() < 2e-5, "band {l}: {found} against {known}");
+        assert!((found - known).abs() < 3e-4, "band {l}: {found} against {known}");
     }
     // sinc⁴ reaches zero at the width 3.3144634591.
     let family = WindowFamily::Lanczos { power: 4.0 };
