@@ -20,6 +20,9 @@ const EXPECTED: &str = "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, 
 /// Bytes of an unknown file that a message shows; enough to tell what any file is.
 const SHOWN_BYTES: usize = 24;
 
+/// Characters of a message; more are the file's own, repeated.
+const MAX_MESSAGE: usize = 320;
+
 /// What to do with a texel that has a channel of NaN or infinity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Nonfinite {
@@ -173,7 +176,7 @@ pub(crate) fn read_named(path: &Path) -> Result<(String, Vec<u8>), EnvError> {
 /// Opens a file; a folder is refused with a message of its own on every system.
 fn open_file(path: &Path) -> std::io::Result<File> {
     if fs::metadata(path)?.is_dir() {
-        return Err(std::io::Error::other("this is a folder; give a .hdr or .exr file"));
+        return Err(std::io::Error::other("this is a folder; give the name of a picture"));
     }
     File::open(path)
 }
@@ -208,9 +211,10 @@ pub(crate) fn decode_picture(
         FileFormat::Pfm => read_pfm::decode(bytes, name, limits),
         FileFormat::Png => read_ldr::decode_png(bytes, name, limits),
         FileFormat::Jpeg => read_ldr::decode_jpeg(bytes, name, limits),
-        FileFormat::Ktx2 | FileFormat::Dds => {
-            Err(unsupported(name, format!("a picture expected, found a texture ({format}); it is read as a cube map")))
-        }
+        FileFormat::Ktx2 | FileFormat::Dds => Err(unsupported(
+            name,
+            format!("a lat-long picture expected, found a texture ({format}), which holds a cube map"),
+        )),
     })?;
     let notes = std::mem::take(&mut decoded.notes);
     let mut report = ReadReport::new(decoded.width, decoded.height, format, notes);
@@ -324,8 +328,9 @@ pub(crate) fn check_size(width: u64, height: u64, limits: Limits, name: &str) ->
     }
     if width.checked_mul(height).is_none_or(|texels| texels > limits.max_texels as u64) {
         let limit = limits.max_texels;
-        let message =
-            format!("the picture is {width} x {height}, more than the limit of {limit} texels; scale it down");
+        let message = format!(
+            "the picture is {width} x {height}, more than the limit of {limit} texels; scale it down, or raise it with --max-texels"
+        );
         return Err(invalid(name, message));
     }
     if limits.shape == Shape::Cube && height != 6 * width {
@@ -355,9 +360,19 @@ pub(crate) fn reserve<T>(count: usize, name: &str) -> Result<Vec<T>, EnvError> {
 }
 
 pub(crate) fn invalid(name: &str, message: String) -> EnvError {
-    EnvError::Invalid { file: name.into(), message }
+    EnvError::Invalid { file: name.into(), message: one_line(&message) }
 }
 
 pub(crate) fn unsupported(name: &str, message: String) -> EnvError {
-    EnvError::Unsupported { file: name.into(), message }
+    EnvError::Unsupported { file: name.into(), message: one_line(&message) }
+}
+
+/// A message in one line of bounded length: decoders repeat what they find in a file.
+fn one_line(message: &str) -> String {
+    let printable = |c: char| if c.is_control() { ' ' } else { c };
+    let mut line: String = message.trim_end().chars().take(MAX_MESSAGE).map(printable).collect();
+    if message.chars().nth(MAX_MESSAGE).is_some() {
+        line.push_str("...");
+    }
+    line
 }

@@ -140,7 +140,7 @@ pub(crate) fn check_cube_size(size: u64, max_texels: usize, name: &str) -> Resul
     }
     if size.checked_mul(size).and_then(|n| n.checked_mul(6)).is_none_or(|texels| texels > max_texels as u64) {
         let message = format!(
-            "the faces are {size} x {size}, all six more than the limit of {max_texels} texels; scale them down"
+            "the faces are {size} x {size}, all six more than the limit of {max_texels} texels; scale them down, or raise it with --max-texels"
         );
         return Err(invalid(name, message));
     }

@@ -28,7 +28,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
         (format, misc & CUBE_MISC != 0, HEADER + HEADER_DX10)
     } else {
         let known = D3D9.iter().find(|(code, _)| *code == four_cc).map(|(_, format)| *format);
-        let format = known.ok_or_else(|| format!("the code {:?}", String::from_utf8_lossy(&four_cc.to_le_bytes())));
+        let format = known.ok_or_else(|| format!("the code \"{}\"", four_cc.to_le_bytes().escape_ascii()));
         (format, get(Field::Caps2)? & CUBE_ALL_FACES == CUBE_ALL_FACES, HEADER)
     };
     let (width, height) = (get(Field::Width)?, get(Field::Height)?);

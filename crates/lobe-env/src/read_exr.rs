@@ -32,6 +32,9 @@ const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
 /// A DWA chunk begins with eleven 64-bit numbers: its version, nine sizes, and a choice.
 const DWA_SIZES: std::ops::Range<usize> = 1..10;
 
+/// Where windows are looked for before the headers are read; no picture that is not made to mislead has longer ones.
+const HEADERS: usize = 1 << 14;
+
 /// Decodes an OpenEXR picture; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded, EnvError> {
     if let Some(version) = bytes.get(4..8)
@@ -39,6 +42,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
     {
         return Err(unsupported(name, "deep data is not read; flatten the picture".into()));
     }
+    check_windows(bytes, name)?;
     let reader = block::read(Cursor::new(bytes), false).map_err(|e| explain(&e, name))?;
     let headers = reader.headers();
     let (part, channels) = colour_part(headers, name)?;
@@ -46,6 +50,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
     let limits = Limits { shape: shape(header, limits.shape, name)?, ..limits };
     let header_says_envmap = header.own_attributes.environment_map.is_some();
     let windows = Windows::of(header, limits, name)?;
+    check_table(headers, bytes.len(), name)?;
     let notes = notes(headers, part, &channels, &windows);
 
     let wanted =
@@ -78,6 +83,36 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
     // A picture that is asked for as it is stays as it is.
     let edge_centred = limits.shape != Shape::Any && header_says_envmap;
     Ok(Decoded { width: windows.width, height: windows.height, texels, notes, edge_centred })
+}
+
+/// Refuses windows that end before they begin: the library would exchange the ends.
+fn check_windows(bytes: &[u8], name: &str) -> Result<(), EnvError> {
+    let headers = &bytes[..bytes.len().min(HEADERS)];
+    for attribute in ["dataWindow\0box2i\0\x10\0\0\0", "displayWindow\0box2i\0\x10\0\0\0"] {
+        let key = attribute.as_bytes();
+        for at in (0..headers.len()).filter(|at| headers[*at..].starts_with(key)) {
+            let numbers = headers[at + key.len()..].as_chunks::<4>().0.iter().map(|n| i32::from_le_bytes(*n));
+            let corners: Vec<i32> = numbers.take(4).collect();
+            if let [x0, y0, x1, y1] = corners[..]
+                && (x1 < x0 || y1 < y0)
+            {
+                let what = attribute.split('\0').next().unwrap_or_default();
+                let message = format!("the {what} ends before it begins: ({x0}, {y0}) to ({x1}, {y1})");
+                return Err(invalid(name, message));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a file that cannot even hold the table of its blocks, before anything is done for each of them.
+fn check_table(headers: &[Header], length: usize, name: &str) -> Result<(), EnvError> {
+    let blocks = headers.iter().fold(0_u64, |sum, header| sum.saturating_add(header.chunk_count as u64));
+    if blocks.saturating_mul(size_of::<u64>() as u64) > length as u64 {
+        let message = format!("the file ends early: the table of its {blocks} blocks is not all there");
+        return Err(invalid(name, message));
+    }
+    Ok(())
 }
 
 /// The shape that the picture must have: what was asked for, if the attribute `envmap` does not contradict it.
@@ -357,7 +392,7 @@ fn explain(error: &ExrError, name: &str) -> EnvError {
         ExrError::Invalid(what) if what.contains("missing bytes") => {
             invalid(name, "the file ends early: parts of the picture are missing".into())
         }
-        ExrError::Invalid(what) => invalid(name, format!("damaged OpenEXR picture: {what}").replace('\n', " ")),
-        other => invalid(name, format!("damaged OpenEXR picture: {other}").replace('\n', " ")),
+        ExrError::Invalid(what) => invalid(name, format!("damaged OpenEXR picture: {what}")),
+        other => invalid(name, format!("damaged OpenEXR picture: {other}")),
     }
 }

@@ -12,6 +12,9 @@ use crate::read::{Decoded, Limits, check_size, invalid, reserve, unsupported};
 /// Bytes of a decoded texel: three `f32`.
 const TEXEL_BYTES: usize = 12;
 
+/// Rows of these widths may be in the new run-length encoding; then they begin with 2, 2 and the width.
+const RUN_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32767;
+
 /// Decodes a Radiance picture; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded, EnvError> {
     let mut reader = Cursor::new(bytes);
@@ -27,6 +30,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
             format!("the file ends early: {width} x {height} texels need {least} bytes at the least, {rest} are there");
         return Err(invalid(name, message));
     }
+    check_first_row(&bytes[header..], width, name)?;
     let count = width * height;
     let mut raw = reserve(count * TEXEL_BYTES, name)?;
     let mut texels = reserve(count, name)?;
@@ -52,6 +56,22 @@ fn header_len(bytes: &[u8]) -> usize {
     end(end(0, b"\n\n"), b"\n")
 }
 
+/// Refuses a picture whose first row is said to have another width than the picture: the decoder does not look.
+fn check_first_row(pixels: &[u8], width: usize, name: &str) -> Result<(), EnvError> {
+    match *pixels {
+        [2, 2, high, low, ..] if high < 128 && RUN_WIDTHS.contains(&width) => {
+            let marked = usize::from(high) << 8 | usize::from(low);
+            if marked == width {
+                return Ok(());
+            }
+            let message =
+                format!("damaged Radiance picture: {width} columns, but the first row is marked with {marked}");
+            Err(invalid(name, message))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The fewest bytes that can hold a picture.
 ///
 /// The densest rows are those of the old encoding: one texel of four bytes, then one repeat count for each digit of
@@ -73,7 +93,7 @@ fn radiance_factor(metadata: &HdrMetadata, name: &str, notes: &mut Vec<String>) 
     let factors = [r, g, b].map(|c| 1.0 / (exposure * c));
     if !factors.iter().all(|f| f.is_normal() && *f > 0.0) {
         let message =
-            format!("EXPOSURE {exposure} and COLORCORR {r} {g} {b} must be positive numbers of ordinary size");
+            format!("EXPOSURE {exposure:?} and COLORCORR {r:?} {g:?} {b:?} must be positive numbers of ordinary size");
         return Err(invalid(name, message));
     }
     if factors != [1.0; 3] {
@@ -106,8 +126,8 @@ fn explain(error: &ImageError, name: &str) -> EnvError {
         }
         ImageError::Unsupported(e) => {
             let message = "only RGBE pictures with rows from the top and columns from the left (-Y h +X w) are read";
-            unsupported(name, format!("{message}: {e}").replace('\n', " "))
+            unsupported(name, format!("{message}: {e}"))
         }
-        other => invalid(name, format!("damaged Radiance picture: {other}").replace('\n', " ")),
+        other => invalid(name, format!("damaged Radiance picture: {other}")),
     }
 }

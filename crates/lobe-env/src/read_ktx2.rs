@@ -175,7 +175,7 @@ fn damaged(level: usize, error: &io::Error, name: &str) -> EnvError {
     if error.kind() == io::ErrorKind::UnexpectedEof {
         return invalid(name, format!("the file ends early: level {level} is not all there"));
     }
-    invalid(name, format!("level {level} is damaged: {error}").replace('\n', " "))
+    invalid(name, format!("level {level} is damaged: {error}"))
 }
 
 /// An error of the library in our words.

@@ -125,10 +125,8 @@ fn explain(error: &ImageError, kind: &str, name: &str) -> EnvError {
         ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
             invalid(name, format!("the file ends early: the {kind} picture is not all there"))
         }
-        ImageError::Unsupported(e) => {
-            unsupported(name, format!("this kind of {kind} is not read: {e}").replace('\n', " "))
-        }
-        other => invalid(name, format!("damaged {kind} picture: {other}").replace('\n', " ")),
+        ImageError::Unsupported(e) => unsupported(name, format!("this kind of {kind} is not read: {e}")),
+        other => invalid(name, format!("damaged {kind} picture: {other}")),
     }
 }
 

@@ -1,0 +1,175 @@
+//! A corpus of small malformed files of every format: each gives an error of one line, at once, and no panic.
+//!
+//! The files lie in `tests/corpus`; [`corpus`] makes them. A test binary of its own, so that its memory can be measured.
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+mod bytes;
+mod corpus;
+mod dds;
+mod exr;
+mod hdr;
+mod jpg;
+mod ktx2;
+mod pfm;
+mod png;
+mod sh_json;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use lobe_env::{ReadOptions, read_env_file_bytes, read_raster_bytes};
+use lobe_sh::read_sh_json;
+
+use crate::corpus::{bad_files, good_files, readme};
+
+/// No file of some hundred bytes is worth more, in a test build on a busy machine.
+const AT_ONCE: Duration = Duration::from_secs(2);
+
+/// What the whole test may have held at its worst. The tables and the code take some tens of MiB; what one of the
+/// files here promises takes hundreds and more.
+const MOST_MIB: u64 = 160;
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/corpus")
+}
+
+/// Reads a file as its name says: an expansion, or whatever picture or texture it is.
+fn read(name: &str, bytes: &[u8]) -> Result<(), String> {
+    if name.ends_with(".sh.json") {
+        return read_sh_json(bytes, name).map(|_| ()).map_err(|e| e.to_string());
+    }
+    let options = ReadOptions::default();
+    let read = read_env_file_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
+    // A picture of any shape is read by other checks; it may be good where a map is not, but never panics.
+    let raster = read_raster_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
+    for message in [&read, &raster].into_iter().filter_map(|result| result.as_ref().err()) {
+        assert_one_line(name, message);
+    }
+    read
+}
+
+fn assert_one_line(name: &str, message: &str) {
+    assert!(message.starts_with(&format!("{name}: ")), "{name}: the file is not named in {message:?}");
+    assert!(!message.chars().any(char::is_control), "{name}: more than one line: {message:?}");
+    assert!(message.len() < 400, "{name}: {} bytes of message: {message:?}", message.len());
+}
+
+/// The most memory that this process ever held, in MiB, where the system tells.
+fn most_mib() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.parse::<u64>().ok().map(|kib| kib >> 10)
+}
+
+/// Every file of the corpus with its bytes, as its makers make them.
+fn made() -> BTreeMap<String, Vec<u8>> {
+    let good = good_files().into_iter().map(|file| (format!("good/{}", file.name), file.bytes));
+    let bad = bad_files().into_iter().map(|file| (format!("bad/{}", file.name), file.bytes));
+    let mut files: BTreeMap<String, Vec<u8>> = good.chain(bad).collect();
+    let message = |name: &str, bytes: &[u8]| read(name, bytes).err().unwrap_or_else(|| panic!("{name} is read"));
+    files.insert("README.md".into(), readme(message).into_bytes());
+    files
+}
+
+#[test]
+#[ignore = "writes tests/corpus anew: cargo test -p lobe-env --test malformed -- --ignored make_the_corpus"]
+fn make_the_corpus() {
+    for part in ["good", "bad"] {
+        fs::remove_dir_all(folder().join(part)).ok();
+        fs::create_dir_all(folder().join(part)).unwrap();
+    }
+    for (name, bytes) in made() {
+        fs::write(folder().join(name), bytes).unwrap();
+    }
+}
+
+#[test]
+fn the_corpus_is_what_its_makers_make() {
+    const REMAKE: &str = "cargo test -p lobe-env --test malformed -- --ignored make_the_corpus makes the corpus anew";
+    let made = made();
+    let mut stored = BTreeMap::new();
+    for part in ["", "good", "bad"] {
+        for entry in fs::read_dir(folder().join(part)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.strip_prefix(folder()).unwrap().to_str().unwrap().replace('\\', "/");
+            if path.is_file() {
+                stored.insert(name, fs::read(path).unwrap());
+            }
+        }
+    }
+    let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&stored), names(&made), "files in the folder and files that are made; {REMAKE}");
+    for (name, bytes) in &made {
+        assert!(stored[name] == *bytes, "{name} is not what its maker makes; {REMAKE}");
+    }
+}
+
+#[test]
+fn every_malformed_file_is_an_error_of_one_line_at_once() {
+    for file in bad_files() {
+        let bytes = fs::read(folder().join("bad").join(&file.name)).unwrap_or_else(|e| panic!("{}: {e}", file.name));
+        let start = Instant::now();
+        let message = read(&file.name, &bytes);
+        assert!(start.elapsed() < AT_ONCE, "{} took {:?}", file.name, start.elapsed());
+        assert!(message.is_err(), "{} ({}) is read as if it were good", file.name, file.what);
+    }
+    match most_mib() {
+        Some(most) => assert!(most < MOST_MIB, "{most} MiB were held: memory is taken for promises"),
+        None => println!("this system does not say how much memory was held"),
+    }
+}
+
+#[test]
+fn good_files_are_read() {
+    for file in good_files() {
+        let bytes = fs::read(folder().join("good").join(&file.name)).unwrap();
+        read(&file.name, &bytes).unwrap_or_else(|message| panic!("{message}"));
+    }
+}
+
+#[test]
+fn a_file_cut_anywhere_in_its_header_is_an_error() {
+    for file in good_files() {
+        assert!((8..=file.bytes.len()).contains(&file.header), "{}: header of {}", file.name, file.header);
+        for length in 0..file.header {
+            let start = Instant::now();
+            assert!(read(&file.name, &file.bytes[..length]).is_err(), "{} cut to {length} bytes is read", file.name);
+            assert!(start.elapsed() < AT_ONCE, "{} cut to {length} bytes took {:?}", file.name, start.elapsed());
+        }
+    }
+}
+
+#[test]
+fn no_byte_of_a_header_makes_a_reader_panic_or_wait() {
+    for file in good_files() {
+        for at in 0..file.header {
+            for value in [0, 1, 0x20, 0x7f, 0x80, 0xff] {
+                let mut bytes = file.bytes.clone();
+                bytes[at] = value;
+                let start = Instant::now();
+                // It may be a good file still; `read` checks the message if it is not.
+                let _ = read(&file.name, &bytes);
+                assert!(start.elapsed() < AT_ONCE, "{}, byte {at} = {value}: {:?}", file.name, start.elapsed());
+            }
+        }
+    }
+}
+
+#[test]
+fn no_number_of_a_header_makes_a_reader_panic_or_wait() {
+    for file in good_files() {
+        for at in 0..file.header.min(file.bytes.len() - 3) {
+            for value in [0, 1 << 16, 1 << 30, i32::MAX as u32, 1 << 31, u32::MAX] {
+                for word in [value.to_le_bytes(), value.to_be_bytes()] {
+                    let mut bytes = file.bytes.clone();
+                    bytes[at..at + 4].copy_from_slice(&word);
+                    let start = Instant::now();
+                    let _ = read(&file.name, &bytes);
+                    assert!(start.elapsed() < AT_ONCE, "{}, {word:?} at {at}: {:?}", file.name, start.elapsed());
+                }
+            }
+        }
+    }
+}
