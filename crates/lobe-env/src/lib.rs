@@ -101,6 +101,7 @@ mod exr_envmap;
 mod filter_cut;
 mod filter_tree;
 mod importance;
+mod horizon;
 mod interpolate;
 mod irradiance;
 pub mod lat_long;

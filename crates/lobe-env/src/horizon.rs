@@ -1,0 +1,210 @@
+//! The texels of a lat-long map that the horizon of a surface cuts, with what such a surface sees of them.
+//!
+//! With `n·s = h sin θ + n_z cos θ`, `h = n_x cos φ + n_y sin φ`, the share of a texel is the integral of
+//!
+//! ```text
+//!   max(h sin θ + n_z cos θ, 0) sin θ dθ dφ
+//! ```
+//!
+//! of which one direction is done in closed form, up to the horizon, and the other by two Gauss nodes:
+//!
+//! ```text
+//!   flat horizon     θ in closed form at two φ:   h (θ - sin θ cos θ)/2 + n_z sin²θ/2        up to θ*, tan θ* = -n_z/h
+//!   steep horizon    φ in closed form at two θ:   sin θ (r sin θ sin ψ + n_z cos θ ψ)        up to ψ*, cos ψ* = -n_z cot θ/r
+//! ```
+//!
+//! `ψ = φ - φ_n`, `r² = n_x² + n_y²`. A column is flat if the horizon falls by no more than one row in it. What is
+//! integrated by nodes then has a continuous slope, and what is left is of the fourth order in the size of a texel.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use lobe_sh::Dir;
+
+use crate::lat_long::sin_cos_pi;
+
+/// Two-point Gauss quadrature in `[-1, 1]`; both weights are 1.
+const NODES: [f64; 2] = [-0.577_350_269_189_625_8, 0.577_350_269_189_625_8];
+
+/// A map's grid, prepared for any normal.
+pub(crate) struct Horizon {
+    width: usize,
+    height: usize,
+    /// `cos φ` and `sin φ` of the left edge of every column, and of the right edge of the last.
+    edges: Vec<[f64; 2]>,
+    /// The same at the nodes of every column.
+    nodes: Vec<[[f64; 2]; 2]>,
+    /// The edges of the rows.
+    latitudes: Vec<Latitude>,
+    /// `sin θ` and `cos θ` at the nodes of every row.
+    row_nodes: Vec<[[f64; 2]; 2]>,
+}
+
+/// A place along a column, with the integrals from the pole to it.
+#[derive(Clone, Copy)]
+struct Latitude {
+    theta: f64,
+    /// `∫ sin²θ dθ = (θ - sin θ cos θ)/2`.
+    a: f64,
+    /// `∫ sin θ cos θ dθ = sin²θ/2`.
+    b: f64,
+}
+
+impl Latitude {
+    fn new(theta: f64, sin: f64, cos: f64) -> Self {
+        Self { theta, a: 0.5 * (theta - sin * cos), b: 0.5 * sin * sin }
+    }
+
+    /// The horizon `θ*` where `n·s` is 0; it is positive above, towards +z, if `n_z >= 0`, and else below.
+    fn of_horizon(h: f64, n_z: f64) -> Self {
+        let (h, z) = if n_z < 0.0 { (-h, -n_z) } else { (h, n_z) };
+        let alpha = h.atan2(z);
+        let r = h.hypot(z);
+        let (sin, cos) = if r > 0.0 { (z / r, -h / r) } else { (1.0, 0.0) };
+        Self::new(alpha + FRAC_PI_2, sin, cos)
+    }
+}
+
+impl Horizon {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
+        let (w, h) = (width as f64, height as f64);
+        // φ = π (1 - 2u).
+        let column = |u: f64| {
+            let (sin, cos) = sin_cos_pi((w - 2.0 * u) / w);
+            [cos, sin]
+        };
+        let row_node = |v: f64| {
+            let (sin, cos) = sin_cos_pi(v / h);
+            [sin, cos]
+        };
+        let at = |i: usize, node: f64| i as f64 + 0.5 + 0.5 * node;
+        let latitude = |y: usize| {
+            let (sin, cos) = sin_cos_pi(y as f64 / h);
+            Latitude::new(PI * y as f64 / h, sin, cos)
+        };
+        Self {
+            width,
+            height,
+            edges: (0..=width).map(|x| column(x as f64)).collect(),
+            nodes: (0..width).map(|x| NODES.map(|node| column(at(x, node)))).collect(),
+            latitudes: (0..=height).map(latitude).collect(),
+            row_nodes: (0..height).map(|y| NODES.map(|node| row_node(at(y, node)))).collect(),
+        }
+    }
+
+    /// Calls `visit(x, y, share)` for every texel that the horizon of `n` cuts, and for some beside them, with
+    /// `share = ∫_texel max(n·s, 0) ds`.
+    pub(crate) fn for_each_cut(&self, n: Dir, mut visit: impl FnMut(usize, usize, f64)) {
+        let [n_x, n_y, n_z] = n.to_array();
+        let h = |[cos, sin]: [f64; 2]| n_x * cos + n_y * sin;
+        let row = |theta: f64| ((theta * self.height as f64 / PI) as usize).min(self.height - 1);
+        let mut left = Latitude::of_horizon(h(self.edges[0]), n_z);
+        for x in 0..self.width {
+            let right = Latitude::of_horizon(h(self.edges[x + 1]), n_z);
+            let steep = (left.theta - right.theta).abs() > PI / self.height as f64;
+            let (low, high) = (left.theta.min(right.theta), left.theta.max(right.theta));
+            if steep {
+                for y in row(low)..=row(high) {
+                    visit(x, y, self.steep_share(n, x, y));
+                }
+            } else {
+                let nodes = self.nodes[x].map(|node| (h(node), Latitude::of_horizon(h(node), n_z)));
+                // Where the horizon turns, a node may lie beyond both edges.
+                let low = nodes.iter().fold(low, |low, (_, node)| low.min(node.theta));
+                let high = nodes.iter().fold(high, |high, (_, node)| high.max(node.theta));
+                for y in row(low)..=row(high) {
+                    visit(x, y, self.flat_share(n_z, nodes, y));
+                }
+            }
+            left = right;
+        }
+    }
+
+    /// Two columns of light at the nodes, each in closed form; `nodes` holds `h` and the horizon.
+    fn flat_share(&self, n_z: f64, nodes: [(f64, Latitude); 2], y: usize) -> f64 {
+        let (top, bottom) = (self.latitudes[y], self.latitudes[y + 1]);
+        let share = |(h, horizon): (f64, Latitude)| {
+            let horizon = match horizon.theta {
+                theta if theta <= top.theta => top,
+                theta if theta >= bottom.theta => bottom,
+                _ => horizon,
+            };
+            let (from, to) = if n_z < 0.0 { (horizon, bottom) } else { (top, horizon) };
+            h * (to.a - from.a) + n_z * (to.b - from.b)
+        };
+        nodes.into_iter().map(share).sum::<f64>() * PI / self.width as f64
+    }
+
+    /// Two rows of light at the nodes, each in closed form.
+    fn steep_share(&self, n: Dir, x: usize, y: usize) -> f64 {
+        let [n_x, n_y, n_z] = n.to_array();
+        let (r, phi_n) = (n_x.hypot(n_y), n_y.atan2(n_x));
+        let step = TAU / self.width as f64;
+        // The lower end in [-π, π): light comes from around ψ = 0 and, beyond the seam, around 2π.
+        let start = (PI - (x as f64 + 1.0) * step - phi_n + PI).rem_euclid(TAU) - PI;
+        let share = |[sin, cos]: [f64; 2]| {
+            let half = (-n_z * cos / (r * sin)).clamp(-1.0, 1.0).acos();
+            let lit = |centre: f64| {
+                let from = (start - centre).max(-half);
+                let to = (start + step - centre).min(half);
+                if to > from { r * sin * (to.sin() - from.sin()) + n_z * cos * (to - from) } else { 0.0 }
+            };
+            sin * (lit(0.0) + lit(TAU))
+        };
+        self.row_nodes[y].into_iter().map(share).sum::<f64>() * 0.5 * PI / self.height as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The share of a texel by the midpoints of a fine grid.
+    fn by_midpoints(n: Dir, (width, height): (usize, usize), x: usize, y: usize) -> f64 {
+        const FINE: usize = 100;
+        let mut sum = 0.0;
+        for j in 0..FINE {
+            let theta = PI * (y as f64 + (j as f64 + 0.5) / FINE as f64) / height as f64;
+            for i in 0..FINE {
+                let u = (x as f64 + (i as f64 + 0.5) / FINE as f64) / width as f64;
+                sum += n.dot(Dir::from_angles(theta, PI * (1.0 - 2.0 * u))).max(0.0) * theta.sin();
+            }
+        }
+        sum * TAU * PI / (width * height * FINE * FINE) as f64
+    }
+
+    #[test]
+    fn the_share_of_a_cut_texel_is_its_integral() {
+        let size @ (width, height) = (12, 7);
+        let horizon = Horizon::new(width, height);
+        let texel = TAU * PI / (width * height) as f64;
+        for v in lobe_testkit::directions().into_iter().step_by(7) {
+            let n = Dir::new(v).unwrap();
+            horizon.for_each_cut(n, |x, y, share| {
+                let expected = by_midpoints(n, size, x, y);
+                let error = (share - expected).abs() / texel;
+                assert!(error < 2e-3, "facing {n:?}, texel ({x}, {y}): {share} against {expected}");
+            });
+        }
+    }
+
+    #[test]
+    fn texels_that_are_not_visited_lie_on_one_side() {
+        let (width, height) = (16, 9);
+        let horizon = Horizon::new(width, height);
+        for v in lobe_testkit::directions() {
+            let n = Dir::new(v).unwrap();
+            let mut visited = vec![false; width * height];
+            horizon.for_each_cut(n, |x, y, _| visited[y * width + x] = true);
+            for (i, _) in visited.iter().enumerate().filter(|(_, visited)| !**visited) {
+                let (x, y) = (i % width, i / width);
+                let corner = |dx: f64, dy: f64| {
+                    let u = (x as f64 + dx) / width as f64;
+                    n.dot(Dir::from_angles(PI * (y as f64 + dy) / height as f64, PI * (1.0 - 2.0 * u)))
+                };
+                let corners = [corner(0.01, 0.01), corner(0.99, 0.01), corner(0.01, 0.99), corner(0.99, 0.99)];
+                let same = corners.iter().all(|c| *c >= -1e-9) || corners.iter().all(|c| *c <= 1e-9);
+                assert!(same, "facing {n:?}, texel ({x}, {y}) is cut: {corners:?}");
+            }
+        }
+    }
+}
