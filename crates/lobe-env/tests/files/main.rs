@@ -7,6 +7,8 @@ mod cube_malformed;
 mod cubes;
 mod envmap;
 mod exr_files;
+mod ktx2_rules;
+mod ktx2_written;
 mod malformed;
 mod pictures;
 mod read_exr;
