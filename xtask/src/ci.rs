@@ -27,9 +27,31 @@ const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[
 /// Compression into BC6H, which links a C++ library and is therefore no default.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-env --features bc6h", &[]) };
 
+/// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++. Built as any program, they run without
+/// being guided by coverage; `cargo fuzz` adds that.
+const FMT_FUZZ: Step = Step { name: "fmt-fuzz", work: Work::Cargo("fmt --manifest-path fuzz/Cargo.toml --check", &[]) };
+const FUZZ: Step = Step {
+    name: "fuzz",
+    work: Work::Cargo("build --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz", &[]),
+};
+
 /// Everything, the cheap steps first.
 pub(crate) fn ci() -> Outcome {
-    run_all(&[FMT, ARCH, SIZES, DOCUMENTS, GOLDENS, CLIPPY, FEATURES, DOCS_PRIVATE, DOCS, TEST, TEST_BC6H])
+    run_all(&[
+        FMT,
+        FMT_FUZZ,
+        ARCH,
+        SIZES,
+        DOCUMENTS,
+        GOLDENS,
+        CLIPPY,
+        FEATURES,
+        DOCS_PRIVATE,
+        DOCS,
+        TEST,
+        TEST_BC6H,
+        FUZZ,
+    ])
 }
 
 /// The steps to run before each commit.

@@ -1,0 +1,25 @@
+//! A lat-long map or a cube map in any format, whichever the bytes say.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use lobe_env::{EnvFile, ReadOptions, read_env_file_bytes};
+
+/// Small enough that no input takes long, large enough that every path is reached.
+const MAX_TEXELS: usize = 1 << 20;
+
+fuzz_target!(|bytes: &[u8]| {
+    let options = ReadOptions { max_texels: MAX_TEXELS, ..ReadOptions::default() };
+    match read_env_file_bytes(bytes, "fuzz", &options) {
+        Ok((EnvFile::LatLong(map), report)) => {
+            assert_eq!((map.width(), map.height()), (report.width, report.height), "size in the report");
+            assert!(map.texels().iter().all(|t| t.to_array().into_iter().all(f32::is_finite)), "a texel is not finite");
+        }
+        Ok((EnvFile::Cube(chain), report)) => {
+            assert_eq!((chain.base().size(), chain.levels().len()), (report.width, report.levels), "the report");
+        }
+        Err(error) => {
+            let line = error.to_string();
+            assert!(line.starts_with("fuzz: ") && !line.contains('\n'), "{line:?}");
+        }
+    }
+});

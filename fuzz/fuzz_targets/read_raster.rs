@@ -1,0 +1,21 @@
+//! A picture of any shape.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use lobe_env::{ReadOptions, read_raster_bytes};
+
+/// Small enough that no input takes long, large enough that every path is reached.
+const MAX_TEXELS: usize = 1 << 20;
+
+fuzz_target!(|bytes: &[u8]| {
+    let options = ReadOptions { max_texels: MAX_TEXELS, ..ReadOptions::default() };
+    match read_raster_bytes(bytes, "fuzz", &options) {
+        Ok((raster, _)) => {
+            assert_eq!(raster.texels.len(), raster.width * raster.height, "texels of the picture");
+        }
+        Err(error) => {
+            let line = error.to_string();
+            assert!(line.starts_with("fuzz: ") && !line.contains('\n'), "{line:?}");
+        }
+    }
+});
