@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::talk::Talk;
 use crate::{
     demo, env_ambient, env_area_light, env_dfg, env_info, env_irradiance, env_reconstruct, env_sky,
-    env_vector_irradiance, light, project, sh_convolve, sh_encodings, sh_eval, sh_lights, sh_plot, sh_product,
+    env_vector_irradiance, light, project, sh_convolve, sh_encodings, sh_eval, sh_info, sh_lights, sh_plot, sh_product,
     sh_rotate, values,
 };
 
@@ -69,6 +69,8 @@ enum Command {
 
 #[derive(Subcommand)]
 enum ShCommand {
+    /// Print the order, the range of values and the energy of each band of an expansion
+    Info(sh_info::ShInfo),
     /// Print the values of an expansion towards directions
     Eval(sh_eval::ShEval),
     /// Turn an expansion
@@ -139,6 +141,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Demo(args) => args.run(talk)?,
         Command::Project(args) => args.run(talk)?,
         Command::Light(args) => args.run()?,
+        Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,
         Command::Sh(ShCommand::Product(args)) => args.run()?,

@@ -1,21 +1,18 @@
 //! `lobe env info`: facts about an environment map.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use lobe::env::{EnvMap, Nonfinite};
 use lobe::sh::{Coefficient as _, Rgb};
 use serde::Serialize;
 
-use crate::input::read_map;
+use crate::input::MapInput;
 use crate::output;
 use crate::talk::Talk;
 
 #[derive(Args)]
 pub(crate) struct EnvInfo {
-    /// The environment map: a lat-long .hdr or .exr file, twice as wide as high, or bundled:NAME
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: MapInput,
     /// Print {"width", "height", "mapping", "mean", "min", "max", "nonfinite", "negative"} instead of text; mean (over
     /// the sphere), min and max have one number per channel, the last two are counts of pixels
     #[arg(long)]
@@ -37,7 +34,7 @@ struct Info {
 
 impl EnvInfo {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let (map, report) = read_map(&self.input, Nonfinite::Zero, talk)?;
+        let (map, report) = self.input.read(Nonfinite::Zero, talk)?;
         let info = Info {
             width: map.width(),
             height: map.height(),

@@ -1,13 +1,11 @@
 //! `lobe env irradiance`: what a surface receives, for every direction it may face.
 
-use std::path::PathBuf;
-
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, irradiance_at, irradiance_map};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 
-use crate::input::read_map;
+use crate::input::MapInput;
 use crate::picture::PictureOutput;
 use crate::project::NonfiniteOption;
 use crate::talk::Talk;
@@ -21,9 +19,8 @@ const STEPS: usize = 32;
 
 #[derive(Args)]
 pub(crate) struct EnvIrradiance {
-    /// The environment map: a lat-long .hdr or .exr file, twice as wide as high, or bundled:NAME
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: MapInput,
     /// A lat-long picture of the irradiance E, not divided by π, for every direction that a surface may face: .exr, .hdr,
     /// .pfm, or .png tone-mapped for looking at
     #[arg(short, long, value_name = "OUT")]
@@ -55,7 +52,7 @@ impl EnvIrradiance {
             bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
         }
         self.output.check()?;
-        let (map, _) = read_map(&self.input, (&self.nonfinite).into(), talk)?;
+        let (map, _) = self.input.read((&self.nonfinite).into(), talk)?;
         let (width, height) = (2 * self.size, self.size);
         let irradiance = match self.method {
             Method::Sh => irradiance_map(&map, self.order.unwrap_or(DEFAULT_ORDER), width, height),

@@ -1,13 +1,11 @@
 //! `lobe env vector-irradiance`: the net flow of light at the place of a picture.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use lobe::env::{VectorIrradiance, irradiance_at, vector_irradiance};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 use serde::Serialize;
 
-use crate::input::read_map;
+use crate::input::MapInput;
 use crate::project::NonfiniteOption;
 use crate::talk::Talk;
 use crate::{output, values};
@@ -17,9 +15,8 @@ const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
 pub(crate) struct EnvVectorIrradiance {
-    /// The environment map: a lat-long .exr, .hdr or .pfm file, twice as wide as high, or bundled:NAME
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: MapInput,
     /// Also print the net irradiance n·e through a surface of this normal, beside the irradiance E of its two sides; may
     /// be given many times
     #[arg(long = "normal", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
@@ -53,7 +50,7 @@ struct Net {
 
 impl EnvVectorIrradiance {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let (map, _) = read_map(&self.input, (&self.nonfinite).into(), talk)?;
+        let (map, _) = self.input.read((&self.nonfinite).into(), talk)?;
         let e = vector_irradiance(&map);
         let sides: Vec<Dir> = self.normals.iter().flat_map(|n| [*n, -*n]).collect();
         let irradiance = irradiance_at(&map, &sides);

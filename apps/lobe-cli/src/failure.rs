@@ -4,6 +4,8 @@ use std::io::{self, Write as _};
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
+use lobe::env::EnvError;
+use lobe::sh::ShError;
 
 /// The exit code for every error; 1 is kept for "compared and different".
 const ERROR: u8 = 2;
@@ -41,9 +43,35 @@ impl Failure {
             }
             Self::Usage { error, command } => say(&usage_line(&error.render().to_string(), &command)),
             Self::Error(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-            Self::Error(error) => say(&error.to_string()),
+            Self::Error(error) => say(&plain(&error)),
         }
     }
+}
+
+/// The message of an error; what the system says about files that everybody meets is said in plain words.
+fn plain(error: &anyhow::Error) -> String {
+    let refusal = match (error.downcast_ref::<EnvError>(), error.downcast_ref::<ShError>()) {
+        (Some(EnvError::Io { file, source }), _) | (_, Some(ShError::Io { file, source })) => Some((file, source)),
+        _ => None,
+    };
+    match refusal.and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
+        Some(message) => message,
+        None => error.to_string(),
+    }
+}
+
+/// What the system means and what to do, for the refusals that everybody meets; none for those with a message of ours.
+fn plain_refusal(refusal: &io::Error) -> Option<&'static str> {
+    refusal.raw_os_error()?;
+    Some(match refusal.kind() {
+        io::ErrorKind::NotFound => "no such file; check the name and the folder",
+        io::ErrorKind::PermissionDenied => "not permitted; check who may read and write it",
+        io::ErrorKind::IsADirectory => "this is a folder; give the name of a file",
+        io::ErrorKind::NotADirectory => "no such file: what stands for a folder in its name is a file",
+        io::ErrorKind::StorageFull => "no space is left; make room, or write somewhere else",
+        io::ErrorKind::ReadOnlyFilesystem => "nothing can be written here; write somewhere else",
+        _ => return None,
+    })
 }
 
 /// Prints one line on stderr.
@@ -80,6 +108,22 @@ fn usage_line(text: &str, command: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn refusals_of_the_system_are_said_in_plain_words() {
+        let said = |source: io::Error| plain(&EnvError::Io { file: "a.exr".into(), source }.into());
+        assert_eq!(
+            said(io::Error::from_raw_os_error(2)),
+            "a.exr: no such file; check the name and the folder",
+            "missing"
+        );
+        let unknown = io::Error::from_raw_os_error(71);
+        assert_eq!(said(io::Error::from_raw_os_error(71)), format!("a.exr: {unknown}"), "as the system gives it");
+        let ours = io::Error::new(io::ErrorKind::NotFound, "the folder b does not exist; make it first");
+        assert_eq!(said(ours), "a.exr: the folder b does not exist; make it first", "a message of ours");
+        let other = plain(&anyhow::anyhow!("stdin: closed"));
+        assert_eq!(other, "stdin: closed", "no file");
+    }
 
     #[test]
     fn usage_errors_become_one_line() {

@@ -6,10 +6,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use clap::Args;
 use lobe::env::{EnvMap, Nonfinite, ReadOptions, ReadReport, bundled, read_env, read_env_bytes};
 use lobe::sh::{ShFile, load_sh_json, read_sh_json};
 
 use crate::talk::Talk;
+use crate::values;
+
+/// The pictures that are read as lat-long maps.
+const PICTURES: &str = ".hdr, .exr, .pfm, .png or .jpg";
+
+/// 256 K x 128 K: more than any picture has; asking for more is a slip of the finger.
+const MOST_TEXELS: usize = 1 << 35;
 
 /// What stands before the name of a map that is part of the program.
 const BUNDLED: &str = "bundled:";
@@ -57,23 +65,47 @@ impl ShInput {
     }
 }
 
-/// Reads the environment map in a file or, for `bundled:NAME`, in the program; tells what was found remarkable.
-pub(crate) fn read_map(path: &Path, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(EnvMap, ReadReport)> {
-    let options = ReadOptions { nonfinite, ..ReadOptions::default() };
-    let name = path.display().to_string();
-    let (map, report) = match name.strip_prefix(BUNDLED) {
-        Some(bundled_name) => read_bundled(bundled_name, &options)?,
-        None if name == "-" => bail!("-: pictures are read from files, not from stdin; name a .hdr or .exr file"),
-        None => read_env(path, &options).map_err(|error| match holds_expansion(path) {
-            true => anyhow::anyhow!(
-                "{name}: expected a .hdr or .exr picture, found an expansion; make a picture of it with \
-                 lobe env reconstruct"
-            ),
-            false => error.into(),
-        })?,
-    };
-    tell(&report, &name, talk);
-    Ok((map, report))
+/// An environment map in a file or, for `bundled:NAME`, in the program; shared by all commands that read one.
+#[derive(Args)]
+pub(crate) struct MapInput {
+    /// The environment map: a lat-long .hdr, .exr, .pfm, .png or .jpg file, twice as wide as high, or bundled:NAME
+    #[arg(value_name = "IN")]
+    path: PathBuf,
+    /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
+    /// to as much again while a .hdr, .png or .jpg is decoded: 3.2 GB for the most that is read without this option
+    #[arg(long, value_name = "N", default_value_t = ReadOptions::default().max_texels, value_parser = max_texels)]
+    max_texels: usize,
+}
+
+fn max_texels(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MOST_TEXELS, "a number of pixels")
+}
+
+impl fmt::Display for MapInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.path.display().fmt(f)
+    }
+}
+
+impl MapInput {
+    /// Reads the map, and tells what was found remarkable.
+    pub(crate) fn read(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(EnvMap, ReadReport)> {
+        let options = ReadOptions { nonfinite, max_texels: self.max_texels };
+        let name = self.to_string();
+        let (map, report) = match name.strip_prefix(BUNDLED) {
+            Some(bundled_name) => read_bundled(bundled_name, &options)?,
+            None if name == "-" => bail!("-: pictures are read from files, not from stdin; name a {PICTURES} file"),
+            None => read_env(&self.path, &options).map_err(|error| match holds_expansion(&self.path) {
+                true => anyhow::anyhow!(
+                    "{name}: expected a {PICTURES} picture, found an expansion; make a picture of it with \
+                     lobe env reconstruct"
+                ),
+                false => error.into(),
+            })?,
+        };
+        tell(&report, &name, talk);
+        Ok((map, report))
+    }
 }
 
 fn read_bundled(name: &str, options: &ReadOptions) -> anyhow::Result<(EnvMap, ReadReport)> {

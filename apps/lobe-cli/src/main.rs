@@ -22,6 +22,7 @@ mod project;
 mod sh_convolve;
 mod sh_encodings;
 mod sh_eval;
+mod sh_info;
 mod sh_lights;
 mod sh_plot;
 mod sh_product;

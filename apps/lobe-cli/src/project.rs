@@ -1,7 +1,5 @@
 //! `lobe project`: an environment map as an expansion.
 
-use std::path::PathBuf;
-
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, Nonfinite, project_env};
@@ -9,7 +7,7 @@ use lobe::sh::{
     Coefficient as _, Expansion as _, MonteCarlo, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
 };
 
-use crate::input::read_map;
+use crate::input::MapInput;
 use crate::output::ShOutput;
 use crate::talk::Talk;
 use crate::values;
@@ -19,9 +17,8 @@ const MAX_SAMPLES: usize = 1_000_000_000;
 
 #[derive(Args)]
 pub(crate) struct Project {
-    /// The environment map: a lat-long .hdr or .exr file, twice as wide as high, or bundled:NAME
-    #[arg(value_name = "ENV")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: MapInput,
     /// The expansion of its radiance, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "P")]
     output: ShOutput,
@@ -84,7 +81,7 @@ impl Project {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.output.check()?;
-        let (map, _) = read_map(&self.input, (&self.nonfinite).into(), talk)?;
+        let (map, _) = self.input.read((&self.nonfinite).into(), talk)?;
         let f = match self.method {
             Method::Exact => project_env(&map, self.order),
             Method::MonteCarlo => self.project_by_sampling(&map, Sampling::Jittered, talk),
@@ -120,7 +117,7 @@ impl Project {
             largest_channel(&estimate.standard_error),
             largest_channel(&estimate.sh)
         );
-        talk.note(&self.input.display().to_string(), &text);
+        talk.note(&self.input.to_string(), &text);
         estimate.sh
     }
 }

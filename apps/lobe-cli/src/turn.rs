@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{Dir, Rotation};
+use lobe::sh::{Dir, Rotation, RotationError};
 
 use crate::values;
 
@@ -41,7 +41,13 @@ impl Turn {
             }
             (By { matrix: Some(m), .. }, _) => {
                 let rows = [[m[0], m[1], m[2]], [m[3], m[4], m[5]], [m[6], m[7], m[8]]];
-                Rotation::from_matrix(rows).map_err(|e| option_error("--matrix", &e))
+                Rotation::from_matrix(rows).map_err(|e| match e {
+                    RotationError::Mirror { determinant } => anyhow::anyhow!(
+                        "--matrix: expected a rotation, found a mirror (determinant {determinant:.6}); \
+                         exchange two of its rows, or change the signs of one"
+                    ),
+                    other => option_error("--matrix", &other),
+                })
             }
             _ => bail!("no rotation given: --axis with --angle, --quat or --matrix says how to turn"),
         }

@@ -329,11 +329,14 @@ fn json_message(bytes: &[u8], error: &serde_json::Error) -> String {
 
 /// What a file of another well-known kind is, by its first bytes.
 fn foreign_kind(bytes: &[u8]) -> Option<&'static str> {
-    const KINDS: [(&[u8], &str); 5] = [
+    const KINDS: [(&[u8], &str); 8] = [
         (b"\x76\x2F\x31\x01", "an OpenEXR picture; project it first"),
         (b"#?", "a Radiance picture; project it first"),
-        (b"\x89PNG", "a PNG picture; expansions come from high dynamic range pictures"),
-        (b"PF\n", "a PFM picture; convert it to .exr or .hdr and project that"),
+        (b"\x89PNG", "a PNG picture; project it first"),
+        (b"\xFF\xD8\xFF", "a JPEG picture; project it first"),
+        (b"PF\n", "a PFM picture; project it first"),
+        (b"\xABKTX", "a KTX texture"),
+        (b"DDS ", "a DDS texture"),
         (b"\xFF\xFE", "text in UTF-16; save it as UTF-8"),
     ];
     KINDS.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|&(_, kind)| kind)

@@ -40,7 +40,10 @@ fn missing_files_and_folders_are_named() {
         "sh convolve none.exr --kernel cosine -o q.sh.json",
     ] {
         let line = dir.lobe(args).error();
-        assert!(line.starts_with("none.exr: ") && line.ends_with("(os error 2)"), "{args}: {line}");
+        assert!(
+            line.starts_with("none.exr: ") && line.ends_with(": no such file; check the name and the folder"),
+            "{args}: {line}"
+        );
     }
     for args in ["project . -o p.sh.json", "sh eval . --dir 0,0,1"] {
         let line = dir.lobe(args).error();
@@ -94,6 +97,27 @@ fn a_header_that_claims_five_billion_pixels_takes_no_memory_and_no_time() {
 }
 
 #[test]
+fn the_limit_of_pixels_can_be_moved() {
+    let dir = Dir::new();
+    dir.file("a.hdr", flat_hdr(8, 4, &[ONE; 32]));
+    let line = dir.lobe("env info a.hdr --max-texels 31").error();
+    assert_eq!(
+        line,
+        "a.hdr: the picture is 8 x 4, more than the limit of 31 texels; scale it down, or raise it with --max-texels",
+        "below"
+    );
+    for command in ["env info a.hdr", "project a.hdr -o p.sh.json"] {
+        dir.lobe(&format!("{command} --max-texels 32")).succeeds();
+    }
+    // A panorama of 24576 x 12288 is more than is read without the option; then it is only refused for its few bytes.
+    dir.file("b.hdr", flat_hdr(24_576, 12_288, &[ONE; 32]));
+    let line = dir.lobe("env info b.hdr").error();
+    assert!(line.contains("more than the limit of 268435456 texels"), "{line}");
+    let line = dir.lobe("env info b.hdr --max-texels 400000000").error();
+    assert!(line.contains("the file ends early"), "{line}");
+}
+
+#[test]
 fn expansions_with_a_wrong_head_or_wrong_rows_are_refused() {
     for (from, to, line) in [
         ("[[1,2,3]]", "[[1,2,3],[1,2,3]]", "\"coefficients\": order 1 has 1 rows, found 2"),
@@ -120,7 +144,7 @@ fn pictures_and_expansions_are_not_taken_for_each_other() {
     dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(2, 1.0));
     dir.map("sky.exr", 2, 1, |_, _| [1.0; 3]);
     dir.file("sky.hdr", flat_hdr(2, 1, &[ONE; 2]));
-    let line = "p.sh.json: expected a .hdr or .exr picture, found an expansion; make a picture of it with lobe env reconstruct";
+    let line = "p.sh.json: expected a .hdr, .exr, .pfm, .png or .jpg picture, found an expansion; make a picture of it with lobe env reconstruct";
     assert_eq!(dir.lobe("project p.sh.json -o q.sh.json").error(), line, "project");
     assert_eq!(dir.lobe("env info p.sh.json").error(), line, "info");
     for (name, kind) in [("sky.exr", "an OpenEXR picture"), ("sky.hdr", "a Radiance picture")] {

@@ -75,6 +75,45 @@ fn eval_agrees_with_the_golden_basis() {
 }
 
 #[test]
+fn info_prints_facts_about_an_expansion() {
+    let dir = Dir::new();
+    // 1 + 2 z in red: band 0 has 4π, band 1 2² 4π/3; green is constant, blue points to -x.
+    let f = lobe::sh::project(3, 1, |s| Rgb::new(1.0 + 2.0 * s.z(), 0.5, 1.0 - s.x()));
+    dir.sh("p.sh.json", Quantity::Radiance, f);
+    let text = dir.lobe("sh info p.sh.json").stdout();
+    for line in [
+        "order     3",
+        "quantity  radiance",
+        "channels  3",
+        "mean      1.0 0.5 1.0",
+        "max       3.0 0.5 ",
+        "min       -1.0 0.5 ",
+        "green     towards nowhere",
+    ] {
+        assert!(text.contains(line), "{line:?} is missing in\n{text}");
+    }
+    let info: serde_json::Value = serde_json::from_str(&dir.lobe("sh info p.sh.json --json").stdout()).unwrap();
+    let number = |path: &str| info.pointer(path).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
+    for (path, expected) in [
+        ("/order", 3.0),
+        ("/channels", 3.0),
+        ("/band_energy/0/0", 4.0 * PI),
+        ("/band_energy/0/1", 16.0 * PI / 3.0),
+        ("/band_energy/1/0", PI),
+        ("/dir/0/2", 1.0),
+        ("/dir/2/0", -1.0),
+        ("/max/0", 3.0),
+        ("/min/0", -1.0),
+    ] {
+        assert!((number(path) - expected).abs() < 1e-9, "{path}: {} against {expected}", number(path));
+    }
+    assert!(info["dir"][1].is_null(), "a constant points nowhere: {}", info["dir"]);
+    dir.sh("v.sh.json", Quantity::Visibility, ShVec::constant(1, 0.25));
+    let text = dir.lobe("sh info v.sh.json").stdout();
+    assert!(text.contains("channels  1") && text.ends_with("points    towards nowhere\n"), "{text}");
+}
+
+#[test]
 fn rotate_agrees_with_the_golden_rotation() {
     let dir = Dir::new();
     let expected = golden_f64s("/rotation/out");
@@ -120,7 +159,10 @@ fn what_is_no_rotation_is_refused() {
     let dir = Dir::new();
     dir.sh("p.sh.json", Quantity::Radiance, impulse(Direction::X));
     for (turn, start) in [
-        ("--matrix 1,0,0,0,1,0,0,0,-1", "--matrix: expected a rotation, found a mirror"),
+        (
+            "--matrix 1,0,0,0,1,0,0,0,-1",
+            "--matrix: expected a rotation, found a mirror (determinant -1.000000); exchange two",
+        ),
         ("--matrix 2,0,0,0,2,0,0,0,2", "--matrix: expected a rotation matrix, found one that scales"),
         ("--matrix 0,0,0,0,0,0,0,0,0", "--matrix: "),
         ("--quat 0,0,0,0", "--quat: expected a unit quaternion, found length 0"),

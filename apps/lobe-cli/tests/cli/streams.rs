@@ -23,6 +23,7 @@ fn help_is_printed_on_stdout_with_examples() {
         "demo",
         "project",
         "sh",
+        "sh info",
         "sh eval",
         "sh rotate",
         "sh product",
