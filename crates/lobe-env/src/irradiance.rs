@@ -25,7 +25,7 @@ const RUN: usize = 32;
 ///
 /// `V` is exact, so a texel that lies wholly above or below the horizon of `n` counts exactly. Of one that the horizon
 /// cuts, the part above it counts: closed form in one direction, two Gauss nodes in the other. `E` of a constant sky is
-/// `π` to 1e-5 with 16 rows (test `brute_force_irradiance_of_a_constant_sky_is_pi`). `1/π` is not included.
+/// `π` to 5e-5 with 16 rows (test `brute_force_irradiance_of_a_constant_sky_is_pi`). `1/π` is not included.
 ///
 /// The work is four multiply-adds and a maximum for each texel and normal: with
 ///

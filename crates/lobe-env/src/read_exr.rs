@@ -32,6 +32,12 @@ const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
 /// A DWA chunk begins with eleven 64-bit numbers: its version, nine sizes, and a choice.
 const DWA_SIZES: std::ops::Range<usize> = 1..10;
 
+/// The most texels of a display window for each of the data window: more is damage, or memory taken for nothing.
+const MOST_BLACK: u64 = 4096;
+
+/// A display window of this many texels is shown whatever its data window is.
+const ANY_BLACK: u64 = 1 << 20;
+
 /// Where windows are looked for before the headers are read; no picture that is not made to mislead has longer ones.
 const HEADERS: usize = 1 << 14;
 
@@ -206,6 +212,14 @@ impl Windows {
         if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > limit.saturating_mul(16) {
             let message = format!(
                 "the data window is {} x {}, more than the limit of {limit} texels; crop the picture",
+                data.size.0, data.size.1
+            );
+            return Err(invalid(name, message));
+        }
+        let (shown, there) = ((width * height) as u64, (data.size.0 * data.size.1) as u64);
+        if shown > MOST_BLACK.saturating_mul(there).max(ANY_BLACK) {
+            let message = format!(
+                "the display window is {width} x {height}, and the data window only {} x {}: the rest would be black",
                 data.size.0, data.size.1
             );
             return Err(invalid(name, message));

@@ -158,6 +158,11 @@ fn bad_headers() -> Vec<(&'static str, &'static str, Vec<u8>)> {
         ("size-absurd", "100000 x 50000", windows([0, 0, 99_999, 49_999], [0, 0, 99_999, 49_999])),
         ("size-promise", "16000 x 8000 texels in 192 bytes", windows([0, 0, 15_999, 7999], [0, 0, 15_999, 7999])),
         ("rows-promise", "a data window of 16711684 rows in 192 bytes", windows([0, 0, 7, 0xff_0003], small)),
+        (
+            "display-promise",
+            "a display window of 16000 x 8000 around 8 x 4 texels",
+            windows(small, [0, 0, 15_999, 7999]),
+        ),
         ("size-square", "8 x 8", windows(small, [0, 0, 7, 7])),
         ("window-empty", "a display window of no columns", windows(small, [0, 0, -1, 3])),
         ("window-turned", "a data window whose end lies before its beginning", windows([7, 3, 0, 0], small)),
