@@ -1,0 +1,73 @@
+//! Occlusion rays; see the README beside this file.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{BenchmarkId, Criterion, Throughput};
+use lobe_scene::{Bvh, Ray};
+
+#[path = "rays/obvhs_peer.rs"]
+mod obvhs_peer;
+#[path = "rays/workload.rs"]
+mod workload;
+
+use obvhs_peer::Obvhs;
+use workload::{RAYS_PER_POINT, Workload};
+
+/// Cells along a side of the height field and around each of the 64 balls: about 100 thousand and 1 million triangles.
+const SIZES: [(&str, usize, usize); 2] = [("100k", 120, 48), ("1M", 380, 152)];
+
+fn rays(c: &mut Criterion) {
+    for (size, cells, around) in SIZES {
+        let work = Workload::new(cells, around);
+        let bvh = Bvh::from_corners(&work.corners);
+        let scalar = bvh.clone().without_simd();
+        let obvhs = Obvhs::new(&work.corners);
+        let rays = (work.points.len() * RAYS_PER_POINT) as f64;
+        let mut occluded = vec![false; RAYS_PER_POINT];
+        let ours: usize = work.count(|origin, directions| {
+            bvh.occluded_from_into(origin, directions, &mut occluded);
+            occluded.iter().filter(|&&o| o).count()
+        });
+        let peers: usize = work.count(|origin, directions| obvhs.occluded(origin, directions));
+        println!(
+            "{size}: {} triangles, {:.1} bytes each; occluded {:.4}, by obvhs {:.4}",
+            work.corners.len(),
+            bvh.bytes() as f64 / work.corners.len() as f64,
+            ours as f64 / rays,
+            peers as f64 / rays
+        );
+        let mut group = c.benchmark_group(format!("occlusion-{size}"));
+        group.throughput(Throughput::Elements(rays as u64)).sample_size(10).measurement_time(Duration::from_secs(3));
+        let mut measure = |name: &str, trace: &mut dyn FnMut([f32; 3], &[[f32; 3]]) -> usize| {
+            group.bench_function(BenchmarkId::from_parameter(name), |b| {
+                b.iter(|| black_box(work.count(&mut *trace)));
+            });
+        };
+        measure("together", &mut |origin, directions| {
+            bvh.occluded_from_into(origin, directions, &mut occluded);
+            usize::from(occluded[0])
+        });
+        measure("single", &mut |origin, directions| {
+            directions.iter().filter(|&&d| bvh.is_occluded(&Ray::new(origin, d))).count()
+        });
+        measure("scalar", &mut |origin, directions| {
+            directions.iter().filter(|&&d| scalar.is_occluded(&Ray::new(origin, d))).count()
+        });
+        measure("closest", &mut |origin, directions| {
+            directions.iter().filter(|&&d| bvh.closest(&Ray::new(origin, d)).is_some()).count()
+        });
+        measure("obvhs", &mut |origin, directions| obvhs.occluded(origin, directions));
+        drop(group);
+        let mut group = c.benchmark_group(format!("build-{size}"));
+        group.throughput(Throughput::Elements(work.corners.len() as u64)).sample_size(10);
+        group.bench_function("lobe", |b| b.iter(|| Bvh::from_corners(black_box(&work.corners))));
+        group.bench_function("obvhs", |b| b.iter(|| Obvhs::new(black_box(&work.corners))));
+    }
+}
+
+fn main() {
+    let mut criterion = Criterion::default().configure_from_args();
+    rays(&mut criterion);
+    criterion.final_summary();
+}

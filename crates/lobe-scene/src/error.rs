@@ -1,0 +1,57 @@
+//! What can go wrong with a scene.
+
+use std::io;
+
+/// Why a scene could not be made, read or changed, by whose fault it is.
+///
+/// Every message is one line: where, what was expected, what was found, what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The file or the data contradict themselves, are cut off, or describe no scene.
+    #[error("{place}: {message}")]
+    Invalid {
+        /// The file, the name the caller gave to the bytes, or the part of the scene.
+        place: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The file may be right, but Lobe does not read such files.
+    #[error("{place}: {message}")]
+    Unsupported {
+        /// The file, or the name the caller gave to the bytes.
+        place: String,
+        /// What it would need, and what to do.
+        message: String,
+    },
+    /// The caller asked for something that cannot be.
+    #[error("{0}")]
+    Options(String),
+    /// The operating system refused.
+    #[error("{file}: {source}")]
+    Io {
+        /// The file.
+        file: String,
+        /// The refusal.
+        source: io::Error,
+    },
+}
+
+impl SceneError {
+    pub(crate) fn invalid(place: &str, message: impl Into<String>) -> Self {
+        Self::Invalid { place: place.to_string(), message: message.into() }
+    }
+
+    pub(crate) fn unsupported(place: &str, message: impl Into<String>) -> Self {
+        Self::Unsupported { place: place.to_string(), message: message.into() }
+    }
+
+    /// The same fault, seen from the file it was found in.
+    pub(crate) fn within(self, file: &str) -> Self {
+        match self {
+            Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },
+            Self::Unsupported { place, message } => Self::Unsupported { place: format!("{file}: {place}"), message },
+            other => other,
+        }
+    }
+}

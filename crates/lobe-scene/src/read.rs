@@ -1,0 +1,169 @@
+//! Scenes from files, whatever their format.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::{Mesh, MeshParts, Scene, SceneError, Up, read_gltf, read_obj, read_ply};
+
+/// The version of the attributes that Lobe writes into a baked glTF file and names in `asset.extras.lobe.version`.
+/// Files with a higher one are refused.
+pub const LOBE_EXTRAS_VERSION: u64 = 1;
+
+/// How a file is to be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Which axis points up in OBJ and PLY files. glTF is always y-up.
+    pub up: Up,
+    /// The most triangles, and the most vertices, that a file may unfold to. A small file can hold a mesh that a
+    /// thousand nodes show.
+    pub limit: usize,
+}
+
+impl Default for ReadOptions {
+    /// y up, and up to 2²⁶ triangles: some 5 GB.
+    fn default() -> Self {
+        Self { up: Up::Y, limit: 1 << 26 }
+    }
+}
+
+/// What was read, and what was done to it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReadReport {
+    /// Number of meshes of the scene.
+    pub meshes: usize,
+    /// Number of vertices, as many as in the file for each time a mesh is shown.
+    pub vertices: usize,
+    /// Number of triangles that are left.
+    pub triangles: usize,
+    /// Triangles without area, dropped.
+    pub dropped_triangles: usize,
+    /// Vertices whose normal was missing or zero and was made.
+    pub made_normals: usize,
+    /// What the file holds and Lobe does not use, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Reads a scene from a .gltf, .glb, .obj or .ply file, with the files it names: z up, in the file's unit of length.
+///
+/// # Errors
+/// [`SceneError::Io`] if a file cannot be read, [`SceneError::Unsupported`] if it is of another kind or needs what
+/// Lobe does not read, [`SceneError::Invalid`] if it contradicts itself or holds no triangle with an area,
+/// [`SceneError::Options`] if it unfolds to more than [`ReadOptions::limit`].
+pub fn read_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(Scene, ReadReport), SceneError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let bytes = fs::read(path).map_err(|source| SceneError::Io { file: name.clone(), source })?;
+    let folder = path.parent().map(Path::to_path_buf);
+    read(&bytes, &name, folder, options)
+}
+
+/// Reads a scene from the bytes of a file that names no other files; `name` decides the format and stands in messages.
+///
+/// # Errors
+/// As [`read_scene`], and [`SceneError::Unsupported`] if the bytes name other files.
+pub fn read_scene_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(Scene, ReadReport), SceneError> {
+    read(bytes, name, None, options)
+}
+
+fn read(
+    bytes: &[u8],
+    name: &str,
+    folder: Option<PathBuf>,
+    options: &ReadOptions,
+) -> Result<(Scene, ReadReport), SceneError> {
+    let mut source = Source { name, folder, limit: options.limit, unfolded: (0, 0), report: ReadReport::default() };
+    let extension = Path::new(name).extension().map(|e| e.to_string_lossy().to_lowercase());
+    let scene = match extension.as_deref() {
+        Some("gltf" | "glb") => read_gltf::read(bytes, &mut source)?,
+        Some("obj") => read_obj::read(bytes, &mut source, options.up)?,
+        Some("ply") => read_ply::read(bytes, &mut source, options.up)?,
+        _ => return Err(SceneError::unsupported(name, "expected a file named .gltf, .glb, .obj or .ply")),
+    };
+    let mut report = source.report;
+    report.meshes = scene.meshes().len();
+    report.vertices = scene.vertex_count();
+    report.triangles = scene.triangle_count();
+    report.made_normals = scene.meshes().iter().map(Mesh::made_normals).sum();
+    Ok((scene, report))
+}
+
+/// A file that is being read.
+pub(crate) struct Source<'a> {
+    pub(crate) name: &'a str,
+    /// Where the files it names lie; none if only its bytes are known.
+    folder: Option<PathBuf>,
+    limit: usize,
+    /// Vertices and triangles so far.
+    unfolded: (usize, usize),
+    report: ReadReport,
+}
+
+impl Source<'_> {
+    pub(crate) fn invalid(&self, message: impl Into<String>) -> SceneError {
+        SceneError::invalid(self.name, message)
+    }
+
+    pub(crate) fn unsupported(&self, message: impl Into<String>) -> SceneError {
+        SceneError::unsupported(self.name, message)
+    }
+
+    /// Says once that something in the file is not used.
+    pub(crate) fn note(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        if !self.report.notes.contains(&note) {
+            self.report.notes.push(note);
+        }
+    }
+
+    /// To be called before the memory for a mesh is taken.
+    pub(crate) fn count(&mut self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
+        let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));
+        self.unfolded = (v, t);
+        if v.max(t) > self.limit {
+            let (name, limit) = (self.name, self.limit);
+            return Err(SceneError::Options(format!(
+                "{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more: raise the limit"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Makes a mesh; one whose triangles all lack area is noted and left out.
+    pub(crate) fn mesh(&mut self, parts: MeshParts) -> Result<Option<Mesh>, SceneError> {
+        let in_file = parts.triangles.len();
+        let has_area = |t: &[u32; 3]| {
+            // Indices out of range are `Mesh::new`'s to refuse.
+            let corner = |i: u32| parts.positions.get(i as usize).copied().unwrap_or([f32::NAN; 3]);
+            crate::mesh::double_area(t.map(corner)) != 0.0
+        };
+        if !parts.triangles.iter().any(has_area) {
+            self.report.dropped_triangles += in_file;
+            let what = if in_file == 0 { "no triangles" } else { "only triangles without area" };
+            self.note(format!("mesh `{}` has {what} and was left out", parts.name));
+            return Ok(None);
+        }
+        let mesh = Mesh::new(parts).map_err(|error| error.within(self.name))?;
+        self.report.dropped_triangles += mesh.dropped_triangles();
+        Ok(Some(mesh))
+    }
+
+    /// The error of a file without any triangle that has an area.
+    pub(crate) fn no_triangles(&self) -> SceneError {
+        match self.report.dropped_triangles {
+            0 => self.invalid("expected triangles, found none"),
+            count => self.invalid(format!("expected triangles with an area, found {count} without")),
+        }
+    }
+
+    /// The bytes of a file that the file names, relative to its own folder.
+    pub(crate) fn neighbour(&self, relative: &str) -> Result<Vec<u8>, SceneError> {
+        let Some(folder) = &self.folder else {
+            return Err(
+                self.unsupported(format!("names the file `{relative}`, but only bytes were given: read the file"))
+            );
+        };
+        let path = folder.join(relative);
+        fs::read(&path)
+            .map_err(|source| SceneError::Io { file: format!("{}, named by {}", path.display(), self.name), source })
+    }
+}

@@ -1,0 +1,293 @@
+//! All triangles of a world, and what they are made of.
+
+use glam::{DVec3, Vec3};
+
+use crate::{Alpha, Hit, Material, Mesh, SceneError, Texture, TextureUse};
+
+/// All triangles of a world, and what they are made of. It has at least one triangle; every index is in range.
+///
+/// Triangles are counted through all meshes in their order: that number is what a [`Hit`] names.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    meshes: Vec<Mesh>,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    /// The number of the first triangle of each mesh, and of all triangles.
+    starts: Vec<usize>,
+}
+
+/// A box along the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The corner of the smallest coordinates.
+    pub min: [f32; 3],
+    /// The corner of the largest coordinates.
+    pub max: [f32; 3],
+}
+
+/// What a ray finds where it hits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// The point, from the corners of the triangle: more exact than along the ray.
+    pub position: [f32; 3],
+    /// The unit normal of the triangle's plane, on the side from which its corners run counter-clockwise.
+    pub geometric_normal: [f32; 3],
+    /// The unit normal to shade with, interpolated from the vertices.
+    pub shading_normal: [f32; 3],
+    /// Linear colour and alpha: base colour, texture and vertex colour multiplied.
+    pub base_color: [f32; 4],
+    /// Index of the mesh.
+    pub mesh: usize,
+}
+
+impl Scene {
+    /// A scene of meshes. Their materials index `materials`, whose textures index `textures`.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, or if an index is out of range.
+    pub fn new(meshes: Vec<Mesh>, materials: Vec<Material>, textures: Vec<Texture>) -> Result<Self, SceneError> {
+        let invalid = |message: String| Err(SceneError::invalid("scene", message));
+        if meshes.is_empty() {
+            return invalid("expected triangles, found none".to_string());
+        }
+        for mesh in &meshes {
+            if let Some(index) = mesh.material().filter(|&index| index >= materials.len()) {
+                let (name, count) = (mesh.name(), materials.len());
+                return invalid(format!("mesh `{name}` is of material {index}, but there are {count}"));
+            }
+        }
+        for material in &materials {
+            if let Some(used) = material.base_color_texture.filter(|used| used.texture >= textures.len()) {
+                let (name, index, count) = (&material.name, used.texture, textures.len());
+                return invalid(format!("material `{name}` uses texture {index}, but there are {count}"));
+            }
+        }
+        let mut starts = vec![0];
+        for mesh in &meshes {
+            starts.push(starts[starts.len() - 1] + mesh.triangles().len());
+        }
+        let count = starts[meshes.len()];
+        if u32::try_from(count).is_err() {
+            return invalid(format!("expected fewer than 2^32 triangles, found {count}"));
+        }
+        Ok(Self { meshes, materials, textures, starts })
+    }
+
+    /// The meshes.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// The materials the meshes index.
+    #[must_use]
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The textures the materials index.
+    #[must_use]
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+
+    /// Meshes, materials and textures, to be changed and made into another scene.
+    #[must_use]
+    pub fn into_parts(self) -> (Vec<Mesh>, Vec<Material>, Vec<Texture>) {
+        (self.meshes, self.materials, self.textures)
+    }
+
+    /// Number of triangles in all meshes.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.starts[self.meshes.len()]
+    }
+
+    /// Number of vertices in all meshes.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.positions().len()).sum()
+    }
+
+    /// The mesh that the triangle of this number belongs to, and its number there.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn locate(&self, triangle: usize) -> (usize, usize) {
+        assert!(triangle < self.triangle_count(), "triangle {triangle} of {}", self.triangle_count());
+        let mesh = self.starts.partition_point(|&start| start <= triangle) - 1;
+        (mesh, triangle - self.starts[mesh])
+    }
+
+    /// The corners of all triangles, in the order of their numbers.
+    pub fn corners(&self) -> impl Iterator<Item = [[f32; 3]; 3]> {
+        self.meshes.iter().flat_map(|mesh| {
+            let positions = mesh.positions();
+            mesh.triangles().iter().map(|t| t.map(|i| positions[i as usize]))
+        })
+    }
+
+    /// What a mesh is made of: white where the mesh does not say.
+    ///
+    /// # Panics
+    /// If there is no such mesh.
+    #[must_use]
+    pub fn material(&self, mesh: usize) -> &Material {
+        static WHITE: Material = Material::WHITE;
+        self.meshes[mesh].material().map_or(&WHITE, |index| &self.materials[index])
+    }
+
+    /// The smallest box around all positions.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for &p in self.meshes.iter().flat_map(|mesh| mesh.positions()) {
+            bounds = (bounds.0.min(p.into()), bounds.1.max(p.into()));
+        }
+        Bounds { min: bounds.0.into(), max: bounds.1.into() }
+    }
+
+    /// Linear colour and alpha of a vertex: base colour, texture and vertex colour multiplied.
+    ///
+    /// # Panics
+    /// If there is no such mesh or vertex.
+    #[must_use]
+    pub fn vertex_base_color(&self, mesh: usize, vertex: usize) -> [f32; 4] {
+        let of = |set: usize| self.meshes[mesh].uvs(set).get(vertex).copied();
+        let color = self.meshes[mesh].colors().get(vertex).copied();
+        self.base_color(self.material(mesh), [of(0), of(1)], color)
+    }
+
+    /// What a ray finds where it hits.
+    ///
+    /// # Panics
+    /// If the hit is of another scene and its triangle does not exist here.
+    #[must_use]
+    pub fn surface(&self, hit: &Hit) -> Surface {
+        let (mesh_index, triangle) = self.locate(hit.triangle as usize);
+        let mesh = &self.meshes[mesh_index];
+        let indices = mesh.triangles()[triangle].map(|i| i as usize);
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        let [a, b, c] = indices.map(|i| Vec3::from(mesh.positions()[i]).as_dvec3());
+        let position = blend(mesh.positions(), indices, weights);
+        let geometric = (b - a).cross(c - a).normalize_or(DVec3::Z);
+        let shading = DVec3::from(blend(mesh.normals(), indices, weights).map(f64::from)).normalize_or(geometric);
+        let uvs = [0, 1].map(|set| match mesh.uvs(set) {
+            [] => None,
+            uvs => Some(blend(uvs, indices, weights)),
+        });
+        let color = if mesh.colors().is_empty() { None } else { Some(blend(mesh.colors(), indices, weights)) };
+        Surface {
+            position,
+            geometric_normal: geometric.as_vec3().to_array(),
+            shading_normal: shading.as_vec3().to_array(),
+            base_color: self.base_color(self.material(mesh_index), uvs, color),
+            mesh: mesh_index,
+        }
+    }
+
+    /// Whether the surface is there at a hit: false in the holes of an alpha mask.
+    ///
+    /// # Panics
+    /// As [`Scene::surface`].
+    #[must_use]
+    pub fn is_solid(&self, hit: &Hit) -> bool {
+        let (mesh, _) = self.locate(hit.triangle as usize);
+        match self.material(mesh).alpha {
+            Alpha::Mask(cutoff) => self.surface(hit).base_color[3] >= cutoff,
+            Alpha::Opaque | Alpha::Blend => true,
+        }
+    }
+
+    /// Whether any surface has holes, so that rays need [`Scene::is_solid`].
+    #[must_use]
+    pub fn has_masks(&self) -> bool {
+        (0..self.meshes.len()).any(|mesh| matches!(self.material(mesh).alpha, Alpha::Mask(_)))
+    }
+
+    fn base_color(&self, material: &Material, uvs: [Option<[f32; 2]>; 2], color: Option<[f32; 4]>) -> [f32; 4] {
+        let mut product = material.base_color;
+        let mut multiply = |factor: [f32; 4]| (0..4).for_each(|k| product[k] *= factor[k]);
+        if let Some(used) = material.base_color_texture
+            && let Some(uv) = uvs[used.uv_set]
+        {
+            multiply(self.textures[used.texture].sample(TextureUse::map(used.uv_map, uv)));
+        }
+        if let Some(color) = color {
+            multiply(color);
+        }
+        product
+    }
+}
+
+/// The value at barycentric weights, in `f64` until the end.
+fn blend<const N: usize>(values: &[[f32; N]], indices: [usize; 3], weights: [f32; 3]) -> [f32; N] {
+    std::array::from_fn(|k| {
+        (0..3).map(|i| f64::from(values[indices[i]][k]) * f64::from(weights[i])).sum::<f64>() as f32
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{MeshParts, Wrap};
+
+    fn triangle(name: &str, material: Option<usize>) -> MeshParts {
+        MeshParts {
+            name: name.into(),
+            positions: vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            material,
+            ..MeshParts::default()
+        }
+    }
+
+    #[test]
+    fn triangles_are_counted_through_all_meshes() {
+        let mut two = triangle("two", None);
+        two.triangles.push([2, 1, 0]);
+        let meshes = [two, triangle("one", None)].map(|parts| Mesh::new(parts).unwrap());
+        let scene = Scene::new(meshes.to_vec(), vec![], vec![]).unwrap();
+        let located: Vec<_> = (0..3).map(|t| scene.locate(t)).collect();
+        assert_eq!(located, [(0, 0), (0, 1), (1, 0)], "mesh and triangle");
+        assert_eq!((scene.triangle_count(), scene.vertex_count()), (3, 6), "counts");
+        assert_eq!(scene.bounds(), Bounds { min: [0.0; 3], max: [2.0, 2.0, 0.0] }, "bounds");
+    }
+
+    #[test]
+    fn base_colours_texture_and_vertex_colour_multiply() {
+        let mut parts = triangle("painted", Some(0));
+        parts.uvs[1] = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        parts.colors = vec![[1.0, 0.5, 1.0, 1.0]; 3];
+        let texture = Texture::new(1, 1, vec![[255, 255, 0, 128]], [Wrap::Repeat; 2]);
+        let used = TextureUse { texture: 0, uv_set: 1, uv_map: TextureUse::UV_UNCHANGED };
+        let material = Material {
+            base_color: [0.5, 0.5, 0.5, 1.0],
+            base_color_texture: Some(used),
+            alpha: Alpha::Mask(0.5),
+            ..Material::WHITE
+        };
+        let scene = Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![texture]).unwrap();
+        let hit = Hit { t: 1.0, triangle: 0, u: 0.25, v: 0.5 };
+        let surface = scene.surface(&hit);
+        assert_eq!(surface.position, [0.5, 1.0, 0.0], "position");
+        assert_eq!(surface.base_color, [0.5, 0.25, 0.0, 128.0 / 255.0], "colour");
+        assert_eq!(scene.vertex_base_color(0, 2), surface.base_color, "the same at a vertex");
+        assert_eq!((surface.geometric_normal, surface.shading_normal), ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), "normals");
+        assert!(scene.has_masks() && scene.is_solid(&hit), "alpha 128/255 reaches the cutoff 0.5");
+    }
+
+    #[test]
+    fn indices_out_of_range_and_empty_scenes_are_refused() {
+        let refusal = |meshes, materials| Scene::new(meshes, materials, vec![]).unwrap_err().to_string();
+        assert_eq!(refusal(vec![], vec![]), "scene: expected triangles, found none", "empty");
+        let mesh = Mesh::new(triangle("a", Some(1))).unwrap();
+        let found = refusal(vec![mesh], vec![Material::WHITE]);
+        assert_eq!(found, "scene: mesh `a` is of material 1, but there are 1", "material");
+        let used = TextureUse { texture: 0, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED };
+        let material = Material { name: "m".into(), base_color_texture: Some(used), ..Material::WHITE };
+        let found = refusal(vec![Mesh::new(triangle("a", Some(0))).unwrap()], vec![material]);
+        assert_eq!(found, "scene: material `m` uses texture 0, but there are 0", "texture");
+    }
+}

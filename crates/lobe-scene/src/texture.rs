@@ -1,0 +1,152 @@
+//! Pictures on surfaces.
+
+use std::sync::OnceLock;
+
+/// What a texture shows outside of the unit square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    /// The picture again.
+    #[default]
+    Repeat,
+    /// The picture again, every other one mirrored.
+    Mirror,
+    /// The texels of the border.
+    Clamp,
+}
+
+/// A picture of eight bits a channel: sRGB colour and linear alpha. Row 0 is at the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    width: usize,
+    height: usize,
+    texels: Vec<[u8; 4]>,
+    wrap: [Wrap; 2],
+}
+
+impl Texture {
+    /// A picture of `width` × `height` texels, row by row from the top.
+    ///
+    /// # Panics
+    /// If the number of texels is not `width * height`, or zero.
+    #[must_use]
+    pub fn new(width: usize, height: usize, texels: Vec<[u8; 4]>, wrap: [Wrap; 2]) -> Self {
+        assert!(
+            !texels.is_empty() && texels.len() == width * height,
+            "expected {width} x {height} texels, found {}",
+            texels.len()
+        );
+        Self { width, height, texels, wrap }
+    }
+
+    /// Width in texels.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height in texels.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Linear colour and alpha at a place, (0, 0) being the top left corner; between four texels in linear light.
+    #[must_use]
+    pub fn sample(&self, [u, v]: [f32; 2]) -> [f32; 4] {
+        let (x0, x1, fx) = neighbours(u, self.width, self.wrap[0]);
+        let (y0, y1, fy) = neighbours(v, self.height, self.wrap[1]);
+        let (a, b) = (self.linear(x0, y0), self.linear(x1, y0));
+        let (c, d) = (self.linear(x0, y1), self.linear(x1, y1));
+        let mix = |a: f32, b: f32, f: f32| a + (b - a) * f;
+        std::array::from_fn(|k| mix(mix(a[k], b[k], fx), mix(c[k], d[k], fx), fy))
+    }
+
+    fn linear(&self, x: usize, y: usize) -> [f32; 4] {
+        let [r, g, b, a] = self.texels[y * self.width + x];
+        [linear_from_srgb8(r), linear_from_srgb8(g), linear_from_srgb8(b), f32::from(a) / 255.0]
+    }
+}
+
+/// The two texels on either side of a coordinate, and how far it lies towards the second.
+fn neighbours(coordinate: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
+    let n = size as f64;
+    // Whole pictures away nothing changes, and the texel stays a small number.
+    let u = match wrap {
+        Wrap::Repeat => f64::from(coordinate).rem_euclid(1.0),
+        Wrap::Mirror => f64::from(coordinate).rem_euclid(2.0),
+        Wrap::Clamp => f64::from(coordinate).clamp(0.0, 1.0),
+    };
+    let x = u * n - 0.5;
+    let below = x.floor();
+    let place = |k: i64| {
+        let m = size as i64;
+        let k = match wrap {
+            Wrap::Repeat => k.rem_euclid(m),
+            Wrap::Mirror => {
+                let k = k.rem_euclid(2 * m);
+                if k < m { k } else { 2 * m - 1 - k }
+            }
+            Wrap::Clamp => k.clamp(0, m - 1),
+        };
+        k as usize
+    };
+    (place(below as i64), place(below as i64 + 1), (x - below) as f32)
+}
+
+/// Linear light of an 8-bit sRGB value (IEC 61966-2-1).
+///
+/// ```text
+///   s ≤ 0.04045:  s / 12.92        else:  ((s + 0.055) / 1.055)^2.4
+/// ```
+pub(crate) fn linear_from_srgb8(value: u8) -> f32 {
+    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        std::array::from_fn(|i| {
+            let s = i as f64 / 255.0;
+            (if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }) as f32
+        })
+    })[usize::from(value)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn two_by_one(wrap: Wrap) -> Texture {
+        Texture::new(2, 1, vec![[0, 0, 0, 255], [255, 255, 255, 0]], [wrap; 2])
+    }
+
+    #[test]
+    fn texel_centres_give_their_texel_and_halfway_gives_the_mean_in_linear_light() {
+        let texture = two_by_one(Wrap::Repeat);
+        assert_eq!(texture.sample([0.25, 0.5]), [0.0, 0.0, 0.0, 1.0], "left centre");
+        assert_eq!(texture.sample([0.75, 0.5]), [1.0, 1.0, 1.0, 0.0], "right centre");
+        assert_eq!(texture.sample([0.5, 0.5]), [0.5, 0.5, 0.5, 0.5], "halfway");
+    }
+
+    #[test]
+    fn outside_of_the_unit_square_the_wrap_decides() {
+        let red = |wrap, u: f32| two_by_one(wrap).sample([u, 0.5])[0];
+        for (wrap, u, expected) in [
+            (Wrap::Repeat, 1.25, 0.0),
+            (Wrap::Repeat, -0.25, 1.0),
+            (Wrap::Repeat, 0.0, 0.5),
+            (Wrap::Mirror, 1.25, 1.0),
+            (Wrap::Mirror, -0.25, 0.0),
+            (Wrap::Mirror, 0.0, 0.0),
+            (Wrap::Clamp, 7.0, 1.0),
+            (Wrap::Clamp, -7.0, 0.0),
+        ] {
+            assert_eq!(red(wrap, u), expected, "{wrap:?} at {u}");
+        }
+    }
+
+    #[test]
+    fn srgb_is_decoded_by_its_standard() {
+        assert_eq!(linear_from_srgb8(0), 0.0, "black");
+        assert_eq!(linear_from_srgb8(255), 1.0, "white");
+        // The grey that reflects 21.4 %: 127.5 / 255 lies between the two.
+        let (below, above) = (linear_from_srgb8(127), linear_from_srgb8(128));
+        assert!(below < 0.21404 && 0.21404 < above, "{below} < 0.21404 < {above}");
+    }
+}

@@ -1,0 +1,46 @@
+//! The one rotation between worlds that call y up and Lobe's, which calls z up.
+
+/// Which axis of a file points up. glTF says y itself; OBJ and PLY leave it open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Up {
+    /// +y is up, as in glTF and in most modelling programs: the scene is turned by [`z_up_from_y_up`].
+    #[default]
+    Y,
+    /// +z is up, as in Lobe: nothing is turned.
+    Z,
+}
+
+/// A y-up vector, such as a point of a glTF file, in Lobe's z-up world: a quarter turn about x.
+///
+/// ```text
+///   (x, y, z)_lobe = (x, -z, y)_gltf
+/// ```
+///
+/// # Examples
+///
+/// ```
+/// use lobe_scene::{y_up_from_z_up, z_up_from_y_up};
+///
+/// assert_eq!(z_up_from_y_up([0.0, 1.0, 0.0]), [0.0, 0.0, 1.0], "up stays up");
+/// assert_eq!(y_up_from_z_up(z_up_from_y_up([1.0, 2.0, 3.0])), [1.0, 2.0, 3.0], "and back");
+/// ```
+#[must_use]
+pub fn z_up_from_y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [x, -z, y]
+}
+
+/// A vector of Lobe's z-up world in a y-up one, as glTF files need it: the inverse of [`z_up_from_y_up`].
+#[must_use]
+pub fn y_up_from_z_up([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [x, z, -y]
+}
+
+impl Up {
+    /// A vector of a file with this axis up, in Lobe's world.
+    pub(crate) fn to_world(self, v: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Y => z_up_from_y_up(v),
+            Self::Z => v,
+        }
+    }
+}
