@@ -14,8 +14,11 @@ mod workload;
 use obvhs_peer::Obvhs;
 use workload::{RAYS_PER_POINT, Workload};
 
+/// Traces rays from a point, and says something about what they hit.
+type Trace<'a> = dyn FnMut([f32; 3], &[[f32; 3]]) -> usize + 'a;
+
 /// Cells along a side of the height field and around each of the 64 balls: about 100 thousand and 1 million triangles.
-const SIZES: [(&str, usize, usize); 2] = [("100k", 120, 48), ("1M", 380, 152)];
+const SIZES: [(&str, usize, usize); 2] = [("100k", 100, 36), ("1M", 320, 112)];
 
 fn rays(c: &mut Criterion) {
     for (size, cells, around) in SIZES {
@@ -39,25 +42,29 @@ fn rays(c: &mut Criterion) {
         );
         let mut group = c.benchmark_group(format!("occlusion-{size}"));
         group.throughput(Throughput::Elements(rays as u64)).sample_size(10).measurement_time(Duration::from_secs(3));
-        let mut measure = |name: &str, trace: &mut dyn FnMut([f32; 3], &[[f32; 3]]) -> usize| {
+        let ordered = work.ordered();
+        let mut measure = |name: &str, work: &Workload, trace: &mut Trace<'_>| {
             group.bench_function(BenchmarkId::from_parameter(name), |b| {
                 b.iter(|| black_box(work.count(&mut *trace)));
             });
         };
-        measure("together", &mut |origin, directions| {
-            bvh.occluded_from_into(origin, directions, &mut occluded);
-            usize::from(occluded[0])
-        });
-        measure("single", &mut |origin, directions| {
+        for (name, work) in [("together", &work), ("ordered", &ordered)] {
+            measure(name, work, &mut |origin, directions| {
+                bvh.occluded_from_into(origin, directions, &mut occluded);
+                usize::from(occluded[0])
+            });
+        }
+        measure("single", &work, &mut |origin, directions| {
             directions.iter().filter(|&&d| bvh.is_occluded(&Ray::new(origin, d))).count()
         });
-        measure("scalar", &mut |origin, directions| {
+        measure("scalar", &work, &mut |origin, directions| {
             directions.iter().filter(|&&d| scalar.is_occluded(&Ray::new(origin, d))).count()
         });
-        measure("closest", &mut |origin, directions| {
+        measure("closest", &work, &mut |origin, directions| {
             directions.iter().filter(|&&d| bvh.closest(&Ray::new(origin, d)).is_some()).count()
         });
-        measure("obvhs", &mut |origin, directions| obvhs.occluded(origin, directions));
+        measure("obvhs", &work, &mut |origin, directions| obvhs.occluded(origin, directions));
+        measure("obvhs-ordered", &ordered, &mut |origin, directions| obvhs.occluded(origin, directions));
         drop(group);
         let mut group = c.benchmark_group(format!("build-{size}"));
         group.throughput(Throughput::Elements(work.corners.len() as u64)).sample_size(10);

@@ -128,7 +128,7 @@ mod tests {
     /// Volume by the divergence theorem: positive where triangles face outwards.
     fn volume(mesh: &Mesh) -> f64 {
         let corner = |t: usize| mesh.corners(t).map(|p| DVec3::from(p.map(f64::from)));
-        (0..mesh.triangles().len()).map(|t| corner(t)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+        (0..mesh.triangles().len()).map(corner).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
     }
 
     #[test]

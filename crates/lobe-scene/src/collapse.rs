@@ -7,7 +7,7 @@ use crate::lanes::WIDTH;
 use crate::wide_node::{BLOCK_BIT, Block, Node};
 
 /// Cost of testing a block of triangles, in units of testing the eight boxes of a node: nine loads and three edge
-/// functions against six fused operations. Between 0.8 and 2 the tree hardly changes.
+/// functions against six fused operations. An estimate from counting instructions, not tuned.
 const BLOCK_COST: f32 = 1.2;
 
 /// The nodes of the wide tree, the root first, and its blocks.
@@ -20,7 +20,7 @@ const BLOCK_COST: f32 = 1.2;
 ///
 /// `C(n, i)` is the least cost of standing for the subtree n by at most i children of one wide node, after the surface
 /// area heuristic; `A_n` is the area of its box. The choice that gives `C(root, 1)` is the best wide tree that this
-/// binary one can be cut into [Ylitie, Karras and Laine 2017, 3.2].
+/// binary one can be cut into [Ylitie, Karras and Laine 2017] section 3.
 pub(crate) fn collapse(binary: &Bvh2, corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, Vec<Block>) {
     let plan = Plan::new(binary);
     let mut wide = Wide { plan, corners, nodes: vec![Node::empty()], blocks: Vec::new() };
@@ -34,13 +34,42 @@ pub(crate) fn collapse(binary: &Bvh2, corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, 
         } else {
             wide.plan.distribute(subtree, WIDTH, &mut pieces);
         }
-        for (slot, piece) in pieces.into_iter().enumerate() {
-            let child = wide.child(piece, &mut open);
-            wide.nodes[node].set_box(slot, &wide.plan.bounds(piece));
+        for (slot, piece) in wide.plan.merged(&pieces).into_iter().enumerate() {
+            let child = wide.child(&piece, &mut open);
+            wide.nodes[node].set_box(slot, &piece.bounds);
             wide.nodes[node].set_child(slot, child);
         }
     }
     (wide.nodes, wide.blocks)
+}
+
+/// What becomes one child of a wide node: a subtree, or several that share a block.
+#[derive(Clone, Debug)]
+struct Piece {
+    subtrees: Vec<usize>,
+    bounds: Bounds,
+    /// Number of triangles, if they become a block.
+    in_block: Option<u32>,
+}
+
+impl Piece {
+    /// The block of two pieces, if they fit into one and it costs no more than theirs.
+    fn merged(&self, other: &Self) -> Option<Self> {
+        let count = self.in_block? + other.in_block?;
+        let (a, b) = (&self.bounds, &other.bounds);
+        let bounds = Bounds {
+            min: std::array::from_fn(|k| a.min[k].min(b.min[k])),
+            max: std::array::from_fn(|k| a.max[k].max(b.max[k])),
+        };
+        let is_cheaper = half_area(&bounds) <= half_area(a) + half_area(b);
+        let subtrees = || [&self.subtrees[..], &other.subtrees[..]].concat();
+        (count as usize <= WIDTH && is_cheaper).then(|| Self { subtrees: subtrees(), bounds, in_block: Some(count) })
+    }
+}
+
+fn half_area(bounds: &Bounds) -> f32 {
+    let [x, y, z] = std::array::from_fn(|k| bounds.max[k] - bounds.min[k]);
+    (x + y) * z + x * y
 }
 
 struct Wide<'a> {
@@ -52,14 +81,14 @@ struct Wide<'a> {
 
 impl Wide<'_> {
     /// Makes the child that stands for a subtree: a block now, or a node to be filled later.
-    fn child(&mut self, subtree: usize, open: &mut Vec<(usize, usize)>) -> u32 {
-        if self.plan.is_block(subtree) {
-            let triangles = self.plan.triangles(subtree);
+    fn child(&mut self, piece: &Piece, open: &mut Vec<(usize, usize)>) -> u32 {
+        if piece.in_block.is_some() {
+            let triangles = self.plan.triangles(&piece.subtrees);
             self.blocks.push(Block::new(triangles.into_iter().map(|t| (t, self.corners[t as usize]))));
             BLOCK_BIT | (self.blocks.len() - 1) as u32
         } else {
             self.nodes.push(Node::empty());
-            open.push((subtree, self.nodes.len() - 1));
+            open.push((piece.subtrees[0], self.nodes.len() - 1));
             (self.nodes.len() - 1) as u32
         }
     }
@@ -147,8 +176,26 @@ impl<'a> Plan<'a> {
         Bounds { min: aabb.min.to_array(), max: aabb.max.to_array() }
     }
 
-    fn triangles(&self, subtree: usize) -> Vec<u32> {
-        let (mut triangles, mut open) = (Vec::with_capacity(WIDTH), vec![subtree]);
+    /// The pieces, blocks put together where that costs no more: what the binary tree cut apart need not stay apart.
+    fn merged(&self, subtrees: &[usize]) -> Vec<Piece> {
+        let piece = |&subtree: &usize| Piece {
+            subtrees: vec![subtree],
+            bounds: self.bounds(subtree),
+            in_block: self.is_block(subtree).then(|| self.counts[subtree]),
+        };
+        let mut pieces: Vec<Piece> = Vec::with_capacity(WIDTH);
+        for mut piece in subtrees.iter().map(piece) {
+            while let Some((k, both)) = pieces.iter().enumerate().find_map(|(k, p)| Some((k, p.merged(&piece)?))) {
+                pieces.remove(k);
+                piece = both;
+            }
+            pieces.push(piece);
+        }
+        pieces
+    }
+
+    fn triangles(&self, subtrees: &[usize]) -> Vec<u32> {
+        let (mut triangles, mut open) = (Vec::with_capacity(WIDTH), subtrees.to_vec());
         while let Some(node) = open.pop() {
             if self.is_leaf(node) {
                 let first = self.binary.nodes[node].first_index as usize;

@@ -85,7 +85,7 @@ impl<'a> Accessors<'a> {
             return Err(self.invalid(source, &message));
         }
         let mut values: Vec<u32> = (0..elements.count).map(|i| elements.whole(i)).collect();
-        self.overwrite(accessor, &mut values, &elements, source, |elements, i| elements.whole(i))?;
+        self.overwrite(accessor, &mut values, &elements, source, Elements::whole)?;
         Ok(values)
     }
 
@@ -110,9 +110,9 @@ impl<'a> Accessors<'a> {
         &self,
         accessor: &Accessor,
         values: &mut [T],
-        base: &Elements<'_>,
+        base: &Elements<'a>,
         source: &Source<'_>,
-        element: impl Fn(&Elements<'_>, usize) -> T,
+        element: impl Fn(&Elements<'a>, usize) -> T,
     ) -> Result<(), SceneError> {
         let Some(sparse) = &accessor.sparse else { return Ok(()) };
         let Checked::Valid(index_type) = sparse.indices.component_type else {

@@ -1,7 +1,7 @@
 //! The nodes of a glTF file: which meshes are shown, and where.
 
 use glam::{DMat4, DQuat, DVec3};
-use gltf_json::{Node, Root};
+use gltf_json::{Index, Node, Root};
 
 use crate::SceneError;
 use crate::read::Source;
@@ -44,7 +44,7 @@ pub(crate) fn shown_meshes(root: &Root, source: &Source<'_>) -> Result<Vec<Shown
 fn roots(root: &Root, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
     let index = root.scene.map(|scene| scene.value());
     match (index, root.scenes.get(index.unwrap_or(0))) {
-        (_, Some(scene)) => Ok(scene.nodes.iter().map(|node| node.value()).collect()),
+        (_, Some(scene)) => Ok(scene.nodes.iter().map(Index::value).collect()),
         (Some(index), None) => Err(source.invalid(format!("shows scene {index}, but there are {}", root.scenes.len()))),
         (None, None) => {
             let mut has_parent = vec![false; root.nodes.len()];

@@ -20,7 +20,7 @@ pub struct ReadOptions {
 }
 
 impl Default for ReadOptions {
-    /// y up, and up to 2²⁶ triangles: some 5 GB.
+    /// y up, and up to 2²⁶ triangles and vertices.
     fn default() -> Self {
         Self { up: Up::Y, limit: 1 << 26 }
     }

@@ -142,7 +142,7 @@ impl Scene {
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &p in self.meshes.iter().flat_map(|mesh| mesh.positions()) {
+        for &p in self.meshes.iter().flat_map(Mesh::positions) {
             bounds = (bounds.0.min(p.into()), bounds.1.max(p.into()));
         }
         Bounds { min: bounds.0.into(), max: bounds.1.into() }

@@ -63,33 +63,43 @@ impl<F: FnMut(Hit) -> bool> Work for AnyHit<'_, '_, F> {
 
     #[inline(always)]
     fn work<L: Lanes>(mut self, lanes: L) -> bool {
-        any_hit(lanes, &self.tree, self.ray, &mut self.accept)
+        ShearedRay::new(self.ray)
+            .is_some_and(|ray| any_hit(lanes, &self.tree, &ray, self.ray.t_max, &mut self.accept).is_some())
     }
 }
 
+/// The block of a hit that is accepted. Blocks are tested as soon as they are met: for one hit is enough, they come before
+/// what waits on the stack.
 #[inline(always)]
-fn any_hit<L: Lanes>(lanes: L, tree: &Tree<'_>, ray: &Ray, accept: &mut impl FnMut(Hit) -> bool) -> bool {
-    let Some(sheared) = ShearedRay::new(ray) else { return false };
-    let slabs = SlabRay::new(lanes, &sheared, tree.bounds);
-    let t_max = lanes.splat(ray.t_max * sheared.longest * END_ROOM);
+fn any_hit<L: Lanes>(
+    lanes: L,
+    tree: &Tree<'_>,
+    ray: &ShearedRay,
+    t_max: f32,
+    accept: &mut impl FnMut(Hit) -> bool,
+) -> Option<u32> {
+    let slabs = SlabRay::new(lanes, ray, tree.bounds);
+    let t_max = lanes.splat(t_max * ray.longest * END_ROOM);
     let mut stack = Stack::new();
     let mut next = Some(0_u32);
     while let Some(item) = next {
-        if item & BLOCK_BIT != 0 {
-            if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, &sheared, &mut *accept) {
-                return true;
-            }
-        } else {
-            let node = &tree.nodes[item as usize];
-            let (mut mask, _) = slabs.meets(lanes, node, t_max);
-            while mask != 0 {
-                stack.push(node.child(mask.trailing_zeros() as usize));
-                mask &= mask - 1;
+        let node = &tree.nodes[item as usize];
+        let (mut mask, _) = slabs.meets(lanes, node, t_max);
+        while mask != 0 {
+            let child = node.child(mask.trailing_zeros() as usize);
+            mask &= mask - 1;
+            if child & BLOCK_BIT == 0 {
+                stack.push(child);
+            } else {
+                let block = child & !BLOCK_BIT;
+                if tree.blocks[block as usize].hits(lanes, ray, &mut *accept) {
+                    return Some(block);
+                }
             }
         }
         next = stack.pop();
     }
-    false
+    None
 }
 
 /// Which of many rays from one point hit anything.
@@ -103,11 +113,18 @@ pub(crate) struct AnyHits<'a, 'r> {
 impl Work for AnyHits<'_, '_> {
     type Output = ();
 
+    /// What stopped a ray often stops the next one, and is asked first.
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
+        let mut last: Option<u32> = None;
         for (direction, occluded) in self.directions.iter().zip(self.occluded) {
             let ray = Ray::new(self.origin, *direction);
-            *occluded = any_hit(lanes, &self.tree, &ray, &mut |_| true);
+            *occluded = ShearedRay::new(&ray).is_some_and(|ray| {
+                let again = last.is_some_and(|block| self.tree.blocks[block as usize].hits(lanes, &ray, |_| true));
+                let hit = if again { last } else { any_hit(lanes, &self.tree, &ray, f32::INFINITY, &mut |_| true) };
+                last = hit.or(last);
+                hit.is_some()
+            });
         }
     }
 }

@@ -24,7 +24,7 @@ pub(crate) const ROUNDING: f32 = 1.0 / 16_777_216.0;
 /// edge function would depend on the order of the corners.
 ///
 /// The corners themselves are off by a few roundings: the triangles hit are those of a world whose points are moved by
-/// at most [`ShearedRay::SHEAR_ERROR`] · (|A_x| + |A_z|), each the same for all triangles that share it.
+/// at most [`ShearedRay::SHEAR_ERROR`] · (`|A_x| + |A_z|`), each the same for all triangles that share it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShearedRay {
     pub(crate) origin: [f32; 3],

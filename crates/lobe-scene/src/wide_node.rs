@@ -96,7 +96,7 @@ impl Block {
 /// ```
 ///
 /// `e` widens each box by what rounding may do to either side: the sheared corners of a triangle are moved by
-/// [`ShearedRay::SHEAR_ERROR`] · (|A_i| + |A_z|); `r`, the product and the difference add the rest of [`BOX_ERROR`] and
+/// [`ShearedRay::SHEAR_ERROR`] · (`|A_i| + |A_z|`); `r`, the product and the difference add the rest of [`BOX_ERROR`] and
 /// [`ORIGIN_ERROR`]. So whatever a ray hits lies in boxes that it meets, and the tree adds no gaps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlabRay<L: Lanes> {

@@ -27,7 +27,8 @@ impl Workload {
         for ball in 0..64 {
             let center = [(ball % 8) as f32 * 2.0 - 7.0, (ball / 8) as f32 * 2.0 - 7.0, 1.4];
             patch(around, around / 2, &mut corners, |u, v| {
-                let (theta, phi) = (0.02 + (TAU / 2.0 - 0.04) * v, TAU * u);
+                // From below upwards, so that triangles face outwards.
+                let (theta, phi) = (0.02 + (TAU / 2.0 - 0.04) * (1.0 - v), TAU * u);
                 let radius = 0.8 + 0.08 * (7.0 * phi).sin() * (6.0 * theta).sin();
                 let ring = radius * theta.sin();
                 [center[0] + ring * phi.cos(), center[1] + ring * phi.sin(), center[2] + radius * theta.cos()]
@@ -36,6 +37,16 @@ impl Workload {
         let mut random = Random::new(11);
         let points = (0..POINTS).map(|_| Self::point(&corners, &mut random)).collect();
         Self { corners, points }
+    }
+
+    /// The same with the directions of each point along a Z-curve through a cube.
+    pub(crate) fn ordered(&self) -> Self {
+        let cell = |c: f32| ((c + 1.0) * 7.99) as u32;
+        let spread = |x: u32| (0..4).fold(0, |bits, k| bits | ((x >> k) & 1) << (3 * k));
+        let place = |d: &[f32; 3]| spread(cell(d[0])) | spread(cell(d[1])) << 1 | spread(cell(d[2])) << 2;
+        let mut points = self.points.clone();
+        points.iter_mut().for_each(|(_, directions)| directions.sort_by_key(place));
+        Self { corners: self.corners.clone(), points }
     }
 
     /// A point a little above a triangle, and its rays, in no order.
