@@ -84,7 +84,7 @@ impl Wide<'_> {
     fn child(&mut self, piece: &Piece, open: &mut Vec<(usize, usize)>) -> u32 {
         if piece.in_block.is_some() {
             let triangles = self.plan.triangles(&piece.subtrees);
-            self.blocks.push(Block::new(triangles.into_iter().map(|t| (t, self.corners[t as usize]))));
+            self.blocks.push(Block::new(triangles.iter().map(|&t| (t, self.corners[t as usize]))));
             BLOCK_BIT | (self.blocks.len() - 1) as u32
         } else {
             self.nodes.push(Node::empty());

@@ -1,5 +1,7 @@
 //! Small files made up in memory.
 
+#![allow(dead_code, reason = "each file of tests uses what it needs")]
+
 use serde_json::{Value, json};
 
 /// A glTF file whose one buffer is a `data:` URI or the chunk of a .glb.
