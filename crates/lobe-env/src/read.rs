@@ -360,15 +360,18 @@ pub(crate) fn reserve<T>(count: usize, name: &str) -> Result<Vec<T>, EnvError> {
 }
 
 pub(crate) fn invalid(name: &str, message: String) -> EnvError {
-    EnvError::Invalid { file: name.into(), message: one_line(&message) }
+    EnvError::Invalid { file: name.into(), message: one_line(message) }
 }
 
 pub(crate) fn unsupported(name: &str, message: String) -> EnvError {
-    EnvError::Unsupported { file: name.into(), message: one_line(&message) }
+    EnvError::Unsupported { file: name.into(), message: one_line(message) }
 }
 
 /// A message in one line of bounded length: decoders repeat what they find in a file.
-fn one_line(message: &str) -> String {
+fn one_line(message: String) -> String {
+    if message.len() <= MAX_MESSAGE && !message.contains(char::is_control) {
+        return message;
+    }
     let printable = |c: char| if c.is_control() { ' ' } else { c };
     let mut line: String = message.trim_end().chars().take(MAX_MESSAGE).map(printable).collect();
     if message.chars().nth(MAX_MESSAGE).is_some() {
