@@ -56,7 +56,8 @@ pub enum PeakSearch {
 ///
 /// let two = &ShVec::impulse(6, Dir::X, 1.0) + &ShVec::impulse(6, Dir::Z, 0.5);
 /// let peaks = local_maxima(&two, PeakSearch::Grid);
-/// assert!(peaks[0].dir.angle_to(Dir::X) < 0.02 && peaks[1].dir.angle_to(Dir::Z) < 0.05, "{peaks:?}");
+/// // The slope of each at the other's place moves the maxima, by 0.019 and 0.059 radians.
+/// assert!(peaks[0].dir.angle_to(Dir::X) < 0.02 && peaks[1].dir.angle_to(Dir::Z) < 0.06, "{peaks:?}");
 /// ```
 #[must_use]
 pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
