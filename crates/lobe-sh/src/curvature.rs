@@ -47,7 +47,7 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// Two unit tangents at `s`, for every `s` on the sphere.
-fn tangents(s: [f64; 3]) -> [[f64; 3]; 2] {
+pub(crate) fn tangents(s: [f64; 3]) -> [[f64; 3]; 2] {
     // The axis that is farthest from `s` cannot be parallel to it.
     let [x, y, z] = s.map(f64::abs);
     let axis = if x <= y && x <= z {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::curvature::{dot, unit};
+use crate::curvature::{dot, tangents, unit};
 use crate::{Coefficient, Dir, Minimum, Real};
 
 /// Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
@@ -10,9 +10,6 @@ const NEWTON_STEPS: usize = 64;
 
 /// The relative step after which the multiplier stands still; the next step would be of the order of its square.
 const CONVERGED: f64 = 1e-9;
-
-/// Sweeps of Jacobi's method. It converges quadratically; a matrix of three rows needs 3 or 4.
-const SWEEPS: usize = 12;
 
 /// A function of bands 0 to 2, `f(x) = c + b·x + xᵀ A x` on `|x| = 1`, with `A` symmetric and without trace.
 ///
@@ -55,20 +52,22 @@ pub(crate) struct Quadric {
     /// xx, yy, zz, xy, xz, yz.
     a: [f64; 6],
     /// `|b|`, the largest value of the linear part.
-    linear: f64,
+    pub(crate) linear: f64,
     /// No eigenvalue of `A` is larger: a matrix without trace has them within `√(2/3) |A|`.
-    form: f64,
+    pub(crate) form: f64,
 }
 
 /// A [`Quadric`] in its principal axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spectrum {
+    /// The lowest eigenvalue.
+    pub(crate) low: f64,
     /// The distances of the eigenvalues from the lowest, which comes first.
-    distances: [f64; 3],
+    pub(crate) distances: [f64; 3],
     /// The eigenvectors.
     axes: [[f64; 3]; 3],
     /// `b/2` along them.
-    beta: [f64; 3],
+    pub(crate) beta: [f64; 3],
 }
 
 impl Quadric {
@@ -78,7 +77,7 @@ impl Quadric {
         for (f, c) in f.iter_mut().zip(coefficients) {
             *f = c.channel(channel).to_f64();
         }
-        let [k0, k1, k2, third] = *norms();
+        let [k0, k1, k2, third, _] = *norms();
         let diagonal = third * f[6];
         let a = [f[8] - diagonal, -f[8] - diagonal, 2.0 * diagonal, f[4], -f[7], -f[5]];
         Self::from_parts(k0 * f[0], [-k1 * f[3], -k1 * f[1], k1 * f[2]], a.map(|a| k2 * a))
@@ -109,30 +108,76 @@ impl Quadric {
         (self.b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     }
 
-    /// Jacobi's method: rotations that each make one element off the diagonal zero.
+    /// The principal axes. The eigenvalue farthest from the other two is the extreme root of a cubic, and well conditioned; a
+    /// rotation in the plane across its axis gives the others, however near to each other they are.
     pub(crate) fn spectrum(&self) -> Spectrum {
-        let (_, mut m) = self.parts();
-        let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let small = (0.25 * f64::EPSILON * self.form).powi(2);
-        for _ in 0..SWEEPS {
-            if m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2] <= small {
-                break;
-            }
-            for (i, j, k) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
-                rotate(&mut m, &mut axes, [i, j, k]);
-            }
+        let lone = self.lone_eigenvalue();
+        let axis = self.lone_axis(lone);
+        let [u, v] = tangents(axis);
+        let au = times(&self.a, u);
+        let (uu, uv) = (dot(u, au), dot(v, au));
+        // tan 2φ = uv/half, with the smaller of the two angles; eigenvalues -lone/2 ± root, the trace being 0.
+        let half = -0.5 * lone - uu;
+        let root = (half * half + uv * uv).sqrt();
+        let tan = if root > 0.0 { uv / (half.abs() + root) * half.signum() } else { 0.0 };
+        let cos = 1.0 / (tan * tan + 1.0).sqrt();
+        let sin = tan * cos;
+        let mut pair = [[0, 1, 2].map(|k| cos * u[k] - sin * v[k]), [0, 1, 2].map(|k| sin * u[k] + cos * v[k])];
+        if half < 0.0 {
+            pair.swap(0, 1);
         }
-        let low = if m[0][0] <= m[1][1] && m[0][0] <= m[2][2] {
-            0
-        } else if m[1][1] <= m[2][2] {
-            1
+        let (low, far) = (-0.5 * lone - root, 1.5 * lone.abs());
+        if lone < 0.0 {
+            self.along([axis, pair[0], pair[1]], lone, [0.0, far - root, far + root])
         } else {
-            2
-        };
-        axes.swap(0, low);
-        let mut values = [m[0][0], m[1][1], m[2][2]];
-        values.swap(0, low);
-        Spectrum { distances: values.map(|v| v - values[0]), axes, beta: axes.map(|axis| 0.5 * dot(axis, self.b)) }
+            self.along([pair[0], pair[1], axis], low, [0.0, 2.0 * root, far + root])
+        }
+    }
+
+    /// With `A = p B`, `tr B² = 6`, eigenvalues of `B` satisfy
+    ///
+    /// ```text
+    ///   x³ - 3x - det B = 0        -2 <= det B <= 2
+    /// ```
+    ///
+    /// and the one of the sign of `det B` lies between √3 and 2 in size. Newton's method from the parabola that has the value
+    /// and slope at `det B = 0` and the value at 2, which errs by 3e-3: 7e-6, 4e-11, rounding.
+    fn lone_eigenvalue(&self) -> f64 {
+        let p = 0.5 * self.form;
+        if p == 0.0 {
+            return 0.0;
+        }
+        let [xx, yy, zz, xy, xz, yz] = self.a;
+        let determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+        let half = (0.5 * determinant.abs() / (p * p * p)).min(1.0);
+        let root = norms()[4];
+        let mut x = root + half * (1.0 / 3.0 + (2.0 - root - 1.0 / 3.0) * half);
+        for _ in 0..3 {
+            x -= (x * (x * x - 3.0) - 2.0 * half) / (3.0 * (x * x - 1.0));
+        }
+        (p * x).copysign(determinant)
+    }
+
+    /// The axis of an eigenvalue apart from the others: any column of the adjugate of `A - λ`, the longest for safety.
+    fn lone_axis(&self, lone: f64) -> [f64; 3] {
+        let [xx, yy, zz, xy, xz, yz] = self.a;
+        let [xx, yy, zz] = [xx - lone, yy - lone, zz - lone];
+        let (dx, dy, dz) = (yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy);
+        let (ex, ey, ez) = (xy * xz - yz * xx, xy * yz - xz * yy, xz * yz - xy * zz);
+        if dx >= dy && dx >= dz {
+            if dx > 0.0 { unit([dx, ez, ey]) } else { [1.0, 0.0, 0.0] }
+        } else if dy >= dz {
+            unit([ez, dy, ex])
+        } else {
+            unit([ey, ex, dz])
+        }
+    }
+
+    /// The linear part in the principal axes, without what is rounding.
+    fn along(&self, axes: [[f64; 3]; 3], low: f64, distances: [f64; 3]) -> Spectrum {
+        let rounding = f64::EPSILON * self.linear;
+        let beta = axes.map(|axis| 0.5 * dot(axis, self.b)).map(|b| if b.abs() <= rounding { 0.0 } else { b });
+        Spectrum { low, distances, axes, beta }
     }
 
     /// The direction of the least value when bands 1 and 2 are scaled by `w`, both at least 0.
@@ -214,31 +259,6 @@ impl Spectrum {
     }
 }
 
-/// The rotation of the plane of axes `i` and `j` after which `m[i][j]` is zero; `k` is the third.
-#[inline(always)]
-fn rotate(m: &mut [[f64; 3]; 3], axes: &mut [[f64; 3]; 3], [i, j, k]: [usize; 3]) {
-    let off = m[i][j];
-    if off == 0.0 {
-        return;
-    }
-    // The tangent of the smaller of the two angles: t² + 2 half/off t - 1 = 0 with half = (m_jj - m_ii)/2.
-    let half = 0.5 * (m[j][j] - m[i][i]);
-    let root = (half * half + off * off).sqrt();
-    let t = off / (half + if half < 0.0 { -root } else { root });
-    let c = 1.0 / (t * t + 1.0).sqrt();
-    let s = t * c;
-    m[i][i] -= t * off;
-    m[j][j] += t * off;
-    (m[i][j], m[j][i]) = (0.0, 0.0);
-    let (a, b) = (m[i][k], m[j][k]);
-    m[i][k] = c * a - s * b;
-    m[j][k] = s * a + c * b;
-    (m[k][i], m[k][j]) = (m[i][k], m[j][k]);
-    let (p, q) = (axes[i], axes[j]);
-    axes[i] = [0, 1, 2].map(|n| c * p[n] - s * q[n]);
-    axes[j] = [0, 1, 2].map(|n| s * p[n] + c * q[n]);
-}
-
 /// Whether `A + ν` has no negative eigenvalue, by the pivots of its factorisation `L D Lᵀ`, which is backward stable:
 /// rounding acts like a change of `ν` by a few units in its last place.
 fn is_positive(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], nu: f64) -> bool {
@@ -259,10 +279,10 @@ fn times(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] 
     [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
 }
 
-/// `1/√4π`, `√(3/4π)`, `√(15/16π)`, `1/√3`.
-fn norms() -> &'static [f64; 4] {
-    static NORMS: std::sync::OnceLock<[f64; 4]> = std::sync::OnceLock::new();
-    NORMS.get_or_init(|| [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip()])
+/// `1/√4π`, `√(3/4π)`, `√(15/16π)`, `1/√3`, `√3`.
+fn norms() -> &'static [f64; 5] {
+    static NORMS: std::sync::OnceLock<[f64; 5]> = std::sync::OnceLock::new();
+    NORMS.get_or_init(|| [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip(), 3.0_f64.sqrt()])
 }
 
 #[cfg(test)]
