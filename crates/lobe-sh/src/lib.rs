@@ -137,6 +137,7 @@ mod project;
 mod quadratic_dering;
 mod quadrature;
 mod quadric;
+mod quadric_windows;
 mod quantity;
 mod real;
 mod refine;

@@ -11,6 +11,10 @@ const MAX_CUTS: usize = 24;
 /// square root of that, because near the optimum the change hardly depends on them.
 const CONVERGED: f64 = 1e-6;
 
+/// What another channel may be below zero, relative to the mean, where one decides: equal channels do not differ by more.
+/// It is blended away.
+const TIE: f64 = 1e-8;
+
 /// What rounding of `f64` can do to a minimum, relative to the function's scale.
 const ROUNDING: f64 = 1e-14;
 
@@ -57,6 +61,20 @@ struct Channel {
 }
 
 impl Channel {
+    #[inline]
+    fn spectrum(&mut self) -> &Spectrum {
+        let quadric = &self.quadric;
+        self.spectrum.get_or_insert_with(|| quadric.spectrum())
+    }
+
+    /// The least value under the factors `w`, `w_2` not 0, relative to the mean, as [`Spectrum::least`] finds it, if it may
+    /// be negative.
+    #[inline]
+    fn least(&mut self, w: [f64; 2], enough: f64) -> Option<(f64, f64)> {
+        let c = self.quadric.c;
+        (self.quadric.reach(w) > c).then(|| self.spectrum().least(c, [w[0] / w[1], w[1]], enough))
+    }
+
     /// The direction in which the channel is lowest as `1 + w_1 p + w_2 q`, values relative to the mean, if it may be
     /// negative.
     #[inline]
@@ -66,8 +84,7 @@ impl Channel {
             return None;
         }
         let quadric = self.quadric;
-        let spectrum = self.spectrum.get_or_insert_with(|| quadric.spectrum());
-        let [_, linear, form] = quadric.bands(quadric.lowest(spectrum, w));
+        let [_, linear, form] = quadric.bands(quadric.lowest(self.spectrum(), w));
         Some([linear / c, form / c])
     }
 }
@@ -89,29 +106,77 @@ pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> Quadra
         }
         *channel = Some(Channel { quadric, spectrum: None });
     }
-    let mut w = [1.0, 1.0];
-    let mut low = lowest(&mut channels, w);
-    if low.value >= -crate::DERING_ALLOWED {
+    let Some(ringing) = first_ringing(&mut channels) else {
         return QuadraticDering { outcome: DeringOutcome::Unchanged, factors: [1.0; 3] };
-    }
+    };
     let weights = weights(coefficients);
+    let (w, worst) = by_one_channel(&mut channels, ringing, weights).unwrap_or_else(|| by_cuts(&mut channels, weights));
+    // Blend with the mean, and a little more for the rounding of the result: see `least_change`.
+    let scale = channels.iter().flatten().map(|ch| 1.0 + ch.quadric.reach(w) / ch.quadric.c).fold(0.0, f64::max);
+    let margin = (unit_roundoff::<T::Scalar>() + ROUNDING) * scale;
+    let t = (1.0 - margin).max(0.0) / (1.0 - worst.min(0.0));
+    QuadraticDering { outcome: DeringOutcome::Windowed, factors: [1.0, t * w[0], t * w[1]] }
+}
+
+/// The first channel that is negative without a window, the one of the largest bands before the others, and the multiplier
+/// of its minimum.
+fn first_ringing(channels: &mut [Option<Channel>; 3]) -> Option<(usize, f64)> {
+    let reach = channels.each_ref().map(|ch| ch.as_ref().map_or(0.0, |ch| ch.quadric.reach([1.0, 1.0]) / ch.quadric.c));
+    let largest = [1, 2].into_iter().fold(0, |a, b| if reach[b] > reach[a] { b } else { a });
+    [largest, (largest + 1) % 3, (largest + 2) % 3].into_iter().find_map(|k| {
+        let (value, t) = channels[k].as_mut()?.least([1.0, 1.0], -crate::DERING_ALLOWED)?;
+        (value < -crate::DERING_ALLOWED).then_some((k, t))
+    })
+}
+
+/// The best factors, and the least value they leave relative to the mean, if a single channel decides: what is best for it
+/// suffices for the others, as it does for most light. `None` if that is not so.
+fn by_one_channel(
+    channels: &mut [Option<Channel>; 3],
+    (mut decides, mut t): (usize, f64),
+    weights: [f64; 2],
+) -> Option<([f64; 2], f64)> {
+    for _ in 0..channels.len() {
+        let channel = channels[decides].as_mut()?;
+        let c = channel.quadric.c;
+        let w = channel.spectrum().nearest(c, weights, t)?;
+        let mut worst = (decides, 0.0);
+        for other in (0..channels.len()).filter(|k| *k != decides) {
+            match channels[other].as_mut().and_then(|ch| ch.least(w, 0.0)) {
+                Some((value, _)) if value < worst.1 => worst = (other, value),
+                _ => {}
+            }
+        }
+        if worst.1 >= -TIE {
+            return Some((w, worst.1));
+        }
+        // Its own best factors may do for all.
+        decides = worst.0;
+        let (value, at) = channels[decides].as_mut()?.least([1.0, 1.0], 0.0)?;
+        if value >= 0.0 {
+            return None;
+        }
+        t = at;
+    }
+    None
+}
+
+/// The same for any channels, by cutting planes.
+fn by_cuts(channels: &mut [Option<Channel>; 3], weights: [f64; 2]) -> ([f64; 2], f64) {
+    let mut w = [1.0, 1.0];
+    let mut low = lowest(channels, w);
     let (mut cuts, mut count) = ([[0.0; 2]; MAX_CUTS], 0);
     while low.value < -CONVERGED && count < MAX_CUTS {
         cuts[count] = low.cut;
         count += 1;
         w = nearest_on_last(&cuts[..count], weights);
         // One channel until it is done, then the others: most often that channel decides.
-        low = lowest_of(&mut channels, low.channel, w);
+        low = lowest_of(channels, low.channel, w);
         if low.value >= -CONVERGED || count == MAX_CUTS {
-            low = lowest(&mut channels, w);
+            low = lowest(channels, w);
         }
     }
-    let worst = low.value;
-    // Blend with the mean, and a little more for the rounding of the result: see `least_change`.
-    let scale = channels.iter().flatten().map(|ch| 1.0 + ch.quadric.reach(w) / ch.quadric.c).fold(0.0, f64::max);
-    let margin = (unit_roundoff::<T::Scalar>() + ROUNDING) * scale;
-    let t = (1.0 - margin).max(0.0) / (1.0 - worst.min(0.0));
-    QuadraticDering { outcome: DeringOutcome::Windowed, factors: [1.0, t * w[0], t * w[1]] }
+    (w, low.value)
 }
 
 /// The relative error that rounding to `S` makes.
@@ -151,7 +216,9 @@ fn weights<T: Coefficient>(coefficients: &[T]) -> [f64; 2] {
             weights[usize::from(i > 3)] += f.channel(c).to_f64().powi(2);
         }
     }
-    weights
+    // A band without energy has an almost free factor.
+    let floor = f64::EPSILON * f64::EPSILON * (weights[0] + weights[1]);
+    weights.map(|e| e.max(floor))
 }
 
 /// The point of the last line `1 + p w_1 + q w_2 = 0` nearest to (1, 1) in the weighted distance, as far along the line as
@@ -159,9 +226,7 @@ fn weights<T: Coefficient>(coefficients: &[T]) -> [f64; 2] {
 #[inline]
 fn nearest_on_last(cuts: &[[f64; 2]], [e1, e2]: [f64; 2]) -> [f64; 2] {
     let Some((&[p, q], others)) = cuts.split_last() else { return [1.0, 1.0] };
-    // Weights swapped instead of inverted: only their ratio counts. A band without energy has an almost free factor.
-    let floor = f64::EPSILON * f64::EPSILON * (e1 + e2);
-    let (e1, e2) = (e1.max(floor), e2.max(floor));
+    // Weights swapped instead of inverted: only their ratio counts.
     let tau = -(1.0 + p + q) / (p * p * e2 + q * q * e1);
     let foot = [1.0 + tau * p * e2, 1.0 + tau * q * e1];
     let along = [q, -p];

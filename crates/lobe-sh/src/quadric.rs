@@ -282,7 +282,9 @@ fn times(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] 
 /// `1/√4π`, `√(3/4π)`, `√(15/16π)`, `1/√3`, `√3`.
 fn norms() -> &'static [f64; 5] {
     static NORMS: std::sync::OnceLock<[f64; 5]> = std::sync::OnceLock::new();
-    NORMS.get_or_init(|| [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip(), 3.0_f64.sqrt()])
+    NORMS.get_or_init(|| {
+        [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip(), 3.0_f64.sqrt()]
+    })
 }
 
 #[cfg(test)]
