@@ -96,6 +96,23 @@ impl Quadric {
         w[0] * self.linear + w[1] * self.form
     }
 
+    /// A lower bound of the least value when bands 1 and 2 are scaled by `w`, under which `other` is not negative: that of
+    /// the rest `f - s f_other`, with the `s >= 0` that leaves the least of bands 1 and 2. Tight for light of one colour.
+    pub(crate) fn least_beside(&self, other: &Self, w: [f64; 2]) -> f64 {
+        // Both sums as coefficients have them: |b|² and |A|², their norms being √(3/4π) and √(15/8π).
+        let inner = |p: &Self, q: &Self| {
+            let diagonal = p.a[0] * q.a[0] + p.a[1] * q.a[1] + p.a[2] * q.a[2];
+            let rest = p.a[3] * q.a[3] + p.a[4] * q.a[4] + p.a[5] * q.a[5];
+            2.5 * dot(p.b, q.b) + diagonal + 2.0 * rest
+        };
+        let whole = inner(other, other);
+        let s = if whole > 0.0 { (inner(self, other) / whole).max(0.0) } else { 0.0 };
+        let b = [0, 1, 2].map(|k| self.b[k] - s * other.b[k]);
+        let a = [0, 1, 2, 3, 4, 5].map(|k| self.a[k] - s * other.a[k]);
+        let rest = Self::from_parts(self.c - s * other.c, b, a);
+        rest.c - rest.reach(w)
+    }
+
     /// The values towards `x` of the three bands.
     #[inline]
     pub(crate) fn bands(&self, x: [f64; 3]) -> [f64; 3] {
@@ -330,6 +347,52 @@ mod tests {
             let found = quadric.minimum([1.0, 1.0]);
             let close = found.lo <= expected && expected <= found.hi && found.hi - found.lo < 1e-12;
             assert!(close, "case {case}: {found:?} against {expected}");
+        }
+    }
+
+    /// Double eigenvalues, high and low, included: the form of a sun has them.
+    #[test]
+    fn principal_axes_rebuild_the_form() {
+        let mut random = Random::new(5);
+        for case in 0..3000 {
+            let mut f = random.signed_vec(9);
+            if case % 3 > 0 {
+                let z = Zonal::new(vec![1.0, 1.0, [1.0, -1.0][case % 2]]);
+                f = z.towards(Dir::from_unit(random.direction()), 1.0).coefficients().to_vec();
+            }
+            if case % 3 == 2 {
+                f.iter_mut().for_each(|c| *c += 1e-9 * random.unit());
+            }
+            let quadric = Quadric::new(&f, 0);
+            let Spectrum { low, distances, axes, .. } = quadric.spectrum();
+            let (_, rows) = quadric.parts();
+            assert!(distances[0] == 0.0 && distances.iter().all(|d| *d >= 0.0), "case {case}: {distances:?}");
+            for i in 0..3 {
+                for j in 0..3 {
+                    let sum: f64 = (0..3).map(|k| (low + distances[k]) * axes[k][i] * axes[k][j]).sum();
+                    let error = (sum - rows[i][j]).abs();
+                    assert!(error < 6e-15 * quadric.form, "case {case}, {i}{j}: off by {error} of {}", quadric.form);
+                    let one: f64 = (0..3).map(|k| axes[k][i] * axes[k][j]).sum();
+                    let expected = f64::from(u8::from(i == j));
+                    assert!((one - expected).abs() < 4e-15, "case {case}, {i}{j}: axes give {one}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_channel_beside_another_is_not_below_its_bound() {
+        let mut random = Random::new(6);
+        for case in 0..1000 {
+            let mut f = random.signed_vec(9);
+            f[0] = 0.0;
+            f[0] = -Quadric::new(&f, 0).minimum([1.0, 1.0]).lo * (4.0 * PI).sqrt();
+            let scale = 2.0 * random.unit();
+            let g: Vec<f64> = f.iter().map(|f| scale * f + 0.1 * (random.unit() - 0.5) * f64::from(case % 4)).collect();
+            let (f, g) = (Quadric::new(&f, 0), Quadric::new(&g, 0));
+            let (bound, least) = (g.least_beside(&f, [1.0, 1.0]), g.minimum([1.0, 1.0]));
+            assert!(bound <= least.hi + 1e-14, "case {case}: {bound} against {least:?}");
+            assert!(case % 4 > 0 || bound > -1e-14, "case {case}, one colour: {bound}");
         }
     }
 
