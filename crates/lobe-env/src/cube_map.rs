@@ -1,11 +1,9 @@
 //! The six pictures of everything around a point.
 
-use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
+use lobe_sh::{Dir, Rgb};
 
 use crate::cube::{self, FACES};
-use crate::interpolate::Texels;
-use crate::{EnvError, Mapping};
+use crate::{EnvError, MappedMap, Mapping};
 
 /// The radiance from every direction, as the six square faces of a cube.
 ///
@@ -22,11 +20,7 @@ use crate::{EnvError, Mapping};
 /// assert!(cube.radiance(Dir::Z).b > 0.9);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct CubeMap {
-    size: usize,
-    /// Face after face, row after row.
-    texels: Vec<Rgb<f32>>,
-}
+pub struct CubeMap(MappedMap);
 
 impl CubeMap {
     /// A map from the texels of its faces, face after face (+X, -X, +Y, -Y, +Z, -Z of the cube), row after row.
@@ -42,7 +36,7 @@ impl CubeMap {
             let found = texels.len();
             return Err(EnvError::Options(format!("6 faces of {size} x {size} texels expected, {found} texels given")));
         }
-        Ok(Self { size, texels })
+        Ok(Self(MappedMap::from_rows(Mapping::Cube, size, FACES * size, texels)))
     }
 
     /// A map from its six faces, each row after row.
@@ -64,37 +58,37 @@ impl CubeMap {
     #[must_use]
     pub fn from_fn(size: usize, radiance: impl Fn(Dir) -> Rgb<f32> + Sync) -> Self {
         assert!(size > 0, "a cube map needs texels, but its faces have a size of 0");
-        let mut texels = vec![Rgb::ZERO; FACES * size * size];
-        texels.par_chunks_exact_mut(size).enumerate().for_each(|(row, line)| {
-            for (x, texel) in line.iter_mut().enumerate() {
-                *texel = radiance(centre(size, row / size, x, row % size));
-            }
-        });
-        Self { size, texels }
+        Self(MappedMap::from_fn(Mapping::Cube, size, FACES * size, radiance))
+    }
+
+    /// A map whose mapping was checked.
+    pub(crate) fn from_map(map: MappedMap) -> Self {
+        debug_assert!(map.mapping() == Mapping::Cube, "{}", map.mapping());
+        Self(map)
     }
 
     /// The number of texels along the edge of a face, at least 1.
     #[must_use]
     pub fn size(&self) -> usize {
-        self.size
+        self.0.width()
     }
 
     /// All texels, face after face, row after row.
     #[must_use]
     pub fn texels(&self) -> &[Rgb<f32>] {
-        &self.texels
+        self.0.texels()
     }
 
     /// All texels, to change.
     #[must_use]
     pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
-        &mut self.texels
+        self.0.texels_mut()
     }
 
     /// All texels, as a vector.
     #[must_use]
     pub fn into_texels(self) -> Vec<Rgb<f32>> {
-        self.texels
+        self.0.into_texels()
     }
 
     /// The texels of a face, row after row.
@@ -103,8 +97,8 @@ impl CubeMap {
     /// If `face >= 6`.
     #[must_use]
     pub fn face(&self, face: usize) -> &[Rgb<f32>] {
-        let count = self.size * self.size;
-        &self.texels[face * count..][..count]
+        let count = self.size() * self.size();
+        &self.texels()[face * count..][..count]
     }
 
     /// The texel in column `x` of row `y` of a face.
@@ -113,8 +107,8 @@ impl CubeMap {
     /// If there is no such texel.
     #[must_use]
     pub fn texel(&self, face: usize, x: usize, y: usize) -> Rgb<f32> {
-        assert!(x < self.size, "no column {x} in a face of {}", self.size);
-        self.face(face)[y * self.size + x]
+        assert!(x < self.size(), "no column {x} in a face of {}", self.size());
+        self.face(face)[y * self.size() + x]
     }
 
     /// The direction of the centre of a texel.
@@ -123,7 +117,7 @@ impl CubeMap {
     /// If `face >= 6`.
     #[must_use]
     pub fn dir(&self, face: usize, x: usize, y: usize) -> Dir {
-        centre(self.size, face, x, y)
+        cube::dir_from_face(face, (x as f64 + 0.5) / self.size() as f64, (y as f64 + 0.5) / self.size() as f64)
     }
 
     /// The radiance from direction `s`, interpolated bilinearly between texel centres, across edges and corners too.
@@ -133,28 +127,24 @@ impl CubeMap {
     /// (test `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
-        let height = FACES * self.size;
-        Texels { mapping: Mapping::Cube, width: self.size, height, texels: &self.texels }.radiance(s)
+        self.0.radiance(s)
     }
 
     /// The mean over the sphere, every texel weighted with its solid angle.
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
-        let mut sum: Rgb<f64> = Rgb::ZERO;
-        let mut line: Rgb<f64> = Rgb::ZERO;
-        for y in 0..self.size {
-            for x in 0..self.size {
-                let texels = (0..FACES).map(|face| self.texel(face, x, y).widen());
-                let faces = texels.fold(Rgb::ZERO, |sum, texel| sum + texel);
-                line += faces.scale(cube::solid_angle(self.size, x, y));
-            }
-            sum += std::mem::replace(&mut line, Rgb::ZERO);
-        }
-        sum.scale(0.25 * std::f64::consts::FRAC_1_PI)
+        self.0.mean()
     }
 }
 
-/// The direction of the centre of a texel.
-fn centre(size: usize, face: usize, x: usize, y: usize) -> Dir {
-    cube::dir_from_face(face, (x as f64 + 0.5) / size as f64, (y as f64 + 0.5) / size as f64)
+impl AsRef<MappedMap> for CubeMap {
+    fn as_ref(&self) -> &MappedMap {
+        &self.0
+    }
+}
+
+impl From<CubeMap> for MappedMap {
+    fn from(map: CubeMap) -> Self {
+        map.0
+    }
 }

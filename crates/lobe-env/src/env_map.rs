@@ -1,10 +1,8 @@
 //! The picture of everything around a point.
 
-use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
+use lobe_sh::{Dir, Rgb};
 
-use crate::interpolate::Texels;
-use crate::{EnvError, Mapping, lat_long};
+use crate::{EnvError, MappedMap, Mapping, lat_long};
 
 /// The radiance that arrives at a point from every direction, as a lat-long picture.
 ///
@@ -14,11 +12,7 @@ use crate::{EnvError, Mapping, lat_long};
 /// Texels may be negative, as ringing beside a small light in a real file is. They should be finite, as the readers see
 /// to: sums over a map with a single NaN or infinity are NaN or infinite too.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EnvMap {
-    width: usize,
-    height: usize,
-    texels: Vec<Rgb<f32>>,
-}
+pub struct EnvMap(MappedMap);
 
 impl EnvMap {
     /// A map from its texels, row after row.
@@ -26,14 +20,7 @@ impl EnvMap {
     /// # Errors
     /// [`EnvError::Options`] if a side is 0 or `texels` has any other length than `width * height`.
     pub fn new(width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Result<Self, EnvError> {
-        if width == 0 || height == 0 {
-            return Err(EnvError::Options(format!("an environment map needs texels, but {width} x {height} has none")));
-        }
-        if width.checked_mul(height) != Some(texels.len()) {
-            let found = texels.len();
-            return Err(EnvError::Options(format!("{width} x {height} texels expected, {found} given")));
-        }
-        Ok(Self { width, height, texels })
+        MappedMap::new(Mapping::LatLong, width, height, texels).map(Self)
     }
 
     /// The map whose texels have the value of `radiance` towards their centres.
@@ -42,51 +29,48 @@ impl EnvMap {
     /// If a side is 0.
     #[must_use]
     pub fn from_fn(width: usize, height: usize, radiance: impl Fn(Dir) -> Rgb<f32> + Sync) -> Self {
-        assert!(width > 0 && height > 0, "an environment map needs texels, but {width} x {height} has none");
-        let mut texels = vec![Rgb::ZERO; width * height];
-        texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
-            let v = (y as f64 + 0.5) / height as f64;
-            for (x, texel) in row.iter_mut().enumerate() {
-                *texel = radiance(lat_long::dir_from_uv((x as f64 + 0.5) / width as f64, v));
-            }
-        });
-        Self { width, height, texels }
+        Self(MappedMap::from_fn(Mapping::LatLong, width, height, radiance))
     }
 
     /// A map from as many texels as it needs.
     pub(crate) fn from_rows(width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Self {
-        debug_assert!(width * height == texels.len() && !texels.is_empty(), "{width} x {height}: {}", texels.len());
-        Self { width, height, texels }
+        Self(MappedMap::from_rows(Mapping::LatLong, width, height, texels))
+    }
+
+    /// A map whose mapping was checked.
+    pub(crate) fn from_map(map: MappedMap) -> Self {
+        debug_assert!(map.mapping() == Mapping::LatLong, "{}", map.mapping());
+        Self(map)
     }
 
     /// The number of columns, at least 1.
     #[must_use]
     pub fn width(&self) -> usize {
-        self.width
+        self.0.width()
     }
 
     /// The number of rows, at least 1.
     #[must_use]
     pub fn height(&self) -> usize {
-        self.height
+        self.0.height()
     }
 
     /// All texels, row after row from the top.
     #[must_use]
     pub fn texels(&self) -> &[Rgb<f32>] {
-        &self.texels
+        self.0.texels()
     }
 
     /// All texels, to change.
     #[must_use]
     pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
-        &mut self.texels
+        self.0.texels_mut()
     }
 
     /// All texels, as a vector.
     #[must_use]
     pub fn into_texels(self) -> Vec<Rgb<f32>> {
-        self.texels
+        self.0.into_texels()
     }
 
     /// The texels of row `y`.
@@ -95,7 +79,7 @@ impl EnvMap {
     /// If `y >= height`.
     #[must_use]
     pub fn row(&self, y: usize) -> &[Rgb<f32>] {
-        &self.texels[y * self.width..][..self.width]
+        self.0.row(y)
     }
 
     /// The texel in column `x` of row `y`.
@@ -104,14 +88,13 @@ impl EnvMap {
     /// If there is no such texel.
     #[must_use]
     pub fn texel(&self, x: usize, y: usize) -> Rgb<f32> {
-        assert!(x < self.width, "no column {x} in a map of {}", self.width);
-        self.row(y)[x]
+        self.0.texel(x, y)
     }
 
     /// The direction of the centre of texel `(x, y)`.
     #[must_use]
     pub fn dir(&self, x: usize, y: usize) -> Dir {
-        lat_long::dir_from_uv((x as f64 + 0.5) / self.width as f64, (y as f64 + 0.5) / self.height as f64)
+        lat_long::dir_from_uv((x as f64 + 0.5) / self.width() as f64, (y as f64 + 0.5) / self.height() as f64)
     }
 
     /// The radiance from direction `s`, interpolated bilinearly between texel centres.
@@ -121,26 +104,31 @@ impl EnvMap {
     /// and along every great circle through it.
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
-        Texels { mapping: Mapping::LatLong, width: self.width, height: self.height, texels: &self.texels }.radiance(s)
+        self.0.radiance(s)
     }
 
     /// The mean over the sphere, every texel weighted with its solid angle.
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
-        let mut sum = Rgb::ZERO;
-        for (y, row) in self.texels.chunks_exact(self.width).enumerate() {
-            let mut row_sum: Rgb<f64> = Rgb::ZERO;
-            for texel in row {
-                row_sum += texel.widen();
-            }
-            sum += row_sum.scale(lat_long::solid_angle(self.width, self.height, y));
-        }
-        sum.scale(0.25 * std::f64::consts::FRAC_1_PI)
+        self.0.mean()
+    }
+}
+
+impl AsRef<MappedMap> for EnvMap {
+    fn as_ref(&self) -> &MappedMap {
+        &self.0
+    }
+}
+
+impl From<EnvMap> for MappedMap {
+    fn from(map: EnvMap) -> Self {
+        map.0
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use lobe_sh::Coefficient;
     use lobe_testkit::{Random, directions};
 
     use super::*;

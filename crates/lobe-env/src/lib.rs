@@ -79,14 +79,18 @@
 //!
 //! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.
 
+mod adjust;
 pub mod angular;
 mod area_light;
+mod atan;
 mod azimuth;
+mod balance;
 mod bc6h;
 mod brdf;
 pub mod bundled;
 mod cie_sky;
 pub mod cube;
+mod cube_layout;
 mod cube_map;
 mod cube_mip_chain;
 mod dds;
@@ -115,6 +119,7 @@ mod polygon_light;
 mod preetham;
 mod prefilter;
 mod project;
+mod project_map;
 mod raster;
 mod read;
 mod read_cube;
@@ -125,13 +130,18 @@ mod read_ktx2;
 mod read_ldr;
 mod read_pfm;
 mod reconstruct;
+mod resample;
 mod rgb9e5;
 mod rgbe;
+mod sample_points;
 mod sky;
 mod sky_fit;
 mod specular_lobe;
 mod sphere_light;
 mod sun;
+mod solid_angles;
+mod sphere_light;
+mod taps;
 mod texel;
 mod texel_format;
 mod vec3;
@@ -142,9 +152,11 @@ mod write_dds;
 mod write_ktx2;
 mod zonal_filter;
 
+pub use adjust::{ClampReport, clamp_in_place, expose_in_place};
 pub use area_light::{Approximations, AreaLight, DirectionalLight, PointLight, compare_approximations};
 pub use brdf::{Brdf, Ggx, Lambert, Phong};
 pub use cie_sky::CieSky;
+pub use cube_layout::{CubeHandedness, CubeLayout};
 pub use cube_map::CubeMap;
 pub use cube_mip_chain::CubeMipChain;
 pub use dfg::{Dfg, DfgTable, dfg};
@@ -160,10 +172,12 @@ pub use prefilter::{
     PrefilterMethod, PrefilterOptions, RoughnessLevels, filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
 };
 pub use project::project_env;
+pub use project_map::project_map;
 pub use raster::{Raster, read_raster, read_raster_bytes};
 pub use read::{FileFormat, Nonfinite, ReadOptions, ReadReport, read_env, read_env_bytes};
 pub use read_cube::{EnvFile, read_cube, read_cube_bytes, read_env_file, read_env_file_bytes};
 pub use reconstruct::reconstruct;
+pub use resample::{Resample, resample, rotate_map};
 pub use sky::{Ground, Sky, sky_map, sky_sh};
 pub use sky_fit::{PreethamFit, SkyFitOptions, damp_zonal_in_place};
 pub use specular_lobe::SpecularLobe;

@@ -5,6 +5,8 @@ use rayon::prelude::*;
 
 use crate::cube::FACES;
 use crate::interpolate::Texels;
+use crate::solid_angles::SolidAngles;
+use crate::taps::Grid;
 use crate::{CubeMap, EnvError, EnvMap, Mapping};
 
 /// The radiance that arrives at a point from every direction, as a picture in any [`Mapping`].
@@ -111,6 +113,12 @@ impl MappedMap {
         &mut self.texels
     }
 
+    /// All texels, as a vector.
+    #[must_use]
+    pub fn into_texels(self) -> Vec<Rgb<f32>> {
+        self.texels
+    }
+
     /// The texels of row `y`.
     ///
     /// # Panics
@@ -168,12 +176,14 @@ impl MappedMap {
     /// The mean over the sphere, every texel weighted with its solid angle.
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
+        let solid_angles = SolidAngles::new(self.grid());
         let rows: Vec<Rgb<f64>> = (0..self.height)
             .into_par_iter()
             .map(|y| {
                 let mut sum: Rgb<f64> = Rgb::ZERO;
                 for (x, texel) in self.row(y).iter().enumerate() {
-                    let solid_angle = self.solid_angle(x, y);
+                    let solid_angle = solid_angles.get(x, y);
+                    // What shows nothing may hold anything.
                     if solid_angle > 0.0 {
                         sum += texel.widen().scale(solid_angle);
                     }
@@ -186,7 +196,12 @@ impl MappedMap {
 
     /// The texels with their shape, borrowed.
     pub(crate) fn view(&self) -> Texels<'_> {
-        Texels { mapping: self.mapping, width: self.width, height: self.height, texels: &self.texels }
+        Texels { grid: self.grid(), texels: &self.texels }
+    }
+
+    /// The shape of the picture.
+    pub(crate) fn grid(&self) -> Grid {
+        Grid::new(self.mapping, self.width, self.height)
     }
 
     /// The lat-long map of the same texels.
@@ -195,7 +210,7 @@ impl MappedMap {
     /// [`EnvError::Options`] if the mapping is another.
     pub fn into_env_map(self) -> Result<EnvMap, EnvError> {
         self.expect(Mapping::LatLong)?;
-        EnvMap::new(self.width, self.height, self.texels)
+        Ok(EnvMap::from_map(self))
     }
 
     /// The cube map of the same texels.
@@ -204,7 +219,7 @@ impl MappedMap {
     /// [`EnvError::Options`] if the mapping is another.
     pub fn into_cube_map(self) -> Result<CubeMap, EnvError> {
         self.expect(Mapping::Cube)?;
-        CubeMap::new(self.width, self.texels)
+        Ok(CubeMap::from_map(self))
     }
 
     fn expect(&self, mapping: Mapping) -> Result<(), EnvError> {
@@ -215,17 +230,9 @@ impl MappedMap {
     }
 }
 
-impl From<EnvMap> for MappedMap {
-    fn from(map: EnvMap) -> Self {
-        let (width, height) = (map.width(), map.height());
-        Self::from_rows(Mapping::LatLong, width, height, map.into_texels())
-    }
-}
-
-impl From<CubeMap> for MappedMap {
-    fn from(map: CubeMap) -> Self {
-        let size = map.size();
-        Self::from_rows(Mapping::Cube, size, FACES * size, map.into_texels())
+impl AsRef<Self> for MappedMap {
+    fn as_ref(&self) -> &Self {
+        self
     }
 }
 

@@ -159,6 +159,27 @@ impl Mapping {
         }
     }
 
+    /// The solid angle per area `du dv` in the direction `s`: [`density`](Self::density) without angles where possible.
+    #[inline]
+    pub(crate) fn density_towards(self, s: Dir) -> f64 {
+        use std::f64::consts::PI;
+        let (x, y, z) = (s.x().abs(), s.y().abs(), s.z().abs());
+        match self {
+            Self::LatLong => 2.0 * PI * PI * (x * x + y * y).sqrt(),
+            Self::EqualArea => 4.0 * PI,
+            // The point of the octahedron or the cube is at the distance 1/(|x| + |y| + |z|) or 1/max.
+            Self::Octahedral => 4.0 * (x + y + z).powi(3),
+            Self::Cube => 24.0 * x.max(y).max(z).powi(3),
+            Self::Sphere | Self::MirrorBall => 16.0,
+            // 1 + |p|² = 2/(1 + |x|).
+            Self::DualParaboloid => 8.0 * (1.0 + x) * (1.0 + x),
+            Self::Angular => {
+                let (u, v) = self.uv_from_dir(s);
+                self.density(u, v)
+            }
+        }
+    }
+
     /// The profile and the frame of a mapping of one disc that fills the picture.
     pub(crate) fn single_disc(self) -> Option<(Profile, &'static Frame)> {
         match self {

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, index, len};
 use rayon::prelude::*;
 
-use crate::EnvMap;
 use crate::azimuth::Azimuth;
 use crate::lat_long::sin_cos_pi;
 use crate::polar::{Polar, for_each_column};
+use crate::{EnvMap, MappedMap};
 
 /// Pairs of mirrored rows that share one pass over the tables of cosines.
 const PAIRS_TOGETHER: usize = 8;
@@ -48,6 +48,11 @@ const MAX_CHUNKS: usize = 64;
 /// ```
 #[must_use]
 pub fn project_env(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
+    project_rows(map.as_ref(), order)
+}
+
+/// [`project_env`] of a lat-long map.
+pub(crate) fn project_rows(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
     if order == 0 {
         return ShVec::zero(0);
     }
@@ -86,7 +91,7 @@ fn column_factors(width: usize, order: usize) -> Vec<f64> {
 
 /// Adds what the rows `y` and `h - 1 - y` contribute, for all `y` in `pairs`.
 fn add_pairs(
-    map: &EnvMap,
+    map: &MappedMap,
     pairs: std::ops::Range<usize>,
     azimuth: &Azimuth,
     polar: &Polar,

@@ -1,0 +1,90 @@
+//! Exposure and clamping.
+
+use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
+
+use crate::{EnvError, MappedMap};
+
+/// Multiplies the radiance of a map by `2^stops`.
+pub fn expose_in_place(map: &mut MappedMap, stops: f64) {
+    let factor = stops.exp2() as f32;
+    map.texels_mut().par_iter_mut().for_each(|texel| *texel = texel.scale(factor));
+}
+
+/// What clamping took away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClampReport {
+    /// How many texels were too bright.
+    pub texels: usize,
+    /// The largest channel of any texel, before.
+    pub largest: f32,
+    /// The mean radiance before.
+    pub mean_before: Rgb<f64>,
+    /// The mean radiance after.
+    pub mean_after: Rgb<f64>,
+}
+
+impl ClampReport {
+    /// The part of the luminance that is gone, from 0 to 1.
+    #[must_use]
+    pub fn lost(&self) -> f64 {
+        let before = self.mean_before.luminance();
+        if before == 0.0 { 0.0 } else { 1.0 - self.mean_after.luminance() / before }
+    }
+}
+
+/// Scales every texel with a channel above `limit` down until none is: the colour keeps its hue, and light is lost.
+///
+/// The report says how much. To keep it, take the sun out instead: [`extract_sun`](crate::extract_sun).
+///
+/// # Errors
+/// [`EnvError::Options`] if `limit` is negative or not a number.
+pub fn clamp_in_place(map: &mut MappedMap, limit: f32) -> Result<ClampReport, EnvError> {
+    if limit.is_nan() || limit < 0.0 {
+        return Err(EnvError::Options(format!("a radiance to clamp to is 0 or more, but {limit} was given")));
+    }
+    let mean_before = map.mean();
+    let channel = |texel: &Rgb<f32>| texel.r.max(texel.g).max(texel.b);
+    let largest = map.texels().par_iter().map(channel).reduce(|| f32::NEG_INFINITY, f32::max);
+    let texels = map.texels().par_iter().filter(|texel| channel(texel) > limit).count();
+    map.texels_mut().par_iter_mut().filter(|texel| channel(texel) > limit).for_each(|texel| {
+        // In f64: the quotient rounds the largest channel to the limit, never above it by more than its last digit.
+        let scale = f64::from(limit) / f64::from(channel(texel));
+        *texel = Rgb::from_channels(|c| ((f64::from(texel.channel(c)) * scale) as f32).min(limit));
+    });
+    Ok(ClampReport { texels, largest, mean_before, mean_after: map.mean() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Mapping, bundled};
+
+    #[test]
+    fn a_stop_doubles_the_light() {
+        let mut map = MappedMap::from(bundled::studio().map());
+        let before = map.mean();
+        expose_in_place(&mut map, 1.0);
+        assert_eq!(map.mean(), before.scale(2.0), "one stop up");
+        expose_in_place(&mut map, -1.0);
+        assert_eq!(map.mean(), before, "and down again");
+    }
+
+    #[test]
+    fn clamping_reports_what_is_lost_and_keeps_the_hue() {
+        let mut map = MappedMap::from_fn(Mapping::EqualArea, 10, 10, |_| Rgb::new(1.0, 1.0, 1.0));
+        map.texels_mut()[7] = Rgb::new(50.0, 100.0, 25.0);
+        let report = clamp_in_place(&mut map, 2.0).unwrap();
+        assert_eq!(map.texels()[7], Rgb::new(1.0, 2.0, 0.5), "the hue stays");
+        assert!(report.texels == 1 && report.largest == 100.0, "{report:?}");
+        // All texels have the same solid angle: means are plain means.
+        let (before, after) = ((99.0 + 100.0) / 100.0, (99.0 + 2.0) / 100.0);
+        assert!(
+            (report.mean_before.g - before).abs() < 1e-12 && (report.mean_after.g - after).abs() < 1e-12,
+            "{report:?}"
+        );
+        assert!(report.lost() > 0.3 && report.lost() < 0.5, "{}", report.lost());
+        let error = clamp_in_place(&mut map, f32::NAN).unwrap_err().to_string();
+        assert_eq!(error, "a radiance to clamp to is 0 or more, but NaN was given");
+    }
+}

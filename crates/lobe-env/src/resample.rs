@@ -1,0 +1,81 @@
+//! Any mapping to any other, at any size, turned by any rotation.
+
+use lobe_sh::{Rgb, Rotation};
+
+use crate::balance::Balance;
+use crate::sample_points::Sampler;
+use crate::taps::Grid;
+use crate::{EnvError, MappedMap, Mapping};
+
+/// How far apart centres of texels, in texels, may be rounding of a rotation by quarter turns.
+const SAME_POINT: f64 = 1e-6;
+
+/// What a map shall become.
+#[derive(Clone, Debug)]
+pub struct Resample {
+    /// The mapping of the new map.
+    pub mapping: Mapping,
+    /// Its number of columns.
+    pub width: usize,
+    /// Its number of rows.
+    pub height: usize,
+    /// How the surroundings are turned: the new map shows towards `R s` what the old one shows towards `s`.
+    pub rotation: Option<Rotation>,
+}
+
+impl Resample {
+    /// To `width` x `height` texels of `mapping`, not turned.
+    #[must_use]
+    pub fn to(mapping: Mapping, width: usize, height: usize) -> Self {
+        Self { mapping, width, height, rotation: None }
+    }
+
+    /// Turned by `rotation`.
+    #[must_use]
+    pub fn rotated(self, rotation: Rotation) -> Self {
+        Self { rotation: Some(rotation), ..self }
+    }
+}
+
+/// The map in another mapping, of another size, or turned.
+///
+/// # Errors
+/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide.
+pub fn resample(map: &impl AsRef<MappedMap>, to: &Resample) -> Result<MappedMap, EnvError> {
+    let map = map.as_ref();
+    MappedMap::check(to.mapping, to.width, to.height)?;
+    let (source, target) = (map.grid(), Grid::new(to.mapping, to.width, to.height));
+    let sampler = Sampler::new(source, target, to.rotation.as_ref());
+    let texels = match copied(&sampler, to.rotation.is_some()) {
+        Some(numbers) => numbers.iter().map(|&k| map.texels()[k as usize]).collect(),
+        None => Balance::new(&sampler).gather(map),
+    };
+    Ok(MappedMap::from_rows(to.mapping, to.width, to.height, texels))
+}
+
+/// The map of the same mapping and size, turned: it shows towards `R s` what `map` shows towards `s`.
+#[must_use]
+pub fn rotate_map(map: &impl AsRef<MappedMap>, rotation: &Rotation) -> MappedMap {
+    let map = map.as_ref();
+    let to = Resample::to(map.mapping(), map.width(), map.height()).rotated(rotation.clone());
+    resample(map, &to).unwrap_or_else(|error| unreachable!("the size is that of a map: {error}"))
+}
+
+/// The numbers of the texels of the source that are those of the target, one for one, where the two grids coincide.
+fn copied(sampler: &Sampler, is_turned: bool) -> Option<Vec<u32>> {
+    let grid = sampler.target;
+    if sampler.source != grid {
+        return None;
+    }
+    if !is_turned {
+        return Some((0..grid.len() as u32).collect());
+    }
+    let number = |index: usize| {
+        let at = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        let centre = grid.mapping.dir_from_uv(at(index % grid.width, grid.width), at(index / grid.width, grid.height))?;
+        let p = grid.point(sampler.to_source(centre));
+        let is_centre = p.iter().all(|c| (c - c.floor() - 0.5).abs() < SAME_POINT);
+        is_centre.then(|| grid.texel(p) as u32)
+    };
+    (0..grid.len()).map(number).collect()
+}

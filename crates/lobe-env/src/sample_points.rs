@@ -1,0 +1,233 @@
+//! Where a map is looked at for each texel of another.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+use std::ops::Range;
+
+use lobe_sh::{Dir, Rotation};
+
+use crate::atan::quick_atan2;
+use crate::taps::Grid;
+use crate::{Mapping, cube};
+
+/// How far samples are apart, in source texels.
+const SPACING: f64 = 1.0;
+/// The least density, in parts of the mean one, for which samples are set closer.
+const THINNEST: f64 = 1.0 / 64.0;
+/// The fewest samples along a side of a texel.
+const LEAST: usize = 2;
+
+/// A point of the source with the solid angle for which it stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    /// In texels of the source from the upper left corner, always inside the picture and on the right face or disc.
+    x: f32,
+    y: f32,
+    pub(crate) weight: f32,
+}
+
+impl Sample {
+    #[inline(always)]
+    pub(crate) fn point(&self) -> [f64; 2] {
+        [f64::from(self.x), f64::from(self.y)]
+    }
+}
+
+/// The samples of consecutive texels of the target.
+pub(crate) struct Chunk {
+    pub(crate) texels: Range<usize>,
+    /// How many samples each has.
+    pub(crate) counts: Vec<u32>,
+    pub(crate) samples: Vec<Sample>,
+}
+
+/// A source and a target, and how the surroundings are turned between them.
+pub(crate) struct Sampler {
+    pub(crate) source: Grid,
+    pub(crate) target: Grid,
+    /// What becomes of the axes on the way from the target to the source.
+    turn: Option<[[f64; 3]; 3]>,
+    /// And back.
+    turn_back: Option<[[f64; 3]; 3]>,
+    /// Of the strips above the rows of a lat-long source, and of the one below the last.
+    bends: Vec<f64>,
+}
+
+impl Sampler {
+    pub(crate) fn new(source: Grid, target: Grid, rotation: Option<&Rotation>) -> Self {
+        let axes = |r: &Rotation| [Dir::X, Dir::Y, Dir::Z].map(|axis| r.rotate_dir(axis).to_array());
+        let turn = rotation.map(|r| axes(&r.inverse()));
+        let factor = source.cotangent_factor();
+        let bends = (0..source.height + 2).map(|y| factor * source.cotangent(y as f64 - 1.0)).collect();
+        Self { source, target, turn, turn_back: rotation.map(axes), bends }
+    }
+
+    /// The direction in the source of a direction in the target.
+    #[inline]
+    pub(crate) fn to_source(&self, s: Dir) -> Dir {
+        turned(self.turn.as_ref(), s)
+    }
+
+    /// The direction in the target of a direction in the source.
+    pub(crate) fn to_target(&self, s: Dir) -> Dir {
+        turned(self.turn_back.as_ref(), s)
+    }
+
+    /// About how many samples all texels have together.
+    pub(crate) fn estimate(&self) -> usize {
+        (LEAST * LEAST * self.target.len()).max((self.source.len() as f64 / (SPACING * SPACING)) as usize)
+    }
+
+    /// The samples of some texels.
+    pub(crate) fn chunk(&self, texels: Range<usize>) -> Chunk {
+        let mut counts = Vec::with_capacity(texels.len());
+        let mut samples = Vec::with_capacity(LEAST * LEAST * texels.len());
+        let mut rule = Vec::new();
+        let mut nodes = Vec::new();
+        for index in texels.clone() {
+            let before = samples.len();
+            let texel = [index % self.target.width, index / self.target.width];
+            if self.is_on_rim(texel) {
+                self.add_nodes(texel, &mut rule, &mut nodes, &mut samples);
+            } else {
+                self.add_grid(texel, &mut samples);
+            }
+            counts.push((samples.len() - before) as u32);
+        }
+        samples.shrink_to_fit();
+        Chunk { texels, counts, samples }
+    }
+
+    /// A grid of cells, each looked at in its middle.
+    fn add_grid(&self, [x, y]: [usize; 2], samples: &mut Vec<Sample>) {
+        let Grid { mapping, width, height } = self.target;
+        let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
+        let Some((centre, lengths)) = axes(self.target, [x, y]) else { return };
+        let spacing = SPACING * self.source_pitch(centre);
+        let [nx, ny] = lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST));
+        let (sx, sy) = (1.0 / nx as f64, 1.0 / ny as f64);
+        let area = sx * sy * w * h;
+        for j in 0..ny {
+            let v = (y as f64 + (j as f64 + 0.5) * sy) * h;
+            for i in 0..nx {
+                let u = (x as f64 + (i as f64 + 0.5) * sx) * w;
+                if let Some(s) = mapping.dir_from_uv(u, v) {
+                    samples.push(self.sample(s, area * mapping.density_towards(s)));
+                }
+            }
+        }
+    }
+
+    /// A texel that shows the rim of a disc: samples in the part that shows something.
+    fn add_nodes(
+        &self,
+        texel: [usize; 2],
+        rule: &mut Vec<(f64, f64)>,
+        nodes: &mut Vec<(Dir, f64)>,
+        samples: &mut Vec<Sample>,
+    ) {
+        let size = [self.target.width, self.target.height];
+        crate::texel::nodes_into(self.target.mapping, size, texel, &midpoints(LEAST), nodes);
+        // The nodes lie half a cell from the ends: the texel reaches twice as far as they do.
+        let reach = nodes.iter().map(|(s, _)| s.angle_to(nodes[0].0)).fold(0.0, f64::max) * LEAST as f64;
+        let pitch = nodes.iter().map(|(s, _)| self.source_pitch(*s)).fold(PI, f64::min);
+        let n = ((reach / (SPACING * pitch)).ceil() as usize).max(LEAST);
+        if n != rule.len() {
+            *rule = midpoints(n);
+        }
+        crate::texel::nodes_into(self.target.mapping, size, texel, rule, nodes);
+        samples.extend(nodes.iter().map(|(s, weight)| self.sample(*s, *weight)));
+    }
+
+    #[inline]
+    fn sample(&self, s: Dir, weight: f64) -> Sample {
+        let [x, y] = self.source_point(self.to_source(s));
+        Sample { x, y, weight: weight as f32 }
+    }
+
+    /// The root of the solid angle of a texel of the source.
+    #[inline]
+    fn source_pitch(&self, s: Dir) -> f64 {
+        let density = self.source.mapping.density_towards(self.to_source(s)).max(4.0 * PI * THINNEST);
+        (density / self.source.len() as f64).sqrt()
+    }
+
+    #[inline]
+    fn source_point(&self, s: Dir) -> [f32; 2] {
+        let Grid { mapping, width, height } = self.source;
+        if mapping == Mapping::LatLong {
+            let (x, y) = (s.x(), s.y());
+            let u = 0.5 - 0.5 * FRAC_1_PI * quick_atan2(y, x);
+            let v = FRAC_1_PI * quick_atan2((x * x + y * y).sqrt(), s.z());
+            let y = v * height as f64;
+            let y = self.source.fair_row(y, self.bends[(y + 0.5) as usize]);
+            return [(u * width as f64) as f32, y as f32];
+        }
+        let p = self.source.point(s);
+        let [mut x, mut y] = p.map(|c| c as f32);
+        // Rounding must not lead to the next face or disc.
+        match mapping {
+            Mapping::Cube => {
+                let end = ((p[1] / width as f64) as usize).min(cube::FACES - 1) + 1;
+                y = y.min(((end * width) as f32).next_down());
+            }
+            Mapping::DualParaboloid if p[0] < 0.5 * width as f64 => x = x.min((0.5 * width as f32).next_down()),
+            _ => {}
+        }
+        [x, y]
+    }
+
+    /// Whether a part of the texel shows nothing, or it lies on two discs.
+    fn is_on_rim(&self, [x, y]: [usize; 2]) -> bool {
+        let Grid { mapping, width, height } = self.target;
+        let discs = match mapping {
+            Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular => 1,
+            Mapping::DualParaboloid => 2,
+            _ => return false,
+        };
+        // Twice the distance from the centre of the disc, in texels.
+        let disc = discs * x / width;
+        let across = |x: usize| (discs * 2 * x) as f64 / width as f64 - (2 * disc + 1) as f64;
+        let down = |y: usize| (2 * y) as f64 / height as f64 - 1.0;
+        let far = |[a, b]: [f64; 2]| a.abs().max(b.abs());
+        discs * (x + 1) > (disc + 1) * width
+            || far([across(x), across(x + 1)]).hypot(far([down(y), down(y + 1)])) >= 1.0
+    }
+}
+
+/// The direction of the centre of a texel that shows something everywhere, and about how long its two axes are, in
+/// radians.
+#[inline]
+pub(crate) fn axes(grid: Grid, [x, y]: [usize; 2]) -> Option<(Dir, [f64; 2])> {
+    let Grid { mapping, width, height } = grid;
+    let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
+    let (u, v) = ((x as f64 + 0.5) * w, (y as f64 + 0.5) * h);
+    let centre = mapping.dir_from_uv(u, v)?;
+    let lengths = match mapping {
+        Mapping::LatLong => [2.0 * PI * w * centre.x().hypot(centre.y()), PI * h],
+        Mapping::Cube => {
+            // Moving along an axis by da turns the direction by da √(1 + b²)/(1 + a² + b²), at most da/√(1 + a² + b²).
+            let [x, y, z] = centre.to_array().map(f64::abs);
+            [2.0 * w * x.max(y).max(z); 2]
+        }
+        _ => {
+            // Nearly from edge to edge: the middles of the edges may lie on a fold.
+            let across = |du: f64, dv: f64| {
+                let (a, b) = (mapping.dir_from_uv(u - du, v - dv), mapping.dir_from_uv(u + du, v + dv));
+                a.zip(b).map_or(PI, |(a, b)| a.angle_to(b))
+            };
+            [across(0.499 * w, 0.0), across(0.0, 0.499 * h)]
+        }
+    };
+    Some((centre, lengths))
+}
+
+#[inline]
+fn turned(turn: Option<&[[f64; 3]; 3]>, s: Dir) -> Dir {
+    let Some([a, b, c]) = turn else { return s };
+    Dir::from_unit([0, 1, 2].map(|k| s.x() * a[k] + s.y() * b[k] + s.z() * c[k]))
+}
+
+/// The midpoint rule on `[-1, 1]`.
+pub(crate) fn midpoints(n: usize) -> Vec<(f64, f64)> {
+    (0..n).map(|i| ((2 * i + 1) as f64 / n as f64 - 1.0, 2.0 / n as f64)).collect()
+}

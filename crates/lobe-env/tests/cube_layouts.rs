@@ -1,0 +1,189 @@
+//! Cubes go out and come in the right way round: coloured faces with letters.
+
+use lobe_env::{CubeHandedness, CubeLayout, CubeMap, Raster, MappedMap, Mapping, Resample, resample};
+use lobe_sh::{Dir, Rgb};
+
+/// The colours of the faces +X, -X, +Y, -Y, +Z, -Z.
+const COLOURS: [[f32; 3]; 6] =
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]];
+
+/// The letter F: no turn and no mirror image of it is itself, and P, G, R, L, J differ from it as well.
+const LETTERS: [[&str; 5]; 6] = [
+    ["XXX", "X..", "XX.", "X..", "X.."], // F
+    ["XXX", "X.X", "XXX", "X..", "X.."], // P
+    ["X..", "X..", "X..", "X..", "XXX"], // L
+    ["XX.", "X.X", "XX.", "X.X", "X.X"], // R
+    ["XXX", "X..", "X.X", "X.X", "XXX"], // G
+    ["..X", "..X", "..X", "X.X", "XXX"], // J
+];
+const SIZE: usize = 7;
+
+fn colour(face: usize) -> Rgb<f32> {
+    Rgb::from(COLOURS[face])
+}
+
+/// Face `face` as it is printed in this file: a white letter on its colour, off the middle.
+fn lettered(face: usize) -> Vec<Rgb<f32>> {
+    (0..SIZE * SIZE)
+        .map(|i| {
+            let (x, y) = (i % SIZE, i / SIZE);
+            let row = LETTERS[face].get(y.wrapping_sub(1)).map_or("", |row| row);
+            if row.as_bytes().get(x.wrapping_sub(1)) == Some(&b'X') { Rgb::new(1.0, 1.0, 1.0) } else { colour(face) }
+        })
+        .collect()
+}
+
+fn lettered_cube() -> CubeMap {
+    CubeMap::from_faces(SIZE, &[0, 1, 2, 3, 4, 5].map(lettered)).expect("faces of one size")
+}
+
+#[test]
+fn no_turn_or_mirror_image_of_a_letter_is_itself() {
+    for face in 0..6 {
+        let original = lettered(face);
+        for turn in 1..8 {
+            let at = |x: usize, y: usize| {
+                let (x, y) = if turn & 1 == 0 { (x, y) } else { (y, x) };
+                let (x, y) =
+                    (if turn & 2 == 0 { x } else { SIZE - 1 - x }, if turn & 4 == 0 { y } else { SIZE - 1 - y });
+                original[y * SIZE + x]
+            };
+            let same = (0..SIZE * SIZE).all(|i| at(i % SIZE, i / SIZE) == original[i]);
+            assert!(!same, "face {face} is its own image under symmetry {turn}");
+        }
+    }
+}
+
+#[test]
+fn a_face_of_each_colour_lies_in_its_direction() {
+    let cube = lettered_cube();
+    // The cube's y-up axes in Lobe's.
+    let centres = [Dir::X, -Dir::X, Dir::Z, -Dir::Z, -Dir::Y, Dir::Y];
+    for (face, s) in centres.into_iter().enumerate() {
+        // A little beside the centre, where there is no letter.
+        let beside = s.to_array().map(|c| c + 0.9 * if c == 0.0 { 1.0 } else { 0.0 });
+        let found = cube.radiance(Dir::new(beside).unwrap());
+        let distance = (0..3).map(|k| (found.to_array()[k] - COLOURS[face][k]).abs()).fold(0.0, f32::max);
+        assert!(distance < 0.5, "face {face}: {found:?}");
+    }
+}
+
+/// What an eye in the centre sees that looks along `forward`, as a photograph of a field of view of a right angle.
+fn photograph(cube: &CubeMap, forward: [f64; 3], right: [f64; 3], up: [f64; 3]) -> Vec<Rgb<f32>> {
+    let cross =
+        [right[1] * up[2] - right[2] * up[1], right[2] * up[0] - right[0] * up[2], right[0] * up[1] - right[1] * up[0]];
+    assert_eq!(cross.map(|c| c + 0.0), forward.map(|c| -c + 0.0), "a camera's right x up is backwards");
+    (0..SIZE * SIZE)
+        .map(|i| {
+            let at = |i: usize| (2 * i + 1) as f64 / SIZE as f64 - 1.0;
+            let (a, b) = (at(i % SIZE), -at(i / SIZE));
+            cube.radiance(Dir::new([0, 1, 2].map(|k| forward[k] + a * right[k] + b * up[k])).expect("not the origin"))
+        })
+        .collect()
+}
+
+#[test]
+fn left_handed_faces_are_photographs_and_right_handed_ones_their_mirror_images() {
+    let cube = CubeMap::from_handed_faces(SIZE, [0, 1, 2, 3, 4, 5].map(lettered), CubeHandedness::Left).unwrap();
+    // (X, Y, Z)_left = (-x, z, -y): the camera of each face, in Lobe's axes: forward, right, up.
+    let cameras = [
+        ([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
+        ([1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]),
+        ([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        ([0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+        ([0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+    ];
+    for (face, (forward, right, up)) in cameras.into_iter().enumerate() {
+        let seen = photograph(&cube, forward, right, up);
+        for (i, (a, b)) in seen.iter().zip(lettered(face)).enumerate() {
+            let error = (0..3).map(|k| (a.to_array()[k] - b.to_array()[k]).abs()).fold(0.0, f32::max);
+            assert!(error < 1e-5, "face {face}, pixel {i}: the camera sees {a:?}, the face has {b:?}");
+        }
+    }
+    let right = cube.faces(CubeHandedness::Right);
+    for row in 0..SIZE {
+        let letters = lettered(0);
+        let mirrored: Vec<_> = letters[row * SIZE..][..SIZE].iter().rev().copied().collect();
+        assert_eq!(right[1][row * SIZE..][..SIZE], mirrored, "row {row} of -X is that of the left-handed +X, reversed");
+    }
+}
+
+#[test]
+fn every_layout_comes_back_as_it_went_out() {
+    let cube = lettered_cube();
+    for handedness in [CubeHandedness::Right, CubeHandedness::Left] {
+        for layout in CubeLayout::ALL {
+            let picture = cube.to_picture(layout, handedness);
+            assert_eq!(CubeLayout::of_picture(picture.width, picture.height).unwrap(), layout, "{layout:?}");
+            let back = CubeMap::from_picture(&picture, handedness).unwrap();
+            assert!(back == cube, "{layout:?} {handedness:?} changed the cube");
+        }
+        let back = CubeMap::from_handed_faces(SIZE, cube.faces(handedness), handedness).unwrap();
+        assert!(back == cube, "six pictures, {handedness:?}, changed the cube");
+    }
+}
+
+#[test]
+fn crosses_can_be_folded() {
+    // Texels on both sides of every fold of a cross are neighbours on the sphere.
+    let cube = CubeMap::from_fn(SIZE, |s| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32));
+    for (layout, folds) in [
+        (
+            CubeLayout::HorizontalCross,
+            vec![([0, 1], [1, 1]), ([1, 1], [2, 1]), ([2, 1], [3, 1]), ([1, 0], [1, 1]), ([1, 1], [1, 2])],
+        ),
+        (
+            CubeLayout::VerticalCross,
+            vec![([0, 1], [1, 1]), ([1, 1], [2, 1]), ([1, 0], [1, 1]), ([1, 1], [1, 2]), ([1, 2], [1, 3])],
+        ),
+    ] {
+        let picture = cube.to_picture(layout, CubeHandedness::Right);
+        let at = |x: usize, y: usize| picture.texels[y * picture.width + x];
+        for ([ax, ay], [bx, by]) in folds {
+            for k in 0..SIZE {
+                let ((px, py), (qx, qy)) = if ay == by {
+                    ((bx * SIZE - 1, ay * SIZE + k), (bx * SIZE, by * SIZE + k))
+                } else {
+                    ((ax * SIZE + k, by * SIZE - 1), (bx * SIZE + k, by * SIZE))
+                };
+                let (p, q) = (at(px, py).to_array().map(f64::from), at(qx, qy).to_array().map(f64::from));
+                let angle = Dir::new(p).unwrap().angle_to(Dir::new(q).unwrap());
+                assert!(angle < 2.0 / SIZE as f64, "{layout:?}: ({px}, {py}) and ({qx}, {qy}) are {angle} rad apart");
+            }
+        }
+    }
+}
+
+#[test]
+fn letters_survive_every_mapping() {
+    let cube = MappedMap::from(lettered_cube());
+    for mapping in Mapping::ALL {
+        let width = if mapping == Mapping::Cube { 90 } else { 600 };
+        let there = resample(&cube, &Resample::to(mapping, width, mapping.height_for(width))).unwrap();
+        let back = resample(&there, &Resample::to(Mapping::Cube, SIZE, 6 * SIZE)).unwrap();
+        let wrong = back
+            .texels()
+            .iter()
+            .zip(cube.texels())
+            .filter(|(a, b)| (0..3).any(|k| (a.to_array()[k] - b.to_array()[k]).abs() > 0.45));
+        let wrong = wrong.count();
+        assert_eq!(wrong, 0, "{mapping}: texels of another colour after the way there and back");
+    }
+}
+
+#[test]
+fn pictures_of_no_cube_are_refused_in_one_line() {
+    let picture =
+        |width: usize, height: usize, count: usize| Raster { width, height, texels: vec![colour(0); count] };
+    for (p, expected) in [
+        (
+            picture(8, 8, 64),
+            "a picture of a cube is 4:3 (horizontal cross), 3:4 (vertical cross), 6:1 (row) or 1:6 (column), but this is 8 x 8",
+        ),
+        (picture(12, 2, 23), "12 x 2 texels expected, 23 given"),
+    ] {
+        let error = CubeMap::from_picture(&p, CubeHandedness::Right).unwrap_err().to_string();
+        assert_eq!(error, expected, "{} x {}", p.width, p.height);
+    }
+}
