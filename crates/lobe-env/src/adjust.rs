@@ -11,6 +11,11 @@ pub fn expose_in_place(map: &mut MappedMap, stops: f64) {
     map.texels_mut().par_iter_mut().for_each(|texel| *texel = texel.scale(factor));
 }
 
+/// Multiplies each channel of a map.
+pub fn scale_in_place(map: &mut MappedMap, factor: Rgb<f64>) {
+    map.texels_mut().par_iter_mut().for_each(|texel| *texel = Rgb::narrow(texel.widen() * factor));
+}
+
 /// What clamping took away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClampReport {
@@ -25,17 +30,19 @@ pub struct ClampReport {
 }
 
 impl ClampReport {
-    /// The part of the luminance that is gone, from 0 to 1.
+    /// The part of the energy of each channel that is gone, from 0 to 1; 0 for a channel without any.
     #[must_use]
-    pub fn lost(&self) -> f64 {
-        let before = self.mean_before.luminance();
-        if before == 0.0 { 0.0 } else { 1.0 - self.mean_after.luminance() / before }
+    pub fn removed(&self) -> Rgb<f64> {
+        Rgb::from_channels(|c| {
+            let before = self.mean_before.channel(c);
+            if before == 0.0 { 0.0 } else { 1.0 - self.mean_after.channel(c) / before }
+        })
     }
 }
 
 /// Scales every texel with a channel above `limit` down until none is: the colour keeps its hue, and light is lost.
 ///
-/// The report says how much. To keep it, take the sun out instead: [`extract_sun`](crate::extract_sun).
+/// The report says how much.
 ///
 /// # Errors
 /// [`EnvError::Options`] if `limit` is negative or not a number.
@@ -71,6 +78,13 @@ mod tests {
     }
 
     #[test]
+    fn each_channel_is_scaled_by_its_own_factor() {
+        let mut map = MappedMap::from_fn(Mapping::LatLong, 8, 4, |_| Rgb::new(1.0, 2.0, 3.0));
+        scale_in_place(&mut map, Rgb::new(3.0, 0.5, 0.0));
+        assert!(map.texels().iter().all(|t| *t == Rgb::new(3.0, 1.0, 0.0)), "{:?}", map.texels()[0]);
+    }
+
+    #[test]
     fn clamping_reports_what_is_lost_and_keeps_the_hue() {
         let mut map = MappedMap::from_fn(Mapping::EqualArea, 10, 10, |_| Rgb::new(1.0, 1.0, 1.0));
         map.texels_mut()[7] = Rgb::new(50.0, 100.0, 25.0);
@@ -83,7 +97,10 @@ mod tests {
             (report.mean_before.g - before).abs() < 1e-12 && (report.mean_after.g - after).abs() < 1e-12,
             "{report:?}"
         );
-        assert!(report.lost() > 0.3 && report.lost() < 0.5, "{}", report.lost());
+        let removed = Rgb::new(49.0 / 149.0, 98.0 / 199.0, 24.5 / 124.0);
+        let found = report.removed();
+        let error = (found - removed).to_array().into_iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
+        assert!(error < 1e-12, "{found:?} against {removed:?}");
         let error = clamp_in_place(&mut map, f32::NAN).unwrap_err().to_string();
         assert_eq!(error, "a radiance to clamp to is 0 or more, but NaN was given");
     }

@@ -51,10 +51,12 @@
 //! | files | [`read_env`], [`read_env_bytes`], [`ReadOptions`], [`ReadReport`]; [`write_env`], [`WriteOptions`], [`WriteReport`] |
 //! | cube maps as files | [`read_cube()`], [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; whichever the file holds: [`read_env_file`] |
 //! | pictures of any shape | [`read_raster`] |
+//! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
+//! | cubes in pictures and in six files | [`CubeLayout`], [`CubeHandedness`]; [`read_cube_faces`], [`write_cube_faces`] |
 //! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
 //! | the picture | [`EnvMap`]; two that come along: [`bundled`] |
 //! | where a direction lies in it | [`lat_long`] |
-//! | to expansions and back | [`project_env`], [`reconstruct()`] |
+//! | to expansions and back | [`project_env`], [`project_map()`], [`reconstruct()`] |
 //! | what a matte surface sees | [`irradiance_sh`], [`irradiance_map`]; by brute force [`irradiance_at`], [`irradiance_map_brute_force`] |
 //! | the net flow of light | [`vector_irradiance()`], [`VectorIrradiance`] |
 //! | lights of finite size | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`DirectionalLight`], [`compare_approximations`] |
@@ -90,6 +92,7 @@ mod brdf;
 pub mod bundled;
 mod cie_sky;
 pub mod cube;
+mod cube_faces;
 mod cube_layout;
 mod cube_map;
 mod cube_mip_chain;
@@ -152,10 +155,11 @@ mod write_dds;
 mod write_ktx2;
 mod zonal_filter;
 
-pub use adjust::{ClampReport, clamp_in_place, expose_in_place};
+pub use adjust::{ClampReport, clamp_in_place, expose_in_place, scale_in_place};
 pub use area_light::{Approximations, AreaLight, DirectionalLight, PointLight, compare_approximations};
 pub use brdf::{Brdf, Ggx, Lambert, Phong};
 pub use cie_sky::CieSky;
+pub use cube_faces::{FACE_NAMES, read_cube_faces, write_cube_faces};
 pub use cube_layout::{CubeHandedness, CubeLayout};
 pub use cube_map::CubeMap;
 pub use cube_mip_chain::CubeMipChain;

@@ -1,6 +1,6 @@
 //! Any mapping to any other, at any size, turned by any rotation.
 
-use lobe_sh::{Rgb, Rotation};
+use lobe_sh::Rotation;
 
 use crate::balance::Balance;
 use crate::sample_points::Sampler;
@@ -38,6 +38,27 @@ impl Resample {
 }
 
 /// The map in another mapping, of another size, or turned.
+///
+/// ```text
+///   L'_t = (1/Ω_t) ∫_{texel t} L(R⁻¹ s) ds
+/// ```
+///
+/// One rule for shrinking and enlarging: each texel is the mean of the source, interpolated bilinearly across every seam
+/// ([`MappedMap::radiance`]), over its solid angle; and the weights are balanced so that each texel of the source keeps
+/// its energy wherever it lies. A constant stays constant exactly. Where the two grids coincide, texels are copied: a
+/// map of the same mapping and size that is not turned, a cube turned by quarter turns about its axes. In parallel over
+/// fixed chunks: the same bits for any number of threads (`any_number_of_threads_gives_the_same_bits`).
+///
+/// Texels should be finite; one that is not spoils those it touches.
+///
+/// ```
+/// use lobe_env::{Mapping, Resample, bundled, resample};
+///
+/// let sunset = bundled::sunset().map();
+/// let cube = resample(&sunset, &Resample::to(Mapping::Cube, 32, 192))?;
+/// assert!((cube.mean().g / sunset.mean().g - 1.0).abs() < 1e-3);
+/// # Ok::<(), lobe_env::EnvError>(())
+/// ```
 ///
 /// # Errors
 /// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide.
