@@ -4,6 +4,7 @@
 //!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m))            V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
 //! ```
 
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use lobe_sh::{Coefficient, Rgb};
@@ -12,6 +13,7 @@ use rayon::prelude::*;
 use crate::MappedMap;
 use crate::sample_points::{Chunk, Sample, Sampler, midpoints};
 use crate::solid_angles::SolidAngles;
+use crate::taps::Grid;
 
 // W_ts = Σ_samples of t, weight × share of s in the interpolant there: a mean of the source over the target's texel. A
 // constant stays constant because the weights of a texel are normalised. The energy of a texel s in the target is
@@ -30,11 +32,14 @@ use crate::solid_angles::SolidAngles;
 
 /// The target is worked on in this many parts, whatever the number of threads.
 const CHUNKS: usize = 64;
-/// More samples than this are not kept from pass to pass but found again each time: 768 MiB.
-const MOST_KEPT: usize = 1 << 26;
-/// Passes that find out what each texel of the source is given; the last one is for what then is still missing.
-const PASSES: usize = 3;
-/// A texel of the source whose solid angle is this many times what the samples see is sampled from its own side too.
+/// More samples than this are not kept from pass to pass but found again each time: 384 MiB.
+const MOST_KEPT: usize = 1 << 25;
+/// The most passes that find out what each texel of the source is given; the last one is for what then is missing.
+const MOST_PASSES: usize = 3;
+/// No more passes if the mean of a map of random texels would be off by less than this: many steps make 1e-4.
+const ENOUGH: f64 = 2e-5;
+/// A texel of the source whose solid angle is this many times what the samples see is sampled from its own side too, and
+/// no pass raises a weight by more.
 const HARDLY_SEEN: f32 = 2.0;
 
 /// A sample from the side of the source: it belongs to a texel of the target and sees one texel of the source.
@@ -45,11 +50,12 @@ struct Extra {
     weight: f32,
 }
 
+/// A texel of the source and its weight in one of the target.
+type Share = (u32, f32);
+
 /// The weights between two maps.
 pub(crate) struct Balance<'a> {
     sampler: &'a Sampler,
-    source: SolidAngles,
-    target: SolidAngles,
     kept: Option<Vec<Chunk>>,
     extras: Vec<Extra>,
     /// `c_s`.
@@ -62,8 +68,6 @@ impl<'a> Balance<'a> {
     pub(crate) fn new(sampler: &'a Sampler) -> Self {
         let mut balance = Self {
             sampler,
-            source: SolidAngles::new(sampler.source),
-            target: SolidAngles::new(sampler.target),
             kept: None,
             extras: Vec::new(),
             factors: vec![1.0; sampler.source.len()],
@@ -72,18 +76,22 @@ impl<'a> Balance<'a> {
         if sampler.estimate() <= MOST_KEPT {
             balance.kept = Some(balance.ranges().into_par_iter().map(|texels| sampler.chunk(texels)).collect());
         }
-        for pass in 0..PASSES {
-            let seen = balance.seen();
-            let ratios = balance.ratios(&seen);
-            if pass + 1 == PASSES {
-                balance.missing = ratios.into_iter().map(|ratio| ratio - 1.0).collect();
+        let (source, target) = (SolidAngles::new(sampler.source), SolidAngles::new(sampler.target));
+        for pass in 1.. {
+            let mut seen = balance.seen(|_| true, 1.0, &target);
+            if pass == 1 {
+                let (ratios, _) = ratios(&seen, &source, sampler.source);
+                balance.add_extras(&ratios, &mut seen, &target);
+            }
+            let (ratios, error) = ratios(&seen, &source, sampler.source);
+            if pass == MOST_PASSES || error < ENOUGH {
+                // What shows so little that no sample falls into it has nothing to lose.
+                let missing = |ratio: f32| if ratio.is_finite() { ratio - 1.0 } else { 0.0 };
+                balance.missing = ratios.into_iter().map(missing).collect();
                 break;
             }
-            if pass == 0 {
-                balance.add_extras(&ratios);
-            }
             for (factor, ratio) in balance.factors.iter_mut().zip(&ratios) {
-                *factor *= if *ratio < HARDLY_SEEN { *ratio } else { 1.0 };
+                *factor *= ratio.min(HARDLY_SEEN);
             }
         }
         balance
@@ -91,40 +99,54 @@ impl<'a> Balance<'a> {
 
     /// Every texel of the target, from the texels of the source.
     pub(crate) fn gather(&self, map: &MappedMap) -> Vec<Rgb<f32>> {
-        let (texels, mean) = (map.texels(), Rgb::<f32>::narrow(map.mean()));
-        let parts: Vec<Vec<Rgb<f32>>> = self
-            .ranges()
-            .into_par_iter()
-            .map(|range| {
-                let mut out = Vec::with_capacity(range.len());
-                self.for_each_texel(range, |_, samples, extras| {
-                    let (mut light, mut sum): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
-                    self.for_each_weight(samples, extras, |index, weight| {
-                        let texel = texels[index];
-                        let above = |c: usize| (texel.channel(c) - mean.channel(c)).max(0.0);
-                        let bright = Rgb::<f32>::from_channels(above);
-                        light += (texel + bright.scale(self.missing[index])).widen().scale(weight);
-                        sum += weight;
-                    });
-                    out.push(if sum > 0.0 { Rgb::narrow(light.scale(1.0 / sum)) } else { Rgb::ZERO });
-                });
-                out
-            })
-            .collect();
-        parts.concat()
+        let texels = self.corrected(map);
+        let mut out = vec![Rgb::ZERO; self.sampler.target.len()];
+        let size = self.chunk_size();
+        out.par_chunks_mut(size).enumerate().for_each(|(chunk, out)| {
+            let start = chunk * size;
+            self.for_each_texel(start..start + out.len(), |_| true, |index, shares| {
+                let (mut light, mut sum): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
+                for &(source, weight) in shares {
+                    light += texels[source as usize].widen().scale(f64::from(weight));
+                    sum += f64::from(weight);
+                }
+                if sum > 0.0 {
+                    out[index - start] = Rgb::narrow(light.scale(1.0 / sum));
+                }
+            });
+        });
+        out
+    }
+
+    /// The texels of the source, those brighter than the mean with what they would lose.
+    fn corrected(&self, map: &MappedMap) -> Vec<Rgb<f32>> {
+        let mean = Rgb::<f32>::narrow(map.mean());
+        let corrected = |(texel, missing): (&Rgb<f32>, &f32)| {
+            *texel + Rgb::from_channels(|c| missing * (texel.channel(c) - mean.channel(c)).max(0.0))
+        };
+        map.texels().par_iter().zip(&self.missing).map(corrected).collect()
+    }
+
+    fn chunk_size(&self) -> usize {
+        self.sampler.target.len().div_ceil(CHUNKS)
     }
 
     fn ranges(&self) -> Vec<Range<usize>> {
-        let count = self.sampler.target.len();
-        let size = count.div_ceil(CHUNKS);
+        let (count, size) = (self.sampler.target.len(), self.chunk_size());
         (0..count.div_ceil(size)).map(|c| c * size..count.min((c + 1) * size)).collect()
     }
 
-    /// Calls `texel(number, samples, extras)` for all texels of a chunk.
-    fn for_each_texel(&self, range: Range<usize>, mut texel: impl FnMut(usize, &[Sample], &[Extra])) {
+    /// Calls `texel(number, shares)` for those texels of a chunk that are wanted for their extras; a texel of the source
+    /// may have several shares.
+    fn for_each_texel(
+        &self,
+        range: Range<usize>,
+        is_wanted: impl Fn(&[Extra]) -> bool,
+        mut texel: impl FnMut(usize, &[Share]),
+    ) {
         let made;
         let chunk = match &self.kept {
-            Some(chunks) => &chunks[range.start / self.sampler.target.len().div_ceil(CHUNKS)],
+            Some(chunks) => &chunks[range.start / self.chunk_size()],
             None => {
                 made = self.sampler.chunk(range);
                 &made
@@ -132,71 +154,57 @@ impl<'a> Balance<'a> {
         };
         let mut samples = chunk.samples.as_slice();
         let mut extras = &self.extras[self.extras.partition_point(|e| (e.target as usize) < chunk.texels.start)..];
+        let mut shares = Vec::new();
         for (index, count) in chunk.texels.clone().zip(&chunk.counts) {
             let (own, rest) = samples.split_at(*count as usize);
             let (own_extras, rest_extras) =
                 extras.split_at(extras.iter().take_while(|e| e.target as usize == index).count());
-            texel(index, own, own_extras);
+            if is_wanted(own_extras) {
+                shares.clear();
+                self.add_shares(own, &mut shares);
+                shares.extend(own_extras.iter().map(|e| (e.source, e.weight * self.factors[e.source as usize])));
+                texel(index, &shares);
+            }
             (samples, extras) = (rest, rest_extras);
         }
     }
 
-    /// Calls `f(texel of the source, weight with its factor)`.
     #[inline(always)]
-    fn for_each_weight(&self, samples: &[Sample], extras: &[Extra], mut f: impl FnMut(usize, f64)) {
+    fn add_shares(&self, samples: &[Sample], shares: &mut Vec<Share>) {
+        let grid = self.sampler.source;
         for sample in samples {
-            for (index, weight) in self.sampler.source.taps(sample.point()).iter() {
-                f(index, f64::from(sample.weight) * f64::from(weight * self.factors[index]));
+            if let Some(taps) = grid.inner_taps(sample.xy()) {
+                let share = |(index, weight): Share| (index, sample.weight * weight * self.factors[index as usize]);
+                shares.extend_from_slice(&taps.map(share));
+                continue;
             }
-        }
-        for extra in extras {
-            let index = extra.source as usize;
-            f(index, f64::from(extra.weight) * f64::from(self.factors[index]));
+            for (index, weight) in grid.taps(sample.point()).iter() {
+                shares.push((index as u32, sample.weight * weight * self.factors[index]));
+            }
         }
     }
 
-    /// The solid angle that each texel of the source has in the target.
-    fn seen(&self) -> Vec<SparseSum> {
+    /// The solid angle, times `sign`, that each texel of the source has in those texels of the target that are wanted.
+    fn seen(&self, is_wanted: impl Fn(&[Extra]) -> bool + Sync, sign: f64, target: &SolidAngles) -> Vec<SparseSum> {
         let width = self.sampler.target.width;
-        self.ranges()
-            .into_par_iter()
-            .map(|range| {
-                let mut seen = SparseSum::new(self.sampler.source.len());
-                self.for_each_texel(range, |index, samples, extras| {
-                    let mut sum = 0.0;
-                    self.for_each_weight(samples, extras, |_, weight| sum += weight);
-                    if sum > 0.0 {
-                        let scale = self.target.get(index % width, index / width) / sum;
-                        self.for_each_weight(samples, extras, |index, weight| seen.add(index, scale * weight));
+        let see = |range: Range<usize>| {
+            let mut seen = SparseSum::new(self.sampler.source.len());
+            self.for_each_texel(range, &is_wanted, |index, shares| {
+                let sum: f64 = shares.iter().map(|(_, weight)| f64::from(*weight)).sum();
+                if sum > 0.0 {
+                    let scale = sign * target.get(index % width, index / width) / sum;
+                    for &(source, weight) in shares {
+                        seen.add(source as usize, scale * f64::from(weight));
                     }
-                });
-                seen
-            })
-            .collect()
-    }
-
-    /// The solid angle of each texel of the source over the one that it has in the target; 1 where it shows nothing.
-    fn ratios(&self, seen: &[SparseSum]) -> Vec<f32> {
-        let width = self.sampler.source.width;
-        let mut ratios = vec![1.0; self.sampler.source.len()];
-        ratios.par_chunks_mut(BLOCK).enumerate().for_each(|(block, ratios)| {
-            let mut sums = [0.0; BLOCK];
-            for part in seen {
-                part.add_block(block, &mut sums);
-            }
-            for (i, ratio) in ratios.iter_mut().enumerate() {
-                let index = block * BLOCK + i;
-                let solid_angle = self.source.get(index % width, index / width);
-                if solid_angle > 0.0 {
-                    *ratio = (solid_angle / sums[i]) as f32;
                 }
-            }
-        });
-        ratios
+            });
+            seen
+        };
+        self.ranges().into_par_iter().map(see).collect()
     }
 
-    /// Samples the texels of the source of which the target sees too little.
-    fn add_extras(&mut self, ratios: &[f32]) {
+    /// Samples the texels of the source of which the target sees too little, and sees again what they change.
+    fn add_extras(&mut self, ratios: &[f32], seen: &mut Vec<SparseSum>, target: &SolidAngles) {
         let width = self.sampler.source.width;
         let found: Vec<Vec<Extra>> = ratios
             .par_chunks(BLOCK)
@@ -212,6 +220,12 @@ impl<'a> Balance<'a> {
             .collect();
         self.extras = found.concat();
         self.extras.sort_by_key(|extra| extra.target);
+        // What those texels of the target gave before the extras counted, and what they give with them.
+        let weights: Vec<f32> = self.extras.iter().map(|extra| extra.weight).collect();
+        self.extras.iter_mut().for_each(|extra| extra.weight = 0.0);
+        seen.extend(self.seen(|extras| !extras.is_empty(), -1.0, target));
+        self.extras.iter_mut().zip(weights).for_each(|(extra, weight)| extra.weight = weight);
+        seen.extend(self.seen(|extras| !extras.is_empty(), 1.0, target));
     }
 
     /// `share` of a texel of the source, from four points in it.
@@ -226,6 +240,30 @@ impl<'a> Balance<'a> {
             extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
         }
     }
+}
+
+/// The solid angle of each texel of the source over the one that it has in the target, 1 where it shows nothing; and the
+/// root of the sum of the squares of their differences, in parts of the sphere.
+fn ratios(seen: &[SparseSum], solid_angles: &SolidAngles, source: Grid) -> (Vec<f32>, f64) {
+    let mut ratios = vec![1.0; source.len()];
+    let block_error = |(block, ratios): (usize, &mut [f32])| {
+        let mut sums = [0.0; BLOCK];
+        for part in seen {
+            part.add_block(block, &mut sums);
+        }
+        let mut error = 0.0;
+        for (i, ratio) in ratios.iter_mut().enumerate() {
+            let index = block * BLOCK + i;
+            let solid_angle = solid_angles.get(index % source.width, index / source.width);
+            if solid_angle > 0.0 {
+                *ratio = (solid_angle / sums[i]) as f32;
+                error += (solid_angle - sums[i]) * (solid_angle - sums[i]);
+            }
+        }
+        error
+    };
+    let errors: Vec<f64> = ratios.par_chunks_mut(BLOCK).enumerate().map(block_error).collect();
+    (ratios, errors.iter().sum::<f64>().sqrt() / (4.0 * PI))
 }
 
 /// Texels that are added up and held together.
@@ -267,7 +305,6 @@ impl SparseSum {
 mod tests {
     use super::*;
     use crate::Mapping;
-    use crate::taps::Grid;
 
     /// The most that may be missing of a texel after the passes: what then is added to it alone if it is bright.
     const MOST_MISSING: f32 = 0.3;

@@ -7,9 +7,11 @@ use crate::project::project_rows;
 use crate::{MappedMap, Mapping};
 
 /// The error of a texel's integral of one basis function, in parts of its solid angle, that the number of nodes aims at.
-const NODE_ERROR: f64 = 1e-7;
+const NODE_ERROR: f64 = 1e-10;
 /// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of a single texel and order 16.
 const MAX_NODES: usize = 24;
+/// The longest side by which [`node_count`] describes the texel that is a whole face of a cube.
+const FLAT_SIDE: f64 = 2.9;
 /// Rows are summed in at most this many chunks, whatever the number of threads.
 const MAX_CHUNKS: usize = 64;
 
@@ -20,7 +22,7 @@ const MAX_CHUNKS: usize = 64;
 /// ```
 ///
 /// No resampled copy comes in between. The integrals are Gauss-Legendre sums over each smooth piece of a texel, with as
-/// many nodes as keep their error below 1e-7 of the texel's solid angle (test
+/// many nodes as keep the error of coefficients below 1e-9 of their norm (test
 /// `expansions_of_small_maps_are_right_to_the_stated_error`), and weights that sum to its exact solid angle: `f_0` is
 /// `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long map takes the exact separable way of [`project_env`].
 /// In parallel over fixed chunks of rows; the same bits for any number of threads.
@@ -101,6 +103,10 @@ impl Rows<'_> {
 // A function of band l over an interval of the angle h behaves like cos(l t), |t| <= h/2, at worst. The q-point rule
 // leaves about the first term of the series it does not integrate, (l h/2)^2q / (2q)!, times a number below 1.
 //
+// The directions of a flat picture have complex singularities about as far from it as it is wide: where the square root
+// of the distance from the centre of the cube vanishes. The q-point rule on a texel of half that width η leaves ρ^-2q,
+// ρ = (1 + √(1 + η²))/η.
+//
 // Texels are not squares: their longest side is at most about twice the root of their mean solid angle for pictures of
 // natural proportions, and longer by the root of the stretch for others.
 
@@ -117,6 +123,9 @@ fn node_count(map: &MappedMap, order: usize) -> usize {
         q += 1;
         error *= half * half / ((2 * q - 1) * 2 * q) as f64;
     }
+    let part = side / FLAT_SIDE;
+    let rho = (1.0 + 1.0_f64.hypot(part)) / part;
+    let q = q.max((-0.5 * NODE_ERROR.ln() / rho.ln()).ceil() as usize).min(MAX_NODES);
     // In a disc the azimuth runs over a quarter turn in the texels around the centre, however small they are.
     let disc =
         matches!(map.mapping(), Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid);

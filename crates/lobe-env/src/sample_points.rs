@@ -13,22 +13,74 @@ use crate::{Mapping, cube};
 const SPACING: f64 = 1.0;
 /// The least density, in parts of the mean one, for which samples are set closer.
 const THINNEST: f64 = 1.0 / 64.0;
+/// So many texels side by side share parabolas.
+const RUN: usize = 8;
+/// How far samples may lie beside their place, in texels of the source, and be off in weight, in parts of it.
+const OFF_PARABOLA: f64 = 0.005;
 /// The fewest samples along a side of a texel.
 const LEAST: usize = 2;
 
-/// A point of the source with the solid angle for which it stands.
+/// A point of the source.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
     /// In texels of the source from the upper left corner, always inside the picture and on the right face or disc.
     x: f32,
     y: f32,
+    /// The solid angle for which it stands.
     pub(crate) weight: f32,
 }
 
 impl Sample {
     #[inline(always)]
+    fn new([x, y]: [f64; 2], weight: f64, limits: &Limits) -> Self {
+        let held = |c: f64, [least, most]: [f32; 2]| (c as f32).max(least).min(most);
+        Self { x: held(x, limits.x), y: held(y, limits.y), weight: weight as f32 }
+    }
+
+    #[inline(always)]
+    pub(crate) fn xy(&self) -> [f32; 2] {
+        [self.x, self.y]
+    }
+
+    #[inline(always)]
     pub(crate) fn point(&self) -> [f64; 2] {
         [f64::from(self.x), f64::from(self.y)]
+    }
+}
+
+/// The part of the source's picture that a sample may lie in.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    x: [f32; 2],
+    y: [f32; 2],
+}
+
+/// Where the samples of a row lie in the source, and their weights: `a + b t + c t²`, `t` from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+struct Parabolas {
+    a: [f64; 3],
+    b: [f64; 3],
+    c: [f64; 3],
+    limits: Limits,
+}
+
+impl Parabolas {
+    /// Through the values at 0, 1/2 and 1.
+    fn through(start: [f64; 3], middle: [f64; 3], end: [f64; 3], limits: Limits) -> Self {
+        let b = [0, 1, 2].map(|k| 4.0 * middle[k] - 3.0 * start[k] - end[k]);
+        let c = [0, 1, 2].map(|k| 2.0 * (start[k] - 2.0 * middle[k] + end[k]));
+        Self { a: start, b, c, limits }
+    }
+
+    #[inline(always)]
+    fn at(&self, t: f64) -> [f64; 3] {
+        [0, 1, 2].map(|k| self.a[k] + t * (self.b[k] + t * self.c[k]))
+    }
+
+    #[inline(always)]
+    fn sample(&self, t: f64) -> Sample {
+        let [x, y, weight] = self.at(t);
+        Sample::new([x, y], weight, &self.limits)
     }
 }
 
@@ -81,20 +133,67 @@ impl Sampler {
     pub(crate) fn chunk(&self, texels: Range<usize>) -> Chunk {
         let mut counts = Vec::with_capacity(texels.len());
         let mut samples = Vec::with_capacity(LEAST * LEAST * texels.len());
-        let mut rule = Vec::new();
-        let mut nodes = Vec::new();
-        for index in texels.clone() {
+        let (mut nodes, mut rows) = (Vec::new(), Vec::new());
+        let mut index = texels.start;
+        while index < texels.end {
             let before = samples.len();
             let texel = [index % self.target.width, index / self.target.width];
+            let is_run = texel[0] + RUN <= self.target.width && index + RUN <= texels.end;
+            if is_run && !self.is_on_rim(texel) && !self.is_on_rim([texel[0] + RUN - 1, texel[1]]) {
+                let count = self.add_run(texel, &mut rows, &mut samples);
+                if count > 0 {
+                    counts.extend([count as u32; RUN]);
+                    index += RUN;
+                    continue;
+                }
+            }
             if self.is_on_rim(texel) {
-                self.add_nodes(texel, &mut rule, &mut nodes, &mut samples);
+                self.add_nodes(texel, &mut nodes, &mut samples);
             } else {
                 self.add_grid(texel, &mut samples);
             }
             counts.push((samples.len() - before) as u32);
+            index += 1;
         }
         samples.shrink_to_fit();
         Chunk { texels, counts, samples }
+    }
+
+    /// A grid of cells for each of [`RUN`] texels side by side, on parabolas through three cells of each row; how many
+    /// cells a texel has, or 0, and nothing is added, where a fourth cell does not lie on them: at seams and poles.
+    fn add_run(&self, [x, y]: [usize; 2], rows: &mut Vec<Parabolas>, samples: &mut Vec<Sample>) -> usize {
+        let Grid { mapping, width, height } = self.target;
+        let Some((centre, lengths)) = axes(self.target, [x + RUN / 2, y]) else { return 0 };
+        let spacing = SPACING * self.source_pitch(centre);
+        let [nx, ny] = lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST));
+        let area = 1.0 / (nx * ny * width * height) as f64;
+        let (first, length) = (x as f64 + 0.5 / nx as f64, RUN as f64 - 1.0 / nx as f64);
+        rows.clear();
+        for j in 0..ny {
+            let v = (y as f64 + (j as f64 + 0.5) / ny as f64) / height as f64;
+            let look = |t: f64| {
+                let s = mapping.dir_from_uv((first + t * length) / width as f64, v)?;
+                let [x, y] = self.source_point(self.to_source(s));
+                Some([x, y, area * mapping.density_towards(s)])
+            };
+            let (Some(a), Some(b), Some(c), Some(check)) = (look(0.0), look(0.5), look(1.0), look(0.25)) else {
+                return 0;
+            };
+            let row = Parabolas::through(a, b, c, self.limits([b[0], b[1]]));
+            let found = row.at(0.25);
+            let is_near = |k: usize, most: f64| (found[k] - check[k]).abs() < most;
+            if !(is_near(0, OFF_PARABOLA) && is_near(1, OFF_PARABOLA) && is_near(2, OFF_PARABOLA * check[2])) {
+                return 0;
+            }
+            rows.push(row);
+        }
+        let step = 1.0 / (RUN * nx - 1) as f64;
+        for i in 0..RUN {
+            for row in rows.iter() {
+                samples.extend((i * nx..(i + 1) * nx).map(|k| row.sample(k as f64 * step)));
+            }
+        }
+        nx * ny
     }
 
     /// A grid of cells, each looked at in its middle.
@@ -117,31 +216,28 @@ impl Sampler {
         }
     }
 
-    /// A texel that shows the rim of a disc: samples in the part that shows something.
-    fn add_nodes(
-        &self,
-        texel: [usize; 2],
-        rule: &mut Vec<(f64, f64)>,
-        nodes: &mut Vec<(Dir, f64)>,
-        samples: &mut Vec<Sample>,
-    ) {
-        let size = [self.target.width, self.target.height];
-        crate::texel::nodes_into(self.target.mapping, size, texel, &midpoints(LEAST), nodes);
+    /// A texel that shows the rim of a disc: samples in the part that shows something, more of them along the radius,
+    /// where a ball's texels are long.
+    fn add_nodes(&self, texel: [usize; 2], nodes: &mut Vec<(Dir, f64)>, samples: &mut Vec<Sample>) {
+        let Grid { mapping, width, height } = self.target;
+        let few = midpoints(LEAST);
+        crate::texel::nodes_into(mapping, [width, height], texel, &few, nodes);
+        let Some((first, _)) = nodes.first() else { return };
         // The nodes lie half a cell from the ends: the texel reaches twice as far as they do.
-        let reach = nodes.iter().map(|(s, _)| s.angle_to(nodes[0].0)).fold(0.0, f64::max) * LEAST as f64;
-        let pitch = nodes.iter().map(|(s, _)| self.source_pitch(*s)).fold(PI, f64::min);
-        let n = ((reach / (SPACING * pitch)).ceil() as usize).max(LEAST);
-        if n != rule.len() {
-            *rule = midpoints(n);
-        }
-        crate::texel::nodes_into(self.target.mapping, size, texel, rule, nodes);
+        let reach = nodes.iter().map(|(s, _)| s.angle_to(*first)).fold(0.0, f64::max) * LEAST as f64;
+        let spacing = SPACING * nodes.iter().map(|(s, _)| self.source_pitch(*s)).fold(PI, f64::min);
+        let across = nodes.iter().map(|(_, weight)| weight).sum::<f64>() / reach.max(spacing);
+        // The corners of a texel part it in two or more pieces.
+        let [n_across, n_along] = [0.5 * across, reach].map(|length| ((length / spacing).ceil() as usize).max(LEAST));
+        let rules = [midpoints(n_across), midpoints(n_along)];
+        crate::texel::nodes_of_rules_into(mapping, [width, height], texel, [&rules[0], &rules[1]], nodes);
         samples.extend(nodes.iter().map(|(s, weight)| self.sample(*s, *weight)));
     }
 
     #[inline]
     fn sample(&self, s: Dir, weight: f64) -> Sample {
-        let [x, y] = self.source_point(self.to_source(s));
-        Sample { x, y, weight: weight as f32 }
+        let p = self.source_point(self.to_source(s));
+        Sample::new(p, weight, &self.limits(p))
     }
 
     /// The root of the solid angle of a texel of the source.
@@ -152,28 +248,36 @@ impl Sampler {
     }
 
     #[inline]
-    fn source_point(&self, s: Dir) -> [f32; 2] {
+    fn source_point(&self, s: Dir) -> [f64; 2] {
         let Grid { mapping, width, height } = self.source;
-        if mapping == Mapping::LatLong {
-            let (x, y) = (s.x(), s.y());
-            let u = 0.5 - 0.5 * FRAC_1_PI * quick_atan2(y, x);
-            let v = FRAC_1_PI * quick_atan2((x * x + y * y).sqrt(), s.z());
-            let y = v * height as f64;
-            let y = self.source.fair_row(y, self.bends[(y + 0.5) as usize]);
-            return [(u * width as f64) as f32, y as f32];
+        if mapping != Mapping::LatLong {
+            return self.source.point(s);
         }
-        let p = self.source.point(s);
-        let [mut x, mut y] = p.map(|c| c as f32);
-        // Rounding must not lead to the next face or disc.
+        let (x, y) = (s.x(), s.y());
+        let u = 0.5 - 0.5 * FRAC_1_PI * quick_atan2(y, x);
+        let v = FRAC_1_PI * quick_atan2((x * x + y * y).sqrt(), s.z());
+        let row = v * height as f64;
+        [u * width as f64, self.source.fair_row(row, self.bends[(row + 0.5) as usize])]
+    }
+
+    /// The least and the largest coordinates of the face or disc of the source that shows a point: rounding must not
+    /// lead to the next one.
+    #[inline]
+    fn limits(&self, p: [f64; 2]) -> Limits {
+        let Grid { mapping, width, height } = self.source;
+        let (mut x, mut y) = ([0.0, width as f32], [0.0, height as f32]);
         match mapping {
             Mapping::Cube => {
-                let end = ((p[1] / width as f64) as usize).min(cube::FACES - 1) + 1;
-                y = y.min(((end * width) as f32).next_down());
+                let face = ((p[1] / width as f64) as usize).min(cube::FACES - 1);
+                y = [(face * width) as f32, (((face + 1) * width) as f32).next_down()];
             }
-            Mapping::DualParaboloid if p[0] < 0.5 * width as f64 => x = x.min((0.5 * width as f32).next_down()),
+            Mapping::DualParaboloid => {
+                let middle = 0.5 * width as f32;
+                x = if p[0] < f64::from(middle) { [0.0, middle.next_down()] } else { [middle, x[1]] };
+            }
             _ => {}
         }
-        [x, y]
+        Limits { x, y }
     }
 
     /// Whether a part of the texel shows nothing, or it lies on two discs.

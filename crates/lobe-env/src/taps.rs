@@ -132,6 +132,27 @@ impl Grid {
         (x as usize).min(self.width - 1) + self.width * (y as usize).min(self.height - 1)
     }
 
+    /// [`taps`](Self::taps) where the four texels around a point are neighbours in a picture without rims.
+    #[inline(always)]
+    pub(crate) fn inner_taps(&self, [x, y]: [f32; 2]) -> Option<[(u32, f32); 4]> {
+        let (x, y) = (x - 0.5, y - 0.5);
+        let (left, above) = (x as i32, y as i32);
+        let last = match self.mapping {
+            Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea => self.height as i32 - 1,
+            // The last row of the face.
+            Mapping::Cube => (above / self.width as i32 + 1) * self.width as i32 - 1,
+            _ => return None,
+        };
+        if x < 0.0 || y < 0.0 || left + 1 >= self.width as i32 || above >= last {
+            return None;
+        }
+        let (s, t) = (x - left as f32, y - above as f32);
+        let (s1, t1) = (1.0 - s, 1.0 - t);
+        let width = self.width as u32;
+        let first = above as u32 * width + left as u32;
+        Some([(first, s1 * t1), (first + 1, s * t1), (first + width, s1 * t), (first + width + 1, s * t)])
+    }
+
     /// The texels whose bilinear mean is the value in the point `p`.
     ///
     /// Beyond an edge the picture goes on with the texels that are neighbours on the sphere.

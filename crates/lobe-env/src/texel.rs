@@ -17,6 +17,18 @@ pub(crate) fn nodes_into(
     rule: &[(f64, f64)],
     out: &mut Vec<(Dir, f64)>,
 ) {
+    nodes_of_rules_into(mapping, [width, height], [x, y], [rule; 2], out);
+}
+
+/// [`nodes_into`] with one rule across the radius of a disc and another along it; elsewhere the second is not used.
+pub(crate) fn nodes_of_rules_into(
+    mapping: Mapping,
+    [width, height]: [usize; 2],
+    [x, y]: [usize; 2],
+    rules: [&[(f64, f64)]; 2],
+    out: &mut Vec<(Dir, f64)>,
+) {
+    let rule = rules[0];
     out.clear();
     let at = |i: usize, n: usize| (2.0 * i as f64 - n as f64) / n as f64;
     let rect = Rect { x: [at(x, width), at(x + 1, width)], y: [at(y, height), at(y + 1, height)] };
@@ -41,7 +53,7 @@ pub(crate) fn nodes_into(
         Mapping::DualParaboloid => {
             for (frame, rect) in dual_paraboloid::FRAMES.iter().zip(dual_paraboloid::texel_rects(width, height, x, y)) {
                 if let Some(rect) = rect {
-                    disc::nodes(Profile::Paraboloid, &rect, rule, &mut |p, weight| {
+                    disc::nodes(Profile::Paraboloid, &rect, rules, &mut |p, weight| {
                         out.push((frame.dir(Profile::Paraboloid, p), weight));
                     });
                 }
@@ -50,7 +62,7 @@ pub(crate) fn nodes_into(
         Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular => {
             if let Some((profile, frame)) = mapping.single_disc() {
                 let rect = mirror_ball::texel_rect(width, height, x, y);
-                disc::nodes(profile, &rect, rule, &mut |p, weight| out.push((frame.dir(profile, p), weight)));
+                disc::nodes(profile, &rect, rules, &mut |p, weight| out.push((frame.dir(profile, p), weight)));
             }
         }
     }

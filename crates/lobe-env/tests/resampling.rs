@@ -37,38 +37,85 @@ fn light(f: &ShVec<f64>, s: Dir) -> Rgb<f32> {
     Rgb::new(1.0, value, 0.5 * value)
 }
 
+/// Random light in each texel, and 1 in the red channel.
+fn random_map(mapping: Mapping, width: usize, seed: u64) -> MappedMap {
+    let mut random = Random::new(seed);
+    let height = mapping.height_for(width);
+    let texels = (0..width * height).map(|_| Rgb::new(1.0, random.unit() as f32, 0.0)).collect();
+    MappedMap::new(mapping, width, height, texels).unwrap()
+}
+
 #[test]
 fn expansions_of_small_maps_are_right_to_the_stated_error() {
     let order = 6;
+    let mut worst = 0.0_f64;
     for mapping in Mapping::ALL {
         for width in [2, 5, 8, 13] {
-            let (w, h) = (width, mapping.height_for(width));
-            let mut random = Random::new(width as u64);
-            let texels = (0..w * h).map(|_| Rgb::new(1.0, random.unit() as f32, 0.0)).collect();
-            let map = MappedMap::new(mapping, w, h, texels).unwrap();
-            // The independent way: the same piecewise constant function on a fine lat-long map.
-            let (fw, fh) = (1440, 720);
-            let fine = lobe_env::EnvMap::from_fn(fw, fh, |s| {
-                let (x, y) = map.texel_at(s);
-                map.texel(x, y)
-            });
-            let (found, expected) = (project_map(&map, order), project_env(&fine, order));
+            let map = random_map(mapping, width, width as u64);
+            let (w, h) = (map.width(), map.height());
+            // The same piecewise constant function on a map whose texels are parts of this one's.
+            let parts = 7;
+            let texels = (0..parts * parts * w * h)
+                .map(|i| map.texel(i % (parts * w) / parts, i / (parts * w) / parts))
+                .collect();
+            let fine = MappedMap::new(mapping, parts * w, parts * h, texels).unwrap();
+            let (found, expected) = (project_map(&map, order), project_map(&fine, order));
             let error = relative_difference(&found, &expected);
-            assert!(error < 1e-3, "{mapping} {w} x {h}: {error:e}");
+            assert!(error < 1e-9, "{mapping} {w} x {h}: {error:e}");
+            worst = worst.max(error);
             let mean = found.mean();
             assert!((mean.r - 1.0).abs() < 1e-12, "{mapping} {w} x {h}: a constant channel has mean {}", mean.r);
             let largest = found.coefficients()[1..].iter().map(|c| c.r.abs()).fold(0.0, f64::max);
-            assert!(largest < 4.0 * PI * 1e-7, "{mapping} {w} x {h}: a constant channel has a coefficient {largest:e}");
+            assert!(largest < 1e-8, "{mapping} {w} x {h}: a constant channel has a coefficient {largest:e}");
+        }
+    }
+    println!("worst difference between texels and their parts: {worst:e}");
+}
+
+#[test]
+fn band_1_of_a_cube_is_the_closed_form_of_its_texels() {
+    // ∫ s ds over a polygon of great circles is half the sum of its edges' angles times their normals.
+    for width in [1, 2, 5, 13] {
+        let map = random_map(Mapping::Cube, width, 40 + width as u64);
+        let mut vector = [0.0; 3];
+        for i in 0..map.texels().len() {
+            let (x, y) = (i % width, i / width);
+            let at = |i: usize| i as f64 / width as f64;
+            let corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
+                .map(|(a, b)| lobe_env::cube::dir_from_face(y / width, at(x + a), at(y % width + b)).to_array());
+            let mut polygon = [0.0; 3];
+            for k in 0..4 {
+                let (a, b) = (corners[k], corners[(k + 1) % 4]);
+                let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+                let (sin, cos) = (
+                    cross.iter().map(|c| c * c).sum::<f64>().sqrt(),
+                    a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>(),
+                );
+                polygon = [0, 1, 2].map(|c| polygon[c] + 0.5 * sin.atan2(cos) * cross[c] / sin);
+            }
+            // The order of the corners may go round either way: the integral points towards the texel.
+            let towards: f64 = polygon.iter().zip(corners[0]).map(|(p, c)| p * c).sum();
+            let scale = f64::from(map.texel(x, y).g) * towards.signum();
+            vector = [0, 1, 2].map(|c| vector[c] + scale * polygon[c]);
+        }
+        let f = project_map(&map, 2);
+        let factor = (4.0 * PI / 3.0).sqrt();
+        let found = [-factor * f[3].g, -factor * f[1].g, factor * f[2].g];
+        for c in 0..3 {
+            assert!((found[c] - vector[c]).abs() < 1e-9, "{width}, axis {c}: {} against {}", found[c], vector[c]);
         }
     }
 }
 
+// Interpolation and the mean over a texel blur: hats have the variance δ²/6 along each axis, boxes δ²/12, and a blur of
+// variance σ² weakens band l by l(l+1) σ²/2. There and back again that is l(l+1) δ²/4, δ² = 4π/45000 on average:
+// 0.8e-3 of band 3, three times as much where a ball's texels are long. In parts of the norm of f it is less.
 #[test]
 fn band_limited_maps_keep_their_coefficients_through_every_pair() {
-    let order = 5;
+    let order = 4;
     let f = band_limited(order);
     let planted = ShVec::from_vec(f.coefficients().iter().map(|c| Rgb::new(0.0, *c, 0.0)).collect()).unwrap();
-    let texels = 30_000;
+    let texels = 45_000;
     let mut worst = (0.0_f64, String::new());
     for from in Mapping::ALL {
         let (w, h) = size(from, texels);
@@ -98,7 +145,7 @@ fn the_mean_is_kept_through_chains_of_mappings() {
         let mean = source.mean().g;
         let mut map = source;
         for (k, mapping) in Mapping::ALL.into_iter().cycle().skip(3).take(10).enumerate() {
-            map = resample(&map, &to(mapping, 40_000 + 7_000 * (k % 3))).unwrap();
+            map = resample(&map, &to(mapping, 20_000 + 7_000 * (k % 3))).unwrap();
             let error = (map.mean().g / mean - 1.0).abs();
             println!("{name}, step {k} {mapping}: {error:e}");
             assert!(error < 1e-4, "{name} after step {k}, {mapping}: {error:e}");
@@ -112,7 +159,7 @@ fn constant_maps_stay_constant_at_every_size() {
         let (w, h) = size(from, 500);
         let source = MappedMap::from_fn(from, w, h, |_| Rgb::new(1.0, 2.0, 3.0));
         for there in Mapping::ALL {
-            for texels in [6, 40, 700, 6000] {
+            for texels in [6, 40, 1_500] {
                 let map = resample(&source, &to(there, texels)).unwrap();
                 for y in 0..map.height() {
                     for x in 0..map.width() {
@@ -144,68 +191,114 @@ fn energy_and_centre(map: &MappedMap) -> (f64, Dir) {
     ((4.0 * PI).sqrt() * f[0].g, centre)
 }
 
-/// How far a rim texel of a ball of 1500 texels, 39 across, reaches from behind the ball: `2 acos(1 - 2/39)`.
-const RIM_REACH: f64 = 0.643;
-
-/// The largest angle from the middle of the texel in direction `s` to one of its corners or, at a rim, to the one
-/// direction behind the ball, where the rim is.
+/// Half a texel: the largest angle from the direction `s` to a point of the texel that contains it.
+///
+/// Light in a texel has no finer place than that. At the rim of a ball or an angular map texels are long, and all end in
+/// one direction.
 fn half_texel(map: &MappedMap, s: Dir) -> f64 {
+    const STEPS: usize = 8;
     let (x, y) = map.texel_at(s);
-    let centre = map.dir(x, y).expect("a texel with light shows something");
-    let behind = match map.mapping() {
-        Mapping::Sphere => Dir::Y,
-        Mapping::MirrorBall => Dir::X,
-        _ => -Dir::X,
-    };
-    let corner = |(i, j): (usize, usize)| {
-        let (u, v) = ((x + i) as f64 / map.width() as f64, (y + j) as f64 / map.height() as f64);
-        map.mapping().dir_from_uv(u, v).map_or_else(
-            || if map.mapping() == Mapping::DualParaboloid { 0.0 } else { centre.angle_to(behind) },
-            |c| c.angle_to(centre),
-        )
-    };
-    // A corner on a fold may be another point of the sphere's far side: half the sphere is no texel.
-    [(0, 0), (1, 0), (0, 1), (1, 1)].map(corner).into_iter().filter(|angle| *angle < 1.0).fold(0.0, f64::max)
+    let mut farthest = 0.0_f64;
+    for j in 0..=STEPS {
+        for i in 0..=STEPS {
+            let at = |x: usize, i: usize, n: usize| (x as f64 + i as f64 / STEPS as f64) / n as f64;
+            let (u, v) = (at(x, i, map.width()), at(y, j, map.height()));
+            let Some(p) = map.mapping().dir_from_uv(u, v) else { continue };
+            // The end of a texel on a seam may be read as that of the other side.
+            if p.angle_to(s) < 1.2 {
+                farthest = farthest.max(p.angle_to(s));
+            }
+        }
+    }
+    farthest
+}
+
+/// What becomes of a sun of one texel: by how much its energy is off, and how far it moves in parts of half a texel, of
+/// the source's or the target's, whichever is larger there.
+fn fate_of_sun(from: Mapping, (w, h): (usize, usize), place: Dir, to: &Resample) -> (f64, f64) {
+    let mut source = MappedMap::from_fn(from, w, h, |_| Rgb::new(0.0, 0.0, 0.0));
+    let (x, y) = source.texel_at(place);
+    source.texels_mut()[y * w + x] = Rgb::new(0.0, 1e4, 0.0);
+    let (energy, centre) = energy_and_centre(&source);
+    let map = resample(&source, to).unwrap();
+    let (found, moved) = energy_and_centre(&map);
+    let expected = to.rotation.as_ref().map_or(centre, |r| r.rotate_dir(centre));
+    let half = half_texel(&source, centre).max(half_texel(&map, expected));
+    ((found / energy - 1.0).abs(), expected.angle_to(moved) / half)
+}
+
+/// Follows suns and panics where one is lost.
+#[derive(Default)]
+struct Suns {
+    worst: (f64, String),
+    farthest: (f64, String),
+    failures: Vec<String>,
+}
+
+impl Suns {
+    fn follow(&mut self, from: Mapping, size: (usize, usize), place: Dir, to: &Resample) {
+        let (error, distance) = fate_of_sun(from, size, place, to);
+        let name = format!(
+            "{from} {size:?} to {} ({}, {}), {:?}, sun at {:?}",
+            to.mapping,
+            to.width,
+            to.height,
+            to.rotation.is_some(),
+            place.to_array()
+        );
+        if error > 0.01 || distance > 1.0 {
+            self.failures.push(format!("{name}: energy off by {error:.1e}, moved by {distance:.2} half texels"));
+        }
+        if error > self.worst.0 {
+            self.worst = (error, name.clone());
+        }
+        if distance > self.farthest.0 {
+            self.farthest = (distance, name);
+        }
+    }
+
+    fn report(&self) {
+        println!("worst energy {:.1e}: {}", self.worst.0, self.worst.1);
+        println!("farthest {:.2} half texels: {}", self.farthest.0, self.farthest.1);
+        assert!(self.failures.is_empty(), "{} suns:\n{}", self.failures.len(), self.failures.join("\n"));
+    }
 }
 
 #[test]
 fn a_sun_of_one_texel_keeps_energy_and_place_through_every_pair_of_mappings() {
-    let texels = 1_500;
-    let pitch = (4.0 * PI / texels as f64).sqrt();
-    let (mut worst, mut farthest) = ((0.0_f64, String::new()), (0.0_f64, String::new()));
+    let texels = 600;
+    let mut suns = Suns::default();
     for from in Mapping::ALL {
-        let (w, h) = size(from, texels);
-        for place in hard_places() {
-            let mut source = MappedMap::from_fn(from, w, h, |_| Rgb::new(0.0, 0.0, 0.0));
-            let (x, y) = source.texel_at(place);
-            source.texels_mut()[y * w + x] = Rgb::new(0.0, 1e4, 0.0);
-            let (energy, centre) = energy_and_centre(&source);
-            for there in Mapping::ALL {
-                let map = resample(&source, &to(there, texels)).unwrap();
-                let (found, moved) = energy_and_centre(&map);
-                let error = (found / energy - 1.0).abs();
-                let distance = centre.angle_to(moved) / pitch;
-                let name = format!("{from} to {there}, sun at {:?}", place.to_array());
-                assert!(error < 0.01, "{name}: energy off by {error:e}");
-                // Behind a ball light falls on slivers of many rim texels: there the rim's own reach is the texel.
-                let behind = |mapping| match mapping {
-                    Mapping::Sphere => place.angle_to(Dir::Y) < 0.5,
-                    Mapping::MirrorBall => place.angle_to(Dir::X) < 0.5,
-                    _ => false,
-                };
-                let rim = if behind(from) || behind(there) { 0.5 * RIM_REACH } else { 0.0 };
-                let limit = half_texel(&source, centre).max(half_texel(&map, centre)).max(0.5 * pitch).max(rim) / pitch;
-                assert!(distance < limit, "{name}: moved by {distance} texels");
-                if error > worst.0 {
-                    worst = (error, name.clone());
-                }
-                if distance > farthest.0 {
-                    farthest = (distance, name);
-                }
+        for there in Mapping::ALL {
+            for place in hard_places() {
+                suns.follow(from, size(from, texels), place, &to(there, texels));
             }
         }
     }
-    println!("worst energy {:e}: {}; farthest {}: {}", worst.0, worst.1, farthest.0, farthest.1);
+    suns.report();
+}
+
+#[test]
+fn a_sun_anywhere_keeps_energy_and_place_at_other_sizes_and_turned() {
+    let mut random = Random::new(21);
+    let mut suns = Suns::default();
+    let turns = [
+        Rotation::from_axis_angle(Dir::from_angles(1.0, 2.0), 0.9),
+        Rotation::from_axis_angle(Dir::Z, 0.3),
+        Rotation::from_axis_angle(Dir::from_angles(2.0, 0.4), 2.5),
+    ];
+    for from in Mapping::ALL {
+        for there in Mapping::ALL {
+            for (texels, target) in [(900, 130), (150, 1_100), (431, 517)] {
+                let place = Dir::new([random.signed(), random.signed(), random.signed()]).expect("not the origin");
+                let to = to(there, target);
+                let turn = turns[(texels + there as usize) % turns.len()].clone();
+                suns.follow(from, size(from, texels), place, &to);
+                suns.follow(from, size(from, texels), place, &to.rotated(turn));
+            }
+        }
+    }
+    suns.report();
 }
 
 #[test]
@@ -224,16 +317,26 @@ fn shrinking_keeps_a_small_sun() {
 
 #[test]
 fn turned_maps_have_turned_expansions() {
-    let order = 5;
+    let order = 4;
     let f = band_limited(order);
     let rotation = Rotation::from_axis_angle(Dir::from_angles(1.0, 2.0), 0.9);
     for mapping in Mapping::ALL {
-        let (w, h) = size(mapping, 30_000);
+        let (w, h) = size(mapping, 20_000);
         let map = MappedMap::from_fn(mapping, w, h, |s| light(&f, s));
         let expected = rotation.rotated(&project_map(&map, order));
         let error = relative_difference(&project_map(&rotate_map(&map, &rotation), order), &expected);
         assert!(error < 1e-3, "{mapping}: {error:e}");
     }
+}
+
+/// The largest angle between the middles of the texel towards `s` and of its neighbours in the picture.
+fn reach(map: &MappedMap, s: Dir) -> f64 {
+    let (x, y) = map.texel_at(s);
+    let middle = map.dir(x, y).expect("a texel that contains a direction shows something");
+    let neighbours = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+    let inside = neighbours.into_iter().filter(|(x, y)| *x < map.width() && *y < map.height());
+    // Across a seam lies another part of the sphere.
+    inside.filter_map(|(x, y)| map.dir(x, y)).map(|s| s.angle_to(middle)).filter(|a| *a < 0.8).fold(0.0, f64::max)
 }
 
 #[test]
@@ -242,26 +345,21 @@ fn enlarged_maps_are_smooth_across_seams() {
     for from in Mapping::ALL {
         let (w, h) = size(from, 2_000);
         let small = MappedMap::from_fn(from, w, h, |s| light(&f, s));
-        let (ew, eh) = (360, 180);
+        let (ew, eh) = (240, 120);
         let large = resample(&small, &Resample::to(Mapping::LatLong, ew, eh)).unwrap();
-        // The whole rim of a disc is one direction: around it the picture has nearly no texels.
-        let behind = match from {
-            Mapping::Sphere => Some(Dir::Y),
-            Mapping::MirrorBall => Some(Dir::X),
-            Mapping::Angular => Some(-Dir::X),
-            _ => None,
-        };
-        let mut worst = 0.0_f64;
+        let (mut worst, mut part) = (0.0_f64, 0.0_f64);
         for y in 0..eh {
             for x in 0..ew {
                 let s = large.dir(x, y).unwrap();
-                if behind.is_none_or(|behind| behind.angle_to(s) > 0.6) {
-                    worst = worst.max((f64::from(large.texel(x, y).g) - f.eval(s)).abs());
-                }
+                let error = (f64::from(large.texel(x, y).g) - f.eval(s)).abs();
+                // Linear interpolation over δ is off by δ²/8 times the second derivatives, whose sum is l(l+1) times the
+                // function: up to 30 here, without the constant.
+                let limit = 0.01 + 30.0 / 8.0 * reach(&small, s).powi(2);
+                assert!(error < limit, "{from} towards {s:?}: off by {error}, not {limit}");
+                (worst, part) = (worst.max(error), part.max(error / limit));
             }
         }
-        println!("{from}: off by {worst}");
-        assert!(worst < 0.15, "{from}: off by {worst}, values up to 4");
+        println!("{from}: off by up to {worst}, {part} of what is allowed there");
     }
 }
 
