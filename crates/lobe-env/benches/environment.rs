@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_env::{EnvMap, bundled, irradiance_at, project_env, reconstruct};
+use lobe_env::{EnvMap, Mapping, Resample, bundled, irradiance_at, project_env, reconstruct, resample};
 use lobe_sh::{Dir, Rgb};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -54,9 +54,23 @@ fn irradiance(c: &mut Criterion) {
     }
 }
 
+fn convert(c: &mut Criterion) {
+    let map = EnvMap::from_fn(4096, 2048, |s| Rgb::new(1.0 + s.x() as f32, 2.0 + s.y() as f32, 0.5));
+    let to = Resample::to(Mapping::Cube, 1024, 6 * 1024);
+    let mut group = c.benchmark_group("convert-4096-to-cube-1024");
+    group.throughput(Throughput::Elements(map.texels().len() as u64)).sample_size(10);
+    for threads in [1, 2] {
+        let pool = pool(threads);
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| pool.install(|| resample(black_box(&map), &to)));
+        });
+    }
+}
+
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     project(&mut criterion);
     irradiance(&mut criterion);
+    convert(&mut criterion);
     criterion.final_summary();
 }

@@ -20,9 +20,9 @@ use crate::taps::Grid;
 //
 //     E_s = Σ_t Ω_t V_ts       and should be Ω_s
 //
-// so its weights are multiplied by c_s = Ω_s/E_s, and normalised again, in turns (Sinkhorn and Knopp 1967). That
+// so its weights are multiplied by c_s = Ω_s/E_s, and normalised again, in turns [Sinkhorn and Knopp 1967]. That
 // converges quickly where the samples merely beat against the texels, slowly where energy has to wander: at poles, rims
-// and edges. So it is done a few times, and q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as
+// and edges. So it is done a few times, for large maps, in which the beats average out, not at all, and q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as
 // far as it is brighter than the mean m of the map: a constant is still constant, nothing becomes negative, and a sun,
 // L_s >> m, has
 //

@@ -61,3 +61,53 @@ pub fn write_cube_faces(
     }
     Ok(report)
 }
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::Rgb;
+
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("lobe-cube-faces-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn six_files_come_back_as_they_went_out() {
+        let folder = folder("round-trip");
+        let cube = CubeMap::from_fn(5, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
+        for handedness in [CubeHandedness::Left, CubeHandedness::Right] {
+            let report = write_cube_faces(&folder, "exr", &cube, handedness, &WriteOptions::default()).unwrap();
+            assert_eq!(report.clamped, 0, "floats hold everything");
+            let (back, _) = read_cube_faces(&folder, "exr", handedness, &ReadOptions::default()).unwrap();
+            assert!(back == cube, "{handedness:?}: the cube changed");
+        }
+        let (other, _) = read_cube_faces(&folder, "exr", CubeHandedness::Left, &ReadOptions::default()).unwrap();
+        assert!(other != cube, "faces written as right-handed are no left-handed ones");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn faces_of_another_size_or_none_are_errors_of_one_line() {
+        let folder = folder("sizes");
+        let cube = CubeMap::from_fn(4, |_| Rgb::new(1.0, 1.0, 1.0));
+        write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Left, &WriteOptions::default()).unwrap();
+        let read = || read_cube_faces(&folder, "pfm", CubeHandedness::Left, &ReadOptions::default());
+        for (name, (w, h)) in [("py", (5, 5)), ("px", (4, 2)), ("nz", (2, 2))] {
+            let path = folder.join(format!("{name}.pfm"));
+            let kept = std::fs::read(&path).unwrap();
+            let map = EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 1.0, 1.0));
+            write_env(&path, &map, &WriteOptions::default()).unwrap();
+            let message = read().unwrap_err().to_string();
+            let expected = format!("a face of 4 x 4 expected, but this is {w} x {h}");
+            assert!(message.contains(&expected) && !message.contains('\n'), "{name}: {message}");
+            std::fs::write(&path, kept).unwrap();
+        }
+        std::fs::remove_file(folder.join("pz.pfm")).unwrap();
+        let message = read().unwrap_err().to_string();
+        assert!(message.contains("pz.pfm") && !message.contains('\n'), "{message}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

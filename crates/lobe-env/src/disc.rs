@@ -277,7 +277,10 @@ pub(crate) fn nodes(profile: Profile, rect: &Rect, rules: [&[(f64, f64)]; 2], no
             continue;
         }
         for (x, weight) in rules[0] {
-            let (sin, cos) = (middle + half * x).sin_cos();
+            // Where an edge runs out to the rim of a ball, θ behaves like a root of ψ: a cubic that is flat at both
+            // ends makes it smooth.
+            let (sin, cos) = (middle + half * 0.5 * x * (3.0 - x * x)).sin_cos();
+            let weight = weight * 1.5 * (1.0 - x * x);
             let (enter, leave) = rect.ray(sin, cos);
             let (from, to) = (profile.theta(enter), profile.theta(leave.max(enter)));
             let (middle_theta, half_theta) = (0.5 * (from + to), 0.5 * (to - from));

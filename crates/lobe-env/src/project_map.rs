@@ -129,5 +129,5 @@ fn node_count(map: &MappedMap, order: usize) -> usize {
     // In a disc the azimuth runs over a quarter turn in the texels around the centre, however small they are.
     let disc =
         matches!(map.mapping(), Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid);
-    q.max(2) + if disc { 2 } else { 0 }
+    q.max(2) + if disc { 4 } else { 0 }
 }

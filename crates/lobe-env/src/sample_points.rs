@@ -14,7 +14,7 @@ const SPACING: f64 = 1.0;
 /// The least density, in parts of the mean one, for which samples are set closer.
 const THINNEST: f64 = 1.0 / 64.0;
 /// So many texels side by side share parabolas.
-const RUN: usize = 8;
+const RUN: usize = 16;
 /// How far samples may lie beside their place, in texels of the source, and be off in weight, in parts of it.
 const OFF_PARABOLA: f64 = 0.005;
 /// The fewest samples along a side of a texel.
@@ -334,4 +334,35 @@ fn turned(turn: Option<&[[f64; 3]; 3]>, s: Dir) -> Dir {
 /// The midpoint rule on `[-1, 1]`.
 pub(crate) fn midpoints(n: usize) -> Vec<(f64, f64)> {
     (0..n).map(|i| ((2 * i + 1) as f64 / n as f64 - 1.0, 2.0 / n as f64)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_on_parabolas_lie_where_they_belong() {
+        for (from, to) in [(Mapping::LatLong, Mapping::Cube), (Mapping::Cube, Mapping::LatLong)] {
+            let (source, target) = (Grid::new(from, 240, from.height_for(240)), Grid::new(to, 96, to.height_for(96)));
+            let sampler = Sampler::new(source, target, None);
+            let (mut rows, mut runs) = (Vec::new(), 0);
+            for index in (0..target.len()).step_by(RUN) {
+                let [x, y] = [index % target.width, index / target.width];
+                let mut samples = Vec::new();
+                let count = sampler.add_run([x, y], &mut rows, &mut samples);
+                runs += usize::from(count > 0);
+                for (k, sample) in samples.iter().enumerate() {
+                    // The number of rows of cells is that of the parabolas.
+                    let (nx, ny) = (count / rows.len(), rows.len());
+                    let (texel, cell) = (k / count, k % count);
+                    let u = ((x + texel) as f64 + ((cell % nx) as f64 + 0.5) / nx as f64) / target.width as f64;
+                    let v = (y as f64 + ((cell / nx) as f64 + 0.5) / ny as f64) / target.height as f64;
+                    let [px, py] = sampler.source_point(to.dir_from_uv(u, v).unwrap());
+                    let distance = (f64::from(sample.x) - px).abs().max((f64::from(sample.y) - py).abs());
+                    assert!(distance < 2.0 * OFF_PARABOLA, "{from} to {to}, texel ({x}, {y}), sample {k}: {distance}");
+                }
+            }
+            assert!(2 * runs * RUN > target.len(), "{from} to {to}: only {runs} runs");
+        }
+    }
 }

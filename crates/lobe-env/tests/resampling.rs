@@ -321,7 +321,7 @@ fn turned_maps_have_turned_expansions() {
     let f = band_limited(order);
     let rotation = Rotation::from_axis_angle(Dir::from_angles(1.0, 2.0), 0.9);
     for mapping in Mapping::ALL {
-        let (w, h) = size(mapping, 20_000);
+        let (w, h) = size(mapping, 30_000);
         let map = MappedMap::from_fn(mapping, w, h, |s| light(&f, s));
         let expected = rotation.rotated(&project_map(&map, order));
         let error = relative_difference(&project_map(&rotate_map(&map, &rotation), order), &expected);
@@ -329,14 +329,16 @@ fn turned_maps_have_turned_expansions() {
     }
 }
 
-/// The largest angle between the middles of the texel towards `s` and of its neighbours in the picture.
+/// How far apart the values are between which is interpolated: to the middles of the texel's neighbours in the picture,
+/// and as far as it reaches itself.
 fn reach(map: &MappedMap, s: Dir) -> f64 {
     let (x, y) = map.texel_at(s);
     let middle = map.dir(x, y).expect("a texel that contains a direction shows something");
     let neighbours = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
     let inside = neighbours.into_iter().filter(|(x, y)| *x < map.width() && *y < map.height());
     // Across a seam lies another part of the sphere.
-    inside.filter_map(|(x, y)| map.dir(x, y)).map(|s| s.angle_to(middle)).filter(|a| *a < 0.8).fold(0.0, f64::max)
+    let angles = inside.filter_map(|(x, y)| map.dir(x, y)).map(|s| s.angle_to(middle)).filter(|a| *a < 0.8);
+    angles.fold(half_texel(map, s), f64::max)
 }
 
 #[test]
