@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use lobe_env::{EnvError, Mapping, MappedMap, Resample, resample};
+use lobe_env::{EnvError, MappedMap, Mapping, Resample, resample};
 use lobe_sh::Rgb;
 
 const WIDTH: usize = 4096;
@@ -18,6 +18,11 @@ fn main() -> Result<(), EnvError> {
     let start = Instant::now();
     let cube = resample(&map, &to)?;
     let seconds = start.elapsed().as_secs_f64();
-    println!("{WIDTH} x {} to a cube of {FACE} in {seconds:.2} s; mean {:?}, was {:?}", WIDTH / 2, cube.mean(), map.mean());
+    println!(
+        "{WIDTH} x {} to a cube of {FACE} in {seconds:.2} s; mean {:?}, was {:?}",
+        WIDTH / 2,
+        cube.mean(),
+        map.mean()
+    );
     Ok(())
 }

@@ -104,16 +104,20 @@ impl<'a> Balance<'a> {
         let size = self.chunk_size();
         out.par_chunks_mut(size).enumerate().for_each(|(chunk, out)| {
             let start = chunk * size;
-            self.for_each_texel(start..start + out.len(), |_| true, |index, shares| {
-                let (mut light, mut sum): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
-                for &(source, weight) in shares {
-                    light += texels[source as usize].widen().scale(f64::from(weight));
-                    sum += f64::from(weight);
-                }
-                if sum > 0.0 {
-                    out[index - start] = Rgb::narrow(light.scale(1.0 / sum));
-                }
-            });
+            self.for_each_texel(
+                start..start + out.len(),
+                |_| true,
+                |index, shares| {
+                    let (mut light, mut sum): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
+                    for &(source, weight) in shares {
+                        light += texels[source as usize].widen().scale(f64::from(weight));
+                        sum += f64::from(weight);
+                    }
+                    if sum > 0.0 {
+                        out[index - start] = Rgb::narrow(light.scale(1.0 / sum));
+                    }
+                },
+            );
         });
         out
     }

@@ -110,7 +110,8 @@ fn copied(sampler: &Sampler, is_turned: bool) -> Option<Vec<u32>> {
     }
     let number = |index: usize| {
         let at = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-        let centre = grid.mapping.dir_from_uv(at(index % grid.width, grid.width), at(index / grid.width, grid.height))?;
+        let centre =
+            grid.mapping.dir_from_uv(at(index % grid.width, grid.width), at(index / grid.width, grid.height))?;
         let p = grid.point(sampler.to_source(centre));
         let is_centre = p.iter().all(|c| (c - c.floor() - 0.5).abs() < SAME_POINT);
         is_centre.then(|| grid.texel(p) as u32)

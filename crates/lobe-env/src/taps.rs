@@ -290,8 +290,7 @@ impl Grid {
             let exists = x >= disc.columns.start as isize
                 && x < disc.columns.end as isize
                 && (0..self.height as isize).contains(&y);
-            let shown =
-                nearest(x as f64, disc.start, disc.width).hypot(nearest(y as f64, 0.0, height)) < 1.0;
+            let shown = nearest(x as f64, disc.start, disc.width).hypot(nearest(y as f64, 0.0, height)) < 1.0;
             if exists && shown && weight > 0.0 {
                 taps.push(y as usize * self.width + x as usize, weight);
                 sum += weight;

@@ -1,6 +1,6 @@
 //! Cubes go out and come in the right way round: coloured faces with letters.
 
-use lobe_env::{CubeHandedness, CubeLayout, CubeMap, Raster, MappedMap, Mapping, Resample, resample};
+use lobe_env::{CubeHandedness, CubeLayout, CubeMap, MappedMap, Mapping, Raster, Resample, resample};
 use lobe_sh::{Dir, Rgb};
 
 /// The colours of the faces +X, -X, +Y, -Y, +Z, -Z.
@@ -174,8 +174,7 @@ fn letters_survive_every_mapping() {
 
 #[test]
 fn pictures_of_no_cube_are_refused_in_one_line() {
-    let picture =
-        |width: usize, height: usize, count: usize| Raster { width, height, texels: vec![colour(0); count] };
+    let picture = |width: usize, height: usize, count: usize| Raster { width, height, texels: vec![colour(0); count] };
     for (p, expected) in [
         (
             picture(8, 8, 64),

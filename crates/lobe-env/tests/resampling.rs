@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_env::{MappedMap, Mapping, Resample, bundled, project_env, project_map, resample, rotate_map};
+use lobe_env::{MappedMap, Mapping, Resample, bundled, project_map, resample, rotate_map};
 use lobe_sh::{Dir, Expansion, Rgb, Rotation, ShVec};
 use lobe_testkit::Random;
 
@@ -87,10 +87,8 @@ fn band_1_of_a_cube_is_the_closed_form_of_its_texels() {
             for k in 0..4 {
                 let (a, b) = (corners[k], corners[(k + 1) % 4]);
                 let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-                let (sin, cos) = (
-                    cross.iter().map(|c| c * c).sum::<f64>().sqrt(),
-                    a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>(),
-                );
+                let (sin, cos) =
+                    (cross.iter().map(|c| c * c).sum::<f64>().sqrt(), a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>());
                 polygon = [0, 1, 2].map(|c| polygon[c] + 0.5 * sin.atan2(cos) * cross[c] / sin);
             }
             // The order of the corners may go round either way: the integral points towards the texel.
