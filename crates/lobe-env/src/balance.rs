@@ -1,7 +1,7 @@
 //! Weights between two maps that keep both constants and the energy of every texel.
 //!
 //! ```text
-//!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m))            V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
+//!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))           V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
 //! ```
 
 use std::f64::consts::PI;
@@ -22,13 +22,13 @@ use crate::taps::Grid;
 //
 // so its weights are multiplied by c_s = Ω_s/E_s, and normalised again, in turns [Sinkhorn and Knopp 1967]. That
 // converges quickly where the samples merely beat against the texels, slowly where energy has to wander: at poles, rims
-// and edges. So it is done a few times, for large maps, in which the beats average out, not at all, and q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as
-// far as it is brighter than the mean m of the map: a constant is still constant, nothing becomes negative, and a sun,
-// L_s >> m, has
+// and edges. So it is done a few times, for large maps, in which the beats average out, not at all, and
+// q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as far as it is brighter than the mean m_s
+// of its neighbours: an even part of a map stays even, nothing becomes negative, and a sun, L_s >> m_s, has
 //
-//     E_s (L_s + q_s (L_s - m)) = Ω_s L_s - (Ω_s - E_s) m
+//     E_s (L_s + q_s (L_s - m_s)) = Ω_s L_s - (Ω_s - E_s) m_s
 //
-// its energy but for a part q_s m/L_s. What is not brighter lacks q_s, which sums to 0 around any place.
+// its energy but for a part q_s m_s/L_s. What is not brighter lacks q_s, which sums to 0 around any place.
 
 /// The target is worked on in this many parts, whatever the number of threads.
 const CHUNKS: usize = 64;
@@ -122,13 +122,19 @@ impl<'a> Balance<'a> {
         out
     }
 
-    /// The texels of the source, those brighter than the mean with what they would lose.
+    /// The texels of the source, those brighter than their neighbours with what they would lose.
     fn corrected(&self, map: &MappedMap) -> Vec<Rgb<f32>> {
-        let mean = Rgb::<f32>::narrow(map.mean());
-        let corrected = |(texel, missing): (&Rgb<f32>, &f32)| {
-            *texel + Rgb::from_channels(|c| missing * (texel.channel(c) - mean.channel(c)).max(0.0))
-        };
-        map.texels().par_iter().zip(&self.missing).map(corrected).collect()
+        let width = map.width();
+        let mut corrected = map.texels().to_vec();
+        corrected.par_chunks_mut(width).zip(self.missing.par_chunks(width)).enumerate().for_each(
+            |(y, (row, missing))| {
+                for (x, (texel, missing)) in row.iter_mut().zip(missing).enumerate() {
+                    let around = around(map, x, y);
+                    *texel += Rgb::from_channels(|c| missing * (texel.channel(c) - around.channel(c)).max(0.0));
+                }
+            },
+        );
+        corrected
     }
 
     fn chunk_size(&self) -> usize {
@@ -244,6 +250,24 @@ impl<'a> Balance<'a> {
             extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
         }
     }
+}
+
+/// The mean of the up to eight neighbours of a texel in the picture; of a map of one texel, that texel.
+fn around(map: &MappedMap, x: usize, y: usize) -> Rgb<f32> {
+    let columns = x.saturating_sub(1)..map.width().min(x + 2);
+    let rows = y.saturating_sub(1)..map.height().min(y + 2);
+    let count = columns.len() * rows.len() - 1;
+    let texel = map.texel(x, y);
+    if count == 0 {
+        return texel;
+    }
+    let mut sum = texel.widen().scale(-1.0);
+    for row in rows {
+        for other in &map.row(row)[columns.clone()] {
+            sum += other.widen();
+        }
+    }
+    Rgb::narrow(sum.scale(1.0 / count as f64))
 }
 
 /// The solid angle of each texel of the source over the one that it has in the target, 1 where it shows nothing; and the

@@ -48,10 +48,10 @@ impl Resample {
 /// its energy wherever it lies:
 ///
 /// ```text
-///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
+///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
 /// ```
 ///
-/// with the mean m of the map; V is the interpolation's weights, scaled by rows and columns in turns
+/// with the mean m_s of the texel's neighbours in the picture; V is the interpolation's weights, scaled by rows and columns in turns
 /// [Sinkhorn and Knopp 1967] until q is small. So
 ///
 /// * a constant stays constant, to the last digit of a texel (`constant_maps_stay_constant_at_every_size`);
