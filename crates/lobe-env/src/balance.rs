@@ -56,6 +56,8 @@ type Share = (u32, f32);
 /// The weights between two maps.
 pub(crate) struct Balance<'a> {
     sampler: &'a Sampler,
+    /// Of the texels of the source.
+    source: SolidAngles,
     kept: Option<Vec<Chunk>>,
     extras: Vec<Extra>,
     /// `c_s`.
@@ -68,6 +70,7 @@ impl<'a> Balance<'a> {
     pub(crate) fn new(sampler: &'a Sampler) -> Self {
         let mut balance = Self {
             sampler,
+            source: SolidAngles::new(sampler.source),
             kept: None,
             extras: Vec::new(),
             factors: vec![1.0; sampler.source.len()],
@@ -76,14 +79,14 @@ impl<'a> Balance<'a> {
         if sampler.estimate() <= MOST_KEPT {
             balance.kept = Some(balance.ranges().into_par_iter().map(|texels| sampler.chunk(texels)).collect());
         }
-        let (source, target) = (SolidAngles::new(sampler.source), SolidAngles::new(sampler.target));
+        let target = SolidAngles::new(sampler.target);
         for pass in 1.. {
             let mut seen = balance.seen(|_| true, 1.0, &target);
             if pass == 1 {
-                let (ratios, _) = ratios(&seen, &source, sampler.source);
+                let (ratios, _) = ratios(&seen, &balance.source, sampler.source);
                 balance.add_extras(&ratios, &mut seen, &target);
             }
-            let (ratios, error) = ratios(&seen, &source, sampler.source);
+            let (ratios, error) = ratios(&seen, &balance.source, sampler.source);
             if pass == MOST_PASSES || error < ENOUGH {
                 // What shows so little that no sample falls into it has nothing to lose.
                 let missing = |ratio: f32| if ratio.is_finite() { ratio - 1.0 } else { 0.0 };
@@ -129,12 +132,27 @@ impl<'a> Balance<'a> {
         corrected.par_chunks_mut(width).zip(self.missing.par_chunks(width)).enumerate().for_each(
             |(y, (row, missing))| {
                 for (x, (texel, missing)) in row.iter_mut().zip(missing).enumerate() {
-                    let around = around(map, x, y);
+                    let around = self.around(map, x, y);
                     *texel += Rgb::from_channels(|c| missing * (texel.channel(c) - around.channel(c)).max(0.0));
                 }
             },
         );
         corrected
+    }
+
+    /// The mean of the up to eight neighbours of a texel in the picture that show something; without any, that texel.
+    fn around(&self, map: &MappedMap, x: usize, y: usize) -> Rgb<f32> {
+        let columns = x.saturating_sub(1)..map.width().min(x + 2);
+        let (mut sum, mut count): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
+        for row in y.saturating_sub(1)..map.height().min(y + 2) {
+            for (column, other) in columns.clone().zip(&map.row(row)[columns.clone()]) {
+                if (column, row) != (x, y) && self.source.get(column, row) > 0.0 {
+                    sum += other.widen();
+                    count += 1.0;
+                }
+            }
+        }
+        if count > 0.0 { Rgb::narrow(sum.scale(1.0 / count)) } else { map.texel(x, y) }
     }
 
     fn chunk_size(&self) -> usize {
@@ -250,24 +268,6 @@ impl<'a> Balance<'a> {
             extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
         }
     }
-}
-
-/// The mean of the up to eight neighbours of a texel in the picture; of a map of one texel, that texel.
-fn around(map: &MappedMap, x: usize, y: usize) -> Rgb<f32> {
-    let columns = x.saturating_sub(1)..map.width().min(x + 2);
-    let rows = y.saturating_sub(1)..map.height().min(y + 2);
-    let count = columns.len() * rows.len() - 1;
-    let texel = map.texel(x, y);
-    if count == 0 {
-        return texel;
-    }
-    let mut sum = texel.widen().scale(-1.0);
-    for row in rows {
-        for other in &map.row(row)[columns.clone()] {
-            sum += other.widen();
-        }
-    }
-    Rgb::narrow(sum.scale(1.0 / count as f64))
 }
 
 /// The solid angle of each texel of the source over the one that it has in the target, 1 where it shows nothing; and the

@@ -51,8 +51,8 @@ impl Resample {
 ///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
 /// ```
 ///
-/// with the mean m_s of the texel's neighbours in the picture; V is the interpolation's weights, scaled by rows and columns in turns
-/// [Sinkhorn and Knopp 1967] until q is small. So
+/// with the mean `m_s` of the texel's neighbours in the picture; V is the interpolation's weights, scaled by rows and
+/// columns in turns [Sinkhorn and Knopp 1967] until q is small. So
 ///
 /// * a constant stays constant, to the last digit of a texel (`constant_maps_stay_constant_at_every_size`);
 /// * the mean is kept to 1e-4 through ten conversions (`the_mean_is_kept_through_chains_of_mappings`);
@@ -95,7 +95,7 @@ pub fn resample(map: &impl AsRef<MappedMap>, to: &Resample) -> Result<MappedMap,
 #[must_use]
 pub fn rotate_map(map: &impl AsRef<MappedMap>, rotation: &Rotation) -> MappedMap {
     let map = map.as_ref();
-    let to = Resample::to(map.mapping(), map.width(), map.height()).rotated(rotation.clone());
+    let to = Resample::to(map.mapping(), map.width(), map.height()).rotated(*rotation);
     resample(map, &to).unwrap_or_else(|error| unreachable!("the size is that of a map: {error}"))
 }
 
