@@ -9,9 +9,9 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use crate::failure::Failure;
 use crate::talk::Talk;
 use crate::{
-    demo, env_ambient, env_area_light, env_dfg, env_info, env_irradiance, env_reconstruct, env_sky,
-    env_vector_irradiance, light, project, sh_convolve, sh_encodings, sh_eval, sh_info, sh_lights, sh_plot, sh_product,
-    sh_rotate, values,
+    demo, env_adjust, env_ambient, env_area_light, env_convert, env_dfg, env_info, env_irradiance, env_prefilter,
+    env_reconstruct, env_rotate, env_show, env_sky, env_sun, env_vector_irradiance, light, project, sh_convolve,
+    sh_encodings, sh_eval, sh_info, sh_lights, sh_plot, sh_product, sh_rotate, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -91,6 +91,18 @@ enum ShCommand {
 enum EnvCommand {
     /// Print the size and the range of values of an environment map
     Info(env_info::EnvInfo),
+    /// Write a map in another mapping, size or kind of file
+    Convert(env_convert::EnvConvert),
+    /// Turn a map
+    Rotate(env_rotate::EnvRotate),
+    /// Make a map brighter or darker, or clamp it
+    Adjust(env_adjust::EnvAdjust),
+    /// Take the sun out of a map: print it as a directional light, write the sky without it
+    Sun(env_sun::EnvSun),
+    /// Filter a map for glossy reflection
+    Prefilter(env_prefilter::EnvPrefilter),
+    /// Draw a ball and a torus under a map by every technique of environment mapping
+    Show(env_show::EnvShow),
     /// Write the irradiance for every direction that a surface may face
     Irradiance(env_irradiance::EnvIrradiance),
     /// Write an expansion as a picture
@@ -150,6 +162,12 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Plot(args)) => args.run()?,
         Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Convert(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Rotate(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Adjust(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Sun(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Prefilter(args)) => args.run(talk)?,
+        Command::Env(EnvCommand::Show(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Sky(args)) => args.run(talk)?,

@@ -1,18 +1,18 @@
 //! `lobe env info`: facts about an environment map.
 
 use clap::Args;
-use lobe::env::{EnvMap, Nonfinite};
+use lobe::env::{MappedMap, Nonfinite};
 use lobe::sh::{Coefficient as _, Rgb};
 use serde::Serialize;
 
-use crate::input::MapInput;
+use crate::map_input::MapPath;
 use crate::output;
 use crate::talk::Talk;
 
 #[derive(Args)]
 pub(crate) struct EnvInfo {
     #[command(flatten)]
-    input: MapInput,
+    input: MapPath,
     /// Print {"width", "height", "mapping", "mean", "min", "max", "nonfinite", "negative"} instead of text; mean (over
     /// the sphere), min and max have one number per channel, the last two are counts of pixels
     #[arg(long)]
@@ -34,11 +34,11 @@ struct Info {
 
 impl EnvInfo {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let (map, report) = self.input.read(Nonfinite::Zero, talk)?;
+        let (map, report) = self.input.read_with(Nonfinite::Zero, talk)?;
         let info = Info {
             width: map.width(),
             height: map.height(),
-            mapping: "lat-long",
+            mapping: map.mapping().name(),
             mean: map.mean(),
             min: fold_channels(&map, f32::INFINITY, f32::min),
             max: fold_channels(&map, f32::NEG_INFINITY, f32::max),
@@ -60,7 +60,7 @@ impl EnvInfo {
 }
 
 /// Folds every channel over all pixels.
-fn fold_channels(map: &EnvMap, start: f32, f: fn(f32, f32) -> f32) -> Rgb<f32> {
+fn fold_channels(map: &MappedMap, start: f32, f: fn(f32, f32) -> f32) -> Rgb<f32> {
     let fold = |a: Rgb<f32>, b: &Rgb<f32>| Rgb::new(f(a.r, b.r), f(a.g, b.g), f(a.b, b.b));
     map.texels().iter().fold(Rgb::new(start, start, start), fold)
 }

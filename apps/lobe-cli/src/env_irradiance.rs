@@ -5,9 +5,8 @@ use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, irradiance_at, irradiance_map};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 
-use crate::input::MapInput;
+use crate::map_input::MapInput;
 use crate::picture::PictureOutput;
-use crate::project::NonfiniteOption;
 use crate::talk::Talk;
 use crate::values;
 
@@ -34,8 +33,6 @@ pub(crate) struct EnvIrradiance {
     /// The height of the picture in pixels, 1 to 8192; it is twice as wide
     #[arg(long, value_name = "H", default_value = "64", value_parser = values::rows)]
     size: usize,
-    #[command(flatten)]
-    nonfinite: NonfiniteOption,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -52,7 +49,7 @@ impl EnvIrradiance {
             bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
         }
         self.output.check()?;
-        let (map, _) = self.input.read((&self.nonfinite).into(), talk)?;
+        let map = self.input.read_lat_long(talk)?;
         let (width, height) = (2 * self.size, self.size);
         let irradiance = match self.method {
             Method::Sh => irradiance_map(&map, self.order.unwrap_or(DEFAULT_ORDER), width, height),

@@ -5,8 +5,7 @@ use lobe::env::{VectorIrradiance, irradiance_at, vector_irradiance};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 use serde::Serialize;
 
-use crate::input::MapInput;
-use crate::project::NonfiniteOption;
+use crate::map_input::MapInput;
 use crate::talk::Talk;
 use crate::{output, values};
 
@@ -25,8 +24,6 @@ pub(crate) struct EnvVectorIrradiance {
     /// evenly from everywhere; "net" has {"normal", "net", "front", "back"} for each --normal
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    nonfinite: NonfiniteOption,
 }
 
 /// What `--json` prints.
@@ -50,7 +47,7 @@ struct Net {
 
 impl EnvVectorIrradiance {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let (map, _) = self.input.read((&self.nonfinite).into(), talk)?;
+        let map = self.input.read_lat_long(talk)?;
         let e = vector_irradiance(&map);
         let sides: Vec<Dir> = self.normals.iter().flat_map(|n| [*n, -*n]).collect();
         let irradiance = irradiance_at(&map, &sides);

@@ -1,7 +1,9 @@
 //! How a command ends when it does not succeed.
 
 use std::io::{self, Write as _};
+use std::panic;
 use std::process::ExitCode;
+use std::sync::Mutex;
 
 use clap::error::ErrorKind;
 use lobe::env::EnvError;
@@ -46,6 +48,27 @@ impl Failure {
             Self::Error(error) => say(&plain(&error)),
         }
     }
+}
+
+/// What the last panic said, and where.
+static LAST_PANIC: Mutex<String> = Mutex::new(String::new());
+
+/// Panics print nothing by themselves: decoders of pictures panic on damaged files, which their callers catch and say in one
+/// line. What nobody caught is said by [`report_panic`].
+pub(crate) fn keep_panics_quiet() {
+    panic::set_hook(Box::new(|info| {
+        let said = info.payload_as_str().unwrap_or("no message");
+        let place = info.location().map_or(String::new(), |at| format!(" at {}:{}", at.file(), at.line()));
+        if let Ok(mut last) = LAST_PANIC.lock() {
+            *last = format!("{said}{place}");
+        }
+    }));
+}
+
+/// Tells the user that the program is wrong, not what was given to it.
+pub(crate) fn report_panic() -> ExitCode {
+    let last = LAST_PANIC.lock().map(|last| last.clone()).unwrap_or_default();
+    say(&format!("a fault of this program, please report it: {last}"))
 }
 
 /// The message of an error; what the system says about files that everybody meets is said in plain words.

@@ -6,21 +6,17 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::Args;
-use lobe::env::{EnvMap, Nonfinite, ReadOptions, ReadReport, bundled, read_env, read_env_bytes};
+use clap::{Args, ValueEnum};
+use lobe::env::{EnvError, EnvMap, Nonfinite, ReadOptions, ReadReport, bundled, read_env_bytes};
 use lobe::sh::{ShFile, load_sh_json, read_sh_json};
 
 use crate::talk::Talk;
-use crate::values;
 
-/// The pictures that are read as lat-long maps.
-const PICTURES: &str = ".hdr, .exr, .pfm, .png or .jpg";
-
-/// 256 K x 128 K: more than any picture has; asking for more is a slip of the finger.
-const MOST_TEXELS: usize = 1 << 35;
+/// The files that are read as environment maps.
+pub(crate) const PICTURES: &str = ".exr, .hdr, .pfm, .png, .jpg, .ktx2 or .dds";
 
 /// What stands before the name of a map that is part of the program.
-const BUNDLED: &str = "bundled:";
+pub(crate) const BUNDLED: &str = "bundled:";
 
 /// How many bytes at the beginning of a file show that it is an expansion.
 const HEAD: u64 = 256;
@@ -65,50 +61,44 @@ impl ShInput {
     }
 }
 
-/// An environment map in a file or, for `bundled:NAME`, in the program; shared by all commands that read one.
+/// What to do with pixels that are no numbers; shared by all commands that compute with a picture.
 #[derive(Args)]
-pub(crate) struct MapInput {
-    /// The environment map: a lat-long .hdr, .exr, .pfm, .png or .jpg file, twice as wide as high, or bundled:NAME
-    #[arg(value_name = "IN")]
-    path: PathBuf,
-    /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
-    /// to as much again while a .hdr, .png or .jpg is decoded: 3.2 GB for the most that is read without this option
-    #[arg(long, value_name = "N", default_value_t = ReadOptions::default().max_texels, value_parser = max_texels)]
-    max_texels: usize,
+pub(crate) struct NonfiniteOption {
+    /// What to do with pixels that are NaN or infinite
+    #[arg(long = "nonfinite", value_name = "WHAT", value_enum, default_value = "error")]
+    choice: NonfiniteChoice,
 }
 
-fn max_texels(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, MOST_TEXELS, "a number of pixels")
+#[derive(Clone, Copy, ValueEnum)]
+enum NonfiniteChoice {
+    /// Read them as black, and say how many there are
+    Zero,
+    /// Refuse the file
+    Error,
 }
 
-impl fmt::Display for MapInput {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.path.display().fmt(f)
+impl From<&NonfiniteOption> for Nonfinite {
+    fn from(option: &NonfiniteOption) -> Self {
+        match option.choice {
+            NonfiniteChoice::Zero => Self::Zero,
+            NonfiniteChoice::Error => Self::Error,
+        }
     }
 }
 
-impl MapInput {
-    /// Reads the map, and tells what was found remarkable.
-    pub(crate) fn read(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(EnvMap, ReadReport)> {
-        let options = ReadOptions { nonfinite, max_texels: self.max_texels };
-        let name = self.to_string();
-        let (map, report) = match name.strip_prefix(BUNDLED) {
-            Some(bundled_name) => read_bundled(bundled_name, &options)?,
-            None if name == "-" => bail!("-: pictures are read from files, not from stdin; name a {PICTURES} file"),
-            None => read_env(&self.path, &options).map_err(|error| match holds_expansion(&self.path) {
-                true => anyhow::anyhow!(
-                    "{name}: expected a {PICTURES} picture, found an expansion; make a picture of it with \
-                     lobe env reconstruct"
-                ),
-                false => error.into(),
-            })?,
-        };
-        tell(&report, &name, talk);
-        Ok((map, report))
+/// What is wrong with a file that is no picture.
+pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
+    if holds_expansion(path) {
+        return anyhow::anyhow!(
+            "{}: expected a {PICTURES} picture, found an expansion; make a picture of it with lobe env reconstruct",
+            path.display()
+        );
     }
+    error.into()
 }
 
-fn read_bundled(name: &str, options: &ReadOptions) -> anyhow::Result<(EnvMap, ReadReport)> {
+/// Reads a map that is part of the program.
+pub(crate) fn read_bundled(name: &str, options: &ReadOptions) -> anyhow::Result<(EnvMap, ReadReport)> {
     let Some(found) = bundled::all().into_iter().find(|map| map.name == name) else {
         let known = bundled::all().map(|map| format!("{BUNDLED}{}", map.name)).join(" or ");
         bail!("{BUNDLED}{name}: there is no such map in the program; there is {known}");
@@ -124,7 +114,8 @@ fn holds_expansion(path: &Path) -> bool {
     read.is_ok() && head.windows(9).any(|window| window == b"\"lobe-sh\"")
 }
 
-fn tell(report: &ReadReport, name: &str, talk: Talk) {
+/// Notes what was found remarkable in a file.
+pub(crate) fn tell(report: &ReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);
     }

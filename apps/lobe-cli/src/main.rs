@@ -5,17 +5,25 @@
 
 mod cli;
 mod demo;
+mod env_adjust;
 mod env_ambient;
 mod env_area_light;
+mod env_convert;
 mod env_dfg;
 mod env_info;
 mod env_irradiance;
+mod env_prefilter;
 mod env_reconstruct;
+mod env_rotate;
+mod env_show;
 mod env_sky;
+mod env_sun;
 mod env_vector_irradiance;
 mod failure;
 mod input;
 mod light;
+mod map_input;
+mod map_output;
 mod output;
 mod picture;
 mod project;
@@ -31,11 +39,14 @@ mod talk;
 mod turn;
 mod values;
 
+use std::panic::catch_unwind;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match cli::parse().and_then(cli::run) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
+    failure::keep_panics_quiet();
+    match catch_unwind(|| cli::parse().and_then(cli::run)) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(failure)) => failure.report(),
+        Err(_) => failure::report_panic(),
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::env::{EnvMap, WriteOptions, WriteReport, write_env};
 use lobe::render::{Picture, Tone};
 use lobe::sh::{ShError, write_atomically};
 
@@ -49,18 +49,14 @@ impl PictureOutput {
 
     /// Writes the picture, and says what it is not.
     pub(crate) fn write(&self, map: &EnvMap, talk: Talk) -> anyhow::Result<()> {
+        self.write_with(map, &WriteOptions::default(), talk)
+    }
+
+    /// Writes the picture with these options, and says what it is not.
+    pub(crate) fn write_with(&self, map: &EnvMap, options: &WriteOptions, talk: Talk) -> anyhow::Result<()> {
         let name = self.path.display().to_string();
         match self.kind {
-            Kind::Light => {
-                let report = write_env(&self.path, map, &WriteOptions::default())?;
-                if report.clamped > 0 {
-                    let texels = texels_are(report.clamped);
-                    talk.note(
-                        &name,
-                        &format!("{texels} outside of what this format holds and moved into it; .exr holds all"),
-                    );
-                }
-            }
+            Kind::Light => note_clamped(&name, write_env(&self.path, map, options)?, talk),
             Kind::Display => {
                 let picture = Picture::from(map);
                 let exposure = Tone::PHOTOGRAPH.exposure.factor(&picture);
@@ -72,6 +68,14 @@ impl PictureOutput {
             }
         }
         Ok(())
+    }
+}
+
+/// Says how many texels a format could not hold as they were.
+pub(crate) fn note_clamped(name: &str, report: WriteReport, talk: Talk) {
+    if report.clamped > 0 {
+        let texels = texels_are(report.clamped);
+        talk.note(name, &format!("{texels} outside of what this format holds and moved into it; .exr holds all"));
     }
 }
 

@@ -2,12 +2,12 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, Nonfinite, project_env};
+use lobe::env::{MappedMap, project_map};
 use lobe::sh::{
     Coefficient as _, Expansion as _, MonteCarlo, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
 };
 
-use crate::input::MapInput;
+use crate::map_input::MapInput;
 use crate::output::ShOutput;
 use crate::talk::Talk;
 use crate::values;
@@ -34,33 +34,6 @@ pub(crate) struct Project {
     /// For monte-carlo: the same seed gives the same directions [default: 0]
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
-    #[command(flatten)]
-    nonfinite: NonfiniteOption,
-}
-
-/// What to do with pixels that are no numbers; shared by all commands that compute with a picture.
-#[derive(Args)]
-pub(crate) struct NonfiniteOption {
-    /// What to do with pixels that are NaN or infinite
-    #[arg(long = "nonfinite", value_name = "WHAT", value_enum, default_value = "error")]
-    choice: NonfiniteChoice,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum NonfiniteChoice {
-    /// Read them as black, and say how many there are
-    Zero,
-    /// Refuse the file
-    Error,
-}
-
-impl From<&NonfiniteOption> for Nonfinite {
-    fn from(option: &NonfiniteOption) -> Self {
-        match option.choice {
-            NonfiniteChoice::Zero => Self::Zero,
-            NonfiniteChoice::Error => Self::Error,
-        }
-    }
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -81,9 +54,9 @@ impl Project {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.output.check()?;
-        let (map, _) = self.input.read((&self.nonfinite).into(), talk)?;
+        let map = self.input.read(talk)?;
         let f = match self.method {
-            Method::Exact => project_env(&map, self.order),
+            Method::Exact => project_map(&map, self.order),
             Method::MonteCarlo => self.project_by_sampling(&map, Sampling::Jittered, talk),
             Method::Fibonacci => self.project_by_sampling(&map, Sampling::Fibonacci, talk),
         };
@@ -103,7 +76,7 @@ impl Project {
         Ok(())
     }
 
-    fn project_by_sampling(&self, map: &EnvMap, sampling: Sampling, talk: Talk) -> ShVec<Rgb<f64>> {
+    fn project_by_sampling(&self, map: &MappedMap, sampling: Sampling, talk: Talk) -> ShVec<Rgb<f64>> {
         let defaults = MonteCarlo::default();
         let options = MonteCarlo {
             samples: self.samples.unwrap_or(defaults.samples),
@@ -117,7 +90,7 @@ impl Project {
             largest_channel(&estimate.standard_error),
             largest_channel(&estimate.sh)
         );
-        talk.note(&self.input.to_string(), &text);
+        talk.note(&self.input.name(), &text);
         estimate.sh
     }
 }

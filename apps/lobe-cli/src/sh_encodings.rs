@@ -1,15 +1,12 @@
 //! `lobe sh encodings`: how well small encodings keep the irradiance of an environment map.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use lobe::env::{EnvMap, irradiance_at, irradiance_sh};
 use lobe::sh::{Dir, EncodingError, IrradianceEncoding, Rgb, ShVec, encoding_error, even_directions};
 use serde::Serialize;
 
-use crate::input::read_map;
+use crate::map_input::MapInput;
 use crate::output;
-use crate::project::NonfiniteOption;
 use crate::talk::Talk;
 
 /// The order of the irradiance that is encoded. Of a single lamp the bands left out have an RMS of 2.4 % of the mean (that of
@@ -24,15 +21,12 @@ const STEPS: usize = 16;
 
 #[derive(Args)]
 pub(crate) struct ShEncodings {
-    /// The environment map: a lat-long .hdr or .exr file, twice as wide as high, or bundled:NAME
-    #[arg(value_name = "ENV")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: MapInput,
     /// Print {"mean", "encodings": [{"name", "floats", "hemisphere", "mean", "rms", "max", "lowest"}]} instead of text; the
     /// errors in units of the mean irradiance, hemisphere tells which serve one side of a surface only
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    nonfinite: NonfiniteOption,
 }
 
 /// What `--json` prints.
@@ -57,7 +51,7 @@ pub(crate) struct Row {
 
 impl ShEncodings {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let (map, _) = read_map(&self.input, (&self.nonfinite).into(), talk)?;
+        let map = self.input.read_lat_long(talk)?;
         let bar = talk.bar("irradiance", NORMALS as u64);
         let measured = measure(&map, |normals| bar.inc(normals as u64));
         bar.finish_and_clear();

@@ -3,12 +3,15 @@
 mod basis;
 mod encodings;
 mod environment;
+mod environment_mapping;
 mod irradiance;
+mod mappings;
 mod overview;
 mod page;
 mod projection;
 mod reconstruction;
 mod rotation;
+mod skies;
 
 use std::fs;
 use std::io;
@@ -35,7 +38,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 59;
+const STEPS: u64 = 72;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -105,8 +108,13 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
         if number == 0 {
             demo.rotation(&sky)?;
             demo.projection(&sky);
+            demo.mappings(&sky)?;
+            demo.sun(&sky)?;
         }
+        demo.environment_mapping(&sky)?;
     }
+    demo.skies()?;
+    demo.area_lights()?;
     demo.basis()?;
     let html = demo.page.into_html(title);
     write_atomically(&index, |file| file.write_all(html.as_bytes())).map_err(|source| io_error(&index, source))?;

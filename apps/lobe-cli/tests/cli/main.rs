@@ -8,6 +8,7 @@ mod encodings;
 mod env;
 mod harness;
 mod light;
+mod maps;
 mod named_light;
 mod project;
 mod sh;

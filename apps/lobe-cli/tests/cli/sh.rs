@@ -78,7 +78,7 @@ fn eval_agrees_with_the_golden_basis() {
 fn info_prints_facts_about_an_expansion() {
     let dir = Dir::new();
     // 1 + 2 z in red: band 0 has 4π, band 1 2² 4π/3; green is constant, blue points to -x.
-    let f = lobe::sh::project(3, 1, |s| Rgb::new(1.0 + 2.0 * s.z(), 0.5, 1.0 - s.x()));
+    let f = project(3, 1, |s| Rgb::new(1.0 + 2.0 * s.z(), 0.5, 1.0 - s.x()));
     dir.sh("p.sh.json", Quantity::Radiance, f);
     let text = dir.lobe("sh info p.sh.json").stdout();
     for line in [

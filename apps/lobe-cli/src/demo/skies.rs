@@ -1,0 +1,89 @@
+//! Skies from formulas, and lights of finite size.
+
+use lobe::env::{CieSky, DiscLight, Ground, PolygonLight, PreethamSky, SphereLight, compare_approximations, sky_map};
+use lobe::render::{Picture, Sheet, Tone};
+use lobe::sh::{Coefficient as _, Dir, Rgb};
+
+use super::{Writer, digits};
+
+/// The heights of the sun over the horizon in degrees.
+const HEIGHTS: [f64; 4] = [5.0, 20.0, 45.0, 80.0];
+
+/// The turbidity of the clear skies.
+const TURBIDITY: f64 = 3.0;
+
+/// Some of the skies of the CIE: overcast, cloudy, clear, and clear with a broad corona.
+const TYPES: [usize; 4] = [1, 7, 12, 15];
+
+/// The distances of the receiver, in radii or half sides of the light.
+const DISTANCES: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 50.0];
+
+impl Writer<'_> {
+    pub(super) fn skies(&mut self) -> anyhow::Result<()> {
+        let ground = Ground { albedo: Rgb::splat(0.2), ..Ground::default() };
+        let rows = self.picture / 4;
+        // The sun in the middle of the picture, towards +x.
+        let sun = |degrees: f64| Dir::from_angles((90.0 - degrees).to_radians(), 0.0);
+        let mut pictures = Vec::new();
+        for degrees in HEIGHTS {
+            pictures.push(Picture::from(&sky_map(
+                &PreethamSky::new(TURBIDITY, sun(degrees))?,
+                &ground,
+                2 * rows,
+                rows,
+            )));
+        }
+        for kind in TYPES {
+            pictures.push(Picture::from(&sky_map(
+                &CieSky::new(kind, sun(45.0), Rgb::splat(1.0))?,
+                &ground,
+                2 * rows,
+                rows,
+            )));
+        }
+        let shown: Vec<Picture> = pictures.iter().map(|picture| Tone::PHOTOGRAPH.apply(picture)).collect();
+        let sheet = Sheet { columns: HEIGHTS.len(), margin: 4, background: Rgb::new(1.0, 1.0, 1.0) }.compose(&shown);
+        self.write("skies.png", &sheet, &Tone::PLAIN)?;
+        self.page.section("Skies without a photograph");
+        self.page.figure(
+            "skies.png",
+            sheet.width(),
+            "Above, the clear sky of Preetham, Shirley and Smits at turbidity 3 with the sun at 5°, 20°, 45° and 80°; below, \
+             skies of the CIE with the sun at 45°: types 1, 7, 12 and 15. Each has its own exposure.",
+        );
+        self.page.command(
+            "lobe env sky --sun 1,0,0.4 --turbidity 3 -o sky.exr\nlobe env sky --model cie --type 12 --sun 1,0,1 -o sky.sh.json",
+        );
+        Ok(())
+    }
+
+    /// How wrong it is to take a light for a point.
+    pub(super) fn area_lights(&mut self) -> anyhow::Result<()> {
+        (self.progress)("area lights");
+        self.page.section("When is a light a point?");
+        self.page.text(
+            "A light of radius, or half side, 1 above a surface that faces it: how much brighter than the exact, closed form \
+             the light of a point is that has the same power.",
+        );
+        let here = [0.0; 3];
+        let mut rows = Vec::new();
+        for d in DISTANCES {
+            let centre = [0.0, 0.0, d];
+            let disc = DiscLight { centre, normal: -Dir::Z, radius: 1.0 };
+            let square = PolygonLight::rectangle(centre, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])?;
+            let sphere = SphereLight { centre, radius: 1.0 };
+            let errors = [
+                compare_approximations(&sphere, here, here, Dir::Z),
+                compare_approximations(&disc, here, here, Dir::Z),
+                compare_approximations(&square, here, here, Dir::Z),
+            ];
+            let mut row = vec![d.to_string()];
+            // Rounding of a sphere that is a point exactly.
+            row.extend(errors.map(|e| format!("{} %", digits((1e12 * 100.0 * e.point_error()).round() * 1e-12))));
+            rows.push(row);
+        }
+        self.page.table(&["distance", "sphere", "disc", "square"], &rows);
+        self.page.command("lobe env area-light disc --centre 0,0,5 --shines 0,0,-1 --radius 1");
+        Ok(())
+    }
+}

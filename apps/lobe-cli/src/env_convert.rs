@@ -1,0 +1,41 @@
+//! `lobe env convert`: a map in another mapping, size or kind of file.
+
+use anyhow::bail;
+use clap::Args;
+use lobe::env::{Mapping, Resample, resample};
+
+use crate::map_input::{Form, MapInput, size_like};
+use crate::map_output::MapOutput;
+use crate::talk::Talk;
+use crate::values;
+
+#[derive(Args)]
+pub(crate) struct EnvConvert {
+    #[command(flatten)]
+    input: MapInput,
+    #[command(flatten)]
+    output: MapOutput,
+    /// How the new map shows the surroundings [default: cube for .ktx2, .dds and six files]
+    #[arg(long, value_name = "MAPPING", value_enum)]
+    to: Option<Form>,
+    /// The height of the new picture, or of one face of a cube, 1 to 8192; lat-long and dual-paraboloid are twice as wide
+    /// [default: about as many texels as IN has; a power of two for cubes]
+    #[arg(long, value_name = "N", value_parser = values::rows)]
+    size: Option<usize>,
+}
+
+impl EnvConvert {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let mapping = match self.to {
+            Some(form) => form.into(),
+            None if self.output.is_cube_only() => Mapping::Cube,
+            None => bail!("--to: a picture can be anything; say which mapping, such as lat-long or cube"),
+        };
+        self.output.check(mapping)?;
+        let map = self.input.read(talk)?;
+        let size = self.size.unwrap_or_else(|| size_like(&map, mapping));
+        let width = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2 * size } else { size };
+        let target = Resample::to(mapping, width, mapping.height_for(width));
+        self.output.write(resample(&map, &target)?, talk)
+    }
+}

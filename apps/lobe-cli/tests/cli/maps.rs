@@ -1,0 +1,181 @@
+//! `lobe env convert`, `rotate`, `adjust`, `sun`, `prefilter` and `show`: maps in, maps out.
+
+use lobe::env::{EnvFile, MappedMap, Mapping, ReadOptions, project_map, read_env, read_env_file, read_raster};
+use lobe::sh::{Expansion as _, FileCoefficients, Rgb, ShVec};
+use serde_json::Value;
+
+use crate::harness::Dir;
+
+/// A sky whose colours tell the six directions apart, brightest upwards.
+fn write_sky(dir: &Dir, name: &str) {
+    dir.map(name, 64, 32, |x, y| {
+        let (phi, theta) =
+            ((0.5 - (x as f32 + 0.5) / 64.0) * std::f32::consts::TAU, (y as f32 + 0.5) / 32.0 * 3.1415927);
+        let s = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
+        [2.0 + s[0], 2.0 + s[1], 2.0 + s[2]]
+    });
+}
+
+fn read_any(dir: &Dir, name: &str) -> MappedMap {
+    match read_env_file(dir.path(name), &ReadOptions::default()).unwrap().0 {
+        EnvFile::LatLong(map) => map.into(),
+        EnvFile::Cube(chain) => chain.into_base().into(),
+    }
+}
+
+/// The largest difference of a coefficient, relative to the mean.
+fn difference(a: &ShVec<Rgb<f64>>, b: &ShVec<Rgb<f64>>) -> f64 {
+    let d = a - b;
+    let largest = d.coefficients().iter().flat_map(|c| c.to_array()).fold(0.0, |m: f64, c| m.max(c.abs()));
+    largest / b[0].g
+}
+
+#[test]
+fn every_mapping_can_be_written_and_read_again() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    let before = project_map(&read_any(&dir, "sky.exr"), 4);
+    for mapping in Mapping::ALL {
+        dir.lobe(
+            &format!("env convert sky.exr --to {mapping} -o there.exr --layout row")
+                .replace(" --layout row", if mapping == Mapping::Cube { " --layout row" } else { "" }),
+        )
+        .stdout();
+        dir.lobe(&format!("project there.exr --from {mapping} --order 4 -o there.sh.json")).stdout();
+        let FileCoefficients::Rgb(after) = dir.read_sh("there.sh.json").coefficients else { panic!("{mapping}: grey") };
+        let error = difference(&after, &before);
+        assert!(error < 2e-3, "{mapping}: {error}");
+        dir.lobe(&format!("env convert there.exr --from {mapping} --to lat-long --size 32 -o back.exr")).stdout();
+        let error = difference(&project_map(&read_any(&dir, "back.exr"), 4), &before);
+        assert!(error < 5e-3, "{mapping} and back: {error}");
+    }
+}
+
+#[test]
+fn cubes_are_textures_crosses_and_six_files() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    dir.lobe("env convert sky.exr -o cube.ktx2 --size 16 --texels rgba32f").stdout();
+    let cube = read_any(&dir, "cube.ktx2");
+    assert_eq!((cube.mapping(), cube.width()), (Mapping::Cube, 16), "texture");
+    dir.lobe("env convert cube.ktx2 -o faces/%.exr --size 16").succeeds();
+    assert_eq!(dir.path("faces").read_dir().unwrap().count(), 6, "six files");
+    dir.lobe("env convert faces/%.exr -o again.ktx2 --size 16 --texels rgba32f").stdout();
+    assert_eq!(read_any(&dir, "again.ktx2"), cube, "through six files");
+    for (layout, shape) in
+        [("horizontal-cross", (64, 48)), ("vertical-cross", (48, 64)), ("row", (96, 16)), ("column", (16, 96))]
+    {
+        dir.lobe(&format!("env convert cube.ktx2 --to cube --layout {layout} --left-handed -o cross.exr")).succeeds();
+        let (picture, _) = read_raster(dir.path("cross.exr"), &ReadOptions::default()).unwrap();
+        assert_eq!((picture.width, picture.height), shape, "{layout}");
+        let (_, note) = dir.lobe("env convert cross.exr --from-left-handed -o back.dds --texels rgba32f").succeeds();
+        assert!(note.contains("read as the six faces of a cube"), "{layout}: {note}");
+        assert_eq!(read_any(&dir, "back.dds"), cube, "through {layout}");
+    }
+    dir.lobe("env convert sky.exr -o mips.ktx2 --size 16 --mips --zstd").stdout();
+    let info: Value = serde_json::from_str(&dir.lobe("env info mips.ktx2 --json").succeeds().0).unwrap();
+    assert_eq!(info["mapping"], "cube", "{info}");
+}
+
+#[test]
+fn a_map_is_turned_like_its_expansion() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    dir.lobe("env rotate sky.exr --axis 0,0,1 --angle 90 -o turned.exr").stdout();
+    let (before, after) = (read_any(&dir, "sky.exr"), read_any(&dir, "turned.exr"));
+    // From +x to +y: a quarter of the picture to the left.
+    assert_eq!(after.texel(16, 5), before.texel(32, 5), "a quarter turn moves columns and changes nothing");
+    dir.lobe("project sky.exr --order 3 -o p.sh.json").stdout();
+    dir.lobe("sh rotate p.sh.json --axis 1,2,3 --angle 40 -o q.sh.json").stdout();
+    dir.lobe("env rotate sky.exr --axis 1,2,3 --angle 40 -o oblique.exr").stdout();
+    let FileCoefficients::Rgb(expected) = dir.read_sh("q.sh.json").coefficients else { panic!("grey") };
+    let error = difference(&project_map(&read_any(&dir, "oblique.exr"), 3), &expected);
+    assert!(error < 5e-3, "{error}");
+}
+
+#[test]
+fn clamping_says_what_it_takes() {
+    let dir = Dir::new();
+    dir.map("sun.exr", 8, 4, |x, y| if (x, y) == (3, 1) { [100.0, 50.0, 0.0] } else { [1.0; 3] });
+    let report = dir.lobe("env adjust sun.exr --exposure 1 --clamp 20 -o dim.exr --json").stdout();
+    let report: Value = serde_json::from_str(&report).unwrap();
+    assert_eq!((report["texels"].as_u64(), report["largest"].as_f64()), (Some(1), Some(200.0)), "{report}");
+    let (map, _) = read_env(dir.path("dim.exr"), &ReadOptions::default()).unwrap();
+    assert_eq!(map.texel(3, 1), Rgb::new(20.0, 10.0, 0.0), "the hue stays");
+    assert_eq!(map.texel(0, 0), Rgb::new(2.0, 2.0, 2.0), "one stop");
+    let line = dir.lobe("env adjust sun.exr -o dim.exr").error();
+    assert!(line.starts_with("nothing to adjust"), "{line}");
+}
+
+#[test]
+fn the_sun_leaves_its_light_and_the_sky() {
+    let dir = Dir::new();
+    let args = "env sun bundled:sunset -o rest.exr --json";
+    let (stdout, _) = dir.lobe(args).succeeds();
+    let sun: Value = serde_json::from_str(&stdout).unwrap();
+    assert!(sun["diameter"].as_f64().unwrap() < 3.0 && sun["direction"][2].as_f64().unwrap() > 0.0, "{sun}");
+    let rest = read_any(&dir, "rest.exr");
+    let whole = MappedMap::from(lobe::env::bundled::sunset().map());
+    let removed = 4.0 * std::f64::consts::PI * (whole.mean().r - rest.mean().r);
+    let found = sun["irradiance"][0].as_f64().unwrap();
+    assert!((removed / found - 1.0).abs() < 1e-4, "{removed} against {found}");
+    dir.map("grey.exr", 16, 8, |_, _| [1.0; 3]);
+    let line = dir.lobe("env sun grey.exr -o none.exr").error();
+    assert!(line.starts_with("grey.exr: nothing in it is as small and bright as a sun"), "{line}");
+    assert!(!dir.names().contains(&"none.exr".to_owned()), "nothing is written");
+}
+
+#[test]
+fn an_even_sky_stays_even_however_rough_the_mirror() {
+    let dir = Dir::new();
+    dir.map("one.exr", 32, 16, |_, _| [1.0; 3]);
+    for method in ["gather", "importance --samples 64"] {
+        dir.lobe(&format!("env prefilter one.exr -o rough.ktx2 --size 16 --last-size 4 --method {method}")).stdout();
+        let (EnvFile::Cube(chain), _) = read_env_file(dir.path("rough.ktx2"), &ReadOptions::default()).unwrap() else {
+            panic!("no cube")
+        };
+        assert_eq!(chain.levels().len(), 3, "16, 8, 4");
+        let texels = chain.levels().iter().flat_map(|level| level.texels());
+        assert!(texels.clone().all(|t| *t == Rgb::new(1.0, 1.0, 1.0)), "{method}: the white furnace");
+    }
+    dir.lobe("env prefilter one.exr -o highlights.exr --lobe phong:20 --size 8").stdout();
+    let (picture, _) = read_raster(dir.path("highlights.exr"), &ReadOptions::default()).unwrap();
+    assert_eq!((picture.width, picture.height), (32, 24), "a cross of faces");
+}
+
+#[test]
+fn all_techniques_are_drawn_on_one_sheet() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    dir.lobe("env show sky.exr -o sheet.png --size 32").stdout();
+    assert!(dir.bytes("sheet.png").starts_with(b"\x89PNG\r\n\x1a\n"), "no PNG");
+}
+
+#[test]
+fn options_that_would_be_ignored_are_refused() {
+    let dir = Dir::new();
+    dir.map("square.exr", 8, 8, |_, _| [1.0; 3]);
+    write_sky(&dir, "sky.exr");
+    for (args, part) in [
+        ("convert sky.exr -o a.exr", "--to: a picture can be anything"),
+        ("convert sky.exr -o a.ktx2 --to lat-long", "-o: this kind of file holds cubes only"),
+        ("convert sky.exr -o a.exr --to lat-long --layout row", "--layout: only of a cube in one picture"),
+        ("convert sky.exr -o a.exr --to cube --texels rgba16f", "--texels: only of .ktx2 and .dds"),
+        ("convert sky.exr -o a.ktx2 --left-handed", "--left-handed: only of a cube's picture or files"),
+        ("convert sky.exr -o a.dds --zstd", "a .dds holds no Zstandard"),
+        ("convert sky.exr -o a.gif --to cube", "expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2 or .dds"),
+        ("convert square.exr -o a.ktx2", "is neither lat-long (2:1) nor a cube"),
+        ("convert sky.exr --from cube -o a.ktx2", "a picture of a cube is 4:3"),
+        ("convert bundled:studio --from angular -o a.ktx2", "--from: bundled:studio is lat-long"),
+        ("prefilter sky.exr -o a.exr", "-o: the chain of --lobe ggx is written as .ktx2 or .dds"),
+        ("prefilter sky.exr -o a.ktx2 --samples 5", "--samples: only of --method importance"),
+        ("prefilter sky.exr -o a.ktx2 --tolerance 0.5", "tolerance"),
+        ("prefilter sky.exr -o a.ktx2 --lobe phong:-1", "an exponent is 0 or more"),
+        ("prefilter sky.exr -o a.ktx2 --size 8 --last-size 16", "not 8 to 16"),
+        ("show sky.exr -o a.exr", "expected a name that ends in .png"),
+    ] {
+        let line = dir.lobe(&format!("env {args}")).error();
+        assert!(line.contains(part), "{args}: {line}");
+    }
+    assert_eq!(dir.names(), ["sky.exr", "square.exr"], "files");
+}
