@@ -89,7 +89,7 @@ impl Info {
     }
 }
 
-/// Where band 1 of a channel is largest: (f_1, f_-1, f_0) in Condon-Shortley's signs; none if it is nothing.
+/// Where band 1 of a channel is largest: `(f_1, f_-1, f_0)` in Condon-Shortley's signs; none if it is nothing.
 fn towards<T: Coefficient<Scalar = f64>>(f: &ShVec<T>, channel: usize) -> Option<[f64; 3]> {
     if f.order() < 2 {
         return None;

@@ -75,7 +75,7 @@ impl Writer<'_> {
         self.page.section(&format!("{name}: the sun as a light of its own"));
         self.page.figure(&file, self.picture, "The sky without its sun.");
         let sun = report.sun;
-        let [before, after] = [sky.map.mean(), report.rest.mean()].map(|c| c.luminance());
+        let [before, after] = [sky.map.mean(), report.rest.mean()].map(Rgb::luminance);
         self.page.table(
             &["the sun", ""],
             &[

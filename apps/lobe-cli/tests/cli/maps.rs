@@ -1,6 +1,6 @@
 //! `lobe env convert`, `rotate`, `adjust`, `sun`, `prefilter` and `show`: maps in, maps out.
 
-use lobe::env::{EnvFile, MappedMap, Mapping, ReadOptions, project_map, read_env, read_env_file, read_raster};
+use lobe::env::{CubeMap, EnvFile, MappedMap, Mapping, ReadOptions, project_map, read_env, read_env_file, read_raster};
 use lobe::sh::{Expansion as _, FileCoefficients, Rgb, ShVec};
 use serde_json::Value;
 
@@ -10,7 +10,7 @@ use crate::harness::Dir;
 fn write_sky(dir: &Dir, name: &str) {
     dir.map(name, 64, 32, |x, y| {
         let (phi, theta) =
-            ((0.5 - (x as f32 + 0.5) / 64.0) * std::f32::consts::TAU, (y as f32 + 0.5) / 32.0 * 3.1415927);
+            ((0.5 - (x as f32 + 0.5) / 64.0) * std::f32::consts::TAU, (y as f32 + 0.5) / 32.0 * std::f32::consts::PI);
         let s = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
         [2.0 + s[0], 2.0 + s[1], 2.0 + s[2]]
     });
@@ -135,7 +135,7 @@ fn an_even_sky_stays_even_however_rough_the_mirror() {
             panic!("no cube")
         };
         assert_eq!(chain.levels().len(), 3, "16, 8, 4");
-        let texels = chain.levels().iter().flat_map(|level| level.texels());
+        let texels = chain.levels().iter().flat_map(CubeMap::texels);
         assert!(texels.clone().all(|t| *t == Rgb::new(1.0, 1.0, 1.0)), "{method}: the white furnace");
     }
     dir.lobe("env prefilter one.exr -o highlights.exr --lobe phong:20 --size 8").stdout();
