@@ -11,7 +11,7 @@ use crate::talk::Talk;
 use crate::{
     demo, env_adjust, env_ambient, env_area_light, env_convert, env_dfg, env_info, env_irradiance, env_prefilter,
     env_reconstruct, env_rotate, env_show, env_sky, env_sun, env_vector_irradiance, light, project, sh_convolve,
-    sh_encodings, sh_eval, sh_info, sh_lights, sh_plot, sh_product, sh_rotate, values,
+    sh_dering, sh_encodings, sh_eval, sh_info, sh_lights, sh_min, sh_plot, sh_product, sh_rotate, sh_window, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -79,6 +79,12 @@ enum ShCommand {
     Product(sh_product::ShProduct),
     /// Convolve an expansion with a kernel that is symmetric about its axis
     Convolve(sh_convolve::ShConvolve),
+    /// Scale the bands of an expansion, so that it rings less
+    Window(sh_window::ShWindow),
+    /// Make an expansion non-negative, with as little change as that takes
+    Dering(sh_dering::ShDering),
+    /// Find the least value of an expansion, with proof
+    Min(sh_min::ShMin),
     /// Find directional lights and ambient light in an expansion
     Lights(sh_lights::ShLights),
     /// Draw an expansion: as a balloon, on the unfolded cube, or in a cross-section
@@ -158,6 +164,9 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,
         Command::Sh(ShCommand::Product(args)) => args.run()?,
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
+        Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
+        Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,
+        Command::Sh(ShCommand::Min(args)) => args.run()?,
         Command::Sh(ShCommand::Lights(args)) => args.run()?,
         Command::Sh(ShCommand::Plot(args)) => args.run()?,
         Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,

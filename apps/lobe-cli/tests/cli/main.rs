@@ -11,5 +11,6 @@ mod light;
 mod maps;
 mod named_light;
 mod project;
+mod ringing;
 mod sh;
 mod streams;

@@ -1,0 +1,256 @@
+//! `lobe sh window`, `lobe sh dering`, `lobe sh min`: what ringing there is, and its end.
+
+use std::f64::consts::PI;
+
+use lobe::sh::{
+    Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal, convolved,
+};
+use lobe_testkit::fibonacci_sphere;
+use serde_json::Value;
+
+use crate::harness::Dir;
+
+fn json(dir: &Dir, args: &str) -> Value {
+    serde_json::from_str(&dir.lobe(args).stdout()).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let array = value.as_array().unwrap_or_else(|| panic!("{value} is no array"));
+    array.iter().map(|x| x.as_f64().unwrap_or_else(|| panic!("{x} of {value} is no number"))).collect()
+}
+
+/// An impulse towards +z of peak `n²/4π`.
+fn impulse(order: usize) -> ShVec<f64> {
+    ShVec::impulse(order, Direction::Z, 1.0)
+}
+
+fn scalar(file: FileCoefficients) -> ShVec<f64> {
+    match file {
+        FileCoefficients::Scalar(f) => f,
+        FileCoefficients::Rgb(_) => panic!("numbers expected, found colours"),
+    }
+}
+
+/// Radiance of a reddish sun on a blue sky, of which the red irradiance rings most.
+fn sun() -> ShVec<Rgb<f64>> {
+    let sun = ShVec::impulse(4, Direction::from_angles(1.0, 2.0), Rgb::new(5.0, 3.0, 1.0));
+    &sun + &ShVec::constant(4, Rgb::new(0.05, 0.1, 0.2))
+}
+
+fn least_sampled(f: &ShVec<Rgb<f64>>) -> [f64; 3] {
+    let values = fibonacci_sphere(4000).into_iter().map(|s| f.eval(Direction::from_unit(s)));
+    values.fold([f64::INFINITY; 3], |m, v| [0, 1, 2].map(|c| v.channel(c).min(m[c])))
+}
+
+#[test]
+fn windows_scale_the_bands_by_their_published_factors() {
+    let dir = Dir::new();
+    let f = impulse(6);
+    dir.sh("p.sh.json", Quantity::Irradiance, f.clone());
+    let sinc = |x: f64| x.sin() / x;
+    type Factor = Box<dyn Fn(f64) -> f64>;
+    let cases: [(&str, Factor); 6] = [
+        ("--kind hanning", Box::new(|l| 0.5 * (1.0 + (PI * l / 6.0).cos()))),
+        ("--kind lanczos --width 9.8725", Box::new(move |l| sinc(PI * l / 9.8725))),
+        ("--kind sinc4 --width 12", Box::new(move |l| sinc(PI * l / 12.0).powi(4))),
+        ("--kind gauss --width 18", Box::new(|l| (-0.5 * (PI / 10.0).powi(2) * l * (l + 1.0)).exp())),
+        ("--kind laplacian --lambda 0.004209", Box::new(|l| 1.0 / (1.0 + 0.004209 * (l * (l + 1.0)).powi(2)))),
+        ("--kind laplacian --lambda 0", Box::new(|_| 1.0)),
+    ];
+    for (options, factor) in cases {
+        dir.lobe(&format!("sh window p.sh.json {options} -o q.sh.json")).stdout();
+        let file = dir.read_sh("q.sh.json");
+        assert_eq!(file.quantity, Quantity::Irradiance, "{options} keeps the quantity");
+        let g = scalar(file.coefficients);
+        for l in 0..6 {
+            let i = l * (l + 1);
+            let expected = f[i] * if l == 0 { 1.0 } else { factor(l as f64) };
+            assert!((g[i] - expected).abs() < 1e-14, "{options}, band {l}: {} against {expected}", g[i]);
+        }
+    }
+}
+
+#[test]
+fn keep_finds_the_published_lambdas_of_an_impulse() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, impulse(6));
+    for (keep, lambda) in [("0.1", 0.00420855331055888), ("0.5", 0.000631543536668657)] {
+        let (stdout, note) = dir.lobe(&format!("sh window p.sh.json --kind laplacian --keep {keep} -o -")).succeeds();
+        assert!(note.starts_with(&format!("note: p.sh.json: --lambda {lambda:.6}")), "{note}");
+        dir.file("kept.sh.json", stdout);
+        let (kept, f) = (scalar(dir.read_sh("kept.sh.json").coefficients), impulse(6));
+        for l in 1..6 {
+            let i = l * (l + 1);
+            let found = (f[i] / kept[i] - 1.0) / (i * i) as f64;
+            assert!((found / lambda - 1.0).abs() < 1e-9, "{keep}, band {l}: λ {found} against {lambda}");
+        }
+    }
+}
+
+#[test]
+fn the_window_of_point_lights_says_what_it_drops() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, impulse(4));
+    let (_, note) = dir.lobe("sh window p.sh.json --kind punctual -o q.sh.json").succeeds();
+    assert!(note.contains("later bands become zero"), "{note}");
+    let (f, g) = (impulse(4), scalar(dir.read_sh("q.sh.json").coefficients));
+    for (i, factor) in [(0, 1.0), (2, 0.92), (6, 0.73), (12, 0.0)] {
+        assert!((g[i] - factor * f[i]).abs() < 1e-15, "coefficient {i}: {} of {}", g[i], f[i]);
+    }
+    dir.sh("p.sh.json", Quantity::Radiance, impulse(3));
+    dir.lobe("sh window p.sh.json --kind punctual -o q.sh.json").stdout();
+}
+
+#[test]
+fn options_of_windows_that_would_be_ignored_are_refused() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, impulse(3));
+    for (options, part) in [
+        ("--kind laplacian --keep 0.5 --width 4", "--width: only hanning, lanczos, sinc4 and gauss"),
+        ("--kind punctual --width 4", "--width: only"),
+        ("--kind hanning --lambda 1", "--lambda: only --kind laplacian"),
+        ("--kind gauss --width 9 --keep 0.5", "--keep: only --kind laplacian"),
+        ("--kind laplacian", "--lambda L, or"),
+        ("--kind laplacian --keep 0.5 --lambda 1", "cannot be used with"),
+        ("--kind gauss", "--width W"),
+        ("--kind lanczos --width 0", "a number above 0"),
+        ("--kind lanczos --width -3", "a number above 0"),
+        ("--kind laplacian --lambda -1", "a weight of 0 or more, found -1"),
+        ("--kind laplacian --keep 0", "a fraction above 0 and up to 1, found 0"),
+        ("--kind laplacian --keep 1.5", "up to 1, found 1.5"),
+        ("--kind box", "hanning"),
+    ] {
+        let error = dir.lobe(&format!("sh window p.sh.json {options} -o q.sh.json")).error();
+        assert!(error.contains(part), "{options}: {error}");
+    }
+    assert_eq!(dir.names(), ["p.sh.json"], "nothing is written");
+}
+
+#[test]
+fn min_proves_the_least_value() {
+    let dir = Dir::new();
+    // 4π times the irradiance of an impulse of order 3, over π: least -0.158333 where z = -8/15.
+    let e = convolved(&impulse(3), &Zonal::clamped_cosine(3));
+    dir.sh("e.sh.json", Quantity::Irradiance, e.map(|c| c * 4.0));
+    let found = json(&dir, "sh min e.sh.json --json");
+    let [channel] = &found["channels"].as_array().unwrap()[..] else { panic!("one channel expected: {found}") };
+    let [min, lo, hi] = ["min", "lo", "hi"].map(|key| channel[key].as_f64().unwrap());
+    let z = numbers(&channel["dir"])[2];
+    assert!((min + 0.158_333_333).abs() < 1e-8 && (z + 8.0 / 15.0).abs() < 1e-6, "{found}");
+    assert!(lo <= min && min <= hi && hi - lo < 1e-6, "{found}");
+
+    dir.sh("sun.sh.json", Quantity::Radiance, sun());
+    let sampled = least_sampled(&sun());
+    for tolerance in ["1e-3", "1e-9"] {
+        let found = json(&dir, &format!("sh min sun.sh.json --tolerance {tolerance} --json"));
+        let channels = found["channels"].as_array().unwrap();
+        assert_eq!(channels.len(), 3, "{found}");
+        for (c, (channel, sampled)) in channels.iter().zip(sampled).enumerate() {
+            let [lo, hi] = ["lo", "hi"].map(|key| channel[key].as_f64().unwrap());
+            let width = 5.0 * tolerance.parse::<f64>().unwrap();
+            assert!(lo <= sampled && hi - lo < width, "channel {c}: [{lo}, {hi}], sampled {sampled}");
+        }
+    }
+    let text = dir.lobe("sh min sun.sh.json").stdout();
+    assert!(text.starts_with("red -") && text.lines().count() == 3 && text.contains("\nblue "), "{text}");
+    let error = dir.lobe("sh min sun.sh.json --tolerance 0").error();
+    assert!(error.contains("above 0"), "{error}");
+}
+
+#[test]
+fn dering_ends_all_negative_values_of_what_is_asked() {
+    let dir = Dir::new();
+    let sun = sun();
+    let e = convolved(&sun, &Zonal::clamped_cosine(4));
+    dir.sh("l.sh.json", Quantity::Radiance, sun.clone());
+    dir.sh("e.sh.json", Quantity::Irradiance, e.clone());
+    let deringed = |args: &str| {
+        let report = json(&dir, &format!("sh dering {args} -o q.sh.json --json"));
+        (report, dir.read_sh("q.sh.json").coefficients.to_rgb())
+    };
+    let (of_light, light) = deringed("l.sh.json");
+    let (of_irradiance, irradiance) = deringed("e.sh.json --quantity irradiance");
+    let (of_light_for_irradiance, light_for_irradiance) = deringed("l.sh.json --quantity irradiance");
+    assert_eq!(of_irradiance, of_light_for_irradiance, "the factors do not depend on what is stored");
+    for (name, report, before, after) in [
+        ("radiance", &of_light, &sun, &light),
+        ("irradiance", &of_irradiance, &e, &irradiance),
+        (
+            "irradiance of radiance",
+            &of_light_for_irradiance,
+            &e,
+            &convolved(&light_for_irradiance, &Zonal::clamped_cosine(4)),
+        ),
+    ] {
+        let [lows, now] = ["min_before", "min_after"].map(|key| numbers(&report[key]));
+        let bands = numbers(&report["bands"]);
+        for c in 0..3 {
+            let mean = before.mean().channel(c);
+            let (was, is) = (least_sampled(before)[c], least_sampled(after)[c]);
+            assert!((lows[c] - was).abs() < 0.01 * mean && lows[c] <= was, "{name}, channel {c}: {was}, {report}");
+            assert!(now[c] <= is && is >= -1e-6 * mean && now[c] >= -1e-6 * mean, "{name}, {c}: {is}, {report}");
+        }
+        assert!(lows[0] < 0.0, "{name} rings: {report}");
+        assert!(bands[0] == 1.0 && bands.iter().all(|w| (0.0..=1.0).contains(w)), "{name}: {report}");
+        let energy = |f: &ShVec<Rgb<f64>>| f.dot(f).to_array().iter().sum::<f64>();
+        let removed = 1.0 - energy(after) / energy(before);
+        assert!((report["energy_removed"].as_f64().unwrap() - removed).abs() < 1e-12, "{name}: {removed}, {report}");
+    }
+    assert!(least_sampled(&light_for_irradiance)[0] < 0.0, "radiance may ring as long as its irradiance does not");
+}
+
+#[test]
+fn every_method_of_dering_works_and_what_is_not_negative_stays() {
+    let dir = Dir::new();
+    let e = convolved(&sun().resized(3), &Zonal::clamped_cosine(3));
+    dir.sh("e.sh.json", Quantity::Irradiance, e.clone());
+    let mut removed = Vec::new();
+    for method in ["least-change", "table", "hanning", "lanczos", "lanczos:2", "sinc4", "gauss", "laplacian"] {
+        let report = json(&dir, &format!("sh dering e.sh.json --method {method} -o q.sh.json --json"));
+        let least = numbers(&report["min_after"]);
+        let is_gone = least.iter().enumerate().all(|(c, min)| *min > -1e-6 * e.mean().channel(c));
+        assert!(is_gone, "{method}: {report}");
+        removed.push(report["energy_removed"].as_f64().unwrap());
+    }
+    assert!(removed[1..].iter().all(|r| *r > removed[0]), "least-change changes least: {removed:?}");
+
+    let (stdout, note) = dir.lobe("sh dering q.sh.json -o -").succeeds();
+    assert!(note.contains("left as it is"), "{note}");
+    assert_eq!(stdout.into_bytes(), dir.bytes("q.sh.json"), "unchanged");
+    let (_, note) = dir.lobe("sh dering e.sh.json -o r.sh.json").succeeds();
+    assert!(note.contains("least value -") && note.contains("% of the energy removed"), "{note}");
+}
+
+#[test]
+fn what_cannot_be_made_non_negative_is_one_line() {
+    let dir = Dir::new();
+    let rgb = |r: f64, g: f64, b: f64| {
+        let mut f = ShVec::impulse(3, Direction::X, Rgb::new(1.0, 1.0, 1.0));
+        f[0] = Rgb::new(r, g, b);
+        f
+    };
+    dir.sh("dark.sh.json", Quantity::Irradiance, rgb(1.0, -0.5, 1.0));
+    dir.sh("none.sh.json", Quantity::Radiance, rgb(1.0, 1.0, 0.0).map(|c| c.b));
+    dir.sh("log.sh.json", Quantity::LogVisibility, impulse(2));
+    dir.sh("transfer.sh.json", Quantity::Transfer, impulse(2));
+    dir.sh("e.sh.json", Quantity::Irradiance, impulse(5));
+    dir.sh("zero.sh.json", Quantity::Irradiance, ShVec::<f64>::zero(3));
+    for (args, part) in [
+        ("dark.sh.json", "the mean of green is -0.14"),
+        ("none.sh.json", "the mean is 0.0; expected one above 0"),
+        ("log.sh.json", "log-visibility is negative by its nature"),
+        ("transfer.sh.json --quantity irradiance", "expected radiance or irradiance, found transfer"),
+        ("e.sh.json --quantity radiance", "expected radiance, found irradiance"),
+        ("e.sh.json --method table", "up to three bands, found order 5"),
+        ("e.sh.json --method auto", "expected least-change"),
+        ("e.sh.json --method lanczos:0", "lanczos:0"),
+    ] {
+        let error = dir.lobe(&format!("sh dering {args} -o q.sh.json")).error();
+        assert!(error.contains(part), "{args}: {error}");
+    }
+    let error = dir.lobe("sh dering e.sh.json -o - --json").error();
+    assert!(error.contains("both the expansion and the JSON"), "{error}");
+    assert!(!dir.names().contains(&"q.sh.json".to_owned()), "nothing is written: {:?}", dir.names());
+    let report = json(&dir, "sh dering zero.sh.json -o q.sh.json --json");
+    assert_eq!(numbers(&report["min_after"]), [0.0], "zero stays zero: {report}");
+}

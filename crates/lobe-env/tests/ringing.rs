@@ -1,0 +1,112 @@
+//! The expansions of photographs ring; after dering they do not, and keep their contrast.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
+mod common;
+
+use lobe_env::{SunOptions, bundled, extract_sun, project_env};
+use lobe_sh::{
+    Coefficient as _, Dering, DeringMethod, DeringOutcome, Dir, Expansion as _, LightOptions, Rgb, ShVec, Window,
+    WindowFamily, Zonal, convolved, deringed, even_directions, extract_lights, windowed,
+};
+
+/// Directions that are looked at: a degree and a half apart, far below the wavelength of order 6.
+const SAMPLES: usize = 16_000;
+
+/// The orders of the probes.
+const ORDERS: std::ops::RangeInclusive<usize> = 3..=6;
+
+/// The widest window that Filament's search tries, and how near it comes.
+const FILAMENT_WIDEST: f64 = 13.0;
+
+fn least_of_channels(f: &ShVec<Rgb<f64>>, basis: &[(Dir, Vec<f64>)]) -> [f64; 3] {
+    let mut least = [f64::INFINITY; 3];
+    for (_, y) in basis {
+        let mut value = Rgb::<f64>::ZERO;
+        for (y, c) in y.iter().zip(f.coefficients()) {
+            value += c.scale(*y);
+        }
+        least = [0, 1, 2].map(|c| least[c].min(value.channel(c)));
+    }
+    least
+}
+
+#[test]
+fn no_real_map_is_below_zero_anywhere_after_dering() {
+    let basis: Vec<_> = even_directions(SAMPLES).map(|s| (s, lobe_sh::eval_basis(s, *ORDERS.end()))).collect();
+    let mut rang = 0;
+    for (name, map) in common::real_maps() {
+        let radiance = project_env(&map, *ORDERS.end());
+        for order in ORDERS {
+            let radiance = radiance.resized(order);
+            let irradiance = convolved(&radiance, &Zonal::clamped_cosine(order));
+            for (quantity, f) in [("radiance", radiance), ("irradiance", irradiance)] {
+                let (g, report) = deringed(&f, &Dering::default());
+                let done = matches!(report.outcome, DeringOutcome::Windowed | DeringOutcome::Unchanged);
+                assert!(done, "{name}, {quantity} of order {order}: {report:?}");
+                rang += usize::from(report.outcome == DeringOutcome::Windowed);
+                let least = least_of_channels(&g, &basis);
+                for (c, least) in least.into_iter().enumerate() {
+                    let dc = f.mean().channel(c);
+                    assert!(g.mean().channel(c) == dc, "{name}: the mean stays");
+                    assert!(least >= -1e-6 * dc, "{name}, {quantity} of order {order}, channel {c}: {least} of {dc}");
+                    assert!(report.after[c].lo >= -1e-6 * dc, "{name}, order {order}: {:?}", report.after[c]);
+                }
+            }
+        }
+    }
+    println!("{rang} expansions rang below zero");
+    assert!(rang >= 8, "only {rang} expansions had anything to remove");
+}
+
+/// The part of the L2 norm that is left.
+fn norm_kept(f: &ShVec<Rgb<f64>>, g: &ShVec<Rgb<f64>>) -> f64 {
+    let square = |f: &ShVec<Rgb<f64>>| f.dot(f).to_array().iter().sum::<f64>();
+    (square(g) / square(f)).sqrt()
+}
+
+/// Filament takes the fourth power of the sigma factors, of the largest width up to 13 that makes the function
+/// non-negative. This is its best case: the width to rounding, not to a tenth.
+fn best_of_filament(f: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
+    let method = DeringMethod::Family(WindowFamily::Lanczos { power: 4.0 });
+    let (_, report) = deringed(f, &Dering { method, kernel: None });
+    let width = match report.window {
+        Some(Window::Lanczos { width, .. }) => width.min(FILAMENT_WIDEST),
+        _ => FILAMENT_WIDEST,
+    };
+    windowed(f, &Window::Lanczos { width, power: 4.0 })
+}
+
+#[test]
+fn the_least_change_keeps_more_of_a_sun_probe_than_filament() {
+    for map in bundled::all() {
+        let irradiance = convolved(&project_env(&map.map(), 3), &Zonal::clamped_cosine(3));
+        let (g, _) = deringed(&irradiance, &Dering::default());
+        let (ours, theirs) = (norm_kept(&irradiance, &g), norm_kept(&irradiance, &best_of_filament(&irradiance)));
+        println!("{}: {:.2} % of the norm kept, Filament {:.2} %", map.name, 100.0 * ours, 100.0 * theirs);
+        assert!(ours > 0.85 && ours > theirs, "{}: {ours} of the norm kept, Filament {theirs}", map.name);
+    }
+    // Nothing but a sun: the worst case.
+    let sun = ShVec::impulse(3, Dir::from_angles(1.2, 0.7), Rgb::new(9.0, 8.0, 6.0));
+    let irradiance = convolved(&sun, &Zonal::clamped_cosine(3));
+    let (g, _) = deringed(&irradiance, &Dering::default());
+    let (ours, theirs) = (norm_kept(&irradiance, &g), norm_kept(&irradiance, &best_of_filament(&irradiance)));
+    println!("a sun alone: {:.2} % of the norm kept, Filament {:.2} %", 100.0 * ours, 100.0 * theirs);
+    assert!(ours > 0.85 && ours > theirs, "a sun alone: {ours} of the norm kept, Filament {theirs}");
+}
+
+#[test]
+fn the_strongest_light_of_a_sunset_comes_nearer_to_the_sun_with_the_order() {
+    let map = bundled::sunset().map();
+    let sun = extract_sun(&map, &SunOptions::default()).unwrap().sun.direction;
+    let radiance = project_env(&map, 10);
+    for refine in [false, true] {
+        let angle = |order: usize| {
+            let options = LightOptions { count: 3, refine, ..LightOptions::default() };
+            let fit = extract_lights(&radiance.resized(order), &options).unwrap();
+            fit.lights[0].dir.angle_to(sun).to_degrees()
+        };
+        let angles: Vec<f64> = (2..=10).map(angle).collect();
+        println!("orders 2 to 10, refine {refine}: {angles:.2?} degrees");
+    }
+}
