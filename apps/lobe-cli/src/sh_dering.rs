@@ -3,14 +3,16 @@
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
-    Coefficient, Dering, DeringMethod, DeringOutcome, DeringReport, Expansion as _, FileCoefficients, Minimum, Quantity,
-    ShFile, ShVec, Zonal, deringed,
+    Coefficient, Dering, DeringMethod, DeringOutcome, DeringReport, Expansion as _, FileCoefficients, Minimum,
+    Quantity, ShFile, ShVec, Zonal, deringed,
 };
 use serde::Serialize;
 
 use crate::input::ShInput;
 use crate::output::{self, ShOutput};
 use crate::talk::Talk;
+
+const JSON_HELP: &str = r#"Print {"min_before", "min_after", "bands", "energy_removed"}: what no value of each channel is below, the factors of the bands, the part of the energy that was lost"#;
 
 #[derive(Args)]
 pub(crate) struct ShDering {
@@ -32,9 +34,7 @@ pub(crate) struct ShDering {
     /// The non-negative expansion, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "Q")]
     output: ShOutput,
-    /// Print {"min_before", "min_after", "bands", "energy_removed"}: what no value of each channel is below, the factors of
-    /// the bands, the part of the energy that was lost
-    #[arg(long)]
+    #[arg(long, help = JSON_HELP)]
     json: bool,
 }
 

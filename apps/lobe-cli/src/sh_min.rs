@@ -61,8 +61,12 @@ impl Minima {
     fn text(&self) -> String {
         let mut text = String::new();
         let names: &[&str] = if self.channels.len() == 1 { &["least"] } else { &["red", "green", "blue"] };
-        for (name, Channel { min, lo, hi, dir: [x, y, z] }) in names.iter().zip(&self.channels) {
-            let _ = writeln!(text, "{name} {min:.9} towards {x:.6} {y:.6} {z:.6}, proven to lie in [{lo:.9}, {hi:.9}]");
+        for (name, Channel { min, lo, dir: [x, y, z], .. }) in names.iter().zip(&self.channels) {
+            let below = min - lo;
+            let _ = writeln!(
+                text,
+                "{name} {min:?} towards {x:.6} {y:.6} {z:.6}, proven: nothing more than {below:.1e} below"
+            );
         }
         text
     }

@@ -84,7 +84,9 @@ impl ShWindow {
     fn check_options(&self) -> anyhow::Result<()> {
         let has_width = !matches!(self.kind, Kind::Laplacian | Kind::Punctual);
         if self.width.is_some() && !has_width {
-            bail!("--width: only hanning, lanczos, sinc4 and gauss have one; choose one of them, or leave the width out");
+            bail!(
+                "--width: only hanning, lanczos, sinc4 and gauss have one; choose one of them, or leave the width out"
+            );
         }
         let is_laplacian = self.kind == Kind::Laplacian;
         for (option, is_given) in [("--lambda", self.lambda.is_some()), ("--keep", self.keep.is_some())] {

@@ -6,8 +6,8 @@ mod common;
 
 use lobe_env::{SunOptions, bundled, extract_sun, project_env};
 use lobe_sh::{
-    Coefficient as _, Dering, DeringMethod, DeringOutcome, Dir, Expansion as _, LightOptions, Rgb, ShVec, Window,
-    WindowFamily, Zonal, convolved, deringed, even_directions, extract_lights, windowed,
+    Coefficient as _, Dering, DeringMethod, DeringOutcome, Dir, Expansion as _, LightMetric, LightOptions, Rgb, ShVec,
+    Window, WindowFamily, Zonal, convolved, deringed, even_directions, extract_lights, windowed,
 };
 
 /// Directions that are looked at: a degree and a half apart, far below the wavelength of order 6.
@@ -95,18 +95,32 @@ fn the_least_change_keeps_more_of_a_sun_probe_than_filament() {
     assert!(ours > 0.85 && ours > theirs, "a sun alone: {ours} of the norm kept, Filament {theirs}");
 }
 
-#[test]
-fn the_strongest_light_of_a_sunset_comes_nearer_to_the_sun_with_the_order() {
+/// The angle in degrees between the one light that explains most and the sun of the picture, for orders 2 to 10.
+fn angles_to_the_sun(metric: LightMetric, refine: bool) -> Vec<f64> {
     let map = bundled::sunset().map();
     let sun = extract_sun(&map, &SunOptions::default()).unwrap().sun.direction;
     let radiance = project_env(&map, 10);
-    for refine in [false, true] {
-        let angle = |order: usize| {
-            let options = LightOptions { count: 3, refine, ..LightOptions::default() };
-            let fit = extract_lights(&radiance.resized(order), &options).unwrap();
-            fit.lights[0].dir.angle_to(sun).to_degrees()
-        };
-        let angles: Vec<f64> = (2..=10).map(angle).collect();
-        println!("orders 2 to 10, refine {refine}: {angles:.2?} degrees");
+    let angle = |order: usize| {
+        let options = LightOptions { count: 1, refine, metric, ..LightOptions::default() };
+        let fit = extract_lights(&radiance.resized(order), &options).unwrap();
+        fit.lights[0].dir.angle_to(sun).to_degrees()
+    };
+    (2..=10).map(angle).collect()
+}
+
+#[test]
+fn the_light_found_in_a_sunset_comes_nearer_to_the_sun_with_every_order() {
+    let [maxima, refined] = [false, true].map(|refine| angles_to_the_sun(LightMetric::Radiance, refine));
+    println!("orders 2 to 10, at a maximum {maxima:.2?}, refined {refined:.2?} degrees");
+    for (name, angles) in [("at a maximum", &maxima), ("refined", &refined)] {
+        assert!(angles.is_sorted_by(|a, b| a > b), "{name}: {angles:.2?} degrees");
+        assert!(angles[0] > 40.0 && angles[8] < 12.0, "{name}: {angles:.2?} degrees");
     }
+    let is_nearer = refined[1..].iter().zip(&maxima[1..]).all(|(r, m)| r < m);
+    assert!(is_nearer, "refined {refined:.2?} against {maxima:.2?} degrees");
+    // Diffuse surfaces hardly see bands beyond 2: the light that is best for them stays in the middle of the glow.
+    let for_surfaces = angles_to_the_sun(LightMetric::Irradiance, true);
+    println!("refined for irradiance {for_surfaces:.2?} degrees");
+    let is_level = for_surfaces[1..].iter().all(|a| (a - for_surfaces[1]).abs() < 1.0);
+    assert!(is_level, "refined for irradiance: {for_surfaces:.2?} degrees");
 }

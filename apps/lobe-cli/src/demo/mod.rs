@@ -4,14 +4,18 @@ mod basis;
 mod encodings;
 mod environment;
 mod environment_mapping;
+mod extraction;
 mod irradiance;
+mod lights;
 mod mappings;
 mod overview;
 mod page;
 mod projection;
 mod reconstruction;
+mod ringing;
 mod rotation;
 mod skies;
+mod windows;
 
 use std::fs;
 use std::io;
@@ -38,7 +42,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 72;
+const STEPS: u64 = 111;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -105,6 +109,10 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
         let balls = demo.irradiance(&sky)?;
         demo.overview(&sky, &balls)?;
         demo.encodings(&sky)?;
+        demo.extraction(&sky)?;
+        if number == 1 {
+            demo.ringing(&sky)?;
+        }
         if number == 0 {
             demo.rotation(&sky)?;
             demo.projection(&sky);
@@ -116,6 +124,8 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
     demo.skies()?;
     demo.area_lights()?;
     demo.basis()?;
+    demo.lights()?;
+    demo.windows()?;
     let html = demo.page.into_html(title);
     write_atomically(&index, |file| file.write_all(html.as_bytes())).map_err(|source| io_error(&index, source))?;
     (demo.progress)("index.html");
@@ -152,6 +162,14 @@ impl Writer<'_> {
     fn write(&mut self, file: &str, picture: &Picture, tone: &Tone) -> anyhow::Result<()> {
         (self.progress)(file);
         picture.write_png(self.folder.join(file), tone)?;
+        Ok(())
+    }
+
+    /// Writes a figure of lines.
+    fn write_svg(&mut self, file: &str, svg: &str) -> anyhow::Result<()> {
+        (self.progress)(file);
+        let path = self.folder.join(file);
+        write_atomically(&path, |out| out.write_all(svg.as_bytes())).map_err(|source| io_error(&path, source))?;
         Ok(())
     }
 
@@ -214,7 +232,12 @@ mod tests {
         assert!(shown.len() > 20, "{} figures: {shown:?}", shown.len());
         for file in shown {
             let bytes = fs::read(folder.path().join(file)).unwrap();
-            assert_eq!(&bytes[1..4], b"PNG", "{file}");
+            if file.ends_with(".svg") {
+                assert!(bytes.starts_with(b"<svg ") && bytes.ends_with(b"</svg>\n"), "{file}");
+                assert!(!String::from_utf8(bytes).unwrap().contains("NaN"), "{file}");
+            } else {
+                assert_eq!(&bytes[1..4], b"PNG", "{file}");
+            }
         }
     }
 }

@@ -76,7 +76,9 @@ fn keep_finds_the_published_lambdas_of_an_impulse() {
     dir.sh("p.sh.json", Quantity::Radiance, impulse(6));
     for (keep, lambda) in [("0.1", 0.00420855331055888), ("0.5", 0.000631543536668657)] {
         let (stdout, note) = dir.lobe(&format!("sh window p.sh.json --kind laplacian --keep {keep} -o -")).succeeds();
-        assert!(note.starts_with(&format!("note: p.sh.json: --lambda {lambda:.6}")), "{note}");
+        let told = note.split_whitespace().skip_while(|word| *word != "--lambda").nth(1).unwrap_or_default();
+        let told: f64 = told.parse().unwrap_or_else(|e| panic!("{note}: {e}"));
+        assert!((told / lambda - 1.0).abs() < 1e-12, "{note}");
         dir.file("kept.sh.json", stdout);
         let (kept, f) = (scalar(dir.read_sh("kept.sh.json").coefficients), impulse(6));
         for l in 1..6 {
@@ -171,7 +173,9 @@ fn dering_ends_all_negative_values_of_what_is_asked() {
     let (of_light, light) = deringed("l.sh.json");
     let (of_irradiance, irradiance) = deringed("e.sh.json --quantity irradiance");
     let (of_light_for_irradiance, light_for_irradiance) = deringed("l.sh.json --quantity irradiance");
-    assert_eq!(of_irradiance, of_light_for_irradiance, "the factors do not depend on what is stored");
+    let [a, b] = [&of_irradiance, &of_light_for_irradiance].map(|report| numbers(&report["bands"]));
+    let is_same = a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9);
+    assert!(is_same, "the factors do not depend on what is stored: {a:?}, {b:?}");
     for (name, report, before, after) in [
         ("radiance", &of_light, &sun, &light),
         ("irradiance", &of_irradiance, &e, &irradiance),

@@ -1,0 +1,120 @@
+//! Lights with a name in a few bands, beside what they are.
+
+use lobe::render::{CrossSection, Curve2d, LinePlot, PolarPlot};
+use lobe::sh::{Dir, Zonal};
+
+use super::Writer;
+
+/// The size of plots of lines: they are drawn by the reader's program, so `--quick` does not make them smaller.
+const PLOT: [f64; 2] = [480.0, 300.0];
+/// The width of polar plots.
+pub(super) const POLAR: f64 = 300.0;
+
+pub(super) const RED: [u8; 3] = [200, 30, 30];
+pub(super) const BLUE: [u8; 3] = [30, 60, 200];
+pub(super) const GREEN: [u8; 3] = [20, 140, 60];
+pub(super) const ORANGE: [u8; 3] = [214, 126, 0];
+pub(super) const BLACK: [u8; 3] = [40, 40, 40];
+pub(super) const GREY: [u8; 3] = [130, 130, 130];
+
+/// The half angles of the cones in degrees, and their colours.
+const CONES: [(f64, &str, [u8; 3]); 4] =
+    [(90.0, "90°", GREEN), (45.0, "45°", RED), (30.0, "30°", BLUE), (12.5, "12.5°", BLACK)];
+
+/// A function of the angle from an axis as a line, a point for every half degree from 0° to 180°.
+pub(super) fn profile<'a>(label: &'a str, colour: [u8; 3], dashed: bool, f: impl Fn(f64) -> f64) -> Curve2d<'a> {
+    let degrees = |i: u32| 0.5 * f64::from(i);
+    let points = (0..=360).map(|i| [degrees(i), f(degrees(i).to_radians())]).collect();
+    Curve2d { label, colour, dashed, points }
+}
+
+impl Writer<'_> {
+    pub(super) fn lights(&mut self) -> anyhow::Result<()> {
+        self.kernels()?;
+        self.cones()
+    }
+
+    /// Lines over the angle from an axis.
+    pub(super) fn profiles(&mut self, file: &str, curves: &[Curve2d<'_>], caption: &str) -> anyhow::Result<()> {
+        self.line_plot(file, ([0.0, 180.0], 30.0, "°"), curves, caption)
+    }
+
+    /// Lines over a horizontal axis with ends, a step and a unit.
+    pub(super) fn line_plot(
+        &mut self,
+        file: &str,
+        (ends, step, unit): ([f64; 2], f64, &str),
+        curves: &[Curve2d<'_>],
+        caption: &str,
+    ) -> anyhow::Result<()> {
+        let [width, height] = PLOT;
+        self.write_svg(file, &LinePlot { width, height, ends, step, unit }.svg(curves))?;
+        self.page.figure(file, width as usize, caption);
+        Ok(())
+    }
+
+    fn kernels(&mut self) -> anyhow::Result<()> {
+        self.page.section("What a surface sees, in three and in five bands");
+        self.page.text(
+            "The cosine of a diffuse surface ends at the horizon, its expansion does not. Order 3 is 1/16 too bright at its peak \
+             and has a lobe of 1/16 at the opposite pole; order 5 has one of -1/32 there, which is negative.",
+        );
+        let [three, five] = [3, 5].map(Zonal::clamped_cosine);
+        let truth = |t: f64| t.max(0.0);
+        let curves = [
+            profile("order 3", RED, false, |t| three.eval(t.cos())),
+            profile("order 5", BLUE, false, |t| five.eval(t.cos())),
+            profile("the cosine", BLACK, true, |t| truth(t.cos())),
+        ];
+        self.profiles("kernel.svg", &curves, "over the angle from the normal")?;
+        for (order, kernel) in [(3, &three), (5, &five)] {
+            let plot = PolarPlot { extent: Some(1.1), ..PolarPlot::new(POLAR, CrossSection::XZ) };
+            let file = format!("kernel-polar-{order}.svg");
+            self.write_svg(&file, &plot.svg(&|s: Dir| kernel.eval(s.z()), &[&|s: Dir| truth(s.z())]))?;
+            let caption = format!("order {order} in polar form: red is positive, blue negative, the cosine dashed");
+            self.page.figure(&file, POLAR as usize, &caption);
+        }
+        self.page.command(
+            "lobe light directional --dir 0,0,1 --order 5 --normalize none -o sun.sh.json\n\
+             lobe sh convolve sun.sh.json --kernel cosine -o - | lobe sh plot - --style polar -o kernel.svg",
+        );
+        Ok(())
+    }
+
+    fn cones(&mut self) -> anyhow::Result<()> {
+        self.page.section("Discs of light, hard and soft");
+        self.page.text(
+            "Discs of radiance 1 and of half angles 90°, 45°, 30° and 12.5°, and discs that fade to their edge, from closed forms \
+             for any order. The smaller and harder the disc, the more its expansion overshoots, falls short and rings below zero.",
+        );
+        for order in [4, 6] {
+            let hard = CONES.map(|(degrees, ..)| Zonal::cone(order, degrees.to_radians()));
+            let soft = CONES.map(|(degrees, ..)| Zonal::soft_cone(order, degrees.to_radians()));
+            let is_inside = |angle: f64, theta: f64| if theta <= angle { 1.0 } else { 0.0 };
+            let caption = format!("hard discs at order {order}, the truth dashed");
+            self.profiles(&format!("cones-hard-{order}.svg"), &cone_curves(&hard, is_inside), &caption)?;
+            let ease = |angle: f64, theta: f64| {
+                let x = (theta / angle).min(1.0);
+                2.0 * x.powi(3) - 3.0 * x * x + 1.0
+            };
+            let caption = format!("soft discs at order {order}, the truth dashed");
+            self.profiles(&format!("cones-soft-{order}.svg"), &cone_curves(&soft, ease), &caption)?;
+        }
+        self.page.command(
+            "lobe light soft-cone --dir 0,0,1 --half-angle 30 --order 6 --normalize none -o cone.sh.json\n\
+             lobe sh plot cone.sh.json --style polar -o cone.svg",
+        );
+        Ok(())
+    }
+}
+
+/// Every disc and, dashed and in the same colour, what it is: a function of its half angle and of the angle.
+fn cone_curves(cones: &[Zonal; 4], truth: impl Fn(f64, f64) -> f64) -> Vec<Curve2d<'static>> {
+    let pair = |((degrees, label, colour), cone): ((f64, &'static str, [u8; 3]), &Zonal)| {
+        [
+            profile("", colour, true, |t| truth(degrees.to_radians(), t)),
+            profile(label, colour, false, |t| cone.eval(t.cos())),
+        ]
+    };
+    CONES.into_iter().zip(cones).flat_map(pair).collect()
+}

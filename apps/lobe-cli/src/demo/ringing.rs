@@ -1,0 +1,256 @@
+//! Light below zero, and how it is removed.
+
+use std::f64::consts::{PI, TAU};
+
+use lobe::env::irradiance_at;
+use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot, Tone, View};
+use lobe::sh::{
+    Coefficient as _, Dering, DeringMethod, DeringReport, Dir, Expansion as _, Minimum, Quantity, Rgb, ShVec,
+    WindowFamily, Zonal, certified_maximum, convolved, deringed,
+};
+
+use super::lights::POLAR;
+use super::{SWEEP, Sky, Writer, digits};
+
+/// The order that irradiance is usually stored at.
+const USUAL: usize = 3;
+
+/// How much larger the middle of a cross-section is shown.
+const ENLARGED: f64 = 12.0;
+
+/// The truth is summed at so many places around the cross-section.
+const PLACES: usize = 360;
+
+const METHODS: [(&str, DeringMethod); 7] = [
+    ("least-change", DeringMethod::LeastChange),
+    ("table", DeringMethod::Table),
+    ("sinc4", DeringMethod::Family(WindowFamily::Lanczos { power: 4.0 })),
+    ("lanczos", DeringMethod::Family(WindowFamily::Lanczos { power: 1.0 })),
+    ("hanning", DeringMethod::Family(WindowFamily::Hanning)),
+    ("gauss", DeringMethod::Family(WindowFamily::Gauss)),
+    ("laplacian", DeringMethod::Family(WindowFamily::SquaredLaplacian)),
+];
+
+/// A function before and after, under the names of its files.
+struct Pair<'a> {
+    /// How the names of the files begin.
+    stem: &'a str,
+    before: &'a ShVec<f64>,
+    after: &'a ShVec<f64>,
+    /// The value that fills the figures.
+    largest: f64,
+}
+
+impl<'a> Pair<'a> {
+    fn new(stem: &'a str, before: &'a ShVec<f64>, after: &'a ShVec<f64>) -> Self {
+        let largest = certified_maximum(before.coefficients(), 1e-3).hi;
+        Self { stem, before, after, largest }
+    }
+
+    fn both(&self) -> [(&'static str, &'a ShVec<f64>); 2] {
+        [("before", self.before), ("after", self.after)]
+    }
+}
+
+impl Writer<'_> {
+    pub(super) fn ringing(&mut self, sky: &Sky) -> anyhow::Result<()> {
+        self.sun_alone()?;
+        self.irradiance_of_sky(sky)?;
+        self.radiance_of_sky(sky)
+    }
+
+    /// The irradiance of a sun, which rings most.
+    fn sun_alone(&mut self) -> anyhow::Result<()> {
+        self.page.section("A sun that lights its dark side with less than nothing");
+        let before = convolved(&ShVec::<f64>::impulse(USUAL, Dir::Z, 1.0), &Zonal::clamped_cosine(USUAL));
+        let (after, report) = deringed(&before, &Dering::default());
+        self.page.text(&format!(
+            "The irradiance of a sun in order {USUAL} is negative below the horizon, down to {} % of the mean, and positive again at \
+             the far pole. The least change makes its lowest value 0 with the factors {}; {} % of the norm stay.",
+            digits(100.0 * report.before[0].lo / before.mean()),
+            bands(&report),
+            norm_kept(&report),
+        ));
+        let pair = Pair::new("sun-ringing", &before, &after);
+        // A little from below, where it rings.
+        self.balloons(&pair, Dir::from_angles(110.0_f64.to_radians(), 0.6), "red is positive, blue negative")?;
+        let truth = |s: Dir| s.z().max(0.0);
+        self.polars(&pair, CrossSection::XZ, 1.0, &truth, "in polar form, the cosine dashed")?;
+        self.page.command(
+            "lobe light directional --dir 0,0,1 --order 3 --normalize none -o sun.sh.json\n\
+             lobe sh convolve sun.sh.json --kernel cosine -o e.sh.json\n\
+             lobe sh dering e.sh.json -o calm.sh.json",
+        );
+        Ok(())
+    }
+
+    fn irradiance_of_sky(&mut self, sky: &Sky) -> anyhow::Result<()> {
+        let name = sky.bundled.name;
+        self.page.section(&format!("{name}: irradiance below zero, and how it is removed"));
+        let irradiance = convolved(&sky.radiance.resized(USUAL), &Zonal::clamped_cosine(USUAL));
+        let (after, report) = deringed(&irradiance, &Dering::default());
+        let (channel, colour) = worst_channel(&irradiance, &report);
+        self.page.text(&format!(
+            "The irradiance of order {USUAL} of this photograph falls to {} % of its mean, which no light does. The least change by a \
+             factor for each band, {}, lifts its least value to 0 and keeps {} % of the norm; the {colour} channel is shown, the \
+             lowest for its mean.",
+            digits(100.0 * report.before[channel].lo / irradiance.mean().channel(channel)),
+            bands(&report),
+            norm_kept(&report),
+        ));
+        let [before, after] = [&irradiance, &after].map(|f| f.map(|c| c.channel(channel)));
+        let stem = sky.file("ringing");
+        let pair = Pair::new(&stem, &before, &after);
+        self.crosses(&pair)?;
+        let lowest = report.before[channel].dir;
+        let right = Dir::new([lowest.x(), lowest.y(), 0.0]).unwrap_or(Dir::X);
+        let section = CrossSection { right, up: Dir::Z };
+        let truth = truth_around(sky, section, channel);
+        let what = "in the vertical plane through the least value, down and to the right; the truth dashed";
+        self.polars(&pair, section, 1.0, &truth, what)?;
+        self.polars(&pair, section, ENLARGED, &truth, "its middle, twelve times as large")?;
+        self.methods_table(&irradiance);
+        self.orders_table(sky);
+        self.page.command(&format!(
+            "lobe project bundled:{name} --order 3 -o - | lobe sh convolve - --kernel cosine -o e.sh.json\n\
+             lobe sh min e.sh.json\n\
+             lobe sh dering e.sh.json -o calm.sh.json\n\
+             lobe sh plot calm.sh.json --style cross -o calm.png"
+        ));
+        Ok(())
+    }
+
+    fn radiance_of_sky(&mut self, sky: &Sky) -> anyhow::Result<()> {
+        let name = sky.bundled.name;
+        self.page.section(&format!("{name}: the price for radiance"));
+        let (after, report) = deringed(&sky.radiance, &Dering::default());
+        self.page.text(&format!(
+            "Radiance of lamps rings far more: to {} % of the mean in order {SWEEP}. To make it non-negative costs contrast, {} % of the \
+             norm stay; if only its irradiance is needed, --quantity irradiance leaves nearly all.",
+            digits(100.0 * lowest_of_means(&sky.radiance, &report.before)),
+            norm_kept(&report),
+        ));
+        let [before, after] = [&sky.radiance, &after].map(|f| f.map(Rgb::luminance));
+        let stem = sky.file("radiance-ringing");
+        let pair = Pair::new(&stem, &before, &after);
+        let light = sky.main_direction();
+        let eye = Dir::from_angles(75.0_f64.to_radians(), light.phi() + 90.0_f64.to_radians());
+        self.balloons(&pair, eye, "red is positive, blue negative, the main lamp to one side")?;
+        self.crosses(&pair)?;
+        self.page.command(&format!("lobe sh dering {name}.sh.json --quantity radiance -o calm.sh.json"));
+        Ok(())
+    }
+
+    fn balloons(&mut self, pair: &Pair<'_>, eye: Dir, caption: &str) -> anyhow::Result<()> {
+        for (when, f) in pair.both() {
+            let size = 2 * self.ball;
+            let balloon = Balloon { extent: Some(pair.largest), view: View::from_eye(eye), ..Balloon::new(size) };
+            let file = format!("{}-balloon-{when}.png", pair.stem);
+            self.write(&file, &balloon.picture(|s| f.eval(s)), &Tone::PLAIN)?;
+            self.page.figure(&file, size, &format!("{when}: {caption}"));
+        }
+        Ok(())
+    }
+
+    fn crosses(&mut self, pair: &Pair<'_>) -> anyhow::Result<()> {
+        for (when, f) in pair.both() {
+            let cross = CubeCross { full_scale: Some(pair.largest), ..CubeCross::new(self.ball * 3 / 4) };
+            let picture = cross.picture(|s| f.eval(s));
+            let file = format!("{}-cross-{when}.png", pair.stem);
+            self.write(&file, &picture, &Tone::PLAIN)?;
+            self.page.figure(&file, picture.width(), &format!("{when}, on the unfolded cube: the green line is zero"));
+        }
+        Ok(())
+    }
+
+    /// Cross-sections beside the truth, `enlarged` so many times.
+    fn polars(
+        &mut self,
+        pair: &Pair<'_>,
+        section: CrossSection,
+        enlarged: f64,
+        truth: &dyn Fn(Dir) -> f64,
+        caption: &str,
+    ) -> anyhow::Result<()> {
+        let name = if enlarged > 1.0 { "middle" } else { "polar" };
+        for (when, f) in pair.both() {
+            let plot = PolarPlot { extent: Some(pair.largest / enlarged), ..PolarPlot::new(POLAR, section) };
+            let file = format!("{}-{name}-{when}.svg", pair.stem);
+            self.write_svg(&file, &plot.svg(&|s: Dir| f.eval(s), &[truth]))?;
+            self.page.figure(&file, POLAR as usize, &format!("{when}, {caption}"));
+        }
+        Ok(())
+    }
+
+    fn methods_table(&mut self, irradiance: &ShVec<Rgb<f64>>) {
+        (self.progress)("methods of dering");
+        let rows = METHODS.map(|(name, method)| {
+            let (_, report) = deringed(irradiance, &Dering { method, kernel: None });
+            vec![
+                name.to_owned(),
+                bands(&report),
+                // What is proven is a little below zero: the width of the interval.
+                format!("{} %", digits((1e4 * lowest_of_means(irradiance, &report.after)).round() / 1e2)),
+                format!("{} %", norm_kept(&report)),
+            ]
+        });
+        self.page.table(&["method", "factors of the bands", "lowest value after / mean", "norm kept"], &rows);
+    }
+
+    fn orders_table(&mut self, sky: &Sky) {
+        (self.progress)("dering by order");
+        let mut rows = Vec::new();
+        for quantity in [Quantity::Irradiance, Quantity::Radiance] {
+            for order in 2..=SWEEP {
+                let radiance = sky.radiance.resized(order);
+                let f = match quantity {
+                    Quantity::Irradiance => convolved(&radiance, &Zonal::clamped_cosine(order)),
+                    _ => radiance,
+                };
+                let (_, report) = deringed(&f, &Dering::default());
+                let before = lowest_of_means(&f, &report.before);
+                rows.push(vec![
+                    quantity.to_string(),
+                    order.to_string(),
+                    format!("{} %", digits(100.0 * before)),
+                    bands(&report),
+                    format!("{} %", norm_kept(&report)),
+                ]);
+            }
+        }
+        let head = ["least change of", "order", "lowest value before / mean", "factors of the bands", "norm kept"];
+        self.page.table(&head, &rows);
+    }
+}
+
+/// The channel that is lowest in units of its mean, and its name.
+fn worst_channel(before: &ShVec<Rgb<f64>>, report: &DeringReport) -> (usize, &'static str) {
+    let depth = |c: &usize| report.before[*c].lo / before.mean().channel(*c);
+    let channel = (0..3).min_by(|a, b| depth(a).total_cmp(&depth(b))).unwrap_or(0);
+    (channel, ["red", "green", "blue"][channel])
+}
+
+/// The exact irradiance around a cross-section, between the places where it was summed in proportion.
+fn truth_around(sky: &Sky, section: CrossSection, channel: usize) -> impl Fn(Dir) -> f64 + use<> {
+    let places: Vec<Dir> = (0..PLACES).map(|i| section.dir(TAU * i as f64 / PLACES as f64)).collect();
+    let values: Vec<f64> = irradiance_at(&sky.map, &places).iter().map(|e| e.channel(channel)).collect();
+    move |s| {
+        let turn = s.dot(section.up).atan2(s.dot(section.right)).rem_euclid(2.0 * PI) / TAU * PLACES as f64;
+        let (i, part) = (turn.floor() as usize, turn.fract());
+        (1.0 - part) * values[i % PLACES] + part * values[(i + 1) % PLACES]
+    }
+}
+
+fn bands(report: &DeringReport) -> String {
+    report.factors.iter().map(|w| format!("{w:.3}")).collect::<Vec<_>>().join(" ")
+}
+
+/// The part of the norm that is left, in percent.
+fn norm_kept(report: &DeringReport) -> String {
+    digits(100.0 * (1.0 - report.energy_removed).sqrt())
+}
+
+/// The lowest value of any channel in units of its mean.
+fn lowest_of_means(f: &ShVec<Rgb<f64>>, minima: &[Minimum]) -> f64 {
+    minima.iter().enumerate().map(|(c, min)| min.lo / f.mean().channel(c)).fold(f64::INFINITY, f64::min)
+}
