@@ -36,7 +36,7 @@ impl Writer<'_> {
     /// The balls of the original and of the lights, in two rows.
     fn light_balls(&mut self, sky: &Sky, lights: &[ShVec<Rgb<f64>>]) -> anyhow::Result<()> {
         let light = sky.main_direction();
-        let eye = Dir::from_angles(70.0_f64.to_radians(), light.phi() + 35.0_f64.to_radians());
+        let eye = Dir::from_angles(70.0_f64.to_radians(), light.phi() + 60.0_f64.to_radians());
         let ball = Ball::new(self.ball * 3 / 4).seen(View::from_eye(eye));
         let radiance = |f: &ShVec<Rgb<f64>>| ball.picture(BACKDROP, |n| lobe::sh::Expansion::eval(f, n));
         let lit = |f: &ShVec<Rgb<f64>>| ball.lit_by_sh(BACKDROP, &convolved(f, &Zonal::clamped_cosine(SWEEP)));

@@ -15,9 +15,6 @@ use super::{SWEEP, Sky, Writer, digits};
 /// The order that irradiance is usually stored at.
 const USUAL: usize = 3;
 
-/// How much larger the middle of a cross-section is shown.
-const ENLARGED: f64 = 12.0;
-
 /// The truth is summed at so many places around the cross-section.
 const PLACES: usize = 360;
 
@@ -76,6 +73,7 @@ impl Writer<'_> {
         self.balloons(&pair, Dir::from_angles(110.0_f64.to_radians(), 0.6), "red is positive, blue negative")?;
         let truth = |s: Dir| s.z().max(0.0);
         self.polars(&pair, CrossSection::XZ, 1.0, &truth, "in polar form, the cosine dashed")?;
+        self.polars(&pair, CrossSection::XZ, 5.0, &truth, "its middle, five times as large")?;
         self.page.command(
             "lobe light directional --dir 0,0,1 --order 3 --normalize none -o sun.sh.json\n\
              lobe sh convolve sun.sh.json --kernel cosine -o e.sh.json\n\
@@ -108,7 +106,7 @@ impl Writer<'_> {
         let truth = truth_around(sky, section, channel);
         let what = "in the vertical plane through the least value, down and to the right; the truth dashed";
         self.polars(&pair, section, 1.0, &truth, what)?;
-        self.polars(&pair, section, ENLARGED, &truth, "its middle, twelve times as large")?;
+        self.polars(&pair, section, 12.0, &truth, "its middle, twelve times as large")?;
         self.methods_table(&irradiance);
         self.orders_table(sky);
         self.page.command(&format!(
