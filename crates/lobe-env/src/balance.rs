@@ -4,7 +4,6 @@
 //!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))           V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
 //! ```
 
-use std::f64::consts::PI;
 use std::ops::Range;
 
 use lobe_sh::{Coefficient, Rgb};
@@ -13,7 +12,6 @@ use rayon::prelude::*;
 use crate::MappedMap;
 use crate::sample_points::{Chunk, Sample, Sampler, midpoints};
 use crate::solid_angles::SolidAngles;
-use crate::taps::Grid;
 
 // W_ts = Σ_samples of t, weight × share of s in the interpolant there: a mean of the source over the target's texel. A
 // constant stays constant because the weights of a texel are normalised. The energy of a texel s in the target is
@@ -35,8 +33,8 @@ const CHUNKS: usize = 64;
 /// More samples than this are not kept from pass to pass but found again each time: 384 MiB.
 const MOST_KEPT: usize = 1 << 25;
 /// The most passes that find out what each texel of the source is given; the last one is for what then is missing.
-const MOST_PASSES: usize = 3;
-/// No more passes if the mean of a map of random texels would be off by less than this: many steps make 1e-4.
+const MOST_PASSES: usize = 24;
+/// No more passes if the mean is off by less than this, as it is and as it would be by random signs: ten conversions make 1e-4.
 const ENOUGH: f64 = 2e-5;
 /// A texel of the source whose solid angle is this many times what the samples see is sampled from its own side too, and
 /// no pass raises a weight by more.
@@ -67,7 +65,8 @@ pub(crate) struct Balance<'a> {
 }
 
 impl<'a> Balance<'a> {
-    pub(crate) fn new(sampler: &'a Sampler) -> Self {
+    /// Balanced as far as `map` needs it.
+    pub(crate) fn new(sampler: &'a Sampler, map: &MappedMap) -> Self {
         let mut balance = Self {
             sampler,
             source: SolidAngles::new(sampler.source),
@@ -80,13 +79,14 @@ impl<'a> Balance<'a> {
             balance.kept = Some(balance.ranges().into_par_iter().map(|texels| sampler.chunk(texels)).collect());
         }
         let target = SolidAngles::new(sampler.target);
+        let light = balance.uncorrected(map);
         for pass in 1.. {
             let mut seen = balance.seen(|_| true, 1.0, &target);
             if pass == 1 {
-                let (ratios, _) = ratios(&seen, &balance.source, sampler.source);
+                let (ratios, _) = balance.ratios(&seen, &light);
                 balance.add_extras(&ratios, &mut seen, &target);
             }
-            let (ratios, error) = ratios(&seen, &balance.source, sampler.source);
+            let (ratios, error) = balance.ratios(&seen, &light);
             if pass == MOST_PASSES || error < ENOUGH {
                 // What shows so little that no sample falls into it has nothing to lose.
                 let missing = |ratio: f32| if ratio.is_finite() { ratio - 1.0 } else { 0.0 };
@@ -231,6 +231,49 @@ impl<'a> Balance<'a> {
         self.ranges().into_par_iter().map(see).collect()
     }
 
+    /// The solid angle of each texel of the source over the one that it has in the target, 1 where it shows nothing; and
+    /// their differences in energy, in parts of all: the root of the sum of squares or the sum, whichever is larger.
+    fn ratios(&self, seen: &[SparseSum], light: &[f32]) -> (Vec<f32>, f64) {
+        let width = self.sampler.source.width;
+        let mut ratios = vec![1.0; light.len()];
+        let block_sums = |(block, (ratios, light)): (usize, (&mut [f32], &[f32]))| {
+            let mut sums = [0.0; BLOCK];
+            for part in seen {
+                part.add_block(block, &mut sums);
+            }
+            let (mut squares, mut net, mut energy) = (0.0, 0.0, 0.0);
+            for (i, (ratio, light)) in ratios.iter_mut().zip(light).enumerate() {
+                let index = block * BLOCK + i;
+                let solid_angle = self.source.get(index % width, index / width);
+                if solid_angle > 0.0 {
+                    *ratio = (solid_angle / sums[i]) as f32;
+                    let missing = (solid_angle - sums[i]) * f64::from(*light);
+                    squares += missing * missing;
+                    net += missing;
+                    energy += solid_angle * f64::from(*light);
+                }
+            }
+            [squares, net, energy]
+        };
+        let sums: Vec<[f64; 3]> =
+            ratios.par_chunks_mut(BLOCK).zip(light.par_chunks(BLOCK)).enumerate().map(block_sums).collect();
+        let [squares, net, energy] = sums.iter().fold([0.0; 3], |a, b| [0, 1, 2].map(|k| a[k] + b[k]));
+        (ratios, squares.sqrt().max(net.abs()) / energy)
+    }
+
+    /// What of the light of each texel of the source is not given back: as much as its neighbours have.
+    fn uncorrected(&self, map: &MappedMap) -> Vec<f32> {
+        let width = map.width();
+        let mut light = vec![0.0; map.texels().len()];
+        light.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            for (x, (light, texel)) in row.iter_mut().zip(map.row(y)).enumerate() {
+                let around = self.around(map, x, y);
+                *light = (0..3).map(|c| texel.channel(c).min(around.channel(c))).sum();
+            }
+        });
+        light
+    }
+
     /// Samples the texels of the source of which the target sees too little, and sees again what they change.
     fn add_extras(&mut self, ratios: &[f32], seen: &mut Vec<SparseSum>, target: &SolidAngles) {
         let width = self.sampler.source.width;
@@ -268,30 +311,6 @@ impl<'a> Balance<'a> {
             extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
         }
     }
-}
-
-/// The solid angle of each texel of the source over the one that it has in the target, 1 where it shows nothing; and the
-/// root of the sum of the squares of their differences, in parts of the sphere.
-fn ratios(seen: &[SparseSum], solid_angles: &SolidAngles, source: Grid) -> (Vec<f32>, f64) {
-    let mut ratios = vec![1.0; source.len()];
-    let block_error = |(block, ratios): (usize, &mut [f32])| {
-        let mut sums = [0.0; BLOCK];
-        for part in seen {
-            part.add_block(block, &mut sums);
-        }
-        let mut error = 0.0;
-        for (i, ratio) in ratios.iter_mut().enumerate() {
-            let index = block * BLOCK + i;
-            let solid_angle = solid_angles.get(index % source.width, index / source.width);
-            if solid_angle > 0.0 {
-                *ratio = (solid_angle / sums[i]) as f32;
-                error += (solid_angle - sums[i]) * (solid_angle - sums[i]);
-            }
-        }
-        error
-    };
-    let errors: Vec<f64> = ratios.par_chunks_mut(BLOCK).enumerate().map(block_error).collect();
-    (ratios, errors.iter().sum::<f64>().sqrt() / (4.0 * PI))
 }
 
 /// Texels that are added up and held together.
@@ -333,6 +352,7 @@ impl SparseSum {
 mod tests {
     use super::*;
     use crate::Mapping;
+    use crate::taps::Grid;
 
     /// The most that may be missing of a texel after the passes: what then is added to it alone if it is bright.
     const MOST_MISSING: f32 = 0.3;
@@ -348,7 +368,9 @@ mod tests {
         for (from, to) in [(600, 600), (600, 100), (100, 600)] {
             for (source, target) in Mapping::ALL.into_iter().flat_map(|s| Mapping::ALL.map(|t| (s, t))) {
                 let sampler = Sampler::new(grid(source, from), grid(target, to), None);
-                let balance = Balance::new(&sampler);
+                let grey = vec![Rgb::splat(1.0); sampler.source.len()];
+                let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, grey);
+                let balance = Balance::new(&sampler, &map);
                 let worst = balance.missing.iter().fold(0.0, |worst: f32, q| worst.max(q.abs()));
                 let mean = balance.missing.iter().map(|q| q.abs()).sum::<f32>() / balance.missing.len() as f32;
                 println!("{source} {from} {target} {to}: missing at most {worst:.1e}, on average {mean:.1e}");
@@ -363,7 +385,7 @@ mod tests {
         let mut random = lobe_testkit::Random::new(3);
         let texels = (0..sampler.source.len()).map(|_| Rgb::new(random.unit() as f32, 0.0, 0.0)).collect();
         let map = MappedMap::from_rows(Mapping::LatLong, sampler.source.width, sampler.source.height, texels);
-        let mut balance = Balance::new(&sampler);
+        let mut balance = Balance::new(&sampler, &map);
         let kept = balance.gather(&map);
         balance.kept = None;
         assert!(balance.gather(&map) == kept, "the two differ");

@@ -68,7 +68,7 @@ fn nothing_shifts_by_half_a_texel() {
             for texels in [0.7 * texels, 1.6 * texels] {
                 let map = resample(&source, &size(there, texels)).unwrap();
                 let moved = towards(&map).angle_to(towards(&source)) / half;
-                assert!(moved < 0.1, "{from} to {there} of {texels}: moved by {moved} of half a texel");
+                assert!(moved < 0.15, "{from} to {there} of {texels}: moved by {moved} of half a texel");
             }
         }
     }
