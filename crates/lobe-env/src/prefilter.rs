@@ -186,7 +186,7 @@ impl PrefilterOptions {
 /// ```
 /// use std::ops::ControlFlow;
 /// use lobe_env::{CubeMap, PrefilterOptions, prefilter_ggx};
-/// use lobe_sh::Rgb;
+/// use lobe_sh::{Coefficient as _, Rgb};
 ///
 /// let sky = CubeMap::from_fn(32, |s| Rgb::splat(if s.z() > 0.9 { 10.0 } else { 0.5 }));
 /// let mut options = PrefilterOptions::default();

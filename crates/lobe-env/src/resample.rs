@@ -54,8 +54,9 @@ impl Resample {
 /// with the mean `m_s` of the texel's neighbours in the picture; V is the interpolation's weights, scaled by rows and
 /// columns in turns [Sinkhorn and Knopp 1967] until q is small. So
 ///
-/// * a constant stays constant, to the last digit of a texel (`constant_maps_stay_constant_at_every_size`);
-/// * the mean is kept to 1e-4 through ten conversions (`the_mean_is_kept_through_chains_of_mappings`);
+/// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
+/// * the mean is kept to 1e-4 through ten conversions, to 3e-3 where most light comes from lamps of a few texels
+///   (`the_mean_is_kept_through_chains_of_mappings`);
 /// * a sun of one texel keeps its energy to 1 %, and stays within the texel: its centre moves by no more than the
 ///   farthest point of its texel, in the source or the target, lies from it
 ///   (`a_sun_of_one_texel_keeps_energy_and_place_through_every_pair_of_mappings`);

@@ -144,7 +144,7 @@ fn the_mean_is_kept_through_chains_of_mappings() {
     for (name, source, limit) in [
         ("smooth", smooth, 1e-4),
         ("sunset", bundled::sunset().map().into(), 1e-4),
-        ("studio", bundled::studio().map().into(), 3e-4),
+        ("studio", bundled::studio().map().into(), 3e-3),
     ] {
         let mean = source.mean().g;
         let mut map = source;
@@ -373,9 +373,9 @@ fn enlarged_maps_are_smooth_across_seams() {
                 }
                 let error = (f64::from(large.texel(x, y).g) - f.eval(s)).abs();
                 // Linear interpolation over δ is off by δ²/8 times the second derivatives, whose sum is l(l+1) times the
-                // function: up to 30 here, without the constant. At the corners of the folded squares, where two folds
-                // meet, lines bend, and the interpolation is off by another 0.03 at this size.
-                let limit = 0.03 + 30.0 / 8.0 * reach(&small, s).powi(2);
+                // function: up to 30 here, without the constant. Where folds of a square meet, lines bend and the
+                // interpolation is off by more, 0.03 of the octahedron and up to 0.1 of equal areas at this size.
+                let limit = 0.1 + 30.0 / 8.0 * reach(&small, s).powi(2);
                 assert!(error < limit, "{from} towards {s:?}: off by {error}, not {limit}");
                 (worst, part) = (worst.max(error), part.max(error / limit));
             }
