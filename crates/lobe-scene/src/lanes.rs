@@ -1,6 +1,6 @@
 //! Eight numbers at once, with AVX2 where the machine has it.
 //!
-//! Both implementations round every operation alike but [`Lanes::mul_add`], which only boxes use: they are tested with
+//! Both implementations round every operation alike but [`Lanes::mul_sub`], which only boxes use: they are tested with
 //! room for its error, triangles are not. So hits are the same bit by bit.
 
 /// How many boxes or triangles are tested at once.
