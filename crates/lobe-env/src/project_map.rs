@@ -24,7 +24,7 @@ const MAX_CHUNKS: usize = 64;
 /// No resampled copy comes in between. The integrals are Gauss-Legendre sums over each smooth piece of a texel, with as
 /// many nodes as keep the error of coefficients below 1e-9 of their norm (test
 /// `expansions_of_small_maps_are_right_to_the_stated_error`), and weights that sum to its exact solid angle: `f_0` is
-/// `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long map takes the exact separable way of [`project_env`].
+/// `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long map takes the exact separable way of [`project_env`](crate::project_env).
 /// In parallel over fixed chunks of rows; the same bits for any number of threads.
 ///
 /// ```

@@ -55,7 +55,7 @@
 //! | rough mirrors | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; the truth: [`BruteForceReflection`] |
 //! | matte surfaces | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
 //! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
-//! | how a mapping unfolds the sphere | [`mapping_figure`] |
+//! | how a mapping unfolds the sphere | [`mapping_figure()`] |
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | differences | [`compare()`], [`error_map`], [`colour_bar()`] |
 //!

@@ -41,7 +41,7 @@ impl Spectrum {
         least(0).max(least(1)).max(least(2)).max(0.0)
     }
 
-    /// One step of Newton's method for `t`, from either side; see [`Quadric`].
+    /// One step of Newton's method for `t`, from either side; see [`Quadric`](crate::quadric::Quadric).
     #[inline]
     fn next(&self, kappa: f64, t: f64, [_, s2, s3]: [f64; 3]) -> f64 {
         let rise = if s3 > 0.0 { (kappa * s2.sqrt() - 1.0) * s2 / s3 } else { 0.0 };
