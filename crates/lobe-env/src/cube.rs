@@ -31,7 +31,7 @@
 //!
 //! OpenGL 4.6, section 8.13, table of the cube map faces.
 
-use lobe_sh::Dir;
+use lobe_sh::{Dir, Real};
 
 use crate::polygon::triangle_solid_angle;
 
@@ -66,18 +66,24 @@ pub fn dir_from_face(face: usize, s: f64, t: f64) -> Dir {
 /// On an edge between faces the cube's X face wins over Y over Z.
 #[must_use]
 pub fn face_from_dir(d: Dir) -> (usize, f64, f64) {
-    let [x, y, z] = d.to_array();
-    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-    let (face, major, a, b) = if ax >= az && ax >= ay {
-        if x > 0.0 { (0, ax, y, -z) } else { (1, ax, -y, -z) }
+    let (face, major, a, b) = major_face(d.to_array());
+    (face, 0.5 * (a / major) + 0.5, 0.5 * (b / major) + 0.5)
+}
+
+/// The face in the direction of a vector of any length, the size of the coordinate that decides it, and the two others along
+/// the axes of the face.
+#[inline(always)]
+pub(crate) fn major_face<T: Real>([x, y, z]: [T; 3]) -> (usize, T, T, T) {
+    let [ax, ay, az] = [x, y, z].map(|c| if c < T::ZERO { -c } else { c });
+    if ax >= az && ax >= ay {
+        if x > T::ZERO { (0, ax, y, -z) } else { (1, ax, -y, -z) }
     } else if az >= ay {
-        if z > 0.0 { (2, az, x, -y) } else { (3, az, x, y) }
-    } else if y < 0.0 {
+        if z > T::ZERO { (2, az, x, -y) } else { (3, az, x, y) }
+    } else if y < T::ZERO {
         (4, ay, x, -z)
     } else {
         (5, ay, -x, -z)
-    };
-    (face, 0.5 * (a / major) + 0.5, 0.5 * (b / major) + 0.5)
+    }
 }
 
 /// The direction of the point `(u, v)` of the picture of six faces below each other; both are clamped to `[0, 1]`.

@@ -97,17 +97,8 @@ struct Place {
 impl Place {
     /// As [`cube::face_from_dir`], in single precision and for vectors of any length.
     #[inline(always)]
-    fn new([x, y, z]: [f32; 3]) -> Self {
-        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-        let (face, major, a, b) = if ax >= az && ax >= ay {
-            if x > 0.0 { (0, ax, y, -z) } else { (1, ax, -y, -z) }
-        } else if az >= ay {
-            if z > 0.0 { (2, az, x, -y) } else { (3, az, x, y) }
-        } else if y < 0.0 {
-            (4, ay, x, -z)
-        } else {
-            (5, ay, -x, -z)
-        };
+    fn new(v: [f32; 3]) -> Self {
+        let (face, major, a, b) = cube::major_face(v);
         let half = 0.5 / major;
         Self { face, s: half * a + 0.5, t: half * b + 0.5 }
     }
