@@ -1,0 +1,52 @@
+//! What can go wrong with transfer.
+
+use std::io;
+
+use lobe_scene::SceneError;
+
+/// Why transfer could not be made, read, written or changed, by whose fault it is.
+///
+/// Every message is one line: where, what was expected, what was found, what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PrtError {
+    /// The file or the data contradict themselves, are cut off, or hold no transfer.
+    #[error("{place}: {message}")]
+    Invalid {
+        /// The file, or the name the caller gave to the data.
+        place: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The file may be right, but Lobe does not read such files.
+    #[error("{place}: {message}")]
+    Unsupported {
+        /// The file, or the name the caller gave to the data.
+        place: String,
+        /// What it would need, and what to do.
+        message: String,
+    },
+    /// The caller asked for something that cannot be.
+    #[error("{0}")]
+    Options(String),
+    /// The caller's progress function said to stop.
+    #[error("stopped before the end")]
+    Cancelled,
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The operating system refused.
+    #[error("{file}: {source}")]
+    Io {
+        /// The file.
+        file: String,
+        /// The refusal.
+        source: io::Error,
+    },
+}
+
+impl PrtError {
+    pub(crate) fn invalid(place: &str, message: impl Into<String>) -> Self {
+        Self::Invalid { place: place.to_string(), message: message.into() }
+    }
+}
