@@ -462,7 +462,7 @@ mod tests {
         let all = directions();
         let component = |k: usize| all.iter().map(|v| v[k]).collect::<Vec<f64>>();
         let mut many = vec![0.0; all.len()];
-        f.eval_many_into(&component(0), &component(1), &component(2), &mut many);
+        f.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
         for (v, value) in all.iter().zip(many) {
             let s = Dir::from_unit(*v);
             let by_basis: f64 = eval_basis(s, 10).iter().zip(f.coefficients()).map(|(y, c)| y * c).sum();
@@ -479,7 +479,7 @@ mod tests {
         let all = directions();
         let component = |k: usize| all.iter().map(|v| v[k] as f32).collect::<Vec<f32>>();
         let mut many = vec![Rgb::default(); all.len()];
-        colour.eval_many_into(&component(0), &component(1), &component(2), &mut many);
+        colour.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
         for (v, value) in all.iter().zip(many) {
             let expected = f.eval(Dir::from_unit(*v));
             // 36 terms of size 1, each with the rounding of its basis function and of the direction.

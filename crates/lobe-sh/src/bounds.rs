@@ -1,10 +1,10 @@
 //! Proven lower bounds of a function on a cap of the sphere.
 
-use std::f64::consts::PI;
-
 use crate::curvature::Local;
-use crate::index::{band_range, order_of_slice};
+use crate::index::order_of_slice;
 use crate::minimum::principal;
+use crate::taylor::{DERIVATIVES, PoleDerivatives, Taylor};
+use crate::valley::least_of_valley;
 
 /// Steps towards the best multiplier of a disc; the bound is valid after any number of them.
 const MULTIPLIER_STEPS: usize = 4;
@@ -21,20 +21,18 @@ const MULTIPLIER_STEPS: usize = 4;
 ///   |dᵏ/dtᵏ f_l(γ(t))| <= ‖f_l‖ ‖∂_tᵏ k_l(γ(t), ·)‖
 ///
 ///   ‖∂_tᵏ k_l(γ(t), ·)‖² = ∂_tᵏ ∂_uᵏ k_l(γ(t), γ(u)) at u = t
-///                        = (2l+1)/4π (-1)ᵏ d²ᵏ/dt²ᵏ P_l(cos t) at t = 0        = (2l+1)/4π D_k,l
-///
-///   D_0 = 1        D_1 = λ/2        D_2 = λ (3λ - 2) / 8        D_3 = λ (5λ² - 10λ + 8) / 16        λ = l(l+1)
+///                        = Σ_m (dᵏ/dtᵏ y_lm(γ(t)))²         = D_k,l, the same for every great circle and point
 /// ```
 ///
-/// (the expansion of `P_l(cos t)`; for `l = 1` it is `cos t` and every `D` is 1). Hence everywhere and along every great
-/// circle
+/// by the addition theorem; [`PoleDerivatives`] has the derivatives at the pole. (`4π D_1 / (2l+1) = l(l+1)/2`, as it must be.)
+/// Hence everywhere and along every great circle
 ///
 /// ```text
-///   |dᵏf/dtᵏ| <= M_k = Σ_l √((2l+1)/4π D_k,l) ‖f_l‖                                                       (1)
+///   |dᵏf/dtᵏ| <= M_k = Σ_l √D_k,l ‖f_l‖                                                                   (1)
 /// ```
 ///
 /// which no bound from the norms of the bands can better: the kernels' derivatives of all bands attain it together. (The
-/// inequality of Bernstein, `lᵏ max|f_l|`, follows with `lᵏ` for `√D_k` and is weaker.)
+/// inequality of Bernstein is `lᵏ max|f_l|`, which follows and is weaker.)
 ///
 /// By Taylor's theorem along the great circle from the centre `c` of a cap of radius `ρ` to any point at the tangent
 /// vector `v`, `|v| <= ρ`,
@@ -49,10 +47,13 @@ const MULTIPLIER_STEPS: usize = 4;
 /// ```text
 ///   g·v + ½ vᵀ H v  >=  g·v + ½ vᵀ (H + μ) v - ½ μ ρ²  >=  -½ gᵀ (H + μ)⁻¹ g - ½ μ ρ²                     (3)
 /// ```
+///
+/// With the terms of third and fourth order, and `M_5 ρ⁵/120` for the rest, [`least_of_valley`] bounds the polynomial: dearer,
+/// and in valleys much tighter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SmoothFunction {
-    /// `M_0 .. M_3`.
-    bounds: [f64; 4],
+    /// `M_0 .. M_5`.
+    bounds: [f64; DERIVATIVES],
     /// What rounding may do to a value, relative to `M_0`; to a k-th derivative, to `M_k`.
     rounding: f64,
 }
@@ -60,20 +61,7 @@ pub(crate) struct SmoothFunction {
 impl SmoothFunction {
     pub(crate) fn new(coefficients: &[f64]) -> Self {
         let order = order_of_slice(coefficients);
-        let mut bounds = [0.0; 4];
-        for l in 0..order {
-            let energy: f64 = coefficients[band_range(l)].iter().map(|c| c * c).sum();
-            let lambda = (l * (l + 1)) as f64;
-            let squares = [
-                1.0,
-                0.5 * lambda,
-                lambda * (3.0 * lambda - 2.0) / 8.0,
-                lambda * ((5.0 * lambda - 10.0) * lambda + 8.0) / 16.0,
-            ];
-            for (bound, square) in bounds.iter_mut().zip(squares) {
-                *bound += ((2 * l + 1) as f64 / (4.0 * PI) * square * energy).sqrt();
-            }
-        }
+        let bounds = PoleDerivatives::with_shared(order, |table| table.bounds(coefficients));
         // The recurrences over `l` gain about an error of one rounding a step, near the poles of their square; the factor is
         // ten times what the test `rounding_errors_stay_within_their_bound` finds.
         let n = order as f64;
@@ -88,10 +76,24 @@ impl SmoothFunction {
     /// A lower bound of the function on the cap of `radius` about `local`; `least` bounds the quadratic part.
     #[inline]
     pub(crate) fn lower_bound(&self, local: &Local, radius: f64, least: impl Fn(&Local, f64) -> f64) -> f64 {
-        let [m0, m1, m2, m3] = self.bounds;
+        let [m0, m1, m2, m3, ..] = self.bounds;
         let remainder = m3 * radius * radius * radius / 6.0;
         let rounding = self.rounding * (m0 + radius * (m1 + 0.5 * radius * m2));
         local.value + least(local, radius) - remainder - rounding
+    }
+
+    /// A lower bound of the function on the cap of `radius` about the centre of `taylor`.
+    pub(crate) fn lower_bound_of_valley(&self, taylor: &Taylor, radius: f64) -> f64 {
+        let [m0, m1, m2, m3, m4, _] = self.bounds;
+        // The turned function has the rounding of three more recurrences.
+        let rounding = 4.0 * self.rounding;
+        let rounding = rounding * (m0 + radius * (m1 + radius * (m2 / 2.0 + radius * (m3 / 6.0 + radius * m4 / 24.0))));
+        least_of_valley(taylor, radius) - self.remainder(radius) - rounding
+    }
+
+    /// What terms beyond the fourth order may be at that distance.
+    pub(crate) fn remainder(&self, radius: f64) -> f64 {
+        self.bounds[5] * radius.powi(5) / 120.0
     }
 }
 

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use crate::conservative::{table_factors, table_place};
 use crate::convolve::convolve_in_place;
 use crate::index::{band_range, len, order_of_slice};
-use crate::least_change::least_change;
+use crate::least_change::{LeastChange, excess_at, least_change};
 use crate::minimum::minimum_of;
 use crate::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::quadric::Quadric;
@@ -167,6 +167,12 @@ pub struct DeringReport {
     pub removed: Vec<f64>,
     /// The part of the whole energy that was lost, mean included, channels summed, under [`Dering::kernel`].
     pub energy_removed: f64,
+    /// For [`DeringMethod::LeastChange`]: the norm of the change exceeds that by the best factors by at most this part of it.
+    ///
+    /// That is proven: in some directions the function must not be negative, and the factors that see to that alone, a small
+    /// quadratic program, change it less than any that see to all. Usually below 1e-5, part of which is for rounding the
+    /// coefficients (tests `the_least_change_is_the_least_to_1e_4`).
+    pub excess: Option<f64>,
 }
 
 /// Makes a function non-negative by a window that all its channels share: the worst decides, so that no colour shifts.
@@ -201,8 +207,8 @@ pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &Dering) 
     }
     let before = minima(&examined);
     let energy_before: f64 = band_energies(&examined).iter().sum();
-    let (outcome, factors, window) = match refusal(&examined, &before) {
-        Some(outcome) => (outcome, None, None),
+    let Solution { outcome, factors, window, excess } = match refusal(&examined, &before) {
+        Some(outcome) => Solution::none(outcome),
         None => solve(&examined, &dering.method, unit_roundoff::<T::Scalar>()),
     };
     let mut after = before.clone();
@@ -220,7 +226,7 @@ pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &Dering) 
     };
     let factors = factors.unwrap_or_else(|| vec![1.0; order]);
     let removed = factors.iter().map(|w| 1.0 - w * w).collect();
-    DeringReport { outcome, before, after, factors, window, removed, energy_removed }
+    DeringReport { outcome, before, after, factors, window, removed, energy_removed, excess }
 }
 
 /// The function `f` made non-negative; see [`dering_in_place`].
@@ -270,35 +276,65 @@ fn refusal<T: Coefficient>(examined: &[T], before: &[Minimum]) -> Option<DeringO
     refusal.or(unchanged.then_some(DeringOutcome::Unchanged))
 }
 
-type Solution = (DeringOutcome, Option<Vec<f64>>, Option<Window>);
+/// What a method found.
+struct Solution {
+    outcome: DeringOutcome,
+    factors: Option<Vec<f64>>,
+    window: Option<Window>,
+    excess: Option<f64>,
+}
+
+impl Solution {
+    fn none(outcome: DeringOutcome) -> Self {
+        Self { outcome, factors: None, window: None, excess: None }
+    }
+
+    fn factors(factors: Vec<f64>) -> Self {
+        Self { outcome: DeringOutcome::Windowed, factors: Some(factors), window: None, excess: None }
+    }
+}
 
 /// The factors for a function of which every channel is zero or has a positive mean.
 fn solve<T: Coefficient>(examined: &[T], method: &DeringMethod, roundoff: f64) -> Solution {
     let order = order_of_slice(examined);
     let channels: Vec<Vec<f64>> = (0..T::CHANNELS).map(|c| channel(examined, c)).filter(|f| mean(f) > 0.0).collect();
     let margin = |factors: &[f64]| channels.iter().map(|f| rounding_margin(f, factors, roundoff)).fold(0.0, f64::max);
-    let windowed = |factors, window| (DeringOutcome::Windowed, Some(factors), window);
     match method {
         DeringMethod::LeastChange if order <= 3 => {
             let found = least_change_order_3(examined);
             if found.outcome != DeringOutcome::Windowed {
-                return (found.outcome, None, None);
+                return Solution::none(found.outcome);
             }
             // The margin of the report's own number type.
             let extra = 1.0 - margin(&found.factors[..order]);
             let [_, w1, w2] = found.factors;
-            windowed([1.0, extra * w1, extra * w2][..order].to_vec(), None)
+            let factors = [1.0, extra * w1, extra * w2][..order].to_vec();
+            let excess = excess_at(&channels, &factors, &lowest_directions(&channels, &factors));
+            Solution { excess: Some(excess), ..Solution::factors(factors) }
         }
-        DeringMethod::LeastChange => windowed(least_change(&channels, order, margin(&vec![1.0; order])), None),
+        DeringMethod::LeastChange => {
+            let LeastChange { factors, excess } = least_change(&channels, order, margin(&vec![1.0; order]));
+            Solution { excess: Some(excess), ..Solution::factors(factors) }
+        }
         DeringMethod::Table => match by_table(&channels, order) {
-            Some(factors) => windowed(factors, None),
-            None => (DeringOutcome::BeyondTable, None, None),
+            Some(factors) => Solution::factors(factors),
+            None => Solution::none(DeringOutcome::BeyondTable),
         },
         DeringMethod::Family(family) => {
             let window = weakest(*family, &channels, &margin(&vec![1.0; order]));
-            windowed(window.factors(order), Some(window))
+            Solution { window: Some(window), ..Solution::factors(window.factors(order)) }
         }
     }
+}
+
+/// Where each channel is lowest under a window.
+fn lowest_directions(channels: &[Vec<f64>], factors: &[f64]) -> Vec<[f64; 3]> {
+    let lowest = |f: &Vec<f64>| {
+        let mut windowed = f.clone();
+        scale_bands_in_place(&mut windowed, factors);
+        minimum_to(&windowed, REPORTED, None).dir.to_array()
+    };
+    channels.iter().map(lowest).collect()
 }
 
 /// What rounding each coefficient to the caller's number type can take from a value, relative to the mean.

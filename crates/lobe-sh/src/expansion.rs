@@ -54,15 +54,15 @@ pub trait Expansion<T: Coefficient>: Clone {
         T::narrow(sum)
     }
 
-    /// The values towards many directions, given as three slices of components, one value each in `out`.
+    /// The values towards many directions, given as slices of their x, y and z, one value each in `out`.
     ///
     /// Computed in the coefficients' own precision, a block of directions at a time.
     ///
     /// # Panics
     /// If the four slices differ in length.
-    fn eval_many_into(&self, x: &[T::Scalar], y: &[T::Scalar], z: &[T::Scalar], out: &mut [T]) {
+    fn eval_many_into(&self, components: [&[T::Scalar]; 3], out: &mut [T]) {
         T::Scalar::with_shared_basis(self.order(), |basis| {
-            basis.eval_expansion_into(self.coefficients(), [x, y, z], out);
+            basis.eval_expansion_into(self.coefficients(), components, out);
         });
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 
 use crate::legendre::legendre_all;
-use crate::non_negative::{least_squares_solution, non_negative_solution};
+use crate::non_negative::{Normal, least_squares_solution, non_negative_solution};
 use crate::zonal::zonal_norm;
 use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
 
@@ -164,7 +164,7 @@ impl<T: Coefficient> LightProblem<T> {
                         let dc = if i < count { dc } else { ambient_unit };
                         lights.get(i).map_or(0.0, |x| x.channel(c)) + w_0 * dc * f_0
                     });
-                    non_negative_solution(&gram, &right)
+                    DVector::from_vec(non_negative_solution(&Normal { gram: &gram, right: &right }))
                 } else {
                     let bands = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
                     let x = least_squares_solution(&bands, &DVector::from_fn(count, |i, _| lights[i].channel(c)));

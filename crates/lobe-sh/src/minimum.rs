@@ -6,6 +6,7 @@ use crate::bounds::{SmoothFunction, least_of_disc};
 use crate::curvature::{Local, second_order};
 use crate::index::{len, order_of_slice};
 use crate::quadric::Quadric;
+use crate::taylor::{PoleDerivatives, Taylor};
 use crate::triangulation::{Triangle, triangulation};
 use crate::{Dir, Real};
 
@@ -30,6 +31,9 @@ const POLISH_STEPS: usize = 12;
 
 /// The least interval, in rounding errors of a value, that subdivision can still reach.
 const RESOLUTION: f64 = 16.0;
+
+/// The fourth order is tried where its remainder is below this part of what the second leaves open.
+const WORTH: f64 = 0.05;
 
 /// The least value over the sphere of the function of one channel, to `tolerance` times its root mean square `√(Σ f_i²/4π)`.
 ///
@@ -164,7 +168,11 @@ pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Opti
         };
         let evaluate = |directions: &[[f64; 3]; 4]| second_order(basis, coefficients, directions);
         let polish = |local: Local| polished(local, order, |s| second_order(basis, coefficients, &[s])[0]);
-        search.run(triangulation(order), evaluate, polish);
+        PoleDerivatives::with_shared(order, |table| {
+            let mut work = vec![0.0; coefficients.len()];
+            let expand = |s: [f64; 3]| Taylor::new(table, coefficients, s, &mut work);
+            search.run(triangulation(order), evaluate, polish, expand);
+        });
         let rounding = search.f.rounding();
         let hi = search.hi + rounding;
         Minimum { lo: search.floor.min(search.hi) - rounding, hi, dir: Dir::from_unit(search.dir) }
@@ -177,6 +185,7 @@ impl Search {
         start: &[Triangle],
         evaluate: impl Fn(&[[f64; 3]; 4]) -> [Local; 4],
         polish: impl Fn(Local) -> Local,
+        mut expand: impl FnMut([f64; 3]) -> Taylor,
     ) {
         // All centres first: the best of them, polished, sets most cells aside at once.
         let centres: Vec<Local> =
@@ -191,6 +200,14 @@ impl Search {
             if cell.lower >= self.enough() || self.is_below_level() {
                 self.floor = self.floor.min(cell.lower);
                 break;
+            }
+            let Triangle { centre, radius, .. } = cell.triangle;
+            if self.f.remainder(radius) < WORTH * (self.hi - cell.lower) {
+                let lower = self.f.lower_bound_of_valley(&expand(centre), radius);
+                if lower >= self.enough() {
+                    self.floor = self.floor.min(lower);
+                    continue;
+                }
             }
             let quarters = cell.triangle.quarters();
             for (triangle, local) in quarters.into_iter().zip(evaluate(&quarters.map(|t| t.centre))) {
@@ -231,7 +248,7 @@ impl Search {
 
 /// Newton's method on the sphere, made safe: the curvature along each principal axis counts by its absolute value, steps
 /// are at most `1/n` long, and only those that go down are taken.
-fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -> Local) -> Local {
+pub(crate) fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -> Local) -> Local {
     let longest = 1.0 / order as f64;
     let mut best = start;
     for _ in 0..POLISH_STEPS {

@@ -2,18 +2,110 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A singular value below this part of the largest is zero: unknowns that mean the same, such as two lights in one
-/// direction, then share what they stand for.
-const RANK: f64 = 1e-13;
+/// A problem `min |A x - b|²` as the active set method sees it.
+pub(crate) trait LeastSquares {
+    /// The number of unknowns.
+    fn count(&self) -> usize;
 
-/// Above this ratio of the smallest to the largest pivot the system is solved directly: it costs no more than four digits.
-const WELL_CONDITIONED: f64 = 1e-4;
+    /// For every unknown how fast the residual falls when it grows from `x`: `Aᵀ(b - A x)`, each in a scale of its own.
+    fn gains(&self, x: &[f64]) -> Vec<f64>;
 
-/// A gradient below this part of the right-hand side does not call an unknown back.
-const GRADIENT: f64 = 1e-13;
+    /// The gain below which an unknown at zero stays there, a few rounding errors.
+    fn enough(&self) -> f64;
+
+    /// The solution in the unknowns `within` alone; `None` if the problem refuses them, because the last one depends on the others.
+    fn solve(&self, within: &[usize]) -> Option<Vec<f64>>;
+}
+
+/// The solution of least residual with `x >= 0`.
+///
+/// The active set method: unknowns at zero are let in one by one where the gain is largest, and leave again when the solution of those
+/// within would make them negative, at the point of the way where the first one reaches zero. Source: [Lawson 1974], chapter 23.
+pub(crate) fn non_negative_solution(problem: &impl LeastSquares) -> Vec<f64> {
+    let mut x = vec![0.0; problem.count()];
+    let mut within: Vec<usize> = Vec::new();
+    let mut refused: Vec<usize> = Vec::new();
+    // Every round lowers the residual, so that no set comes twice; the limit guards against rounding.
+    for _ in 0..10 * (x.len() + 1) {
+        let gains = problem.gains(&x);
+        let outside = (0..x.len()).filter(|k| !within.contains(k) && !refused.contains(k));
+        let best = outside.max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
+        let Some(next) = best.filter(|&k| gains[k] > problem.enough()) else { break };
+        within.push(next);
+        // By rounding alone the one let in may come out negative.
+        let Some(mut solution) = problem.solve(&within).filter(|s| s[within.len() - 1] > 0.0) else {
+            within.pop();
+            refused.push(next);
+            continue;
+        };
+        while let Some(way) = blocking_way(&within, &x, &solution) {
+            go(&mut x, &within, &solution, way);
+            // The one that blocks is zero but for rounding.
+            let least = within.iter().copied().min_by(|&a, &b| x[a].total_cmp(&x[b]));
+            within.retain(|&k| {
+                let stays = x[k] > 0.0 && Some(k) != least;
+                if !stays {
+                    x[k] = 0.0;
+                }
+                stays
+            });
+            solution = problem.solve(&within).unwrap_or_else(|| within.iter().map(|&k| x[k]).collect());
+        }
+        go(&mut x, &within, &solution, 1.0);
+        refused.clear();
+    }
+    x
+}
+
+/// Moves `x` that part of the way to the solution.
+fn go(x: &mut [f64], within: &[usize], solution: &[f64], way: f64) {
+    for (&k, s) in within.iter().zip(solution) {
+        x[k] = if way == 1.0 { *s } else { x[k] + way * (s - x[k]) };
+    }
+}
+
+/// What part of the way to the solution one may go before an unknown becomes negative; `None` for all of it.
+fn blocking_way(within: &[usize], x: &[f64], solution: &[f64]) -> Option<f64> {
+    let blocked = within.iter().zip(solution).filter(|(_, s)| **s <= 0.0);
+    blocked.map(|(&k, s)| if x[k] > *s { x[k] / (x[k] - s) } else { 0.0 }).reduce(f64::min)
+}
+
+/// A problem known by `AᵀA` and `Aᵀb`. Unknowns that mean the same, such as two lights in one direction, share what they stand for.
+pub(crate) struct Normal<'a> {
+    pub(crate) gram: &'a DMatrix<f64>,
+    pub(crate) right: &'a DVector<f64>,
+}
+
+impl LeastSquares for Normal<'_> {
+    fn count(&self) -> usize {
+        self.right.len()
+    }
+
+    fn gains(&self, x: &[f64]) -> Vec<f64> {
+        (self.right - self.gram * DVector::from_column_slice(x)).as_slice().to_vec()
+    }
+
+    fn enough(&self) -> f64 {
+        /// In parts of the right-hand side.
+        const ENOUGH: f64 = 1e-13;
+
+        ENOUGH * self.right.amax()
+    }
+
+    fn solve(&self, within: &[usize]) -> Option<Vec<f64>> {
+        let gram = DMatrix::from_fn(within.len(), within.len(), |i, j| self.gram[(within[i], within[j])]);
+        let right = DVector::from_fn(within.len(), |i, _| self.right[within[i]]);
+        Some(least_squares_solution(&gram, &right).as_slice().to_vec())
+    }
+}
 
 /// The minimum of `xᵀGx - 2bᵀx`, of least norm where it is not unique.
 pub(crate) fn least_squares_solution(gram: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    /// Above this ratio of the smallest to the largest pivot the system is solved directly: it costs no more than four digits.
+    const WELL_CONDITIONED: f64 = 1e-4;
+    /// A singular value below this part of the largest is zero.
+    const RANK: f64 = 1e-13;
+
     if gram.nrows() == 0 {
         return DVector::zeros(0);
     }
@@ -26,55 +118,6 @@ pub(crate) fn least_squares_solution(gram: &DMatrix<f64>, right: &DVector<f64>) 
     let svd = gram.clone().svd(true, true);
     let threshold = RANK * svd.singular_values.max();
     svd.solve(right, threshold).unwrap_or_else(|_| DVector::zeros(gram.nrows()))
-}
-
-/// The minimum of `xᵀGx - 2bᵀx` over `x >= 0`.
-///
-/// An active set: unknowns at zero are let in one by one where the gradient asks for it, and leave again when the solution
-/// of those within would make them negative, at the point of the way where the first one reaches zero (Lawson and
-/// Hanson, Solving Least Squares Problems, 1974, chapter 23).
-pub(crate) fn non_negative_solution(gram: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    let count = right.len();
-    let mut x = DVector::zeros(count);
-    let mut within = vec![false; count];
-    let enough = GRADIENT * right.amax();
-    // Every round lowers the minimum, so no set returns; the limit is for rounding.
-    for _ in 0..3 * count + 3 {
-        let gradient = right - gram * &x;
-        let best = (0..count).filter(|k| !within[*k]).max_by(|a, b| gradient[*a].total_cmp(&gradient[*b]));
-        let Some(best) = best.filter(|k| gradient[*k] > enough) else { break };
-        within[best] = true;
-        loop {
-            let solution = solve_within(gram, right, &within);
-            let negative: Vec<usize> = (0..count).filter(|k| within[*k] && solution[*k] <= 0.0).collect();
-            if negative.is_empty() {
-                x = solution;
-                break;
-            }
-            // How far each may go before it is negative.
-            let part = |k: &usize| if x[*k] > 0.0 { x[*k] / (x[*k] - solution[*k]) } else { 0.0 };
-            let way = negative.iter().map(part).fold(1.0, f64::min);
-            let leaving: Vec<usize> = negative.iter().copied().filter(|k| part(k) <= way).collect();
-            x += (&solution - &x) * way;
-            for k in leaving {
-                within[k] = false;
-                x[k] = 0.0;
-            }
-        }
-    }
-    x
-}
-
-/// The solution in the unknowns that are `within`, the others zero.
-fn solve_within(gram: &DMatrix<f64>, right: &DVector<f64>, within: &[bool]) -> DVector<f64> {
-    let chosen: Vec<usize> = (0..within.len()).filter(|k| within[*k]).collect();
-    let part = DMatrix::from_fn(chosen.len(), chosen.len(), |i, j| gram[(chosen[i], chosen[j])]);
-    let solution = least_squares_solution(&part, &DVector::from_fn(chosen.len(), |i, _| right[chosen[i]]));
-    let mut x = DVector::zeros(within.len());
-    for (value, k) in solution.iter().zip(chosen) {
-        x[k] = *value;
-    }
-    x
 }
 
 #[cfg(test)]
@@ -90,14 +133,19 @@ mod tests {
                 let a = DMatrix::from_fn(count + 2, count, |_, _| random.signed());
                 let gram = a.transpose() * &a;
                 let right = a.transpose() * DVector::from_fn(count + 2, |_, _| random.signed());
-                let cost = |x: &DVector<f64>| (x.transpose() * &gram * x)[0] - 2.0 * right.dot(x);
-                let x = non_negative_solution(&gram, &right);
-                assert!(x.iter().all(|x| *x >= 0.0), "{x}");
+                let problem = Normal { gram: &gram, right: &right };
+                let cost = |x: &[f64]| {
+                    let x = DVector::from_column_slice(x);
+                    (x.transpose() * &gram * &x)[0] - 2.0 * right.dot(&x)
+                };
+                let x = non_negative_solution(&problem);
+                assert!(x.iter().all(|x| *x >= 0.0), "{x:?}");
                 for subset in 0..1_usize << count {
-                    let within: Vec<bool> = (0..count).map(|k| subset >> k & 1 == 1).collect();
-                    let other = solve_within(&gram, &right, &within);
+                    let within: Vec<usize> = (0..count).filter(|k| subset >> k & 1 == 1).collect();
+                    let mut other = vec![0.0; count];
+                    go(&mut other, &within, &problem.solve(&within).unwrap(), 1.0);
                     let allowed = other.iter().all(|x| *x >= 0.0);
-                    assert!(!allowed || cost(&x) <= cost(&other) + 1e-12, "{x} is worse than {other}");
+                    assert!(!allowed || cost(&x) <= cost(&other) + 1e-12, "{x:?} is worse than {other:?}");
                 }
             }
         }
@@ -105,10 +153,10 @@ mod tests {
 
     #[test]
     fn equal_columns_share_and_nothing_is_nothing() {
-        let gram = DMatrix::from_element(2, 2, 1.0);
-        let x = least_squares_solution(&gram, &DVector::from_element(2, 1.0));
+        let (gram, right) = (DMatrix::from_element(2, 2, 1.0), DVector::from_element(2, 1.0));
+        let x = least_squares_solution(&gram, &right);
         assert!((x[0] - 0.5).abs() < 1e-14 && (x[1] - 0.5).abs() < 1e-14, "{x}");
-        let none = non_negative_solution(&DMatrix::zeros(0, 0), &DVector::zeros(0));
-        assert_eq!(none.len(), 0, "no unknowns");
+        let (gram, right) = (DMatrix::zeros(0, 0), DVector::zeros(0));
+        assert!(non_negative_solution(&Normal { gram: &gram, right: &right }).is_empty(), "no unknowns");
     }
 }

@@ -44,11 +44,29 @@ impl Triangle {
 /// The finest triangulation that is kept: 5120 triangles.
 const LEVELS: usize = 5;
 
+/// The level with two triangles or more for each coefficient of a function of `order`, within reason.
+fn level_for(order: usize) -> usize {
+    (0..LEVELS - 1).find(|level| 20 << (2 * level) >= 2 * order * order).unwrap_or(LEVELS - 1)
+}
+
+/// The components of the centres of a triangulation with about eight triangles or more for each coefficient of a function of `order`,
+/// within reason.
+pub(crate) fn fine_directions(order: usize) -> [&'static [f64]; 3] {
+    static DIRECTIONS: [OnceLock<[Vec<f64>; 3]>; LEVELS] = [const { OnceLock::new() }; LEVELS];
+    let level = (level_for(order) + 1).min(LEVELS - 1);
+    let directions = DIRECTIONS[level]
+        .get_or_init(|| [0, 1, 2].map(|k| triangulation_of_level(level).iter().map(|t| t.centre[k]).collect()));
+    directions.each_ref().map(Vec::as_slice)
+}
+
 /// An icosahedron, divided until there are two triangles or more for each coefficient of a function of `order`, within
 /// reason.
 pub(crate) fn triangulation(order: usize) -> &'static [Triangle] {
+    triangulation_of_level(level_for(order))
+}
+
+fn triangulation_of_level(level: usize) -> &'static [Triangle] {
     static TRIANGULATIONS: [OnceLock<Vec<Triangle>>; LEVELS] = [const { OnceLock::new() }; LEVELS];
-    let level = (0..LEVELS - 1).find(|level| 20 << (2 * level) >= 2 * order * order).unwrap_or(LEVELS - 1);
     TRIANGULATIONS[level].get_or_init(|| {
         (0..level).fold(icosahedron(), |triangles, _| triangles.iter().flat_map(Triangle::quarters).collect())
     })

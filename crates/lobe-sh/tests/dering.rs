@@ -50,12 +50,12 @@ fn sun_and_sky(order: usize, sun: Dir) -> ShVec<f64> {
 }
 
 #[test]
-fn ten_thousand_random_order_3_probes_have_no_point_below_zero() {
+fn random_probes_of_order_3_have_no_point_below_zero() {
     let mut random = Random::new(1);
     let cosine = Zonal::clamped_cosine(3);
     let samples = fibonacci_sphere(60);
     let mut changed = 0;
-    for case in 0..10_000 {
+    for case in 0..7000 {
         let mut f = ShL2::from_slice(random_probe(&mut random, 3).coefficients());
         if case % 2 == 0 {
             f = convolved(&f, &cosine);
@@ -77,26 +77,49 @@ fn ten_thousand_random_order_3_probes_have_no_point_below_zero() {
             }
         }
     }
-    assert!(changed > 5000, "only {changed} probes had anything to remove");
+    assert!(changed > 3500, "only {changed} probes had anything to remove");
 }
 
-#[test]
-fn probes_of_higher_order_have_no_point_below_zero() {
-    let mut random = Random::new(2);
-    for order in [2, 4, 5, 6, 8] {
-        for case in 0..3 {
-            let f = random_probe(&mut random, order);
-            let (g, report) = deringed(&f, &Dering::default());
-            for (c, channel) in channels(&g).iter().enumerate() {
-                let (dc, least) = (channel.mean(), least_sampled(channel));
-                assert!(least >= -1e-6 * dc, "order {order}, case {case}, channel {c}: {least} of {dc}");
-                assert!(report.after[c].lo >= -1e-6 * dc, "order {order}, case {case}: {:?}", report.after[c]);
-            }
-            let inside = report.factors.iter().all(|w| (0.0..=1.0).contains(w));
-            assert!(inside && report.factors[0] == 1.0, "order {order}: {:?}", report.factors);
+/// Dering `count` probes of an order by the least change, as radiance.
+fn check_random_probes(order: usize, count: usize) {
+    let mut random = Random::new(order as u64);
+    let samples = fibonacci_sphere(8 * order * order);
+    for case in 0..count {
+        let f = random_probe(&mut random, order);
+        let (g, report) = deringed(&f, &Dering::default());
+        for (c, channel) in channels(&g).iter().enumerate() {
+            let dc = channel.mean();
+            let least = samples.iter().map(|v| channel.eval(Dir::from_unit(*v))).fold(f64::INFINITY, f64::min);
+            assert!(least >= -1e-6 * dc, "order {order}, case {case}, channel {c}: {least} of {dc}");
+            assert!(report.after[c].lo >= -1e-6 * dc, "order {order}, case {case}: {:?}", report.after[c]);
+        }
+        let inside = report.factors.iter().all(|w| (0.0..=1.0).contains(w));
+        assert!(inside && report.factors[0] == 1.0, "order {order}: {:?}", report.factors);
+        if let Some(excess) = report.excess {
+            assert!(excess < LEAST, "order {order}, case {case}: the change exceeds the least by {excess}");
         }
     }
 }
+
+/// What the norm of a change may exceed the least by: two minima below 1e-6 of the mean and rounding to `f32`, over changes that are
+/// a tenth of the norm or more.
+const LEAST: f64 = 1e-4;
+
+macro_rules! random_probes {
+    ($($name:ident $order:literal $count:literal),*) => {$(
+        #[test]
+        fn $name() {
+            check_random_probes($order, $count);
+        }
+    )*};
+}
+
+// With those of order 3, more than 10000.
+random_probes!(
+    random_probes_of_order_2_have_no_point_below_zero 2 2000, random_probes_of_order_4_have_no_point_below_zero 4 600,
+    random_probes_of_order_5_have_no_point_below_zero 5 350, random_probes_of_order_6_have_no_point_below_zero 6 250,
+    random_probes_of_order_8_have_no_point_below_zero 8 100
+);
 
 #[test]
 fn every_method_works_for_suns_in_all_directions() {
@@ -177,15 +200,15 @@ fn three_bands_written_as_four_have_the_same_solution() {
         let (_, long) = deringed(&long, &Dering::default());
         for l in 0..3 {
             let (a, b) = (short.factors[l], long.factors[l]);
-            // The general search stops at 1e-5 of the mean; the factors are good to about the root of that.
-            assert!((a - b).abs() < 5e-3, "case {case}, band {l}: {a} against {b}");
+            // The general search stops at 1e-6 of the mean; the factors are good to about the root of that.
+            assert!((a - b).abs() < 2e-3, "case {case}, band {l}: {a} against {b}");
         }
         let change = |w: &[f64]| -> f64 {
             let energies = channels(&f).map(|c| c.band_energies());
             (1..3).map(|l| energies.iter().map(|e| e[l]).sum::<f64>() * (1.0 - w[l]).powi(2)).sum()
         };
         let (a, b) = (change(&short.factors), change(&long.factors));
-        assert!((a / b - 1.0).abs() < 2e-4, "case {case}: the squared changes are {a} and {b}");
+        assert!((a / b - 1.0).abs() < 2e-5, "case {case}: the squared changes are {a} and {b}");
     }
 }
 

@@ -17,7 +17,7 @@ fn rms(f: &impl Expansion<f64>) -> f64 {
 
 /// The least value on a grid, 40 points for each coefficient, its three lowest points followed downhill by the gradient alone.
 fn brute_force(f: &ShVec<f64>, grid: &[[f64; 3]], components: &[Vec<f64>; 3], values: &mut [f64]) -> f64 {
-    f.eval_many_into(&components[0], &components[1], &components[2], values);
+    f.eval_many_into(components.each_ref().map(Vec::as_slice), values);
     let mut order: Vec<usize> = (0..grid.len()).collect();
     order.select_nth_unstable_by(3, |&a, &b| values[a].total_cmp(&values[b]));
     order[..3].iter().map(|&k| descended(f, Dir::from_unit(grid[k]))).fold(f64::INFINITY, f64::min)

@@ -1,10 +1,6 @@
-//! Small least squares problems with inequalities.
+//! The shortest vector in a set bounded by planes.
 
-/// A column counts as dependent on others when less than this part of it is left beside them.
-const DEPENDENT: f64 = 1e-11;
-
-/// A multiplier enters only where it lowers the residual by more than rounding.
-const ENTERS: f64 = 1e-12;
+use crate::non_negative::{LeastSquares, non_negative_solution};
 
 /// The shortest vector `u` of `count` numbers with `g·u >= h` for every row `(g, h)`; it must exist.
 ///
@@ -15,72 +11,68 @@ pub(crate) fn least_norm(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = rows.iter().map(|(g, h)| g.iter().copied().chain([*h]).collect()).collect();
     let mut target = vec![0.0; count + 1];
     target[count] = 1.0;
-    let r = residual_of_nnls(&columns, &target);
+    let problem = Columns::new(&columns, &target);
+    let r = problem.residual(&non_negative_solution(&problem));
     // r_last = -|r|² is negative unless the rows contradict each other.
     let last = r[count].abs().max(f64::MIN_POSITIVE);
     r[..count].iter().map(|r| r / last).collect()
 }
 
-/// `Σ z_k column_k - target` for the `z_k >= 0` that make it shortest: the active set method of Lawson and Hanson.
-fn residual_of_nnls(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
-    let norms: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
-    let mut z = vec![0.0; columns.len()];
-    let mut active: Vec<usize> = Vec::new();
-    let mut refused: Vec<usize> = Vec::new();
-    let mut residual: Vec<f64> = target.iter().map(|t| -t).collect();
-    // Every round lowers the residual, so that no set comes twice; the cap guards against rounding.
-    for _ in 0..10 * (columns.len() + target.len()) {
-        let gain = |k: usize| -dot(&columns[k], &residual) / norms[k];
-        let candidates = (0..columns.len()).filter(|k| norms[*k] > 0.0 && !active.contains(k) && !refused.contains(k));
-        let Some(next) = candidates.max_by(|&a, &b| gain(a).total_cmp(&gain(b))).filter(|&k| gain(k) > ENTERS) else {
-            break;
-        };
-        active.push(next);
-        let Some(mut solution) = solve(columns, &active, target).filter(|s| s[active.len() - 1] > 0.0) else {
-            active.pop();
-            refused.push(next);
-            continue;
-        };
-        while let Some(step) = blocking_step(&active, &z, &solution) {
-            for (&k, s) in active.iter().zip(&solution) {
-                z[k] += step * (s - z[k]);
-            }
-            // The one that blocks is zero but for rounding.
-            let least = active.iter().copied().min_by(|&a, &b| z[a].total_cmp(&z[b]));
-            active.retain(|&k| {
-                let stays = z[k] > 0.0 && Some(k) != least;
-                if !stays {
-                    z[k] = 0.0;
-                }
-                stays
-            });
-            solution = solve(columns, &active, target).unwrap_or_else(|| active.iter().map(|&k| z[k]).collect());
-        }
-        for (&k, s) in active.iter().zip(&solution) {
-            z[k] = *s;
-        }
-        refused.clear();
-        residual = target.iter().map(|t| -t).collect();
-        for &k in &active {
-            residual.iter_mut().zip(&columns[k]).for_each(|(r, c)| *r += z[k] * c);
-        }
-    }
-    residual
+/// `min |Σ x_k column_k - target|²`. Columns that depend on those within are refused: among planes that almost coincide one is
+/// enough. No normal equations, which would lose what planes that are nearly parallel differ in.
+struct Columns<'a> {
+    columns: &'a [Vec<f64>],
+    lengths: Vec<f64>,
+    target: &'a [f64],
 }
 
-/// How far from `z` to the solution one may go before a multiplier becomes negative; `None` for all the way.
-fn blocking_step(active: &[usize], z: &[f64], solution: &[f64]) -> Option<f64> {
-    let blocked = active.iter().zip(solution).filter(|(_, s)| **s <= 0.0);
-    blocked.map(|(&k, s)| if z[k] > *s { z[k] / (z[k] - s) } else { 0.0 }).reduce(f64::min)
+impl<'a> Columns<'a> {
+    fn new(columns: &'a [Vec<f64>], target: &'a [f64]) -> Self {
+        Self { columns, lengths: columns.iter().map(|c| dot(c, c).sqrt()).collect(), target }
+    }
+
+    /// `Σ x_k column_k - target`.
+    fn residual(&self, x: &[f64]) -> Vec<f64> {
+        let mut residual: Vec<f64> = self.target.iter().map(|t| -t).collect();
+        for (x, column) in x.iter().zip(self.columns).filter(|(x, _)| **x != 0.0) {
+            residual.iter_mut().zip(column).for_each(|(r, c)| *r += x * c);
+        }
+        residual
+    }
+}
+
+impl LeastSquares for Columns<'_> {
+    fn count(&self) -> usize {
+        self.columns.len()
+    }
+
+    fn gains(&self, x: &[f64]) -> Vec<f64> {
+        let residual = self.residual(x);
+        let gain =
+            |(column, length): (&Vec<f64>, &f64)| if *length > 0.0 { -dot(column, &residual) / length } else { 0.0 };
+        self.columns.iter().zip(&self.lengths).map(gain).collect()
+    }
+
+    /// In parts of the target, which has length 1.
+    fn enough(&self) -> f64 {
+        1e-12
+    }
+
+    fn solve(&self, within: &[usize]) -> Option<Vec<f64>> {
+        orthogonal_solution(self.columns, within, self.target)
+    }
 }
 
 /// The least squares solution over some columns by modified Gram-Schmidt orthogonalisation, each column twice; `None` if
 /// they are dependent.
-fn solve(columns: &[Vec<f64>], active: &[usize], target: &[f64]) -> Option<Vec<f64>> {
-    let count = active.len();
+fn orthogonal_solution(columns: &[Vec<f64>], within: &[usize], target: &[f64]) -> Option<Vec<f64>> {
+    /// A column counts as dependent on others when less than this part of it is left beside them.
+    const DEPENDENT: f64 = 1e-11;
+
+    let count = within.len();
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(count);
     let mut r = vec![vec![0.0; count]; count];
-    for (j, &k) in active.iter().enumerate() {
+    for (j, &k) in within.iter().enumerate() {
         let mut v = columns[k].clone();
         let length = dot(&v, &v).sqrt();
         for _ in 0..2 {
@@ -140,7 +132,8 @@ mod tests {
                 }
             }
             // u is a sum of tight rows with multipliers that are not negative.
-            let rest = residual_of_nnls(&tight, &u);
+            let sum = Columns::new(&tight, &u);
+            let rest = sum.residual(&non_negative_solution(&sum));
             assert!(dot(&rest, &rest).sqrt() < 1e-8, "case {case}: {u:?} is no cone sum, {rest:?} is left");
         }
     }
