@@ -12,7 +12,7 @@ use crate::input::ShInput;
 use crate::output::{self, ShOutput};
 use crate::talk::Talk;
 
-const JSON_HELP: &str = r#"Print {"min_before", "min_after", "bands", "energy_removed"}: what no value of each channel is below, the factors of the bands, the part of the energy that was lost"#;
+const JSON_HELP: &str = r#"Print {"min_before", "min_after", "bands", "energy_removed", "excess"}: what no value of each channel is below, the factors of the bands, the part of the energy that was lost, by how much the change exceeds the least one at most (least-change)"#;
 
 #[derive(Args)]
 pub(crate) struct ShDering {
@@ -63,6 +63,7 @@ struct Report<'a> {
     min_after: Vec<f64>,
     bands: &'a [f64],
     energy_removed: f64,
+    excess: Option<f64>,
 }
 
 impl ShDering {
@@ -84,6 +85,7 @@ impl ShDering {
                 min_after: lower_ends(&report.after),
                 bands: &report.factors,
                 energy_removed: report.energy_removed,
+                excess: report.excess,
             });
         }
         talk.note(&self.input.to_string(), &in_words(&report));

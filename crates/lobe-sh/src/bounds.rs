@@ -14,8 +14,8 @@ const MULTIPLIER_STEPS: usize = 4;
 /// # Derivation
 ///
 /// Let `γ(t)` be a great circle at unit speed and `f_l` the part of band `l`. With the reproducing kernel of the band,
-/// `k_l(s, s') = (2l+1)/4π P_l(s·s')`, `f_l(γ(t)) = ⟨f_l, k_l(γ(t), ·)⟩`. Differentiate `k` times and use the inequality of
-/// Cauchy and Schwarz:
+/// `k_l(s, s') = (2l+1)/4π P_l(s·s')`, `f_l(γ(t)) = ⟨f_l, k_l(γ(t), ·)⟩`. Differentiate `k` times and use the
+/// inequality of Cauchy and Schwarz:
 ///
 /// ```text
 ///   |dᵏ/dtᵏ f_l(γ(t))| <= ‖f_l‖ ‖∂_tᵏ k_l(γ(t), ·)‖
@@ -24,15 +24,15 @@ const MULTIPLIER_STEPS: usize = 4;
 ///                        = Σ_m (dᵏ/dtᵏ y_lm(γ(t)))²         = D_k,l, the same for every great circle and point
 /// ```
 ///
-/// by the addition theorem; [`PoleDerivatives`] has the derivatives at the pole. (`4π D_1 / (2l+1) = l(l+1)/2`, as it must be.)
-/// Hence everywhere and along every great circle
+/// by the addition theorem; [`PoleDerivatives`] has the derivatives at the pole. (`4π D_1 / (2l+1) = l(l+1)/2`, as it
+/// must be.) Hence everywhere and along every great circle
 ///
 /// ```text
 ///   |dᵏf/dtᵏ| <= M_k = Σ_l √D_k,l ‖f_l‖                                                                   (1)
 /// ```
 ///
-/// which no bound from the norms of the bands can better: the kernels' derivatives of all bands attain it together. (The
-/// inequality of Bernstein is `lᵏ max|f_l|`, which follows and is weaker.)
+/// which no bound from the norms of the bands can better: the kernels' derivatives of all bands attain it together.
+/// (The inequality of Bernstein is `lᵏ max|f_l|`, which follows and is weaker.)
 ///
 /// By Taylor's theorem along the great circle from the centre `c` of a cap of radius `ρ` to any point at the tangent
 /// vector `v`, `|v| <= ρ`,
@@ -41,15 +41,15 @@ const MULTIPLIER_STEPS: usize = 4;
 ///   f >= f(c) + g·v + ½ vᵀ H v - M_3 ρ³/6                                                                (2)
 /// ```
 ///
-/// The least of the quadratic over the disc is bounded from below by weak duality: for every `μ >= 0` with `H + μ >= 0`,
-/// and every `v` in the disc,
+/// The least of the quadratic over the disc is bounded from below by weak duality: for every `μ >= 0` with `H + μ >=
+/// 0`, and every `v` in the disc,
 ///
 /// ```text
 ///   g·v + ½ vᵀ H v  >=  g·v + ½ vᵀ (H + μ) v - ½ μ ρ²  >=  -½ gᵀ (H + μ)⁻¹ g - ½ μ ρ²                     (3)
 /// ```
 ///
-/// With the terms of third and fourth order, and `M_5 ρ⁵/120` for the rest, [`least_of_valley`] bounds the polynomial: dearer,
-/// and in valleys much tighter.
+/// With the terms of third and fourth order, and `M_5 ρ⁵/120` for the rest, [`least_of_valley`] bounds the polynomial:
+/// dearer, and in valleys much tighter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SmoothFunction {
     /// `M_0 .. M_5`.
@@ -62,8 +62,8 @@ impl SmoothFunction {
     pub(crate) fn new(coefficients: &[f64]) -> Self {
         let order = order_of_slice(coefficients);
         let bounds = PoleDerivatives::with_shared(order, |table| table.bounds(coefficients));
-        // The recurrences over `l` gain about an error of one rounding a step, near the poles of their square; the factor is
-        // ten times what the test `rounding_errors_stay_within_their_bound` finds.
+        // The recurrences over `l` gain about an error of one rounding a step, near the poles of their square; the
+        // factor is ten times what the test `rounding_errors_stay_within_their_bound` finds.
         let n = order as f64;
         Self { bounds, rounding: f64::EPSILON * (4.0 + n * n) }
     }

@@ -170,8 +170,8 @@ pub struct DeringReport {
     /// For [`DeringMethod::LeastChange`]: the norm of the change exceeds that by the best factors by at most this part of it.
     ///
     /// That is proven: in some directions the function must not be negative, and the factors that see to that alone, a small
-    /// quadratic program, change it less than any that see to all. Usually below 1e-5, part of which is for rounding the
-    /// coefficients (tests `the_least_change_is_the_least_to_1e_4`).
+    /// quadratic program, change it less than any that see to all. Times the change it is below 1e-5 of the norm of the function, part
+    /// of which is for rounding the coefficients (tests `random_probes_of_order_4_have_no_point_below_zero` and the like).
     pub excess: Option<f64>,
 }
 

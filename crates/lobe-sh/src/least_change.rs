@@ -7,14 +7,15 @@ use crate::minimum::{minimum_of, polished};
 use crate::triangulation::fine_directions;
 use crate::{Basis, Minimum, Real as _, eval_basis_into, scale_bands_in_place};
 
-/// How far below zero, relative to the mean, the function may still be when the planes have converged. The final blend with the mean
-/// removes it at the same price.
+/// How far below zero, relative to the mean, the function may still be when the planes have converged. The final blend
+/// with the mean removes it at the same price.
 const CONVERGED: f64 = 1e-6;
 
 /// The width of the certified minimum relative to the mean; the blend pays for it as well.
 const WIDTH: f64 = 5e-7;
 
-/// Rounds of planes; 8 to 25 are usual. After the last the function is blended from where it is, and `excess` tells what that cost.
+/// Rounds of planes; 8 to 25 are usual. After the last the function is blended from where it is, and `excess` tells what
+/// that cost.
 const MAX_ROUNDS: usize = 100;
 
 /// A plane whose condition is met with so much to spare, relative to the mean, is forgotten, unless it decides.
@@ -39,9 +40,9 @@ pub(crate) struct LeastChange {
 /// ```
 ///
 /// What is minimised is the squared norm of the change. For every direction `s` the condition is linear in `w`, so the
-/// admissible set is convex. It is approached from outside by planes: solve with the planes so far, find the lowest points of
-/// the result, add their planes, until the certified minimum is above `-1e-6` of the mean. Blending
-/// towards the mean then makes it non-negative: if `Σ w_l f_l >= m` with `m < 0 < f_0 = c`, the factors `t w_l` give
+/// admissible set is convex. It is approached from outside by planes: solve with the planes so far, find the lowest
+/// points of the result, add their planes, until the certified minimum is above `-1e-6` of the mean. Blending towards the
+/// mean then makes it non-negative: if `Σ w_l f_l >= m` with `m < 0 < f_0 = c`, the factors `t w_l` give
 ///
 /// ```text
 ///   (1 - t) c + t Σ_l w_l f_l >= (1 - t) c + t m = margin        t = (c - margin) / (c - m)
@@ -75,7 +76,7 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
         }
         let least = planes.change(&factors);
         let t = ((1.0 - margin).max(0.0) / (1.0 - lowest)).min(1.0);
-        factors[1..].iter_mut().for_each(|w| *w *= t);
+        planes.free.iter().for_each(|&(l, _)| factors[l] *= t);
         LeastChange { excess: excess(planes.change(&factors), least), factors }
     })
 }

@@ -18,8 +18,8 @@ pub(crate) fn least_norm(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
     r[..count].iter().map(|r| r / last).collect()
 }
 
-/// `min |Σ x_k column_k - target|²`. Columns that depend on those within are refused: among planes that almost coincide one is
-/// enough. No normal equations, which would lose what planes that are nearly parallel differ in.
+/// `min |Σ x_k column_k - target|²`. Columns that depend on those within are refused: among planes that almost coincide
+/// one is enough. No normal equations, which would lose what planes that are nearly parallel differ in.
 struct Columns<'a> {
     columns: &'a [Vec<f64>],
     lengths: Vec<f64>,
@@ -63,8 +63,8 @@ impl LeastSquares for Columns<'_> {
     }
 }
 
-/// The least squares solution over some columns by modified Gram-Schmidt orthogonalisation, each column twice; `None` if
-/// they are dependent.
+/// The least squares solution over some columns by modified Gram-Schmidt orthogonalisation, each column twice; `None`
+/// if they are dependent.
 fn orthogonal_solution(columns: &[Vec<f64>], within: &[usize], target: &[f64]) -> Option<Vec<f64>> {
     /// A column counts as dependent on others when less than this part of it is left beside them.
     const DEPENDENT: f64 = 1e-11;

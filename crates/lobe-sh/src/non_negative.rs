@@ -13,14 +13,16 @@ pub(crate) trait LeastSquares {
     /// The gain below which an unknown at zero stays there, a few rounding errors.
     fn enough(&self) -> f64;
 
-    /// The solution in the unknowns `within` alone; `None` if the problem refuses them, because the last one depends on the others.
+    /// The solution in the unknowns `within` alone; `None` if the problem refuses them, because the last one depends on
+    /// the others.
     fn solve(&self, within: &[usize]) -> Option<Vec<f64>>;
 }
 
 /// The solution of least residual with `x >= 0`.
 ///
-/// The active set method: unknowns at zero are let in one by one where the gain is largest, and leave again when the solution of those
-/// within would make them negative, at the point of the way where the first one reaches zero. Source: [Lawson 1974], chapter 23.
+/// The active set method: unknowns at zero are let in one by one where the gain is largest, and leave again when the
+/// solution of those within would make them negative, at the point of the way where the first one reaches zero. Source:
+/// [Lawson 1974], chapter 23.
 pub(crate) fn non_negative_solution(problem: &impl LeastSquares) -> Vec<f64> {
     let mut x = vec![0.0; problem.count()];
     let mut within: Vec<usize> = Vec::new();
@@ -70,7 +72,8 @@ fn blocking_way(within: &[usize], x: &[f64], solution: &[f64]) -> Option<f64> {
     blocked.map(|(&k, s)| if x[k] > *s { x[k] / (x[k] - s) } else { 0.0 }).reduce(f64::min)
 }
 
-/// A problem known by `AᵀA` and `Aᵀb`. Unknowns that mean the same, such as two lights in one direction, share what they stand for.
+/// A problem known by `AᵀA` and `Aᵀb`. Unknowns that mean the same, such as two lights in one direction, share what
+/// they stand for.
 pub(crate) struct Normal<'a> {
     pub(crate) gram: &'a DMatrix<f64>,
     pub(crate) right: &'a DVector<f64>,
@@ -101,7 +104,8 @@ impl LeastSquares for Normal<'_> {
 
 /// The minimum of `xᵀGx - 2bᵀx`, of least norm where it is not unique.
 pub(crate) fn least_squares_solution(gram: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    /// Above this ratio of the smallest to the largest pivot the system is solved directly: it costs no more than four digits.
+    /// Above this ratio of the smallest to the largest pivot the system is solved directly: it costs no more than four
+    /// digits.
     const WELL_CONDITIONED: f64 = 1e-4;
     /// A singular value below this part of the largest is zero.
     const RANK: f64 = 1e-13;

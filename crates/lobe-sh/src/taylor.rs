@@ -67,7 +67,8 @@ impl PoleDerivatives {
     }
 }
 
-/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the tangents
+/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the
+/// tangents
 /// `a, b` are the principal axes of the curvature, the larger along `a`: `c_11 = 0`, `c_20 >= c_02`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taylor {
@@ -76,7 +77,8 @@ pub(crate) struct Taylor {
 }
 
 impl Taylor {
-    /// The function is turned until `s` is the pole. There, with `C_km = Σ_l t_k,m f_lm / k!` and `S_km` the same of `f_l,-m`,
+    /// The function is turned until `s` is the pole. There, with `C_km = Σ_l t_k,m f_lm / k!` and `S_km` the same of
+    /// `f_l,-m`,
     ///
     /// ```text
     ///   f(θ, φ) = Σ_k θᵏ Σ_m C_km cos mφ + S_km sin mφ        m = k, k-2, ..

@@ -4,8 +4,11 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Dir, Expansion as _, Rotation, ShVec, SphericalPolygon, Zonal, eval_basis, gauss_legendre};
-use lobe_testkit::{Random, directions};
+use lobe_sh::{
+    Dir, Expansion as _, Rotation, ShVec, SphericalPolygon, Zonal, band_range, eval_basis, gauss_legendre, legendre,
+};
+use lobe_testkit::{Random, directions, golden_f64s};
+use nalgebra::{DMatrix, DVector};
 
 type Vec3 = [f64; 3];
 
@@ -213,5 +216,54 @@ fn what_is_no_polygon_is_refused_in_one_line() {
     ] {
         let error = SphericalPolygon::new(vertices.clone()).unwrap_err().to_string();
         assert!(error.contains(what) && !error.contains('\n'), "{vertices:?}: {error}");
+    }
+}
+
+/// `∫ P_l(w·s) ds` over the inside, the contour running left around it, for `l` from 1: the recurrences of Wang and Ramamoorthi 2018
+/// for the integrals along an edge, summed by Stokes' theorem as `1/(l(l+1)) Σ c D_l`.
+fn zonal_moments(vertices: &[Vec3], w: Vec3, count: usize) -> Vec<f64> {
+    let unit = |v: Vec3| v.map(|c| c / dot(v, v).sqrt());
+    let mut moments = vec![0.0; count];
+    for k in 0..vertices.len() {
+        let (start, end) = (unit(vertices[k]), unit(vertices[(k + 1) % vertices.len()]));
+        let normal = unit(cross(start, end));
+        let (a, b, c) = (dot(w, start), dot(w, cross(normal, start)), dot(w, normal));
+        let gamma = dot(normal, cross(start, end)).atan2(dot(start, end));
+        let (sin, cos) = gamma.sin_cos();
+        let p = |l: usize, t: f64| legendre(l, 0, t);
+        let mut big_b = vec![gamma, a * sin - b * cos + b];
+        let mut d = vec![0.0, gamma];
+        for l in 2..=count {
+            let lf = l as f64;
+            let ends = (a * sin - b * cos) * p(l - 1, a * cos + b * sin) + b * p(l - 1, a);
+            let big_c = (ends + (a * a + b * b - 1.0) * d[l - 1] + (lf - 1.0) * big_b[l - 2]) / lf;
+            big_b.push(((2.0 * lf - 1.0) * big_c - (lf - 1.0) * big_b[l - 2]) / lf);
+            d.push((2.0 * lf - 1.0) * big_b[l - 1] + d[l - 2]);
+        }
+        for (l, moment) in moments.iter_mut().enumerate() {
+            *moment += c * d[l + 1] / ((l + 1) * (l + 2)) as f64;
+        }
+    }
+    moments
+}
+
+/// The way of Wang and Ramamoorthi 2018: zonal moments along the lobes of Nowrouzezahrai and others 2012, whose matrix is then undone.
+#[test]
+fn coefficients_follow_from_moments_along_zonal_lobes() {
+    const BANDS: usize = 8;
+    let polygon = [[1.0, -0.4, 0.1], [1.0, 0.5, 0.0], [1.1, 0.6, 0.9], [0.9, -0.5, 1.0]];
+    let f = SphericalPolygon::new(polygon.to_vec()).unwrap().project(BANDS);
+    for l in 1..BANDS {
+        let angles = golden_f64s(&format!("/zonal_lobes/bands/{l}"));
+        let lobes: Vec<Dir> = angles.chunks(2).map(|a| Dir::from_angles(a[0], a[1])).collect();
+        assert_eq!(lobes.len(), 2 * l + 1, "lobes of band {l}");
+        // ∫ P_l(d·s) f = 4π/(2l+1) Σ_m y_lm(d) f_lm
+        let scale = 4.0 * PI / (2 * l + 1) as f64;
+        let matrix = DMatrix::from_fn(2 * l + 1, 2 * l + 1, |i, m| scale * eval_basis(lobes[i], l + 1)[l * l + m]);
+        let moments = lobes.iter().map(|d| zonal_moments(&polygon, d.to_array(), l)[l - 1]);
+        let solved = matrix.lu().solve(&DVector::from_iterator(2 * l + 1, moments)).expect("lobes are independent");
+        for (found, expected) in solved.iter().zip(&f.coefficients()[band_range(l)]) {
+            assert!((found - expected).abs() < 1e-12, "band {l}: {found} against {expected}");
+        }
     }
 }

@@ -162,7 +162,7 @@ fn pictures_and_expansions_are_not_taken_for_each_other() {
 #[test]
 fn numbers_that_overflow_are_not_written() {
     let dir = Dir::new();
-    dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(2, 1e300));
+    dir.sh("p.sh.json", Quantity::Visibility, ShVec::constant(2, 1e300));
     let line = dir.lobe("sh product p.sh.json p.sh.json -o q.sh.json").error();
     assert_eq!(line, "q.sh.json: coefficient 0 is inf; a file holds finite numbers only", "product");
     assert_eq!(dir.names(), ["p.sh.json"], "files");

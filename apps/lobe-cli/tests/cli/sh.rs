@@ -179,7 +179,7 @@ fn product_agrees_with_the_golden_products() {
     let dir = Dir::new();
     for n in 2..=6 {
         dir.sh("a.sh.json", Quantity::Radiance, rule(n, rule_a));
-        dir.sh("b.sh.json", Quantity::Radiance, rule(n, rule_b));
+        dir.sh("b.sh.json", Quantity::Visibility, rule(n, rule_b));
         dir.lobe("sh product a.sh.json b.sh.json -o c.sh.json").stdout();
         assert_close(&dir.read_sh("c.sh.json").coefficients, &golden_f64s(&format!("/product/{n}/c")), &n.to_string());
     }
@@ -221,13 +221,16 @@ fn colours_may_be_masked_by_visibility() {
 #[test]
 fn quantities_that_have_no_product_are_refused() {
     let dir = Dir::new();
-    for quantity in [Quantity::Radiance, Quantity::Transfer, Quantity::LogVisibility] {
+    for quantity in [Quantity::Radiance, Quantity::Irradiance, Quantity::Transfer, Quantity::LogVisibility] {
         dir.sh(&format!("{quantity}.sh.json"), quantity, ShVec::constant(2, 1.0));
     }
-    let line = dir.lobe("sh product radiance.sh.json transfer.sh.json -o c.sh.json").error();
-    let expected = "radiance.sh.json and transfer.sh.json: radiance times transfer is no quantity of a file; expected the \
-                    same quantity twice, or visibility";
-    assert_eq!(line, expected, "radiance and transfer");
+    for (a, b) in [("radiance", "transfer"), ("irradiance", "irradiance")] {
+        let line = dir.lobe(&format!("sh product {a}.sh.json {b}.sh.json -o c.sh.json")).error();
+        let expected = format!(
+            "{a}.sh.json and {b}.sh.json: {a} times {b} is no quantity of a file; expected visibility for one of them"
+        );
+        assert_eq!(line, expected, "{a} and {b}");
+    }
     let line = dir.lobe("sh product log-visibility.sh.json log-visibility.sh.json -o c.sh.json").error();
     assert!(line.ends_with("so add them instead"), "{line}");
 }
