@@ -10,34 +10,47 @@ use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
 use crate::MappedMap;
+use crate::even_light::even_light;
 use crate::sample_points::{Chunk, Sample, Sampler, midpoints};
 use crate::solid_angles::SolidAngles;
+use crate::sparse_sum::{BLOCK, SparseSum};
 
 // W_ts = Σ_samples of t, weight × share of s in the interpolant there: a mean of the source over the target's texel. A
 // constant stays constant because the weights of a texel are normalised. The energy of a texel s in the target is
 //
 //     E_s = Σ_t Ω_t V_ts       and should be Ω_s
 //
-// so its weights are multiplied by c_s = Ω_s/E_s, and normalised again, in turns [Sinkhorn and Knopp 1967]. That
-// converges quickly where the samples merely beat against the texels, slowly where energy has to wander: at poles, rims
-// and edges. So it is done a few times, for large maps, in which the beats average out, not at all, and
-// q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as far as it is brighter than the mean m_s
-// of its neighbours: an even part of a map stays even, nothing becomes negative, and a sun, L_s >> m_s, has
+// and such factors c_s there are, unless texels share too little [Sinkhorn and Knopp 1967]. First, c_s is multiplied by
+// Ω_s/E_s a few times: that ends quickly where the samples merely beat against the texels, and slowly where energy has
+// to wander: at poles, rims and edges. So for those follow steps of Newton's method in a_s = ln c_s: E changes by
+//
+//     M a,   (M a)_s = Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)
+//
+// a graph's Laplacian, symmetric and positive but for constants, and M a = Ω - E is solved by conjugate gradients, as far
+// as the light of the map at hand needs it [Brauer et al. 2017]. For large maps, in which the beats average out, nothing
+// of that is done. q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as far as it is brighter
+// than the mean m_s of its neighbours: an even part of a map stays even, nothing becomes negative, and a sun, L_s >> m_s,
+// has
 //
 //     E_s (L_s + q_s (L_s - m_s)) = Ω_s L_s - (Ω_s - E_s) m_s
 //
-// its energy but for a part q_s m_s/L_s. What is not brighter lacks q_s, which sums to 0 around any place.
+// its energy but for a part q_s m_s/L_s. So what the mean of the map lacks is, exactly, Σ (Ω_s - E_s) min(L_s, m_s): the
+// error by which all these steps are measured.
 
 /// The target is worked on in this many parts, whatever the number of threads.
 const CHUNKS: usize = 64;
 /// More samples than this are not kept from pass to pass but found again each time: 384 MiB.
 const MOST_KEPT: usize = 1 << 25;
-/// The most passes that find out what each texel of the source is given; the last one is for what then is missing.
-const MOST_PASSES: usize = 24;
-/// No more passes if the mean is off by less than this, as it is and as it would be by random signs: ten conversions make 1e-4.
-const ENOUGH: f64 = 2e-5;
+/// The most passes over all samples that find out what each texel of the source is given.
+const MOST_PASSES: usize = 60;
+/// So many of them adjust each texel for itself.
+const OWN_PASSES: usize = 2;
+/// No more passes if the mean of no channel is off by more than this.
+const MEAN_ENOUGH: f64 = 5e-6;
+/// And if it would not be off by more than this were the signs of what texels miss random: texels then have their energy.
+const TEXELS_ENOUGH: f64 = 2e-5;
 /// A texel of the source whose solid angle is this many times what the samples see is sampled from its own side too, and
-/// no pass raises a weight by more.
+/// no step changes a weight by more.
 const HARDLY_SEEN: f32 = 2.0;
 
 /// A sample from the side of the source: it belongs to a texel of the target and sees one texel of the source.
@@ -56,53 +69,128 @@ pub(crate) struct Balance<'a> {
     sampler: &'a Sampler,
     /// Of the texels of the source.
     source: SolidAngles,
+    /// Of the texels of the target.
+    target: SolidAngles,
     kept: Option<Vec<Chunk>>,
     extras: Vec<Extra>,
     /// `c_s`.
     factors: Vec<f32>,
-    /// `q_s`.
-    missing: Vec<f32>,
+}
+
+/// What a texel of the source has in the target, and what it lacks there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    /// `E_s`.
+    energy: f32,
+    /// `Ω_s - E_s`; 0 if no sample sees the texel, which then shows so little that there is nothing to lose.
+    missing: f32,
+}
+
+impl Seen {
+    /// `Ω_s/E_s`.
+    fn ratio(self) -> f32 {
+        if self.energy > 0.0 { 1.0 + self.missing / self.energy } else { 1.0 }
+    }
 }
 
 impl<'a> Balance<'a> {
-    /// Balanced as far as `map` needs it.
-    pub(crate) fn new(sampler: &'a Sampler, map: &MappedMap) -> Self {
+    /// Before it is balanced.
+    fn new(sampler: &'a Sampler) -> Self {
         let mut balance = Self {
             sampler,
             source: SolidAngles::new(sampler.source),
+            target: SolidAngles::new(sampler.target),
             kept: None,
             extras: Vec::new(),
             factors: vec![1.0; sampler.source.len()],
-            missing: Vec::new(),
         };
         if sampler.estimate() <= MOST_KEPT {
             balance.kept = Some(balance.ranges().into_par_iter().map(|texels| sampler.chunk(texels)).collect());
         }
-        let target = SolidAngles::new(sampler.target);
-        let light = balance.uncorrected(map);
-        for pass in 1.. {
-            let mut seen = balance.seen(|_| true, 1.0, &target);
-            if pass == 1 {
-                let (ratios, _) = balance.ratios(&seen, &light);
-                balance.add_extras(&ratios, &mut seen, &target);
-            }
-            let (ratios, error) = balance.ratios(&seen, &light);
-            if pass == MOST_PASSES || error < ENOUGH {
-                // What shows so little that no sample falls into it has nothing to lose.
-                let missing = |ratio: f32| if ratio.is_finite() { ratio - 1.0 } else { 0.0 };
-                balance.missing = ratios.into_iter().map(missing).collect();
-                break;
-            }
-            for (factor, ratio) in balance.factors.iter_mut().zip(&ratios) {
-                *factor *= ratio.min(HARDLY_SEEN);
-            }
-        }
         balance
     }
 
-    /// Every texel of the target, from the texels of the source.
-    pub(crate) fn gather(&self, map: &MappedMap) -> Vec<Rgb<f32>> {
-        let texels = self.corrected(map);
+    /// Every texel of the target, from those of `map`, balanced as far as that map needs it.
+    pub(crate) fn resample(sampler: &'a Sampler, map: &MappedMap) -> Vec<Rgb<f32>> {
+        let mut balance = Self::new(sampler);
+        let mut light = even_light(map, &balance.source);
+        let (seen, _) = balance.balance(&light);
+        // Those brighter than their neighbours with what they would lose.
+        for ((light, texel), seen) in light.iter_mut().zip(map.texels()).zip(seen) {
+            *light = *texel + (*texel - *light).scale(seen.ratio() - 1.0);
+        }
+        balance.gather(&light)
+    }
+
+    /// Finds the factors; what then is missing, and after how many passes.
+    fn balance(&mut self, even: &[Rgb<f32>]) -> (Vec<Seen>, usize) {
+        let whole = self.energy(even);
+        let mut passes = 0;
+        loop {
+            passes += 1;
+            let mut sums = self.spread(|_| true, 1.0, None);
+            if passes == 1 {
+                self.add_extras(&mut sums);
+            }
+            let seen = self.seen(&self.totals(&sums));
+            drop(sums);
+            if passes >= MOST_PASSES || self.is_enough(|s| seen[s].missing, even, whole) {
+                return (seen, passes);
+            }
+            if passes <= OWN_PASSES {
+                for (factor, seen) in self.factors.iter_mut().zip(&seen) {
+                    *factor *= seen.ratio().clamp(1.0 / HARDLY_SEEN, HARDLY_SEEN);
+                }
+            } else {
+                let steps = self.newton(&seen, even, whole, &mut passes);
+                for (factor, step) in self.factors.iter_mut().zip(steps) {
+                    *factor *= step.clamp(-HARDLY_SEEN.ln(), HARDLY_SEEN.ln()).exp();
+                }
+            }
+        }
+    }
+
+    /// `a` with `M a = Ω - E`, by conjugate gradients in which each texel's own part of M is divided out.
+    fn newton(&self, seen: &[Seen], even: &[Rgb<f32>], whole: Rgb<f64>, passes: &mut usize) -> Vec<f32> {
+        // What one texel lacks others have too much; rounding and unseen texels must not leave a rest.
+        let sum = |value: fn(&Seen) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
+        let rest = sum(|s| s.missing) / sum(|s| s.energy);
+        let mut residual: Vec<f32> =
+            seen.iter().map(|s| (f64::from(s.missing) - rest * f64::from(s.energy)) as f32).collect();
+        let divided = |s: usize, residual: f32| if seen[s].energy > 0.0 { residual / seen[s].energy } else { 0.0 };
+        let dot = |residual: &[f32]| -> f64 {
+            residual.iter().enumerate().map(|(s, r)| f64::from(*r) * f64::from(divided(s, *r))).sum()
+        };
+        let mut found = vec![0.0_f32; seen.len()];
+        let mut step: Vec<f32> = residual.iter().enumerate().map(|(s, r)| divided(s, *r)).collect();
+        let mut size = dot(&residual);
+        while *passes < MOST_PASSES && size > 0.0 {
+            *passes += 1;
+            let change = self.totals(&self.spread(|_| true, 1.0, Some(&step)));
+            let along: f64 = step.iter().zip(&change).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
+            if along <= 0.0 {
+                break;
+            }
+            let length = (size / along) as f32;
+            for (((found, residual), step), change) in found.iter_mut().zip(&mut residual).zip(&step).zip(&change) {
+                *found += length * step;
+                *residual -= length * change;
+            }
+            if self.is_enough(|s| residual[s], even, whole) {
+                break;
+            }
+            let next = dot(&residual);
+            let kept = (next / size) as f32;
+            for (s, (step, residual)) in step.iter_mut().zip(&residual).enumerate() {
+                *step = divided(s, *residual) + kept * *step;
+            }
+            size = next;
+        }
+        found
+    }
+
+    /// Every texel of the target, from the light of those of the source.
+    fn gather(&self, light: &[Rgb<f32>]) -> Vec<Rgb<f32>> {
         let mut out = vec![Rgb::ZERO; self.sampler.target.len()];
         let size = self.chunk_size();
         out.par_chunks_mut(size).enumerate().for_each(|(chunk, out)| {
@@ -111,48 +199,18 @@ impl<'a> Balance<'a> {
                 start..start + out.len(),
                 |_| true,
                 |index, shares| {
-                    let (mut light, mut sum): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
+                    let (mut texel, mut sum): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
                     for &(source, weight) in shares {
-                        light += texels[source as usize].widen().scale(f64::from(weight));
+                        texel += light[source as usize].widen().scale(f64::from(weight));
                         sum += f64::from(weight);
                     }
                     if sum > 0.0 {
-                        out[index - start] = Rgb::narrow(light.scale(1.0 / sum));
+                        out[index - start] = Rgb::narrow(texel.scale(1.0 / sum));
                     }
                 },
             );
         });
         out
-    }
-
-    /// The texels of the source, those brighter than their neighbours with what they would lose.
-    fn corrected(&self, map: &MappedMap) -> Vec<Rgb<f32>> {
-        let width = map.width();
-        let mut corrected = map.texels().to_vec();
-        corrected.par_chunks_mut(width).zip(self.missing.par_chunks(width)).enumerate().for_each(
-            |(y, (row, missing))| {
-                for (x, (texel, missing)) in row.iter_mut().zip(missing).enumerate() {
-                    let around = self.around(map, x, y);
-                    *texel += Rgb::from_channels(|c| missing * (texel.channel(c) - around.channel(c)).max(0.0));
-                }
-            },
-        );
-        corrected
-    }
-
-    /// The mean of the up to eight neighbours of a texel in the picture that show something; without any, that texel.
-    fn around(&self, map: &MappedMap, x: usize, y: usize) -> Rgb<f32> {
-        let columns = x.saturating_sub(1)..map.width().min(x + 2);
-        let (mut sum, mut count): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
-        for row in y.saturating_sub(1)..map.height().min(y + 2) {
-            for (column, other) in columns.clone().zip(&map.row(row)[columns.clone()]) {
-                if (column, row) != (x, y) && self.source.get(column, row) > 0.0 {
-                    sum += other.widen();
-                    count += 1.0;
-                }
-            }
-        }
-        if count > 0.0 { Rgb::narrow(sum.scale(1.0 / count)) } else { map.texel(x, y) }
     }
 
     fn chunk_size(&self) -> usize {
@@ -212,91 +270,123 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// The solid angle, times `sign`, that each texel of the source has in those texels of the target that are wanted.
-    fn seen(&self, is_wanted: impl Fn(&[Extra]) -> bool + Sync, sign: f64, target: &SolidAngles) -> Vec<SparseSum> {
+    /// Of those texels of the target that are wanted, times `sign`: `Σ_t Ω_t V_ts`, or with `a` the sum `M a`.
+    fn spread(&self, is_wanted: impl Fn(&[Extra]) -> bool + Sync, sign: f64, a: Option<&[f32]>) -> Vec<SparseSum> {
         let width = self.sampler.target.width;
-        let see = |range: Range<usize>| {
-            let mut seen = SparseSum::new(self.sampler.source.len());
+        let spread = |range: Range<usize>| {
+            let mut sums = SparseSum::new(self.sampler.source.len());
             self.for_each_texel(range, &is_wanted, |index, shares| {
                 let sum: f64 = shares.iter().map(|(_, weight)| f64::from(*weight)).sum();
-                if sum > 0.0 {
-                    let scale = sign * target.get(index % width, index / width) / sum;
+                if sum <= 0.0 {
+                    return;
+                }
+                let scale = sign * self.target.get(index % width, index / width) / sum;
+                let Some(a) = a else {
                     for &(source, weight) in shares {
-                        seen.add(source as usize, scale * f64::from(weight));
+                        sums.add(source as usize, scale * f64::from(weight));
                     }
+                    return;
+                };
+                let value = |source: u32| f64::from(a[source as usize]);
+                let mean = shares.iter().map(|(source, weight)| f64::from(*weight) * value(*source)).sum::<f64>() / sum;
+                for &(source, weight) in shares {
+                    sums.add(source as usize, scale * f64::from(weight) * (value(source) - mean));
                 }
             });
-            seen
+            sums
         };
-        self.ranges().into_par_iter().map(see).collect()
+        self.ranges().into_par_iter().map(spread).collect()
     }
 
-    /// The solid angle of each texel of the source over the one that it has in the target, 1 where it shows nothing; and
-    /// their differences in energy, in parts of all: the root of the sum of squares or the sum, whichever is larger.
-    fn ratios(&self, seen: &[SparseSum], light: &[f32]) -> (Vec<f32>, f64) {
-        let width = self.sampler.source.width;
-        let mut ratios = vec![1.0; light.len()];
-        let block_sums = |(block, (ratios, light)): (usize, (&mut [f32], &[f32]))| {
+    /// The sums of all parts, for each texel of the source.
+    fn totals(&self, parts: &[SparseSum]) -> Vec<f32> {
+        let mut totals = vec![0.0; self.sampler.source.len()];
+        totals.par_chunks_mut(BLOCK).enumerate().for_each(|(block, totals)| {
             let mut sums = [0.0; BLOCK];
-            for part in seen {
-                part.add_block(block, &mut sums);
-            }
-            let (mut squares, mut net, mut energy) = (0.0, 0.0, 0.0);
-            for (i, (ratio, light)) in ratios.iter_mut().zip(light).enumerate() {
-                let index = block * BLOCK + i;
-                let solid_angle = self.source.get(index % width, index / width);
-                if solid_angle > 0.0 {
-                    *ratio = (solid_angle / sums[i]) as f32;
-                    let missing = (solid_angle - sums[i]) * f64::from(*light);
-                    squares += missing * missing;
-                    net += missing;
-                    energy += solid_angle * f64::from(*light);
-                }
-            }
-            [squares, net, energy]
-        };
-        let sums: Vec<[f64; 3]> =
-            ratios.par_chunks_mut(BLOCK).zip(light.par_chunks(BLOCK)).enumerate().map(block_sums).collect();
-        let [squares, net, energy] = sums.iter().fold([0.0; 3], |a, b| [0, 1, 2].map(|k| a[k] + b[k]));
-        (ratios, squares.sqrt().max(net.abs()) / energy)
-    }
-
-    /// What of the light of each texel of the source is not given back: as much as its neighbours have.
-    fn uncorrected(&self, map: &MappedMap) -> Vec<f32> {
-        let width = map.width();
-        let mut light = vec![0.0; map.texels().len()];
-        light.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            for (x, (light, texel)) in row.iter_mut().zip(map.row(y)).enumerate() {
-                let around = self.around(map, x, y);
-                *light = (0..3).map(|c| texel.channel(c).min(around.channel(c))).sum();
+            parts.iter().for_each(|part| part.add_block(block, &mut sums));
+            for (total, sum) in totals.iter_mut().zip(sums) {
+                *total = sum as f32;
             }
         });
-        light
+        totals
+    }
+
+    /// What each texel of the source has and lacks, with its energy in the target.
+    fn seen(&self, energies: &[f32]) -> Vec<Seen> {
+        let width = self.sampler.source.width;
+        let mut seen = vec![Seen::default(); energies.len()];
+        seen.par_chunks_mut(width).zip(energies.par_chunks(width)).enumerate().for_each(|(y, (seen, energies))| {
+            for (x, (seen, energy)) in seen.iter_mut().zip(energies).enumerate() {
+                let missing = (self.source.get(x, y) - f64::from(*energy)) as f32;
+                *seen = Seen { energy: *energy, missing: if *energy > 0.0 { missing } else { 0.0 } };
+            }
+        });
+        seen
+    }
+
+    /// Whether light has its energy, to the limits above, if texel `s` lacks the solid angle `missing(s)`.
+    fn is_enough(&self, missing: impl Fn(usize) -> f32 + Sync, light: &[Rgb<f32>], whole: Rgb<f64>) -> bool {
+        let sums = |(block, light): (usize, &[Rgb<f32>])| {
+            let (mut net, mut squares): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
+            for (i, light) in light.iter().enumerate() {
+                let lost = light.widen().scale(f64::from(missing(block * BLOCK + i)));
+                net += lost;
+                squares += (lost.r + lost.g + lost.b).powi(2);
+            }
+            (net, squares)
+        };
+        let sums: Vec<_> = light.par_chunks(BLOCK).enumerate().map(sums).collect();
+        let (net, squares) = sums.into_iter().fold((Rgb::ZERO, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let is_off = |net: f64, whole: f64| net.abs() > MEAN_ENOUGH * whole;
+        let [r, g, b] = [0, 1, 2].map(|c| is_off(net.channel(c), whole.channel(c)));
+        !(r || g || b || squares.sqrt() > TEXELS_ENOUGH * (whole.r + whole.g + whole.b))
+    }
+
+    /// The energy of light.
+    fn energy(&self, light: &[Rgb<f32>]) -> Rgb<f64> {
+        let width = self.sampler.source.width;
+        let row = |(y, row): (usize, &[Rgb<f32>])| {
+            let mut sum: Rgb<f64> = Rgb::ZERO;
+            for (x, light) in row.iter().enumerate() {
+                let solid_angle = self.source.get(x, y);
+                // What shows nothing may hold anything.
+                if solid_angle > 0.0 {
+                    sum += light.widen().scale(solid_angle);
+                }
+            }
+            sum
+        };
+        let rows: Vec<_> = light.par_chunks(width).enumerate().map(row).collect();
+        rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row)
     }
 
     /// Samples the texels of the source of which the target sees too little, and sees again what they change.
-    fn add_extras(&mut self, ratios: &[f32], seen: &mut Vec<SparseSum>, target: &SolidAngles) {
+    fn add_extras(&mut self, sums: &mut Vec<SparseSum>) {
         let width = self.sampler.source.width;
-        let found: Vec<Vec<Extra>> = ratios
-            .par_chunks(BLOCK)
-            .enumerate()
-            .map(|(block, ratios)| {
-                let mut extras = Vec::new();
-                for (i, ratio) in ratios.iter().enumerate().filter(|(_, ratio)| **ratio >= HARDLY_SEEN) {
-                    let index = block * BLOCK + i;
-                    self.add_extra([index % width, index / width], 1.0 - 1.0 / f64::from(*ratio), &mut extras);
+        let energies = self.totals(sums);
+        let of_row = |(y, energies): (usize, &[f32])| {
+            let mut extras = Vec::new();
+            for (x, energy) in energies.iter().enumerate() {
+                let solid_angle = self.source.get(x, y);
+                let share = 1.0 - f64::from(*energy) / solid_angle;
+                if solid_angle > 0.0 && share >= 1.0 - 1.0 / f64::from(HARDLY_SEEN) {
+                    self.add_extra([x, y], share, &mut extras);
                 }
-                extras
-            })
-            .collect();
+            }
+            extras
+        };
+        let found: Vec<Vec<Extra>> = energies.par_chunks(width).enumerate().map(of_row).collect();
         self.extras = found.concat();
+        if self.extras.is_empty() {
+            return;
+        }
         self.extras.sort_by_key(|extra| extra.target);
         // What those texels of the target gave before the extras counted, and what they give with them.
         let weights: Vec<f32> = self.extras.iter().map(|extra| extra.weight).collect();
         self.extras.iter_mut().for_each(|extra| extra.weight = 0.0);
-        seen.extend(self.seen(|extras| !extras.is_empty(), -1.0, target));
+        sums.extend(self.spread(|extras| !extras.is_empty(), -1.0, None));
         self.extras.iter_mut().zip(weights).for_each(|(extra, weight)| extra.weight = weight);
-        seen.extend(self.seen(|extras| !extras.is_empty(), 1.0, target));
+        sums.extend(self.spread(|extras| !extras.is_empty(), 1.0, None));
     }
 
     /// `share` of a texel of the source, from four points in it.
@@ -309,41 +399,6 @@ impl<'a> Balance<'a> {
             let index = target.texel(target.point(self.sampler.to_target(s)));
             let number = texel[1] * source.width + texel[0];
             extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
-        }
-    }
-}
-
-/// Texels that are added up and held together.
-const BLOCK: usize = 256;
-
-/// A sum for each texel of the source, held in blocks, only where there is one.
-struct SparseSum {
-    /// 0 where there is none, or the place of the block, from 1.
-    places: Vec<u32>,
-    sums: Vec<[f64; BLOCK]>,
-}
-
-impl SparseSum {
-    fn new(len: usize) -> Self {
-        Self { places: vec![0; len.div_ceil(BLOCK)], sums: vec![[0.0; BLOCK]] }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, index: usize, value: f64) {
-        let place = &mut self.places[index / BLOCK];
-        if *place == 0 {
-            *place = self.sums.len() as u32;
-            self.sums.push([0.0; BLOCK]);
-        }
-        self.sums[*place as usize][index % BLOCK] += value;
-    }
-
-    fn add_block(&self, block: usize, sums: &mut [f64; BLOCK]) {
-        let place = self.places[block];
-        if place > 0 {
-            for (sum, value) in sums.iter_mut().zip(&self.sums[place as usize]) {
-                *sum += value;
-            }
         }
     }
 }
@@ -370,10 +425,13 @@ mod tests {
                 let sampler = Sampler::new(grid(source, from), grid(target, to), None);
                 let grey = vec![Rgb::splat(1.0); sampler.source.len()];
                 let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, grey);
-                let balance = Balance::new(&sampler, &map);
-                let worst = balance.missing.iter().fold(0.0, |worst: f32, q| worst.max(q.abs()));
-                let mean = balance.missing.iter().map(|q| q.abs()).sum::<f32>() / balance.missing.len() as f32;
-                println!("{source} {from} {target} {to}: missing at most {worst:.1e}, on average {mean:.1e}");
+                let (missing, passes) = Balance::new(&sampler).balance(map.texels());
+                let missing: Vec<f32> = missing.iter().map(|seen| (seen.ratio() - 1.0).abs()).collect();
+                let worst = missing.iter().copied().fold(0.0, f32::max);
+                let mean = missing.iter().sum::<f32>() / missing.len() as f32;
+                println!(
+                    "{source} {from} {target} {to}: missing at most {worst:.1e}, on average {mean:.1e}, {passes} passes"
+                );
                 assert!(worst < MOST_MISSING, "{source} of {from} to {target} of {to} texels: {worst} is missing");
             }
         }
@@ -385,9 +443,10 @@ mod tests {
         let mut random = lobe_testkit::Random::new(3);
         let texels = (0..sampler.source.len()).map(|_| Rgb::new(random.unit() as f32, 0.0, 0.0)).collect();
         let map = MappedMap::from_rows(Mapping::LatLong, sampler.source.width, sampler.source.height, texels);
-        let mut balance = Balance::new(&sampler, &map);
-        let kept = balance.gather(&map);
+        let mut balance = Balance::new(&sampler);
+        balance.balance(map.texels());
+        let kept = balance.gather(map.texels());
         balance.kept = None;
-        assert!(balance.gather(&map) == kept, "the two differ");
+        assert!(balance.gather(map.texels()) == kept, "the two differ");
     }
 }

@@ -1,16 +1,18 @@
-//! The texels of a lat-long map that the horizon of a surface cuts, with what such a surface sees of them.
+//! The texels of a lat-long map that the horizon of a surface cuts, with what its two sides see of them.
 //!
-//! With `n·s = h sin θ + n_z cos θ`, `h = n_x cos φ + n_y sin φ`, the share of a texel is the integral of
+//! What both sides of the surface see is the integral `A` of
 //!
 //! ```text
-//!   max(h sin θ + n_z cos θ, 0) sin θ dθ dφ
+//!   |h sin θ + n_z cos θ| sin θ dθ dφ           n·s = h sin θ + n_z cos θ,   h = n_x cos φ + n_y sin φ
 //! ```
 //!
-//! of which one direction is done in closed form, up to the horizon, and the other by two Gauss nodes:
+//! and what one side sees is `∫ max(n·s, 0) ds = (A + n·V)/2`, with the exact `V = ∫ s ds`: so the two sides differ by
+//! `n·V` exactly, however good `A` is. One direction of `A` is done in closed form on both sides of the horizon, and the
+//! other by two Gauss nodes:
 //!
 //! ```text
-//!   flat horizon     θ in closed form at two φ:   h (θ - sin θ cos θ)/2 + n_z sin²θ/2        up to θ*, tan θ* = -n_z/h
-//!   steep horizon    φ in closed form at two θ:   sin θ (r sin θ sin ψ + n_z cos θ ψ)        up to ψ*, cos ψ* = -n_z cot θ/r
+//!   flat horizon     θ in closed form at two φ:   h (θ - sin θ cos θ)/2 + n_z sin²θ/2        to θ*, tan θ* = -n_z/h
+//!   steep horizon    φ in closed form at two θ:   sin θ (r sin θ sin ψ + n_z cos θ ψ)        to ψ*, cos ψ* = -n_z cot θ/r
 //! ```
 //!
 //! `ψ = φ - φ_n`, `r² = n_x² + n_y²`. A column is flat if the horizon falls by no more than one row in it. What is
@@ -91,26 +93,33 @@ impl Horizon {
         }
     }
 
-    /// Calls `visit(x, y, share)` for every texel that the horizon of `n` cuts, and for some beside them, with
-    /// `share = ∫_texel max(n·s, 0) ds`.
+    /// Calls `visit(x, y, both)` for every texel that the horizon of `n` cuts, and for some beside them, the same of `-n`,
+    /// with `both = ∫_texel |n·s| ds`.
     pub(crate) fn for_each_cut(&self, n: Dir, mut visit: impl FnMut(usize, usize, f64)) {
         let [n_x, n_y, n_z] = n.to_array();
         let h = |[cos, sin]: [f64; 2]| n_x * cos + n_y * sin;
         let row = |theta: f64| ((theta * self.height as f64 / PI) as usize).min(self.height - 1);
+        let (r, phi_n) = (n_x.hypot(n_y), n_y.atan2(n_x));
         let mut left = Latitude::of_horizon(h(self.edges[0]), n_z);
         for x in 0..self.width {
             let right = Latitude::of_horizon(h(self.edges[x + 1]), n_z);
             let steep = (left.theta - right.theta).abs() > PI / self.height as f64;
             let (low, high) = (left.theta.min(right.theta), left.theta.max(right.theta));
             if steep {
+                let column = Column::new(x, self.width, phi_n);
                 for y in row(low)..=row(high) {
-                    visit(x, y, self.steep_share(n, x, y));
+                    visit(x, y, self.steep_share(r, n_z, &column, y));
                 }
             } else {
                 let nodes = self.nodes[x].map(|node| (h(node), Latitude::of_horizon(h(node), n_z)));
                 // Where the horizon turns, a node may lie beyond both edges.
                 let low = nodes.iter().fold(low, |low, (_, node)| low.min(node.theta));
                 let high = nodes.iter().fold(high, |high, (_, node)| high.max(node.theta));
+                // An upright horizon lies in columns that are steep, or between the nodes of one.
+                if n_z == 0.0 && low == high {
+                    left = right;
+                    continue;
+                }
                 for y in row(low)..=row(high) {
                     visit(x, y, self.flat_share(n_z, nodes, y));
                 }
@@ -128,19 +137,16 @@ impl Horizon {
                 theta if theta >= bottom.theta => bottom,
                 _ => horizon,
             };
-            let (from, to) = if n_z < 0.0 { (horizon, bottom) } else { (top, horizon) };
-            h * (to.a - from.a) + n_z * (to.b - from.b)
+            let above = h * (horizon.a - top.a) + n_z * (horizon.b - top.b);
+            let below = h * (bottom.a - horizon.a) + n_z * (bottom.b - horizon.b);
+            if n_z < 0.0 { below - above } else { above - below }
         };
         nodes.into_iter().map(share).sum::<f64>() * PI / self.width as f64
     }
 
     /// Two rows of light at the nodes, each in closed form.
-    fn steep_share(&self, n: Dir, x: usize, y: usize) -> f64 {
-        let [n_x, n_y, n_z] = n.to_array();
-        let (r, phi_n) = (n_x.hypot(n_y), n_y.atan2(n_x));
-        let step = TAU / self.width as f64;
-        // The lower end in [-π, π): light comes from around ψ = 0 and, beyond the seam, around 2π.
-        let start = (PI - (x as f64 + 1.0) * step - phi_n + PI).rem_euclid(TAU) - PI;
+    fn steep_share(&self, r: f64, n_z: f64, column: &Column, y: usize) -> f64 {
+        let Column { start, step, chord } = *column;
         let share = |[sin, cos]: [f64; 2]| {
             let half = (-n_z * cos / (r * sin)).clamp(-1.0, 1.0).acos();
             let lit = |centre: f64| {
@@ -148,9 +154,26 @@ impl Horizon {
                 let to = (start + step - centre).min(half);
                 if to > from { r * sin * (to.sin() - from.sin()) + n_z * cos * (to - from) } else { 0.0 }
             };
-            sin * (lit(0.0) + lit(TAU))
+            sin * (2.0 * (lit(0.0) + lit(TAU)) - (r * sin * chord + n_z * cos * step))
         };
         self.row_nodes[y].into_iter().map(share).sum::<f64>() * 0.5 * PI / self.height as f64
+    }
+}
+
+/// A column, seen from the azimuth of a normal.
+struct Column {
+    /// `ψ` of the lower end, in `[-π, π)`: light comes from around `ψ = 0` and, beyond the seam, around `2π`.
+    start: f64,
+    step: f64,
+    /// `∫ cos ψ dψ`.
+    chord: f64,
+}
+
+impl Column {
+    fn new(x: usize, width: usize, phi_n: f64) -> Self {
+        let step = TAU / width as f64;
+        let start = (PI - (x as f64 + 1.0) * step - phi_n + PI).rem_euclid(TAU) - PI;
+        Self { start, step, chord: (start + step).sin() - start.sin() }
     }
 }
 
@@ -158,7 +181,7 @@ impl Horizon {
 mod tests {
     use super::*;
 
-    /// The share of a texel by the midpoints of a fine grid.
+    /// What both sides see of a texel, by the midpoints of a fine grid.
     fn by_midpoints(n: Dir, (width, height): (usize, usize), x: usize, y: usize) -> f64 {
         const FINE: usize = 100;
         let mut sum = 0.0;
@@ -166,24 +189,40 @@ mod tests {
             let theta = PI * (y as f64 + (j as f64 + 0.5) / FINE as f64) / height as f64;
             for i in 0..FINE {
                 let u = (x as f64 + (i as f64 + 0.5) / FINE as f64) / width as f64;
-                sum += n.dot(Dir::from_angles(theta, PI * (1.0 - 2.0 * u))).max(0.0) * theta.sin();
+                sum += n.dot(Dir::from_angles(theta, PI * (1.0 - 2.0 * u))).abs() * theta.sin();
             }
         }
         sum * TAU * PI / (width * height * FINE * FINE) as f64
     }
 
     #[test]
-    fn the_share_of_a_cut_texel_is_its_integral() {
+    fn what_both_sides_see_of_a_cut_texel_is_its_integral() {
         let size @ (width, height) = (12, 7);
         let horizon = Horizon::new(width, height);
         let texel = TAU * PI / (width * height) as f64;
         for v in lobe_testkit::directions().into_iter().step_by(7) {
             let n = Dir::new(v).unwrap();
-            horizon.for_each_cut(n, |x, y, share| {
+            horizon.for_each_cut(n, |x, y, both| {
                 let expected = by_midpoints(n, size, x, y);
-                let error = (share - expected).abs() / texel;
-                assert!(error < 2e-3, "facing {n:?}, texel ({x}, {y}): {share} against {expected}");
+                let error = (both - expected).abs() / texel;
+                assert!(error < 2e-3, "facing {n:?}, texel ({x}, {y}): {both} against {expected}");
             });
+        }
+    }
+
+    #[test]
+    fn both_sides_visit_the_same_texels() {
+        for (width, height) in [(1, 1), (2, 1), (3, 5), (16, 9)] {
+            let horizon = Horizon::new(width, height);
+            for v in lobe_testkit::directions() {
+                let visited = |n: Dir| {
+                    let mut visited = Vec::new();
+                    horizon.for_each_cut(n, |x, y, _| visited.push((x, y)));
+                    visited
+                };
+                let n = Dir::new(v).unwrap();
+                assert_eq!(visited(n), visited(-n), "{width} x {height}, facing {n:?}");
+            }
         }
     }
 

@@ -15,6 +15,11 @@ const STEPS: usize = 4096;
 /// The golden angle, which spreads points evenly over a disc.
 const GOLDEN_ANGLE: f64 = PI * (3.0 - 2.236_067_977_499_79);
 
+/// Each sample is read where texels have this many times the solid angle for which it stands: 1 leaves gaps and overlaps
+/// between samples, in which a small light is too dark or too bright by a quarter, and more
+/// would blur narrow lobes.
+const FOOTPRINT: f64 = 4.0;
+
 /// A source with its smaller versions, each face with a border of its neighbours' texels.
 pub(crate) struct ImportanceFilter {
     levels: Vec<Bordered>,
@@ -25,11 +30,10 @@ struct Bordered {
     texels: Vec<[f32; 3]>,
 }
 
-/// A sample about the axis z: its direction, and the two levels it is read from, with the part of the second.
+/// A sample about the axis z: its direction, and the level it is read from in the middle of a face.
 pub(crate) struct Sample {
     s: [f32; 3],
-    level: usize,
-    t: f32,
+    level: f32,
 }
 
 impl ImportanceFilter {
@@ -40,13 +44,13 @@ impl ImportanceFilter {
     /// The samples for a kernel, which all weigh the same.
     ///
     /// Sample `i` of `N` is at the angle within which `(i + ½)/N` of the kernel lie. It stands for the solid angle
-    /// `1/(N p)`, `p = K/∫K`, and is read where texels are that large.
+    /// `1/(N p)`, `p = K/∫K`, and is read where texels are [`FOOTPRINT`] times as large. Towards `s` a texel of a cube has
+    /// the solid angle `4 m³/size²`, `m` the largest of `|x|`, `|y|`, `|z|`.
     pub(crate) fn table(&self, kernel: &impl Kernel, samples: usize) -> Vec<Sample> {
         let base = self.levels[0].size as f64;
-        let texel = 4.0 * PI / (FACES as f64 * base * base);
+        let texel = 4.0 / (base * base);
         let total = integral(kernel);
         let within = shares(kernel);
-        let last = self.levels.len() - 1;
         let mut step = 0;
         (0..samples)
             .map(|i| {
@@ -57,12 +61,11 @@ impl ImportanceFilter {
                 let ((d0, p0), (d1, p1)) = (within[step], within[step + 1]);
                 let d = d0 + (d1 - d0) * if p1 > p0 { ((share - p0) / (p1 - p0)).clamp(0.0, 1.0) } else { 0.5 };
                 let own = total / (samples as f64 * kernel.exact(d).max(f64::MIN_POSITIVE));
-                let level = (0.5 * (own.min(4.0 * PI) / texel).log2()).clamp(0.0, last as f64);
+                let level = 0.5 * (FOOTPRINT * own.min(4.0 * PI) / texel).log2();
                 let (sin, cos) = (GOLDEN_ANGLE * i as f64).sin_cos();
                 let aside = (d * (2.0 - d)).max(0.0).sqrt();
-                let below = (level as usize).min(last.saturating_sub(1));
                 let s = [aside * cos, aside * sin, 1.0 - d].map(|c| c as f32);
-                Sample { s, level: below, t: (level - below as f64) as f32 }
+                Sample { s, level: level as f32 }
             })
             .collect()
     }
@@ -72,15 +75,19 @@ impl ImportanceFilter {
         let r = r.to_array();
         let (u, v) = frame(r);
         let axes = [u, v, r].map(|axis| axis.map(|c| c as f32));
+        let last = self.levels.len() - 1;
         let mut sum = [0.0_f64; 3];
         for sample in samples {
             let s: [f32; 3] =
                 std::array::from_fn(|k| sample.s[0] * axes[0][k] + sample.s[1] * axes[1][k] + sample.s[2] * axes[2][k]);
             let place = Place::new(s);
-            let fine = self.levels[sample.level].at(&place);
-            let coarse = self.levels[(sample.level + 1).min(self.levels.len() - 1)].at(&place);
+            let level = (sample.level + place.finer).clamp(0.0, last as f32);
+            let below = (level as usize).min(last.saturating_sub(1));
+            let t = level - below as f32;
+            let fine = self.levels[below].at(&place);
+            let coarse = self.levels[(below + 1).min(last)].at(&place);
             for c in 0..3 {
-                sum[c] += f64::from(fine[c] + sample.t * (coarse[c] - fine[c]));
+                sum[c] += f64::from(fine[c] + t * (coarse[c] - fine[c]));
             }
         }
         Rgb::narrow(Rgb::from(sum.map(|c| c / samples.len() as f64)))
@@ -92,15 +99,20 @@ struct Place {
     face: usize,
     s: f32,
     t: f32,
+    /// By how many levels texels are smaller here than in the middle of the face: `-3/2 log₂ m`.
+    finer: f32,
 }
 
 impl Place {
-    /// As [`cube::face_from_dir`], in single precision and for vectors of any length.
+    /// As [`cube::face_from_dir`], in single precision, of a unit vector.
     #[inline(always)]
     fn new(v: [f32; 3]) -> Self {
         let (face, major, a, b) = cube::major_face(v);
         let half = 0.5 / major;
-        Self { face, s: half * a + 0.5, t: half * b + 0.5 }
+        // log₂ m = (2/ln 2) artanh z, z = (m - 1)/(m + 1): the series to z³ is off by 0.001 in the corners.
+        let z = (1.0 - major) / (1.0 + major);
+        let finer = 3.0 * std::f32::consts::LOG2_E * z * (1.0 + z * z / 3.0);
+        Self { face, s: half * a + 0.5, t: half * b + 0.5, finer }
     }
 }
 

@@ -24,7 +24,9 @@ const RUN: usize = 32;
 /// ```
 ///
 /// `V` is exact, so a texel that lies wholly above or below the horizon of `n` counts exactly. Of one that the horizon
-/// cuts, the part above it counts: closed form in one direction, two Gauss nodes in the other. `E` of a constant sky is
+/// cuts, the part above it counts: half of `n·V` and of what both sides see, which is in closed form in one direction and
+/// by two Gauss nodes in the other. So `E(n) - E(-n)` is `n·e` of the [`vector_irradiance`](crate::vector_irradiance)
+/// but for rounding, however large the texels (`the_net_irradiance_is_the_difference_of_both_sides`). `E` of a constant sky is
 /// `π` to 5e-5 with 16 rows (test `brute_force_irradiance_of_a_constant_sky_is_pi`). `1/π` is not included.
 ///
 /// The work is four multiply-adds and a maximum for each texel and normal: with
@@ -126,11 +128,12 @@ impl Texels {
         }
         debug_assert!(scratch.len() >= self.width, "the padding is black, whatever its cosine");
         // The sum took a texel that the horizon cuts as if its light came from its mean direction.
-        self.horizon.for_each_cut(n, |x, y, share| {
+        self.horizon.for_each_cut(n, |x, y, both| {
             let ((a, b), (cos, sin)) = (self.rows[y], self.columns[x]);
             let taken = a * (n.x() * cos + n.y() * sin) + n.z() * b;
             let texel = Rgb::from([0, 1, 2].map(|c| f64::from(self.planes[c][y * self.stride + x])));
-            sum += texel.scale(share - taken.max(0.0));
+            // (both + taken)/2 - max(taken, 0)
+            sum += texel.scale(0.5 * (both - taken.abs()));
         });
         sum
     }

@@ -87,7 +87,7 @@ pub fn resample(map: &impl AsRef<MappedMap>, to: &Resample) -> Result<MappedMap,
     let sampler = Sampler::new(source, target, to.rotation.as_ref());
     let texels = match copied(&sampler, to.rotation.is_some()) {
         Some(numbers) => numbers.iter().map(|&k| map.texels()[k as usize]).collect(),
-        None => Balance::new(&sampler, map).gather(map),
+        None => Balance::resample(&sampler, map),
     };
     Ok(MappedMap::from_rows(to.mapping, to.width, to.height, texels))
 }

@@ -5,8 +5,11 @@
 use std::f64::consts::PI;
 
 use lobe_env::{MappedMap, Mapping, Resample, bundled, project_map, resample, rotate_map};
-use lobe_sh::{Dir, Expansion, Rgb, Rotation, ShVec};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Rotation, ShVec};
 use lobe_testkit::Random;
+
+/// Of single precision, and of what the weights were balanced to.
+const ROUNDING: f64 = 1e-3;
 
 /// A map of about `texels` texels in natural proportions.
 fn size(mapping: Mapping, texels: usize) -> (usize, usize) {
@@ -108,14 +111,14 @@ fn band_1_of_a_cube_is_the_closed_form_of_its_texels() {
 }
 
 // Interpolation and the mean over a texel blur: hats have the variance δ²/6 along each axis, boxes δ²/12, and a blur of
-// variance σ² weakens band l by l(l+1) σ²/2. There and back again that is l(l+1) δ²/4, δ² = 4π/45000 on average:
-// 0.8e-3 of band 3, three times as much where a ball's texels are long. In parts of the norm of f it is less.
+// variance σ² weakens band l by l(l+1) σ²/2. There and back again that is l(l+1) δ²/4, δ² = 4π/22000 on average:
+// 0.8e-3 of band 2, three times as much where a ball's texels are long. In parts of the norm of f it is less.
 #[test]
 fn band_limited_maps_keep_their_coefficients_through_every_pair() {
-    let order = 4;
+    let order = 3;
     let f = band_limited(order);
     let planted = ShVec::from_vec(f.coefficients().iter().map(|c| Rgb::new(0.0, *c, 0.0)).collect()).unwrap();
-    let texels = 45_000;
+    let texels = 22_000;
     let mut worst = (0.0_f64, String::new());
     for from in Mapping::ALL {
         let (w, h) = size(from, texels);
@@ -139,22 +142,42 @@ fn band_limited_maps_keep_their_coefficients_through_every_pair() {
 fn the_mean_is_kept_through_chains_of_mappings() {
     let f = band_limited(5);
     let smooth = MappedMap::from_fn(Mapping::LatLong, 256, 128, |s| light(&f, s));
-    // The lamps of the studio, a thousand times as bright as its mean and some texels wide, lose more: what is missing of
-    // a texel is given back to it only where it is brighter than its neighbours.
-    for (name, source, limit) in [
-        ("smooth", smooth, 1e-4),
-        ("sunset", bundled::sunset().map().into(), 1e-4),
-        ("studio", bundled::studio().map().into(), 3e-3),
-    ] {
-        let mean = source.mean().g;
+    // The sunset's sun and the studio's lamps, a thousand times as bright as their means and some texels wide.
+    let maps =
+        [("smooth", smooth), ("sunset", bundled::sunset().map().into()), ("studio", bundled::studio().map().into())];
+    for (name, source) in maps {
+        let mean = source.mean();
         let mut map = source;
         for (k, mapping) in Mapping::ALL.into_iter().cycle().skip(3).take(10).enumerate() {
-            map = resample(&map, &to(mapping, 20_000 + 7_000 * (k % 3))).unwrap();
-            let error = (map.mean().g / mean - 1.0).abs();
+            map = resample(&map, &to(mapping, 4_000 + 1_500 * (k % 3))).unwrap();
+            let found = map.mean();
+            let error = (0..3).map(|c| (found.channel(c) / mean.channel(c) - 1.0).abs()).fold(0.0, f64::max);
             println!("{name}, step {k} {mapping}: {error:e}");
-            assert!(error < limit, "{name} after step {k}, {mapping}: {error:e}");
+            assert!(error < 1e-4, "{name} after step {k}, {mapping}: {error:e}");
         }
     }
+}
+
+#[test]
+fn the_mean_is_kept_through_any_chain() {
+    // Random mappings, sizes and turns; small maps, in which every texel counts.
+    let mut random = Random::new(77);
+    let mut worst = 0.0_f64;
+    for chain in 0..6 {
+        let mut map = random_map(Mapping::ALL[chain], 24, chain as u64);
+        let mean = map.mean().g;
+        for step in 0..12 {
+            let there = Mapping::ALL[(random.unit() * 8.0) as usize];
+            let turn = Rotation::from_axis_angle(Dir::from_angles(3.0 * random.unit(), 6.0 * random.unit()), 2.0);
+            let to = to(there, (60.0 * (40.0_f64).powf(random.unit())) as usize);
+            map = resample(&map, &if step % 3 == 0 { to.rotated(turn) } else { to }).unwrap();
+            let error = (map.mean().g / mean - 1.0).abs();
+            worst = worst.max(error);
+            let size = (map.width(), map.height());
+            assert!(error < 1e-4, "chain {chain}, step {step}, {there} {size:?}: {error:e}");
+        }
+    }
+    println!("the mean is off by {worst:.1e} at most");
 }
 
 #[test]
@@ -353,15 +376,48 @@ fn is_cut(map: &MappedMap, x: usize, y: usize) -> bool {
         .any(|(i, j)| map.mapping().dir_from_uv(at(x + i, map.width()), at(y + j, map.height())).is_none())
 }
 
+/// The steepest slope of a function, and the sharpest bend of it along any great circle.
+fn slope_and_bend(f: &ShVec<f64>) -> (f64, f64) {
+    const STEP: f64 = 1e-3;
+    let (mut slope, mut bend) = (0.0_f64, 0.0_f64);
+    let grid = MappedMap::from_fn(Mapping::EqualArea, 40, 40, |_| Rgb::new(0.0, 0.0, 0.0));
+    for i in 0..1600 {
+        let s = grid.dir(i % 40, i / 40).unwrap();
+        for turn in 0..4 {
+            // A great circle through s, perpendicular to an axis that is perpendicular to s.
+            let other = Rotation::from_axis_angle(s, 0.25 * PI * turn as f64).rotate_dir(perpendicular(s));
+            let along = |t: f64| f.eval(Rotation::from_axis_angle(other, t).rotate_dir(s));
+            let (before, here, after) = (along(-STEP), along(0.0), along(STEP));
+            slope = slope.max((after - before).abs() / (2.0 * STEP));
+            bend = bend.max((after - 2.0 * here + before).abs() / (STEP * STEP));
+        }
+    }
+    (slope, bend)
+}
+
+fn perpendicular(s: Dir) -> Dir {
+    let axis = if s.z().abs() < 0.7 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+    let [x, y, z] = s.to_array();
+    Dir::new([y * axis[2] - z * axis[1], z * axis[0] - x * axis[2], x * axis[1] - y * axis[0]]).unwrap()
+}
+
+// Interpolation mixes what lies at the centres of texels. Where a mapping is smooth, the mean of their directions is the
+// direction asked for, and what is left is of the second order: half the bend times the mean square of their distances.
+// Where lines of a picture bend, at the folds of the two squares and on the axes of the equal-area one, that mean lies
+// aside, by 0.03 at this size, and the value with it, however it is interpolated: the limit follows it there.
 #[test]
 fn enlarged_maps_are_smooth_across_seams() {
     let f = band_limited(4);
+    let (slope, bend) = slope_and_bend(&f);
     for from in Mapping::ALL {
         let (w, h) = size(from, 2_000);
         let small = MappedMap::from_fn(from, w, h, |s| light(&f, s));
-        let (ew, eh) = (240, 120);
-        let large = resample(&small, &Resample::to(Mapping::LatLong, ew, eh)).unwrap();
-        let (mut worst, mut part) = (0.0_f64, 0.0_f64);
+        // Where light comes from, interpolated in the same way.
+        let places = MappedMap::from_fn(from, w, h, |s| Rgb::from(s.to_array().map(|c| 2.0 + c as f32)));
+        let (ew, eh) = (120, 60);
+        let to = Resample::to(Mapping::LatLong, ew, eh);
+        let (large, places) = (resample(&small, &to).unwrap(), resample(&places, &to).unwrap());
+        let (mut worst, mut part, mut farthest) = (0.0_f64, 0.0_f64, 0.0_f64);
         for y in 0..eh {
             for x in 0..ew {
                 let s = large.dir(x, y).unwrap();
@@ -372,15 +428,14 @@ fn enlarged_maps_are_smooth_across_seams() {
                     continue;
                 }
                 let error = (f64::from(large.texel(x, y).g) - f.eval(s)).abs();
-                // Linear interpolation over δ is off by δ²/8 times the second derivatives, whose sum is l(l+1) times the
-                // function: up to 30 here, without the constant. Where folds of a square meet, lines bend and the
-                // interpolation is off by more, 0.03 of the octahedron and up to 0.1 of equal areas at this size.
-                let limit = 0.1 + 30.0 / 8.0 * reach(&small, s).powi(2);
+                let place = places.texel(x, y).to_array();
+                let aside = (0..3).map(|k| (f64::from(place[k]) - 2.0 - s.to_array()[k]).powi(2)).sum::<f64>().sqrt();
+                let limit = ROUNDING + slope * aside + 0.25 * bend * reach(&small, s).powi(2);
                 assert!(error < limit, "{from} towards {s:?}: off by {error}, not {limit}");
-                (worst, part) = (worst.max(error), part.max(error / limit));
+                (worst, part, farthest) = (worst.max(error), part.max(error / limit), farthest.max(aside));
             }
         }
-        println!("{from}: off by up to {worst}, {part} of what is allowed there");
+        println!("{from}: off by up to {worst:.3}, {part:.2} of what is allowed there; places by up to {farthest:.3}");
     }
 }
 
