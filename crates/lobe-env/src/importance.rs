@@ -3,11 +3,13 @@
 use std::f64::consts::PI;
 
 use lobe_sh::{Coefficient, Dir, Rgb};
+use rayon::prelude::*;
 
+use crate::CubeMap;
 use crate::cube::{self, FACES};
+use crate::cube_mip_chain::{level_count, level_size};
 use crate::specular_lobe::{Kernel, integral};
 use crate::vec3::frame;
-use crate::{CubeMap, CubeMipChain};
 
 /// Places between which the share of the lobe within an angle is interpolated.
 const STEPS: usize = 4096;
@@ -37,8 +39,15 @@ pub(crate) struct Sample {
 }
 
 impl ImportanceFilter {
-    pub(crate) fn new(source: CubeMap) -> Self {
-        Self { levels: CubeMipChain::averaged(source).levels().iter().map(Bordered::new).collect() }
+    /// Each level is the next finer one under a hat of twice its width: means of 2 x 2 texels would move a small light to
+    /// the middle of the texel that holds it, by up to one and a half texels of the source in level 2.
+    pub(crate) fn new(source: &CubeMap) -> Self {
+        let mut levels = vec![Bordered::new(source)];
+        for k in 1..level_count(source.size()) {
+            let coarse = levels[k - 1].halved(level_size(source.size(), k));
+            levels.push(Bordered::new(&coarse));
+        }
+        Self { levels }
     }
 
     /// The samples for a kernel, which all weigh the same.
@@ -142,6 +151,25 @@ impl Bordered {
             }
         }
         Self { size, texels }
+    }
+
+    /// Every texel the mean of four places, between which hats along both axes weigh 1, 3, 3, 1.
+    fn halved(&self, size: usize) -> CubeMap {
+        let step = 1.0 / size as f32;
+        let texel = |i: usize| {
+            let (face, x, y) = (i / (size * size), i % size, i / size % size);
+            let mut sum = [0.0; 3];
+            for (right, down) in [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)] {
+                let at = |i: usize, aside: f32| (i as f32 + 0.5 + aside) * step;
+                let value = self.at(&Place { face, s: at(x, right), t: at(y, down), finer: 0.0 });
+                sum = [0, 1, 2].map(|c| sum[c] + 0.25 * value[c]);
+            }
+            Rgb::from(sum)
+        };
+        match CubeMap::new(size, (0..FACES * size * size).into_par_iter().map(texel).collect()) {
+            Ok(map) => map,
+            Err(error) => unreachable!("six faces of {size} were filled: {error}"),
+        }
     }
 
     #[inline(always)]

@@ -51,12 +51,12 @@ impl Resample {
 ///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
 /// ```
 ///
-/// with the mean `m_s` of the texel's neighbours in the picture; V is the interpolation's weights, scaled by rows and
-/// columns in turns [Sinkhorn and Knopp 1967] until q is small. So
+/// with the mean `m_s` of the texel's neighbours in the picture; V is the interpolation's weights, with rows and columns
+/// scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until what q leaves of the light is below 5e-6. So
 ///
 /// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
-/// * the mean is kept to 1e-4 through ten conversions, to 3e-3 where most light comes from lamps of a few texels
-///   (`the_mean_is_kept_through_chains_of_mappings`);
+/// * the mean of every channel is kept to 1e-5 in each conversion and to 1e-4 through chains of twelve
+///   (`the_mean_is_kept_through_chains_of_mappings`, `the_mean_is_kept_through_any_chain`);
 /// * a sun of one texel keeps its energy to 1 %, and stays within the texel: its centre moves by no more than the
 ///   farthest point of its texel, in the source or the target, lies from it
 ///   (`a_sun_of_one_texel_keeps_energy_and_place_through_every_pair_of_mappings`);

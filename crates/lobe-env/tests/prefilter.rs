@@ -16,8 +16,7 @@ const IMPORTANCE: PrefilterMethod = PrefilterMethod::Importance { samples: 1024 
 
 /// Of the brightest texel. Peers at 1024 samples with a real sun: 0.08 to 0.13.
 const GATHER_ERROR: f64 = 3e-3;
-/// The sun of one texel is the worst: it is spread over the level that the samples read.
-const IMPORTANCE_ERROR: f64 = 0.3;
+const IMPORTANCE_ERROR: f64 = 0.08;
 
 fn ggx(alpha: f64) -> SpecularLobe {
     SpecularLobe::Ggx { alpha }

@@ -211,11 +211,10 @@ fn hard_places() -> Vec<Dir> {
     places
 }
 
-/// The energy of the green channel and the direction of its centre.
-fn energy_and_centre(map: &MappedMap) -> (f64, Dir) {
-    let f = project_map(map, 2);
-    let centre = Dir::new([-f[3].g, -f[1].g, f[2].g]).expect("a sun has a direction");
-    ((4.0 * PI).sqrt() * f[0].g, centre)
+/// The energy of a channel and the direction of its centre.
+fn energy_and_centre(f: &ShVec<Rgb<f64>>, channel: usize) -> (f64, Dir) {
+    let [f0, f1, f2, f3] = [0, 1, 2, 3].map(|i| f[i].channel(channel));
+    ((4.0 * PI).sqrt() * f0, Dir::new([-f3, -f1, f2]).expect("a sun has a direction"))
 }
 
 /// Half a texel: the largest angle from the direction `s` to a point of the texel that contains it.
@@ -240,18 +239,24 @@ fn half_texel(map: &MappedMap, s: Dir) -> f64 {
     farthest
 }
 
-/// What becomes of a sun of one texel: by how much its energy is off, and how far it moves in parts of half a texel, of
-/// the source's or the target's, whichever is larger there.
-fn fate_of_sun(from: Mapping, (w, h): (usize, usize), place: Dir, to: &Resample) -> (f64, f64) {
+/// What becomes of suns of one texel, one in each channel: by how much the energy of each is off, and how far it moves in
+/// parts of half a texel, of the source's or the target's, whichever is larger there.
+fn fate_of_suns(from: Mapping, (w, h): (usize, usize), places: [Dir; 3], to: &Resample) -> [(f64, f64); 3] {
     let mut source = MappedMap::from_fn(from, w, h, |_| Rgb::new(0.0, 0.0, 0.0));
-    let (x, y) = source.texel_at(place);
-    source.texels_mut()[y * w + x] = Rgb::new(0.0, 1e4, 0.0);
-    let (energy, centre) = energy_and_centre(&source);
+    for (channel, place) in places.into_iter().enumerate() {
+        let (x, y) = source.texel_at(place);
+        let sun = Rgb::from_channels(|c| if c == channel { 1e4 } else { 0.0 });
+        source.texels_mut()[y * w + x] += sun;
+    }
     let map = resample(&source, to).unwrap();
-    let (found, moved) = energy_and_centre(&map);
-    let expected = to.rotation.as_ref().map_or(centre, |r| r.rotate_dir(centre));
-    let half = half_texel(&source, centre).max(half_texel(&map, expected));
-    ((found / energy - 1.0).abs(), expected.angle_to(moved) / half)
+    let (before, after) = (project_map(&source, 2), project_map(&map, 2));
+    [0, 1, 2].map(|channel| {
+        let ((energy, centre), (found, moved)) =
+            (energy_and_centre(&before, channel), energy_and_centre(&after, channel));
+        let expected = to.rotation.as_ref().map_or(centre, |r| r.rotate_dir(centre));
+        let half = half_texel(&source, centre).max(half_texel(&map, expected));
+        ((found / energy - 1.0).abs(), expected.angle_to(moved) / half)
+    })
 }
 
 /// Follows suns and panics where one is lost.
@@ -263,24 +268,25 @@ struct Suns {
 }
 
 impl Suns {
-    fn follow(&mut self, from: Mapping, size: (usize, usize), place: Dir, to: &Resample) {
-        let (error, distance) = fate_of_sun(from, size, place, to);
-        let name = format!(
-            "{from} {size:?} to {} ({}, {}), {:?}, sun at {:?}",
-            to.mapping,
-            to.width,
-            to.height,
-            to.rotation.is_some(),
-            place.to_array()
-        );
-        if error > 0.01 || distance > 1.0 {
-            self.failures.push(format!("{name}: energy off by {error:.1e}, moved by {distance:.2} half texels"));
-        }
-        if error > self.worst.0 {
-            self.worst = (error, name.clone());
-        }
-        if distance > self.farthest.0 {
-            self.farthest = (distance, name);
+    fn follow(&mut self, from: Mapping, size: (usize, usize), places: [Dir; 3], to: &Resample) {
+        for (place, (error, distance)) in places.into_iter().zip(fate_of_suns(from, size, places, to)) {
+            let name = format!(
+                "{from} {size:?} to {} ({}, {}), {:?}, sun at {:?}",
+                to.mapping,
+                to.width,
+                to.height,
+                to.rotation.is_some(),
+                place.to_array()
+            );
+            if error > 0.01 || distance > 1.0 {
+                self.failures.push(format!("{name}: energy off by {error:.1e}, moved by {distance:.2} half texels"));
+            }
+            if error > self.worst.0 {
+                self.worst = (error, name.clone());
+            }
+            if distance > self.farthest.0 {
+                self.farthest = (distance, name);
+            }
         }
     }
 
@@ -297,8 +303,8 @@ fn a_sun_of_one_texel_keeps_energy_and_place_through_every_pair_of_mappings() {
     let mut suns = Suns::default();
     for from in Mapping::ALL {
         for there in Mapping::ALL {
-            for place in hard_places() {
-                suns.follow(from, size(from, texels), place, &to(there, texels));
+            for places in hard_places().chunks_exact(3) {
+                suns.follow(from, size(from, texels), [places[0], places[1], places[2]], &to(there, texels));
             }
         }
     }
@@ -316,12 +322,13 @@ fn a_sun_anywhere_keeps_energy_and_place_at_other_sizes_and_turned() {
     ];
     for from in Mapping::ALL {
         for there in Mapping::ALL {
-            for (texels, target) in [(900, 130), (150, 1_100), (431, 517)] {
-                let place = Dir::new([random.signed(), random.signed(), random.signed()]).expect("not the origin");
+            for (texels, target) in [(900, 130), (150, 1_100)] {
+                let places = [(); 3]
+                    .map(|()| Dir::new([random.signed(), random.signed(), random.signed()]).expect("not the origin"));
                 let to = to(there, target);
                 let turn = turns[(texels + there as usize) % turns.len()];
-                suns.follow(from, size(from, texels), place, &to);
-                suns.follow(from, size(from, texels), place, &to.rotated(turn));
+                suns.follow(from, size(from, texels), places, &to);
+                suns.follow(from, size(from, texels), places, &to.rotated(turn));
             }
         }
     }
@@ -330,8 +337,8 @@ fn a_sun_anywhere_keeps_energy_and_place_at_other_sizes_and_turned() {
 
 #[test]
 fn shrinking_keeps_a_small_sun() {
-    let mut source = MappedMap::from_fn(Mapping::LatLong, 512, 256, |_| Rgb::new(0.1, 0.1, 0.1));
-    source.texels_mut()[40 * 512 + 3] = Rgb::new(0.0, 1e5, 0.0);
+    let mut source = MappedMap::from_fn(Mapping::LatLong, 256, 128, |_| Rgb::new(0.1, 0.1, 0.1));
+    source.texels_mut()[20 * 256 + 3] = Rgb::new(0.0, 1e5, 0.0);
     let mean = source.mean().g;
     for mapping in Mapping::ALL {
         for texels in [6, 60, 600] {
@@ -344,11 +351,11 @@ fn shrinking_keeps_a_small_sun() {
 
 #[test]
 fn turned_maps_have_turned_expansions() {
-    let order = 4;
+    let order = 3;
     let f = band_limited(order);
     let rotation = Rotation::from_axis_angle(Dir::from_angles(1.0, 2.0), 0.9);
     for mapping in Mapping::ALL {
-        let (w, h) = size(mapping, 30_000);
+        let (w, h) = size(mapping, 16_000);
         let map = MappedMap::from_fn(mapping, w, h, |s| light(&f, s));
         let expected = rotation.rotated(&project_map(&map, order));
         let error = relative_difference(&project_map(&rotate_map(&map, &rotation), order), &expected);

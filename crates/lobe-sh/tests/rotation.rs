@@ -241,6 +241,32 @@ fn a_zonal_lobe_turns_with_its_axis() {
     }
 }
 
+/// Band by band a sum of zonal lobes about `2l + 1` axes, rotated by turning the axes (Nowrouzezahrai et al. 2012).
+#[test]
+fn sums_of_zonal_lobes_turn_with_their_axes() {
+    let bands = golden("/zonal_lobes/bands").as_object().expect("an object").len();
+    let f = random_expansion(bands, 31);
+    let band =
+        |v: &ShVec<f64>, l: usize| nalgebra::DVector::from_row_slice(&v.coefficients()[l * l..(l + 1) * (l + 1)]);
+    for rotation in rotations(4) {
+        let turned = rotation.rotated(&f);
+        for l in 0..bands {
+            let angles = golden_f64s(&format!("/zonal_lobes/bands/{l}"));
+            let axes: Vec<Dir> = angles.chunks(2).map(|pair| Dir::from_angles(pair[0], pair[1])).collect();
+            assert_eq!(axes.len(), 2 * l + 1, "band {l}: axes");
+            let lobes = |turn: &dyn Fn(Dir) -> Dir| {
+                let columns: Vec<_> = axes.iter().map(|d| band(&ShVec::impulse(bands, turn(*d), 1.0), l)).collect();
+                nalgebra::DMatrix::from_columns(&columns)
+            };
+            let weights = lobes(&|d| d).lu().solve(&band(&f, l)).expect("axes that span the band");
+            let found = lobes(&|d| rotation.rotate_dir(d)) * &weights;
+            let (error, size) = ((found - band(&turned, l)).amax(), weights.amax());
+            assert!(error < 1e-13 * (1.0 + size), "band {l}: off by {error:e}, with weights up to {size}");
+            assert!(size < 100.0, "band {l}: the axes hardly span the band, weights of {size}");
+        }
+    }
+}
+
 #[test]
 fn f32_and_colours_follow_f64() {
     for order in [2, 3, 6, 12, 40] {
