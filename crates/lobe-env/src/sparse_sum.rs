@@ -27,7 +27,7 @@ impl SparseSum {
     }
 
     /// Adds the sums of one block to others.
-    pub(crate) fn add_block(&self, block: usize, sums: &mut [f64; BLOCK]) {
+    pub(crate) fn add_block(&self, block: usize, sums: &mut [f64]) {
         let block = self.blocks[block];
         if block > 0 {
             for (sum, value) in sums.iter_mut().zip(&self.sums[block as usize]) {

@@ -16,7 +16,7 @@ const IMPORTANCE: PrefilterMethod = PrefilterMethod::Importance { samples: 1024 
 
 /// Of the brightest texel. Peers at 1024 samples with a real sun: 0.08 to 0.13.
 const GATHER_ERROR: f64 = 3e-3;
-const IMPORTANCE_ERROR: f64 = 0.08;
+const IMPORTANCE_ERROR: f64 = 0.04;
 
 fn ggx(alpha: f64) -> SpecularLobe {
     SpecularLobe::Ggx { alpha }
