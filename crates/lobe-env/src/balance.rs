@@ -41,9 +41,10 @@ use crate::sparse_sum::{BLOCK, SparseSum};
 const CHUNKS: usize = 64;
 /// The sums of so many of them are held at once.
 const CHUNKS_TOGETHER: usize = 16;
-/// The shares of more samples than this are not kept from pass to pass but found again each time: four of eight bytes
-/// each, 128 MiB.
-const MOST_KEPT: usize = 1 << 22;
+/// Of more samples than this not the shares are kept from pass to pass, four of eight bytes each, but where they lie.
+const MOST_SHARES: usize = 1 << 22;
+/// And of more than this nothing is kept: 400 MiB.
+const MOST_SAMPLES: usize = 1 << 27;
 /// The most passes over all samples that find out what each texel of the source is given.
 const MOST_PASSES: usize = 60;
 /// So many of them adjust each texel for itself.
@@ -74,6 +75,13 @@ struct Shares {
     shares: Vec<Share>,
 }
 
+/// What passes need not find again, for each chunk.
+enum Kept {
+    Shares(Vec<Shares>),
+    Samples(Vec<Chunk>),
+    Nothing,
+}
+
 /// The weights between two maps.
 pub(crate) struct Balance<'a> {
     sampler: &'a Sampler,
@@ -81,7 +89,7 @@ pub(crate) struct Balance<'a> {
     source: SolidAngles,
     /// Of the texels of the target.
     target: SolidAngles,
-    kept: Option<Vec<Shares>>,
+    kept: Kept,
     extras: Vec<Extra>,
     /// `c_s`.
     factors: Vec<f32>,
@@ -112,14 +120,17 @@ impl<'a> Balance<'a> {
             sampler,
             source: SolidAngles::new(sampler.source),
             target: SolidAngles::new(sampler.target),
-            kept: None,
+            kept: Kept::Nothing,
             extras: Vec::new(),
             factors: vec![1.0; sampler.source.len()],
             is_scaled: false,
         };
-        if sampler.estimate() <= MOST_KEPT {
-            balance.kept = Some(balance.ranges().into_par_iter().map(|texels| balance.shares(texels)).collect());
-        }
+        let ranges = balance.ranges().into_par_iter();
+        balance.kept = match sampler.estimate() {
+            ..=MOST_SHARES => Kept::Shares(ranges.map(|texels| balance.shares(texels)).collect()),
+            ..=MOST_SAMPLES => Kept::Samples(ranges.map(|texels| sampler.chunk(texels)).collect()),
+            _ => Kept::Nothing,
+        };
         balance
     }
 
@@ -256,24 +267,25 @@ impl<'a> Balance<'a> {
 
     /// Calls `texel(number, shares)` for the texels of a chunk with what their own samples see.
     fn for_each_seen(&self, range: Range<usize>, mut texel: impl FnMut(usize, &[Share])) {
-        let Some(kept) = &self.kept else {
-            let Chunk { texels, counts, samples } = self.sampler.chunk(range);
-            let (mut samples, mut shares) = (samples.as_slice(), Vec::new());
-            for (index, count) in texels.zip(counts) {
-                let (own, rest) = samples.split_at(count as usize);
-                shares.clear();
-                self.add_shares(own, &mut shares);
-                texel(index, &shares);
-                samples = rest;
-            }
-            return;
+        let number = range.start / self.chunk_size();
+        let mut scratch = Vec::new();
+        let from_samples = |index: usize, samples: &[Sample]| {
+            scratch.clear();
+            self.add_shares(samples, &mut scratch);
+            texel(index, &scratch);
         };
-        let Shares { counts, shares } = &kept[range.start / self.chunk_size()];
-        let mut shares = shares.as_slice();
-        for (index, count) in range.zip(counts) {
-            let (own, rest) = shares.split_at(*count as usize);
-            texel(index, own);
-            shares = rest;
+        match &self.kept {
+            Kept::Nothing => self.sampler.chunk(range).for_each(from_samples),
+            Kept::Samples(chunks) => chunks[number].for_each(from_samples),
+            Kept::Shares(chunks) => {
+                let Shares { counts, shares } = &chunks[number];
+                let mut shares = shares.as_slice();
+                for (index, count) in range.zip(counts) {
+                    let (own, rest) = shares.split_at(*count as usize);
+                    texel(index, own);
+                    shares = rest;
+                }
+            }
         }
     }
 
@@ -496,7 +508,9 @@ mod tests {
         let mut balance = Balance::new(&sampler);
         balance.balance(map.texels());
         let kept = balance.gather(map.texels());
-        balance.kept = None;
-        assert!(balance.gather(map.texels()) == kept, "the two differ");
+        balance.kept = Kept::Nothing;
+        assert!(balance.gather(map.texels()) == kept, "with nothing kept");
+        balance.kept = Kept::Samples(balance.ranges().into_iter().map(|texels| sampler.chunk(texels)).collect());
+        assert!(balance.gather(map.texels()) == kept, "with samples kept");
     }
 }

@@ -77,19 +77,60 @@ impl Parabolas {
         [0, 1, 2].map(|k| self.a[k] + t * (self.b[k] + t * self.c[k]))
     }
 
+    /// The `n` samples of texel `i` of the run.
     #[inline(always)]
-    fn sample(&self, t: f64) -> Sample {
-        let [x, y, weight] = self.at(t);
-        Sample::new([x, y], weight, &self.limits)
+    fn add_texel(&self, i: usize, n: usize, samples: &mut Vec<Sample>) {
+        let step = 1.0 / (RUN * n - 1) as f64;
+        samples.extend((i * n..(i + 1) * n).map(|k| {
+            let [x, y, weight] = self.at(k as f64 * step);
+            Sample::new([x, y], weight, &self.limits)
+        }));
     }
 }
 
 /// The samples of consecutive texels of the target.
 pub(crate) struct Chunk {
-    pub(crate) texels: Range<usize>,
-    /// How many samples each has.
-    pub(crate) counts: Vec<u32>,
-    pub(crate) samples: Vec<Sample>,
+    first: usize,
+    parts: Vec<Part>,
+    /// Those of all runs, one after the other: a tenth of the memory of their samples.
+    rows: Vec<Parabolas>,
+    /// Those of all single texels.
+    samples: Vec<Sample>,
+}
+
+/// The next of a chunk's texels.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    /// [`RUN`] texels of so many cells each: columns and rows.
+    Run([u32; 2]),
+    /// A texel of so many samples.
+    Single(u32),
+}
+
+impl Chunk {
+    /// Calls `texel(number, samples)` for every texel.
+    pub(crate) fn for_each(&self, mut texel: impl FnMut(usize, &[Sample])) {
+        let (mut rows, mut samples) = (self.rows.as_slice(), self.samples.as_slice());
+        let (mut index, mut cells) = (self.first, Vec::new());
+        for part in &self.parts {
+            match *part {
+                Part::Run([nx, ny]) => {
+                    let (own, rest) = rows.split_at(ny as usize);
+                    for i in 0..RUN {
+                        cells.clear();
+                        own.iter().for_each(|row| row.add_texel(i, nx as usize, &mut cells));
+                        texel(index + i, &cells);
+                    }
+                    (rows, index) = (rest, index + RUN);
+                }
+                Part::Single(count) => {
+                    let (own, rest) = samples.split_at(count as usize);
+                    texel(index, own);
+                    (samples, index) = (rest, index + 1);
+                }
+            }
+        }
+    }
 }
 
 /// A source and a target, and how the surroundings are turned between them.
@@ -131,44 +172,44 @@ impl Sampler {
 
     /// The samples of some texels.
     pub(crate) fn chunk(&self, texels: Range<usize>) -> Chunk {
-        let mut counts = Vec::with_capacity(texels.len());
-        let mut samples = Vec::with_capacity(LEAST * LEAST * texels.len());
-        let (mut nodes, mut rows) = (Vec::new(), Vec::new());
+        let mut chunk = Chunk { first: texels.start, parts: Vec::new(), rows: Vec::new(), samples: Vec::new() };
+        let mut nodes = Vec::new();
         let mut index = texels.start;
         while index < texels.end {
-            let before = samples.len();
             let texel = [index % self.target.width, index / self.target.width];
             let is_run = texel[0] + RUN <= self.target.width && index + RUN <= texels.end;
             if is_run && !self.is_on_rim(texel) && !self.is_on_rim([texel[0] + RUN - 1, texel[1]]) {
-                let count = self.add_run(texel, &mut rows, &mut samples);
-                if count > 0 {
-                    counts.extend([count as u32; RUN]);
+                if let Some(cells) = self.add_run(texel, &mut chunk.rows) {
+                    chunk.parts.push(Part::Run(cells.map(|n| n as u32)));
                     index += RUN;
                     continue;
                 }
             }
+            let before = chunk.samples.len();
             if self.is_on_rim(texel) {
-                self.add_nodes(texel, &mut nodes, &mut samples);
+                self.add_nodes(texel, &mut nodes, &mut chunk.samples);
             } else {
-                self.add_grid(texel, &mut samples);
+                self.add_grid(texel, &mut chunk.samples);
             }
-            counts.push((samples.len() - before) as u32);
+            chunk.parts.push(Part::Single((chunk.samples.len() - before) as u32));
             index += 1;
         }
-        samples.shrink_to_fit();
-        Chunk { texels, counts, samples }
+        chunk.parts.shrink_to_fit();
+        chunk.rows.shrink_to_fit();
+        chunk.samples.shrink_to_fit();
+        chunk
     }
 
     /// A grid of cells for each of [`RUN`] texels side by side, on parabolas through three cells of each row; how many
-    /// cells a texel has, or 0, and nothing is added, where a fourth cell does not lie on them: at seams and poles.
-    fn add_run(&self, [x, y]: [usize; 2], rows: &mut Vec<Parabolas>, samples: &mut Vec<Sample>) -> usize {
+    /// columns and rows of cells a texel has, or nothing where a fourth cell does not lie on them: at seams and poles.
+    fn add_run(&self, [x, y]: [usize; 2], rows: &mut Vec<Parabolas>) -> Option<[usize; 2]> {
         let Grid { mapping, width, height } = self.target;
-        let Some((centre, lengths)) = axes(self.target, [x + RUN / 2, y]) else { return 0 };
+        let (centre, lengths) = axes(self.target, [x + RUN / 2, y])?;
         let spacing = SPACING * self.source_pitch(centre);
         let [nx, ny] = lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST));
         let area = 1.0 / (nx * ny * width * height) as f64;
         let (first, length) = (x as f64 + 0.5 / nx as f64, RUN as f64 - 1.0 / nx as f64);
-        rows.clear();
+        let before = rows.len();
         for j in 0..ny {
             let v = (y as f64 + (j as f64 + 0.5) / ny as f64) / height as f64;
             let look = |t: f64| {
@@ -177,23 +218,19 @@ impl Sampler {
                 Some([x, y, area * mapping.density_towards(s)])
             };
             let (Some(a), Some(b), Some(c), Some(check)) = (look(0.0), look(0.5), look(1.0), look(0.25)) else {
-                return 0;
+                rows.truncate(before);
+                return None;
             };
             let row = Parabolas::through(a, b, c, self.limits([b[0], b[1]]));
             let found = row.at(0.25);
             let is_near = |k: usize, most: f64| (found[k] - check[k]).abs() < most;
             if !(is_near(0, OFF_PARABOLA) && is_near(1, OFF_PARABOLA) && is_near(2, OFF_PARABOLA * check[2])) {
-                return 0;
+                rows.truncate(before);
+                return None;
             }
             rows.push(row);
         }
-        let step = 1.0 / (RUN * nx - 1) as f64;
-        for i in 0..RUN {
-            for row in rows.iter() {
-                samples.extend((i * nx..(i + 1) * nx).map(|k| row.sample(k as f64 * step)));
-            }
-        }
-        nx * ny
+        Some([nx, ny])
     }
 
     /// A grid of cells, each looked at in its middle.
@@ -347,16 +384,16 @@ mod tests {
             let (source, target) =
                 (Grid::new(from, 960, from.height_for(960)), Grid::new(to, 1536, to.height_for(1536)));
             let sampler = Sampler::new(source, target, None);
-            let (mut rows, mut runs) = (Vec::new(), 0);
+            let mut runs = 0;
             for index in (0..target.len()).step_by(RUN * STEP) {
                 let [x, y] = [index % target.width, index / target.width];
+                let mut rows = Vec::new();
+                let Some([nx, ny]) = sampler.add_run([x, y], &mut rows) else { continue };
+                runs += 1;
                 let mut samples = Vec::new();
-                let count = sampler.add_run([x, y], &mut rows, &mut samples);
-                runs += usize::from(count > 0);
+                (0..RUN).for_each(|i| rows.iter().for_each(|row| row.add_texel(i, nx, &mut samples)));
                 for (k, sample) in samples.iter().enumerate() {
-                    // The number of rows of cells is that of the parabolas.
-                    let (nx, ny) = (count / rows.len(), rows.len());
-                    let (texel, cell) = (k / count, k % count);
+                    let (texel, cell) = (k / (nx * ny), k % (nx * ny));
                     let u = ((x + texel) as f64 + ((cell % nx) as f64 + 0.5) / nx as f64) / target.width as f64;
                     let v = (y as f64 + ((cell / nx) as f64 + 0.5) / ny as f64) / target.height as f64;
                     let [px, py] = sampler.source_point(to.dir_from_uv(u, v).unwrap());

@@ -11,8 +11,12 @@ use crate::filter_cut::{FilterCut, class_of};
 use crate::filter_tree::{FilterTree, NODES, PLANES, Piece, extent, place};
 use crate::specular_lobe::{Kernel, integral};
 
-/// Points taken together: a register of AVX.
+/// Points added up side by side: a register of AVX.
 const LANES: usize = 8;
+
+/// Points taken together: those of a cell. First all their weights, then one sum at a time: with several at once the
+/// compiler finds no registers to do lanes in.
+const TOGETHER: usize = NODES;
 
 /// A lobe whose solid angle is this part of a texel's, or less, is a mirror: it sees the steps between texels only.
 const MIRROR: f64 = 1.0 / 16.0;
@@ -164,7 +168,7 @@ impl Points {
                 }
             }
         }
-        while !self.planes[0].len().is_multiple_of(LANES) {
+        while !self.planes[0].len().is_multiple_of(TOGETHER) {
             self.push(Dir::Z, 0.0, Rgb::ZERO);
         }
     }
@@ -190,24 +194,32 @@ fn accumulate<const FUSED: bool, K: Kernel>(
 ) {
     // Without the instruction a fused operation is a call, so slow that two operations are better.
     let add_product = |sum: f32, a: f32, b: f32| if FUSED { a.mul_add(b, sum) } else { sum + a * b };
-    let [x, y, z, rest @ ..] = planes.map(|plane| plane.as_chunks::<LANES>().0);
-    let count = x.len();
-    let (y, z, rest) = (&y[..count], &z[..count], rest.map(|plane| &plane[..count]));
+    let [x, y, z, rest @ ..] = planes.map(|plane| plane.as_chunks::<TOGETHER>().0);
     for (target, sums) in targets.iter().zip(sums) {
-        let mut lanes = [[0.0_f32; LANES]; 4];
-        for i in 0..count {
-            for k in 0..LANES {
-                let (dx, dy, dz) = (x[i][k] - target[0], y[i][k] - target[1], z[i][k] - target[2]);
-                let weight = kernel.fast(0.5 * add_product(add_product(dx * dx, dy, dy), dz, dz));
-                for c in 0..4 {
-                    lanes[c][k] = add_product(lanes[c][k], weight, rest[c][i][k]);
-                }
+        for (i, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
+            let mut weights = [0.0_f32; TOGETHER];
+            for (k, weight) in weights.iter_mut().enumerate() {
+                let (dx, dy, dz) = (x[k] - target[0], y[k] - target[1], z[k] - target[2]);
+                *weight = kernel.fast(0.5 * add_product(add_product(dx * dx, dy, dy), dz, dz));
+            }
+            for (sum, values) in sums.iter_mut().zip(rest) {
+                *sum += f64::from(dot::<FUSED>(&weights, &values[i]));
             }
         }
-        for (sum, lanes) in sums.iter_mut().zip(lanes) {
-            *sum += lanes.iter().copied().map(f64::from).sum::<f64>();
+    }
+}
+
+/// The sum of products, in lanes.
+#[inline(always)]
+fn dot<const FUSED: bool>(weights: &[f32; TOGETHER], values: &[f32; TOGETHER]) -> f32 {
+    let mut lanes = [0.0_f32; LANES];
+    for (weights, values) in weights.as_chunks::<LANES>().0.iter().zip(values.as_chunks::<LANES>().0) {
+        for k in 0..LANES {
+            lanes[k] = if FUSED { weights[k].mul_add(values[k], lanes[k]) } else { lanes[k] + weights[k] * values[k] };
         }
     }
+    let [a, b, c, d, e, f, g, h] = lanes;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
 /// Whether a lobe is so narrow that a source of this size shows it as a mirror.

@@ -112,7 +112,7 @@ fn band_1_of_a_cube_is_the_closed_form_of_its_texels() {
 
 // Interpolation and the mean over a texel blur: hats have the variance δ²/6 along each axis, boxes δ²/12, and a blur of
 // variance σ² weakens band l by l(l+1) σ²/2. There and back again that is l(l+1) δ²/4, δ² = 4π/17000 on average:
-// 0.8e-3 of band 2, three times as much where a ball's texels are long. In parts of the norm of f it is less.
+// 1.1e-3 of band 2, three times as much where a ball's texels are long. In parts of the norm of f it is less.
 #[test]
 fn band_limited_maps_keep_their_coefficients_through_every_pair() {
     let order = 3;
