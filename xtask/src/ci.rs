@@ -35,16 +35,26 @@ const FUZZ: Step = Step {
     work: Work::Cargo("build --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz", &[]),
 };
 
+/// The comparisons with peers, in workspaces of their own: they link with what nothing else needs. Checked, not linked.
+const FMT_PEERS: Step =
+    Step { name: "fmt-peers", work: Work::Cargo("fmt --manifest-path peers/embree/Cargo.toml --check", &[]) };
+const PEERS: Step = Step {
+    name: "peers",
+    work: Work::Cargo("check --locked --manifest-path peers/embree/Cargo.toml --target-dir target", &[]),
+};
+
 /// Everything, the cheap steps first.
 pub(crate) fn ci() -> Outcome {
     run_all(&[
         FMT,
         FMT_FUZZ,
+        FMT_PEERS,
         ARCH,
         SIZES,
         DOCUMENTS,
         GOLDENS,
         CLIPPY,
+        PEERS,
         FEATURES,
         DOCS_PRIVATE,
         DOCS,

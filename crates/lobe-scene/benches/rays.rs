@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_scene::{Bvh, Ray};
+use lobe_scene::{Bvh, Ray, Simd};
 
 #[path = "rays/obvhs_peer.rs"]
 mod obvhs_peer;
@@ -24,7 +24,8 @@ fn rays(c: &mut Criterion) {
     for (size, cells, around) in SIZES {
         let work = Workload::new(cells, around);
         let bvh = Bvh::from_corners(&work.corners);
-        let scalar = bvh.clone().without_simd();
+        let narrower: Vec<_> =
+            Simd::ALL.into_iter().filter_map(|simd| Some((simd, bvh.clone().with_simd(simd)?))).collect();
         let obvhs = Obvhs::new(&work.corners);
         let rays = (work.points.len() * RAYS_PER_POINT) as f64;
         let mut occluded = vec![false; RAYS_PER_POINT];
@@ -57,9 +58,12 @@ fn rays(c: &mut Criterion) {
         measure("single", &work, &mut |origin, directions| {
             directions.iter().filter(|&&d| bvh.is_occluded(&Ray::new(origin, d))).count()
         });
-        measure("scalar", &work, &mut |origin, directions| {
-            directions.iter().filter(|&&d| scalar.is_occluded(&Ray::new(origin, d))).count()
-        });
+        for (simd, bvh) in &narrower {
+            measure(&format!("together-{simd:?}").to_lowercase(), &work, &mut |origin, directions| {
+                bvh.occluded_from_into(origin, directions, &mut occluded);
+                usize::from(occluded[0])
+            });
+        }
         measure("closest", &work, &mut |origin, directions| {
             directions.iter().filter(|&&d| bvh.closest(&Ray::new(origin, d)).is_some()).count()
         });

@@ -13,12 +13,12 @@ use crate::mesh::LARGEST_COORDINATE;
 use crate::traverse::{AnyHit, AnyHits, Closest, Tree};
 use crate::watertight::ROUNDING;
 use crate::wide_node::{Block, Node};
-use crate::{Bounds, Hit, Ray, Scene};
+use crate::{Bounds, Hit, Ray, Scene, Simd};
 
 /// A tree of boxes over triangles, eight to a node, that rays go through.
 ///
 /// It is watertight: no ray passes between two triangles that share an edge or a vertex, wherever it comes from.
-/// Triangles are hit from both sides. Hits do not depend on the machine: the scalar traversal finds the same, bit by bit.
+/// Triangles are hit from both sides. Hits do not depend on the machine: all of [`Simd`] find the same, bit by bit.
 ///
 /// # Examples
 ///
@@ -84,10 +84,11 @@ impl Bvh {
         Self { nodes, blocks, bounds, triangles, machine }
     }
 
-    /// The same tree, gone through without the vector instructions of the machine.
+    /// The same tree, gone through with other vector instructions than the widest, which are used otherwise; `None` if this
+    /// machine has not got them.
     #[must_use]
-    pub fn without_simd(self) -> Self {
-        Self { machine: Machine::Scalar, ..self }
+    pub fn with_simd(self, simd: Simd) -> Option<Self> {
+        Some(Self { machine: Machine::new(simd)?, ..self })
     }
 
     /// Number of triangles.

@@ -1,5 +1,7 @@
 //! From the binary tree that obvhs builds to one with eight children a node.
 
+use std::cmp::Ordering;
+
 use obvhs::bvh2::Bvh2;
 
 use crate::Bounds;
@@ -34,7 +36,7 @@ pub(crate) fn collapse(binary: &Bvh2, corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, 
         } else {
             wide.plan.distribute(subtree, WIDTH, &mut pieces);
         }
-        for (slot, piece) in wide.plan.merged(&pieces).into_iter().enumerate() {
+        for (slot, piece) in ordered(wide.plan.merged(&pieces)).into_iter().enumerate() {
             let child = wide.child(&piece, &mut open);
             wide.nodes[node].set_box(slot, &piece.bounds);
             wide.nodes[node].set_child(slot, child);
@@ -65,6 +67,13 @@ impl Piece {
         let subtrees = || [&self.subtrees[..], &other.subtrees[..]].concat();
         (count as usize <= WIDTH && is_cheaper).then(|| Self { subtrees: subtrees(), bounds, in_block: Some(count) })
     }
+}
+
+/// Inner nodes before blocks, small before large: what lies behind is looked at first, and a large one is hit more often.
+fn ordered(mut pieces: Vec<Piece>) -> Vec<Piece> {
+    let is_first = |p: &Piece| (p.in_block.is_some(), half_area(&p.bounds));
+    pieces.sort_by(|a, b| is_first(a).partial_cmp(&is_first(b)).unwrap_or(Ordering::Equal));
+    pieces
 }
 
 fn half_area(bounds: &Bounds) -> f32 {

@@ -1,7 +1,9 @@
-//! Eight numbers at once, with AVX2 where the machine has it.
+//! Eight numbers at once, with AVX-512 or AVX2 where the machine has it.
 //!
-//! Both implementations round every operation alike but [`Lanes::mul_sub`], which only boxes use: they are tested with
+//! All implementations round every operation alike but [`Lanes::mul_sub`], which only boxes use: they are tested with
 //! room for its error, triangles are not. So hits are the same bit by bit.
+
+use crate::Simd;
 
 /// How many boxes or triangles are tested at once.
 pub(crate) const WIDTH: usize = 8;
@@ -24,6 +26,8 @@ pub(crate) trait Lanes: Copy {
     fn less_or_equal(self, a: Self::Vector, b: Self::Vector) -> u32;
     /// Lanes where `a < b`; none where either is NaN.
     fn less(self, a: Self::Vector, b: Self::Vector) -> u32;
+    /// The values of the lanes in a mask, moved together to the front in their order; what follows them means nothing.
+    fn compress(self, values: &[u32; WIDTH], mask: u32) -> [u32; WIDTH];
     /// Calls `work` where the compiler may use the instructions of these lanes.
     fn run<W: Work>(self, work: W) -> W::Output;
 }
@@ -37,29 +41,40 @@ pub(crate) trait Work {
     fn work<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
-/// The widest lanes of this machine.
+/// Lanes that this machine has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Machine {
-    /// x86-64 with AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(pulp::x86::V4),
     #[cfg(target_arch = "x86_64")]
     Avx2(pulp::x86::V3),
-    /// Any.
     Scalar,
 }
 
 impl Machine {
-    /// Asks the processor.
-    pub(crate) fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = pulp::x86::V3::try_new() {
-            return Self::Avx2(v3);
+    /// The lanes of an instruction set, if the processor has it.
+    pub(crate) fn new(simd: Simd) -> Option<Self> {
+        match simd {
+            #[cfg(target_arch = "x86_64")]
+            Simd::Avx512 => pulp::x86::V4::try_new().map(Self::Avx512),
+            #[cfg(target_arch = "x86_64")]
+            Simd::Avx2 => pulp::x86::V3::try_new().map(Self::Avx2),
+            Simd::Scalar => Some(Self::Scalar),
+            #[cfg(not(target_arch = "x86_64"))]
+            Simd::Avx2 | Simd::Avx512 => None,
         }
-        Self::Scalar
+    }
+
+    /// The widest lanes.
+    pub(crate) fn detect() -> Self {
+        Self::new(Simd::widest()).unwrap_or(Self::Scalar)
     }
 
     #[inline]
     pub(crate) fn run<W: Work>(self, work: W) -> W::Output {
         match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(v4) => v4.run(work),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(v3) => v3.run(work),
             Self::Scalar => Scalar.run(work),
@@ -125,85 +140,58 @@ impl Lanes for Scalar {
     }
 
     #[inline(always)]
+    fn compress(self, values: &[u32; WIDTH], mask: u32) -> [u32; WIDTH] {
+        let mut front = [0; WIDTH];
+        let mut count = 0;
+        for (k, &value) in values.iter().enumerate() {
+            front[count % WIDTH] = value;
+            count += (mask >> k & 1) as usize;
+        }
+        front
+    }
+
+    #[inline(always)]
     fn run<W: Work>(self, work: W) -> W::Output {
         work.work(self)
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use std::arch::x86_64::{__m256, _CMP_LE_OQ, _CMP_LT_OQ};
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-    use pulp::x86::V3;
+    /// Every operation on some numbers, as bits.
+    struct AllOperations([[f32; WIDTH]; 2]);
 
-    use super::{Lanes, WIDTH, Work};
-
-    impl Lanes for V3 {
-        type Vector = __m256;
+    impl Work for AllOperations {
+        type Output = Vec<u32>;
 
         #[inline(always)]
-        fn load(self, values: &[f32; WIDTH]) -> Self::Vector {
-            pulp::cast(*values)
+        fn work<L: Lanes>(self, lanes: L) -> Vec<u32> {
+            let [a, b] = self.0.map(|values| lanes.load(&values));
+            let mut bits = vec![lanes.less_or_equal(a, b), lanes.less(a, b)];
+            let vectors = [lanes.splat(1.5), lanes.sub(a, b), lanes.mul(a, b), lanes.min(a, b), lanes.max(a, b)];
+            bits.extend(vectors.into_iter().flat_map(|v| lanes.store(v)).map(f32::to_bits));
+            for mask in 0..1 << WIDTH {
+                let front = lanes.compress(&self.0[0].map(f32::to_bits), mask);
+                bits.extend(&front[..mask.count_ones() as usize]);
+            }
+            bits
         }
+    }
 
-        #[inline(always)]
-        fn splat(self, value: f32) -> Self::Vector {
-            self.avx._mm256_set1_ps(value)
-        }
-
-        #[inline(always)]
-        fn store(self, values: Self::Vector) -> [f32; WIDTH] {
-            pulp::cast(values)
-        }
-
-        #[inline(always)]
-        fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-            self.avx._mm256_sub_ps(a, b)
-        }
-
-        #[inline(always)]
-        fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-            self.avx._mm256_mul_ps(a, b)
-        }
-
-        #[inline(always)]
-        fn mul_sub(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
-            self.fma._mm256_fmsub_ps(a, b, c)
-        }
-
-        #[inline(always)]
-        fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-            self.avx._mm256_min_ps(a, b)
-        }
-
-        #[inline(always)]
-        fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-            self.avx._mm256_max_ps(a, b)
-        }
-
-        #[inline(always)]
-        fn less_or_equal(self, a: Self::Vector, b: Self::Vector) -> u32 {
-            self.avx._mm256_movemask_ps(self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b)).cast_unsigned()
-        }
-
-        #[inline(always)]
-        fn less(self, a: Self::Vector, b: Self::Vector) -> u32 {
-            self.avx._mm256_movemask_ps(self.avx._mm256_cmp_ps::<_CMP_LT_OQ>(a, b)).cast_unsigned()
-        }
-
-        #[inline(always)]
-        fn run<W: Work>(self, work: W) -> W::Output {
-            struct Job<W>(V3, W);
-
-            impl<W: Work> pulp::NullaryFnOnce for Job<W> {
-                type Output = W::Output;
-
-                #[inline(always)]
-                fn call(self) -> W::Output {
-                    self.1.work(self.0)
+    #[test]
+    fn all_lanes_compute_the_same_bits() {
+        let numbers = [1.0, -2.5, 0.0, f32::INFINITY, 1e-38, f32::MAX, 3.0, -0.1];
+        let others = [1.0, 2.5, -1.0, 1.0, 1e30, 2.0, f32::NAN, f32::NEG_INFINITY];
+        for (a, b) in [(numbers, others), (others, numbers)] {
+            let expected = Machine::Scalar.run(AllOperations([a, b]));
+            for simd in Simd::ALL {
+                match Machine::new(simd) {
+                    Some(machine) => assert_eq!(machine.run(AllOperations([a, b])), expected, "{simd:?}"),
+                    None => println!("skipped: this machine has no {simd:?}"),
                 }
             }
-            self.vectorize(Job(self, work))
         }
     }
 }

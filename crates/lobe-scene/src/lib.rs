@@ -37,7 +37,7 @@
 //! | scenes by formula | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | smaller triangles | [`Scene::split_edges`] |
-//! | rays | [`Bvh`], [`Ray`], [`Hit`] |
+//! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`] |
 //! | what a ray found | [`Scene::surface`], [`Surface`], [`Scene::is_solid`] |
 
 mod angle_weighted;
@@ -52,15 +52,21 @@ mod gltf_files;
 mod gltf_materials;
 mod gltf_nodes;
 mod lanes;
+#[cfg(target_arch = "x86_64")]
+mod lanes_avx2;
+#[cfg(target_arch = "x86_64")]
+mod lanes_avx512;
 mod material;
 mod mesh;
 mod ray;
+mod ray_frame;
 mod read;
 mod read_gltf;
 mod read_obj;
 mod read_ply;
 mod scene;
 mod shapes;
+mod simd;
 mod split_edges;
 mod terrain;
 mod texture;
@@ -76,5 +82,6 @@ pub use mesh::{Mesh, MeshParts, MeshSource};
 pub use ray::{Hit, Ray};
 pub use read::{LOBE_EXTRAS_VERSION, ReadOptions, ReadReport, read_scene, read_scene_bytes};
 pub use scene::{Bounds, Scene, Surface};
+pub use simd::Simd;
 pub use texture::{Texture, Wrap};
 pub use up::{Up, y_up_from_z_up, z_up_from_y_up};

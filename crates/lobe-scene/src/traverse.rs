@@ -1,6 +1,7 @@
 //! The way of a ray through the tree.
 
 use crate::lanes::{Lanes, WIDTH, Work};
+use crate::ray_frame::{RayFrame, RayOrigin};
 use crate::watertight::ShearedRay;
 use crate::wide_node::{BLOCK_BIT, Block, Node, SlabRay};
 use crate::{Bounds, Hit, Ray};
@@ -42,6 +43,25 @@ impl<T: Copy + Default> Stack<T> {
     }
 
     #[inline(always)]
+    fn clear(&mut self) {
+        self.far.clear();
+        self.count = 0;
+    }
+
+    /// Pushes the first `count` items, the last of them on top.
+    #[inline(always)]
+    fn push_front(&mut self, items: &[T; WIDTH], count: usize) {
+        if let Some(place) = self.near.get_mut(self.count..self.count + WIDTH)
+            && self.far.is_empty()
+        {
+            place.copy_from_slice(items);
+            self.count += count;
+        } else {
+            items[..count].iter().for_each(|&item| self.push(item));
+        }
+    }
+
+    #[inline(always)]
     fn pop(&mut self) -> Option<T> {
         if let Some(item) = self.far.pop() {
             return Some(item);
@@ -63,38 +83,41 @@ impl<F: FnMut(Hit) -> bool> Work for AnyHit<'_, '_, F> {
 
     #[inline(always)]
     fn work<L: Lanes>(mut self, lanes: L) -> bool {
-        ShearedRay::new(self.ray)
-            .is_some_and(|ray| any_hit(lanes, &self.tree, &ray, self.ray.t_max, &mut self.accept).is_some())
+        let Ray { origin, t_max, .. } = *self.ray;
+        let start = RayOrigin::new(origin, self.tree.bounds);
+        start.frame_of(self.ray).is_some_and(|frame| {
+            let ray = ShearedRay::new(origin, &frame, t_max);
+            any_hit(lanes, &self.tree, &frame, &ray, t_max, &mut self.accept, &mut Stack::new()).is_some()
+        })
     }
 }
 
-/// The block of a hit that is accepted. Blocks are tested as soon as they are met: for one hit is enough, they come before
-/// what waits on the stack.
+/// The block of a hit that is accepted.
+///
+/// Blocks stand behind inner nodes in every node, so they come off the stack first: one hit is enough.
 #[inline(always)]
 fn any_hit<L: Lanes>(
     lanes: L,
     tree: &Tree<'_>,
+    frame: &RayFrame,
     ray: &ShearedRay,
     t_max: f32,
     accept: &mut impl FnMut(Hit) -> bool,
+    stack: &mut Stack<u32>,
 ) -> Option<u32> {
-    let slabs = SlabRay::new(lanes, ray, tree.bounds);
-    let t_max = lanes.splat(t_max * ray.longest * END_ROOM);
-    let mut stack = Stack::new();
+    let slabs = SlabRay::new(lanes, frame);
+    let t_max = lanes.splat(t_max * frame.longest * END_ROOM);
+    stack.clear();
     let mut next = Some(0_u32);
     while let Some(item) = next {
-        let node = &tree.nodes[item as usize];
-        let (mut mask, _) = slabs.meets(lanes, node, t_max);
-        while mask != 0 {
-            let child = node.child(mask.trailing_zeros() as usize);
-            mask &= mask - 1;
-            if child & BLOCK_BIT == 0 {
-                stack.push(child);
-            } else {
-                let block = child & !BLOCK_BIT;
-                if tree.blocks[block as usize].hits(lanes, ray, &mut *accept) {
-                    return Some(block);
-                }
+        if item & BLOCK_BIT == 0 {
+            let node = &tree.nodes[item as usize];
+            let (mask, _) = slabs.meets(lanes, node, t_max);
+            stack.push_front(&lanes.compress(&node.children(), mask), mask.count_ones() as usize);
+        } else {
+            let block = item & !BLOCK_BIT;
+            if tree.blocks[block as usize].hits(lanes, ray, &mut *accept) {
+                return Some(block);
             }
         }
         next = stack.pop();
@@ -116,18 +139,35 @@ impl Work for AnyHits<'_, '_> {
     /// What stopped a ray often stops the next one, and is asked first.
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
+        let start = RayOrigin::new(self.origin, self.tree.bounds);
+        let mut stack = Stack::new();
         let mut last: Option<u32> = None;
-        for (direction, occluded) in self.directions.iter().zip(self.occluded) {
-            let ray = Ray::new(self.origin, *direction);
-            *occluded = ShearedRay::new(&ray).is_some_and(|ray| {
+        let mut frames = [RayFrame::default(); FRAMES];
+        for (directions, occluded) in self.directions.chunks(FRAMES).zip(self.occluded.chunks_mut(FRAMES)) {
+            for (frame, &direction) in frames.iter_mut().zip(directions) {
+                *frame = start.frame(direction);
+            }
+            for (frame, occluded) in frames.iter().zip(occluded) {
+                if frame.longest == 0.0 {
+                    *occluded = false;
+                    continue;
+                }
+                let ray = ShearedRay::new(self.origin, frame, f32::INFINITY);
                 let again = last.is_some_and(|block| self.tree.blocks[block as usize].hits(lanes, &ray, |_| true));
-                let hit = if again { last } else { any_hit(lanes, &self.tree, &ray, f32::INFINITY, &mut |_| true) };
-                last = hit.or(last);
-                hit.is_some()
-            });
+                if !again {
+                    let hit = any_hit(lanes, &self.tree, frame, &ray, f32::INFINITY, &mut |_| true, &mut stack);
+                    *occluded = hit.is_some();
+                    last = hit.or(last);
+                } else {
+                    *occluded = true;
+                }
+            }
         }
     }
 }
+
+/// How many frames are computed in a row.
+const FRAMES: usize = 64;
 
 /// The accepted hit that is closest; of equally close ones that of the triangle with the smallest number.
 pub(crate) struct Closest<'a, 'r, F> {
@@ -142,9 +182,10 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
     #[inline(always)]
     fn work<L: Lanes>(mut self, lanes: L) -> Option<Hit> {
         let ray = self.ray;
-        let sheared = ShearedRay::new(ray)?;
-        let slabs = SlabRay::new(lanes, &sheared, self.tree.bounds);
-        let end_of = |t: f32| t * sheared.longest * END_ROOM;
+        let frame = RayOrigin::new(ray.origin, self.tree.bounds).frame_of(ray)?;
+        let sheared = ShearedRay::new(ray.origin, &frame, ray.t_max);
+        let slabs = SlabRay::new(lanes, &frame);
+        let end_of = |t: f32| t * frame.longest * END_ROOM;
         let mut best: Option<Hit> = None;
         let mut end = end_of(ray.t_max);
         let mut stack = Stack::new();

@@ -1,7 +1,8 @@
 //! Rays and triangles without gaps between triangles that share an edge.
 
+use crate::Hit;
 use crate::lanes::{Lanes, WIDTH};
-use crate::{Hit, Ray};
+use crate::ray_frame::RayFrame;
 
 /// Half a unit in the last place of 1: the relative error of one rounded operation on `f32`.
 pub(crate) const ROUNDING: f32 = 1.0 / 16_777_216.0;
@@ -24,47 +25,26 @@ pub(crate) const ROUNDING: f32 = 1.0 / 16_777_216.0;
 /// edge function would depend on the order of the corners.
 ///
 /// The corners themselves are off by a few roundings: the triangles hit are those of a world whose points are moved by
-/// at most [`ShearedRay::SHEAR_ERROR`] · (`|A_x| + |A_z|`), each the same for all triangles that share it.
+/// at most [`SHEAR_ERROR`](crate::ray_frame::SHEAR_ERROR) · (`|A_x| + |A_z|`), each the same for all triangles that share it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShearedRay {
-    pub(crate) origin: [f32; 3],
-    /// The direction with its longest component scaled to ±1.
-    pub(crate) direction: [f32; 3],
-    /// Length of the longest component of the ray's direction.
-    pub(crate) longest: f32,
+    origin: [f32; 3],
+    /// `d_z`, whose size is the length of the longest component of the ray's direction.
+    longest: f32,
     kx: usize,
     ky: usize,
-    pub(crate) kz: usize,
+    kz: usize,
     shear: [f32; 2],
     t_max: f32,
 }
 
 impl ShearedRay {
-    /// Bound of the error of a sheared coordinate: the roundings of `A_x` (1), of `S` (1), of `A_z` (1), of their product
-    /// (1) and of the last difference, whose size is at most `|A_x| + |A_z|` (1), with one to spare.
-    pub(crate) const SHEAR_ERROR: f32 = 6.0 * ROUNDING;
-
-    /// The frame of a ray; none if the direction is 0 or anything is not a number.
+    /// The ray of a frame, as far as `t_max`.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray) -> Option<Self> {
-        let size = ray.direction.map(f32::abs);
-        let kz = if size[0] >= size[1] && size[0] >= size[2] {
-            0
-        } else if size[1] >= size[2] {
-            1
-        } else {
-            2
-        };
-        let longest = size[kz];
-        let origin_sum = ray.origin[0] + ray.origin[1] + ray.origin[2];
-        let direction_sum = size[0] + size[1] + size[2];
-        if !(longest > 0.0 && direction_sum.is_finite() && origin_sum.is_finite() && ray.t_max >= 0.0) {
-            return None;
-        }
-        let direction = ray.direction.map(|d| d / longest);
-        let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
-        let shear = [direction[kx] / direction[kz], direction[ky] / direction[kz]];
-        Some(Self { origin: ray.origin, direction, longest, kx, ky, kz, shear, t_max: ray.t_max })
+    pub(crate) fn new(origin: [f32; 3], frame: &RayFrame, t_max: f32) -> Self {
+        let kz = frame.kz as usize;
+        let longest = frame.longest.copysign(frame.direction[kz % 3]);
+        Self { origin, longest, kx: (kz + 1) % 3, ky: (kz + 2) % 3, kz, shear: frame.shear, t_max }
     }
 
     /// The lanes whose triangle may be hit, as far as the signs of rounded edge functions tell: never too few.
@@ -106,8 +86,7 @@ impl ShearedRay {
         }
         let weights = weights.map(|w| w / sum);
         let depth = weights[0] * sheared[0][2] + weights[1] * sheared[1][2] + weights[2] * sheared[2][2];
-        // d_z is ±1 in the scaled direction.
-        let t = (depth * f64::from(self.direction[kz]) / f64::from(self.longest)) as f32;
+        let t = (depth / f64::from(self.longest)) as f32;
         let is_on_ray = t > 0.0 && t <= self.t_max;
         is_on_ray.then_some(Hit { t, triangle, u: weights[1] as f32, v: weights[2] as f32 })
     }

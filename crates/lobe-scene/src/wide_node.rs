@@ -1,7 +1,8 @@
 //! The nodes of the tree: eight boxes, or up to eight triangles.
 
 use crate::lanes::{Lanes, WIDTH};
-use crate::watertight::{ROUNDING, ShearedRay};
+use crate::ray_frame::RayFrame;
+use crate::watertight::ShearedRay;
 use crate::{Bounds, Hit};
 
 /// What a node's child is: the index of a node, or of a [`Block`] with this bit set.
@@ -41,6 +42,11 @@ impl Node {
     #[inline(always)]
     pub(crate) fn child(&self, slot: usize) -> u32 {
         self.rows[CHILDREN][slot % WIDTH].to_bits()
+    }
+
+    #[inline(always)]
+    pub(crate) fn children(&self) -> [u32; WIDTH] {
+        self.rows[CHILDREN].map(f32::to_bits)
     }
 }
 
@@ -97,8 +103,7 @@ impl Block {
 /// ```
 ///
 /// `e` widens each box by what rounding may do to either side: the sheared corners of a triangle are moved by
-/// [`ShearedRay::SHEAR_ERROR`] · (`|A_i| + |A_z|`); `r`, the product and the difference add the rest of [`BOX_ERROR`] and
-/// [`ORIGIN_ERROR`]. So whatever a ray hits lies in boxes that it meets, and the tree adds no gaps.
+/// [`SHEAR_ERROR`](crate::ray_frame::SHEAR_ERROR) · (`|A_i| + |A_z|`); `r`, the product and the difference add the rest. So whatever a ray hits lies in boxes that it meets, and the tree adds no gaps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlabRay<L: Lanes> {
     reciprocal: [L::Vector; 3],
@@ -109,41 +114,18 @@ pub(crate) struct SlabRay<L: Lanes> {
     far_row: [usize; 3],
 }
 
-/// Error of a plane relative to the distances to the farthest planes along its axis and the ray's: that of a sheared
-/// corner, and four roundings of the slab test.
-const BOX_ERROR: f32 = ShearedRay::SHEAR_ERROR + 4.0 * ROUNDING;
-
-/// Error of a plane relative to the origin's coordinate: the rounding of `c`, twice.
-const ORIGIN_ERROR: f32 = 4.0 * ROUNDING;
-
-/// Components of a direction below this part of the longest count as this. Along the whole scene it moves a ray by less
-/// than the boxes are widened, and no reciprocal becomes infinite, whose products with 0 are no numbers.
-const SMALLEST_COMPONENT: f32 = 1e-10;
-
 impl<L: Lanes> SlabRay<L> {
     #[inline(always)]
-    pub(crate) fn new(lanes: L, ray: &ShearedRay, bounds: &Bounds) -> Self {
-        let o = ray.origin;
-        let extent: [f32; 3] = std::array::from_fn(|k| (bounds.min[k] - o[k]).abs().max((bounds.max[k] - o[k]).abs()));
-        let mut near_row = [0; 3];
-        let mut far_row = [0; 3];
-        let mut numbers = [[0.0; 3]; 3];
-        for k in 0..3 {
-            let d = if ray.direction[k].abs() < SMALLEST_COMPONENT {
-                SMALLEST_COMPONENT.copysign(ray.direction[k])
-            } else {
-                ray.direction[k]
-            };
-            let error = BOX_ERROR * (extent[k] + extent[ray.kz % 3]) + ORIGIN_ERROR * o[k].abs();
-            let r = 1.0 / d;
-            let widened = error.copysign(r);
-            numbers[k] = [r, (o[k] + widened) * r, (o[k] - widened) * r];
-            let is_backwards = usize::from(r < 0.0);
-            near_row[k] = k + 3 * is_backwards;
-            far_row[k] = k + 3 * (1 - is_backwards);
+    pub(crate) fn new(lanes: L, frame: &RayFrame) -> Self {
+        let splat = |numbers: [f32; 3]| numbers.map(|n| lanes.splat(n));
+        let is_backwards = frame.reciprocal.map(|r| usize::from(r < 0.0));
+        Self {
+            reciprocal: splat(frame.reciprocal),
+            near_shift: splat(frame.shift[0]),
+            far_shift: splat(frame.shift[1]),
+            near_row: std::array::from_fn(|k| k + 3 * is_backwards[k]),
+            far_row: std::array::from_fn(|k| k + 3 * (1 - is_backwards[k])),
         }
-        let splat = |i: usize| numbers.map(|n| lanes.splat(n[i]));
-        Self { reciprocal: splat(0), near_shift: splat(1), far_shift: splat(2), near_row, far_row }
     }
 
     /// The lanes whose box is met up to `t_max` (in lengths of the scaled direction), and where each is entered.

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use lobe_scene::{Bvh, Hit, Ray, built_in};
+use lobe_scene::{Bvh, Hit, Ray, Simd, built_in};
 use lobe_testkit::{Random, directions};
 
 type Corners = [[f32; 3]; 3];
@@ -69,11 +69,23 @@ fn reference(ray: &Ray, corners: &Corners) -> (f64, f64) {
     (dot(e2, q) / determinant, u.min(v).min(1.0 - u - v))
 }
 
+/// The tree with all vector instructions of this machine, the widest too.
+fn by_each(bvh: &Bvh) -> Vec<(Simd, Bvh)> {
+    let with = |simd| match bvh.clone().with_simd(simd) {
+        Some(bvh) => Some((simd, bvh)),
+        None => {
+            println!("skipped: this machine has no {simd:?}");
+            None
+        }
+    };
+    Simd::ALL.into_iter().filter_map(with).collect()
+}
+
 #[test]
-fn hits_are_the_same_by_simd_by_scalar_code_and_by_brute_force() {
+fn hits_are_the_same_by_all_vector_instructions_and_by_brute_force() {
     let soup = soup(600, 1);
     let bvh = Bvh::from_corners(&soup);
-    let scalar = bvh.clone().without_simd();
+    let by_each = by_each(&bvh);
     let single: Vec<Bvh> = soup.iter().map(|corners| Bvh::from_corners(&[*corners])).collect();
     let mut hits = 0;
     for ray in rays(4000, 2) {
@@ -84,9 +96,11 @@ fn hits_are_the_same_by_simd_by_scalar_code_and_by_brute_force() {
             .min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         let closest = bvh.closest(&ray);
         assert_eq!(closest, brute_force, "tree and brute force for {ray:?}");
-        assert_eq!(closest, scalar.closest(&ray), "SIMD and scalar for {ray:?}");
         assert_eq!(bvh.is_occluded(&ray), closest.is_some(), "any and closest for {ray:?}");
-        assert_eq!(scalar.is_occluded(&ray), closest.is_some(), "scalar any and closest for {ray:?}");
+        for (simd, bvh) in &by_each {
+            assert_eq!(bvh.closest(&ray), closest, "{simd:?} for {ray:?}");
+            assert_eq!(bvh.is_occluded(&ray), closest.is_some(), "{simd:?}, any and closest for {ray:?}");
+        }
         hits += usize::from(closest.is_some());
     }
     assert!((1000..3900).contains(&hits), "{hits} of 4000 rays hit: a test of both");
@@ -153,13 +167,15 @@ fn no_ray_leaves_a_closed_surface_through_its_edges_or_corners() {
     let mut random = Random::new(5);
     for (name, corners, center) in closed_surfaces() {
         let bvh = Bvh::from_corners(&corners);
-        let scalar = bvh.clone().without_simd();
+        let by_each = by_each(&bvh);
         let size = (bvh.bounds().max[0] - bvh.bounds().min[0]) * 0.2;
         for (i, aim) in aims(&corners).into_iter().enumerate() {
             let origin = if i % 4 == 0 { center } else { add(center, narrow(random.direction()), size) };
             let ray = Ray::new(origin, std::array::from_fn(|k| aim[k] - origin[k]));
             assert!(bvh.is_occluded(&ray) && bvh.closest(&ray).is_some(), "{name} leaks at {aim:?} with {ray:?}");
-            assert!(scalar.is_occluded(&ray), "{name} leaks at {aim:?} with {ray:?} in scalar code");
+            for (simd, bvh) in &by_each {
+                assert!(bvh.is_occluded(&ray), "{name} leaks at {aim:?} with {ray:?} by {simd:?}");
+            }
         }
         for direction in directions() {
             let ray = Ray::new(center, narrow(direction));
@@ -302,8 +318,10 @@ fn many_rays_from_one_point_hit_what_each_of_them_hits() {
         bvh.occluded_from_into(origin, &directions, &mut together);
         let one_by_one: Vec<bool> = directions.iter().map(|&d| bvh.is_occluded(&Ray::new(origin, d))).collect();
         assert_eq!(together, one_by_one, "from {origin:?}");
-        let mut scalar = vec![true; directions.len()];
-        bvh.clone().without_simd().occluded_from_into(origin, &directions, &mut scalar);
-        assert_eq!(together, scalar, "SIMD and scalar from {origin:?}");
+        for (simd, bvh) in by_each(&bvh) {
+            let mut others = vec![!together[0]; directions.len()];
+            bvh.occluded_from_into(origin, &directions, &mut others);
+            assert_eq!(together, others, "{simd:?} from {origin:?}");
+        }
     }
 }
