@@ -8,9 +8,26 @@
 //! | purpose | item |
 //! |---|---|
 //! | what receivers do to light | [`Transfer`], [`Channels`] |
+//! | the points it is baked for | [`Receivers`] |
+//! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
 
+mod bake;
+mod bake_options;
+mod basis_sum;
+mod checkpoint;
+mod chunks;
+mod diffuse;
 mod error;
+mod fingerprint;
+mod paths;
+mod pilot;
+mod receivers;
+mod sobol;
 mod transfer;
+mod warp;
 
+pub use bake::{bake, bake_resumable};
+pub use bake_options::{BakeOptions, BakeReport, Mode, Progress};
 pub use error::PrtError;
+pub use receivers::Receivers;
 pub use transfer::{Channels, Transfer};

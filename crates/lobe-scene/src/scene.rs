@@ -206,6 +206,15 @@ impl Scene {
         (0..self.meshes.len()).any(|mesh| matches!(self.material(mesh).alpha, Alpha::Mask(_)))
     }
 
+    /// Whether no base colour, texture or vertex colour has a hue, so that light stays grey.
+    #[must_use]
+    pub fn is_grey(&self) -> bool {
+        let is_grey = |&[r, g, b, _]: &[f32; 4]| r == g && g == b;
+        self.materials.iter().all(|material| is_grey(&material.base_color))
+            && self.textures.iter().all(Texture::is_grey)
+            && self.meshes.iter().all(|mesh| mesh.colors().iter().all(is_grey))
+    }
+
     fn base_color(&self, material: &Material, uvs: [Option<[f32; 2]>; 2], color: Option<[f32; 4]>) -> [f32; 4] {
         let mut product = material.base_color;
         let mut multiply = |factor: [f32; 4]| (0..4).for_each(|k| product[k] *= factor[k]);
@@ -276,6 +285,20 @@ mod tests {
         assert_eq!(scene.vertex_base_color(0, 2), surface.base_color, "the same at a vertex");
         assert_eq!((surface.geometric_normal, surface.shading_normal), ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), "normals");
         assert!(scene.has_masks() && scene.is_solid(&hit), "alpha 128/255 reaches the cutoff 0.5");
+    }
+
+    #[test]
+    fn a_hue_anywhere_makes_a_scene_colourful() {
+        let scene = |base: f32, vertex: f32, texel: u8| {
+            let parts = MeshParts { colors: vec![[1.0, 1.0, vertex, 0.5]; 3], ..triangle("a", Some(0)) };
+            let texture = Texture::new(1, 1, vec![[255, texel, 255, 7]], [Wrap::Repeat; 2]);
+            let material = Material { base_color: [base, 1.0, 1.0, 0.0], ..Material::WHITE };
+            Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![texture]).unwrap()
+        };
+        assert!(scene(1.0, 1.0, 255).is_grey(), "alpha is no hue");
+        for (base, vertex, texel) in [(0.9, 1.0, 255), (1.0, 0.9, 255), (1.0, 1.0, 254)] {
+            assert!(!scene(base, vertex, texel).is_grey(), "{base}, {vertex}, {texel}");
+        }
     }
 
     #[test]

@@ -50,6 +50,24 @@ impl Texture {
         self.height
     }
 
+    /// The picture's values, row by row from the top.
+    #[must_use]
+    pub fn texels(&self) -> &[[u8; 4]] {
+        &self.texels
+    }
+
+    /// What it shows outside of the unit square, along u and along v.
+    #[must_use]
+    pub fn wrap(&self) -> [Wrap; 2] {
+        self.wrap
+    }
+
+    /// Whether no texel has a hue.
+    #[must_use]
+    pub fn is_grey(&self) -> bool {
+        self.texels.iter().all(|[r, g, b, _]| r == g && g == b)
+    }
+
     /// Linear colour and alpha at a place, (0, 0) being the top left corner; between four texels in linear light.
     #[must_use]
     pub fn sample(&self, [u, v]: [f32; 2]) -> [f32; 4] {

@@ -1,0 +1,169 @@
+//! Work on many receivers, the same for any number of threads.
+
+use std::ops::{AddAssign, ControlFlow, Range};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use crate::{Progress, PrtError};
+
+/// Paths in a chunk, about: some tens of milliseconds of work for one thread.
+const CHUNK_PATHS: usize = 1 << 16;
+
+/// Receivers in a chunk, at most.
+const CHUNK_RECEIVERS: usize = 64;
+
+/// Paths of one thread between two reports, about: a second of work. A bake that is stopped waits for no more, and one that is
+/// killed loses no more, but for the writes the operating system has not yet made.
+const WAVE_PATHS: usize = 1 << 20;
+
+/// What is to be done for each receiver.
+pub(crate) trait Job: Sync {
+    /// What a thread keeps between receivers.
+    type Scratch;
+
+    fn receivers(&self) -> usize;
+
+    /// Numbers found for each receiver.
+    fn row(&self) -> usize;
+
+    /// Paths from each receiver.
+    fn paths(&self) -> usize;
+
+    fn scratch(&self) -> Self::Scratch;
+
+    /// Finds the numbers of one receiver, which depend on nothing else.
+    fn work(&self, receiver: usize, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally;
+}
+
+/// Sums that a report is made from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Tally {
+    pub(crate) rays: u64,
+    /// Exit radiance under a constant sky, by the number of reflections, summed over receivers.
+    pub(crate) energy: Vec<f64>,
+    /// The same for paths that met a surface at their end.
+    pub(crate) left: f64,
+}
+
+impl AddAssign<&Self> for Tally {
+    fn add_assign(&mut self, other: &Self) {
+        self.rays += other.rays;
+        self.left += other.left;
+        self.energy.resize(self.energy.len().max(other.energy.len()), 0.0);
+        self.energy.iter_mut().zip(&other.energy).for_each(|(a, b)| *a += b);
+    }
+}
+
+/// What was found for some receivers in a row.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Chunk {
+    pub(crate) tally: Tally,
+    pub(crate) rows: Vec<f32>,
+}
+
+/// The receivers of a job in chunks of equal size, but for the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Chunks {
+    receivers: usize,
+    size: usize,
+}
+
+impl Chunks {
+    pub(crate) fn of<J: Job>(job: &J) -> Self {
+        let size = (CHUNK_PATHS / job.paths().max(1)).clamp(1, CHUNK_RECEIVERS);
+        Self { receivers: job.receivers(), size }
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.receivers.div_ceil(self.size)
+    }
+
+    pub(crate) fn size(&self) -> usize {
+        self.size
+    }
+
+    pub(crate) fn receivers(&self) -> usize {
+        self.receivers
+    }
+
+    /// The receivers of one chunk.
+    pub(crate) fn range(&self, chunk: usize) -> Range<usize> {
+        chunk * self.size..((chunk + 1) * self.size).min(self.receivers)
+    }
+
+    /// How many receivers the first chunks have.
+    fn before(&self, chunk: usize) -> usize {
+        (chunk * self.size).min(self.receivers)
+    }
+}
+
+/// Where chunks go, in their order.
+pub(crate) trait Sink {
+    /// How many chunks it has already.
+    fn done(&self) -> usize;
+
+    fn push(&mut self, chunk: Chunk) -> Result<(), PrtError>;
+}
+
+/// Chunks in memory.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    chunks: usize,
+    pub(crate) tally: Tally,
+    pub(crate) rows: Vec<f32>,
+}
+
+impl Sink for Memory {
+    fn done(&self) -> usize {
+        self.chunks
+    }
+
+    fn push(&mut self, chunk: Chunk) -> Result<(), PrtError> {
+        self.chunks += 1;
+        self.tally += &chunk.tally;
+        self.rows.extend_from_slice(&chunk.rows);
+        Ok(())
+    }
+}
+
+/// Called a few times in a second of work; says whether to go on.
+pub(crate) type OnProgress<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
+
+/// Does what a sink has not yet. Results depend on the job alone: chunks are the same for any number of threads, and the
+/// sink gets them in their order.
+pub(crate) fn run<J: Job>(job: &J, sink: &mut impl Sink, on_progress: OnProgress<'_>) -> Result<(), PrtError> {
+    let chunks = Chunks::of(job);
+    let start = Instant::now();
+    let resumed = chunks.before(sink.done());
+    let mut rays = 0;
+    let per_thread = (WAVE_PATHS / (chunks.size() * job.paths()).max(1)).clamp(1, 64);
+    let wave = per_thread * rayon::current_num_threads();
+    loop {
+        let next = sink.done();
+        let progress =
+            Progress { done: chunks.before(next), total: job.receivers(), resumed, rays, elapsed: start.elapsed() };
+        if on_progress(&progress).is_break() {
+            return Err(PrtError::Cancelled);
+        }
+        if next >= chunks.count() {
+            return Ok(());
+        }
+        let done: Vec<Chunk> = (next..(next + wave).min(chunks.count()))
+            .into_par_iter()
+            .map_init(|| job.scratch(), |scratch, chunk| work(job, chunks.range(chunk), scratch))
+            .collect();
+        for chunk in done {
+            rays += chunk.tally.rays;
+            sink.push(chunk)?;
+        }
+    }
+}
+
+fn work<J: Job>(job: &J, range: Range<usize>, scratch: &mut J::Scratch) -> Chunk {
+    let mut chunk = Chunk { tally: Tally::default(), rows: vec![0.0; range.len() * job.row()] };
+    for (receiver, row) in range.zip(chunk.rows.chunks_exact_mut(job.row())) {
+        chunk.tally += &job.work(receiver, scratch, row);
+    }
+    chunk
+}
