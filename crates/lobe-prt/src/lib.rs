@@ -19,6 +19,7 @@ mod chunks;
 mod diffuse;
 mod error;
 mod fingerprint;
+mod inset;
 mod paths;
 mod pilot;
 mod receivers;

@@ -4,6 +4,7 @@ use glam::Vec3;
 use lobe_scene::Scene;
 
 use crate::PrtError;
+use crate::inset::inset_positions;
 
 /// How far the length of a normal may be from 1: it was rounded, not scaled.
 const UNIT_TOLERANCE: f32 = 1e-3;
@@ -50,20 +51,22 @@ impl Receivers {
     /// The vertices of all meshes in their order, with the normals to shade with. The albedo is the base colour: factor,
     /// texture and vertex colour multiplied; metals are taken as matte.
     ///
+    /// Vertices at the border of a mesh are moved into it by 2⁻¹⁷ of the largest coordinate of the scene: where a floor ends
+    /// at a wall, its last vertices would else lie in the wall and see what is behind it.
+    ///
     /// # Errors
     /// [`PrtError::Invalid`] if a vertex colour is negative.
     pub fn at_vertices(scene: &Scene) -> Result<Self, PrtError> {
-        let mut receivers = (Vec::new(), Vec::new(), Vec::new());
+        let (mut normals, mut albedos) = (Vec::new(), Vec::new());
         for (m, mesh) in scene.meshes().iter().enumerate() {
-            receivers.0.extend_from_slice(mesh.positions());
-            receivers.1.extend_from_slice(mesh.normals());
+            normals.extend_from_slice(mesh.normals());
             let albedo = |v| {
                 let [r, g, b, _] = scene.vertex_base_color(m, v);
                 [r, g, b]
             };
-            receivers.2.extend((0..mesh.positions().len()).map(albedo));
+            albedos.extend((0..mesh.positions().len()).map(albedo));
         }
-        Self::new(receivers.0, receivers.1, receivers.2)
+        Self::new(inset_positions(scene), normals, albedos)
     }
 
     /// The other sides of the same vertices: [`Receivers::at_vertices`] with all normals turned round, for open meshes that
@@ -124,7 +127,7 @@ mod tests {
         let ground = scene.meshes()[0].positions().len();
         assert_eq!(receivers.albedos()[0], [0.6; 3], "the ground first");
         assert_eq!(receivers.albedos()[ground], [0.7, 0.25, 0.2], "then the ball");
-        assert_eq!(receivers.positions()[ground], scene.meshes()[1].positions()[0], "its first vertex");
+        assert_eq!(receivers.positions()[ground], inset_positions(&scene)[ground], "its first vertex");
         assert!(!receivers.is_grey(), "the ball is red");
         let back = Receivers::back_of_vertices(&scene).unwrap();
         assert_eq!(back.normals()[0], [0.0, 0.0, -1.0], "the ground from below");

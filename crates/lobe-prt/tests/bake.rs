@@ -149,7 +149,7 @@ fn a_white_scene_returns_a_constant_sky_but_for_what_still_travels() {
         // Directions below the surface but above the interpolated normal bring nothing: all that is lost.
         let rest = 1.0 - energy - report.energy_left;
         assert!((-1e-9..0.02).contains(&rest), "{bounces} bounces: {energy} + {} is not 1", report.energy_left);
-        assert!(energy > before, "{bounces} bounces: {energy} after {before}");
+        assert!(energy >= before, "{bounces} bounces: {energy} after {before}");
         before = energy;
     }
     assert!(before > 0.97, "after 12 bounces {before} of a constant sky comes back");
@@ -173,7 +173,7 @@ fn a_sphere_with_a_hole_has_the_closed_form_of_every_bounce() {
     for bounces in [0, 1, 3, 6] {
         let expected: f64 = f * (0..=bounces).map(|b| (rho * (1.0 - f)).powi(b)).sum::<f64>();
         for (name, receivers) in [("bottom", &down), ("side", &side)] {
-            let options = BakeOptions { bounces: bounces as usize, ..options(Mode::Interreflected, 2, 1 << 13) };
+            let options = BakeOptions { bounces: bounces as usize, ..options(Mode::Interreflected, 2, 1 << 16) };
             let (transfer, report) = baked(&scene, receivers, &options);
             let found = f64::from(transfer.vector(0, 0)[0]) / y_0();
             let allowed = 1e-3 + 4.0 * report.stderr_dc * found;
@@ -292,10 +292,10 @@ fn bounces_without_energy_are_left_out() {
         let options = BakeOptions { energy_stop, bounces: 6, ..options(Mode::Interreflected, 1, 64) };
         baked(&scene, &receivers, &options).1
     };
-    let (all, some) = (bounces(0.0), bounces(0.005));
+    let (all, some) = (bounces(0.0), bounces(0.02));
     assert_eq!((all.bounces, all.energy_per_bounce.len()), (6, 7), "all");
     let sum: f64 = all.energy_per_bounce.iter().sum();
-    let expected = all.energy_per_bounce.iter().rposition(|e| *e >= 0.005 * sum).unwrap();
+    let expected = all.energy_per_bounce.iter().rposition(|e| *e >= 0.02 * sum).unwrap();
     assert_eq!(some.bounces, expected, "of {:?}", all.energy_per_bounce);
     assert!(some.bounces < 6 && some.energy_per_bounce.len() == some.bounces + 1, "{some:?}");
 }

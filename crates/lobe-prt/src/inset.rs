@@ -1,0 +1,100 @@
+//! Vertices at the border of a mesh, a little inside of it.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use lobe_scene::{Mesh, Scene};
+
+/// How far vertices move, as a part of the largest coordinate of the scene: twice the lift of a ray's origin above a
+/// surface ([`lobe_scene::Bvh::offset`]), so that halfway between two walls it is clear of both.
+const INSET: f64 = 128.0 / 16_777_216.0;
+
+/// but not farther than this part of the way to the middle of the triangles around.
+const MOST: f64 = 0.125;
+
+/// The positions of all vertices of all meshes, those at a border moved into the mesh by 2⁻¹⁷ of the largest coordinate.
+///
+/// Where a floor ends at a wall its last vertices lie in the wall: what they see depends on rounding, and half of their
+/// rays would start behind it. What is wanted of them is what the floor beside them sees. A border is an edge of
+/// one triangle only, by the indices of its vertices, so that meshes with a normal for each face have borders at all edges.
+///
+/// The way goes to the mean of the middles of the triangles around. Where that is below the surface, because the surface
+/// is convex, it goes along the plane of the normal instead.
+pub(crate) fn inset_positions(scene: &Scene) -> Vec<[f32; 3]> {
+    let bounds = scene.bounds();
+    let largest = bounds.min.iter().chain(&bounds.max).fold(0.0, |most: f32, c| most.max(c.abs()));
+    let distance = INSET * f64::from(largest);
+    scene.meshes().iter().flat_map(|mesh| inset(mesh, distance)).collect()
+}
+
+fn inset(mesh: &Mesh, distance: f64) -> Vec<[f32; 3]> {
+    let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+    let is_border = border(mesh);
+    let mut ways = vec![(DVec3::ZERO, 0.0); mesh.positions().len()];
+    for (t, triangle) in mesh.triangles().iter().enumerate() {
+        let [a, b, c] = mesh.corners(t).map(wide);
+        for &i in triangle.iter().filter(|&&i| is_border[i as usize]) {
+            let way = &mut ways[i as usize];
+            way.0 += (a + b + c) / 3.0 - wide(mesh.positions()[i as usize]);
+            way.1 += 1.0;
+        }
+    }
+    let moved = |i: usize| {
+        let (position, normal) = (mesh.positions()[i], wide(mesh.normals()[i]));
+        let way = ways[i].0 / f64::max(ways[i].1, 1.0);
+        let way = way - normal * way.dot(normal).min(0.0);
+        let step = way.normalize_or_zero() * distance.min(MOST * way.length());
+        (wide(position) + step).as_vec3().to_array()
+    };
+    (0..mesh.positions().len()).map(moved).collect()
+}
+
+/// Whether each vertex is an end of an edge that one triangle has alone.
+fn border(mesh: &Mesh) -> Vec<bool> {
+    let edges = |t: &[u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)));
+    let mut count: HashMap<(u32, u32), u32> = HashMap::new();
+    for edge in mesh.triangles().iter().flat_map(edges) {
+        *count.entry(edge).or_insert(0) += 1;
+    }
+    let mut is_border = vec![false; mesh.positions().len()];
+    for ((a, b), _) in count.into_iter().filter(|&(_, count)| count == 1) {
+        is_border[a as usize] = true;
+        is_border[b as usize] = true;
+    }
+    is_border
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_scene::{MeshParts, built_in};
+
+    #[test]
+    fn vertices_at_a_border_move_inside_and_no_others() {
+        let scene = built_in::ball_over_ground(8);
+        let ground = scene.meshes()[0].positions().len();
+        let (moved, mut borders) = (inset_positions(&scene), 0);
+        for (p, q) in scene.meshes()[0].positions().iter().zip(&moved[..ground]) {
+            let edges = [0, 1].map(|k| p[k].abs() == 4.0);
+            borders += usize::from(edges[0] || edges[1]);
+            let way = (0..3).map(|k| (p[k] - q[k]).abs()).fold(0.0, f32::max);
+            assert!(way <= 4.0 / 131_072.0 && (way > 0.0) == (edges[0] || edges[1]), "{p:?} moved to {q:?}");
+            assert!((0..2).all(|k| !edges[k] || q[k].abs() < 4.0 - 1e-5) && q[2] == 0.0, "{p:?} moved to {q:?}");
+        }
+        assert_eq!(borders, 32, "vertices at the border of 8 x 8 cells");
+    }
+
+    #[test]
+    fn at_a_convex_border_vertices_do_not_sink_below_the_surface() {
+        // Half a pyramid: its tip is at the border, and the middles of its triangles are below.
+        let parts = MeshParts {
+            positions: vec![[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            ..MeshParts::default()
+        };
+        let scene = Scene::new(vec![Mesh::new(parts).unwrap()], vec![], vec![]).unwrap();
+        let tip = inset_positions(&scene)[0];
+        assert!(tip[2] == 1.0 && tip[1] > 1e-6 && tip[0].abs() < 1e-9, "the tip moved to {tip:?}");
+    }
+}
