@@ -124,7 +124,7 @@ pub(crate) fn prepare<'a>(
     options.check()?;
     check_tree(scene, bvh)?;
     let mut job = Diffuse::new(scene, bvh, receivers, options);
-    let pilot = pilot(&job, options);
+    let pilot = pilot(&job, options.energy_stop);
     job.bounces = pilot.bounces;
     Ok((job, pilot))
 }
@@ -139,7 +139,7 @@ pub(crate) fn check_tree(scene: &Scene, bvh: &Bvh) -> Result<(), PrtError> {
 }
 
 /// The report of a bake whose chunks add up to `tally`.
-pub(crate) fn report(job: &Diffuse<'_>, pilot: &Pilot, tally: &Tally, start: Instant) -> BakeReport {
+pub(crate) fn report<J: Job>(job: &J, pilot: &Pilot, tally: &Tally, start: Instant) -> BakeReport {
     let receivers = job.receivers();
     let mean = |sum: f64| sum / receivers as f64;
     BakeReport {

@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use lobe_scene::Scene;
+
+use crate::sobol::coherent_order;
 use crate::{Channels, PrtError, Transfer};
 
 /// What the light may do on its way to a receiver.
@@ -66,6 +69,17 @@ impl BakeOptions {
             return refuse(format!("expected an energy to stop at in [0, 1), found {}", self.energy_stop));
         }
         Ok(())
+    }
+
+    /// The vectors of each receiver: as asked for, else one if neither the receivers nor what light meets has a hue.
+    pub(crate) fn channels_for(&self, scene: &Scene, receivers_are_grey: bool) -> Channels {
+        let is_grey = receivers_are_grey && (self.most_bounces() == 0 || scene.is_grey());
+        self.channels.unwrap_or(if is_grey { Channels::Grey } else { Channels::Rgb })
+    }
+
+    /// The numbers of the paths from each receiver, so that neighbours follow each other; none where none is needed.
+    pub(crate) fn path_order(&self) -> Vec<u32> {
+        if self.mode == Mode::Unshadowed { Vec::new() } else { coherent_order(self.samples) }
     }
 
     /// The most reflections of a path.

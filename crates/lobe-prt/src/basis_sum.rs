@@ -3,7 +3,7 @@
 use lobe_sh::Basis;
 
 /// Directions evaluated together.
-const BATCH: usize = 64;
+pub(crate) const BATCH: usize = 64;
 
 /// Partial sums of a batch that run side by side.
 const LANES: usize = 16;
@@ -81,7 +81,8 @@ impl BasisSum {
     }
 }
 
-fn dot(a: &[f32; BATCH], b: &[f32; BATCH]) -> f64 {
+/// The sum of products, in 16 lanes of `f32` and those in `f64`.
+pub(crate) fn dot(a: &[f32; BATCH], b: &[f32; BATCH]) -> f64 {
     let mut lanes = [0.0_f32; LANES];
     for start in (0..BATCH).step_by(LANES) {
         for k in 0..LANES {

@@ -32,8 +32,11 @@ pub(crate) trait Job: Sync {
 
     fn scratch(&self) -> Self::Scratch;
 
-    /// Finds the numbers of one receiver, which depend on nothing else.
-    fn work(&self, receiver: usize, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally;
+    /// The seed of the bake.
+    fn seed(&self) -> u64;
+
+    /// Finds the numbers of one receiver by the paths of a seed. They depend on nothing else.
+    fn work(&self, seed: u64, receiver: usize, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally;
 }
 
 /// Sums that a report is made from.
@@ -163,7 +166,7 @@ pub(crate) fn run<J: Job>(job: &J, sink: &mut impl Sink, on_progress: OnProgress
 fn work<J: Job>(job: &J, range: Range<usize>, scratch: &mut J::Scratch) -> Chunk {
     let mut chunk = Chunk { tally: Tally::default(), rows: vec![0.0; range.len() * job.row()] };
     for (receiver, row) in range.zip(chunk.rows.chunks_exact_mut(job.row())) {
-        chunk.tally += &job.work(receiver, scratch, row);
+        chunk.tally += &job.work(job.seed(), receiver, scratch, row);
     }
     chunk
 }

@@ -6,7 +6,7 @@ use lobe_sh::{Dir, Expansion as _, Zonal};
 use crate::basis_sum::BasisSum;
 use crate::chunks::{Job, Tally};
 use crate::paths::{End, Tracer};
-use crate::sobol::{Sobol, coherent_order, hash};
+use crate::sobol::{Sobol, hash};
 use crate::warp::Frame;
 use crate::{BakeOptions, Channels, Mode, Receivers};
 
@@ -37,25 +37,14 @@ pub(crate) struct Scratch {
 
 impl<'a> Diffuse<'a> {
     pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, receivers: &'a Receivers, options: &'a BakeOptions) -> Self {
-        let meets_grey = options.most_bounces() == 0 || scene.is_grey();
-        let grey = if receivers.is_grey() && meets_grey { Channels::Grey } else { Channels::Rgb };
         Self {
             tracer: Tracer::new(scene, bvh),
             receivers,
             options,
             bounces: options.most_bounces(),
-            channels: options.channels.unwrap_or(grey),
-            order: if options.mode == Mode::Unshadowed { Vec::new() } else { coherent_order(options.samples) },
+            channels: options.channels_for(scene, receivers.is_grey()),
+            order: options.path_order(),
             cosine: Zonal::clamped_cosine(options.order),
-        }
-    }
-
-    /// A receiver's transfer by the paths of a seed.
-    pub(crate) fn work_with(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
-        match self.options.mode {
-            Mode::Unshadowed => self.unshadowed(receiver, row),
-            Mode::Shadowed => self.shadowed(seed, receiver, scratch, row),
-            Mode::Interreflected => self.interreflected(seed, receiver, scratch, row),
         }
     }
 
@@ -162,7 +151,15 @@ impl Job for Diffuse<'_> {
         Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
     }
 
-    fn work(&self, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
-        self.work_with(self.options.seed, receiver, scratch, row)
+    fn seed(&self) -> u64 {
+        self.options.seed
+    }
+
+    fn work(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        match self.options.mode {
+            Mode::Unshadowed => self.unshadowed(receiver, row),
+            Mode::Shadowed => self.shadowed(seed, receiver, scratch, row),
+            Mode::Interreflected => self.interreflected(seed, receiver, scratch, row),
+        }
     }
 }

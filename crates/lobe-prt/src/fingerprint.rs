@@ -74,10 +74,14 @@ impl Fingerprint {
         self.word(u64::from(material.double_sided));
     }
 
+    pub(crate) fn points(&mut self, points: &[[f32; 3]]) {
+        self.floats(points.as_flattened());
+    }
+
     pub(crate) fn receivers(&mut self, receivers: &Receivers) {
-        self.floats(receivers.positions().as_flattened());
-        self.floats(receivers.normals().as_flattened());
-        self.floats(receivers.albedos().as_flattened());
+        self.points(receivers.positions());
+        self.points(receivers.normals());
+        self.points(receivers.albedos());
     }
 
     pub(crate) fn options(&mut self, options: &BakeOptions) {

@@ -21,10 +21,20 @@ const MOST: f64 = 0.125;
 /// The way goes to the mean of the middles of the triangles around. Where that is below the surface, because the surface
 /// is convex, it goes along the plane of the normal instead.
 pub(crate) fn inset_positions(scene: &Scene) -> Vec<[f32; 3]> {
+    let distance = inset_distance(scene);
+    scene.meshes().iter().flat_map(|mesh| inset(mesh, distance)).collect()
+}
+
+/// How far points at a border move.
+pub(crate) fn inset_distance(scene: &Scene) -> f64 {
     let bounds = scene.bounds();
     let largest = bounds.min.iter().chain(&bounds.max).fold(0.0, |most: f32, c| most.max(c.abs()));
-    let distance = INSET * f64::from(largest);
-    scene.meshes().iter().flat_map(|mesh| inset(mesh, distance)).collect()
+    INSET * f64::from(largest)
+}
+
+/// A point moved along `way` by `distance`, but not far along the way.
+pub(crate) fn step(position: DVec3, way: DVec3, distance: f64) -> [f32; 3] {
+    (position + way.normalize_or_zero() * distance.min(MOST * way.length())).as_vec3().to_array()
 }
 
 fn inset(mesh: &Mesh, distance: f64) -> Vec<[f32; 3]> {
@@ -43,8 +53,7 @@ fn inset(mesh: &Mesh, distance: f64) -> Vec<[f32; 3]> {
         let (position, normal) = (mesh.positions()[i], wide(mesh.normals()[i]));
         let way = ways[i].0 / f64::max(ways[i].1, 1.0);
         let way = way - normal * way.dot(normal).min(0.0);
-        let step = way.normalize_or_zero() * distance.min(MOST * way.length());
-        (wide(position) + step).as_vec3().to_array()
+        step(wide(position), way, distance)
     };
     (0..mesh.positions().len()).map(moved).collect()
 }

@@ -8,8 +8,10 @@
 //! | purpose | item |
 //! |---|---|
 //! | what receivers do to light | [`Transfer`], [`Channels`] |
-//! | the points it is baked for | [`Receivers`] |
+//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
+//! | glossy receivers | [`bake_matrices`], [`TransferMatrices`] |
+//! | what moves through a scene | [`bake_neighbourhood`], [`Neighbourhood`], [`Grid`] |
 
 mod bake;
 mod bake_options;
@@ -20,15 +22,22 @@ mod diffuse;
 mod error;
 mod fingerprint;
 mod inset;
+mod neighbourhood;
+mod outer_sum;
 mod paths;
 mod pilot;
 mod receivers;
 mod sobol;
+mod texel_receivers;
 mod transfer;
+mod transfer_matrix;
 mod warp;
 
 pub use bake::{bake, bake_resumable};
 pub use bake_options::{BakeOptions, BakeReport, Mode, Progress};
 pub use error::PrtError;
+pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood};
 pub use receivers::Receivers;
+pub use texel_receivers::TexelReceivers;
 pub use transfer::{Channels, Transfer};
+pub use transfer_matrix::{TransferMatrices, bake_matrices};

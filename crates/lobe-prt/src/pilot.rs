@@ -3,9 +3,7 @@
 use rayon::prelude::*;
 
 use crate::chunks::{Job, Tally};
-use crate::diffuse::Diffuse;
 use crate::sobol::hash;
-use crate::{BakeOptions, Mode};
 
 /// Independent bakes of each receiver of the pilot. The standard error they give is itself known to `1/√(2·7)` for each
 /// receiver, and to a few per cent for all of them.
@@ -23,11 +21,8 @@ pub(crate) struct Pilot {
     pub(crate) stderr_dc: f64,
 }
 
-/// Bakes evenly chosen receivers with other seeds, derived from that of the options.
-pub(crate) fn pilot(job: &Diffuse<'_>, options: &BakeOptions) -> Pilot {
-    if options.mode == Mode::Unshadowed {
-        return Pilot { bounces: 0, stderr_dc: 0.0 };
-    }
+/// Bakes evenly chosen receivers with other seeds, derived from that of the job.
+pub(crate) fn pilot<J: Job>(job: &J, energy_stop: f64) -> Pilot {
     let all = job.receivers();
     let count = all.min(RECEIVERS);
     let tallies: Vec<Tally> = (0..count * REPETITIONS)
@@ -36,12 +31,12 @@ pub(crate) fn pilot(job: &Diffuse<'_>, options: &BakeOptions) -> Pilot {
             || (job.scratch(), vec![0.0; job.row()]),
             |(scratch, row), k| {
                 let (receiver, repetition) = ((k / REPETITIONS) * all / count, k % REPETITIONS);
-                let seed = hash([options.seed, 0x0050_494C_4F54, repetition as u64]);
-                job.work_with(seed, receiver, scratch, row)
+                let seed = hash([job.seed(), 0x0050_494C_4F54, repetition as u64]);
+                job.work(seed, receiver, scratch, row)
             },
         )
         .collect();
-    let bounces = bounces_that_matter(&tallies, options.energy_stop);
+    let bounces = bounces_that_matter(&tallies, energy_stop);
     Pilot { bounces, stderr_dc: relative_standard_error(&tallies, bounces) }
 }
 

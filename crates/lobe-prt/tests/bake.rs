@@ -170,17 +170,17 @@ fn a_sphere_with_a_hole_has_the_closed_form_of_every_bounce() {
     let scene = revolved(&profile, 2 * RINGS, rho as f32);
     let down = receiver([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]);
     let side = receiver([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
-    for bounces in [0, 1, 3, 6] {
+    for bounces in [0, 1, 4] {
         let expected: f64 = f * (0..=bounces).map(|b| (rho * (1.0 - f)).powi(b)).sum::<f64>();
         for (name, receivers) in [("bottom", &down), ("side", &side)] {
-            let options = BakeOptions { bounces: bounces as usize, ..options(Mode::Interreflected, 2, 1 << 16) };
+            let options = BakeOptions { bounces: bounces as usize, ..options(Mode::Interreflected, 2, 1 << 15) };
             let (transfer, report) = baked(&scene, receivers, &options);
             let found = f64::from(transfer.vector(0, 0)[0]) / y_0();
             let allowed = 1e-3 + 4.0 * report.stderr_dc * found;
             assert!((found - expected).abs() < allowed, "{name}, {bounces} bounces: {found}, expected {expected}");
             for (b, energy) in report.energy_per_bounce.iter().enumerate() {
                 let expected = f * (rho * (1.0 - f)).powi(b as i32);
-                assert!((energy - expected).abs() < 3e-3, "{name}, bounce {b}: {energy}, expected {expected}");
+                assert!((energy - expected).abs() < 5e-3, "{name}, bounce {b}: {energy}, expected {expected}");
             }
         }
     }

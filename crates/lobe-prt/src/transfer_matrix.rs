@@ -1,0 +1,283 @@
+//! What receivers do to light that they will reflect in a preferred direction.
+
+use std::f64::consts::{PI, TAU};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use lobe_scene::{Bvh, Ray, Scene};
+use lobe_sh::{Dir, Expansion, Rgb, ShVec, Zonal};
+
+use crate::bake::{check_tree, in_memory, on_disk, report};
+use crate::chunks::{Job, OnProgress, Tally};
+use crate::fingerprint::Fingerprint;
+use crate::outer_sum::OuterSum;
+use crate::paths::{End, Tracer};
+use crate::pilot::{Pilot, pilot};
+use crate::sobol::{Sobol, coherent_order, hash};
+use crate::warp::{Frame, sphere};
+use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receivers, Transfer};
+
+/// The transfer matrices of many points: what each makes of the light of the surroundings before it is reflected.
+///
+/// ```text
+///   L_in = M L,    M_ij = ∫_Ω yᵢ(s) (path that starts along s; yⱼ) ds
+/// ```
+///
+/// Ω is the hemisphere above a receiver, or the sphere about a point in space. The light that arrives from s is that of the
+/// surroundings where nothing is in the way, and what surfaces send on where they are hit: M holds shadows and
+/// interreflections, and what is left to do is one convolution with the lobe of the reflection
+/// [Sloan, Kautz and Snyder 2002]:
+///
+/// ```text
+///   B(v) = Σ_lm α_l (M L)_lm y_lm(r),    α_l = √(4π/(2l+1)) G_l,    r = 2 (n·v) n - v
+/// ```
+///
+/// G is the zonal expansion of the lobe, such as [`Zonal::phong`] or [`Zonal::ggx`], v the direction to the eye. α_l are the
+/// lobe's convolution factors. The receiver's own reflectance is not in M: a mirror of reflectance F sends F B back.
+///
+/// Stored point by point, channel by channel, row by row of equal i: `n⁴` numbers for a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferMatrices {
+    order: usize,
+    channels: Channels,
+    coefficients: Vec<f32>,
+}
+
+impl TransferMatrices {
+    /// The matrices of `coefficients.len() / (order⁴ · channels)` points.
+    ///
+    /// # Errors
+    /// As [`Transfer::new`].
+    pub fn new(order: usize, channels: Channels, coefficients: Vec<f32>) -> Result<Self, PrtError> {
+        if !(1..=Transfer::MAX_ORDER).contains(&order) {
+            return Err(PrtError::Options(format!("expected an order of 1 to {}, found {order}", Transfer::MAX_ORDER)));
+        }
+        let row = order.pow(4) * channels.count();
+        if !coefficients.len().is_multiple_of(row) {
+            let message = format!("expected {row} coefficients for each point, found {} in all", coefficients.len());
+            return Err(PrtError::invalid("transfer matrices", message));
+        }
+        if let Some(at) = coefficients.iter().position(|c| !c.is_finite()) {
+            let message = format!("expected finite coefficients, found {} at point {}", coefficients[at], at / row);
+            return Err(PrtError::invalid("transfer matrices", message));
+        }
+        Ok(Self { order, channels, coefficients })
+    }
+
+    /// Number of bands n; each matrix is n² × n².
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// How many matrices a point has.
+    #[must_use]
+    pub fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.coefficients.len() / (self.order.pow(4) * self.channels.count())
+    }
+
+    /// All coefficients: point by point, channel by channel, row by row.
+    #[must_use]
+    pub fn coefficients(&self) -> &[f32] {
+        &self.coefficients
+    }
+
+    /// The matrix of a point for a channel, 0 for red, row by row; grey ones have one for all.
+    ///
+    /// # Panics
+    /// If there is no such point or the channel is above 2.
+    #[must_use]
+    pub fn matrix(&self, point: usize, channel: usize) -> &[f32] {
+        assert!(channel < 3, "channel {channel} of 3");
+        let (count, size) = (self.channels.count(), self.order.pow(4));
+        let start = (point * count + channel.min(count - 1)) * size;
+        &self.coefficients[start..start + size]
+    }
+
+    /// The light that arrives at a point, `M L`, of the order of the matrices. Bands that only one of both has count as zero.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    #[must_use]
+    pub fn incident(&self, point: usize, light: &[Rgb<f64>]) -> ShVec<Rgb<f64>> {
+        let bands = self.order * self.order;
+        let mut incident = vec![Rgb::new(0.0, 0.0, 0.0); bands];
+        let [red, green, blue] = [0, 1, 2].map(|c| self.matrix(point, c));
+        for (i, sum) in incident.iter_mut().enumerate() {
+            for (j, l) in light.iter().take(bands).enumerate() {
+                let k = i * bands + j;
+                let [r, g, b] = [red[k], green[k], blue[k]].map(f64::from);
+                *sum += Rgb::new(r * l.r, g * l.g, b * l.b);
+            }
+        }
+        ShVec::from_vec(incident).unwrap_or_else(|| unreachable!("n² coefficients"))
+    }
+
+    /// What a receiver with a lobe sends towards the eye.
+    ///
+    /// `normal` is that of the receiver, `to_eye` the direction to the eye, `lobe` the zonal expansion of the reflection,
+    /// whose missing bands are zero. Nothing is sent below the surface. Negative values, which ringing makes, are kept.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    #[must_use]
+    pub fn exit_radiance(&self, point: usize, light: &[Rgb<f64>], lobe: &Zonal, normal: Dir, to_eye: Dir) -> Rgb<f64> {
+        let cosine = normal.dot(to_eye);
+        let (n, v) = (normal.to_array(), to_eye.to_array());
+        let Some(reflected) = Dir::new([0, 1, 2].map(|k| 2.0 * cosine * n[k] - v[k])).filter(|_| cosine > 0.0) else {
+            return Rgb::new(0.0, 0.0, 0.0);
+        };
+        let mut blurred = self.incident(point, light);
+        lobe_sh::convolve_in_place(blurred.coefficients_mut(), lobe);
+        blurred.eval(reflected)
+    }
+}
+
+/// Bakes the transfer matrix of every receiver; its albedo is not in it.
+///
+/// [`BakeOptions`] mean what they mean to [`fn@crate::bake`]; directions are uniform over the hemisphere. With
+/// [`Mode::Unshadowed`] nothing is in the way. A checkpoint is kept as by [`crate::bake_resumable`] where a file is
+/// given. Memory at the end: `4 n⁴` bytes for each receiver and channel, 1 KiB at order 4.
+///
+/// # Errors
+/// Those of [`crate::bake_resumable`].
+pub fn bake_matrices(
+    scene: &Scene,
+    bvh: &Bvh,
+    receivers: &Receivers,
+    options: &BakeOptions,
+    checkpoint: Option<&Path>,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(TransferMatrices, BakeReport), PrtError> {
+    let points = Points { positions: receivers.positions(), normals: Some(receivers.normals()) };
+    bake_points(scene, bvh, points, options, checkpoint, progress)
+}
+
+/// Where matrices are baked: on surfaces, or in space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Points<'a> {
+    pub(crate) positions: &'a [[f32; 3]],
+    pub(crate) normals: Option<&'a [[f32; 3]]>,
+}
+
+pub(crate) fn bake_points(
+    scene: &Scene,
+    bvh: &Bvh,
+    points: Points<'_>,
+    options: &BakeOptions,
+    checkpoint: Option<&Path>,
+    progress: OnProgress<'_>,
+) -> Result<(TransferMatrices, BakeReport), PrtError> {
+    let start = Instant::now();
+    options.check()?;
+    check_tree(scene, bvh)?;
+    let mut job = Matrices {
+        tracer: Tracer::new(scene, bvh),
+        points,
+        options,
+        bounces: options.most_bounces(),
+        channels: options.channels_for(scene, true),
+        order: coherent_order(options.samples),
+    };
+    let pilot: Pilot = pilot(&job, options.energy_stop);
+    job.bounces = pilot.bounces;
+    let (tally, rows) = match checkpoint {
+        None => in_memory(&job, progress)?,
+        Some(path) => on_disk(&job, path, job.fingerprint(scene), pilot.bounces, progress)?,
+    };
+    Ok((TransferMatrices::new(options.order, job.channels, rows)?, report(&job, &pilot, &tally, start)))
+}
+
+/// Matrices by sampling:
+///
+/// ```text
+///   M_ij ≈ |Ω|/N Σ_k w_k yᵢ(a_k) yⱼ(b_k),    path k starts along a_k, uniform over Ω, and escapes along b_k
+/// ```
+#[derive(Debug)]
+struct Matrices<'a> {
+    tracer: Tracer<'a>,
+    points: Points<'a>,
+    options: &'a BakeOptions,
+    bounces: usize,
+    channels: Channels,
+    order: Vec<u32>,
+}
+
+impl Matrices<'_> {
+    /// The numbers of this kind of job in fingerprints, for surfaces and for space.
+    const KINDS: [u64; 2] = [2, 3];
+
+    fn fingerprint(&self, scene: &Scene) -> Fingerprint {
+        let mut fingerprint = Fingerprint::of_kind(Self::KINDS[usize::from(self.points.normals.is_none())]);
+        fingerprint.scene(scene);
+        fingerprint.points(self.points.positions);
+        fingerprint.points(self.points.normals.unwrap_or_default());
+        fingerprint.options(self.options);
+        fingerprint
+    }
+
+    /// What happens to the path that starts along a ray.
+    fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> End {
+        match self.options.mode {
+            Mode::Unshadowed => End::Escaped { direction: ray.direction, weight: [1.0; 3], bounce: 0 },
+            Mode::Shadowed | Mode::Interreflected => self.tracer.follow(ray, self.bounces, sobol, index, rays),
+        }
+    }
+}
+
+impl Job for Matrices<'_> {
+    type Scratch = OuterSum;
+
+    fn receivers(&self) -> usize {
+        self.points.positions.len()
+    }
+
+    fn row(&self) -> usize {
+        self.options.order.pow(4) * self.channels.count()
+    }
+
+    fn paths(&self) -> usize {
+        self.order.len()
+    }
+
+    fn scratch(&self) -> OuterSum {
+        OuterSum::new(self.options.order, self.channels.count())
+    }
+
+    fn seed(&self) -> u64 {
+        self.options.seed
+    }
+
+    fn work(&self, seed: u64, receiver: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
+        let position = self.points.positions[receiver];
+        let normal = self.points.normals.map(|normals| normals[receiver]);
+        let bits = position.iter().chain(normal.iter().flatten()).map(|c| u64::from((c + 0.0).to_bits()));
+        let sobol = Sobol::new(hash([seed].into_iter().chain(bits)), self.bounces);
+        let frame = normal.map(Frame::about);
+        let origin = normal.map_or(position, |normal| self.tracer.origin_above(position, normal));
+        let part = 1.0 / f64::from(self.options.samples);
+        let energy = |weight: [f32; 3]| part * weight.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
+        let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
+        for &index in &self.order {
+            let point = sobol.point(index, 0);
+            let first = frame.map_or_else(|| sphere(point), |frame| frame.hemisphere(point));
+            match self.end(Ray::new(origin, first), &sobol, index, &mut tally.rays) {
+                End::Escaped { direction, weight, bounce } => {
+                    sum.push(first, direction, weight);
+                    tally.energy[bounce] += energy(weight);
+                }
+                End::Left { weight } => tally.left += energy(weight),
+                End::Absorbed => {}
+            }
+        }
+        sum.take_into(part * if frame.is_some() { TAU } else { 4.0 * PI }, row);
+        tally
+    }
+}
