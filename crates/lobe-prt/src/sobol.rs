@@ -1,9 +1,9 @@
 //! Points that fill the unit square evenly, each sequence at random.
 
-/// The odd constant of SplitMix64, 2⁶⁴ divided by the golden ratio.
+/// The odd constant of `SplitMix64`, 2⁶⁴ divided by the golden ratio.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// A bijection of 64 bits that looks random: the finaliser of SplitMix64 [Steele, Lea and Flood 2014].
+/// A bijection of 64 bits that looks random: the finaliser of `SplitMix64` [Steele, Lea and Flood 2014].
 pub(crate) fn mix(z: u64) -> u64 {
     let z = z.wrapping_add(GOLDEN);
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -33,7 +33,7 @@ use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receive
 ///   B(v) = Σ_lm α_l (M L)_lm y_lm(r),    α_l = √(4π/(2l+1)) G_l,    r = 2 (n·v) n - v
 /// ```
 ///
-/// G is the zonal expansion of the lobe, such as [`Zonal::phong`] or [`Zonal::ggx`], v the direction to the eye. α_l are the
+/// G is the zonal expansion of the lobe, such as [`Zonal::phong`] or [`Zonal::ggx`], v the direction to the eye. `α_l` are the
 /// lobe's convolution factors. The receiver's own reflectance is not in M: a mirror of reflectance F sends F B back.
 ///
 /// Stored point by point, channel by channel, row by row of equal i: `n⁴` numbers for a channel.
