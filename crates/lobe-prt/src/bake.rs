@@ -20,9 +20,9 @@ use crate::{BakeOptions, BakeReport, Progress, PrtError, Receivers, Transfer};
 ///   L_in(s; yᵢ) = yᵢ(s) where the ray escapes, else B of what it hits, 0 after the last bounce
 /// ```
 ///
-/// Nothing is interpolated: paths from each receiver are followed until they escape, so that the expectation is exact for
-/// any number of them [Sloan, Kautz and Snyder 2002, there with interpolation between vertices]. Surfaces are
-/// Lambert with the base colour, metals too; alpha masks have holes; back sides reflect where the material is
+/// This is the transfer of [Sloan, Kautz and Snyder 2002], who take light that is sent on from the vertices around a hit.
+/// Here nothing is interpolated: paths from each receiver are followed until they escape, so that the expectation
+/// is exact for any number of them. Surfaces are Lambert with the base colour, metals too; alpha masks have holes; back sides reflect where the material is
 /// double-sided and are black elsewhere. Directions are scrambled Sobol' points, independent from receiver to
 /// receiver. Coefficients depend on the arguments alone, not on the number of threads.
 ///
