@@ -126,10 +126,13 @@ impl<'a> Balance<'a> {
             is_scaled: false,
         };
         let ranges = balance.ranges().into_par_iter();
-        balance.kept = match sampler.estimate() {
-            ..=MOST_SHARES => Kept::Shares(ranges.map(|texels| balance.shares(texels)).collect()),
-            ..=MOST_SAMPLES => Kept::Samples(ranges.map(|texels| sampler.chunk(texels)).collect()),
-            _ => Kept::Nothing,
+        let samples = sampler.estimate();
+        balance.kept = if samples <= MOST_SHARES {
+            Kept::Shares(ranges.map(|texels| balance.shares(texels)).collect())
+        } else if samples <= MOST_SAMPLES {
+            Kept::Samples(ranges.map(|texels| sampler.chunk(texels)).collect())
+        } else {
+            Kept::Nothing
         };
         balance
     }

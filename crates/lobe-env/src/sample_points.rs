@@ -178,12 +178,15 @@ impl Sampler {
         while index < texels.end {
             let texel = [index % self.target.width, index / self.target.width];
             let is_run = texel[0] + RUN <= self.target.width && index + RUN <= texels.end;
-            if is_run && !self.is_on_rim(texel) && !self.is_on_rim([texel[0] + RUN - 1, texel[1]]) {
-                if let Some(cells) = self.add_run(texel, &mut chunk.rows) {
-                    chunk.parts.push(Part::Run(cells.map(|n| n as u32)));
-                    index += RUN;
-                    continue;
-                }
+            let is_whole = |x: usize| !self.is_on_rim([x, texel[1]]);
+            if is_run
+                && is_whole(texel[0])
+                && is_whole(texel[0] + RUN - 1)
+                && let Some(cells) = self.add_run(texel, &mut chunk.rows)
+            {
+                chunk.parts.push(Part::Run(cells.map(|n| n as u32)));
+                index += RUN;
+                continue;
             }
             let before = chunk.samples.len();
             if self.is_on_rim(texel) {
