@@ -45,7 +45,7 @@ impl<'a> Accessors<'a> {
         self.elements(accessor, index.value(), source).map(|elements| elements.count)
     }
 
-    /// An attribute of `N` numbers for each vertex. Where `N` is 4, three numbers will do: the fourth is 1.
+    /// An attribute of `N` numbers for each vertex. Of a colour three numbers will do: the fourth is 1.
     pub(crate) fn vectors<const N: usize>(
         &self,
         what: &str,
@@ -55,9 +55,13 @@ impl<'a> Accessors<'a> {
         let accessor = self.accessor(index, source)?;
         let elements = self.elements(accessor, index.value(), source)?;
         let is_quantized = self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
-        let may_be_whole = is_quantized || what.starts_with("TEXCOORD") || what.starts_with("COLOR");
+        let is_ours = what.starts_with('_');
+        let is_whole_by_nature =
+            ["TEXCOORD", "COLOR", "_CLUSTER", "_WEIGHTS"].iter().any(|name| what.starts_with(name));
+        let may_be_whole = (is_quantized && !is_ours) || is_whole_by_nature;
+        let has_default = N == 4 && elements.components == 3 && !is_ours;
         let is_float = elements.component == ComponentType::F32;
-        if !(elements.components == N || (N == 4 && elements.components == 3)) || !(is_float || may_be_whole) {
+        if !(elements.components == N || has_default) || !(is_float || may_be_whole) {
             let (components, component) = (elements.components, elements.component);
             let message = format!("expected vectors of {N} floats as {what}, found {components} x {component:?}");
             return Err(self.invalid(source, &message));

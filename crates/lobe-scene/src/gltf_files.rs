@@ -2,6 +2,7 @@
 
 use gltf_json::Root;
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::SceneError;
 use crate::read::{LOBE_EXTRAS_VERSION, Source};
@@ -10,6 +11,8 @@ use crate::read::{LOBE_EXTRAS_VERSION, Source};
 pub(crate) struct GltfFile {
     pub(crate) root: Root,
     pub(crate) buffers: Vec<Vec<u8>>,
+    /// `extras` of `asset`, null where there are none.
+    pub(crate) asset_extras: Value,
 }
 
 const MAGIC: &[u8] = b"glTF";
@@ -36,12 +39,12 @@ struct Asset {
     version: String,
     min_version: Option<String>,
     #[serde(default)]
-    extras: serde_json::Value,
+    extras: Value,
 }
 
 /// Reads JSON and buffers, from a .glb or a .gltf with the files it names.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, SceneError> {
-    let (json, blob) = if bytes.starts_with(MAGIC) { split_glb(bytes, source)? } else { (bytes, None) };
+    let (json, blob) = split(bytes, source)?;
     let preamble: Preamble = from_json(json, source)?;
     check_preamble(&preamble, source)?;
     let root: Root = from_json(json, source)?;
@@ -59,7 +62,17 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, Sc
         data.truncate(expected as usize);
         buffers.push(data);
     }
-    Ok(GltfFile { root, buffers })
+    Ok(GltfFile { root, buffers, asset_extras: preamble.asset.extras })
+}
+
+/// The JSON of a file as it stands there, whatever its members.
+pub(crate) fn read_json(bytes: &[u8], source: &Source<'_>) -> Result<Value, SceneError> {
+    from_json(split(bytes, source)?.0, source)
+}
+
+/// JSON and, in a .glb, the buffer that lies in the file itself.
+fn split<'a>(bytes: &'a [u8], source: &Source<'_>) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
+    if bytes.starts_with(MAGIC) { split_glb(bytes, source) } else { Ok((bytes, None)) }
 }
 
 fn from_json<'a, T: Deserialize<'a>>(json: &'a [u8], source: &Source<'_>) -> Result<T, SceneError> {

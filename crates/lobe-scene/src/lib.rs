@@ -34,6 +34,7 @@
 //! |---|---|
 //! | the world | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
 //! | files | [`read_scene`], [`read_scene_bytes`], [`ReadOptions`], [`ReadReport`] |
+//! | glTF beyond scenes: whole files, attributes of one's own, scenes as glTF | [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
 //! | scenes by formula | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | smaller triangles | [`Scene::split_edges`] |
@@ -48,9 +49,12 @@ mod collapse;
 mod columns_hall;
 mod error;
 mod gltf_accessor;
+mod gltf_attributes;
+mod gltf_document;
 mod gltf_files;
 mod gltf_materials;
 mod gltf_nodes;
+mod gltf_of_scene;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx2;
@@ -77,6 +81,8 @@ mod wide_node;
 
 pub use bvh::Bvh;
 pub use error::SceneError;
+pub use gltf_attributes::{GltfAttributes, read_scene_and_attributes};
+pub use gltf_document::GltfDocument;
 pub use material::{Alpha, Material, TextureUse};
 pub use mesh::{Mesh, MeshParts, MeshSource};
 pub use ray::{Hit, Ray};

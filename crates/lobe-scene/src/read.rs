@@ -51,10 +51,8 @@ pub struct ReadReport {
 /// [`SceneError::Options`] if it unfolds to more than [`ReadOptions::limit`].
 pub fn read_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(Scene, ReadReport), SceneError> {
     let path = path.as_ref();
-    let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| SceneError::Io { file: name.clone(), source })?;
-    let folder = path.parent().map(Path::to_path_buf);
-    read(&bytes, &name, folder, options)
+    let (name, bytes) = read_file(path)?;
+    read(&bytes, Source::new(&name, folder_of(path), options), options.up)
 }
 
 /// Reads a scene from the bytes of a file that names no other files; `name` decides the format and stands in messages.
@@ -62,28 +60,33 @@ pub fn read_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(Scen
 /// # Errors
 /// As [`read_scene`], and [`SceneError::Unsupported`] if the bytes name other files.
 pub fn read_scene_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(Scene, ReadReport), SceneError> {
-    read(bytes, name, None, options)
+    read(bytes, Source::new(name, None, options), options.up)
 }
 
-fn read(
-    bytes: &[u8],
-    name: &str,
-    folder: Option<PathBuf>,
-    options: &ReadOptions,
-) -> Result<(Scene, ReadReport), SceneError> {
-    let mut source = Source { name, folder, limit: options.limit, unfolded: (0, 0), report: ReadReport::default() };
-    let extension = Path::new(name).extension().map(|e| e.to_string_lossy().to_lowercase());
+/// The name of a file for messages, and its bytes.
+pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
+    let name = path.display().to_string();
+    match fs::read(path) {
+        Ok(bytes) => Ok((name, bytes)),
+        Err(source) => Err(SceneError::Io { file: name, source }),
+    }
+}
+
+/// Where the files lie that a file names.
+pub(crate) fn folder_of(path: &Path) -> Option<PathBuf> {
+    path.parent().map(Path::to_path_buf)
+}
+
+fn read(bytes: &[u8], source: Source<'_>, up: Up) -> Result<(Scene, ReadReport), SceneError> {
+    let mut source = source;
+    let extension = Path::new(source.name).extension().map(|e| e.to_string_lossy().to_lowercase());
     let scene = match extension.as_deref() {
-        Some("gltf" | "glb") => read_gltf::read(bytes, &mut source)?,
-        Some("obj") => read_obj::read(bytes, &mut source, options.up)?,
-        Some("ply") => read_ply::read(bytes, &mut source, options.up)?,
-        _ => return Err(SceneError::unsupported(name, "expected a file named .gltf, .glb, .obj or .ply")),
+        Some("gltf" | "glb") => read_gltf::read(bytes, &mut source)?.0,
+        Some("obj") => read_obj::read(bytes, &mut source, up)?,
+        Some("ply") => read_ply::read(bytes, &mut source, up)?,
+        _ => return Err(source.unsupported("expected a file named .gltf, .glb, .obj or .ply")),
     };
-    let mut report = source.report;
-    report.meshes = scene.meshes().len();
-    report.vertices = scene.vertex_count();
-    report.triangles = scene.triangle_count();
-    report.made_normals = scene.meshes().iter().map(Mesh::made_normals).sum();
+    let report = source.into_report(&scene);
     Ok((scene, report))
 }
 
@@ -98,7 +101,21 @@ pub(crate) struct Source<'a> {
     report: ReadReport,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &ReadOptions) -> Self {
+        Self { name, folder, limit: options.limit, unfolded: (0, 0), report: ReadReport::default() }
+    }
+
+    /// What was read and done, once the scene is there.
+    pub(crate) fn into_report(self, scene: &Scene) -> ReadReport {
+        let mut report = self.report;
+        report.meshes = scene.meshes().len();
+        report.vertices = scene.vertex_count();
+        report.triangles = scene.triangle_count();
+        report.made_normals = scene.meshes().iter().map(Mesh::made_normals).sum();
+        report
+    }
+
     pub(crate) fn invalid(&self, message: impl Into<String>) -> SceneError {
         SceneError::invalid(self.name, message)
     }

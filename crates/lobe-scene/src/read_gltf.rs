@@ -11,7 +11,7 @@ use crate::read::Source;
 use crate::{MeshParts, MeshSource, Scene, SceneError, gltf_materials, z_up_from_y_up};
 
 /// One mesh for each primitive of each node that shows it, in Lobe's world.
-pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<Scene, SceneError> {
+pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<(Scene, GltfFile), SceneError> {
     let file = gltf_files::read(bytes, source)?;
     let (materials, textures) = gltf_materials::read(&file, source)?;
     let mut meshes = Vec::new();
@@ -32,7 +32,8 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<Scene, Scene
     if meshes.is_empty() {
         return Err(source.no_triangles());
     }
-    Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))
+    let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
+    Ok((scene, file))
 }
 
 fn note_unused(file: &GltfFile, source: &mut Source<'_>) {

@@ -2,6 +2,9 @@
 
 use std::sync::OnceLock;
 
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
+
 /// What a texture shows outside of the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
@@ -60,6 +63,22 @@ impl Texture {
     #[must_use]
     pub fn wrap(&self) -> [Wrap; 2] {
         self.wrap
+    }
+
+    /// The picture as the bytes of a PNG file.
+    ///
+    /// # Panics
+    /// If a side is longer than 2³² - 1 texels.
+    #[must_use]
+    pub fn to_png(&self) -> Vec<u8> {
+        let [width, height] = [self.width, self.height].map(|n| u32::try_from(n).expect("a side of 2^32 texels"));
+        let mut png = Vec::new();
+        let written =
+            PngEncoder::new(&mut png).write_image(self.texels.as_flattened(), width, height, ExtendedColorType::Rgba8);
+        match written {
+            Ok(()) => png,
+            Err(error) => unreachable!("memory takes every PNG: {error}"),
+        }
     }
 
     /// Whether no texel has a hue.

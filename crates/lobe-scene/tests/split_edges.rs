@@ -127,5 +127,53 @@ fn lengths_that_cannot_be_are_refused() {
         assert!(matches!(error, SceneError::Options(_)), "{error:?}");
         assert_eq!(error.to_string(), format!("expected a longest edge above zero, found {max_edge}"), "message");
     }
+    let error = scene.split_edges(1e-7).unwrap_err().to_string();
+    assert_eq!(
+        error, "edges of at most 0.0000001 would take more than 67108864 triangles: allow longer ones",
+        "found by the area, before any work"
+    );
     assert_eq!(scene.split_edges(100.0).unwrap().meshes(), scene.meshes(), "nothing is too long");
+}
+
+#[test]
+fn halved_edges_are_halved_for_all_their_triangles_and_meshes() {
+    let positions = vec![[0.0, 0.0, 0.0], [7.0, 0.1, 0.0], [0.3, 1.0, 0.2], [0.2, 0.4, 2.0]];
+    let mesh = |triangles: Vec<[u32; 3]>| {
+        Mesh::new(MeshParts { positions: positions.clone(), triangles, ..MeshParts::default() }).unwrap()
+    };
+    let meshes = vec![mesh(vec![[0, 2, 1], [0, 1, 3], [1, 2, 3]]), mesh(vec![[2, 0, 3]])];
+    let mut scene = Scene::new(meshes, vec![], vec![]).unwrap();
+    // The edge 0-2 by the second mesh alone; the two triangles at it have longer ones, which go with it.
+    let once = scene.halve_edges(|mesh, edge| mesh == 1 && edge == [2, 0]).unwrap();
+    assert_eq!(open_edges(&once), 0, "cracks");
+    let has = |p: [f32; 3], q: [f32; 3]| {
+        let key = if bits(p) < bits(q) { (bits(p), bits(q)) } else { (bits(q), bits(p)) };
+        edges(&once).contains_key(&key)
+    };
+    assert!(!has(positions[0], positions[2]), "the chosen edge is halved");
+    assert!(!has(positions[0], positions[1]), "and the longest of its triangle");
+    assert!(!has(positions[0], positions[3]), "and the longest of its triangle in the other mesh");
+    let parts = |scene: &Scene| scene.meshes().iter().cloned().map(Mesh::into_parts).collect::<Vec<_>>();
+    assert_eq!(parts(&scene.halve_edges(|_, _| false).unwrap()), parts(&scene), "nothing chosen");
+
+    // Towards one corner, again and again: triangles get small, not thin.
+    let quality = |scene: &Scene| {
+        let shape = |c: [[f32; 3]; 3]| {
+            let side = |k: usize| {
+                let (p, q) = (c[k], c[(k + 1) % 3]);
+                (0..3).map(|i| (f64::from(p[i]) - f64::from(q[i])).powi(2)).sum::<f64>().sqrt()
+            };
+            let (a, b, c) = (side(0), side(1), side(2));
+            // Twice the radius of the circle within, by that around: 1 at best.
+            (b + c - a) * (c + a - b) * (a + b - c) / (a * b * c)
+        };
+        scene.corners().map(shape).fold(f64::INFINITY, f64::min)
+    };
+    let before = quality(&scene);
+    for _ in 0..12 {
+        scene = scene.halve_edges(|_, edge| edge.contains(&0)).unwrap();
+        assert_eq!(open_edges(&scene), 0, "cracks");
+    }
+    let after = quality(&scene);
+    assert!(after > 0.5 * before, "the worst triangle: {after}, before {before}");
 }
