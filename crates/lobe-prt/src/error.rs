@@ -49,4 +49,12 @@ impl PrtError {
     pub(crate) fn invalid(place: &str, message: impl Into<String>) -> Self {
         Self::Invalid { place: place.to_string(), message: message.into() }
     }
+
+    /// The same fault, seen from the file it was found in.
+    pub(crate) fn within(self, file: &str) -> Self {
+        match self {
+            Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },
+            other => other,
+        }
+    }
 }

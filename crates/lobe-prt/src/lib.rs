@@ -7,37 +7,80 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | what receivers do to light | [`Transfer`], [`Channels`] |
+//! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`] |
 //! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap |
+//! | vertices where transfer needs them | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
+//! | scenes whose vertices carry transfer | [`BakedGlb`], [`read_baked`], [`Baked`] |
+//! | transfer alone | [`write_transfer`], [`read_transfer`] |
+//! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
+//! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
+//! | files of these two | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers |
 //! | glossy receivers | [`bake_matrices`], [`TransferMatrices`] |
 //! | what moves through a scene | [`bake_neighbourhood`], [`Neighbourhood`], [`Grid`] |
+//! | files of these two | [`write_matrices`], [`write_neighbourhood`] and their readers |
 
+mod adaptive;
 mod bake;
 mod bake_options;
+mod baked_compressed;
+mod baked_glb;
+mod baked_layout;
 mod basis_sum;
+mod bfgs;
 mod checkpoint;
 mod chunks;
+mod compress;
+mod compressed_file;
+mod compressed_table;
+mod compressed_transfer;
+mod cpca;
 mod diffuse;
 mod error;
 mod fingerprint;
 mod inset;
+mod lanes;
+mod lobes;
+mod matrix_file;
+mod nearest;
 mod neighbourhood;
 mod outer_sum;
 mod paths;
+mod pca;
 mod pilot;
+mod read_baked;
 mod receivers;
+mod shade;
 mod sobol;
+mod tensor_file;
 mod texel_receivers;
 mod transfer;
+mod transfer_file;
 mod transfer_matrix;
+mod transfer_rows;
 mod warp;
+mod zonal_fit;
+mod zonal_transfer;
 
+pub use adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
 pub use bake::{bake, bake_resumable};
 pub use bake_options::{BakeOptions, BakeReport, Mode, Progress};
+pub use baked_glb::BakedGlb;
+pub use compress::{CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve};
+pub use compressed_file::{
+    read_compressed_transfer, read_zonal_transfer, write_compressed_transfer, write_zonal_transfer,
+};
+pub use compressed_table::{CompressedTable, WeightBits, Weights};
+pub use compressed_transfer::CompressedTransfer;
 pub use error::PrtError;
+pub use matrix_file::{read_matrices, read_neighbourhood, write_matrices, write_neighbourhood};
 pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood};
+pub use read_baked::{Baked, read_baked};
 pub use receivers::Receivers;
 pub use texel_receivers::TexelReceivers;
 pub use transfer::{Channels, Transfer};
+pub use transfer_file::{read_transfer, write_transfer};
 pub use transfer_matrix::{TransferMatrices, bake_matrices};
+pub use transfer_rows::TransferRows;
+pub use zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal};
+pub use zonal_transfer::ZonalTransfer;

@@ -1,9 +1,9 @@
 //! What receivers do to light.
 
 use lobe_sh::Rgb;
-use rayon::prelude::*;
 
 use crate::PrtError;
+use crate::shade::exit_radiance;
 
 /// How many transfer vectors a receiver has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -104,20 +104,24 @@ impl Transfer {
     /// What every receiver sends back of a light: `B = Σᵢ Lᵢ Tᵢ` over the bands both have.
     ///
     /// `light` is the radiance of the surroundings, in the world frame, of any order. Negative values, which ringing makes,
-    /// are kept.
+    /// are kept. The sums are `f32`, in an order that neither the machine nor its threads change.
     ///
     /// # Panics
     /// If the light has no coefficients.
     #[must_use]
     pub fn exit_radiance(&self, light: &[Rgb<f64>]) -> Vec<Rgb<f32>> {
+        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); self.receivers()];
+        self.exit_radiance_into(light, &mut out);
+        out
+    }
+
+    /// [`Transfer::exit_radiance`] without an allocation.
+    ///
+    /// # Panics
+    /// If the light has no coefficients, or `out` has not one place for each receiver.
+    pub fn exit_radiance_into(&self, light: &[Rgb<f64>], out: &mut [Rgb<f32>]) {
         assert!(!light.is_empty(), "a light has at least one coefficient");
-        let planes = [0, 1, 2].map(|c| {
-            let of = |l: &Rgb<f64>| [l.r, l.g, l.b][c] as f32;
-            light.iter().take(self.order * self.order).map(of).collect::<Vec<_>>()
-        });
-        let dot = |receiver, c: usize| self.vector(receiver, c).iter().zip(&planes[c]).map(|(t, l)| t * l).sum();
-        let one = |r| Rgb::new(dot(r, 0), dot(r, 1), dot(r, 2));
-        (0..self.receivers()).into_par_iter().map(one).collect()
+        exit_radiance(&self.coefficients, self.order, self.channels.count(), light, out);
     }
 
     fn row(&self) -> usize {

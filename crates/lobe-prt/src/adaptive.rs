@@ -1,0 +1,143 @@
+//! Vertices where transfer needs them.
+
+use std::ops::ControlFlow;
+
+use lobe_scene::{Bvh, Scene};
+
+use crate::{BakeOptions, Progress, PrtError, Receivers, bake};
+
+/// How a scene is split where its transfer changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdaptiveOptions {
+    /// Edges are halved whose ends' transfer differs by more than this part of the root mean square of all transfer.
+    pub threshold: f64,
+    /// Edges that are shorter are left.
+    pub min_edge: f32,
+    /// How transfer is estimated at each vertex. Its noise should be well below the threshold.
+    pub bake: BakeOptions,
+}
+
+/// What an adaptive split did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdaptiveReport {
+    /// How often edges were halved.
+    pub rounds: usize,
+    /// Vertices at the beginning.
+    pub vertices_before: usize,
+    /// Vertices at the end.
+    pub vertices: usize,
+    /// Rays traced.
+    pub rays: u64,
+    /// Edges that still differ by more, being too short to be halved.
+    pub unresolved: usize,
+}
+
+/// Splits a scene until transfer changes little along every edge, or the edge is short.
+///
+/// ```text
+///   an edge ab is halved if  ‖T_a - T_b‖ > t R  and  |ab| ≥ e,    R² = mean over the vertices of the given scene of ‖T‖²
+/// ```
+///
+/// R makes the threshold t a part of what surfaces of this scene send back at all, so that noise in dark corners splits
+/// nothing. The rest of the scene hardly changes where edges are halved, and transfer is baked for new vertices alone. The first
+/// vertices of each mesh are those it had. The bake of the result is up to the caller.
+///
+/// `progress` is called as by [`bake()`], in each round anew.
+///
+/// # Errors
+/// [`PrtError::Options`] if an option is out of its range, [`PrtError::Scene`] if the scene would have more than 2²⁶ triangles,
+/// [`PrtError::Cancelled`] if `progress` breaks.
+pub fn split_adaptively(
+    scene: &Scene,
+    options: &AdaptiveOptions,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(Scene, AdaptiveReport), PrtError> {
+    if !(options.threshold > 0.0 && options.threshold.is_finite()) {
+        return Err(PrtError::Options(format!("expected a threshold above zero, found {}", options.threshold)));
+    }
+    if !(options.min_edge > 0.0 && options.min_edge.is_finite()) {
+        return Err(PrtError::Options(format!("expected a shortest edge above zero, found {}", options.min_edge)));
+    }
+    let vertices = scene.vertex_count();
+    let mut report = AdaptiveReport { rounds: 0, vertices_before: vertices, vertices, rays: 0, unresolved: 0 };
+    let mut scene = scene.clone();
+    let mut known = Known { rows: vec![Vec::new(); scene.meshes().len()], row: 0 };
+    let mut limit = None;
+    loop {
+        report.rays += known.bake_new_vertices(&scene, &options.bake, progress)?;
+        let limit = *limit.get_or_insert_with(|| options.threshold * known.root_mean_square());
+        let changes = |mesh, edge| known.distance(mesh, edge) > limit;
+        let is_long = |mesh: usize, [a, b]: [u32; 2]| {
+            let [a, b] = [a, b].map(|i| scene.meshes()[mesh].positions()[i as usize]);
+            (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>() >= options.min_edge * options.min_edge
+        };
+        let finer = scene.halve_edges(|mesh, edge| is_long(mesh, edge) && changes(mesh, edge))?;
+        if finer.vertex_count() == scene.vertex_count() {
+            report.vertices = scene.vertex_count();
+            report.unresolved = count_edges(&scene, changes);
+            return Ok((scene, report));
+        }
+        scene = finer;
+        report.rounds += 1;
+    }
+}
+
+/// Transfer of the vertices there are so far.
+struct Known {
+    /// For each mesh, vertex by vertex.
+    rows: Vec<Vec<f32>>,
+    /// Coefficients of a vertex.
+    row: usize,
+}
+
+impl Known {
+    /// How many rays it took.
+    fn bake_new_vertices(
+        &mut self,
+        scene: &Scene,
+        options: &BakeOptions,
+        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<u64, PrtError> {
+        let all = Receivers::at_vertices(scene)?;
+        let (mut positions, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new());
+        let mut counts = Vec::new();
+        let mut first = 0;
+        for (mesh, rows) in scene.meshes().iter().zip(&self.rows) {
+            let end = first + mesh.positions().len();
+            let new = first + rows.len().checked_div(self.row).unwrap_or(0)..end;
+            counts.push(new.len());
+            positions.extend_from_slice(&all.positions()[new.clone()]);
+            normals.extend_from_slice(&all.normals()[new.clone()]);
+            albedos.extend_from_slice(&all.albedos()[new]);
+            first = end;
+        }
+        let receivers = Receivers::new(positions, normals, albedos)?;
+        let (transfer, report) = bake(scene, &Bvh::new(scene), &receivers, options, progress)?;
+        self.row = transfer.order() * transfer.order() * transfer.channels().count();
+        let mut rest = transfer.coefficients();
+        for (rows, count) in self.rows.iter_mut().zip(counts) {
+            let (new, others) = rest.split_at(count * self.row);
+            rows.extend_from_slice(new);
+            rest = others;
+        }
+        Ok(report.rays)
+    }
+
+    fn root_mean_square(&self) -> f64 {
+        let squares: f64 = self.rows.iter().flatten().map(|&c| f64::from(c).powi(2)).sum();
+        let vertices: usize = self.rows.iter().map(|rows| rows.len() / self.row).sum();
+        (squares / vertices as f64).sqrt()
+    }
+
+    fn distance(&self, mesh: usize, edge: [u32; 2]) -> f64 {
+        let [a, b] = edge.map(|i| &self.rows[mesh][i as usize * self.row..][..self.row]);
+        a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+/// Edges of triangles, each once for every triangle that has it.
+fn count_edges(scene: &Scene, is_counted: impl Fn(usize, [u32; 2]) -> bool) -> usize {
+    let edges = |(m, t): (usize, &[u32; 3])| (0..3).filter(|&k| is_counted(m, [t[k], t[(k + 1) % 3]])).count();
+    let of_mesh = |m: usize| scene.meshes()[m].triangles().iter().map(move |t| (m, t));
+    (0..scene.meshes().len()).flat_map(of_mesh).map(edges).sum()
+}

@@ -1,0 +1,151 @@
+//! Tables of numbers in safetensors files of ours: tensors with names, and one entry of metadata that says what they are.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+use lobe_sh::write_atomically;
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensors, serialize};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::PrtError;
+
+/// The one entry of the metadata. With more than one their order, and so the bytes, would change from run to run.
+const ENTRY: &str = "lobe";
+
+/// What every header of ours has.
+#[derive(serde::Deserialize)]
+struct Kind {
+    format: String,
+    version: u32,
+}
+
+/// A tensor to write: name, type, shape, bytes in little-endian order.
+pub(crate) struct Tensor {
+    pub(crate) name: &'static str,
+    pub(crate) dtype: Dtype,
+    pub(crate) shape: Vec<usize>,
+    pub(crate) bytes: Vec<u8>,
+}
+
+impl Tensor {
+    pub(crate) fn f32(name: &'static str, shape: Vec<usize>, values: impl IntoIterator<Item = f32>) -> Self {
+        Self { name, dtype: Dtype::F32, shape, bytes: values.into_iter().flat_map(f32::to_le_bytes).collect() }
+    }
+
+    pub(crate) fn u16(name: &'static str, shape: Vec<usize>, values: &[u16]) -> Self {
+        Self { name, dtype: Dtype::U16, shape, bytes: values.iter().flat_map(|x| x.to_le_bytes()).collect() }
+    }
+}
+
+/// Writes a file; nothing half-written ever has its name.
+///
+/// # Errors
+/// [`PrtError::Io`] if it cannot be written.
+pub(crate) fn write(path: &Path, header: &impl Serialize, tensors: &[Tensor]) -> Result<(), PrtError> {
+    let file = path.display().to_string();
+    let invalid = |message: String| PrtError::invalid(&file, message);
+    let header = serde_json::to_string(header).map_err(|e| invalid(e.to_string()))?;
+    let views: Result<Vec<_>, _> =
+        tensors.iter().map(|t| Ok((t.name, TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?))).collect();
+    let views = views.map_err(|e: safetensors::SafeTensorError| invalid(e.to_string()))?;
+    let metadata = HashMap::from([(ENTRY.to_owned(), header)]);
+    let bytes = serialize(views, Some(metadata)).map_err(|e| invalid(e.to_string()))?;
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { file, source })
+}
+
+/// A file's bytes.
+///
+/// # Errors
+/// [`PrtError::Io`] if it cannot be read.
+pub(crate) fn load(path: &Path) -> Result<Vec<u8>, PrtError> {
+    fs::read(path).map_err(|source| PrtError::Io { file: path.display().to_string(), source })
+}
+
+/// A file that has been read, its header understood.
+pub(crate) struct TensorFile<'a, H> {
+    name: String,
+    pub(crate) header: H,
+    tensors: SafeTensors<'a>,
+}
+
+impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
+    /// # Errors
+    /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later version
+    /// wrote them.
+    pub(crate) fn parse(bytes: &'a [u8], name: String, format: &str, version: u32) -> Result<Self, PrtError> {
+        let invalid = |message: String| PrtError::invalid(&name, message);
+        let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
+        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
+        let entry = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY));
+        let Some(header) = entry else {
+            return Err(invalid(format!("expected tensors of {format}, found none of Lobe's")));
+        };
+        let bad_header = |e: serde_json::Error| invalid(format!("the entry {ENTRY} of its metadata is wrong: {e}"));
+        let kind: Kind = serde_json::from_str(header).map_err(bad_header)?;
+        if kind.format != format {
+            return Err(invalid(format!("expected {format}, found {}", kind.format)));
+        }
+        if kind.version != version {
+            let message = format!(
+                "expected version {version} of {format}, found {}; take a Lobe as new as the file",
+                kind.version
+            );
+            return Err(PrtError::Unsupported { place: name, message });
+        }
+        let header = serde_json::from_str(header).map_err(bad_header)?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
+        Ok(Self { name, header, tensors })
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// A tensor's type, and its bytes if the shape is as expected; `None` in it stands for any length.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if there is no such tensor, or it has another shape.
+    pub(crate) fn tensor(&self, name: &str, shape: &[Option<usize>]) -> Result<(Dtype, TensorView<'a>), PrtError> {
+        let Ok(view) = self.tensors.tensor(name) else {
+            return Err(PrtError::invalid(&self.name, format!("expected a tensor {name}, found none")));
+        };
+        let fits =
+            view.shape().len() == shape.len() && view.shape().iter().zip(shape).all(|(a, b)| b.is_none_or(|b| b == *a));
+        if !fits {
+            let expected: Vec<String> = shape.iter().map(|n| n.map_or("any".to_owned(), |n| n.to_string())).collect();
+            let message =
+                format!("expected a tensor {name} of shape [{}], found {:?}", expected.join(", "), view.shape());
+            return Err(PrtError::invalid(&self.name, message));
+        }
+        Ok((view.dtype(), view))
+    }
+
+    /// A tensor of `f32`.
+    ///
+    /// # Errors
+    /// As for [`TensorFile::tensor`], and if it is of another type.
+    pub(crate) fn f32(&self, name: &str, shape: &[Option<usize>]) -> Result<Vec<f32>, PrtError> {
+        let (dtype, view) = self.tensor(name, shape)?;
+        self.expect(name, dtype, Dtype::F32)?;
+        Ok(f32s(view.data()))
+    }
+
+    /// Refuses a tensor of the wrong type.
+    pub(crate) fn expect(&self, name: &str, found: Dtype, expected: Dtype) -> Result<(), PrtError> {
+        if found == expected {
+            return Ok(());
+        }
+        Err(PrtError::invalid(&self.name, format!("expected a tensor {name} of {expected:?}, found {found:?}")))
+    }
+}
+
+pub(crate) fn f32s(bytes: &[u8]) -> Vec<f32> {
+    bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+}
+
+pub(crate) fn u16s(bytes: &[u8]) -> Vec<u16> {
+    bytes.as_chunks().0.iter().map(|b| u16::from_le_bytes(*b)).collect()
+}

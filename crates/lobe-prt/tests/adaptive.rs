@@ -1,0 +1,84 @@
+//! Splitting where transfer changes.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::ops::ControlFlow;
+
+use lobe_prt::{AdaptiveOptions, BakeOptions, Mode, PrtError, Receivers, Transfer, bake, split_adaptively};
+use lobe_scene::{Bvh, Scene, built_in};
+
+fn options(mode: Mode, threshold: f64, min_edge: f32) -> AdaptiveOptions {
+    let bake = BakeOptions { mode, order: 3, samples: 64, ..BakeOptions::default() };
+    AdaptiveOptions { threshold, min_edge, bake }
+}
+
+fn transfer(scene: &Scene, options: &AdaptiveOptions) -> Transfer {
+    let receivers = Receivers::at_vertices(scene).unwrap();
+    bake(scene, &Bvh::new(scene), &receivers, &options.bake, &mut |_| ControlFlow::Continue(())).unwrap().0
+}
+
+/// Length and difference of transfer, of all edges of a mesh whose first vertex is receiver `first`.
+fn edges(scene: &Scene, transfer: &Transfer, mesh: usize, first: usize) -> Vec<(f64, f64)> {
+    let mesh = &scene.meshes()[mesh];
+    let mut found = Vec::new();
+    for t in mesh.triangles() {
+        for k in 0..3 {
+            let [a, b] = [t[k] as usize, t[(k + 1) % 3] as usize];
+            let (p, q) = (mesh.positions()[a], mesh.positions()[b]);
+            let length = (0..3).map(|i| f64::from(p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
+            let of = |v: usize| (0..3).flat_map(move |c| transfer.vector(first + v, c)).copied();
+            let difference = of(a).zip(of(b)).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>().sqrt();
+            found.push((length, difference));
+        }
+    }
+    found
+}
+
+#[test]
+fn no_long_edge_is_left_along_which_transfer_changes_and_nothing_else_is_split() {
+    let scene = built_in::ball_over_ground(8);
+    // The closed form has no noise: on the ground transfer is the same everywhere, on the ball it turns with the normal.
+    let options = options(Mode::Unshadowed, 0.15, 0.05);
+    let before = transfer(&scene, &options);
+    let squares: f64 = before.coefficients().iter().map(|&c| f64::from(c).powi(2)).sum();
+    let limit = 0.15 * (squares / before.receivers() as f64).sqrt();
+    let (fine, report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(fine.meshes()[0], scene.meshes()[0], "the ground stays as it was");
+    let (few, many) = (scene.meshes()[1].positions(), fine.meshes()[1].positions());
+    assert_eq!(&many[..few.len()], few, "the first vertices are the old ones");
+    let ground = scene.meshes()[0].positions().len();
+    let count = |scene: &Scene, transfer: &Transfer| {
+        let changing = edges(scene, transfer, 1, ground).into_iter().filter(|(_, difference)| *difference > limit);
+        changing.count()
+    };
+    let (worst_before, worst_after) = (count(&scene, &before), count(&fine, &transfer(&fine, &options)));
+    assert!(worst_before > 100, "{worst_before} edges change too much to begin with");
+    assert_eq!((worst_after, report.unresolved), (0, 0), "edges that change too much; {report:?}");
+    assert_eq!((report.vertices_before, report.vertices), (scene.vertex_count(), fine.vertex_count()), "vertices");
+    assert!(report.rounds >= 2 && report.vertices < 20 * report.vertices_before, "{report:?}");
+}
+
+#[test]
+fn edges_that_are_short_are_left_and_counted() {
+    let scene = built_in::ball_over_ground(8);
+    let options = options(Mode::Unshadowed, 0.01, 0.5);
+    let (fine, report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let ground = scene.meshes()[0].positions().len();
+    let longest =
+        edges(&fine, &transfer(&fine, &options), 1, ground).into_iter().map(|(length, _)| length).fold(0.0, f64::max);
+    assert!(longest < 0.5 && report.unresolved > 100, "longest edge {longest}; {report:?}");
+}
+
+#[test]
+fn options_that_cannot_be_are_refused_and_progress_may_stop() {
+    let scene = built_in::closed_white_box(1);
+    let refusal = |threshold, min_edge| {
+        let options = options(Mode::Shadowed, threshold, min_edge);
+        split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap_err().to_string()
+    };
+    assert_eq!(refusal(0.0, 1.0), "expected a threshold above zero, found 0", "threshold");
+    assert_eq!(refusal(0.1, -1.0), "expected a shortest edge above zero, found -1", "edge");
+    let options = options(Mode::Shadowed, 0.1, 0.1);
+    let stopped = split_adaptively(&scene, &options, &mut |_| ControlFlow::Break(())).unwrap_err();
+    assert!(matches!(stopped, PrtError::Cancelled), "{stopped:?}");
+}
