@@ -48,6 +48,30 @@ pub fn compare<T: Coefficient>(image: &[T], reference: &[T]) -> ErrorReport {
     ErrorReport { rmse, max_abs, mean, relative_rmse, psnr }
 }
 
+/// The mean of squared differences relative to the reference, over all values and channels.
+///
+/// ```text
+///   mean (a - b)² / (b² + 0.01 (mean |b|)²)
+/// ```
+///
+/// The second term keeps black pixels from deciding alone; as a part of the mean it does not depend on the unit of the
+/// light. Equal images give 0; a reference that is black and an image that is not, infinity.
+///
+/// # Panics
+/// If the two differ in length.
+#[must_use]
+pub fn relative_mse<T: Coefficient>(image: &[T], reference: &[T]) -> f64 {
+    assert_eq!(image.len(), reference.len(), "the images to compare differ in size");
+    let values = |pixels: &[T]| -> Vec<f64> {
+        pixels.iter().flat_map(|p| (0..T::CHANNELS).map(|c| p.channel(c).to_f64())).collect()
+    };
+    let (a, b) = (values(image), values(reference));
+    let count = b.len().max(1) as f64;
+    let mean = b.iter().map(|b| b.abs()).sum::<f64>() / count;
+    let error = |(a, b): (&f64, &f64)| if a == b { 0.0 } else { (a - b) * (a - b) / (b * b + 0.01 * mean * mean) };
+    a.iter().zip(&b).map(error).sum::<f64>() / count
+}
+
 /// The larger of two numbers; NaN, which `max` would skip, if either is.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
@@ -102,6 +126,19 @@ mod tests {
         let report = compare(&a, &a);
         assert_eq!((report.rmse, report.max_abs, report.relative_rmse), (0.0, 0.0, 0.0), "{report:?}");
         assert_eq!(report.psnr, f64::INFINITY, "{report:?}");
+    }
+
+    #[test]
+    fn the_relative_error_does_not_depend_on_the_unit_of_light() {
+        let (a, b) = ([1.0, 2.5, 0.1, 6.0], [1.0, 2.0, 0.0, 5.0]);
+        let expected = (0.25 / 4.04 + 0.01 / 0.04 + 1.0 / 25.04) / 4.0;
+        for unit in [1e-6, 1.0, 1e6] {
+            let found = relative_mse(&a.map(|x| x * unit), &b.map(|x| x * unit));
+            assert!((found / expected - 1.0).abs() < 1e-12, "unit {unit}: {found} against {expected}");
+        }
+        assert_eq!(relative_mse(&[0.0], &[0.0]), 0.0, "black and black");
+        assert_eq!(relative_mse(&[1.0], &[0.0]), f64::INFINITY, "black reference");
+        assert!(relative_mse(&[f64::NAN], &[1.0]).is_nan(), "NaN");
     }
 
     #[test]

@@ -9,6 +9,12 @@ pub enum RenderError {
     /// The data do not make a picture.
     #[error("{0}")]
     Invalid(String),
+    /// The caller asked for something that cannot be.
+    #[error("{0}")]
+    Options(String),
+    /// The caller's progress function said to stop.
+    #[error("stopped before the end")]
+    Cancelled,
     /// A file could not be written.
     #[error("{}: cannot write the picture: {source}", path.display())]
     Io {

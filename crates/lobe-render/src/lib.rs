@@ -46,7 +46,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | pictures | [`Picture`], [`Sheet`], [`Label`] |
-//! | to files | [`Picture::write_png`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
+//! | to files | [`Picture::write_png`], [`write_animated_png`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
 //! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
@@ -57,7 +57,10 @@
 //! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
 //! | how a mapping unfolds the sphere | [`mapping_figure()`] |
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
-//! | differences | [`compare()`], [`error_map`], [`colour_bar()`] |
+//! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`scene_picture`], [`SceneHit`] |
+//! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`Estimate`] |
+//! | differences | [`compare()`], [`relative_mse`], [`error_map`], [`colour_bar()`]; as eyes see them [`flip()`], [`hdr_flip()`] |
+//! | chance or error | [`ZTest`], [`Measured`], [`read_variance`] |
 //!
 //! # Linear light until the last step
 //!
@@ -68,10 +71,12 @@
 //!
 //! Pixel `(0, 0)` is the top left one, pixel centres lie at +½. Results do not depend on the number of threads.
 
+mod animated_png;
 mod axes;
 mod ball;
 mod balloon;
 mod blinn_newell;
+mod bsdf;
 mod bump;
 mod camera;
 mod colormap;
@@ -80,10 +85,15 @@ mod compare;
 mod cube;
 mod cube_cross;
 mod cube_mapped;
+mod distant_light;
 mod drawing;
 mod environment_sheet;
 mod error;
+mod estimate;
+mod flip;
+mod ggx;
 mod glossy;
+mod hdr_flip;
 mod highlight_map;
 mod icosphere;
 mod irradiance_polynomial;
@@ -94,28 +104,36 @@ mod mapping_figure;
 mod matte;
 mod mesh;
 mod paraboloids;
+mod path_tracer;
 mod picture;
 mod png;
 mod polar_plot;
 mod profile_plot;
 mod pyramid;
 mod raster;
+mod receiver_picture;
 mod reflection_space;
 mod resize;
 mod roots;
+mod samples;
 mod scene;
 mod sheet;
 mod solid;
 mod sphere_mapped;
+mod sphere_table;
 mod square_texture;
 mod srgb;
 mod text;
 mod tone;
 mod torus;
 mod traced_mirror;
+mod truth;
+mod truth_exr;
 mod vector;
 mod view;
+mod z_test;
 
+pub use animated_png::{animated_png, write_animated_png};
 pub use ball::Ball;
 pub use balloon::Balloon;
 pub use blinn_newell::BlinnNewell;
@@ -123,12 +141,16 @@ pub use bump::{Bumped, bumped_normal, bumps};
 pub use camera::Camera;
 pub use colormap::{diverging, sequential};
 pub use colour_bar::colour_bar;
-pub use compare::{ErrorReport, compare, error_map, error_of};
+pub use compare::{ErrorReport, compare, error_map, error_of, relative_mse};
 pub use cube_cross::{CubeCross, dir_on_cross};
 pub use cube_mapped::CubeMapped;
+pub use distant_light::DistantLight;
 pub use environment_sheet::{EnvironmentPanel, EnvironmentSheetOptions, environment_mapping_sheet, environment_panels};
 pub use error::RenderError;
+pub use estimate::{Estimate, SampleCount};
+pub use flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
 pub use glossy::{Glossy, between_levels};
+pub use hdr_flip::hdr_flip;
 pub use highlight_map::{HighlightMap, highlights_of_lights, irradiance_of_lights};
 pub use irradiance_polynomial::IrradiancePolynomial;
 pub use iso_lines::IsoLines;
@@ -137,10 +159,12 @@ pub use line_plot::{Curve2d, LinePlot};
 pub use mapping_figure::mapping_figure;
 pub use matte::{MatteByMap, MatteBySh};
 pub use paraboloids::Paraboloids;
+pub use path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
 pub use picture::Picture;
 pub use polar_plot::{CrossSection, PolarPlot};
 pub use profile_plot::{Profile, ProfilePlot};
 pub use pyramid::{Pyramid, basis_balloons, basis_crosses};
+pub use receiver_picture::{SceneHit, ViewOptions, scene_picture};
 pub use reflection_space::{BruteForceReflection, ReflectionSpace};
 pub use scene::{Scene, Shading, SurfacePoint, compare_shadings};
 pub use sheet::Sheet;
@@ -151,4 +175,7 @@ pub use text::Label;
 pub use tone::{Curve, Exposure, Tone};
 pub use torus::Torus;
 pub use traced_mirror::TracedMirror;
+pub use truth::{Truth, TruthOptions, render_truth};
+pub use truth_exr::read_variance;
 pub use view::View;
+pub use z_test::{Measured, ZTest};

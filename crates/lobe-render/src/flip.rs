@@ -1,0 +1,359 @@
+//! How different two pictures look when one flips between them.
+
+use std::f64::consts::PI;
+
+use lobe_sh::Coefficient as _;
+use rayon::prelude::*;
+
+use crate::vector::Vec3;
+use crate::{Picture, RenderError, sequential};
+
+/// The perceived difference of two pictures, FLIP: 0 where they look alike, 1 for the largest difference there is.
+///
+/// Made for pictures that replace each other on a display, seen at so many pixels per degree of the eye. Each pixel's
+/// error is
+///
+/// ```text
+///   ΔE = ΔE_c^(1 - ΔE_f)
+/// ```
+///
+/// `ΔE_c` compares colours after the contrast sensitivity of the eye has blurred them (`HyAB` distance in L*a*b* with Hunt's
+/// adjustment), `ΔE_f` edges and points of the luminance ([Andersson et al. 2020]).
+///
+/// [Andersson et al. 2020]: https://research.nvidia.com/publication/2020-07_FLIP
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flip {
+    width: usize,
+    height: usize,
+    errors: Vec<f64>,
+}
+
+/// A display 0.7 m wide with 3840 pixels, looked at from 0.7 m: the paper's default, in pixels per degree.
+pub const FLIP_PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
+
+/// The paper's exponent `q_c` of colour differences.
+const COLOUR_EXPONENT: f64 = 0.7;
+
+/// The paper's `p_c` and `p_t`: differences below this part of the largest one fill this part of the scale.
+const KNEE: (f64, f64) = (0.4, 0.95);
+
+/// The paper's `w`: the width in degrees of a feature that is seen best.
+const FEATURE_WIDTH: f64 = 0.082;
+
+/// The paper's exponent `q_f` of feature differences.
+const FEATURE_EXPONENT: f64 = 0.5;
+
+/// Contrast sensitivity as the spread of a point, `Σ a √(π/b) exp(-π² d²/b)`, `d` in degrees: `(a, b)` for luminance,
+/// red-green and blue-yellow (the paper's table 1).
+const SENSITIVITIES: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
+
+/// The largest `b` of [`SENSITIVITIES`], which decides how far all filters reach.
+const WIDEST: f64 = 0.04;
+
+/// XYZ of linear Rec. 709 colours, as ratios that follow from the primaries and D65 at (0.3127, 0.3290).
+const XYZ_FROM_RGB: [Vec3; 3] = [
+    [10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0],
+    [2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0],
+    [1425312.0 / 73733382.0, 8788810.0 / 73733382.0, 70074185.0 / 73733382.0],
+];
+
+/// Compares a picture with its reference as a display shows them: linear light from 0 to 1, cut off there.
+///
+/// # Errors
+/// [`RenderError::Invalid`] if the two differ in size or have no pixels, [`RenderError::Options`] if `pixels_per_degree` is
+/// not 1 to 1000.
+pub fn flip(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Result<Flip, RenderError> {
+    check(image, reference, pixels_per_degree)?;
+    let shown = |p: &Picture| -> Vec<Vec3> {
+        let clamped = |c: f64| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) };
+        p.pixels().iter().map(|c| c.widen().to_array().map(clamped)).collect()
+    };
+    let eye = Eye::new(image.width(), pixels_per_degree);
+    let (a, b) = (eye.look(&shown(image)), eye.look(&shown(reference)));
+    let errors = (0..a.colours.len()).into_par_iter().map(|i| {
+        let colour = eye.colour_error(a.colours[i], b.colours[i]);
+        let [edges, points] = [0, 1].map(|k| (a.features[k][i] - b.features[k][i]).abs());
+        let feature = (edges.max(points) / 2.0_f64.sqrt()).min(1.0).powf(FEATURE_EXPONENT);
+        colour.powf(1.0 - feature)
+    });
+    Ok(Flip { width: image.width(), height: image.height(), errors: errors.collect() })
+}
+
+/// Refuses what cannot be compared.
+pub(crate) fn check(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Result<(), RenderError> {
+    let ((w, h), (v, g)) = ((image.width(), image.height()), (reference.width(), reference.height()));
+    if (w, h) != (v, g) {
+        return Err(RenderError::Invalid(format!("cannot compare a {w} x {h} picture with one of {v} x {g}")));
+    }
+    if w == 0 || h == 0 {
+        return Err(RenderError::Invalid(format!("pictures of {w} x {h} have no pixels to compare")));
+    }
+    if !(1.0..=1000.0).contains(&pixels_per_degree) {
+        return Err(RenderError::Options(format!("expected 1 to 1000 pixels per degree, found {pixels_per_degree}")));
+    }
+    Ok(())
+}
+
+impl Flip {
+    /// The errors of all pixels, row by row, each from 0 to 1.
+    #[must_use]
+    pub fn errors(&self) -> &[f64] {
+        &self.errors
+    }
+
+    /// The mean over all pixels.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        self.errors.iter().sum::<f64>() / self.errors.len() as f64
+    }
+
+    /// The errors in the colours of [`sequential`]: black for none, white for 1.
+    #[must_use]
+    pub fn picture(&self) -> Picture {
+        Picture::from_fn(self.width, self.height, |x, y| sequential(self.errors[y * self.width + x]))
+    }
+
+    /// The larger error at every pixel.
+    pub(crate) fn raise(&mut self, other: &Self) {
+        for (error, other) in self.errors.iter_mut().zip(&other.errors) {
+            *error = error.max(*other);
+        }
+    }
+}
+
+/// What an eye sees of a picture.
+struct Look {
+    /// In L*a*b* with Hunt's adjustment, blurred.
+    colours: Vec<Vec3>,
+    /// Strength of edges and of points.
+    features: [Vec<f64>; 2],
+}
+
+/// The filters of an eye at some distance from a display.
+struct Eye {
+    width: usize,
+    /// For each opponent channel, kernels along one axis with their weights.
+    blurs: [Vec<(f64, Vec<f64>)>; 3],
+    /// A bell of sum 1, its derivative and its second derivative, whose positive and negative parts sum to 1 and -1.
+    bell: Vec<f64>,
+    slope: Vec<f64>,
+    bend: Vec<f64>,
+    /// XYZ of white.
+    white: Vec3,
+    rgb_from_xyz: [Vec3; 3],
+    largest: f64,
+}
+
+impl Eye {
+    fn new(width: usize, pixels_per_degree: f64) -> Self {
+        let reach = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
+        let blurs = SENSITIVITIES.map(|terms| blur(terms, reach, pixels_per_degree));
+        let sigma = 0.5 * FEATURE_WIDTH * pixels_per_degree;
+        let reach = (3.0 * sigma).ceil() as i32;
+        let kernel = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let values: Vec<f64> = (-reach..=reach).map(|i| f(f64::from(i) / sigma)).collect();
+            let part = |sign: f64| values.iter().map(|v| (sign * v).max(0.0)).sum::<f64>();
+            let (up, down) = (part(1.0), part(-1.0));
+            values.iter().map(|&v| if v > 0.0 { v / up } else { v / down.max(f64::MIN_POSITIVE) }).collect()
+        };
+        let bell = |x: f64| (-0.5 * x * x).exp();
+        let mut eye = Self {
+            width,
+            blurs,
+            bell: kernel(&bell),
+            slope: kernel(&|x| -x * bell(x)),
+            bend: kernel(&|x| (x * x - 1.0) * bell(x)),
+            white: XYZ_FROM_RGB.map(|row| row.iter().sum()),
+            rgb_from_xyz: inverse(XYZ_FROM_RGB),
+            largest: 1.0,
+        };
+        // The paper scales by the difference of green and blue, the largest there is.
+        let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|c| eye.adjusted_lab(c));
+        eye.largest = hyab(green, blue).powf(COLOUR_EXPONENT);
+        eye
+    }
+
+    fn look(&self, rgb: &[Vec3]) -> Look {
+        let opponent: Vec<Vec3> = rgb.par_iter().map(|&c| self.opponent(c)).collect();
+        let plane = |k: usize| -> Vec<f64> { opponent.iter().map(|c| c[k]).collect() };
+        let blurred = [0, 1, 2].map(|k| {
+            let (source, mut sum) = (plane(k), vec![0.0; rgb.len()]);
+            for (weight, kernel) in &self.blurs[k] {
+                let part = self.filtered(&source, kernel, kernel);
+                sum.iter_mut().zip(&part).for_each(|(sum, part)| *sum += weight * part);
+            }
+            sum
+        });
+        let colour = |i: usize| {
+            let seen = self.rgb_of_opponent([blurred[0][i], blurred[1][i], blurred[2][i]]);
+            self.adjusted_lab(seen.map(|c| c.clamp(0.0, 1.0)))
+        };
+        let colours = (0..rgb.len()).into_par_iter().map(colour).collect();
+        let luminance: Vec<f64> = opponent.iter().map(|c| (c[0] + 16.0) / 116.0).collect();
+        let features = [&self.slope, &self.bend].map(|kernel| {
+            let across = self.filtered(&luminance, kernel, &self.bell);
+            let down = self.filtered(&luminance, &self.bell, kernel);
+            across.iter().zip(&down).map(|(a, d)| a.hypot(*d)).collect()
+        });
+        Look { colours, features }
+    }
+
+    /// The difference of two blurred colours, compressed to 0 to 1.
+    fn colour_error(&self, a: Vec3, b: Vec3) -> f64 {
+        let difference = hyab(a, b).powf(COLOUR_EXPONENT);
+        let knee = KNEE.0 * self.largest;
+        if difference < knee {
+            return KNEE.1 / knee * difference;
+        }
+        (KNEE.1 + (difference - knee) / (self.largest - knee) * (1.0 - KNEE.1)).min(1.0)
+    }
+
+    /// Linear `Y C_x C_z` of the paper: L*a*b* without its roots.
+    fn opponent(&self, rgb: Vec3) -> Vec3 {
+        let [x, y, z] = self.relative_xyz(rgb);
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    fn rgb_of_opponent(&self, [y, cx, cz]: Vec3) -> Vec3 {
+        let y = (y + 16.0) / 116.0;
+        let xyz = [y + cx / 500.0, y, y - cz / 200.0];
+        times(self.rgb_from_xyz, std::array::from_fn(|k| xyz[k] * self.white[k]))
+    }
+
+    /// L*a*b* with `a` and `b` scaled by `0.01 L`: dark colours look less colourful (Hunt).
+    fn adjusted_lab(&self, rgb: Vec3) -> Vec3 {
+        const D: f64 = 6.0 / 29.0;
+        let root = |t: f64| if t > D * D * D { t.cbrt() } else { t / (3.0 * D * D) + 4.0 / 29.0 };
+        let [x, y, z] = self.relative_xyz(rgb).map(root);
+        let l = 116.0 * y - 16.0;
+        [l, 0.01 * l * 500.0 * (x - y), 0.01 * l * 200.0 * (y - z)]
+    }
+
+    fn relative_xyz(&self, rgb: Vec3) -> Vec3 {
+        let xyz = times(XYZ_FROM_RGB, rgb);
+        std::array::from_fn(|k| xyz[k] / self.white[k])
+    }
+
+    /// Filtered along rows and columns; beyond its edges a picture goes on with its outermost pixels.
+    fn filtered(&self, plane: &[f64], across: &[f64], down: &[f64]) -> Vec<f64> {
+        let (width, height) = (self.width, plane.len() / self.width);
+        let at =
+            |i: usize, k: usize, kernel: &[f64], count: usize| (i + k).saturating_sub(kernel.len() / 2).min(count - 1);
+        let mut rows = vec![0.0; plane.len()];
+        rows.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            let source = &plane[y * width..][..width];
+            for (x, out) in row.iter_mut().enumerate() {
+                *out = across.iter().enumerate().map(|(k, weight)| weight * source[at(x, k, across, width)]).sum();
+            }
+        });
+        let mut out = vec![0.0; plane.len()];
+        out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            for (k, weight) in down.iter().enumerate() {
+                let source = &rows[at(y, k, down, height) * width..][..width];
+                row.iter_mut().zip(source).for_each(|(out, value)| *out += weight * value);
+            }
+        });
+        out
+    }
+}
+
+/// The kernels along one axis of a spread of points, and the weights with which their squares make it: its sum is 1.
+fn blur(terms: &[(f64, f64)], reach: i32, pixels_per_degree: f64) -> Vec<(f64, Vec<f64>)> {
+    let kernel = |b: f64| -> Vec<f64> {
+        (-reach..=reach).map(|i| (-(PI * f64::from(i) / pixels_per_degree).powi(2) / b).exp()).collect()
+    };
+    let parts: Vec<(f64, Vec<f64>)> = terms.iter().map(|&(a, b)| (a * (PI / b).sqrt(), kernel(b))).collect();
+    let whole: f64 = parts.iter().map(|(weight, k)| weight * k.iter().sum::<f64>().powi(2)).sum();
+    parts.into_iter().map(|(weight, k)| (weight / whole, k)).collect()
+}
+
+/// The distance of two colours that suits large differences: city block in lightness, Euclidean in hue.
+fn hyab(a: Vec3, b: Vec3) -> f64 {
+    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+}
+
+fn times(m: [Vec3; 3], v: Vec3) -> Vec3 {
+    m.map(|row| crate::vector::dot(row, v))
+}
+
+/// The inverse of a matrix by its adjugate.
+fn inverse(m: [Vec3; 3]) -> [Vec3; 3] {
+    use crate::vector::{cross, dot};
+    let columns = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
+    let determinant = dot(m[0], columns[0]);
+    std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i] / determinant))
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::Rgb;
+
+    use super::*;
+    use crate::srgb_decode;
+
+    fn grey(value: f64) -> Rgb<f32> {
+        Rgb::splat(value as f32)
+    }
+
+    /// Two pictures by formula, given as display values: waves, and the same with ripples and a red rectangle.
+    fn waves() -> [Picture; 2] {
+        let reference = |x: f64, y: f64| {
+            [0.5 + 0.5 * (0.31 * x + 0.17 * y).sin(), 0.5 + 0.4 * (0.23 * x - 0.4 * y).cos(), 0.3 + 0.01 * x]
+        };
+        let image = |x: f64, y: f64| {
+            if (10.0..20.0).contains(&y) && (15.0..30.0).contains(&x) {
+                return [0.9, 0.1, 0.2];
+            }
+            let ripple = [(1.3 * x * y / 20.0).sin(), (0.9 * y).cos(), (0.5 * x + 2.0 * y).sin()];
+            let r = reference(x, y);
+            std::array::from_fn(|k| (r[k] + 0.2 * ripple[k]).clamp(0.0, 1.0))
+        };
+        let picture = |f: &(dyn Fn(f64, f64) -> Vec3 + Sync)| {
+            Picture::from_fn(48, 36, |x, y| Rgb::from(f(x as f64, y as f64).map(|c| srgb_decode(c) as f32)))
+        };
+        [picture(&reference), picture(&image)]
+    }
+
+    #[test]
+    fn the_error_is_that_of_the_authors_program() {
+        // Computed with the authors' program of version 1.7 (package flip-evaluator) on the same formula.
+        let [reference, image] = waves();
+        let found = flip(&image, &reference, FLIP_PIXELS_PER_DEGREE).unwrap();
+        assert!((found.mean() - 0.444_415).abs() < 2e-6, "mean {}", found.mean());
+        assert!((found.errors()[5 * 48 + 7] - 0.453_457).abs() < 5e-6, "waves: {}", found.errors()[5 * 48 + 7]);
+        assert!((found.errors()[12 * 48 + 20] - 0.978_208).abs() < 5e-6, "red: {}", found.errors()[12 * 48 + 20]);
+    }
+
+    #[test]
+    fn black_and_white_and_green_and_blue_are_as_different_as_the_authors_say() {
+        let compare = |a: Rgb<f32>, b: Rgb<f32>| {
+            flip(&Picture::filled(16, 16, a), &Picture::filled(16, 16, b), FLIP_PIXELS_PER_DEGREE).unwrap().mean()
+        };
+        let black_white = compare(grey(0.0), grey(1.0));
+        assert!((black_white - 0.967_385).abs() < 1e-5, "black and white: {black_white}");
+        let green_blue = compare(Rgb::new(0.0, 1.0, 0.0), Rgb::new(0.0, 0.0, 1.0));
+        assert!((green_blue - 1.0).abs() < 1e-6, "green and blue: {green_blue}");
+    }
+
+    #[test]
+    fn equal_pictures_look_alike_and_larger_differences_look_larger() {
+        let [reference, _] = waves();
+        let mut before = -1e-12;
+        for noise in [0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3] {
+            let brighter = reference.map(|c| c + grey(noise));
+            let error = flip(&brighter, &reference, FLIP_PIXELS_PER_DEGREE).unwrap().mean();
+            assert!(error > before && (noise > 0.0 || error == 0.0), "{noise}: {error} after {before}");
+            before = error;
+        }
+    }
+
+    #[test]
+    fn pictures_of_other_sizes_are_refused() {
+        let error = flip(&Picture::filled(2, 1, grey(0.0)), &Picture::filled(1, 2, grey(0.0)), 67.0).unwrap_err();
+        assert_eq!(error.to_string(), "cannot compare a 2 x 1 picture with one of 1 x 2", "size");
+        let empty = Picture::filled(0, 0, grey(0.0));
+        assert!(flip(&empty, &empty, 67.0).is_err(), "no pixels");
+        let one = Picture::filled(1, 1, grey(0.0));
+        assert!(flip(&one, &one, f64::NAN).is_err(), "no distance");
+    }
+}

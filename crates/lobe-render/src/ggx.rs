@@ -1,0 +1,116 @@
+//! The rough mirror of GGX microfacets, drawn by what is visible of it.
+
+use std::f64::consts::PI;
+
+use crate::vector::{Vec3, add, dot, normalised};
+
+/// A surface of microfacets that faces +z, `α` the width of its slopes.
+///
+/// ```text
+///   D(h) = α² / (π (h_x² + h_y² + α² h_z²)²)
+///   V(v, l) = G₂ / (4 v_z l_z) = 1 / (2 (l_z √(α² + (1-α²) v_z²) + v_z √(α² + (1-α²) l_z²)))
+/// ```
+///
+/// `D` is [Walter et al. 2007] eq. 33, the height-correlated masking [Heitz 2014] eq. 99.
+///
+/// [Walter et al. 2007]: https://www.cs.cornell.edu/~srm/publications/EGSR07-btdf.pdf
+/// [Heitz 2014]: https://jcgt.org/published/0003/02/03/
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facets {
+    pub(crate) alpha: f64,
+}
+
+impl Facets {
+    /// `D(h) V(v, l)`, zero if either direction is below the surface: times Fresnel's factor it is the reflectance.
+    pub(crate) fn reflectance(self, v: Vec3, l: Vec3) -> f64 {
+        if v[2] <= 0.0 || l[2] <= 0.0 {
+            return 0.0;
+        }
+        let h = normalised(add(v, l));
+        let width = self.alpha * self.alpha;
+        let root = |cos: f64| (width + (1.0 - width) * cos * cos).sqrt();
+        self.distribution(h) / (2.0 * (l[2] * root(v[2]) + v[2] * root(l[2])))
+    }
+
+    /// The mirrored direction about a facet that is drawn by the area seen from `v`, which is above the surface.
+    ///
+    /// In the space where the facets are those of a hemisphere, what a half vector `h = l + v` of a uniform point `l` on the
+    /// cap `l_z > -v_z` of the sphere is, has the density of visible normals ([Dupuy and Benyoub 2023], section 3).
+    ///
+    /// [Dupuy and Benyoub 2023]: https://arxiv.org/abs/2306.05044
+    pub(crate) fn sample(self, v: Vec3, [u0, u1]: [f64; 2]) -> Vec3 {
+        let stretched = normalised([v[0] * self.alpha, v[1] * self.alpha, v[2]]);
+        let z = (1.0 - u1) * (1.0 + stretched[2]) - stretched[2];
+        let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        let (sin_phi, cos_phi) = (2.0 * PI * u0).sin_cos();
+        let h = add([sin * cos_phi, sin * sin_phi, z], stretched);
+        let h = normalised([h[0] * self.alpha, h[1] * self.alpha, h[2].max(0.0)]);
+        let twice = 2.0 * dot(v, h);
+        std::array::from_fn(|k| twice * h[k] - v[k])
+    }
+
+    /// The density in sr⁻¹ with which [`Facets::sample`] draws `l`: `G₁(v) D(h) / (4 v_z)`.
+    pub(crate) fn density(self, v: Vec3, l: Vec3) -> f64 {
+        // Facets face upwards.
+        if v[2] <= 0.0 || v[2] + l[2] <= 0.0 {
+            return 0.0;
+        }
+        let width = self.alpha * self.alpha;
+        // G₁ = 2 v_z / (v_z + √(α² + (1-α²) v_z²))
+        let root = (width + (1.0 - width) * v[2] * v[2]).sqrt();
+        self.distribution(normalised(add(v, l))) / (2.0 * (v[2] + root))
+    }
+
+    fn distribution(self, h: Vec3) -> f64 {
+        let width = self.alpha * self.alpha;
+        let denominator = h[0] * h[0] + h[1] * h[1] + width * h[2] * h[2];
+        width / (PI * denominator * denominator)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_env::{Brdf as _, Ggx};
+    use lobe_sh::Dir;
+    use lobe_testkit::Random;
+
+    use super::*;
+
+    #[test]
+    fn the_reflectance_is_that_of_the_environment_crate() {
+        let mut random = Random::new(3);
+        for alpha in [0.05, 0.3, 1.0] {
+            for _ in 0..200 {
+                let [v, l] = [random.direction(), random.direction()];
+                let expected = Ggx { alpha, f0: 1.0 }.eval(Dir::from_unit(v), Dir::from_unit(l));
+                let found = Facets { alpha }.reflectance(v, l);
+                assert!((found - expected).abs() <= 1e-9 * expected, "{found} against {expected} for {alpha}");
+            }
+        }
+    }
+
+    #[test]
+    fn directions_are_drawn_with_the_density_stated() {
+        // Mean and second moment of 1/(density · 4π) restricted to what can be drawn would need its support; instead the
+        // mean of a smooth function is taken both ways: drawn, and as an integral over uniform directions.
+        let mut random = Random::new(9);
+        for (alpha, cos_v) in [(0.3_f64, 0.9_f64), (0.6, 0.3), (1.0, 0.7)] {
+            let v = [(1.0 - cos_v * cos_v).sqrt(), 0.0, cos_v];
+            let (facets, count) = (Facets { alpha }, 100_000);
+            let (mut drawn, mut integral) = ([0.0; 3], [0.0; 3]);
+            for _ in 0..count {
+                let l = facets.sample(v, [random.unit(), random.unit()]);
+                let s = random.direction();
+                let density = facets.density(v, s) * 4.0 * PI;
+                for (k, f) in [|_: Vec3| 1.0, |l: Vec3| l[0] + l[2] * l[2], |l: Vec3| l[1] * l[1]].iter().enumerate() {
+                    drawn[k] += f(l) / f64::from(count);
+                    integral[k] += f(s) * density / f64::from(count);
+                }
+            }
+            for k in 0..3 {
+                let error = (drawn[k] - integral[k]).abs();
+                assert!(error < 0.04, "alpha {alpha}, cos {cos_v}, function {k}: {drawn:?} against {integral:?}");
+            }
+        }
+    }
+}

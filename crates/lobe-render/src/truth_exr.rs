@@ -1,0 +1,145 @@
+//! Traced pictures as OpenEXR files.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::meta::attribute::Compression;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels as _,
+    ReadLayers as _, SmallVec, Text, WritableImage as _,
+};
+use lobe_sh::{Rgb, write_atomically};
+
+use crate::{Picture, RenderError, Truth};
+
+/// The attribute that tells how many differences the variance was estimated from.
+const FREEDOM: &str = "lobeDegreesOfFreedom";
+
+/// The prefix of the channels of variance.
+const VARIANCE: &str = "variance";
+
+impl Truth {
+    /// The bytes of an OpenEXR file of one part, 32-bit floats:
+    ///
+    /// | channels | |
+    /// |---|---|
+    /// | `R`, `G`, `B` | radiance |
+    /// | `variance.R`, `.G`, `.B` | the variance of that mean |
+    /// | `albedo.R`, `.G`, `.B` | base colour |
+    /// | `normal.X`, `.Y`, `.Z` | shading normal in the world |
+    /// | `depth.Z` | distance from the eye |
+    /// | `coverage.A` | the part of the pixel that shows a surface |
+    ///
+    /// # Errors
+    /// [`RenderError::Invalid`] if the format cannot hold the picture.
+    pub fn to_exr(&self) -> Result<Vec<u8>, RenderError> {
+        let plane = |picture: &Picture, c: usize| picture.pixels().iter().map(|p| p.to_array()[c]).collect();
+        let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
+        let mut add = |name: &str, values: Vec<f32>| {
+            channels.push(AnyChannel::new(name, FlatSamples::F32(values)));
+        };
+        for (c, name) in ["R", "G", "B"].iter().enumerate() {
+            add(name, plane(&self.mean, c));
+            add(&format!("{VARIANCE}.{name}"), plane(&self.variance, c));
+            add(&format!("albedo.{name}"), plane(&self.albedo, c));
+            add(&format!("normal.{}", ["X", "Y", "Z"][c]), plane(&self.normal, c));
+        }
+        add("depth.Z", self.depth.clone());
+        add("coverage.A", self.coverage.clone());
+        let mut attributes = LayerAttributes::default();
+        let freedom = AttributeValue::I32(i32::try_from(self.degrees_of_freedom).unwrap_or(i32::MAX));
+        attributes.other.insert(Text::from(FREEDOM), freedom);
+        let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
+        let size = (self.mean.width(), self.mean.height());
+        let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels)));
+        let mut bytes = Cursor::new(Vec::new());
+        let refused = |error: exr::error::Error| {
+            RenderError::Invalid(format!("a {} x {} picture as OpenEXR: {error}", size.0, size.1))
+        };
+        image.write().to_buffered(&mut bytes).map_err(refused)?;
+        Ok(bytes.into_inner())
+    }
+
+    /// Writes the picture as an OpenEXR file; nothing half-written ever has the final name.
+    ///
+    /// # Errors
+    /// As [`Truth::to_exr`], and [`RenderError::Io`] if the file cannot be written.
+    pub fn write_exr(&self, path: impl AsRef<Path>) -> Result<(), RenderError> {
+        let path = path.as_ref();
+        let bytes = self.to_exr()?;
+        write_atomically(path, |file| file.write_all(&bytes))
+            .map_err(|source| RenderError::Io { path: path.to_owned(), source })
+    }
+}
+
+/// The variance in the bytes of a file of [`Truth::to_exr`], and its degrees of freedom; infinite ones if the file does not
+/// say. `name` stands for the file in messages.
+///
+/// # Errors
+/// [`RenderError::Invalid`] if it is no OpenEXR file or has no variance.
+pub fn read_variance(bytes: &[u8], name: &str) -> Result<(Picture, f64), RenderError> {
+    let invalid = |what: String| RenderError::Invalid(format!("{name}: {what}"));
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| invalid(format!("expected an OpenEXR picture: {error}")))?;
+    let layer = &image.layer_data;
+    let plane = |c: &str| -> Option<Vec<f32>> {
+        let wanted = format!("{VARIANCE}.{c}");
+        let channel = layer.channel_data.list.iter().find(|channel| channel.name == *wanted.as_str())?;
+        Some(channel.sample_data.values_as_f32().collect())
+    };
+    let (Some(r), Some(g), Some(b)) = (plane("R"), plane("G"), plane("B")) else {
+        let what =
+            format!("expected channels {VARIANCE}.R, .G and .B, found none; lobe render --mode truth writes them");
+        return Err(invalid(what));
+    };
+    let freedom = match layer.attributes.other.get(&Text::from(FREEDOM)) {
+        Some(AttributeValue::I32(count)) => f64::from(*count),
+        _ => f64::INFINITY,
+    };
+    let pixels = r.iter().zip(&g).zip(&b).map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect();
+    Ok((Picture::new(layer.size.width(), layer.size.height(), pixels)?, freedom))
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::Coefficient as _;
+
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let numbered = |first: usize| Picture::from_fn(3, 2, |x, y| Rgb::splat((first + x + 3 * y) as f32));
+        let truth = Truth {
+            mean: numbered(0),
+            variance: numbered(10),
+            degrees_of_freedom: 15,
+            albedo: numbered(20),
+            normal: numbered(30),
+            depth: vec![1.0; 6],
+            coverage: vec![1.0; 6],
+        };
+        let bytes = truth.to_exr().unwrap();
+        let (variance, freedom) = read_variance(&bytes, "a.exr").unwrap();
+        assert_eq!((variance, freedom), (truth.variance, 15.0), "variance");
+        let (raster, _) = lobe_env::read_raster_bytes(&bytes, "a.exr", &lobe_env::ReadOptions::default()).unwrap();
+        assert_eq!(raster.texels, truth.mean.pixels(), "radiance, as everybody reads it");
+    }
+
+    #[test]
+    fn pictures_without_variance_are_refused_in_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let map = lobe_env::EnvMap::from_fn(4, 2, |_| Rgb::splat(1.0));
+        lobe_env::write_env(&path, &map, &lobe_env::WriteOptions::default()).unwrap();
+        let found = read_variance(&std::fs::read(&path).unwrap(), "a.exr").unwrap_err().to_string();
+        assert!(found.starts_with("a.exr: expected channels variance.R, .G and .B, found none"), "{found}");
+        let found = read_variance(b"no picture", "b.exr").unwrap_err().to_string();
+        assert!(found.starts_with("b.exr: expected an OpenEXR picture"), "{found}");
+    }
+}

@@ -1,0 +1,274 @@
+//! The strict test: baked transfer and the path tracer, which share nothing but the rays, agree at vertices to their noise.
+//!
+//! The light is the order-n expansion of a real sky for both, so what the basis cannot show plays no part. The baked side
+//! turns coefficients, the path tracer turns directions.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use lobe_env::{ReadOptions, bundled, project_env, read_env};
+use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
+use lobe_render::{
+    DistantLight, LightStrategy, Measured, PathOptions, PathReceiver, PathTracer, SampleCount, ZTest, compare,
+};
+use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
+use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, load_sh_json};
+use rayon::prelude::*;
+
+/// The orders that are compared, and the highest of them.
+const ORDERS: [usize; 4] = [3, 4, 5, 6];
+const HIGHEST: usize = 6;
+
+/// Vertices of each scene that are compared.
+const VERTICES: usize = 16;
+
+/// Independent sets of paths from each vertex on both sides, which tell the noise.
+const SETS: usize = 16;
+
+/// Bounces of the interreflected light.
+const BOUNCES: usize = 3;
+
+/// The largest RMSE over vertices, relative to the RMS of the truth over vertices, turns and orders of the same sky: a single
+/// expansion may come out near 0 in a dark place, where what rings below zero cancels the rest.
+const RELATIVE_RMSE: f64 = 0.01;
+
+/// How often agreement is called bias by mistake, over all lights of a scene together.
+const SIGNIFICANCE: f64 = 0.01;
+
+fn file(name: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// Four skies, bundled with the program or kept as expansions.
+fn skies() -> Vec<(&'static str, ShVec<Rgb<f64>>)> {
+    let kept = |name: &str| load_sh_json(&file("tests/data").join(name)).unwrap().coefficients.to_rgb();
+    vec![
+        ("sunset", project_env(&bundled::sunset().map(), HIGHEST)),
+        ("studio", project_env(&bundled::studio().map(), HIGHEST)),
+        ("venice", kept("venice.sh.json")),
+        ("lobby", kept("lobby.sh.json")),
+    ]
+}
+
+/// Three turns of the light, none about an axis of the basis alone.
+fn turns() -> [Rotation; 3] {
+    [0.0, 2.0, 4.5].map(|angle| Rotation::from_axis_angle(Dir::new([0.2, -0.1, 1.0]).unwrap(), angle))
+}
+
+/// A scene from a file of the scene crate, on a square of ground below its lowest point.
+fn over_ground(name: &str, colour: [f32; 3]) -> Scene {
+    let (scene, _) = read_scene(file("../lobe-scene/assets").join(name), &lobe_scene::ReadOptions::default()).unwrap();
+    let bounds = scene.bounds();
+    let middle: [f32; 3] = std::array::from_fn(|k| 0.5 * (bounds.min[k] + bounds.max[k]));
+    let reach = 1.5 * (0..3).map(|k| bounds.max[k] - bounds.min[k]).fold(0.0, f32::max);
+    let corner = |i: usize, j: usize| {
+        let at = |k: usize, n: usize| middle[k] + reach * (n as f32 / 4.0 - 1.0);
+        [at(0, i), at(1, j), bounds.min[2]]
+    };
+    let positions: Vec<_> = (0..81).map(|k| corner(k % 9, k / 9)).collect();
+    let quad = |k: u32| {
+        let a = k % 8 + 9 * (k / 8);
+        [[a, a + 1, a + 10], [a, a + 10, a + 9]]
+    };
+    let (mut meshes, mut materials, textures) = scene.into_parts();
+    materials.push(Material::matte("ground", colour));
+    let ground = MeshParts {
+        name: "ground".into(),
+        positions,
+        triangles: (0..64).flat_map(quad).collect(),
+        material: Some(materials.len() - 1),
+        ..MeshParts::default()
+    };
+    meshes.push(Mesh::new(ground).unwrap());
+    Scene::new(meshes, materials, textures).unwrap()
+}
+
+/// Vertices spread over all of a scene.
+fn chosen(scene: &Scene) -> Receivers {
+    let all = Receivers::at_vertices(scene).unwrap();
+    let indices: Vec<usize> = (0..VERTICES).map(|k| (2 * k + 1) * all.len() / (2 * VERTICES)).collect();
+    let of = |values: &[[f32; 3]]| indices.iter().map(|&i| values[i]).collect();
+    Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap()
+}
+
+/// One set of exit radiances for each light: vertex by vertex.
+type Radiances = Vec<Vec<Rgb<f64>>>;
+
+/// The lights' numbers: sky, turn, order.
+fn light_count(skies: &[(&str, ShVec<Rgb<f64>>)]) -> usize {
+    skies.len() * turns().len() * ORDERS.len()
+}
+
+/// By transfer: one bake for each set.
+fn baked(scene: &Scene, bvh: &Bvh, receivers: &Receivers, mode: Mode, samples: usize) -> Vec<Radiances> {
+    let (skies, turns) = (skies(), turns());
+    let bake_set = |seed: usize| {
+        let options = BakeOptions {
+            mode,
+            order: HIGHEST,
+            samples: samples as u32,
+            bounces: BOUNCES,
+            energy_stop: 0.0,
+            seed: seed as u64,
+            channels: None,
+        };
+        let keep_going = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
+        let (transfer, _): (Transfer, _) = bake(scene, bvh, receivers, &options, keep_going).unwrap();
+        let mut out = Vec::with_capacity(light_count(&skies));
+        for (_, sky) in &skies {
+            for turn in &turns {
+                let turned = turn.rotated(sky);
+                for order in ORDERS {
+                    let radiance = transfer.exit_radiance(&turned.coefficients()[..order * order]);
+                    out.push(radiance.iter().map(|c| Rgb::from(c.to_array().map(f64::from))).collect());
+                }
+            }
+        }
+        out
+    };
+    (0..SETS).map(bake_set).collect()
+}
+
+/// By paths, shadowed (only those that meet nothing) and with bounces.
+fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [Vec<Radiances>; 2] {
+    let (skies, turns) = (skies(), turns().map(|turn| turn.inverse()));
+    let lights = light_count(&skies);
+    let none = DistantLight::from_expansion(ShVec::zero(1));
+    let options = PathOptions { bounces: BOUNCES, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+    let tracer = PathTracer::new(scene, bvh, &none, options);
+    let count = SampleCount { sets: SETS, per_set };
+    let of_vertex = |v: usize| {
+        let albedo = Rgb::from(receivers.albedos()[v]);
+        let receiver = PathReceiver { position: receivers.positions()[v], normal: receivers.normals()[v], albedo };
+        let mut sums = vec![[[0.0_f64; 3]; 2]; SETS * lights];
+        let mut basis = [0.0; HIGHEST * HIGHEST];
+        tracer.for_each_escape(&receiver, v, &count, |set, bounce, s, weight| {
+            let weight = weight.to_array();
+            for (t, turn) in turns.iter().enumerate() {
+                eval_basis_into(turn.rotate_dir(s).to_array(), &mut basis);
+                for (k, (_, sky)) in skies.iter().enumerate() {
+                    let (mut value, mut done) = ([0.0; 3], 0);
+                    for (o, order) in ORDERS.iter().enumerate() {
+                        for (l, y) in sky.coefficients()[done..order * order].iter().zip(&basis[done..]) {
+                            value = [value[0] + l.r * y, value[1] + l.g * y, value[2] + l.b * y];
+                        }
+                        done = order * order;
+                        let light = (k * turns.len() + t) * ORDERS.len() + o;
+                        for (mode, sum) in sums[set * lights + light].iter_mut().enumerate() {
+                            let counts = f64::from(u8::from(mode == 1 || bounce == 0)) / per_set as f64;
+                            (0..3).for_each(|c| sum[c] += counts * weight[c] * value[c]);
+                        }
+                    }
+                }
+            }
+        });
+        sums
+    };
+    let by_vertex: Vec<_> = (0..receivers.len()).into_par_iter().map(of_vertex).collect();
+    [0, 1].map(|mode| {
+        let light =
+            |set: usize, light: usize| by_vertex.iter().map(|s| Rgb::from(s[set * lights + light][mode])).collect();
+        (0..SETS).map(|set| (0..lights).map(|k| light(set, k)).collect()).collect()
+    })
+}
+
+/// Means over sets and their variances, vertex by vertex, for one light.
+fn mean_and_variance(sets: &[Radiances], light: usize) -> (Vec<Rgb<f32>>, Vec<Rgb<f32>>) {
+    let n = sets.len() as f64;
+    let one = |v: usize| {
+        let of = |c: usize| -> (f32, f32) {
+            let values: Vec<f64> = sets.iter().map(|set| set[light][v].to_array()[c]).collect();
+            let mean = values.iter().sum::<f64>() / n;
+            let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n * (n - 1.0));
+            (mean as f32, variance as f32)
+        };
+        let [r, g, b] = [of(0), of(1), of(2)];
+        (Rgb::new(r.0, g.0, b.0), Rgb::new(r.1, g.1, b.1))
+    };
+    (0..sets[0][light].len()).map(one).unzip()
+}
+
+/// The root of the mean square of the means under some lights.
+fn rms(sets: &[Radiances], lights: std::ops::Range<usize>) -> f64 {
+    let squares: Vec<f64> = lights
+        .flat_map(|light| mean_and_variance(sets, light).0)
+        .flat_map(|c| c.to_array().map(|x| f64::from(x) * f64::from(x)))
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+/// Compares both sides under all lights; says what was found.
+fn agree(name: &str, scene: &Scene, samples: usize) {
+    let bvh = Bvh::new(scene);
+    let receivers = chosen(scene);
+    let skies = skies();
+    let truths = traced(scene, &bvh, &receivers, samples);
+    let lights = light_count(&skies);
+    for (mode, truth) in [Mode::Shadowed, Mode::Interreflected].into_iter().zip(&truths) {
+        let claim = baked(scene, &bvh, &receivers, mode, samples);
+        let (mut worst, mut least_p, mut noise) = (0.0_f64, 1.0_f64, 0.0_f64);
+        let of_sky = lights / skies.len();
+        let scales: Vec<f64> = (0..skies.len()).map(|k| rms(truth, k * of_sky..(k + 1) * of_sky)).collect();
+        for light in 0..lights {
+            let ((a, va), (b, vb)) = (mean_and_variance(&claim, light), mean_and_variance(truth, light));
+            let (sky, order, scale) = (skies[light / of_sky].0, ORDERS[light % ORDERS.len()], scales[light / of_sky]);
+            let what = format!("{name}, {mode:?}, {sky}, light {light}, order {order}");
+            let report = compare(&a, &b);
+            assert!(report.rmse < RELATIVE_RMSE * scale, "{what}: {report:?}, scale {scale}");
+            let freedom = (SETS - 1) as f64;
+            let test = ZTest::new(
+                &Measured { means: &a, variances: &va, degrees_of_freedom: freedom },
+                &Measured { means: &b, variances: &vb, degrees_of_freedom: freedom },
+            )
+            .unwrap();
+            let level = 1.0 - (1.0 - SIGNIFICANCE).powf(1.0 / lights as f64);
+            assert!(test.passes(level), "{what}: {test:?}");
+            worst = worst.max(report.rmse / scale);
+            least_p = test.p_bias.into_iter().chain(test.p_spread).fold(least_p, f64::min);
+            let variance = va.iter().chain(&vb).map(|v| f64::from(v.g)).sum::<f64>() / va.len() as f64;
+            noise = noise.max(variance.sqrt() / scale);
+        }
+        println!(
+            "{name}, {mode:?}: relative RMSE at most {:.2} % of {lights} lights (noise at most {:.2} %), least p {least_p:.1e}",
+            100.0 * worst,
+            100.0 * noise
+        );
+    }
+}
+
+#[test]
+fn transfer_and_paths_agree_on_the_bunny_over_ground() {
+    agree("bunny", &over_ground("bunny.obj", [0.5, 0.6, 0.3]), 8192);
+}
+
+#[test]
+fn transfer_and_paths_agree_on_suzi() {
+    agree("suzi", &over_ground("suzi.glb", [0.6, 0.5, 0.4]), 8192);
+}
+
+#[test]
+fn transfer_and_paths_agree_in_the_columns_hall() {
+    agree("columns hall", &built_in::columns_hall(1), 8192);
+}
+
+#[test]
+fn transfer_and_paths_agree_in_the_cave() {
+    agree("cave", &built_in::cave(48), 12288);
+}
+
+#[test]
+fn the_expansions_kept_are_those_of_the_skies() {
+    for name in ["venice", "lobby"] {
+        let path = file("../../../shared/assets").join(format!("{name}.exr"));
+        if !path.exists() {
+            println!("absent: ../shared/assets/{name}.exr; its expansion is taken as it is");
+            continue;
+        }
+        let found = project_env(&read_env(&path, &ReadOptions::default()).unwrap().0, HIGHEST);
+        let kept = load_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
+        let error = (&found - &kept).coefficients().iter().map(|c| c.luminance().abs()).fold(0.0, f64::max);
+        assert!(error < 1e-6 * found[0].luminance(), "{name}: {error}");
+    }
+}
