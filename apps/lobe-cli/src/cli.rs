@@ -9,9 +9,10 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use crate::failure::Failure;
 use crate::talk::Talk;
 use crate::{
-    demo, env_adjust, env_ambient, env_area_light, env_convert, env_dfg, env_info, env_irradiance, env_prefilter,
-    env_reconstruct, env_rotate, env_show, env_sky, env_sun, env_vector_irradiance, light, project, sh_convolve,
-    sh_dering, sh_encodings, sh_eval, sh_info, sh_lights, sh_min, sh_plot, sh_product, sh_rotate, sh_window, values,
+    bake, compare, compress, demo, env_adjust, env_ambient, env_area_light, env_convert, env_dfg, env_info,
+    env_irradiance, env_prefilter, env_reconstruct, env_rotate, env_show, env_sky, env_sun, env_vector_irradiance,
+    fit_lobes, light, project, render, sh_convolve, sh_dering, sh_encodings, sh_eval, sh_info, sh_lights, sh_min,
+    sh_plot, sh_product, sh_rotate, sh_window, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -24,10 +25,11 @@ Examples:
   lobe sh convolve sky.sh.json --kernel cosine -o - | lobe sh eval - --dir 0,0,1
                                                      the irradiance of the ground under that sky
   lobe env reconstruct sky.sh.json -o sky.png        what 36 colours keep of it
+  lobe bake room.glb -o baked.glb                    the same room, its vertices knowing shadows and reflections
 
 bundled:sunset and bundled:studio name the two environment maps that come with the program.
 Directions are right-handed with +z up; \"order n\" means n bands, n² coefficients.
-Exit code: 0 done, 2 error.";
+Exit code: 0 done, 1 compared and different, 2 error.";
 
 /// Light from everywhere in a few numbers: spherical-harmonic expansions of environment maps.
 #[derive(Parser)]
@@ -59,6 +61,16 @@ enum Command {
     Project(project::Project),
     /// Write a light with a name as an expansion: sun, lamp, window, sky
     Light(light::LightCommand),
+    /// Bake what a scene does to light, for any light to come
+    Bake(bake::Bake),
+    /// Show a scene under any light: by transfer in no time, or the truth by paths
+    Render(render::Render),
+    /// Compare two pictures: RMSE, relative MSE, PSNR, FLIP; test whether chance explains the difference
+    Compare(compare::Compare),
+    /// Write transfer in fewer bytes, by clustered principal components
+    Compress(compress::Compress),
+    /// Write transfer as lobes that turn with a surface that bends
+    FitLobes(fit_lobes::FitLobes),
     /// Work on expansions in .sh.json files
     #[command(subcommand)]
     Sh(ShCommand),
@@ -159,6 +171,15 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Demo(args) => args.run(talk)?,
         Command::Project(args) => args.run(talk)?,
         Command::Light(args) => args.run()?,
+        Command::Bake(args) => args.run(talk)?,
+        Command::Render(args) => args.run(talk)?,
+        Command::Compare(args) => {
+            if !args.run(talk)? {
+                return Err(Failure::Different);
+            }
+        }
+        Command::Compress(args) => args.run()?,
+        Command::FitLobes(args) => args.run()?,
         Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,
@@ -201,7 +222,7 @@ mod tests {
     fn the_command_meant_is_found_behind_options() {
         for (line, name) in [
             ("lobe --threads 2 sh --quiet eval p.sh.json --dir x", "lobe sh eval"),
-            ("lobe bake x", "lobe"),
+            ("lobe bakery x", "lobe"),
             ("lobe project sh.exr", "lobe project"),
             ("lobe", "lobe"),
         ] {

@@ -7,13 +7,20 @@ use std::sync::Mutex;
 
 use clap::error::ErrorKind;
 use lobe::env::EnvError;
+use lobe::prt::PrtError;
+use lobe::scene::SceneError;
 use lobe::sh::ShError;
 
-/// The exit code for every error; 1 is kept for "compared and different".
+/// The exit code for "compared and different".
+const DIFFERENT: u8 = 1;
+
+/// The exit code for every error.
 const ERROR: u8 = 2;
 
 /// Why a command stops.
 pub(crate) enum Failure {
+    /// What was compared differs by more than was asked for; the result says by how much.
+    Different,
     /// An error of ours, to be shown as one line.
     Error(anyhow::Error),
     /// What the parser of the command line has to say: an error, or help that was asked for.
@@ -34,6 +41,7 @@ impl Failure {
     /// Tells the user, and says how to exit. A reader that has gone away is no error.
     pub(crate) fn report(self) -> ExitCode {
         match self {
+            Self::Different => ExitCode::from(DIFFERENT),
             Self::Usage { error, .. } if !error.use_stderr() => {
                 // If help cannot be shown, nobody is there to be told.
                 let _ = error.print();
@@ -73,13 +81,25 @@ pub(crate) fn report_panic() -> ExitCode {
 
 /// The message of an error; what the system says about files that everybody meets is said in plain words.
 fn plain(error: &anyhow::Error) -> String {
-    let refusal = match (error.downcast_ref::<EnvError>(), error.downcast_ref::<ShError>()) {
-        (Some(EnvError::Io { file, source }), _) | (_, Some(ShError::Io { file, source })) => Some((file, source)),
-        _ => None,
-    };
-    match refusal.and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
+    match refusal_of_system(error).and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
         Some(message) => message,
         None => error.to_string(),
+    }
+}
+
+/// The file and the refusal, if an error is one of the system.
+fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
+    if let Some(EnvError::Io { file, source }) = error.downcast_ref() {
+        return Some((file, source));
+    }
+    if let Some(ShError::Io { file, source }) = error.downcast_ref() {
+        return Some((file, source));
+    }
+    match (error.downcast_ref(), error.downcast_ref()) {
+        (Some(PrtError::Io { file, source }), _)
+        | (Some(PrtError::Scene(SceneError::Io { file, source })), _)
+        | (_, Some(SceneError::Io { file, source })) => Some((file, source)),
+        _ => None,
     }
 }
 

@@ -69,6 +69,13 @@ pub(crate) struct NonfiniteOption {
     choice: NonfiniteChoice,
 }
 
+impl NonfiniteOption {
+    /// What is done without the option.
+    pub(crate) fn refuse() -> Self {
+        Self { choice: NonfiniteChoice::Error }
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum NonfiniteChoice {
     /// Read them as black, and say how many there are

@@ -3,7 +3,11 @@
 //! Each sub-command is a file of its own with its arguments, its work and, where they need it, its parsers with their
 //! tests. Nothing here is a library: what others could use lives in the crates.
 
+mod bake;
+mod bake_watch;
 mod cli;
+mod compare;
+mod compress;
 mod demo;
 mod env_adjust;
 mod env_ambient;
@@ -20,6 +24,7 @@ mod env_sky;
 mod env_sun;
 mod env_vector_irradiance;
 mod failure;
+mod fit_lobes;
 mod input;
 mod light;
 mod map_input;
@@ -27,6 +32,11 @@ mod map_output;
 mod output;
 mod picture;
 mod project;
+mod render;
+mod render_light;
+mod render_transfer;
+mod render_view;
+mod scene_input;
 mod sh_convolve;
 mod sh_dering;
 mod sh_encodings;
@@ -39,6 +49,7 @@ mod sh_product;
 mod sh_rotate;
 mod sh_window;
 mod talk;
+mod transfer_input;
 mod turn;
 mod values;
 

@@ -89,6 +89,13 @@ impl From<Form> for Mapping {
 }
 
 impl MapInput {
+    /// The map at a path that says itself how it shows the surroundings.
+    pub(crate) fn of(path: &Path) -> Self {
+        let max_texels = ReadOptions::default().max_texels;
+        let map = MapPath { path: path.to_owned(), from: None, from_left_handed: false, max_texels };
+        Self { map, nonfinite: NonfiniteOption::refuse() }
+    }
+
     pub(crate) fn name(&self) -> String {
         self.map.name()
     }

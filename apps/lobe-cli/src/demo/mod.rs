@@ -15,6 +15,7 @@ mod reconstruction;
 mod ringing;
 mod rotation;
 mod skies;
+mod transfer;
 mod windows;
 
 use std::fs;
@@ -42,7 +43,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 111;
+const STEPS: u64 = 123;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -118,6 +119,7 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
             demo.projection(&sky);
             demo.mappings(&sky)?;
             demo.sun(&sky)?;
+            demo.transfer(&sky)?;
         }
         demo.environment_mapping(&sky)?;
     }

@@ -12,7 +12,7 @@ fn slips_on_the_command_line_are_one_line() {
             "sh eval p.sh.json",
             "the following required arguments were not provided: --dir <X,Y,Z>; see lobe sh eval --help",
         ),
-        ("bake x", "unrecognized subcommand 'bake'; see lobe --help"),
+        ("roast x", "unrecognized subcommand 'roast'; see lobe --help"),
         (
             "sh convolve p.sh.json --kernal cosine -o -",
             "unexpected argument '--kernal' found (a similar argument exists: '--kernel'); see lobe sh convolve --help",

@@ -4,6 +4,8 @@
 
 mod bad_input;
 mod bad_usage;
+mod bake;
+mod compare;
 mod encodings;
 mod env;
 mod harness;
@@ -11,6 +13,8 @@ mod light;
 mod maps;
 mod named_light;
 mod project;
+mod render;
 mod ringing;
 mod sh;
 mod streams;
+mod transfer;

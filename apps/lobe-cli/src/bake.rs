@@ -1,0 +1,475 @@
+//! `lobe bake`: a scene whose vertices know what they do to light.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::prt::{
+    AdaptiveOptions, BakeOptions, BakeReport, BakedGlb, Channels, CompressOptions, CompressReport, CompressedTransfer,
+    Grid, Mode, Receivers, TexelReceivers, Transfer, WeightBits, bake_matrices, bake_neighbourhood, bake_resumable,
+    split_adaptively, write_compressed_transfer, write_matrices, write_neighbourhood, write_transfer,
+};
+use lobe::scene::{Bvh, Scene};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::bake_watch::{Checkpoint, check_room, show};
+use crate::scene_input::SceneInput;
+use crate::talk::Talk;
+use crate::{output, values};
+
+/// As many as the bake takes.
+const MAX_SAMPLES: usize = 1 << 24;
+const MAX_BOUNCES: usize = 255;
+
+/// Enough to see where transfer changes by a tenth.
+const ADAPTIVE_SAMPLES: u32 = 256;
+
+/// The shortest edge that is split without --min-edge, as a part of the scene's diagonal.
+const SHORTEST_EDGE: f32 = 1.0 / 512.0;
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct Bake {
+    #[command(flatten)]
+    input: SceneInput,
+    /// The scene with transfer at its vertices, a .glb file, or the transfer alone, a .safetensors file, as which --mode glossy,
+    /// --texels and --grid are written
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// What light may do on its way to a vertex
+    #[arg(long, value_enum, default_value = "interreflected")]
+    mode: ModeName,
+    /// The order (number of bands), 1 to 8: n² coefficients, three times as many where light meets colours
+    #[arg(long, value_name = "N", default_value = "4", value_parser = order)]
+    order: usize,
+    /// Paths from each vertex, 1 to 16777216; powers of two are distributed best
+    #[arg(long, value_name = "N", default_value = "1024", value_parser = samples)]
+    samples: u32,
+    /// With --mode interreflected and glossy: reflections at most, 0 to 255 [default: 3]
+    #[arg(long, value_name = "B", value_parser = bounces)]
+    bounces: Option<usize>,
+    /// With --mode interreflected and glossy: leave out bounces that carry less than this part of the energy; 0 keeps all [default: 0.001]
+    #[arg(long, value_name = "X", value_parser = part)]
+    energy_stop: Option<f64>,
+    /// The same seed gives the same bytes
+    #[arg(long, value_name = "S", default_value = "0")]
+    seed: u64,
+    /// Split triangles first until no edge is longer than this, in the scene's unit of length
+    #[arg(long, value_name = "L", value_parser = values::positive)]
+    max_edge: Option<f64>,
+    /// Split edges whose ends' transfer differs by more than this part of the mean, such as 0.1
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    adaptive: Option<f64>,
+    /// With --adaptive: leave edges that are shorter than this [default: 1/512 of the scene's diagonal]
+    #[arg(long, value_name = "L", value_parser = values::positive)]
+    min_edge: Option<f64>,
+    /// Bake at the texels of a lightmap of so many by so many instead of at vertices; scenes need texture coordinates that
+    /// do not overlap, in set 1 or else 0
+    #[arg(long, value_name = "W", value_parser = texels, conflicts_with_all = ["grid", "clusters", "components", "weights"])]
+    texels: Option<usize>,
+    /// Bake what arrives at points in space, matrices, at so many along x, y and z of the scene's box
+    #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, conflicts_with_all = ["clusters", "components", "weights"])]
+    grid: Option<[usize; 3]>,
+    /// Compress to this many clusters of vertices at most, 1 to 65536 [default with --components or --weights: 64]
+    #[arg(long, value_name = "K", value_parser = clusters)]
+    clusters: Option<usize>,
+    /// Compress to this many components in each cluster [default with --clusters or --weights: 8]
+    #[arg(long, value_name = "N", value_parser = components)]
+    components: Option<usize>,
+    /// Compress, and store weights so [default with --clusters or --components: f32]
+    #[arg(long, value_enum)]
+    weights: Option<WeightsName>,
+    /// Start anew, even if there is a checkpoint of a bake that was stopped
+    #[arg(long)]
+    fresh: bool,
+    /// Print {"vertices", "triangles", "rays", "seconds", "stderr_dc", ...} on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum ModeName {
+    /// It meets nothing
+    Unshadowed,
+    /// The scene stops it
+    Shadowed,
+    /// The scene stops it and sends it on
+    Interreflected,
+    /// The same before it is reflected, as matrices: for surfaces that shine
+    Glossy,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum WeightsName {
+    F32,
+    U16,
+    U8,
+}
+
+impl ModeName {
+    const fn mode(self) -> Mode {
+        match self {
+            Self::Unshadowed => Mode::Unshadowed,
+            Self::Shadowed => Mode::Shadowed,
+            Self::Interreflected | Self::Glossy => Mode::Interreflected,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Unshadowed => "unshadowed",
+            Self::Shadowed => "shadowed",
+            Self::Interreflected => "interreflected",
+            Self::Glossy => "glossy",
+        }
+    }
+}
+
+fn order(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, Transfer::MAX_ORDER, "an order (number of bands)")
+}
+
+fn samples(text: &str) -> Result<u32, String> {
+    values::whole(text, 1, MAX_SAMPLES, "a number of paths").map(|n| n as u32)
+}
+
+fn bounces(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, MAX_BOUNCES, "a number of reflections")
+}
+
+fn texels(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, 1 << 14, "a number of texels")
+}
+
+fn clusters(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, CompressOptions::MAX_CLUSTERS, "a number of clusters")
+}
+
+fn components(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, 3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER, "a number of components")
+}
+
+/// Points along three axes.
+fn grid(text: &str) -> Result<[usize; 3], String> {
+    let numbers = values::numbers::<3>(text)?;
+    if numbers.iter().any(|n| n.fract() != 0.0 || !(2.0..=4096.0).contains(n)) {
+        return Err("expected three whole numbers from 2 to 4096".to_owned());
+    }
+    Ok(numbers.map(|n| n as usize))
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    match values::finite(text)? {
+        x if (0.0..1.0).contains(&x) => Ok(x),
+        x => Err(format!("expected a number from 0 to below 1, found {x}")),
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    vertices: usize,
+    triangles: usize,
+    rays: u64,
+    seconds: f64,
+    stderr_dc: f64,
+    points: usize,
+    bounces: usize,
+    energy_per_bounce: &'a [f64],
+    energy_left: f64,
+    /// Clusters, components, bytes, bytes before for each of them, relative error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compression: Option<Value>,
+}
+
+impl Bake {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        self.check_options()?;
+        output::check_file(&self.output)?;
+        let given = self.input.read(talk)?;
+        let (scene, is_split) = self.split(given, talk)?;
+        let checkpoint = Checkpoint::beside(&self.output);
+        if self.fresh {
+            checkpoint.discard()?;
+        }
+        let (report, compression) = if let Some(counts) = self.grid {
+            (self.bake_grid(&scene, counts, &checkpoint, talk)?, None)
+        } else if let Some(width) = self.texels {
+            (self.bake_texels(&scene, width, &checkpoint, talk)?, None)
+        } else if self.mode == ModeName::Glossy {
+            (self.bake_glossy(&scene, &checkpoint, talk)?, None)
+        } else {
+            self.bake_vertices(&scene, is_split, &checkpoint, talk)?
+        };
+        checkpoint.finish();
+        self.tell(&scene, &report, compression.as_ref(), talk)
+    }
+
+    /// An option that would be ignored is a misunderstanding.
+    fn check_options(&self) -> anyhow::Result<()> {
+        let is_glossy = self.mode == ModeName::Glossy;
+        let has_bounces = is_glossy || self.mode == ModeName::Interreflected;
+        let (has_edges, is_compressed) =
+            (self.max_edge.is_some() || self.adaptive.is_some(), self.compression().is_some());
+        let is_elsewhere = self.texels.is_some() || self.grid.is_some();
+        let ignored = [
+            (self.bounces.is_some() && !has_bounces, "--bounces: only of --mode interreflected and glossy"),
+            (self.energy_stop.is_some() && !has_bounces, "--energy-stop: only of --mode interreflected and glossy"),
+            (has_edges && is_elsewhere, "--max-edge and --adaptive: light is not at vertices with --texels and --grid"),
+            (is_glossy && is_elsewhere, "--mode glossy: at vertices only; --grid bakes matrices by itself"),
+            (is_glossy && is_compressed, "--clusters, --components and --weights: not of --mode glossy"),
+            (
+                self.is_glb() && (is_glossy || is_elsewhere),
+                "-o: --mode glossy, --texels and --grid are written as .safetensors",
+            ),
+            (self.min_edge.is_some() && self.adaptive.is_none(), "--min-edge: only of --adaptive"),
+        ];
+        if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
+            bail!(message);
+        }
+        if !self.is_glb() && !has_extension(&self.output, "safetensors") {
+            bail!("{}: expected a name that ends in .glb or .safetensors", self.output.display());
+        }
+        Ok(())
+    }
+
+    fn is_glb(&self) -> bool {
+        has_extension(&self.output, "glb")
+    }
+
+    fn bake_options(&self) -> BakeOptions {
+        let defaults = BakeOptions::default();
+        BakeOptions {
+            mode: self.mode.mode(),
+            order: self.order,
+            samples: self.samples,
+            bounces: self.bounces.unwrap_or(defaults.bounces),
+            energy_stop: self.energy_stop.unwrap_or(defaults.energy_stop),
+            seed: self.seed,
+            channels: None,
+        }
+    }
+
+    /// The scene with edges split as the options say, and whether any option said so.
+    fn split(&self, scene: Scene, talk: Talk) -> anyhow::Result<(Scene, bool)> {
+        let mut scene = scene;
+        if let Some(max_edge) = self.max_edge {
+            scene = scene.split_edges(max_edge as f32)?;
+        }
+        if let Some(threshold) = self.adaptive {
+            let bounds = scene.bounds();
+            let diagonal = (0..3).map(|k| (bounds.max[k] - bounds.min[k]).powi(2)).sum::<f32>().sqrt();
+            let mode = if self.mode == ModeName::Unshadowed { Mode::Unshadowed } else { Mode::Shadowed };
+            let options = AdaptiveOptions {
+                threshold,
+                min_edge: self.min_edge.map_or(diagonal * SHORTEST_EDGE, |edge| edge as f32),
+                bake: BakeOptions { mode, samples: ADAPTIVE_SAMPLES, ..self.bake_options() },
+            };
+            let bar = talk.bar("split", 1);
+            let (finer, report) = split_adaptively(&scene, &options, &mut |progress| {
+                show(&bar, "split", progress);
+                ControlFlow::Continue(())
+            })?;
+            bar.finish_and_clear();
+            let (before, after, rounds) = (report.vertices_before, report.vertices, report.rounds);
+            let mut text = format!("{after} vertices after {rounds} rounds of splitting, {before} before");
+            if report.unresolved > 0 {
+                text += &format!("; {} edges still differ by more and are too short to be split", report.unresolved);
+            }
+            talk.note(&self.input.name(), &text);
+            scene = finer;
+        }
+        Ok((scene, self.max_edge.is_some() || self.adaptive.is_some()))
+    }
+
+    fn bake_vertices(
+        &self,
+        scene: &Scene,
+        is_split: bool,
+        checkpoint: &Checkpoint,
+        talk: Talk,
+    ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
+        // All of the output but for the transfer, so that what is wrong with it shows before the bake.
+        let glb = if self.is_glb() { Some(self.glb(scene, is_split, talk)?) } else { None };
+        let transfer = self.bytes(scene.vertex_count(), self.order.pow(2));
+        if let Some(glb) = &glb {
+            glb.check_size(self.order, Channels::Rgb)?;
+        }
+        check_room(&self.output, glb.as_ref().map_or(transfer, |glb| glb.size(self.order, Channels::Rgb)), transfer)?;
+        let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
+        let bvh = Bvh::new(scene);
+        let (transfer, report) = checkpoint
+            .watched(talk, |path, progress| bake_resumable(scene, &bvh, &receivers, &options, path, progress))?;
+        let mut recipe = self.recipe(&report);
+        let Some(compression) = self.compression() else {
+            match glb {
+                Some(glb) => glb.write(&self.output, &transfer, &recipe)?,
+                None => write_transfer(&self.output, &transfer, &recipe)?,
+            }
+            return Ok((report, None));
+        };
+        let (compressed, saved) = CompressedTransfer::new(&transfer, &compression)?;
+        recipe["relative_error"] = json!(saved.relative_error);
+        match glb {
+            Some(glb) => glb.write_compressed(&self.output, &compressed, &recipe)?,
+            None => write_compressed_transfer(&self.output, &compressed)?,
+        }
+        Ok((report, Some(saved)))
+    }
+
+    fn bake_glossy(&self, scene: &Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
+        let bytes = self.bytes(scene.vertex_count(), self.order.pow(4));
+        check_room(&self.output, bytes, bytes)?;
+        let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
+        let bvh = Bvh::new(scene);
+        let (matrices, report) = checkpoint
+            .watched(talk, |path, progress| bake_matrices(scene, &bvh, &receivers, &options, Some(path), progress))?;
+        write_matrices(&self.output, &matrices, &self.recipe(&report))?;
+        Ok(report)
+    }
+
+    fn bake_texels(
+        &self,
+        scene: &Scene,
+        width: usize,
+        checkpoint: &Checkpoint,
+        talk: Talk,
+    ) -> anyhow::Result<BakeReport> {
+        let texels = TexelReceivers::new(scene, width)?;
+        let bands = self.order.pow(2);
+        check_room(&self.output, self.bytes(width * width, bands), self.bytes(texels.receivers().len(), bands))?;
+        let options = self.bake_options();
+        let bvh = Bvh::new(scene);
+        let (transfer, report) = checkpoint.watched(talk, |path, progress| {
+            bake_resumable(scene, &bvh, texels.receivers(), &options, path, progress)
+        })?;
+        write_transfer(&self.output, &texels.picture(&transfer)?, &self.recipe(&report))?;
+        Ok(report)
+    }
+
+    fn bake_grid(
+        &self,
+        scene: &Scene,
+        counts: [usize; 3],
+        checkpoint: &Checkpoint,
+        talk: Talk,
+    ) -> anyhow::Result<BakeReport> {
+        let grid = Grid::new(scene.bounds(), counts)?;
+        let bytes = self.bytes(counts.iter().product(), self.order.pow(4));
+        check_room(&self.output, bytes, bytes)?;
+        let options = self.bake_options();
+        let bvh = Bvh::new(scene);
+        let (neighbourhood, report) = checkpoint
+            .watched(talk, |path, progress| bake_neighbourhood(scene, &bvh, &grid, &options, Some(path), progress))?;
+        write_neighbourhood(&self.output, &neighbourhood, &self.recipe(&report))?;
+        Ok(report)
+    }
+
+    /// What so many points take with so many numbers for a channel; before the bake nobody knows whether it will be grey.
+    fn bytes(&self, points: usize, numbers: usize) -> u64 {
+        (points as u64).saturating_mul(3 * 4 * numbers as u64)
+    }
+
+    fn compression(&self) -> Option<CompressOptions> {
+        if self.clusters.is_none() && self.components.is_none() && self.weights.is_none() {
+            return None;
+        }
+        let mut options = CompressOptions::default();
+        options.clusters = self.clusters.unwrap_or(options.clusters);
+        options.components = self.components.unwrap_or(options.components);
+        options.weights = match self.weights {
+            None | Some(WeightsName::F32) => WeightBits::F32,
+            Some(WeightsName::U16) => WeightBits::U16,
+            Some(WeightsName::U8) => WeightBits::U8,
+        };
+        Some(options)
+    }
+
+    fn glb(&self, scene: &Scene, is_split: bool, talk: Talk) -> anyhow::Result<BakedGlb> {
+        let glb = match self.input.gltf_file() {
+            Some(file) if !is_split => BakedGlb::of_file(file, scene)?,
+            _ => BakedGlb::of_scene(scene),
+        };
+        for note in glb.notes() {
+            talk.note(&self.input.name(), note);
+        }
+        if is_split && self.input.gltf_file().is_some() {
+            let text =
+                "split, so what the file holds beside its triangles, base colours and their textures is left out";
+            talk.note(&self.input.name(), text);
+        }
+        Ok(glb)
+    }
+
+    /// Everything that decides the bytes of the output, and nothing that differs from run to run.
+    fn recipe(&self, report: &BakeReport) -> Value {
+        let options = self.bake_options();
+        let compression = self.compression();
+        json!({
+            "scene": self.input.file_name(),
+            "mode": self.mode.name(),
+            "order": options.order,
+            "samples": options.samples,
+            "bounces": if options.mode == Mode::Interreflected { options.bounces } else { 0 },
+            "bounces_baked": report.bounces,
+            "energy_stop": options.energy_stop,
+            "seed": options.seed,
+            "max_edge": self.max_edge,
+            "adaptive": self.adaptive,
+            "min_edge": self.min_edge,
+            "texels": self.texels,
+            "clusters": compression.map(|options| options.clusters),
+            "components": compression.map(|options| options.components),
+            "rays": report.rays,
+            "stderr_dc": report.stderr_dc,
+            "versions": {"lobe": env!("CARGO_PKG_VERSION")},
+        })
+    }
+
+    fn tell(
+        &self,
+        scene: &Scene,
+        report: &BakeReport,
+        compression: Option<&CompressReport>,
+        talk: Talk,
+    ) -> anyhow::Result<()> {
+        if self.json {
+            return output::print_json(&Printed {
+                vertices: scene.vertex_count(),
+                triangles: scene.triangle_count(),
+                points: report.receivers,
+                rays: report.rays,
+                seconds: report.seconds,
+                stderr_dc: report.stderr_dc,
+                bounces: report.bounces,
+                energy_per_bounce: &report.energy_per_bounce,
+                energy_left: report.energy_left,
+                compression: compression.map(|saved| {
+                    json!({
+                        "clusters": saved.clusters, "components": saved.components, "bytes": saved.bytes,
+                        "ratio": saved.ratio(), "relative_error": saved.relative_error,
+                    })
+                }),
+            });
+        }
+        let mut text = format!(
+            "{} points, {} triangles; {} rays in {:.1} s; standard error of the constant coefficient {:.2} %",
+            report.receivers,
+            scene.triangle_count(),
+            report.rays,
+            report.seconds,
+            100.0 * report.stderr_dc
+        );
+        if let Some(saved) = compression {
+            text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio(), 100.0 * saved.relative_error);
+        }
+        talk.note(&self.output.display().to_string(), &text);
+        Ok(())
+    }
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}

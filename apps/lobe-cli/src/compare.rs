@@ -1,0 +1,183 @@
+//! `lobe compare`: how much two pictures differ.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{EnvError, FileFormat, ReadOptions, read_raster_bytes};
+use lobe::render::{
+    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, Measured, Picture, Tone, ZTest, compare, flip, hdr_flip, read_variance,
+    relative_mse,
+};
+use serde::Serialize;
+
+use crate::input::tell;
+use crate::talk::Talk;
+use crate::{output, values};
+
+/// How often two pictures of the same light are told apart by mistake.
+const SIGNIFICANCE: f64 = 0.01;
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct Compare {
+    /// A picture: .png, .jpg, .hdr, .exr or .pfm
+    #[arg(value_name = "A")]
+    image: PathBuf,
+    /// The reference it is compared with, of the same size
+    #[arg(value_name = "B")]
+    reference: PathBuf,
+    /// The measure that --max bounds [default: rmse]
+    #[arg(long, value_enum, requires = "max")]
+    metric: Option<Metric>,
+    /// Exit with 1 if the measure is above this; psnr: below
+    #[arg(long, value_name = "X", value_parser = values::finite)]
+    max: Option<f64>,
+    /// Write the FLIP error of every pixel as a .png: black for none, white for the largest
+    #[arg(short, long, value_name = "DIFF")]
+    output: Option<PathBuf>,
+    /// Test whether chance explains the differences of two .exr pictures of lobe render --mode truth; exit with 1 if not. The
+    /// level of significance is 1 % for all six numbers together (Šidák)
+    #[arg(long)]
+    z_test: bool,
+    /// How many pixels fit in one degree of the eye, for FLIP [default: 67, a 4K display as wide as it is far away]
+    #[arg(long, value_name = "N", value_parser = values::positive)]
+    pixels_per_degree: Option<f64>,
+    /// Print {"rmse", "relmse", "psnr", "flip"} instead of text, with --z-test also {"z_test": {"mean_z", "p_bias", "spread",
+    /// "p_spread"}}; psnr is null for equal pictures
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Metric {
+    /// The root of the mean squared difference of linear light
+    Rmse,
+    /// The mean squared difference relative to the reference, (a-b)²/(b² + 0.01 mean²)
+    Relmse,
+    /// Peak signal-to-noise ratio in decibels; the peak is the reference's largest value
+    Psnr,
+    /// What one sees when flipping between them, 0 to 1: FLIP for .png and .jpg, HDR-FLIP for light
+    Flip,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Found {
+    rmse: f64,
+    relmse: f64,
+    psnr: f64,
+    flip: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    z_test: Option<FoundZ>,
+}
+
+#[derive(Serialize)]
+struct FoundZ {
+    mean_z: [f64; 3],
+    p_bias: [f64; 3],
+    spread: [f64; 3],
+    p_spread: [f64; 3],
+}
+
+/// A picture, and whether it is made for a display.
+struct Read {
+    picture: Picture,
+    bytes: Vec<u8>,
+    is_display: bool,
+}
+
+impl Compare {
+    /// Whether the pictures are as close as the options ask for.
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<bool> {
+        if let Some(path) = &self.output {
+            if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
+                bail!("-o: expected a name that ends in .png, found {}", path.display());
+            }
+            output::check_file(path)?;
+        }
+        let (image, reference) = (read(&self.image, talk)?, read(&self.reference, talk)?);
+        let (a, b) = (&image.picture, &reference.picture);
+        let flip = self.flip(&image, &reference)?;
+        let ErrorReport { rmse, psnr, .. } = compare(a.pixels(), b.pixels());
+        let relmse = relative_mse(a.pixels(), b.pixels());
+        let z_test = if self.z_test { Some(self.z_test(&image, &reference)?) } else { None };
+        if let Some(path) = &self.output {
+            flip.picture().write_png(path, &Tone::PLAIN)?;
+        }
+        let found = Found {
+            rmse,
+            relmse,
+            psnr,
+            flip: flip.mean(),
+            z_test: z_test.map(|ZTest { mean_z, p_bias, spread, p_spread, .. }| FoundZ {
+                mean_z,
+                p_bias,
+                spread,
+                p_spread,
+            }),
+        };
+        if self.json {
+            output::print_json(&found)?;
+        } else {
+            output::print(&text(&found))?;
+        }
+        Ok(self.is_close(&found) && z_test.is_none_or(|test| test.passes(SIGNIFICANCE)))
+    }
+
+    fn is_close(&self, found: &Found) -> bool {
+        let Some(max) = self.max else { return true };
+        match self.metric.unwrap_or(Metric::Rmse) {
+            Metric::Rmse => found.rmse <= max,
+            Metric::Relmse => found.relmse <= max,
+            Metric::Psnr => found.psnr >= max,
+            Metric::Flip => found.flip <= max,
+        }
+    }
+
+    fn flip(&self, image: &Read, reference: &Read) -> anyhow::Result<Flip> {
+        let per_degree = self.pixels_per_degree.unwrap_or(FLIP_PIXELS_PER_DEGREE);
+        let is_display = image.is_display && reference.is_display;
+        let of = if is_display { flip } else { hdr_flip };
+        let named = |error| {
+            let (a, b) = (self.image.display(), self.reference.display());
+            anyhow::anyhow!("{a} and {b}: {error}")
+        };
+        of(&image.picture, &reference.picture, per_degree).map_err(named)
+    }
+
+    fn z_test(&self, image: &Read, reference: &Read) -> anyhow::Result<ZTest> {
+        let variance = |read: &Read, path: &Path| read_variance(&read.bytes, &path.display().to_string());
+        let (a, b) = (variance(image, &self.image)?, variance(reference, &self.reference)?);
+        Ok(ZTest::new(&measured(image, &a), &measured(reference, &b))?)
+    }
+}
+
+fn measured<'a>(read: &'a Read, (variance, degrees_of_freedom): &'a (Picture, f64)) -> Measured<'a> {
+    let (means, variances) = (read.picture.pixels(), variance.pixels());
+    Measured { means, variances, degrees_of_freedom: *degrees_of_freedom }
+}
+
+fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
+    let name = path.display().to_string();
+    let bytes = fs::read(path).map_err(|source| EnvError::Io { file: name.clone(), source })?;
+    let (raster, report) = read_raster_bytes(&bytes, &name, &ReadOptions::default())?;
+    tell(&report, &name, talk);
+    let is_display = matches!(report.format, FileFormat::Png | FileFormat::Jpeg);
+    Ok(Read { picture: Picture::new(raster.width, raster.height, raster.texels)?, bytes, is_display })
+}
+
+fn text(found: &Found) -> String {
+    let Found { rmse, relmse, psnr, flip, z_test } = found;
+    let mut text = format!("rmse    {rmse:.6}\nrelmse  {relmse:.6}\npsnr    {psnr:.3} dB\nflip    {flip:.6}\n");
+    if let Some(z) = z_test {
+        for (c, name) in ["red", "green", "blue"].into_iter().enumerate() {
+            text += &format!(
+                "z-test  {name:<5} mean z {:+.4} (p {:.3}), spread {:.4} (p {:.3})\n",
+                z.mean_z[c], z.p_bias[c], z.spread[c], z.p_spread[c]
+            );
+        }
+    }
+    text
+}

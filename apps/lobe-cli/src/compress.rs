@@ -1,0 +1,162 @@
+//! `lobe compress`: transfer in fewer bytes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use lobe::prt::{
+    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, WeightBits, error_curve,
+    write_compressed_transfer,
+};
+use serde::Serialize;
+
+use crate::transfer_input::TransferInput;
+use crate::{output, values};
+
+/// As many as a row of order 8 in colour has numbers.
+const MAX_COMPONENTS: usize = 192;
+
+/// The points of `--curve` besides those asked for: as in the paper, in fourfold and twofold steps.
+const CURVE_CLUSTERS: [usize; 6] = [1, 4, 16, 64, 256, 1024];
+const CURVE_COMPONENTS: [usize; 6] = [0, 1, 2, 4, 8, 16];
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct Compress {
+    /// A baked scene (.glb), or transfer alone (.safetensors)
+    #[arg(value_name = "IN")]
+    input: TransferInput,
+    /// The compressed transfer, a .safetensors file
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Clusters, 1 to 65536; 1 gives ordinary principal components
+    #[arg(long, value_name = "K", default_value = "64", value_parser = clusters)]
+    clusters: usize,
+    /// Components of each cluster, 0 to 192; 0 gives vector quantisation
+    #[arg(long, value_name = "C", default_value = "8", value_parser = components)]
+    components: usize,
+    /// Bits of a weight: 8 or 16 in steps of its range, or 32
+    #[arg(long, value_name = "BITS", default_value = "16", value_parser = weight_bits)]
+    weights: WeightBits,
+    /// Print also the error with other numbers of clusters and components, up to these
+    #[arg(long)]
+    curve: bool,
+    /// Print {"receivers", "clusters", "components", "squared_error", "relative_error", "bytes_before", "bytes", "ratio",
+    /// "iterations"} on stdout, and "curve" with --curve
+    #[arg(long)]
+    json: bool,
+}
+
+fn clusters(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, CompressOptions::MAX_CLUSTERS, "a number of clusters")
+}
+
+fn components(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, MAX_COMPONENTS, "a number of components")
+}
+
+fn weight_bits(text: &str) -> Result<WeightBits, String> {
+    match text {
+        "8" => Ok(WeightBits::U8),
+        "16" => Ok(WeightBits::U16),
+        "32" => Ok(WeightBits::F32),
+        _ => Err(format!("expected 8, 16 or 32 bits, found {text}")),
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    receivers: usize,
+    clusters: usize,
+    components: usize,
+    squared_error: f64,
+    relative_error: f64,
+    bytes_before: usize,
+    bytes: usize,
+    ratio: f64,
+    iterations: &'a [f64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curve: Option<Vec<Point>>,
+}
+
+#[derive(Serialize)]
+struct Point {
+    clusters: usize,
+    components: usize,
+    squared_error: f64,
+    relative_error: f64,
+    bytes: usize,
+}
+
+impl Compress {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        output::check_file(&self.output)?;
+        let transfer = self.input.read()?;
+        let options = CompressOptions {
+            clusters: self.clusters,
+            components: self.components,
+            weights: self.weights,
+            ..CompressOptions::default()
+        };
+        let (compressed, report) = CompressedTransfer::new(&transfer, &options)?;
+        write_compressed_transfer(&self.output, &compressed)?;
+        let curve = if self.curve { Some(self.curve_of(&transfer, &options)?) } else { None };
+        if self.json {
+            let printed = printed(transfer.receivers(), &report, curve.as_deref());
+            output::print_json(&printed)
+        } else {
+            output::print(&text(&report, curve.as_deref()))
+        }
+    }
+
+    fn curve_of(&self, transfer: &Transfer, options: &CompressOptions) -> anyhow::Result<Vec<CurvePoint>> {
+        let up_to = |steps: &[usize], most: usize| {
+            let below = steps.iter().copied().filter(|n| *n < most);
+            below.chain([most]).collect::<Vec<usize>>()
+        };
+        let clusters = up_to(&CURVE_CLUSTERS, self.clusters);
+        let components = up_to(&CURVE_COMPONENTS, self.components);
+        Ok(error_curve(transfer, &clusters, &components, options)?)
+    }
+}
+
+fn printed<'a>(receivers: usize, report: &'a CompressReport, curve: Option<&[CurvePoint]>) -> Printed<'a> {
+    let point = |p: &CurvePoint| Point {
+        clusters: p.clusters,
+        components: p.components,
+        squared_error: p.squared_error,
+        relative_error: p.relative_error,
+        bytes: p.bytes,
+    };
+    Printed {
+        receivers,
+        clusters: report.clusters,
+        components: report.components,
+        squared_error: report.squared_error,
+        relative_error: report.relative_error,
+        bytes_before: report.bytes_before,
+        bytes: report.bytes,
+        ratio: report.ratio(),
+        iterations: &report.iterations,
+        curve: curve.map(|points| points.iter().map(point).collect()),
+    }
+}
+
+fn text(report: &CompressReport, curve: Option<&[CurvePoint]>) -> String {
+    let mut text = format!(
+        "clusters        {}\ncomponents      {}\nrelative error  {:.3e}\nbytes           {} of {}, {:.1} times fewer\n",
+        report.clusters,
+        report.components,
+        report.relative_error,
+        report.bytes,
+        report.bytes_before,
+        report.ratio()
+    );
+    if let Some(points) = curve {
+        text += "\nclusters  components  relative error  bytes with weights of 32 bits\n";
+        for p in points {
+            text += &format!("{:8}  {:10}  {:14.3e}  {}\n", p.clusters, p.components, p.relative_error, p.bytes);
+        }
+    }
+    text
+}

@@ -1,0 +1,213 @@
+//! A scene that was baked once, under a sky that turns, beside paths of light.
+
+use std::ops::ControlFlow;
+
+use lobe::prt::{BakeOptions, BakeReport, Mode, Receivers, Transfer, bake};
+use lobe::render::{
+    Camera, DistantLight, PathOptions, Picture, SampleCount, Tone, Truth, TruthOptions, ViewOptions, compare,
+    error_map, render_truth, scene_picture, write_animated_png,
+};
+use lobe::scene::{Bvh, Scene, built_in};
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Window, windowed};
+
+use super::{SWEEP, Sky, Writer, digits};
+
+/// The order of the pictures.
+const SHOWN: usize = 4;
+
+/// Turns of the sky that are shown beside the truth, in degrees.
+const TURNS: [f64; 3] = [0.0, 120.0, 240.0];
+
+/// Cells to the metre: shadows of columns need them.
+const DETAIL: usize = 3;
+
+/// How often light is reflected before it is reflected to the eye.
+const BOUNCES: usize = 2;
+
+/// Pictures of a full turn of the sky, shown in two seconds.
+const FRAMES: usize = 24;
+const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
+
+/// Rays for a pixel and axis.
+const RAYS: usize = 2;
+
+/// The baked hall and how it is looked at.
+struct Hall {
+    scene: Scene,
+    bvh: Bvh,
+    camera: Camera,
+    transfer: Transfer,
+    /// Columns and rows.
+    size: [usize; 2],
+    paths: usize,
+}
+
+impl Writer<'_> {
+    pub(super) fn transfer(&mut self, sky: &Sky) -> anyhow::Result<()> {
+        let name = sky.bundled.name;
+        self.page.section(&format!("{name}: a scene that knows what it does to light"));
+        (self.progress)("a baked hall");
+        let (hall, report) = Hall::new(self.picture)?;
+        self.page.text(&format!(
+            "Transfer was baked at the {} vertices of a built-in hall by {} rays: shadows and {BOUNCES} reflections of light from surface \
+             to surface are in it. Turning the sky costs no more than {} products for each vertex and colour. Beside it the \
+             truth, traced by {} paths for each pixel under the photograph itself.",
+            report.receivers,
+            report.rays,
+            SHOWN * SHOWN,
+            hall.paths
+        ));
+        let truths = self.stills(sky, &hall)?;
+        self.turning(sky, &hall)?;
+        self.transfer_table(sky, &hall, &truths);
+        self.page.command(&format!(
+            "lobe bake built-in:columns -o hall.glb\n\
+             lobe render hall.glb --env bundled:{name} --mode interreflected --frames 24 -o hall.png\n\
+             lobe render hall.glb --env bundled:{name} --mode truth --samples 256 -o truth.exr"
+        ));
+        Ok(())
+    }
+
+    /// Transfer, truth and difference for each turn; the truths.
+    fn stills(&mut self, sky: &Sky, hall: &Hall) -> anyhow::Result<Vec<Truth>> {
+        let mut truths = Vec::new();
+        let mut tone = None;
+        for degrees in TURNS {
+            let turn = about_z(degrees);
+            let truth = hall.truth(sky, &turn)?;
+            let tone: &Tone = tone.get_or_insert_with(|| Tone::PHOTOGRAPH.fixed_for(&truth.mean));
+            let claim = hall.picture(sky, &turn, &sky.radiance.resized(SHOWN))?;
+            let report = compare(claim.pixels(), truth.mean.pixels());
+            let width = hall.size[0];
+            for (what, picture, caption) in [
+                ("transfer", &claim, format!("turned by {degrees}°: transfer of order {SHOWN}")),
+                ("truth", &truth.mean, "the truth: paths of light".to_owned()),
+            ] {
+                let file = sky.file(&format!("hall-{degrees}-{what}.png"));
+                self.write(&file, picture, tone)?;
+                self.page.figure(&file, width, &caption);
+            }
+            let file = sky.file(&format!("hall-{degrees}-difference.png"));
+            let full_scale = 0.5 * report.mean;
+            self.write(&file, &error_map(&claim, &truth.mean, full_scale)?, &Tone::PLAIN)?;
+            self.page.figure(&file, width, "the difference, white at half of the mean");
+            truths.push(truth);
+        }
+        Ok(truths)
+    }
+
+    /// The sky turns once around.
+    fn turning(&mut self, sky: &Sky, hall: &Hall) -> anyhow::Result<()> {
+        let light = sky.radiance.resized(SHOWN);
+        let frame = |k: usize| hall.picture(sky, &about_z(360.0 * k as f64 / FRAMES as f64), &light);
+        let frames = (0..FRAMES).map(frame).collect::<anyhow::Result<Vec<Picture>>>()?;
+        let file = sky.file("hall-turning.png");
+        (self.progress)(&file);
+        write_animated_png(
+            self.folder.join(&file),
+            &frames,
+            &Tone::PHOTOGRAPH.fixed_for(&frames[0]),
+            SECONDS_PER_FRAME,
+        )?;
+        self.page.figure(&file, hall.size[0], "the sky turns, by transfer alone");
+        Ok(())
+    }
+
+    /// How near the truth each order comes, with and without a window.
+    fn transfer_table(&mut self, sky: &Sky, hall: &Hall, truths: &[Truth]) {
+        (self.progress)("transfer by order");
+        let mut rows = Vec::new();
+        let (mut last, mut rings) = (f64::NEG_INFINITY, false);
+        for order in 1..=SWEEP {
+            let radiance = sky.radiance.resized(order);
+            let calm = windowed(&radiance, &Window::Hanning { width: (order + 1) as f64 });
+            let [plain, calm] = [&radiance, &calm].map(|light| hall.psnr(light, truths));
+            let note = if plain < last { "rings: less than the order before" } else { "" };
+            rings |= plain < last;
+            last = plain;
+            rows.push(vec![
+                order.to_string(),
+                format!("{} dB", digits(plain)),
+                format!("{} dB", digits(calm)),
+                note.to_owned(),
+            ]);
+        }
+        let why = if rings {
+            "Where a higher order comes out lower, it rings: what is cut off a sun swings below zero, and between two orders the \
+             trough changes places with the crest. The window calms it and blurs the light."
+        } else {
+            "Each order comes nearer; a window, which this light does not need, costs sharpness."
+        };
+        self.page.text(&format!(
+            "The peak signal-to-noise ratio over what is seen of the hall, under the three skies together, by the order of light and \
+             transfer, plain and with a window (Hanning, zero one band above the order). {why}"
+        ));
+        self.page.table(&["order", "PSNR", "windowed", ""], &rows);
+    }
+}
+
+impl Hall {
+    /// Bakes it. `picture` is the width of pictures on the page.
+    fn new(picture: usize) -> anyhow::Result<(Self, BakeReport)> {
+        let scene = built_in::columns_hall(DETAIL);
+        let bvh = Bvh::new(&scene);
+        let receivers = Receivers::at_vertices(&scene)?;
+        let samples = picture as u32;
+        let options = BakeOptions {
+            mode: Mode::Interreflected,
+            order: SWEEP,
+            samples,
+            bounces: BOUNCES,
+            ..BakeOptions::default()
+        };
+        let (transfer, report) = bake(&scene, &bvh, &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
+        let Some(camera) = Camera::look_at([10.0, -11.0, 4.5], [0.0, 0.0, 1.6], 18_f64.to_radians()) else {
+            unreachable!("the eye is not where it looks")
+        };
+        let size = [picture * 3 / 5, picture * 2 / 5];
+        Ok((Self { scene, bvh, camera, transfer, size, paths: picture / 8 }, report))
+    }
+
+    /// The hall under the turned light, the turned photograph behind it.
+    fn picture(&self, sky: &Sky, turn: &Rotation, light: &ShVec<Rgb<f64>>) -> anyhow::Result<Picture> {
+        let behind = DistantLight::from_map(sky.map.clone()).turned(turn);
+        let lit = self.transfer.exit_radiance(turn.rotated(light).coefficients());
+        let [width, height] = self.size;
+        let options = ViewOptions { width, height, rays: RAYS };
+        let background = |s: Dir| behind.radiance(s);
+        Ok(scene_picture(&self.scene, &self.bvh, &self.camera, &options, background, |hit| hit.at_corners(&lit))?)
+    }
+
+    fn truth(&self, sky: &Sky, turn: &Rotation) -> anyhow::Result<Truth> {
+        let light = DistantLight::from_map(sky.map.clone()).turned(turn);
+        let [width, height] = self.size;
+        let paths = PathOptions { bounces: BOUNCES, ..PathOptions::default() };
+        let options = TruthOptions { width, height, count: SampleCount::of(self.paths), paths };
+        Ok(render_truth(&self.scene, &self.bvh, &self.camera, &light, &options, |_| ControlFlow::Continue(()))?)
+    }
+
+    /// Over all pixels that show nothing but the hall, under all turns.
+    fn psnr(&self, light: &ShVec<Rgb<f64>>, truths: &[Truth]) -> f64 {
+        let (mut found, mut expected) = (Vec::new(), Vec::new());
+        let [width, height] = self.size;
+        let options = ViewOptions { width, height, rays: RAYS };
+        for (degrees, truth) in TURNS.into_iter().zip(truths) {
+            let lit = self.transfer.exit_radiance(about_z(degrees).rotated(light).coefficients());
+            let black = |_: Dir| Rgb::new(0.0, 0.0, 0.0);
+            let picture =
+                scene_picture(&self.scene, &self.bvh, &self.camera, &options, black, |hit| hit.at_corners(&lit));
+            let Ok(picture) = picture else { unreachable!("the picture has pixels and rays") };
+            for (i, coverage) in truth.coverage.iter().enumerate() {
+                if *coverage == 1.0 {
+                    found.push(picture.pixels()[i]);
+                    expected.push(truth.mean.pixels()[i]);
+                }
+            }
+        }
+        compare(&found, &expected).psnr
+    }
+}
+
+fn about_z(degrees: f64) -> Rotation {
+    Rotation::from_axis_angle(Dir::Z, degrees.to_radians())
+}

@@ -1,0 +1,73 @@
+//! `lobe fit-lobes`: transfer as lobes that turn with a surface that bends.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal, write_zonal_transfer};
+use serde::Serialize;
+
+use crate::transfer_input::TransferInput;
+use crate::{output, values};
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct FitLobes {
+    /// A baked scene (.glb), or transfer alone (.safetensors)
+    #[arg(value_name = "IN")]
+    input: TransferInput,
+    /// The lobes, a .safetensors file
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Lobes of each vertex, 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = lobes)]
+    lobes: usize,
+    /// Take the closed form: the axis of a single lobe is the optimal linear direction
+    #[arg(long)]
+    closed_form: bool,
+    /// Print {"receivers", "lobes", "squared_error", "relative_error", "worst_relative_error", "bytes"} on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+fn lobes(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, ZonalTransfer::MAX_LOBES, "a number of lobes")
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed {
+    receivers: usize,
+    lobes: usize,
+    squared_error: f64,
+    relative_error: f64,
+    worst_relative_error: f64,
+    bytes: usize,
+}
+
+impl FitLobes {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        output::check_file(&self.output)?;
+        let transfer = self.input.read()?;
+        let options = ZonalFitOptions { lobes: self.lobes, optimise: !self.closed_form, ..ZonalFitOptions::default() };
+        let (zonal, report) = fit_zonal(&transfer, &options)?;
+        write_zonal_transfer(&self.output, &zonal)?;
+        let printed = Printed {
+            receivers: zonal.receivers(),
+            lobes: zonal.lobes(),
+            squared_error: report.squared_error,
+            relative_error: report.relative_error,
+            worst_relative_error: report.worst_relative_error,
+            bytes: zonal.bytes(),
+        };
+        if self.json { output::print_json(&printed) } else { output::print(&printed.to_text()) }
+    }
+}
+
+impl Printed {
+    fn to_text(&self) -> String {
+        format!(
+            "receivers       {}\nlobes           {}\nrelative error  {:.3e}, at worst {:.3e}\nbytes           {}\n",
+            self.receivers, self.lobes, self.relative_error, self.worst_relative_error, self.bytes
+        )
+    }
+}

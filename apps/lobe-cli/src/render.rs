@@ -1,0 +1,360 @@
+//! `lobe render`: a scene under distant light, by transfer or by paths.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::render::{
+    Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, SampleCount, Surfaces, Tone, Truth,
+    TruthOptions, ViewOptions, render_truth, scene_picture, write_animated_png,
+};
+use lobe::scene::{Bvh, Scene};
+use lobe::sh::{Coefficient as _, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+
+use crate::picture::note_clamped;
+use crate::render_light::{LightInput, ReadLight};
+use crate::render_transfer::{Asked, Lobe, Prepared, parse_lobe, prepare};
+use crate::render_view::ViewInput;
+use crate::scene_input::SceneInput;
+use crate::talk::Talk;
+use crate::{output, values};
+
+/// Limits that only slips of the finger exceed.
+const MAX_SAMPLES: usize = 1 << 20;
+const MAX_BOUNCES: usize = 255;
+const MAX_FRAMES: usize = 1000;
+
+/// Samples of a pixel without --samples: paths of the truth, rays of all else.
+const PATHS: usize = 64;
+const RAYS: usize = 4;
+
+/// Bounces without --bounces, as in the bake.
+const BOUNCES: usize = 3;
+
+/// The order of irradiance without --order: more of it is hardly seen.
+const IRRADIANCE_ORDER: usize = 3;
+
+/// A surface that an order of 4 can just show.
+const LOBE: Lobe = Lobe::Ggx(0.3);
+
+/// A turn of 36 frames takes three seconds.
+const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
+
+/// Steps of the bar of one picture.
+const STEPS: u64 = 1000;
+
+#[derive(Args)]
+pub(crate) struct Render {
+    #[command(flatten)]
+    scene: SceneInput,
+    #[command(flatten)]
+    light: LightInput,
+    /// How the picture is made
+    #[arg(long, value_enum)]
+    mode: Mode,
+    /// The picture: .png tone-mapped for looking at, .exr with the values; of the truth with variance, albedo, normal, depth and
+    /// coverage
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    view: ViewInput,
+    /// Paths (truth) or rays (else) for each pixel [default: 64, 4]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<usize>,
+    /// truth, interreflected, glossy: how often light is reflected before the surface that is seen reflects it [default: 3]
+    #[arg(long, value_name = "B", value_parser = bounces)]
+    bounces: Option<usize>,
+    /// truth: how surfaces reflect [default: matte, as in a bake]
+    #[arg(long, value_enum)]
+    surfaces: Option<SurfaceModel>,
+    /// truth: another seed gives other paths [default: 0]
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    bake_samples: Option<usize>,
+    /// glossy: the lobe that surfaces mirror with, tinted by their base colour [default: ggx:0.3]
+    #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
+    lobe: Option<Lobe>,
+    /// All but truth: what is seen behind the scene [default: env]
+    #[arg(long, value_enum)]
+    background: Option<Background>,
+    /// Multiply the light of a .png by this before it is shown [default: what suits the picture, with --frames the first]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    exposure: Option<f64>,
+    /// Turn the light once around in this many pictures: OUT-000.png (or .exr) and on, and all of them as an animation in
+    /// OUT.png
+    #[arg(long, value_name = "N", value_parser = frames)]
+    frames: Option<usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Mode {
+    /// By paths of light: shadows and reflections between surfaces
+    Truth,
+    /// The irradiance of the expansion by shading normal, times albedo/π
+    Irradiance,
+    /// Transfer without shadows
+    Unshadowed,
+    /// Transfer with shadows
+    Shadowed,
+    /// Transfer with shadows and reflections between surfaces
+    Interreflected,
+    /// Transfer matrices with shadows and reflections between surfaces, and rough mirrors
+    Glossy,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum SurfaceModel {
+    /// Lambert with the base colour as albedo
+    Matte,
+    /// The metallic-roughness model of glTF
+    Gltf,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Background {
+    /// The environment as it was given
+    Env,
+    /// The expansion that lights the scene
+    Light,
+}
+
+fn samples(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_SAMPLES, "a number of samples")
+}
+
+fn bounces(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, MAX_BOUNCES, "a number of reflections")
+}
+
+fn frames(text: &str) -> Result<usize, String> {
+    values::whole(text, 2, MAX_FRAMES, "a number of pictures")
+}
+
+/// One picture, with all that is known of it if it was traced.
+enum Rendered {
+    Traced(Box<Truth>),
+    Shaded(Picture),
+}
+
+impl Rendered {
+    fn picture(&self) -> &Picture {
+        match self {
+            Self::Traced(truth) => &truth.mean,
+            Self::Shaded(picture) => picture,
+        }
+    }
+}
+
+/// What stays the same from frame to frame.
+struct Work<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    camera: Camera,
+    light: &'a ReadLight,
+    /// None where the light is used as it was given.
+    expansion: Option<ShVec<Rgb<f64>>>,
+    transfer: Option<&'a Prepared>,
+}
+
+impl Render {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        self.check_options()?;
+        let frames = self.frames.unwrap_or(1);
+        for path in (0..frames).map(|k| self.frame_path(k)).chain(self.animation_path()) {
+            output::check_file(&path)?;
+        }
+        let light = self.light.read(talk)?;
+        let (scene, transfer) = match self.asked() {
+            None => (self.scene.read(talk)?, None),
+            Some(asked) => {
+                let prepared = prepare(&self.scene, &asked, talk)?;
+                (prepared.scene.clone(), Some(prepared))
+            }
+        };
+        let bvh = Bvh::new(&scene);
+        let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, Prepared::order);
+        let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
+        let work = Work {
+            scene: &scene,
+            bvh: &bvh,
+            camera: self.view.camera(&scene)?,
+            light: &light,
+            expansion: is_expansion.then(|| self.light.expansion(&light, order)),
+            transfer: transfer.as_ref(),
+        };
+        self.render_all(&work, frames, talk)
+    }
+
+    fn render_all(&self, work: &Work<'_>, frames: usize, talk: Talk) -> anyhow::Result<()> {
+        let bar = talk.bar("render", frames as u64 * STEPS);
+        let mut tone = None;
+        let mut animation = Vec::new();
+        for k in 0..frames {
+            let turn = self.light.turn(k, frames);
+            let rendered = self.render(work, &turn, &|part| {
+                bar.set_position(k as u64 * STEPS + (part * STEPS as f64) as u64);
+            })?;
+            let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
+            self.write(&rendered, &tone, k, talk)?;
+            if self.frames.is_some() {
+                animation.push(rendered.picture().clone());
+            }
+        }
+        bar.finish_and_clear();
+        if let (Some(path), Some(tone)) = (self.animation_path(), tone) {
+            write_animated_png(path, &animation, &tone, SECONDS_PER_FRAME)?;
+        }
+        Ok(())
+    }
+
+    fn render(&self, work: &Work<'_>, turn: &Rotation, progress: &dyn Fn(f64)) -> anyhow::Result<Rendered> {
+        let (width, height) = self.view.size();
+        if self.mode == Mode::Truth {
+            let light = match &work.expansion {
+                Some(f) => DistantLight::from_expansion(f.clone()),
+                None => work.light.as_it_is(),
+            };
+            let options = TruthOptions {
+                width,
+                height,
+                count: SampleCount::of(self.samples.unwrap_or(PATHS)),
+                paths: self.path_options(),
+            };
+            let truth = render_truth(work.scene, work.bvh, &work.camera, &light.turned(turn), &options, |part| {
+                progress(part);
+                ControlFlow::Continue(())
+            })?;
+            return Ok(Rendered::Traced(Box::new(truth)));
+        }
+        let Some(f) = &work.expansion else { unreachable!("all modes but truth light with an expansion") };
+        let behind = match self.background.unwrap_or(Background::Env) {
+            Background::Env => work.light.as_it_is(),
+            Background::Light => DistantLight::from_expansion(f.clone()),
+        };
+        let behind = behind.turned(turn);
+        let f = turn.rotated(f);
+        let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
+        let options = ViewOptions { width, height, rays };
+        let (scene, bvh, camera) = (work.scene, work.bvh, &work.camera);
+        let picture = match work.transfer {
+            Some(prepared) => {
+                let lit = prepared.lit(&f);
+                scene_picture(scene, bvh, camera, &options, |s| behind.radiance(s), |hit| lit.radiance(hit))
+            }
+            None => {
+                let irradiance = convolved(&f, &Zonal::clamped_cosine(f.order()));
+                scene_picture(
+                    scene,
+                    bvh,
+                    camera,
+                    &options,
+                    |s| behind.radiance(s),
+                    |hit| (hit.albedo * irradiance.eval(hit.normal)).scale(std::f64::consts::FRAC_1_PI),
+                )
+            }
+        };
+        progress(1.0);
+        Ok(Rendered::Shaded(picture?))
+    }
+
+    fn path_options(&self) -> PathOptions {
+        let surfaces = match self.surfaces {
+            None | Some(SurfaceModel::Matte) => Surfaces::Matte,
+            Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
+        };
+        PathOptions {
+            bounces: self.bounces.unwrap_or(BOUNCES),
+            strategy: LightStrategy::Both,
+            surfaces,
+            seed: self.seed.unwrap_or(0),
+        }
+    }
+
+    /// What transfer the mode needs.
+    fn asked(&self) -> Option<Asked> {
+        let mode = match self.mode {
+            Mode::Truth | Mode::Irradiance => return None,
+            Mode::Unshadowed => lobe::prt::Mode::Unshadowed,
+            Mode::Shadowed => lobe::prt::Mode::Shadowed,
+            Mode::Interreflected | Mode::Glossy => lobe::prt::Mode::Interreflected,
+        };
+        let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
+        Some(Asked { mode, order: self.light.order(), samples: self.bake_samples, bounces: self.bounces, lobe })
+    }
+
+    fn tone(&self, first: &Picture) -> Tone {
+        match self.exposure {
+            Some(exposure) => Tone { exposure: Exposure::Fixed(exposure), ..Tone::PHOTOGRAPH },
+            None => Tone::PHOTOGRAPH.fixed_for(first),
+        }
+    }
+
+    fn write(&self, rendered: &Rendered, tone: &Tone, k: usize, talk: Talk) -> anyhow::Result<()> {
+        let path = self.frame_path(k);
+        let name = path.display().to_string();
+        if self.is_png() {
+            rendered.picture().write_png(&path, tone)?;
+            if let (0, Exposure::Fixed(exposure), Curve::Reinhard { .. }) = (k, tone.exposure, tone.curve) {
+                talk.note(&name, &format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values"));
+            }
+            return Ok(());
+        }
+        match rendered {
+            Rendered::Traced(truth) => truth.write_exr(&path)?,
+            Rendered::Shaded(picture) => {
+                let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
+                note_clamped(&name, write_env(&path, &pixels, &WriteOptions::default())?, talk);
+            }
+        }
+        Ok(())
+    }
+
+    /// An option that would be ignored is a misunderstanding.
+    fn check_options(&self) -> anyhow::Result<()> {
+        let is_truth = self.mode == Mode::Truth;
+        let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance);
+        let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy);
+        let ignored = [
+            (self.bounces.is_some() && !bounces, "--bounces: only of --mode truth, interreflected and glossy"),
+            (self.surfaces.is_some() && !is_truth, "--surfaces: only of --mode truth; all others are matte"),
+            (self.seed.is_some() && !is_truth, "--seed: only --mode truth is random"),
+            (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
+            (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
+            (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
+            (self.exposure.is_some() && !self.is_png() && self.frames.is_none(), "--exposure: only of .png pictures"),
+        ];
+        if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
+            bail!("{message}; leave the option out");
+        }
+        if !self.is_png() && !self.has_extension("exr") {
+            bail!("-o: expected a name that ends in .png or .exr, found {}", self.output.display());
+        }
+        Ok(())
+    }
+
+    fn is_png(&self) -> bool {
+        self.has_extension("png")
+    }
+
+    fn has_extension(&self, extension: &str) -> bool {
+        self.output.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+    }
+
+    /// Where picture `k` goes.
+    fn frame_path(&self, k: usize) -> PathBuf {
+        if self.frames.is_none() {
+            return self.output.clone();
+        }
+        let stem = self.output.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = if self.is_png() { "png" } else { "exr" };
+        self.output.with_file_name(format!("{stem}-{k:03}.{extension}"))
+    }
+
+    fn animation_path(&self) -> Option<PathBuf> {
+        self.frames.map(|_| self.output.with_extension("png"))
+    }
+}

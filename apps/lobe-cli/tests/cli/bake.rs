@@ -1,0 +1,342 @@
+//! `lobe bake`: what it writes, and what it refuses in one line before any work.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use lobe::prt::{read_baked, read_matrices, read_neighbourhood, read_transfer};
+use lobe::scene::{Mesh, ReadOptions, built_in, read_scene};
+use serde_json::{Value, json};
+
+use crate::harness::Dir;
+
+/// What takes longer has begun to do what a file claims instead of refusing it.
+const AT_ONCE: Duration = Duration::from_secs(10);
+
+/// A square of two triangles in `scene.gltf`, its numbers in `scene.bin`.
+fn square() -> Value {
+    json!({
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"name": "square", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 12},
+        ],
+        "buffers": [{"byteLength": 60, "uri": "scene.bin"}],
+    })
+}
+
+fn square_bin(first: f32) -> Vec<u8> {
+    let positions = [first, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+    let indices: [u16; 6] = [0, 1, 2, 0, 2, 3];
+    let positions = positions.iter().flat_map(|c: &f32| c.to_le_bytes());
+    positions.chain(indices.iter().flat_map(|i| i.to_le_bytes())).collect()
+}
+
+/// A folder with the square.
+fn with_square(change: impl FnOnce(&mut Value)) -> Dir {
+    let dir = Dir::new();
+    let mut json = square();
+    change(&mut json);
+    dir.file("scene.gltf", json.to_string());
+    dir.file("scene.bin", square_bin(0.0));
+    dir
+}
+
+/// The refusal of a file, which comes at once, names the file and leaves nothing behind.
+fn refusal(dir: &Dir, name: &str) -> String {
+    let before = dir.names();
+    let start = Instant::now();
+    let line = dir.lobe(&format!("bake {name} -o out.glb")).error();
+    assert!(start.elapsed() < AT_ONCE, "{:?} for {line}", start.elapsed());
+    assert_eq!(dir.names(), before, "files after {line}");
+    line.strip_prefix(&format!("{name}: ")).unwrap_or_else(|| panic!("the file is not named: {line}")).to_owned()
+}
+
+fn refusal_of_square(change: impl FnOnce(&mut Value)) -> String {
+    refusal(&with_square(change), "scene.gltf")
+}
+
+#[test]
+fn a_file_comes_back_vertex_for_vertex_with_transfer() {
+    let dir = with_square(|json| json["nodes"][0]["extras"] = json!({"kept": true}));
+    let printed = dir.lobe("bake scene.gltf -o out.glb --order 3 --samples 64 --mode shadowed --json --quiet").stdout();
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!((&printed["vertices"], &printed["triangles"]), (&json!(4), &json!(2)), "{printed}");
+    assert_eq!(printed["rays"], 4 * 64, "{printed}");
+    assert!(printed["seconds"].is_f64() && printed["stderr_dc"].is_f64(), "{printed}");
+    assert_eq!(dir.names(), ["out.glb", "scene.bin", "scene.gltf"], "no checkpoint is left");
+    let baked = read_baked(dir.path("out.glb")).unwrap();
+    let (scene, _) = read_scene(dir.path("scene.gltf"), &ReadOptions::default()).unwrap();
+    assert_eq!(baked.scene.meshes(), scene.meshes(), "meshes");
+    assert_eq!((baked.transfer.order(), baked.transfer.receivers()), (3, 4), "transfer");
+    assert_eq!((&baked.recipe["mode"], &baked.recipe["samples"]), (&json!("shadowed"), &json!(64)), "{}", baked.recipe);
+    // Nothing in the way: all of the light, T_0 = y_0 for a white surface.
+    let t = baked.transfer.vector(0, 0)[0];
+    assert!((t - 0.28209479).abs() < 1e-5, "{t}");
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes() {
+    let dir = with_square(|_| ());
+    for (name, threads) in [("a", 1), ("b", 3)] {
+        dir.lobe(&format!("bake scene.gltf -o {name}.glb --samples 32 --seed 5 --quiet --threads {threads}")).stdout();
+    }
+    assert!(dir.bytes("a.glb") == dir.bytes("b.glb"), "one thread and three");
+    dir.lobe("bake scene.gltf -o c.glb --samples 32 --seed 6 --quiet").stdout();
+    assert!(dir.bytes("a.glb") != dir.bytes("c.glb"), "another seed");
+}
+
+#[test]
+fn built_in_scenes_and_split_ones_are_written_as_they_were_baked() {
+    let dir = Dir::new();
+    dir.lobe("bake built-in:furnace -o out.glb --samples 16 --order 2 --mode shadowed --quiet").stdout();
+    let baked = read_baked(dir.path("out.glb")).unwrap();
+    let scene = built_in::named("furnace").unwrap();
+    assert_eq!(baked.transfer.receivers(), scene.vertex_count(), "vertices");
+    let all = baked.transfer.coefficients().iter().fold(0.0, |sum: f32, c| sum.max(c.abs()));
+    assert_eq!(all, 0.0, "no light comes into a closed box");
+
+    dir.lobe("bake built-in:furnace -o out.safetensors --samples 4 --order 2 --max-edge 0.1 --quiet").stdout();
+    let (transfer, recipe) = read_transfer(dir.path("out.safetensors")).unwrap();
+    let split = scene.split_edges(0.1).unwrap();
+    assert_eq!(transfer.receivers(), split.vertex_count(), "vertices of the split scene");
+    assert_eq!(recipe["max_edge"], 0.1, "{recipe}");
+}
+
+#[test]
+fn which_axis_is_up_is_asked_for_obj_and_ply_only() {
+    let dir = Dir::new();
+    dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (up, band) in [("y", 1), ("z", 2)] {
+        dir.lobe(&format!("bake t.obj -o out.glb --mode unshadowed --order 2 --quiet --up {up}")).stdout();
+        let baked = read_baked(dir.path("out.glb")).unwrap();
+        let t = baked.transfer.vector(0, 0).to_vec();
+        // The triangle faces +z of the file: -y of the world, or its +z. Y_1 = c (-y, z, -x).
+        assert!(t[band] > 0.1, "{up} up: {t:?}");
+    }
+    let line = with_square(|_| ()).lobe("bake scene.gltf -o out.glb --up z").error();
+    assert_eq!(line, "--up: only .obj and .ply files leave open which axis points up; leave the option out", "glTF");
+}
+
+#[test]
+fn edges_are_split_where_transfer_changes() {
+    let dir = Dir::new();
+    // A wall on a wide ground: its foot is dark.
+    let ground = "v -8 0 -8\nv 8 0 -8\nv 8 0 8\nv -8 0 8\nf 1 4 3 2\n";
+    let wall = "v 0 0 -1\nv 0 0 1\nv 0 2 1\nv 0 2 -1\nf 5 6 7 8\n";
+    dir.file("wall.obj", format!("{ground}{wall}"));
+    let bake = "bake wall.obj -o out.glb --order 2 --samples 16 --mode shadowed --quiet --max-edge 2";
+    dir.lobe(bake).stdout();
+    let even = read_baked(dir.path("out.glb")).unwrap().scene;
+    dir.lobe(&format!("{bake} --adaptive 0.2 --min-edge 0.3")).stdout();
+    let fine = read_baked(dir.path("out.glb")).unwrap().scene;
+    let near = |scene: &lobe::scene::Scene, inside: bool| {
+        let positions = scene.meshes().iter().flat_map(Mesh::positions);
+        positions.filter(|p| (p[0].abs().max(p[1].abs()) < 3.0) == inside).count()
+    };
+    let (gained, elsewhere) = (near(&fine, true) - near(&even, true), near(&fine, false) - near(&even, false));
+    assert!(gained > 50 && elsewhere * 4 < gained, "{gained} new vertices near the wall, {elsewhere} elsewhere");
+}
+
+#[test]
+fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
+    let dir = with_square(|_| ());
+    let bake = |args: &str| dir.lobe(&format!("bake {args} --samples 8 --order 2 --quiet")).stdout();
+    bake("scene.gltf -o m.safetensors --mode glossy --bounces 0");
+    assert_eq!(read_matrices(dir.path("m.safetensors")).unwrap().0.points(), 4, "matrices");
+    let line = dir.lobe("bake scene.gltf -o g.safetensors --grid 2,3,4 --quiet").error();
+    assert!(line.starts_with("expected a box with a volume"), "{line}");
+    bake("built-in:ball -o g.safetensors --grid 2,3,4 --mode shadowed");
+    assert_eq!(read_neighbourhood(dir.path("g.safetensors")).unwrap().0.grid().counts(), [2, 3, 4], "grid");
+    bake("built-in:furnace -o c.glb --max-edge 0.2 --mode unshadowed --clusters 3 --components 2 --weights u8");
+    let compressed = read_baked(dir.path("c.glb")).unwrap().compressed.unwrap();
+    assert_eq!((compressed.table().components(), compressed.order()), (2, 2), "compressed");
+    dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
+    bake("t.obj -o t.safetensors --texels 8");
+    assert_eq!(read_transfer(dir.path("t.safetensors")).unwrap().0.receivers(), 64, "a lightmap, dilated");
+    let line = dir.lobe("bake scene.gltf -o t.safetensors --texels 8 --quiet").error();
+    assert!(line.contains("it has no texture coordinates for a lightmap"), "{line}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_checkpoint_and_the_same_command_goes_on_to_the_same_bytes() {
+    let dir = Dir::new();
+    // More work each time it was done before it could be stopped.
+    for samples in [2048, 8192, 32768, 131072] {
+        let args = format!("bake built-in:furnace --mode shadowed --order 2 --samples {samples} --quiet -o out.glb");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
+        let command = command.args(args.split(' ')).current_dir(dir.path("")).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        while !dir.path("out.glb.checkpoint").exists() && child.try_wait().unwrap().is_none() {
+            sleep(Duration::from_millis(5));
+        }
+        sleep(Duration::from_millis(50));
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        let output = child.wait_with_output().unwrap();
+        if output.status.success() {
+            std::fs::remove_file(dir.path("out.glb")).unwrap();
+            continue;
+        }
+        let line = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "exit code; stderr: {line}");
+        let end = "points; the same command goes on from there, --fresh starts anew\n";
+        assert!(line.starts_with("lobe: stopped after ") && line.ends_with(end), "{line:?}");
+        assert_eq!(dir.names(), ["out.glb.checkpoint"], "files after Ctrl-C");
+        let line = dir.lobe(&args.replace("2 --samples", "3 --samples")).error();
+        assert!(line.contains("out.glb.checkpoint"), "the checkpoint of another bake: {line}");
+        dir.lobe(&args).stdout();
+        assert_eq!(dir.names(), ["out.glb"], "files at the end");
+        dir.lobe(&args.replace("out.glb", "whole.glb")).stdout();
+        assert!(dir.bytes("out.glb") == dir.bytes("whole.glb"), "the same bytes as without a stop");
+        return;
+    }
+    panic!("the bake was done before it could be stopped");
+}
+
+#[test]
+fn options_that_would_be_ignored_or_cannot_be_are_refused() {
+    let dir = with_square(|_| ());
+    for (args, expected) in [
+        ("--mode shadowed --bounces 2", "--bounces: only of --mode interreflected and glossy"),
+        ("--mode shadowed --energy-stop 0", "--energy-stop: only of --mode interreflected and glossy"),
+        ("--min-edge 1", "--min-edge: only of --adaptive"),
+        ("--mode glossy", "-o: --mode glossy, --texels and --grid are written as .safetensors"),
+        ("--texels 4 --max-edge 1", "--max-edge and --adaptive: light is not at vertices with --texels and --grid"),
+        ("--mode glossy --clusters 2", "--clusters, --components and --weights: not of --mode glossy"),
+    ] {
+        assert_eq!(dir.lobe(&format!("bake scene.gltf -o out.glb {args}")).error(), expected, "{args}");
+    }
+    for (args, part) in [
+        ("--order 9", "expected an order (number of bands) from 1 to 8"),
+        ("--samples 0", "expected a number of paths from 1 to 16777216"),
+        ("--max-edge 0", "expected a number above 0, found 0"),
+        ("--max-edge nan", "expected a finite number"),
+        ("--mode glow", "possible values"),
+    ] {
+        let line = dir.lobe(&format!("bake scene.gltf -o out.glb {args}")).error();
+        assert!(line.contains(part) && line.ends_with("; see lobe bake --help"), "{args}: {line}");
+    }
+    let line = dir.lobe("bake scene.gltf -o out.glb --max-edge 1e-6 --quiet").error();
+    assert!(line.contains("would take more than 67108864 triangles"), "{line}");
+    assert_eq!(dir.names(), ["scene.bin", "scene.gltf"], "nothing is written");
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused_before_the_bake() {
+    let dir = with_square(|_| ());
+    let line = dir.lobe("bake scene.gltf -o out.gltf").error();
+    assert_eq!(line, "out.gltf: expected a name that ends in .glb or .safetensors", "another kind");
+    // The scene does not exist: what is wrong with the output is found first.
+    let line = dir.lobe("bake none.glb -o none/out.glb").error();
+    assert!(line.starts_with("none/out.glb: the folder none does not exist"), "{line}");
+    assert_eq!(dir.names(), ["scene.bin", "scene.gltf"], "nothing is written");
+}
+
+#[test]
+fn scenes_that_are_missing_are_named() {
+    let dir = Dir::new();
+    assert_eq!(refusal(&dir, "none.glb"), "no such file; check the name and the folder", "file");
+    assert!(
+        refusal(&dir, "built-in:moon").starts_with("there is no such scene in the program; there are built-in:ball, ")
+    );
+    dir.file("scene.fbx", "Kaydara");
+    assert_eq!(refusal(&dir, "scene.fbx"), "expected a file named .gltf, .glb, .obj or .ply", "another kind");
+    let dir = with_square(|json| json["buffers"][0]["uri"] = json!("none.bin"));
+    let line = dir.lobe("bake scene.gltf -o out.glb").error();
+    assert!(line.contains("none.bin, named by scene.gltf: no such file"), "{line}");
+}
+
+#[test]
+fn scenes_without_triangles_are_refused() {
+    let none = "expected triangles, found none";
+    for (name, text) in [("a.obj", ""), ("a.obj", "v 0 0 0\n"), ("a.ply", "ply\nformat ascii 1.0\nend_header\n")] {
+        let dir = Dir::new();
+        dir.file(name, text);
+        assert_eq!(refusal(&dir, name), none, "{text:?}");
+    }
+    assert_eq!(refusal_of_square(|json| json["scenes"][0]["nodes"] = json!([])), none, "empty scene");
+    assert_eq!(refusal_of_square(|json| json["meshes"][0]["primitives"][0]["mode"] = json!(1)), none, "lines");
+    assert_eq!(refusal_of_square(|json| json["accessors"][1]["count"] = json!(0)), none, "no indices");
+    let dir = Dir::new();
+    let mut text = "v 0 0 0\nv 1 0 0\nv 2 0 0\n".to_owned();
+    text += &"f 1 2 3\n".repeat(1_000_000);
+    dir.file("flat.obj", text);
+    assert_eq!(refusal(&dir, "flat.obj"), "expected triangles with an area, found 1000000 without", "a million");
+}
+
+#[test]
+fn scenes_that_contradict_themselves_are_refused() {
+    let dir = with_square(|_| ());
+    dir.file("scene.bin", square_bin(f32::NAN));
+    let line = refusal(&dir, "scene.gltf");
+    assert!(line.contains("expected finite positions, found [NaN, "), "{line}");
+    dir.file("scene.bin", &square_bin(0.0)[..59]);
+    assert_eq!(refusal(&dir, "scene.gltf"), "expected 60 bytes in buffer 0, found 59", "cut off");
+    for (pointer, value, part) in [
+        ("/buffers/0", json!({"byteLength": 60}), "buffer 0 has neither a URI nor a chunk of a .glb"),
+        ("/accessors/0/type", json!("VEC2"), "expected vectors of 3 floats as POSITION, found 2 x F32"),
+        ("/accessors/1/componentType", json!(5122), "expected unsigned whole numbers as indices, found 1 x I16"),
+        ("/accessors/1/count", json!(750_000_000), "750000000 elements do not fit into a buffer view of 12 bytes"),
+        ("/meshes/0/primitives/0/indices", json!(7), "uses accessor 7, but there are 2"),
+        ("/accessors/0/count", json!(3), "triangle 1 uses vertex 3, but there are 3 vertices"),
+        ("/nodes/0", json!({"mesh": 0, "children": [0]}), "node 0 is its own ancestor or has two parents"),
+        ("/nodes/0/mesh", json!(5), "node 0 shows mesh 5, but there are 1"),
+        (
+            "/asset/extras",
+            json!({"lobe": {"version": 99}}),
+            "baked by a newer Lobe: expected version 1 of its attributes",
+        ),
+    ] {
+        let line = refusal_of_square(|json| {
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            match json.pointer_mut(parent).unwrap() {
+                Value::Array(items) => items[key.parse::<usize>().unwrap()] = value,
+                object => object[key] = value,
+            }
+        });
+        assert!(line.contains(part), "{pointer}: {line}");
+    }
+}
+
+#[test]
+fn extensions_that_are_required_and_not_read_are_named_with_what_to_do() {
+    for (name, part) in [
+        ("KHR_draco_mesh_compression", "export it without Draco compression"),
+        ("EXT_meshopt_compression", "export it without meshopt compression"),
+        ("X_unknown", "export it without"),
+    ] {
+        let line = refusal_of_square(|json| json["extensionsRequired"] = json!([name]));
+        assert!(line.starts_with(&format!("the file requires {name}, which Lobe does not read: ")), "{line}");
+        assert!(line.contains(part), "{line}");
+    }
+    let draco = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets/suzi-draco.glb");
+    if draco.exists() {
+        let dir = Dir::new();
+        dir.file("draco.glb", std::fs::read(draco).unwrap());
+        assert!(refusal(&dir, "draco.glb").contains("KHR_draco_mesh_compression"), "a real file");
+    } else {
+        println!("absent: ../shared/assets/suzi-draco.glb; the made-up file above covers it");
+    }
+}
+
+#[test]
+fn glb_files_that_are_cut_off_are_refused() {
+    let dir = with_square(|_| ());
+    dir.lobe("bake scene.gltf -o whole.glb --samples 4 --quiet").stdout();
+    let bytes = dir.bytes("whole.glb");
+    for end in [0, 3, 11, 19, 100, bytes.len() / 2, bytes.len() - 5] {
+        dir.file("cut.glb", &bytes[..end]);
+        let line = refusal(&dir, "cut.glb");
+        assert!(!line.is_empty(), "cut off after {end} bytes");
+    }
+}

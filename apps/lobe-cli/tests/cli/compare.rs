@@ -1,0 +1,109 @@
+//! `lobe compare`: numbers, exit codes, the test by variance.
+
+use serde_json::Value;
+
+use crate::harness::Dir;
+
+/// Two maps that differ by a tenth in one half.
+fn write_two(dir: &Dir) {
+    dir.map("a.exr", 16, 8, |x, _| [1.0, if x < 8 { 1.0 } else { 1.1 }, 2.0]);
+    dir.map("b.exr", 16, 8, |_, _| [1.0, 1.0, 2.0]);
+}
+
+#[test]
+fn the_numbers_are_those_of_a_hand_computed_case() {
+    let dir = Dir::new();
+    write_two(&dir);
+    let found: Value = serde_json::from_str(&dir.lobe("compare a.exr b.exr --json").arg("--quiet").stdout()).unwrap();
+    let number = |name: &str| found[name].as_f64().unwrap();
+    // One of six values differs by 0.1; the peak is 2, the mean 4/3.
+    let mse: f64 = 0.01 / 6.0;
+    assert!((number("rmse") / mse.sqrt() - 1.0).abs() < 1e-5, "{found}");
+    assert!((number("psnr") - 20.0 * (2.0 / mse.sqrt()).log10()).abs() < 1e-4, "{found}");
+    assert!((number("relmse") / (mse / (1.0 + 0.01 * 16.0 / 9.0)) - 1.0).abs() < 1e-5, "{found}");
+    assert!(number("flip") > 0.005 && number("flip") < 0.2, "{found}");
+    assert_eq!(found.as_object().unwrap().len(), 4, "{found}");
+    let text = dir.lobe("compare a.exr b.exr").arg("--quiet").stdout();
+    assert!(text.starts_with("rmse    0.040825\n") && text.contains("\npsnr    33.802 dB\n"), "{text}");
+}
+
+#[test]
+fn equal_pictures_have_no_error_and_no_psnr() {
+    let dir = Dir::new();
+    write_two(&dir);
+    let found: Value =
+        serde_json::from_str(&dir.lobe("compare a.exr a.exr --json --max 0").arg("--quiet").stdout()).unwrap();
+    assert_eq!((&found["rmse"], &found["flip"], &found["psnr"]), (&0.0.into(), &0.0.into(), &Value::Null), "{found}");
+}
+
+#[test]
+fn what_is_too_far_off_exits_with_1() {
+    let dir = Dir::new();
+    write_two(&dir);
+    for (options, code) in [
+        ("--max 0.05", 0),
+        ("--max 0.04", 1),
+        ("--metric rmse --max 0.04", 1),
+        ("--metric psnr --max 30", 0),
+        ("--metric psnr --max 40", 1),
+        ("--metric flip --max 0", 1),
+        ("--metric flip --max 1", 0),
+        ("--metric relmse --max 0.01", 0),
+        ("", 0),
+    ] {
+        let output = dir.lobe(&format!("compare a.exr b.exr {options}")).output();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), stderr.as_str()), (Some(code), ""), "{options}");
+    }
+}
+
+#[test]
+fn the_difference_is_a_picture() {
+    let dir = Dir::new();
+    write_two(&dir);
+    dir.lobe("compare a.exr b.exr -o diff.png").arg("--quiet").stdout();
+    assert_eq!(&dir.bytes("diff.png")[1..4], b"PNG", "difference");
+    let found: Value =
+        serde_json::from_str(&dir.lobe("compare diff.png diff.png --json").arg("--quiet").stdout()).unwrap();
+    assert_eq!(found["flip"], 0.0, "pictures for displays are read, too");
+}
+
+#[test]
+fn what_cannot_be_compared_is_said_in_one_line() {
+    let dir = Dir::new();
+    write_two(&dir);
+    dir.map("c.exr", 8, 4, |_, _| [1.0; 3]);
+    dir.file("broken.exr", b"no picture");
+    for (args, part) in [
+        ("a.exr c.exr", "a.exr and c.exr: cannot compare a 16 x 8 picture with one of 8 x 4"),
+        ("a.exr missing.exr", "missing.exr: no such file"),
+        ("a.exr broken.exr", "broken.exr: "),
+        ("a.exr b.exr -o diff.jpg", "-o: expected a name that ends in .png"),
+        ("a.exr b.exr --metric flip", "--max"),
+        ("a.exr b.exr --z-test", "a.exr: expected channels variance.R, .G and .B, found none"),
+        ("a.exr b.exr --max nan", "expected a finite number"),
+        ("a.exr b.exr --pixels-per-degree 5000", "expected 1 to 1000 pixels per degree"),
+        ("a.exr", "<B>"),
+    ] {
+        let line = dir.lobe(&format!("compare {args}")).arg("--quiet").error();
+        assert!(line.contains(part), "{args}: {line}");
+    }
+}
+
+#[test]
+fn traced_pictures_of_one_light_pass_the_test_and_of_another_do_not() {
+    let dir = Dir::new();
+    let trace = |name: &str, options: &str| {
+        let common = "--env bundled:studio --mode truth --size 40x30 --samples 64 --bounces 1";
+        dir.lobe(&format!("render built-in:ball {common} {options} -o {name}")).arg("--quiet").stdout();
+    };
+    trace("a.exr", "--seed 1 --order 4");
+    trace("b.exr", "--seed 2 --order 4");
+    trace("c.exr", "--seed 3 --order 4 --rotate-light 20");
+    let passes = dir.lobe("compare a.exr b.exr --z-test").arg("--quiet").stdout();
+    assert!(passes.contains("z-test  green"), "{passes}");
+    let output = dir.lobe("compare a.exr c.exr --z-test --json").output();
+    assert_eq!(output.status.code(), Some(1), "another light");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["z_test"]["p_spread"][1].as_f64().unwrap() < 1e-6, "{found}");
+}

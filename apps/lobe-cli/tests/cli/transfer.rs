@@ -1,0 +1,49 @@
+//! `lobe compress` and `lobe fit-lobes`: transfer in other forms.
+
+use lobe::prt::{Channels, Transfer, read_compressed_transfer, read_zonal_transfer, write_transfer};
+use lobe::sh::{Dir as Direction, Zonal};
+use lobe_testkit::fibonacci_sphere;
+use serde_json::{Value, json};
+
+use crate::harness::Dir;
+
+/// Unshadowed vertices that face everywhere.
+fn ball() -> Transfer {
+    let cosine = Zonal::clamped_cosine(3);
+    let vectors =
+        fibonacci_sphere(200).into_iter().map(|n| cosine.towards(Direction::from_unit(n), 1.0_f32).into_vec());
+    Transfer::new(3, Channels::Grey, vectors.flatten().collect()).unwrap()
+}
+
+fn number(row: &Value, key: &str) -> f64 {
+    row[key].as_f64().unwrap_or_else(|| panic!("{key} of {row} is no number"))
+}
+
+#[test]
+fn transfer_is_compressed_and_the_curve_falls() {
+    let dir = Dir::new();
+    write_transfer(dir.path("t.safetensors"), &ball(), &json!({})).unwrap();
+    let args = "compress t.safetensors -o c.safetensors --clusters 16 --components 2 --weights 8 --curve --json";
+    let found: Value = serde_json::from_str(&dir.lobe(args).stdout()).unwrap();
+    let compressed = read_compressed_transfer(&dir.path("c.safetensors")).unwrap();
+    assert_eq!(number(&found, "receivers"), 200.0, "receivers");
+    assert_eq!(number(&found, "bytes"), compressed.table().bytes() as f64, "bytes");
+    assert!(number(&found, "relative_error") < 0.1, "{found}");
+    let curve = found["curve"].as_array().unwrap();
+    assert_eq!(curve.len(), 9, "0, 1, 2 components with 1, 4, 16 clusters");
+    let (first, last) = (number(&curve[0], "squared_error"), number(&curve[8], "squared_error"));
+    assert!(last < 0.1 * first, "{first} falls to {last}");
+    let text = dir.lobe("compress t.safetensors -o c.safetensors --clusters 1 --components 9").stdout();
+    assert!(text.contains("components      9") && text.contains("times fewer"), "{text}");
+}
+
+#[test]
+fn a_lobe_for_each_vertex_is_fitted() {
+    let dir = Dir::new();
+    write_transfer(dir.path("t.safetensors"), &ball(), &json!({})).unwrap();
+    let found: Value =
+        serde_json::from_str(&dir.lobe("fit-lobes t.safetensors -o z.safetensors --json").stdout()).unwrap();
+    assert!(number(&found, "worst_relative_error") < 1e-6, "unshadowed transfer is one lobe: {found}");
+    let zonal = read_zonal_transfer(&dir.path("z.safetensors")).unwrap();
+    assert_eq!((zonal.receivers(), zonal.lobes()), (200, 1), "lobes");
+}
