@@ -62,6 +62,30 @@
 //! # assert!(png.len() > 1000, "{} bytes", png.len());
 //! # Ok::<(), lobe::render::RenderError>(())
 //! ```
+//!
+//! # From a scene to what it does to light
+//!
+//! Shadows and light from surface to surface depend on the scene, not on the light: they are baked once, as an expansion at
+//! each vertex, and any light is applied to them by a scalar product.
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//!
+//! use lobe::env::{bundled, project_env};
+//! use lobe::prt::{BakeOptions, Receivers, bake};
+//! use lobe::scene::{Bvh, built_in};
+//! use lobe::sh::Expansion as _;
+//!
+//! let scene = built_in::ball_over_ground(8);
+//! let receivers = Receivers::at_vertices(&scene)?;
+//! let options = BakeOptions { samples: 64, ..BakeOptions::default() };
+//! let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
+//!
+//! let light = project_env(&bundled::sunset().map(), transfer.order());
+//! let colours = transfer.exit_radiance(light.coefficients());
+//! assert_eq!(colours.len(), scene.vertex_count());
+//! # Ok::<(), lobe::prt::PrtError>(())
+//! ```
 
 pub use lobe_env as env;
 pub use lobe_prt as prt;
