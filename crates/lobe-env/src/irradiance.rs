@@ -25,7 +25,7 @@ const RUN: usize = 32;
 ///
 /// `V` is exact, so a texel that lies wholly above or below the horizon of `n` counts exactly. Of one that the horizon
 /// cuts, the part above it counts: half of `n·V` and of what both sides see, which is in closed form in one direction and
-/// by two Gauss nodes in the other. So `E(n) - E(-n)` is `n·e` of the [`vector_irradiance`](crate::vector_irradiance)
+/// by two Gauss nodes in the other. So `E(n) - E(-n)` is `n·e` of the [`vector_irradiance`](crate::vector_irradiance())
 /// but for rounding, however large the texels (`the_net_irradiance_is_the_difference_of_both_sides`). `E` of a constant sky is
 /// `π` to 5e-5 with 16 rows (test `brute_force_irradiance_of_a_constant_sky_is_pi`). `1/π` is not included.
 ///

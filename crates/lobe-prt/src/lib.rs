@@ -11,7 +11,7 @@
 //! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap |
 //! | vertices where transfer needs them | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
-//! | scenes whose vertices carry transfer | [`BakedGlb`], [`read_baked`], [`Baked`] |
+//! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`] |
 //! | transfer alone | [`write_transfer`], [`read_transfer`] |
 //! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
