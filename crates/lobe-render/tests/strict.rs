@@ -256,7 +256,8 @@ fn transfer_and_paths_agree_in_the_columns_hall() {
 
 #[test]
 fn transfer_and_paths_agree_in_the_cave() {
-    agree("cave", &built_in::cave(48), 8192);
+    // Most paths end in the dark: more of them are needed for the same noise.
+    agree("cave", &built_in::cave(48), 24576);
 }
 
 #[test]
