@@ -55,7 +55,7 @@ impl Resample {
 /// scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until what q leaves of the light is below 5e-6. So
 ///
 /// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
-/// * the mean of every channel is kept to 1e-5 in each conversion and to 1e-4 through chains of twelve
+/// * the mean of every channel is kept to 1e-4 through chains of ten and twelve conversions
 ///   (`the_mean_is_kept_through_chains_of_mappings`, `the_mean_is_kept_through_any_chain`);
 /// * a sun of one texel keeps its energy to 1 %, and stays within the texel: its centre moves by no more than the
 ///   farthest point of its texel, in the source or the target, lies from it
