@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use crate::bake_watch::{Checkpoint, check_room, show};
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
-use crate::{output, values};
+use crate::{compression, output, values};
 
 /// As many as the bake takes.
 const MAX_SAMPLES: usize = 1 << 24;
@@ -73,14 +73,14 @@ pub(crate) struct Bake {
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, conflicts_with_all = ["clusters", "components", "weights"])]
     grid: Option<[usize; 3]>,
     /// Compress to this many clusters of vertices at most, 1 to 65536 [default with --components or --weights: 64]
-    #[arg(long, value_name = "K", value_parser = clusters)]
+    #[arg(long, value_name = "K", value_parser = compression::clusters)]
     clusters: Option<usize>,
     /// Compress to this many components in each cluster [default with --clusters or --weights: 8]
-    #[arg(long, value_name = "N", value_parser = components)]
+    #[arg(long, value_name = "N", value_parser = compression::components)]
     components: Option<usize>,
-    /// Compress, and store weights so [default with --clusters or --components: f32]
-    #[arg(long, value_enum)]
-    weights: Option<WeightsName>,
+    /// Compress, with so many bits for a weight: 8, 16 or 32 [default with --clusters or --components: 32]
+    #[arg(long, value_name = "BITS", value_parser = compression::weight_bits)]
+    weights: Option<WeightBits>,
     /// Start anew, even if there is a checkpoint of a bake that was stopped
     #[arg(long)]
     fresh: bool,
@@ -99,13 +99,6 @@ enum ModeName {
     Interreflected,
     /// The same before it is reflected, as matrices: for surfaces that shine
     Glossy,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum WeightsName {
-    F32,
-    U16,
-    U8,
 }
 
 impl ModeName {
@@ -141,14 +134,6 @@ fn bounces(text: &str) -> Result<usize, String> {
 
 fn texels(text: &str) -> Result<usize, String> {
     values::whole(text, 1, 1 << 14, "a number of texels")
-}
-
-fn clusters(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, CompressOptions::MAX_CLUSTERS, "a number of clusters")
-}
-
-fn components(text: &str) -> Result<usize, String> {
-    values::whole(text, 0, 3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER, "a number of components")
 }
 
 /// Points along three axes.
@@ -379,11 +364,7 @@ impl Bake {
         let mut options = CompressOptions::default();
         options.clusters = self.clusters.unwrap_or(options.clusters);
         options.components = self.components.unwrap_or(options.components);
-        options.weights = match self.weights {
-            None | Some(WeightsName::F32) => WeightBits::F32,
-            Some(WeightsName::U16) => WeightBits::U16,
-            Some(WeightsName::U8) => WeightBits::U8,
-        };
+        options.weights = self.weights.unwrap_or(WeightBits::F32);
         Some(options)
     }
 

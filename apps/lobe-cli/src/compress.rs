@@ -10,10 +10,7 @@ use lobe::prt::{
 use serde::Serialize;
 
 use crate::transfer_input::TransferInput;
-use crate::{output, values};
-
-/// As many as a row of order 8 in colour has numbers.
-const MAX_COMPONENTS: usize = 192;
+use crate::{compression, output};
 
 /// The points of `--curve` besides those asked for: as in the paper, in fourfold and twofold steps.
 const CURVE_CLUSTERS: [usize; 6] = [1, 4, 16, 64, 256, 1024];
@@ -29,13 +26,13 @@ pub(crate) struct Compress {
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Clusters, 1 to 65536; 1 gives ordinary principal components
-    #[arg(long, value_name = "K", default_value = "64", value_parser = clusters)]
+    #[arg(long, value_name = "K", default_value = "64", value_parser = compression::clusters)]
     clusters: usize,
     /// Components of each cluster, 0 to 192; 0 gives vector quantisation
-    #[arg(long, value_name = "C", default_value = "8", value_parser = components)]
+    #[arg(long, value_name = "C", default_value = "8", value_parser = compression::components)]
     components: usize,
     /// Bits of a weight: 8 or 16 in steps of its range, or 32
-    #[arg(long, value_name = "BITS", default_value = "16", value_parser = weight_bits)]
+    #[arg(long, value_name = "BITS", default_value = "16", value_parser = compression::weight_bits)]
     weights: WeightBits,
     /// Print also the error with other numbers of clusters and components, up to these
     #[arg(long)]
@@ -44,23 +41,6 @@ pub(crate) struct Compress {
     /// "iterations"} on stdout, and "curve" with --curve
     #[arg(long)]
     json: bool,
-}
-
-fn clusters(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, CompressOptions::MAX_CLUSTERS, "a number of clusters")
-}
-
-fn components(text: &str) -> Result<usize, String> {
-    values::whole(text, 0, MAX_COMPONENTS, "a number of components")
-}
-
-fn weight_bits(text: &str) -> Result<WeightBits, String> {
-    match text {
-        "8" => Ok(WeightBits::U8),
-        "16" => Ok(WeightBits::U16),
-        "32" => Ok(WeightBits::F32),
-        _ => Err(format!("expected 8, 16 or 32 bits, found {text}")),
-    }
 }
 
 /// What `--json` prints.

@@ -8,6 +8,7 @@ mod bake_watch;
 mod cli;
 mod compare;
 mod compress;
+mod compression;
 mod demo;
 mod env_adjust;
 mod env_ambient;

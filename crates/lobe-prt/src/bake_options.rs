@@ -5,7 +5,8 @@ use std::time::Duration;
 use lobe_scene::Scene;
 
 use crate::sobol::coherent_order;
-use crate::{Channels, PrtError, Transfer};
+use crate::transfer::check_order;
+use crate::{Channels, PrtError};
 
 /// What the light may do on its way to a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,9 +57,7 @@ impl Default for BakeOptions {
 impl BakeOptions {
     pub(crate) fn check(&self) -> Result<(), PrtError> {
         let refuse = |message: String| Err(PrtError::Options(message));
-        if !(1..=Transfer::MAX_ORDER).contains(&self.order) {
-            return refuse(format!("expected an order of 1 to {}, found {}", Transfer::MAX_ORDER, self.order));
-        }
+        check_order(self.order)?;
         if !(1..=1 << 24).contains(&self.samples) {
             return refuse(format!("expected 1 to 2^24 samples, found {}", self.samples));
         }

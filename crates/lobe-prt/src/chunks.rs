@@ -13,8 +13,9 @@ const CHUNK_PATHS: usize = 1 << 14;
 /// Receivers in a chunk, at most.
 const CHUNK_RECEIVERS: usize = 64;
 
-/// Paths of one thread between two reports, about: half a second of work, of which threads wait for each other half a chunk. A bake that is stopped waits for no more, and one that is
-/// killed loses no more, but for the writes the operating system has not yet made.
+/// Paths of one thread between two reports, about: half a second of work, of which threads wait for each other half a chunk.
+/// A bake that is stopped waits for no more, and one that is killed loses no more, but for the writes the operating system
+/// has not yet made.
 const WAVE_PATHS: usize = 1 << 19;
 
 /// What is to be done for each receiver.

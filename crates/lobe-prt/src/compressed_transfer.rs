@@ -2,6 +2,7 @@
 
 use lobe_sh::Rgb;
 
+use crate::transfer::check_order;
 use crate::{Channels, CompressOptions, CompressReport, CompressedTable, PrtError, Transfer, compress_table};
 
 /// Transfer vectors as a few weights for each receiver and a few vectors for each cluster of receivers.
@@ -35,7 +36,7 @@ impl CompressedTransfer {
     /// # Errors
     /// [`PrtError::Options`] if the order is not 1 to 8; [`PrtError::Invalid`] if the rows have another width.
     pub fn from_table(order: usize, channels: Channels, table: CompressedTable) -> Result<Self, PrtError> {
-        Transfer::new(order, channels, Vec::new())?;
+        check_order(order)?;
         let (expected, found) = (width(order, channels), table.width());
         if expected != found {
             let message = format!("expected vectors of {expected} numbers, found {found}");

@@ -6,7 +6,7 @@ use lobe_sh::{Dir, Expansion as _, Zonal};
 use crate::basis_sum::BasisSum;
 use crate::chunks::{Job, Tally};
 use crate::paths::{End, Tracer};
-use crate::sobol::{Sobol, hash};
+use crate::sobol::Sobol;
 use crate::warp::Frame;
 use crate::{BakeOptions, Channels, Mode, Receivers};
 
@@ -103,12 +103,10 @@ impl<'a> Diffuse<'a> {
         tally
     }
 
-    /// The sequences, the axes and the origin of a receiver's paths. Equal vertices, as along seams of texture
-    /// coordinates, get equal paths.
+    /// The sequences, the axes and the origin of a receiver's paths.
     fn start(&self, seed: u64, receiver: usize) -> (Sobol, Frame, [f32; 3]) {
         let (position, normal) = (self.receivers.positions()[receiver], self.receivers.normals()[receiver]);
-        let bits = position.iter().chain(&normal).map(|c| u64::from((c + 0.0).to_bits()));
-        let sobol = Sobol::new(hash([seed].into_iter().chain(bits)), self.bounces);
+        let sobol = Sobol::at_place(seed, position.into_iter().chain(normal), self.bounces);
         (sobol, Frame::about(normal), self.tracer.origin_above(position, normal))
     }
 

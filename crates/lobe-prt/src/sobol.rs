@@ -37,6 +37,13 @@ struct Scramble {
 }
 
 impl Sobol {
+    /// The sequences of a place. Equal places, such as vertices along seams of texture coordinates, have equal ones, and `0`
+    /// and `-0` are equal.
+    pub(crate) fn at_place(seed: u64, place: impl Iterator<Item = f32>, bounces: usize) -> Self {
+        let bits = place.map(|c| u64::from((c + 0.0).to_bits()));
+        Self::new(hash([seed].into_iter().chain(bits)), bounces)
+    }
+
     /// The sequences that belong to `key`: of the first direction, and of `bounces` more.
     pub(crate) fn new(key: u64, bounces: usize) -> Self {
         let scramble = |bounce: usize| {

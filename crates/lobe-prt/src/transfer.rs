@@ -50,18 +50,8 @@ impl Transfer {
     /// [`PrtError::Options`] if the order is not 1 to 8; [`PrtError::Invalid`] if the coefficients are not a whole number
     /// of receivers or not all finite.
     pub fn new(order: usize, channels: Channels, coefficients: Vec<f32>) -> Result<Self, PrtError> {
-        if !(1..=Self::MAX_ORDER).contains(&order) {
-            return Err(PrtError::Options(format!("expected an order of 1 to {}, found {order}", Self::MAX_ORDER)));
-        }
-        let row = order * order * channels.count();
-        if !coefficients.len().is_multiple_of(row) {
-            let message = format!("expected {row} coefficients for each receiver, found {} in all", coefficients.len());
-            return Err(PrtError::invalid("transfer", message));
-        }
-        if let Some(at) = coefficients.iter().position(|c| !c.is_finite()) {
-            let message = format!("expected finite coefficients, found {} at receiver {}", coefficients[at], at / row);
-            return Err(PrtError::invalid("transfer", message));
-        }
+        check_order(order)?;
+        check_rows("transfer", "receiver", order * order * channels.count(), &coefficients)?;
         Ok(Self { order, channels, coefficients })
     }
 
@@ -127,6 +117,27 @@ impl Transfer {
     fn row(&self) -> usize {
         self.order * self.order * self.channels.count()
     }
+}
+
+/// Refuses an order that transfer cannot have.
+pub(crate) fn check_order(order: usize) -> Result<(), PrtError> {
+    if (1..=Transfer::MAX_ORDER).contains(&order) {
+        return Ok(());
+    }
+    Err(PrtError::Options(format!("expected an order of 1 to {}, found {order}", Transfer::MAX_ORDER)))
+}
+
+/// Refuses numbers that are not `row` for each of the things named `each`, or not all finite.
+pub(crate) fn check_rows(place: &str, each: &str, row: usize, numbers: &[f32]) -> Result<(), PrtError> {
+    if !numbers.len().is_multiple_of(row) {
+        let message = format!("expected {row} coefficients for each {each}, found {} in all", numbers.len());
+        return Err(PrtError::invalid(place, message));
+    }
+    if let Some(at) = numbers.iter().position(|c| !c.is_finite()) {
+        let message = format!("expected finite coefficients, found {} at {each} {}", numbers[at], at / row);
+        return Err(PrtError::invalid(place, message));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

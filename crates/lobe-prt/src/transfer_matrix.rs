@@ -14,9 +14,10 @@ use crate::fingerprint::Fingerprint;
 use crate::outer_sum::OuterSum;
 use crate::paths::{End, Tracer};
 use crate::pilot::{Pilot, pilot};
-use crate::sobol::{Sobol, coherent_order, hash};
+use crate::sobol::{Sobol, coherent_order};
+use crate::transfer::{check_order, check_rows};
 use crate::warp::{Frame, sphere};
-use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receivers, Transfer};
+use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receivers};
 
 /// The transfer matrices of many points: what each makes of the light of the surroundings before it is reflected.
 ///
@@ -48,20 +49,10 @@ impl TransferMatrices {
     /// The matrices of `coefficients.len() / (order⁴ · channels)` points.
     ///
     /// # Errors
-    /// As [`Transfer::new`].
+    /// As [`crate::Transfer::new`].
     pub fn new(order: usize, channels: Channels, coefficients: Vec<f32>) -> Result<Self, PrtError> {
-        if !(1..=Transfer::MAX_ORDER).contains(&order) {
-            return Err(PrtError::Options(format!("expected an order of 1 to {}, found {order}", Transfer::MAX_ORDER)));
-        }
-        let row = order.pow(4) * channels.count();
-        if !coefficients.len().is_multiple_of(row) {
-            let message = format!("expected {row} coefficients for each point, found {} in all", coefficients.len());
-            return Err(PrtError::invalid("transfer matrices", message));
-        }
-        if let Some(at) = coefficients.iter().position(|c| !c.is_finite()) {
-            let message = format!("expected finite coefficients, found {} at point {}", coefficients[at], at / row);
-            return Err(PrtError::invalid("transfer matrices", message));
-        }
+        check_order(order)?;
+        check_rows("transfer matrices", "point", order.pow(4) * channels.count(), &coefficients)?;
         Ok(Self { order, channels, coefficients })
     }
 
@@ -258,8 +249,8 @@ impl Job for Matrices<'_> {
     fn work(&self, seed: u64, receiver: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
         let position = self.points.positions[receiver];
         let normal = self.points.normals.map(|normals| normals[receiver]);
-        let bits = position.iter().chain(normal.iter().flatten()).map(|c| u64::from((c + 0.0).to_bits()));
-        let sobol = Sobol::new(hash([seed].into_iter().chain(bits)), self.bounces);
+        let place = position.into_iter().chain(normal.into_iter().flatten());
+        let sobol = Sobol::at_place(seed, place, self.bounces);
         let frame = normal.map(Frame::about);
         let origin = normal.map_or(position, |normal| self.tracer.origin_above(position, normal));
         let part = 1.0 / f64::from(self.options.samples);

@@ -6,6 +6,7 @@ use lobe_sh::{Basis, Dir, Rgb, Rotation, Zonal, band_range};
 use rayon::prelude::*;
 
 use crate::lobes::MOST;
+use crate::transfer::check_order;
 use crate::{Channels, PrtError, Transfer};
 
 /// Receivers shaded by a thread at a time: the basis towards all their axes stays in the second-level cache.
@@ -44,7 +45,7 @@ impl ZonalTransfer {
         axes: Vec<[f32; 3]>,
         coefficients: Vec<f32>,
     ) -> Result<Self, PrtError> {
-        Transfer::new(order, channels, Vec::new())?;
+        check_order(order)?;
         if !(1..=MOST).contains(&lobes) {
             return Err(PrtError::Options(format!("expected 1 to {MOST} lobes, found {lobes}")));
         }

@@ -1,53 +1,62 @@
 //! Eight lanes by AVX2 and FMA.
 
-use std::arch::x86_64::{__m256, _CMP_LE_OQ, _CMP_LT_OQ};
+use std::arch::x86_64::{_CMP_LE_OQ, _CMP_LT_OQ};
 
 use pulp::x86::V3;
 
 use crate::lanes::{Lanes, WIDTH, Work};
 
+/// What both instruction sets compute alike, by AVX and FMA.
+macro_rules! avx_arithmetic {
+    () => {
+        type Vector = std::arch::x86_64::__m256;
+
+        #[inline(always)]
+        fn load(self, values: &[f32; WIDTH]) -> Self::Vector {
+            pulp::cast(*values)
+        }
+
+        #[inline(always)]
+        fn splat(self, value: f32) -> Self::Vector {
+            self.avx._mm256_set1_ps(value)
+        }
+
+        #[inline(always)]
+        fn store(self, values: Self::Vector) -> [f32; WIDTH] {
+            pulp::cast(values)
+        }
+
+        #[inline(always)]
+        fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+            self.avx._mm256_sub_ps(a, b)
+        }
+
+        #[inline(always)]
+        fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+            self.avx._mm256_mul_ps(a, b)
+        }
+
+        #[inline(always)]
+        fn mul_sub(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
+            self.fma._mm256_fmsub_ps(a, b, c)
+        }
+
+        #[inline(always)]
+        fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+            self.avx._mm256_min_ps(a, b)
+        }
+
+        #[inline(always)]
+        fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+            self.avx._mm256_max_ps(a, b)
+        }
+    };
+}
+
+pub(crate) use avx_arithmetic;
+
 impl Lanes for V3 {
-    type Vector = __m256;
-
-    #[inline(always)]
-    fn load(self, values: &[f32; WIDTH]) -> Self::Vector {
-        pulp::cast(*values)
-    }
-
-    #[inline(always)]
-    fn splat(self, value: f32) -> Self::Vector {
-        self.avx._mm256_set1_ps(value)
-    }
-
-    #[inline(always)]
-    fn store(self, values: Self::Vector) -> [f32; WIDTH] {
-        pulp::cast(values)
-    }
-
-    #[inline(always)]
-    fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-        self.avx._mm256_sub_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-        self.avx._mm256_mul_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn mul_sub(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
-        self.fma._mm256_fmsub_ps(a, b, c)
-    }
-
-    #[inline(always)]
-    fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-        self.avx._mm256_min_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
-        self.avx._mm256_max_ps(a, b)
-    }
+    avx_arithmetic!();
 
     #[inline(always)]
     fn less_or_equal(self, a: Self::Vector, b: Self::Vector) -> u32 {

@@ -157,7 +157,7 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
     assert!(line.starts_with("expected a box with a volume"), "{line}");
     bake("built-in:ball -o g.safetensors --grid 2,3,4 --mode shadowed");
     assert_eq!(read_neighbourhood(dir.path("g.safetensors")).unwrap().0.grid().counts(), [2, 3, 4], "grid");
-    bake("built-in:furnace -o c.glb --max-edge 0.2 --mode unshadowed --clusters 3 --components 2 --weights u8");
+    bake("built-in:furnace -o c.glb --max-edge 0.2 --mode unshadowed --clusters 3 --components 2 --weights 8");
     let compressed = read_baked(dir.path("c.glb")).unwrap().compressed.unwrap();
     assert_eq!((compressed.table().components(), compressed.order()), (2, 2), "compressed");
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
