@@ -1,8 +1,9 @@
 //! Vertices where transfer needs them.
 
+use std::collections::HashSet;
 use std::ops::ControlFlow;
 
-use lobe_scene::{Bvh, Scene};
+use lobe_scene::{Bvh, Mesh, Scene};
 
 use crate::{BakeOptions, Progress, PrtError, Receivers, bake};
 
@@ -28,7 +29,7 @@ pub struct AdaptiveReport {
     pub vertices: usize,
     /// Rays traced.
     pub rays: u64,
-    /// Edges that still differ by more, being too short to be halved.
+    /// Edges whose ends still differ by more, being too short to be halved.
     pub unresolved: usize,
 }
 
@@ -61,10 +62,13 @@ pub fn split_adaptively(
     let vertices = scene.vertex_count();
     let mut report = AdaptiveReport { rounds: 0, vertices_before: vertices, vertices, rays: 0, unresolved: 0 };
     let mut scene = scene.clone();
+    // What all vertices need, new ones alone might need less.
+    let channels = options.bake.channels_for(&scene, Receivers::at_vertices(&scene)?.is_grey());
+    let bake = BakeOptions { channels: Some(channels), ..options.bake.clone() };
     let mut known = Known { rows: vec![Vec::new(); scene.meshes().len()], row: 0 };
     let mut limit = None;
     loop {
-        report.rays += known.bake_new_vertices(&scene, &options.bake, progress)?;
+        report.rays += known.bake_new_vertices(&scene, &bake, progress)?;
         let limit = *limit.get_or_insert_with(|| options.threshold * known.root_mean_square());
         let changes = |mesh, edge| known.distance(mesh, edge) > limit;
         let is_long = |mesh: usize, [a, b]: [u32; 2]| {
@@ -135,9 +139,12 @@ impl Known {
     }
 }
 
-/// Edges of triangles, each once for every triangle that has it.
+/// How many edges are to be counted, each once by the indices of its ends.
 fn count_edges(scene: &Scene, is_counted: impl Fn(usize, [u32; 2]) -> bool) -> usize {
-    let edges = |(m, t): (usize, &[u32; 3])| (0..3).filter(|&k| is_counted(m, [t[k], t[(k + 1) % 3]])).count();
-    let of_mesh = |m: usize| scene.meshes()[m].triangles().iter().map(move |t| (m, t));
-    (0..scene.meshes().len()).flat_map(of_mesh).map(edges).sum()
+    let edges = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| [a.min(b), a.max(b)]);
+    let of_mesh = |(m, mesh): (usize, &Mesh)| {
+        let all: HashSet<[u32; 2]> = mesh.triangles().iter().flat_map(edges).collect();
+        all.into_iter().filter(|&edge| is_counted(m, edge)).count()
+    };
+    scene.meshes().iter().enumerate().map(of_mesh).sum()
 }

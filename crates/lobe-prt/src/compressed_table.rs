@@ -121,6 +121,9 @@ impl CompressedTable {
         bases: Vec<f32>,
     ) -> Result<Self, PrtError> {
         let invalid = |message: String| Err(PrtError::invalid("compressed transfer", message));
+        if components > width {
+            return invalid(format!("expected at most {width} components, as many as numbers, found {components}"));
+        }
         let one = width.saturating_mul(components.saturating_add(1));
         if one == 0 || !bases.len().is_multiple_of(one) {
             return invalid(format!("expected {one} numbers for each cluster, found {} in all", bases.len()));

@@ -43,12 +43,12 @@ fn bakes<J: Job>(job: &J, bakes: Vec<(usize, u64)>) -> Vec<Tally> {
     bakes.into_par_iter().map_init(scratch, work).collect()
 }
 
-/// The last bounce that carries at least the part `stop` of all energy.
+/// The last bounce that carries at least the part `stop` of all energy; all of them if these receivers see no light.
 fn bounces_that_matter(tallies: &[Tally], stop: f64) -> usize {
     let mut sum = Tally::default();
     tallies.iter().for_each(|tally| sum += tally);
     let all: f64 = sum.energy.iter().sum();
-    if stop == 0.0 {
+    if stop == 0.0 || all == 0.0 {
         return sum.energy.len() - 1;
     }
     sum.energy.iter().rposition(|&energy| energy > 0.0 && energy >= stop * all).unwrap_or(0)

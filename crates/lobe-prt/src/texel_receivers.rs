@@ -11,8 +11,8 @@ use crate::{PrtError, Receivers, Transfer};
 /// The widest lightmap.
 const MOST_TEXELS: usize = 1 << 14;
 
-/// A texel is shared by two triangles if its centre lies so far inside of both, in texels: more than what rounding moves
-/// the texture coordinates of a common edge.
+/// A centre lies within a triangle if it is so far from its edges, in texels: more than what rounding moves the texture
+/// coordinates of an edge. No centre lies within two triangles.
 const OVERLAP: f64 = 0.01;
 
 /// Triangles this near to the centre of a texel may show in it: half the diagonal.
@@ -38,7 +38,7 @@ pub struct TexelReceivers {
 struct Place {
     /// From the centre of the texel, in texels; 0 if it is inside.
     distance: f64,
-    /// How far inside the centre is.
+    /// How far inside the centre is; 0 if it is outside.
     depth: f64,
     triangle: u32,
     u: f32,
@@ -85,7 +85,7 @@ impl TexelReceivers {
         let distance = inset_distance(scene);
         let (mut texels, mut positions, mut normals, mut albedos) = (vec![], vec![], vec![], vec![]);
         for (texel, place) in places.iter().enumerate() {
-            let Some(Place { distance: outside, triangle, u, v, .. }) = *place else { continue };
+            let Some(Place { depth, triangle, u, v, .. }) = *place else { continue };
             let surface = scene.surface(&Hit { t: 0.0, triangle, u, v });
             let (mesh, number) = scene.locate(triangle as usize);
             let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
@@ -93,7 +93,7 @@ impl TexelReceivers {
             let position = wide(surface.position);
             texels.push(texel as u32);
             // At the edge of a triangle it may lie in a wall, as vertices may.
-            let moved = if outside > 0.0 { step(position, middle - position, distance) } else { surface.position };
+            let moved = if depth < OVERLAP { step(position, middle - position, distance) } else { surface.position };
             positions.push(moved);
             normals.push(surface.shading_normal);
             albedos.push([0, 1, 2].map(|c| surface.base_color[c]));

@@ -70,6 +70,19 @@ fn edges_that_are_short_are_left_and_counted() {
 }
 
 #[test]
+fn rounds_that_split_grey_surfaces_alone_keep_the_colours_of_the_others() {
+    // The red ball is finer than the shortest edge; the grey ground below is split in its shadow, round after round.
+    let [coarse, fine_ball] = [8, 64].map(built_in::ball_over_ground);
+    let (mut meshes, materials, _) = coarse.into_parts();
+    meshes[1] = fine_ball.meshes()[1].clone();
+    let scene = Scene::new(meshes, materials, vec![]).unwrap();
+    let options = options(Mode::Shadowed, 0.2, 0.15);
+    let (fine, report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(fine.meshes()[1] == scene.meshes()[1], "the ball stays as it was");
+    assert!(report.rounds >= 2 && report.vertices > report.vertices_before, "{report:?}");
+}
+
+#[test]
 fn options_that_cannot_be_are_refused_and_progress_may_stop() {
     let scene = built_in::closed_white_box(1);
     let refusal = |threshold, min_edge| {

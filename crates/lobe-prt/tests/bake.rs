@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 
 use common::{baked, cone_transfer, go_on, is_grey, largest_difference, options, receiver, revolved, scene_of};
 use lobe_prt::{BakeOptions, Channels, Mode, PrtError, Receivers, bake};
-use lobe_scene::{Bvh, Scene, built_in};
+use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 use lobe_testkit::directions;
 
@@ -282,6 +282,31 @@ fn coefficients_do_not_depend_on_the_number_of_threads() {
     let timeless = |report: &lobe_prt::BakeReport| lobe_prt::BakeReport { seconds: 0.0, ..report.clone() };
     assert_eq!(timeless(&one.1), timeless(&two.1), "reports of 1 and 2 threads");
     assert_eq!(timeless(&one.1), timeless(&five.1), "reports of 1 and 5 threads");
+}
+
+#[test]
+fn bounces_are_kept_where_the_receivers_looked_at_see_no_light() {
+    // Light reaches the last 6 of some 500 receivers alone: two walls outside of a closed box.
+    let mut meshes = built_in::closed_white_box(8).meshes().to_vec();
+    let walls = MeshParts {
+        positions: vec![
+            [5.0, -1.0, 0.0],
+            [5.0, 1.0, 0.0],
+            [5.0, -1.0, 2.0],
+            [5.0, 1.0, 2.0],
+            [7.0, -1.0, 0.0],
+            [7.0, 1.0, 0.0],
+        ],
+        triangles: vec![[0, 1, 2], [1, 3, 2], [0, 4, 1], [1, 4, 5]],
+        ..MeshParts::default()
+    };
+    meshes.push(Mesh::new(walls).unwrap());
+    let scene = Scene::new(meshes, vec![Material::WHITE], vec![]).unwrap();
+    let options = BakeOptions { energy_stop: 1e-3, ..options(Mode::Interreflected, 1, 64) };
+    let (_, report) = baked(&scene, &Receivers::at_vertices(&scene).unwrap(), &options);
+    assert!(report.receivers > 64 * 6, "few enough see light: {report:?}");
+    assert_eq!(report.bounces, 3, "{report:?}");
+    assert!(report.energy_per_bounce[1] > 0.01 * report.energy_per_bounce[0], "{report:?}");
 }
 
 #[test]

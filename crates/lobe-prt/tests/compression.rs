@@ -304,3 +304,14 @@ fn a_table_of_matrices_is_compressed_by_the_same_code() {
     assert!(report.relative_error < 0.05 && table.width() == 81, "{report:?}");
     assert!(report.ratio() > 5.0, "{} times smaller", report.ratio());
 }
+
+#[test]
+fn more_components_than_numbers_are_refused_and_nothing_is_divided_by_none() {
+    for components in [5, usize::MAX] {
+        let refused =
+            CompressedTable::new(4, components, vec![], Weights::F32(vec![]), vec![]).unwrap_err().to_string();
+        let expected =
+            format!("compressed transfer: expected at most 4 components, as many as numbers, found {components}");
+        assert_eq!(refused, expected, "message");
+    }
+}

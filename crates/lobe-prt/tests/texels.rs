@@ -103,3 +103,24 @@ fn unfoldings_that_cannot_hold_light_are_refused_in_one_line() {
         assert_eq!(found, expected, "refusal");
     }
 }
+
+#[test]
+fn texels_whose_centre_is_on_an_edge_of_the_picture_do_not_see_behind_a_wall_there() {
+    // The edges of the floor's picture run through centres of texels, and a wall stands on one of them.
+    let floor = square(0.5 / 32.0, 15.5 / 32.0, 0, 0.0);
+    let mut wall = square(0.6, 0.9, 0, 0.0);
+    wall.positions = vec![[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];
+    let scene = scene([floor, wall]);
+    let texels = TexelReceivers::new(&scene, 32).unwrap();
+    let (transfer, _) = baked(&scene, texels.receivers(), &options(Mode::Shadowed, 1, 1024));
+    let mut beside_the_wall = 0;
+    for (i, position) in texels.receivers().positions().iter().enumerate() {
+        if position[0] > 0.999 && position[1].abs() < 0.8 && position[2] == 0.0 {
+            // A wall takes half of what arrives at its foot, whatever its height.
+            let open = transfer.vector(i, 1)[0] / (0.5 * 0.5 / std::f32::consts::PI.sqrt());
+            assert!((open - 0.5).abs() < 0.02, "{position:?}: {open} of the sky");
+            beside_the_wall += 1;
+        }
+    }
+    assert!(beside_the_wall >= 11, "{beside_the_wall} texels beside the wall");
+}

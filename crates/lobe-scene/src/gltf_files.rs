@@ -21,8 +21,11 @@ const CHUNK_JSON: u32 = u32::from_le_bytes(*b"JSON");
 const CHUNK_BIN: u32 = u32::from_le_bytes(*b"BIN\0");
 
 /// Extensions a file may demand because Lobe reads them. Materials' and lights' are not used: shapes and base colours are
-/// the same without.
+/// the same without, but for [`OTHER_COLORS`].
 const READ_EXTENSIONS: [&str; 2] = ["KHR_texture_transform", "KHR_mesh_quantization"];
+
+/// The extension whose materials have their colours elsewhere.
+const OTHER_COLORS: &str = "KHR_materials_pbrSpecularGlossiness";
 
 /// The parts of the JSON that decide whether the rest can be read.
 #[derive(Deserialize)]
@@ -31,6 +34,8 @@ struct Preamble {
     asset: Asset,
     #[serde(default)]
     extensions_required: Vec<String>,
+    #[serde(default)]
+    extensions_used: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -114,8 +119,11 @@ fn check_preamble(preamble: &Preamble, source: &mut Source<'_>) -> Result<(), Sc
             "baked by a newer Lobe: expected version {LOBE_EXTRAS_VERSION} of its attributes, found {lobe}: update Lobe"
         )));
     }
+    if preamble.extensions_used.iter().any(|name| name == OTHER_COLORS) {
+        source.note(format!("{OTHER_COLORS} is not used, colours may be missing: convert to metallic-roughness"));
+    }
     for name in &preamble.extensions_required {
-        if name.starts_with("KHR_materials_") || name == "KHR_lights_punctual" {
+        if (name.starts_with("KHR_materials_") && name != OTHER_COLORS) || name == "KHR_lights_punctual" {
             source.note(format!("{name} is not used"));
         } else if !READ_EXTENSIONS.contains(&name.as_str()) {
             return Err(source.unsupported(refusal(name)));
@@ -132,6 +140,7 @@ fn refusal(extension: &str) -> String {
         }
         "EXT_meshopt_compression" | "KHR_meshopt_compression" => "export it without meshopt compression",
         "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => "export its textures as PNG or JPEG",
+        OTHER_COLORS => "convert its materials to metallic-roughness",
         "EXT_mesh_gpu_instancing" => "export each instance as a node",
         _ => "export it without",
     };

@@ -1,10 +1,13 @@
 //! Materials and textures of a glTF file.
 
 use std::collections::HashMap;
+use std::fmt::Display;
+use std::io::Cursor;
 
 use gltf_json::material::AlphaMode;
 use gltf_json::texture::{Info, WrappingMode};
 use gltf_json::validation::Checked;
+use image::{ImageError, ImageReader};
 
 use crate::gltf_accessor::view_bytes;
 use crate::gltf_files::{GltfFile, read_uri};
@@ -18,6 +21,10 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
     for (index, material) in file.root.materials.iter().enumerate() {
         let pbr = &material.pbr_metallic_roughness;
         let name = material.name.clone().unwrap_or_else(|| index.to_string());
+        let mut unit = |value, what| source.unit(value, &format!("material `{name}`: {what}"));
+        let base_color = pbr.base_color_factor.0.map(|c| unit(c, "a base colour factor"));
+        let metallic = unit(pbr.metallic_factor.0, "a metallic factor");
+        let roughness = unit(pbr.roughness_factor.0, "a roughness factor");
         let base_color_texture = match &pbr.base_color_texture {
             Some(info) => Some(textures.use_of(info, &name, source)?),
             None => None,
@@ -32,12 +39,12 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
         };
         note_unused(material, &name, source);
         materials.push(Material {
-            base_color: pbr.base_color_factor.0,
+            base_color,
             base_color_texture,
             alpha,
             double_sided: material.double_sided,
-            metallic: pbr.metallic_factor.0,
-            roughness: pbr.roughness_factor.0,
+            metallic,
+            roughness,
             emissive: material.emissive_factor.0,
             name,
         });
@@ -64,12 +71,12 @@ fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'
 struct Textures<'a> {
     file: &'a GltfFile,
     read: Vec<Texture>,
-    /// Where the texture of a glTF index is among those read.
-    places: HashMap<usize, usize>,
+    /// Where an image of the file, with a wrap, is among those read.
+    places: HashMap<(usize, [Wrap; 2]), usize>,
 }
 
 impl Textures<'_> {
-    fn use_of(&mut self, info: &Info, material: &str, source: &Source<'_>) -> Result<TextureUse, SceneError> {
+    fn use_of(&mut self, info: &Info, material: &str, source: &mut Source<'_>) -> Result<TextureUse, SceneError> {
         let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
         let uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord) as usize;
         if uv_set > 1 {
@@ -82,19 +89,25 @@ impl Textures<'_> {
             let (sin, cos) = transform.rotation.0.sin_cos();
             [[cos * su, sin * sv, du], [-sin * su, cos * sv, dv]]
         });
-        let index = info.index.value();
-        let texture = match self.places.get(&index) {
+        let key @ (image, wrap) = self.image_and_wrap(info.index.value(), material, source)?;
+        let texture = match self.places.get(&key) {
             Some(&texture) => texture,
             None => {
-                self.read.push(self.texture(index, material, source)?);
-                self.places.insert(index, self.read.len() - 1);
+                self.read.push(self.texture(image, wrap, source)?);
+                self.places.insert(key, self.read.len() - 1);
                 self.read.len() - 1
             }
         };
         Ok(TextureUse { texture, uv_set, uv_map })
     }
 
-    fn texture(&self, index: usize, material: &str, source: &Source<'_>) -> Result<Texture, SceneError> {
+    /// What a texture is made of: the index of an image that is there, and how it goes on beside the unit square.
+    fn image_and_wrap(
+        &self,
+        index: usize,
+        material: &str,
+        source: &Source<'_>,
+    ) -> Result<(usize, [Wrap; 2]), SceneError> {
         let root = &self.file.root;
         let missing = |what: &str, index: usize, count: usize| {
             source.invalid(format!("material `{material}` uses {what} {index}, but there are {count}"))
@@ -105,7 +118,9 @@ impl Textures<'_> {
             let message = format!("texture {index} has no PNG or JPEG: export the textures of the scene as such");
             return Err(source.unsupported(message));
         }
-        let image = root.images.get(image).ok_or_else(|| missing("image", image, root.images.len()))?;
+        if image >= root.images.len() {
+            return Err(missing("image", image, root.images.len()));
+        }
         let wrap = match texture.sampler {
             None => [Wrap::Repeat; 2],
             Some(sampler) => {
@@ -114,6 +129,11 @@ impl Textures<'_> {
                 [wrap(sampler.wrap_s), wrap(sampler.wrap_t)]
             }
         };
+        Ok((image, wrap))
+    }
+
+    fn texture(&self, index: usize, wrap: [Wrap; 2], source: &mut Source<'_>) -> Result<Texture, SceneError> {
+        let image = &self.file.root.images[index];
         let bytes = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => read_uri(uri, source)?,
             (None, Some(view)) => {
@@ -121,7 +141,7 @@ impl Textures<'_> {
             }
             (None, None) => return Err(source.invalid("an image has neither a URI nor a buffer view")),
         };
-        decode(&bytes, &format!("texture {index}"), wrap, source)
+        decode(&bytes, &format!("image {index}"), wrap, source)
     }
 }
 
@@ -134,10 +154,21 @@ fn wrap(mode: Checked<WrappingMode>) -> Wrap {
 }
 
 /// A texture from the bytes of a PNG or JPEG.
-pub(crate) fn decode(bytes: &[u8], name: &str, wrap: [Wrap; 2], source: &Source<'_>) -> Result<Texture, SceneError> {
-    let picture = image::load_from_memory(bytes)
-        .map_err(|error| source.invalid(format!("{name}: expected a PNG or JPEG, found {error}")))?;
-    let picture = picture.into_rgba8();
+pub(crate) fn decode(
+    bytes: &[u8],
+    name: &str,
+    wrap: [Wrap; 2],
+    source: &mut Source<'_>,
+) -> Result<Texture, SceneError> {
+    let file = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let invalid = |error: &dyn Display, source: &Source<'_>| {
+        source.invalid(format!("{name}: expected a PNG or JPEG, found {error}"))
+    };
+    let size = file().map_err(ImageError::from).and_then(ImageReader::into_dimensions);
+    let (width, height) = size.map_err(|error| invalid(&error, source))?;
+    source.count_texels(width, height)?;
+    let picture = file().map_err(ImageError::from).and_then(ImageReader::decode);
+    let picture = picture.map_err(|error| invalid(&error, source))?.into_rgba8();
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let texels: Vec<[u8; 4]> = picture.pixels().map(|pixel| pixel.0).collect();
     if texels.is_empty() {

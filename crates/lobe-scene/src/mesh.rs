@@ -174,6 +174,9 @@ fn check(parts: &MeshParts) -> Result<(), String> {
     check_attribute("texture coordinates of set 0", &parts.uvs[0], count)?;
     check_attribute("texture coordinates of set 1", &parts.uvs[1], count)?;
     check_attribute("colours", &parts.colors, count)?;
+    if let Some(i) = parts.colors.iter().position(|color| color.iter().any(|c| !(0.0..=1.0).contains(c))) {
+        return Err(format!("expected colours from 0 to 1, found {:?} at vertex {i}", parts.colors[i]));
+    }
     for (t, triangle) in parts.triangles.iter().enumerate() {
         if let Some(i) = triangle.iter().find(|&&i| i as usize >= count) {
             return Err(format!("triangle {t} uses vertex {i}, but there are {count} vertices"));

@@ -1,7 +1,7 @@
 //! Scenes from files, whatever their format.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use crate::{Mesh, MeshParts, Scene, SceneError, Up, read_gltf, read_obj, read_ply};
 
@@ -17,12 +17,15 @@ pub struct ReadOptions {
     /// The most triangles, and the most vertices, that a file may unfold to. A small file can hold a mesh that a
     /// thousand nodes show.
     pub limit: usize,
+    /// The most texels that all textures together may unfold to, four bytes each. A small file can hold a large picture of
+    /// one colour.
+    pub texel_limit: usize,
 }
 
 impl Default for ReadOptions {
-    /// y up, and up to 2²⁶ triangles and vertices.
+    /// y up, up to 2²⁶ triangles and vertices, and up to 2²⁸ texels: 1 GiB.
     fn default() -> Self {
-        Self { up: Up::Y, limit: 1 << 26 }
+        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28 }
     }
 }
 
@@ -48,7 +51,8 @@ pub struct ReadReport {
 /// # Errors
 /// [`SceneError::Io`] if a file cannot be read, [`SceneError::Unsupported`] if it is of another kind or needs what
 /// Lobe does not read, [`SceneError::Invalid`] if it contradicts itself or holds no triangle with an area,
-/// [`SceneError::Options`] if it unfolds to more than [`ReadOptions::limit`].
+/// [`SceneError::Options`] if it unfolds to more than [`ReadOptions::limit`] or
+/// [`ReadOptions::texel_limit`].
 pub fn read_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(Scene, ReadReport), SceneError> {
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
@@ -66,10 +70,19 @@ pub fn read_scene_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Resu
 /// The name of a file for messages, and its bytes.
 pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
     let name = path.display().to_string();
-    match fs::read(path) {
+    match read_regular(path) {
         Ok(bytes) => Ok((name, bytes)),
         Err(source) => Err(SceneError::Io { file: name, source }),
     }
+}
+
+/// The bytes of a file that ends: devices and pipes need not.
+fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
+    let kind = fs::metadata(path)?;
+    if !(kind.is_file() || kind.is_dir()) {
+        return Err(io::Error::other("expected a file, found a device or a pipe"));
+    }
+    fs::read(path)
 }
 
 /// Where the files lie that a file names.
@@ -96,14 +109,18 @@ pub(crate) struct Source<'a> {
     /// Where the files it names lie; none if only its bytes are known.
     folder: Option<PathBuf>,
     limit: usize,
+    texel_limit: usize,
     /// Vertices and triangles so far.
     unfolded: (usize, usize),
+    /// Texels so far.
+    texels: usize,
     report: ReadReport,
 }
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &ReadOptions) -> Self {
-        Self { name, folder, limit: options.limit, unfolded: (0, 0), report: ReadReport::default() }
+        let ReadOptions { limit, texel_limit, .. } = *options;
+        Self { name, folder, limit, texel_limit, unfolded: (0, 0), texels: 0, report: ReadReport::default() }
     }
 
     /// What was read and done, once the scene is there.
@@ -145,6 +162,28 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
+    /// To be called before the memory for a texture is taken.
+    pub(crate) fn count_texels(&mut self, width: u32, height: u32) -> Result<(), SceneError> {
+        self.texels = (width as usize).saturating_mul(height as usize).saturating_add(self.texels);
+        if self.texels > self.texel_limit {
+            let (name, limit, found) = (self.name, self.texel_limit, self.texels);
+            let advice = "make the textures smaller, or raise the limit";
+            return Err(SceneError::Options(format!(
+                "{name}: expected textures of at most {limit} texels, found {found} or more: {advice}"
+            )));
+        }
+        Ok(())
+    }
+
+    /// A number that its format keeps from 0 to 1; what lies outside is moved there and noted.
+    pub(crate) fn unit(&mut self, value: f32, what: &str) -> f32 {
+        let inside = value.clamp(0.0, 1.0);
+        if inside != value {
+            self.note(format!("{what} of {value} is outside of 0 to 1, and taken as {inside}"));
+        }
+        inside
+    }
+
     /// Makes a mesh; one whose triangles all lack area is noted and left out.
     pub(crate) fn mesh(&mut self, parts: MeshParts) -> Result<Option<Mesh>, SceneError> {
         let in_file = parts.triangles.len();
@@ -159,9 +198,26 @@ impl<'a> Source<'a> {
             self.note(format!("mesh `{}` has {what} and was left out", parts.name));
             return Ok(None);
         }
+        let parts = self.with_colors_in_range(parts);
         let mesh = Mesh::new(parts).map_err(|error| error.within(self.name))?;
         self.report.dropped_triangles += mesh.dropped_triangles();
         Ok(Some(mesh))
+    }
+
+    /// Moves colours into the range from 0 to 1, as glTF wants it; those that are no numbers are `Mesh::new`'s to refuse.
+    fn with_colors_in_range(&mut self, mut parts: MeshParts) -> MeshParts {
+        let mut moved = 0;
+        for color in &mut parts.colors {
+            let inside = color.map(|c| c.clamp(0.0, 1.0));
+            if color.iter().all(|c| c.is_finite()) && inside != *color {
+                *color = inside;
+                moved += 1;
+            }
+        }
+        if moved > 0 {
+            self.note(format!("mesh `{}` has colours outside of 0 to 1 at {moved} vertices, moved there", parts.name));
+        }
+        parts
     }
 
     /// The error of a file without any triangle that has an area.
@@ -180,7 +236,7 @@ impl<'a> Source<'a> {
             );
         };
         let path = folder.join(relative);
-        fs::read(&path)
+        read_regular(&path)
             .map_err(|source| SceneError::Io { file: format!("{}, named by {}", path.display(), self.name), source })
     }
 }

@@ -89,7 +89,8 @@ fn read_materials(
     let (mut read, mut textures, mut places) = (Vec::new(), Vec::new(), HashMap::new());
     for material in materials {
         let name = &material.name;
-        let mut result = Material::matte(name, material.diffuse.unwrap_or([1.0; 3]));
+        let diffuse = material.diffuse.unwrap_or([1.0; 3]);
+        let mut result = Material::matte(name, diffuse.map(|c| source.unit(c, &format!("material `{name}`: Kd"))));
         if let Some(file) = &material.diffuse_texture {
             let texture = match places.get(file) {
                 Some(&texture) => texture,

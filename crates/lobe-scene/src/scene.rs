@@ -44,7 +44,8 @@ impl Scene {
     /// A scene of meshes. Their materials index `materials`, whose textures index `textures`.
     ///
     /// # Errors
-    /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, or if an index is out of range.
+    /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, or if a base
+    /// colour, metallic or roughness is not from 0 to 1.
     pub fn new(meshes: Vec<Mesh>, materials: Vec<Material>, textures: Vec<Texture>) -> Result<Self, SceneError> {
         let invalid = |message: String| Err(SceneError::invalid("scene", message));
         if meshes.is_empty() {
@@ -60,6 +61,15 @@ impl Scene {
             if let Some(used) = material.base_color_texture.filter(|used| used.texture >= textures.len()) {
                 let (name, index, count) = (&material.name, used.texture, textures.len());
                 return invalid(format!("material `{name}` uses texture {index}, but there are {count}"));
+            }
+        }
+        for material in &materials {
+            let Material { name, base_color, metallic, roughness, .. } = material;
+            if base_color.iter().chain([metallic, roughness]).any(|value| !(0.0..=1.0).contains(value)) {
+                return invalid(format!(
+                    "material `{name}`: expected base colour, metallic and roughness from 0 to 1, found {base_color:?}, \
+                     {metallic} and {roughness}"
+                ));
             }
         }
         let mut starts = vec![0];

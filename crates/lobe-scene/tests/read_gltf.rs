@@ -322,6 +322,76 @@ fn a_small_file_that_unfolds_to_too_much_is_refused_before_memory_is_taken() {
     assert_eq!(scene(&file).meshes().len(), 100, "within the usual limit it is read");
 }
 
+/// A PNG of one colour as a `data:` URI.
+fn png(width: u32, height: u32) -> String {
+    let mut png = Vec::new();
+    let picture = image::GrayImage::from_pixel(width, height, image::Luma([255]));
+    picture.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    format!("data:image/png;base64,{}", common::base64(&png))
+}
+
+#[test]
+fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_before_they_are_decoded() {
+    let materials: Vec<_> =
+        (0..12).map(|k| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": k}}})).collect();
+    let file = Gltf::square()
+        .with("/materials", json!(materials))
+        .with("/textures", json!(vec![json!({"source": 0}); 12]))
+        .with("/images", json!([{"uri": png(40, 30)}]));
+    assert_eq!(scene(&file).textures().len(), 1, "one picture, twelve textures");
+    let options = ReadOptions { texel_limit: 1199, ..ReadOptions::default() };
+    let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
+    let expected = "a.glb: expected textures of at most 1199 texels, found 1200 or more: make the textures smaller, or \
+                    raise the limit";
+    assert_eq!(error.to_string(), expected, "message");
+}
+
+#[test]
+fn factors_and_colours_outside_of_their_range_are_moved_into_it_and_noted() {
+    let color = [1.0, 1.0, 2.0, 1.0].repeat(4);
+    let file = Gltf::square().with_attribute("COLOR_0", "VEC4", &color).with(
+        "/materials",
+        json!([{"name": "m", "pbrMetallicRoughness": {
+            "baseColorFactor": [-1.0, 0.5, 1.0, 1.0], "metallicFactor": 5.0, "roughnessFactor": -3.0,
+        }}]),
+    );
+    let (scene, report) = read(&file.with("/meshes/0/primitives/0/material", json!(0))).unwrap();
+    let material = scene.material(0);
+    assert_eq!((material.metallic, material.roughness), (1.0, 0.0), "factors");
+    assert_eq!(scene.vertex_base_color(0, 0), [0.0, 0.5, 1.0, 1.0], "colour");
+    assert_eq!(
+        report.notes,
+        [
+            "material `m`: a base colour factor of -1 is outside of 0 to 1, and taken as 0",
+            "material `m`: a metallic factor of 5 is outside of 0 to 1, and taken as 1",
+            "material `m`: a roughness factor of -3 is outside of 0 to 1, and taken as 0",
+            "mesh `square` has colours outside of 0 to 1 at 4 vertices, moved there",
+        ],
+        "notes"
+    );
+}
+
+#[test]
+fn colours_kept_in_an_extension_are_noted_and_refused_where_they_are_required() {
+    let name = "KHR_materials_pbrSpecularGlossiness";
+    let used = Gltf::square().with("/extensionsUsed", json!([name]));
+    let (_, report) = read(&used).unwrap();
+    let note = format!("{name} is not used, colours may be missing: convert to metallic-roughness");
+    assert_eq!(report.notes, [note], "notes");
+    let error = refusal(&used.with("/extensionsRequired", json!([name]))).to_string();
+    assert!(error.ends_with("convert its materials to metallic-roughness"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_named_as_buffers_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    fs::write(&path, Gltf::square().with("/buffers/0/uri", json!("/dev/zero")).json.to_string()).unwrap();
+    let error = read_scene(&path, &ReadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("found a device or a pipe"), "{error}");
+}
+
 #[test]
 fn buffers_and_textures_beside_the_file_are_found_and_missing_ones_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -338,15 +408,15 @@ fn buffers_and_textures_beside_the_file_are_found_and_missing_ones_named() {
 
 #[test]
 fn real_files_are_read() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets");
-    let suzi = folder.join("suzi.glb");
-    if !suzi.exists() {
-        println!("suzi.glb and suzi-draco.glb are absent: real glTF files were not tested");
-        return;
-    }
+    let suzi = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/suzi.glb");
     let (_, report) = read_scene(&suzi, &ReadOptions::default()).unwrap();
     let found = (report.vertices, report.triangles + report.dropped_triangles);
     assert_eq!(found, (7503, 14842), "vertices and triangles of suzi.glb; {report:?}");
-    let error = read_scene(folder.join("suzi-draco.glb"), &ReadOptions::default()).unwrap_err().to_string();
+    let draco = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets/suzi-draco.glb");
+    if !draco.exists() {
+        println!("suzi-draco.glb is absent: a real file with Draco compression was not tested");
+        return;
+    }
+    let error = read_scene(draco, &ReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("requires KHR_draco_mesh_compression"), "{error}");
 }
