@@ -67,7 +67,8 @@ fn disc([u, v]: [f32; 2]) -> [f32; 2] {
 mod tests {
     use super::*;
     use crate::sobol::Sobol;
-    use lobe_testkit::directions;
+    use lobe_testkit::{ChiSquare, Random, directions};
+    use std::f64::consts::PI;
 
     /// The mean of a function over 2¹⁴ directions from the square.
     fn mean(warp: impl Fn([f32; 2]) -> [f32; 3], f: impl Fn(Vec3) -> f64) -> f64 {
@@ -96,6 +97,30 @@ mod tests {
             ] {
                 assert!((found - expected).abs() < TOLERANCE, "{what} about {n:?}: {found}, expected {expected}");
             }
+        }
+    }
+
+    #[test]
+    fn directions_are_drawn_with_the_density_stated() {
+        let normal = Vec3::new(0.6, -0.48, 0.64);
+        let (frame, mut random) = (Frame::about(normal.into()), Random::new(2));
+        let wide = |s: [f32; 3]| Some(s.map(f64::from));
+        let cos = |s: [f64; 3]| normal.dot(Vec3::from(s.map(|c| c as f32)));
+        let mut point = || [random.unit() as f32, random.unit() as f32];
+        for (name, test) in [
+            ("cosine", ChiSquare::new(200_000, || wide(frame.cosine(point())), |s| f64::from(cos(s).max(0.0)) / PI)),
+            (
+                "hemisphere",
+                ChiSquare::new(
+                    200_000,
+                    || wide(frame.hemisphere(point())),
+                    |s| if cos(s) > 0.0 { 0.5 / PI } else { 0.0 },
+                ),
+            ),
+            ("sphere", ChiSquare::new(200_000, || wide(sphere(point())), |_| 0.25 / PI)),
+        ] {
+            // Chance passes 5 once in three million.
+            assert!(test.z() < 5.0 && test.missing.abs() < 1e-3, "{name}: z = {}, {test:?}", test.z());
         }
     }
 

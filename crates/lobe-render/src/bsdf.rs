@@ -132,7 +132,7 @@ fn cosine_weighted([u0, u1]: [f64; 2]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use lobe_env::{Brdf as _, Ggx};
-    use lobe_testkit::Random;
+    use lobe_testkit::{ChiSquare, Random};
 
     use super::*;
 
@@ -168,6 +168,24 @@ mod tests {
         let albedo = Rgb::new(0.2, 0.5, 1.0);
         let found = reflected(&Bsdf::matte(tilted().0, albedo), 500);
         assert!((found - albedo).luminance().abs() < 1e-12, "{found:?}");
+    }
+
+    #[test]
+    fn directions_are_drawn_with_the_density_stated() {
+        let (normal, view) = tilted();
+        let (mut random, red) = (Random::new(6), Rgb::new(0.8, 0.2, 0.1));
+        let glossy = |metallic, roughness| Bsdf::metallic_roughness(normal, red, metallic, roughness, view);
+        for (name, bsdf) in [
+            ("matte", Bsdf::matte(normal, red)),
+            ("plastic", glossy(0.0, 0.6)),
+            ("metal", glossy(1.0, 0.5)),
+            ("half a metal", glossy(0.5, 1.0)),
+        ] {
+            let draw = || bsdf.sample([random.unit(), random.unit()], random.unit()).map(|sample| sample.towards);
+            let test = ChiSquare::new(200_000, draw, |s| bsdf.eval(s).1);
+            // Chance passes 5 once in three million.
+            assert!(test.z() < 5.0, "{name}: z = {}, {test:?}", test.z());
+        }
     }
 
     #[test]

@@ -2,10 +2,12 @@
 //!
 //! It depends on no other crate of Lobe, so that every crate's tests can use it.
 
+mod chi_square;
 mod directions;
 mod golden;
 mod random;
 
+pub use chi_square::ChiSquare;
 pub use directions::{directions, fibonacci_sphere};
 pub use golden::{golden, golden_f64s};
 pub use random::Random;
