@@ -10,17 +10,25 @@ const ALGORITHM: u64 = 1;
 
 /// 128 bits that depend on everything written into it, and on the order. Not for secrets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Fingerprint(pub(crate) [u64; 2]);
+pub struct Fingerprint(pub(crate) [u64; 2]);
 
 impl Fingerprint {
-    /// That of a kind of job, whose number is `kind`.
-    pub(crate) fn of_kind(kind: u64) -> Self {
+    /// That of a kind of job, whose number is `kind`: below 16 for bakes.
+    #[must_use]
+    pub fn of_kind(kind: u64) -> Self {
         let mut all = Self([ALGORITHM, kind]);
         all.word(kind);
         all
     }
 
-    pub(crate) fn word(&mut self, word: u64) {
+    /// The bits.
+    #[must_use]
+    pub fn bits(self) -> [u64; 2] {
+        self.0
+    }
+
+    /// Writes a number into it.
+    pub fn word(&mut self, word: u64) {
         let [a, b] = self.0;
         self.0 = [mix(a.rotate_left(23) ^ word), mix(b.rotate_left(41) ^ !word)];
     }
@@ -30,7 +38,8 @@ impl Fingerprint {
         words.for_each(|word| self.word(word));
     }
 
-    pub(crate) fn bytes(&mut self, bytes: &[u8]) {
+    /// Writes bytes into it, and how many they are.
+    pub fn bytes(&mut self, bytes: &[u8]) {
         self.words(bytes.chunks(8).map(|chunk| {
             let mut word = [0; 8];
             word[..chunk.len()].copy_from_slice(chunk);
@@ -39,13 +48,15 @@ impl Fingerprint {
         self.word(bytes.len() as u64);
     }
 
-    fn floats(&mut self, floats: &[f32]) {
+    /// Writes numbers into it, and how many they are.
+    pub fn floats(&mut self, floats: &[f32]) {
         let word = |pair: &[f32]| pair.iter().fold(0, |word, f| word << 32 | u64::from(f.to_bits()));
         self.words(floats.chunks(2).map(word));
         self.word(floats.len() as u64);
     }
 
-    pub(crate) fn scene(&mut self, scene: &Scene) {
+    /// Writes all of a scene into it that a bake depends on: not what makes surfaces shine.
+    pub fn scene(&mut self, scene: &Scene) {
         for mesh in scene.meshes() {
             self.floats(mesh.positions().as_flattened());
             self.floats(mesh.normals().as_flattened());

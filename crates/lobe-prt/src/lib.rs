@@ -8,17 +8,18 @@
 //! | purpose | item |
 //! |---|---|
 //! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`] |
-//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap |
+//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | vertices where transfer needs them | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
 //! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`] |
-//! | transfer alone | [`write_transfer`], [`read_transfer`] |
+//! | transfer alone | [`write_transfer`], [`read_transfer`]; of a lightmap as a picture [`write_lightmap`], [`read_lightmap`] |
 //! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
 //! | files of these two | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers |
 //! | glossy receivers | [`bake_matrices`], [`TransferMatrices`] |
 //! | what moves through a scene | [`bake_neighbourhood`], [`Neighbourhood`], [`Grid`] |
 //! | files of these two | [`write_matrices`], [`write_neighbourhood`] and their readers |
+//! | telling one piece of long work from another | [`Fingerprint`] |
 
 mod adaptive;
 mod bake;
@@ -40,6 +41,8 @@ mod error;
 mod fingerprint;
 mod inset;
 mod lanes;
+mod lightmap;
+mod lightmap_file;
 mod lobes;
 mod matrix_file;
 mod nearest;
@@ -73,6 +76,9 @@ pub use compressed_file::{
 pub use compressed_table::{CompressedTable, WeightBits, Weights};
 pub use compressed_transfer::CompressedTransfer;
 pub use error::PrtError;
+pub use fingerprint::Fingerprint;
+pub use lightmap::Lightmap;
+pub use lightmap_file::{read_lightmap, write_lightmap};
 pub use matrix_file::{read_matrices, read_neighbourhood, write_matrices, write_neighbourhood};
 pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood};
 pub use read_baked::{Baked, read_baked};

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use lobe_scene::{Hit, Scene};
 
 use crate::inset::{inset_distance, step};
+use crate::lightmap::lightmap_uvs;
 use crate::{PrtError, Receivers, Transfer};
 
 /// The widest lightmap.
@@ -30,6 +31,7 @@ const OUTSIDE: f32 = 1e-4;
 pub struct TexelReceivers {
     width: usize,
     texels: Vec<u32>,
+    triangles: Vec<u32>,
     receivers: Receivers,
 }
 
@@ -58,7 +60,7 @@ impl TexelReceivers {
         let mut places: Vec<Option<Place>> = vec![None; width * width];
         let mut first = 0;
         for mesh in scene.meshes() {
-            let uvs = if mesh.uvs(1).is_empty() { mesh.uvs(0) } else { mesh.uvs(1) };
+            let uvs = lightmap_uvs(mesh);
             let place = || format!("mesh `{}`", mesh.name());
             if uvs.is_empty() {
                 let message = "it has no texture coordinates for a lightmap; unfold it into a set of its own";
@@ -83,7 +85,8 @@ impl TexelReceivers {
 
     fn at(scene: &Scene, width: usize, places: &[Option<Place>]) -> Result<Self, PrtError> {
         let distance = inset_distance(scene);
-        let (mut texels, mut positions, mut normals, mut albedos) = (vec![], vec![], vec![], vec![]);
+        let (mut texels, mut triangles) = (vec![], vec![]);
+        let (mut positions, mut normals, mut albedos) = (vec![], vec![], vec![]);
         for (texel, place) in places.iter().enumerate() {
             let Some(Place { depth, triangle, u, v, .. }) = *place else { continue };
             let surface = scene.surface(&Hit { t: 0.0, triangle, u, v });
@@ -92,13 +95,14 @@ impl TexelReceivers {
             let middle = scene.meshes()[mesh].corners(number).map(wide).iter().sum::<DVec3>() / 3.0;
             let position = wide(surface.position);
             texels.push(texel as u32);
+            triangles.push(triangle);
             // At the edge of a triangle it may lie in a wall, as vertices may.
             let moved = if depth < OVERLAP { step(position, middle - position, distance) } else { surface.position };
             positions.push(moved);
             normals.push(surface.shading_normal);
             albedos.push([0, 1, 2].map(|c| surface.base_color[c]));
         }
-        Ok(Self { width, texels, receivers: Receivers::new(positions, normals, albedos)? })
+        Ok(Self { width, texels, triangles, receivers: Receivers::new(positions, normals, albedos)? })
     }
 
     /// Width and height of the picture in texels.
@@ -117,6 +121,12 @@ impl TexelReceivers {
     #[must_use]
     pub fn texels(&self) -> &[u32] {
         &self.texels
+    }
+
+    /// The triangle that each of these texels shows, by its number in the scene.
+    #[must_use]
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
     }
 
     /// For every texel of the picture, row by row, the receiver it shows: its own, or that of a nearest texel that has one,

@@ -1,0 +1,190 @@
+//! A lightmap looked up between its texels.
+
+use std::collections::HashMap;
+
+use lobe_scene::{Hit, Mesh, Scene};
+
+use crate::{PrtError, TexelReceivers};
+
+/// Which texels of a lightmap show a place of its scene, and how much of each.
+///
+/// Light is linear between the four texels around a place, as in any picture, but only between those of the chart that the
+/// place is in: however near charts lie, nothing bleeds over a seam. Triangles are of one chart if they share a vertex, its
+/// position, normal and place in the lightmap; so a hard edge is a seam, too, even if the unfolding does not cut it.
+///
+/// A triangle so thin that other charts have all texels around it shows what these have.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lightmap {
+    width: usize,
+    chart_of_texel: Vec<u32>,
+    chart_of_triangle: Vec<u32>,
+}
+
+impl Lightmap {
+    /// The lightmap of `width` × `width` texels that [`TexelReceivers::new`] bakes.
+    ///
+    /// # Errors
+    /// As [`TexelReceivers::new`].
+    pub fn new(scene: &Scene, width: usize) -> Result<Self, PrtError> {
+        let texels = TexelReceivers::new(scene, width)?;
+        let chart_of_triangle: Vec<u32> = charts(scene);
+        let chart_of = |receiver: u32| chart_of_triangle[texels.triangles()[receiver as usize] as usize];
+        let chart_of_texel = texels.dilated().into_iter().map(chart_of).collect();
+        Ok(Self { width, chart_of_texel, chart_of_triangle })
+    }
+
+    /// Width and height in texels.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Four texels, `y · width + x`, and how much a place shows of each; the parts sum to 1.
+    ///
+    /// ```text
+    ///   w_k ∝ (1 - |x_k - x|) (1 - |y_k - y|)  for texels k of the place's chart, else 0;  centres x_k at i + 1/2
+    /// ```
+    ///
+    /// # Panics
+    /// If the place is not on the scene.
+    #[must_use]
+    pub fn texels_at(&self, scene: &Scene, hit: &Hit) -> [(usize, f64); 4] {
+        let (mesh, number) = scene.locate(hit.triangle as usize);
+        let mesh = &scene.meshes()[mesh];
+        let corners = mesh.triangles()[number].map(|i| lightmap_uvs(mesh)[i as usize].map(f64::from));
+        let (u, v) = (f64::from(hit.u), f64::from(hit.v));
+        let last = (self.width - 1) as f64;
+        let [x, y] = [0, 1].map(|k| {
+            let place = (1.0 - u - v) * corners[0][k] + u * corners[1][k] + v * corners[2][k];
+            (place * self.width as f64 - 0.5).clamp(0.0, last)
+        });
+        let [left, top] = [x, y].map(|c| c.floor().min((last - 1.0).max(0.0)));
+        let (across, down) = (x - left, y - top);
+        let next = usize::from(self.width > 1);
+        let first = top as usize * self.width + left as usize;
+        let around = [
+            (first, (1.0 - across) * (1.0 - down)),
+            (first + next, across * (1.0 - down)),
+            (first + next * self.width, (1.0 - across) * down),
+            (first + next * self.width + next, across * down),
+        ];
+        let chart = self.chart_of_triangle[hit.triangle as usize];
+        let own = around.map(|(texel, part)| (texel, if self.chart_of_texel[texel] == chart { part } else { 0.0 }));
+        let sum: f64 = own.iter().map(|&(_, part)| part).sum();
+        if sum > 0.0 { own.map(|(texel, part)| (texel, part / sum)) } else { around }
+    }
+}
+
+/// The texture coordinates that a mesh has for its lightmap; none if it has none at all.
+pub(crate) fn lightmap_uvs(mesh: &Mesh) -> &[[f32; 2]] {
+    if mesh.uvs(1).is_empty() { mesh.uvs(0) } else { mesh.uvs(1) }
+}
+
+/// The chart of every triangle: those that are joined by vertices have one number.
+fn charts(scene: &Scene) -> Vec<u32> {
+    let mut charts = Vec::with_capacity(scene.triangle_count());
+    let mut first = 0;
+    for mesh in scene.meshes() {
+        let vertices = joined_vertices(mesh);
+        let mut parents: Vec<u32> = (0..vertices.len() as u32).collect();
+        for triangle in mesh.triangles() {
+            let [a, b, c] = triangle.map(|i| root(&mut parents, vertices[i as usize]));
+            parents[b as usize] = a;
+            // b may have been c's root.
+            let c = root(&mut parents, c);
+            parents[c as usize] = a;
+        }
+        charts.extend(mesh.triangles().iter().map(|t| first + root(&mut parents, vertices[t[0] as usize])));
+        first += vertices.len() as u32;
+    }
+    charts
+}
+
+/// For every vertex the number of the first that is the same in position, normal and place in the lightmap.
+fn joined_vertices(mesh: &Mesh) -> Vec<u32> {
+    let mut first_of = HashMap::new();
+    let (positions, normals, uvs) = (mesh.positions(), mesh.normals(), lightmap_uvs(mesh));
+    let mut joined = |i: usize| {
+        let key = (positions[i].map(f32::to_bits), normals[i].map(f32::to_bits), uvs[i].map(f32::to_bits));
+        *first_of.entry(key).or_insert(i as u32)
+    };
+    (0..positions.len()).map(&mut joined).collect()
+}
+
+/// The representative of a vertex; ways to it are halved on the way.
+fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+    while parents[vertex as usize] != vertex {
+        let above = parents[parents[vertex as usize] as usize];
+        parents[vertex as usize] = above;
+        vertex = above;
+    }
+    vertex
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_scene::MeshParts;
+
+    fn of(parts: Vec<MeshParts>) -> Scene {
+        Scene::new(parts.into_iter().map(|p| Mesh::new(p).unwrap()).collect(), vec![], vec![]).unwrap()
+    }
+
+    /// Two squares that share an edge in space and in the lightmap, whose left half one fills and whose right half the other;
+    /// `joined` says whether they share its vertices, too.
+    fn two_squares(joined: bool) -> Scene {
+        let column = |x: f32| [[x, 0.0, 0.0], [x, 1.0, 0.0]];
+        let mut positions = [column(0.0), column(1.0), column(2.0)].concat();
+        let mut triangles = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
+        let mut normals = vec![[0.0, 0.0, 1.0]; 6];
+        if !joined {
+            positions.extend(column(1.0));
+            normals.extend([[0.6, 0.0, 0.8]; 2]);
+            triangles[2..].copy_from_slice(&[[6, 4, 5], [6, 5, 7]]);
+        }
+        let uvs = [positions.iter().map(|p| [p[0] / 2.0, p[1]]).collect(), vec![]];
+        of(vec![MeshParts { positions, normals, triangles, uvs, ..MeshParts::default() }])
+    }
+
+    #[test]
+    fn within_a_chart_light_is_linear_and_over_a_seam_it_is_not() {
+        for (joined, charts_expected) in [(true, 1), (false, 2)] {
+            let scene = two_squares(joined);
+            let mut found = charts(&scene);
+            found.dedup();
+            assert_eq!(found.len(), charts_expected, "charts, joined: {joined}");
+            let lightmap = Lightmap::new(&scene, 8).unwrap();
+            // At x = 1 - 1/16 on the left square: a quarter of a texel left of the seam.
+            let place = Hit { t: 0.0, triangle: 0, u: 0.9375 - 0.5, v: 0.5 };
+            let texels = lightmap.texels_at(&scene, &place);
+            let beyond: f64 = texels.iter().filter(|(texel, _)| texel % 8 >= 4).map(|&(_, part)| part).sum();
+            let expected = if joined { 0.25 } else { 0.0 };
+            assert!((beyond - expected).abs() < 1e-6, "joined {joined}: {beyond} of {texels:?} is beyond the seam");
+            let all: f64 = texels.iter().map(|&(_, part)| part).sum();
+            assert!((all - 1.0).abs() < 1e-12, "{texels:?} sum to {all}");
+        }
+    }
+
+    #[test]
+    fn the_texels_around_a_place_are_found_up_to_the_border() {
+        let scene = two_squares(true);
+        for width in [1, 2, 8] {
+            let lightmap = Lightmap::new(&scene, width).unwrap();
+            for (triangle, u, v) in
+                [(0, 0.0, 0.0), (0, 0.3, 0.2), (1, 0.1, 0.9), (2, 1.0, 0.0), (3, 0.5, 0.5), (2, 0.0, 1.0)]
+            {
+                let hit = Hit { t: 0.0, triangle, u, v };
+                let place = scene.surface(&hit).position;
+                let mean = |k: fn(usize, usize) -> usize| {
+                    let parts = lightmap.texels_at(&scene, &hit);
+                    parts.iter().map(|&(texel, part)| part * (k(texel, width) as f64 + 0.5)).sum::<f64>()
+                };
+                let found = [mean(|t, w| t % w), mean(|t, w| t / w)];
+                for (found, uv) in found.into_iter().zip([place[0] / 2.0, place[1]]) {
+                    let expected = (f64::from(uv) * width as f64).clamp(0.5, width as f64 - 0.5);
+                    assert!((found - expected).abs() < 1e-5, "{place:?} of {width}: {found}, not {expected}");
+                }
+            }
+        }
+    }
+}
