@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use lobe::prt::{
     AdaptiveOptions, BakeOptions, BakeReport, BakedGlb, Channels, CompressOptions, CompressReport, CompressedTransfer,
     Grid, Mode, Receivers, TexelReceivers, Transfer, WeightBits, bake_matrices, bake_neighbourhood, bake_resumable,
-    split_adaptively, write_compressed_transfer, write_matrices, write_neighbourhood, write_transfer,
+    split_adaptively, write_compressed_transfer, write_lightmap, write_matrices, write_neighbourhood, write_transfer,
 };
 use lobe::scene::{Bvh, Scene};
 use serde::Serialize;
@@ -35,7 +35,7 @@ pub(crate) struct Bake {
     #[command(flatten)]
     input: SceneInput,
     /// The scene with transfer at its vertices, a .glb file, or the transfer alone, a .safetensors file, as which --mode glossy,
-    /// --texels and --grid are written
+    /// --texels and --grid are written; of --texels also an .exr picture with a layer for each coefficient
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// What light may do on its way to a vertex
@@ -214,7 +214,11 @@ impl Bake {
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!(message);
         }
-        if !self.is_glb() && !has_extension(&self.output, "safetensors") {
+        let is_picture = has_extension(&self.output, "exr");
+        if self.texels.is_some() && !is_picture && !has_extension(&self.output, "safetensors") {
+            bail!("{}: expected a name that ends in .safetensors or .exr", self.output.display());
+        }
+        if self.texels.is_none() && !self.is_glb() && !has_extension(&self.output, "safetensors") {
             bail!("{}: expected a name that ends in .glb or .safetensors", self.output.display());
         }
         Ok(())
@@ -330,7 +334,11 @@ impl Bake {
         let (transfer, report) = checkpoint.watched(talk, |path, progress| {
             bake_resumable(scene, &bvh, texels.receivers(), &options, path, progress)
         })?;
-        write_transfer(&self.output, &texels.picture(&transfer)?, &self.recipe(&report))?;
+        let (picture, recipe) = (texels.picture(&transfer)?, self.recipe(&report));
+        match has_extension(&self.output, "exr") {
+            true => write_lightmap(&self.output, &picture, &recipe)?,
+            false => write_transfer(&self.output, &picture, &recipe)?,
+        }
         Ok(report)
     }
 

@@ -3,13 +3,12 @@
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::process;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context as _, bail};
 use indicatif::ProgressBar;
 use lobe::prt::{Progress, PrtError};
 
+use crate::ctrl_c;
 use crate::talk::Talk;
 
 /// What a bake calls while it works.
@@ -27,7 +26,11 @@ impl Checkpoint {
         Self { path: name.into() }
     }
 
-    /// Forgets an earlier bake.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Forgets earlier work.
     pub(crate) fn discard(&self) -> anyhow::Result<()> {
         if self.path.exists() {
             fs::remove_file(&self.path).with_context(|| format!("{}: cannot be removed", self.path.display()))?;
@@ -47,7 +50,7 @@ impl Checkpoint {
         talk: Talk,
         work: impl FnOnce(&Path, OnProgress<'_>) -> Result<T, PrtError>,
     ) -> anyhow::Result<T> {
-        stop_on_ctrl_c();
+        ctrl_c::watch();
         let bar = talk.bar("bake", 1);
         let (mut done, mut total, mut is_told) = (0, 0, false);
         let result = work(&self.path, &mut |progress| {
@@ -57,7 +60,7 @@ impl Checkpoint {
             }
             (done, total, is_told) = (progress.done, progress.total, true);
             show(&bar, "bake", progress);
-            if STOP.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            ctrl_c::go_on()
         });
         bar.finish_and_clear();
         match result {
@@ -94,17 +97,4 @@ pub(crate) fn check_room(output: &Path, bytes: u64, checkpoint: u64) -> anyhow::
         );
     }
     Ok(())
-}
-
-/// Whether somebody has pressed Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
-
-/// The first Ctrl-C lets the bake write its checkpoint, the second ends the program at once.
-fn stop_on_ctrl_c() {
-    // Where the system lets nobody handle it, the checkpoint of the last seconds has to do.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            process::exit(2);
-        }
-    });
 }

@@ -14,8 +14,8 @@ use lobe::sh::ShError;
 /// The exit code for "compared and different".
 const DIFFERENT: u8 = 1;
 
-/// The exit code for every error.
-const ERROR: u8 = 2;
+/// The exit code for every error, and for work that was stopped by Ctrl-C.
+pub(crate) const ERROR: u8 = 2;
 
 /// Why a command stops.
 pub(crate) enum Failure {

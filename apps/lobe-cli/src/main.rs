@@ -9,6 +9,7 @@ mod cli;
 mod compare;
 mod compress;
 mod compression;
+mod ctrl_c;
 mod demo;
 mod env_adjust;
 mod env_ambient;

@@ -1,5 +1,6 @@
 //! `lobe render`: a scene under distant light, by transfer or by paths.
 
+use std::f64::consts::FRAC_1_PI;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -7,19 +8,20 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, WriteOptions, write_env};
 use lobe::render::{
-    Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, SampleCount, Surfaces, Tone, Truth,
-    TruthOptions, ViewOptions, render_truth, scene_picture, write_animated_png,
+    Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount, SceneHit,
+    Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture, write_animated_png,
 };
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Coefficient as _, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
 
+use crate::bake_watch::Checkpoint;
 use crate::picture::note_clamped;
 use crate::render_light::{LightInput, ReadLight};
 use crate::render_transfer::{Asked, Lobe, Prepared, parse_lobe, prepare};
 use crate::render_view::ViewInput;
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
-use crate::{output, values};
+use crate::{ctrl_c, output, values};
 
 /// Limits that only slips of the finger exceed.
 const MAX_SAMPLES: usize = 1 << 20;
@@ -75,7 +77,12 @@ pub(crate) struct Render {
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
-    /// glossy: the lobe that surfaces mirror with, tinted by their base colour [default: ggx:0.3]
+    /// All but truth and irradiance: what lobe bake wrote of this scene without it, a .safetensors file, or of --texels an .exr
+    /// file
+    #[arg(long, value_name = "FILE")]
+    transfer: Option<PathBuf>,
+    /// glossy: the lobe that surfaces mirror with, tinted by their base colour [default: ggx:0.3]. A lobe about the mirrored
+    /// view stands for the surface: 18 % from --mode truth --surfaces gltf for metals of α 0.3, farther for rougher ones
     #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
     lobe: Option<Lobe>,
     /// All but truth: what is seen behind the scene [default: env]
@@ -88,6 +95,9 @@ pub(crate) struct Render {
     /// OUT.png
     #[arg(long, value_name = "N", value_parser = frames)]
     frames: Option<usize>,
+    /// truth: start anew, even if there is a checkpoint of a picture that was stopped
+    #[arg(long)]
+    fresh: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -190,14 +200,33 @@ impl Render {
     }
 
     fn render_all(&self, work: &Work<'_>, frames: usize, talk: Talk) -> anyhow::Result<()> {
+        let checkpoints: Vec<_> = (0..frames).map(|k| Checkpoint::beside(&self.frame_path(k))).collect();
+        if self.fresh {
+            checkpoints.iter().try_for_each(Checkpoint::discard)?;
+        }
+        ctrl_c::watch();
         let bar = talk.bar("render", frames as u64 * STEPS);
         let mut tone = None;
         let mut animation = Vec::new();
-        for k in 0..frames {
+        for (k, checkpoint) in checkpoints.iter().enumerate() {
             let turn = self.light.turn(k, frames);
-            let rendered = self.render(work, &turn, &|part| {
+            let mut is_told = false;
+            let rendered = self.render(work, &turn, checkpoint, &mut |part| {
+                if !is_told && part > 0.0 {
+                    let text = format!("found; going on from {:.0} %", 100.0 * part);
+                    talk.note(&checkpoint.path().display().to_string(), &text);
+                }
+                is_told = true;
                 bar.set_position(k as u64 * STEPS + (part * STEPS as f64) as u64);
-            })?;
+                ctrl_c::go_on()
+            });
+            let rendered = match rendered {
+                Err(RenderError::Cancelled) => {
+                    bar.finish_and_clear();
+                    bail!(self.stopped(k, frames));
+                }
+                other => other?,
+            };
             let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
             self.write(&rendered, &tone, k, talk)?;
             if self.frames.is_some() {
@@ -208,10 +237,30 @@ impl Render {
         if let (Some(path), Some(tone)) = (self.animation_path(), tone) {
             write_animated_png(path, &animation, &tone, SECONDS_PER_FRAME)?;
         }
+        checkpoints.iter().for_each(Checkpoint::finish);
         Ok(())
     }
 
-    fn render(&self, work: &Work<'_>, turn: &Rotation, progress: &dyn Fn(f64)) -> anyhow::Result<Rendered> {
+    /// What is left when picture `k` was not finished.
+    fn stopped(&self, k: usize, frames: usize) -> String {
+        let complete =
+            if self.frames.is_some() { format!("after {k} of {frames} pictures") } else { "before the end".into() };
+        match self.mode {
+            Mode::Truth => {
+                format!("stopped {complete}; the same command goes on from there, --fresh starts anew")
+            }
+            _ if k > 0 => format!("stopped {complete}, which are kept; the same command starts anew"),
+            _ => format!("stopped {complete}; nothing is kept, and the same command starts anew"),
+        }
+    }
+
+    fn render(
+        &self,
+        work: &Work<'_>,
+        turn: &Rotation,
+        checkpoint: &Checkpoint,
+        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Rendered, RenderError> {
         let (width, height) = self.view.size();
         if self.mode == Mode::Truth {
             let light = match &work.expansion {
@@ -224,10 +273,8 @@ impl Render {
                 count: SampleCount::of(self.samples.unwrap_or(PATHS)),
                 paths: self.path_options(),
             };
-            let truth = render_truth(work.scene, work.bvh, &work.camera, &light.turned(turn), &options, |part| {
-                progress(part);
-                ControlFlow::Continue(())
-            })?;
+            let (Work { scene, bvh, camera, .. }, light) = (work, light.turned(turn));
+            let truth = render_truth_resumable(scene, bvh, camera, &light, &options, checkpoint.path(), progress)?;
             return Ok(Rendered::Traced(Box::new(truth)));
         }
         let Some(f) = &work.expansion else { unreachable!("all modes but truth light with an expansion") };
@@ -240,24 +287,18 @@ impl Render {
         let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
         let options = ViewOptions { width, height, rays };
         let (scene, bvh, camera) = (work.scene, work.bvh, &work.camera);
+        let background = |s: Dir| behind.radiance(s);
         let picture = match work.transfer {
             Some(prepared) => {
                 let lit = prepared.lit(&f);
-                scene_picture(scene, bvh, camera, &options, |s| behind.radiance(s), |hit| lit.radiance(hit))
+                scene_picture(scene, bvh, camera, &options, background, |hit| lit.radiance(hit), progress)
             }
             None => {
                 let irradiance = convolved(&f, &Zonal::clamped_cosine(f.order()));
-                scene_picture(
-                    scene,
-                    bvh,
-                    camera,
-                    &options,
-                    |s| behind.radiance(s),
-                    |hit| (hit.albedo * irradiance.eval(hit.normal)).scale(std::f64::consts::FRAC_1_PI),
-                )
+                let matte = |hit: &SceneHit<'_>| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI);
+                scene_picture(scene, bvh, camera, &options, background, matte, progress)
             }
         };
-        progress(1.0);
         Ok(Rendered::Shaded(picture?))
     }
 
@@ -283,7 +324,8 @@ impl Render {
             Mode::Interreflected | Mode::Glossy => lobe::prt::Mode::Interreflected,
         };
         let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
-        Some(Asked { mode, order: self.light.order(), samples: self.bake_samples, bounces: self.bounces, lobe })
+        let (order, samples, file) = (self.light.order(), self.bake_samples, self.transfer.clone());
+        Some(Asked { mode, order, samples, bounces: self.bounces, lobe, file })
     }
 
     fn tone(&self, first: &Picture) -> Tone {
@@ -323,8 +365,10 @@ impl Render {
             (self.surfaces.is_some() && !is_truth, "--surfaces: only of --mode truth; all others are matte"),
             (self.seed.is_some() && !is_truth, "--seed: only --mode truth is random"),
             (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
+            (self.transfer.is_some() && !bakes, "--transfer: only of modes with transfer"),
             (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
             (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
+            (self.fresh && !is_truth, "--fresh: only --mode truth keeps a checkpoint"),
             (self.exposure.is_some() && !self.is_png() && self.frames.is_none(), "--exposure: only of .png pictures"),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {

@@ -1,6 +1,7 @@
 //! Light from infinitely far away.
 
 use lobe_env::EnvMap;
+use lobe_prt::Fingerprint;
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec};
 
 use crate::sphere_table::{SphereTable, cell};
@@ -87,6 +88,26 @@ impl DistantLight {
         match &self.source {
             Source::Map(map) => map.texels()[cell(map.width(), map.height(), s)].widen(),
             Source::Expansion(f) => f.eval(s),
+        }
+    }
+
+    /// Writes all that tells this light from others.
+    pub(crate) fn write_into(&self, all: &mut Fingerprint) {
+        match &self.source {
+            Source::Map(map) => {
+                all.word(map.width() as u64);
+                for row in map.texels().chunks(map.width()) {
+                    let numbers: Vec<f32> = row.iter().flat_map(|texel| texel.to_array()).collect();
+                    all.floats(&numbers);
+                }
+            }
+            Source::Expansion(f) => {
+                all.word(f.order() as u64);
+                f.coefficients().iter().flat_map(|c| c.to_array()).for_each(|c| all.word(c.to_bits()));
+            }
+        }
+        for axis in [Dir::X, Dir::Z] {
+            self.light_from_world.rotate_dir(axis).to_array().iter().for_each(|c| all.word(c.to_bits()));
         }
     }
 

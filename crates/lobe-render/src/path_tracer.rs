@@ -1,5 +1,7 @@
 //! Light along paths: what leaves a point of a scene towards an eye, by nothing but sampling.
 
+use std::f64::consts::PI;
+
 use lobe_scene::{Bvh, Hit, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
@@ -7,7 +9,7 @@ use crate::DistantLight;
 use crate::bsdf::Bsdf;
 use crate::estimate::{Estimate, SampleCount, estimate};
 use crate::samples::{PathNumbers, SampleSet};
-use crate::vector::{Vec3, dot, normalised, scale};
+use crate::vector::{Vec3, dot, normalised, scale, tangents};
 
 /// What a path is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,8 +121,9 @@ impl Purpose {
     }
 }
 
-/// The purpose of the pair that places a ray within its pixel.
-pub(crate) const PIXEL_PURPOSE: u32 = 0;
+/// The purpose of the pair that says where a path begins: the place of a ray within its pixel, the direction that light
+/// arrives from.
+pub(crate) const FIRST_PURPOSE: u32 = 0;
 
 impl<'a> PathTracer<'a> {
     /// Paths through `scene`, whose tree is `bvh`.
@@ -137,7 +140,7 @@ impl<'a> PathTracer<'a> {
         let node = self.receiver_node(receiver);
         estimate(count, |set, path| {
             let numbers = SampleSet::new(self.options.seed, place as u64, set as u64).path(path);
-            self.radiance_of(&node, numbers)
+            self.radiance_of(&node, numbers, self.options.bounces)
         })
     }
 
@@ -161,6 +164,41 @@ impl<'a> PathTracer<'a> {
             for path in 0..count.per_set {
                 let node = self.receiver_node(receiver);
                 self.follow(node, samples.path(path), |bounce, s, weight| escaped(set, bounce, s, weight));
+            }
+        }
+    }
+
+    /// Follows paths of the light that arrives at receiver number `place`, and calls `arrived` for each: with its set, the
+    /// direction it comes from, uniform over the hemisphere Ω above the receiver, and an estimate of the radiance from there.
+    ///
+    /// ```text
+    ///   ∫_Ω f(s) L_in(s) ds = 2π Σ_paths f(direction) radiance / number of paths
+    /// ```
+    ///
+    /// Bounces are counted before the receiver's own reflection, whatever that is: its albedo plays no part.
+    pub fn for_each_arrival(
+        &self,
+        receiver: &PathReceiver,
+        place: usize,
+        count: &SampleCount,
+        mut arrived: impl FnMut(usize, Dir, Rgb<f64>),
+    ) {
+        let Node { origin, plane, .. } = self.receiver_node(receiver);
+        let [u, v] = tangents(plane);
+        for set in 0..count.sets {
+            let samples = SampleSet::new(self.options.seed, place as u64, set as u64);
+            for path in 0..count.per_set {
+                let numbers = samples.path(path);
+                let [x, y, z] = uniform_over_hemisphere(numbers.pair(FIRST_PURPOSE));
+                let s = std::array::from_fn(|k| x * u[k] + y * v[k] + z * plane[k]);
+                let radiance = match (self.see(&Ray::new(origin, s.map(|c| c as f32))), self.options.bounces) {
+                    (None, _) => self.light.radiance(Dir::from_unit(s)),
+                    (Some(Seen { node: Some(node), .. }), 1..) => {
+                        self.radiance_of(&node, numbers, self.options.bounces - 1)
+                    }
+                    _ => Rgb::ZERO,
+                };
+                arrived(set, Dir::from_unit(s), radiance);
             }
         }
     }
@@ -194,18 +232,18 @@ impl<'a> PathTracer<'a> {
         Some(Seen { albedo: base, normal: shading.map(|c| c as f32), distance, node })
     }
 
-    /// One path's estimate of what leaves a node.
-    pub(crate) fn radiance_of(&self, node: &Node, numbers: PathNumbers) -> Rgb<f64> {
+    /// One path's estimate of what leaves a node that light reaches by so many bounces.
+    pub(crate) fn radiance_of(&self, node: &Node, numbers: PathNumbers, bounces: usize) -> Rgb<f64> {
         let draws_light = self.options.strategy != LightStrategy::FromSurface;
         let draws_surface = self.options.strategy != LightStrategy::FromLight;
         let (mut sum, mut throughput) = (Rgb::ZERO, Rgb::splat(1.0));
         let mut next: Option<Node> = None;
-        for bounce in 0..=self.options.bounces {
+        for bounce in 0..=bounces {
             let node = next.as_ref().unwrap_or(node);
             if draws_light {
                 sum += throughput * self.light_drawn(node, numbers.pair(Purpose::Light.at(bounce)));
             }
-            let is_last = bounce == self.options.bounces;
+            let is_last = bounce == bounces;
             if is_last && !draws_surface {
                 break;
             }
@@ -281,6 +319,13 @@ impl<'a> PathTracer<'a> {
             self.bvh.is_occluded(ray)
         }
     }
+}
+
+/// A direction over +z, all alike.
+fn uniform_over_hemisphere([u0, u1]: [f64; 2]) -> Vec3 {
+    let radius = ((1.0 - u1) * (1.0 + u1)).sqrt();
+    let (sin, cos) = (2.0 * PI * u0).sin_cos();
+    [radius * cos, radius * sin, u1]
 }
 
 /// The power heuristic's weight of a direction drawn with density `p` that the other strategy draws with `q`.

@@ -1,8 +1,11 @@
 //! A scene whose vertices know their radiance, as a picture.
 
+use std::ops::ControlFlow;
+
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
+use crate::portions::in_portions;
 use crate::truth::eye_ray;
 use crate::{Camera, Picture, RenderError};
 
@@ -19,11 +22,14 @@ pub struct ViewOptions {
 
 /// A scene seen by a camera: `radiance(ray, hit, towards the eye)` where a ray hits, `background` where it escapes.
 ///
+/// `progress` is told the part that is done, from 0 to 1, some times a second, and says whether to go on.
+///
 /// Pixels are means over their square. Surfaces that are not double-sided are black from behind, as they are baked and
 /// traced. The same bits for any number of threads.
 ///
 /// # Errors
-/// [`RenderError::Options`] if the picture has no pixels or a pixel no ray.
+/// [`RenderError::Options`] if the picture has no pixels or a pixel no ray, [`RenderError::Cancelled`] if `progress` said to
+/// stop.
 pub fn scene_picture(
     scene: &Scene,
     bvh: &Bvh,
@@ -31,13 +37,15 @@ pub fn scene_picture(
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     radiance: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Sync,
+    mut progress: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Picture, RenderError> {
     let ViewOptions { width, height, rays } = *options;
-    if width == 0 || height == 0 || rays == 0 {
+    let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0 && rays > 0);
+    let Some(pixels) = pixels else {
         return Err(RenderError::Options(format!(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
-    }
+    };
     let has_masks = scene.has_masks();
     let seen = |ray: &Ray, towards: Dir| {
         let hit = match has_masks {
@@ -48,16 +56,21 @@ pub fn scene_picture(
         let hit = SceneHit::new(scene, hit, towards);
         if hit.is_lit { radiance(&hit) } else { Rgb::ZERO }
     };
-    Ok(Picture::from_fn(width, height, |x, y| {
+    let pixel = |i: usize| {
+        let (x, y) = ((i % width) as f64, (i / width) as f64);
         let mut sum = Rgb::<f64>::ZERO;
         for k in 0..rays * rays {
             let offset = |i: usize| (i as f64 + 0.5) / rays as f64;
-            let (ray, towards) =
-                eye_ray(camera, width, height, x as f64 + offset(k % rays), y as f64 + offset(k / rays));
+            let (ray, towards) = eye_ray(camera, width, height, x + offset(k % rays), y + offset(k / rays));
             sum += seen(&ray, towards);
         }
         Rgb::narrow(sum.scale(((rays * rays) as f64).recip()))
-    }))
+    };
+    let all = in_portions(Vec::new(), pixels, pixel, |done| {
+        let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
+        if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
+    })?;
+    Picture::new(width, height, all)
 }
 
 /// A place that the eye sees.
@@ -93,6 +106,12 @@ impl<'a> SceneHit<'a> {
             is_lit: is_front || scene.material(surface.mesh).double_sided,
             is_front,
         }
+    }
+
+    /// Where the ray hits.
+    #[must_use]
+    pub fn hit(&self) -> &lobe_scene::Hit {
+        &self.hit
     }
 
     /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum to 1.

@@ -1,14 +1,17 @@
 //! Pictures by the path tracer, with what is known about each pixel.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 
+use lobe_prt::Fingerprint;
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
-use rayon::prelude::*;
 
 use crate::estimate::{SampleCount, Spread};
-use crate::path_tracer::{PIXEL_PURPOSE, Seen};
+use crate::path_tracer::{FIRST_PURPOSE, Seen};
+use crate::portions::in_portions;
 use crate::samples::SampleSet;
+use crate::truth_checkpoint::TruthCheckpoint;
 use crate::{Camera, DistantLight, PathOptions, PathTracer, Picture, RenderError};
 
 /// How a picture is traced.
@@ -45,7 +48,7 @@ pub struct Truth {
 
 /// What is known about a pixel.
 #[derive(Clone, Copy, Debug)]
-struct Pixel {
+pub(crate) struct Pixel {
     mean: Rgb<f32>,
     variance: Rgb<f32>,
     albedo: Rgb<f32>,
@@ -54,12 +57,25 @@ struct Pixel {
     coverage: f32,
 }
 
-/// Pixels between two calls of the progress function: seconds at most, and enough for many threads.
-const PIXELS_AT_ONCE: usize = 2048;
+impl Pixel {
+    pub(crate) fn to_numbers(&self) -> [f32; 14] {
+        let Self { mean: m, variance: v, albedo: a, normal: n, depth, coverage } = *self;
+        [m.r, m.g, m.b, v.r, v.g, v.b, a.r, a.g, a.b, n.r, n.g, n.b, depth, coverage]
+    }
+
+    pub(crate) fn from_numbers(x: [f32; 14]) -> Self {
+        let [mean, variance, albedo, normal] = [0, 3, 6, 9].map(|k| Rgb::new(x[k], x[k + 1], x[k + 2]));
+        Self { mean, variance, albedo, normal, depth: x[12], coverage: x[13] }
+    }
+}
+
+/// The kind of this work among fingerprints.
+const KIND: u64 = 16;
 
 /// Traces a picture of `scene`, whose tree is `bvh`, under `light`.
 ///
-/// `progress` is told the part that is done, from 0 to 1, and says whether to go on. The same bits for any number of threads.
+/// `progress` is told the part that is done, from 0 to 1, some times a second, and says whether to go on. The same bits for
+/// any number of threads.
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels or fewer than two sets of paths, [`RenderError::Cancelled`] if
@@ -70,30 +86,60 @@ pub fn render_truth(
     camera: &Camera,
     light: &DistantLight,
     options: &TruthOptions,
+    progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Truth, RenderError> {
+    trace(scene, bvh, camera, light, options, None, progress)
+}
+
+/// As [`render_truth`], with the pixels that are done kept in a file: stopped or killed, the same call continues to the same
+/// bits and loses some seconds' work at most.
+///
+/// Pixels do not depend on each other, so a picture that was stopped has all paths of some pixels and none of the others. The
+/// file remains; remove it when the picture is safe.
+///
+/// # Errors
+/// Those of [`render_truth`], [`RenderError::Invalid`] if the file is that of another picture, or none, or in use,
+/// [`RenderError::Io`] if it cannot be read or written.
+pub fn render_truth_resumable(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    light: &DistantLight,
+    options: &TruthOptions,
+    checkpoint: &Path,
+    progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Truth, RenderError> {
+    trace(scene, bvh, camera, light, options, Some(checkpoint), progress)
+}
+
+fn trace(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    light: &DistantLight,
+    options: &TruthOptions,
+    checkpoint: Option<&Path>,
     mut progress: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Truth, RenderError> {
     let TruthOptions { width, height, count, paths } = *options;
-    let pixels = width.checked_mul(height).filter(|&n| n > 0);
-    let Some(pixels) = pixels else {
-        return Err(RenderError::Options(format!("expected a picture with pixels, found {width} x {height}")));
-    };
-    if count.sets < 2 || count.per_set < 1 {
-        let SampleCount { sets, per_set } = count;
-        return Err(RenderError::Options(format!(
-            "expected at least 2 sets of 1 path, found {sets} of {per_set}: a single one has no variance"
-        )));
-    }
-    let tracer = PathTracer::new(scene, bvh, light, paths);
-    let mut traced = Vec::with_capacity(pixels);
-    while traced.len() < pixels {
-        if progress(traced.len() as f64 / pixels as f64).is_break() {
-            return Err(RenderError::Cancelled);
+    let pixels = options.check()?;
+    let (mut checkpoint, known) = match checkpoint {
+        None => (None, Vec::new()),
+        Some(path) => {
+            let (checkpoint, known) = TruthCheckpoint::open(path, fingerprint(scene, camera, light, options), pixels)?;
+            (Some(checkpoint), known)
         }
-        let next = traced.len()..(traced.len() + PIXELS_AT_ONCE).min(pixels);
-        traced.par_extend(next.into_par_iter().map(|i| trace_pixel(&tracer, camera, light, options, i)));
-    }
-    // What is complete is kept, whatever the last call says.
-    let _ = progress(1.0);
+    };
+    let tracer = PathTracer::new(scene, bvh, light, paths);
+    let of = |i| trace_pixel(&tracer, camera, light, options, i);
+    let traced = in_portions(known, pixels, of, |done| {
+        // What is complete is not stopped.
+        let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.keep(done, is_stopped || done.len() == pixels)?;
+        }
+        if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
+    })?;
     let picture = |of: fn(&Pixel) -> Rgb<f32>| Picture::new(width, height, traced.iter().map(of).collect());
     Ok(Truth {
         mean: picture(|p| p.mean)?,
@@ -104,6 +150,41 @@ pub fn render_truth(
         depth: traced.iter().map(|p| p.depth).collect(),
         coverage: traced.iter().map(|p| p.coverage).collect(),
     })
+}
+
+impl TruthOptions {
+    /// The number of pixels.
+    fn check(&self) -> Result<usize, RenderError> {
+        let Self { width, height, count: SampleCount { sets, per_set }, .. } = *self;
+        if sets < 2 || per_set < 1 {
+            return Err(RenderError::Options(format!(
+                "expected at least 2 sets of 1 path, found {sets} of {per_set}: a single one has no variance"
+            )));
+        }
+        let none = || RenderError::Options(format!("expected a picture with pixels, found {width} x {height}"));
+        width.checked_mul(height).filter(|&n| n > 0).ok_or_else(none)
+    }
+}
+
+/// What tells this picture from all others.
+fn fingerprint(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Fingerprint {
+    let TruthOptions { width, height, count, paths } = *options;
+    let mut all = Fingerprint::of_kind(KIND);
+    all.scene(scene);
+    scene.materials().iter().for_each(|material| all.floats(&[material.metallic, material.roughness]));
+    // Three rays tell a camera.
+    for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+        let (origin, towards) = camera.ray(right, up);
+        origin.into_iter().chain(towards.to_array()).for_each(|c| all.word(c.to_bits()));
+    }
+    light.write_into(&mut all);
+    for number in [width, height, count.sets, count.per_set, paths.bounces] {
+        all.word(number as u64);
+    }
+    for number in [paths.strategy as u64, paths.surfaces as u64, paths.seed] {
+        all.word(number);
+    }
+    all
 }
 
 fn trace_pixel(
@@ -123,7 +204,7 @@ fn trace_pixel(
         let mut sum = Rgb::<f64>::ZERO;
         for path in 0..count.per_set {
             let numbers = samples.path(path);
-            let [dx, dy] = numbers.pair(PIXEL_PURPOSE);
+            let [dx, dy] = numbers.pair(FIRST_PURPOSE);
             let (ray, towards) = eye_ray(camera, width, height, x + dx, y + dy);
             match tracer.see(&ray) {
                 None => sum += light.radiance(towards),
@@ -133,7 +214,7 @@ fn trace_pixel(
                     depth += distance;
                     hits += 1.0;
                     if let Some(node) = node {
-                        sum += tracer.radiance_of(&node, numbers);
+                        sum += tracer.radiance_of(&node, numbers, paths.bounces);
                     }
                 }
             }

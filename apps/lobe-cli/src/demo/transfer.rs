@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use lobe::prt::{BakeOptions, BakeReport, Mode, Receivers, Transfer, bake};
 use lobe::render::{
-    Camera, DistantLight, PathOptions, Picture, SampleCount, Tone, Truth, TruthOptions, ViewOptions, compare,
+    Camera, DistantLight, PathOptions, Picture, SampleCount, SceneHit, Tone, Truth, TruthOptions, ViewOptions, compare,
     error_map, render_truth, scene_picture, write_animated_png,
 };
 use lobe::scene::{Bvh, Scene, built_in};
@@ -32,18 +32,19 @@ const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 const RAYS: usize = 2;
 
 /// The baked hall and how it is looked at.
-struct Hall {
+pub(super) struct Hall {
     scene: Scene,
     bvh: Bvh,
     camera: Camera,
     transfer: Transfer,
     /// Columns and rows.
-    size: [usize; 2],
+    pub(super) size: [usize; 2],
     paths: usize,
 }
 
 impl Writer<'_> {
-    pub(super) fn transfer(&mut self, sky: &Sky) -> anyhow::Result<()> {
+    /// A hall under a sky that turns; the hall.
+    pub(super) fn transfer(&mut self, sky: &Sky) -> anyhow::Result<Hall> {
         let name = sky.bundled.name;
         self.page.section(&format!("{name}: a scene that knows what it does to light"));
         (self.progress)("a baked hall");
@@ -65,7 +66,7 @@ impl Writer<'_> {
              lobe render hall.glb --env bundled:{name} --mode interreflected --frames 24 -o hall.png\n\
              lobe render hall.glb --env bundled:{name} --mode truth --samples 256 -o truth.exr"
         ));
-        Ok(())
+        Ok(hall)
     }
 
     /// Transfer, truth and difference for each turn; the truths.
@@ -120,8 +121,7 @@ impl Writer<'_> {
         let (mut last, mut rings) = (f64::NEG_INFINITY, false);
         for order in 1..=SWEEP {
             let radiance = sky.radiance.resized(order);
-            let calm = windowed(&radiance, &Window::Hanning { width: (order + 1) as f64 });
-            let [plain, calm] = [&radiance, &calm].map(|light| hall.psnr(light, truths));
+            let [plain, calm] = [&radiance, &calmed(&radiance)].map(|light| hall.psnr(light, truths));
             let note = if plain < last { "rings: less than the order before" } else { "" };
             rings |= plain < last;
             last = plain;
@@ -169,45 +169,69 @@ impl Hall {
     }
 
     /// The hall under the turned light, the turned photograph behind it.
-    fn picture(&self, sky: &Sky, turn: &Rotation, light: &ShVec<Rgb<f64>>) -> anyhow::Result<Picture> {
+    pub(super) fn picture(&self, sky: &Sky, turn: &Rotation, light: &ShVec<Rgb<f64>>) -> anyhow::Result<Picture> {
         let behind = DistantLight::from_map(sky.map.clone()).turned(turn);
         let lit = self.transfer.exit_radiance(turn.rotated(light).coefficients());
         let [width, height] = self.size;
         let options = ViewOptions { width, height, rays: RAYS };
         let background = |s: Dir| behind.radiance(s);
-        Ok(scene_picture(&self.scene, &self.bvh, &self.camera, &options, background, |hit| hit.at_corners(&lit))?)
+        Ok(scene_picture(
+            &self.scene,
+            &self.bvh,
+            &self.camera,
+            &options,
+            background,
+            |hit| hit.at_corners(&lit),
+            go_on,
+        )?)
     }
 
-    fn truth(&self, sky: &Sky, turn: &Rotation) -> anyhow::Result<Truth> {
+    pub(super) fn truth(&self, sky: &Sky, turn: &Rotation) -> anyhow::Result<Truth> {
         let light = DistantLight::from_map(sky.map.clone()).turned(turn);
         let [width, height] = self.size;
         let paths = PathOptions { bounces: BOUNCES, ..PathOptions::default() };
         let options = TruthOptions { width, height, count: SampleCount::of(self.paths), paths };
-        Ok(render_truth(&self.scene, &self.bvh, &self.camera, &light, &options, |_| ControlFlow::Continue(()))?)
+        Ok(render_truth(&self.scene, &self.bvh, &self.camera, &light, &options, go_on)?)
     }
 
-    /// Over all pixels that show nothing but the hall, under all turns.
-    fn psnr(&self, light: &ShVec<Rgb<f64>>, truths: &[Truth]) -> f64 {
+    /// The peak signal-to-noise ratio over what is seen of the hall, under as many turns as there are truths.
+    pub(super) fn psnr(&self, light: &ShVec<Rgb<f64>>, truths: &[Truth]) -> f64 {
         let (mut found, mut expected) = (Vec::new(), Vec::new());
-        let [width, height] = self.size;
-        let options = ViewOptions { width, height, rays: RAYS };
         for (degrees, truth) in TURNS.into_iter().zip(truths) {
-            let lit = self.transfer.exit_radiance(about_z(degrees).rotated(light).coefficients());
-            let black = |_: Dir| Rgb::new(0.0, 0.0, 0.0);
-            let picture =
-                scene_picture(&self.scene, &self.bvh, &self.camera, &options, black, |hit| hit.at_corners(&lit));
-            let Ok(picture) = picture else { unreachable!("the picture has pixels and rays") };
-            for (i, coverage) in truth.coverage.iter().enumerate() {
-                if *coverage == 1.0 {
-                    found.push(picture.pixels()[i]);
-                    expected.push(truth.mean.pixels()[i]);
-                }
-            }
+            found.extend(self.seen(light, degrees, truth));
+            expected.extend(covered(truth, &truth.mean));
         }
         compare(&found, &expected).psnr
     }
+
+    /// All pixels that show nothing but the hall.
+    pub(super) fn seen(&self, light: &ShVec<Rgb<f64>>, degrees: f64, truth: &Truth) -> Vec<Rgb<f32>> {
+        let [width, height] = self.size;
+        let options = ViewOptions { width, height, rays: RAYS };
+        let lit = self.transfer.exit_radiance(about_z(degrees).rotated(light).coefficients());
+        let black = |_: Dir| Rgb::new(0.0, 0.0, 0.0);
+        let radiance = |hit: &SceneHit<'_>| hit.at_corners(&lit);
+        let Ok(picture) = scene_picture(&self.scene, &self.bvh, &self.camera, &options, black, radiance, go_on) else {
+            unreachable!("the picture has pixels and rays, and nobody stops it")
+        };
+        covered(truth, &picture).collect()
+    }
 }
 
-fn about_z(degrees: f64) -> Rotation {
+/// The pixels of a picture where a truth shows nothing but surfaces.
+fn covered<'a>(truth: &'a Truth, picture: &'a Picture) -> impl Iterator<Item = Rgb<f32>> + 'a {
+    truth.coverage.iter().zip(picture.pixels()).filter(|(coverage, _)| **coverage == 1.0).map(|(_, pixel)| *pixel)
+}
+
+/// Light under the window of this section.
+pub(super) fn calmed(light: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
+    windowed(light, &Window::Hanning { width: (light.order() + 1) as f64 })
+}
+
+fn go_on(_: f64) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+pub(super) fn about_z(degrees: f64) -> Rotation {
     Rotation::from_axis_angle(Dir::Z, degrees.to_radians())
 }

@@ -16,5 +16,7 @@ mod project;
 mod render;
 mod ringing;
 mod sh;
+#[cfg(unix)]
+mod stopped;
 mod streams;
 mod transfer;

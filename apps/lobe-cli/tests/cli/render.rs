@@ -1,8 +1,11 @@
 //! `lobe render`: scenes by paths, by irradiance and by transfer.
 
+use std::f64::consts::PI;
+
 use lobe::env::{ReadOptions, read_raster};
+use lobe::prt::{Channels, Transfer, write_lightmap};
 use lobe::sh::{Quantity, Rgb, ShVec};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::harness::Dir;
 
@@ -85,6 +88,99 @@ fn a_baked_file_is_rendered_as_it_is() {
         let line =
             dir.lobe(&format!("render baked.glb --env bundled:studio {options} -o c.png")).arg("--quiet").error();
         assert!(line.contains(part), "{options}: {line}");
+    }
+}
+
+/// A square of side 4 in 16 x 16 cells under a square of side 1, unfolded side by side.
+fn write_shaded_square(dir: &Dir) {
+    let (mut vertices, mut faces) = (String::new(), String::new());
+    for k in 0..17 * 17 {
+        let (x, y) = (k % 17, k / 17);
+        vertices += &format!(
+            "v {} {} 0\nvt {} {}\n",
+            f64::from(x) / 4.0 - 2.0,
+            f64::from(y) / 4.0 - 2.0,
+            f64::from(x) / 24.0,
+            f64::from(y) / 24.0
+        );
+        if x < 16 && y < 16 {
+            let [a, b, c, d] = [k + 1, k + 2, k + 19, k + 18];
+            faces += &format!("f {a}/{a} {b}/{b} {c}/{c} {d}/{d}\n");
+        }
+    }
+    for (x, y) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
+        vertices += &format!(
+            "v {} {} 0.8\nvt {} {}\n",
+            f64::from(x) - 0.5,
+            f64::from(y) - 0.5,
+            0.75 + f64::from(x) / 5.0,
+            0.75 + f64::from(y) / 5.0
+        );
+    }
+    dir.file("square.obj", format!("{vertices}{faces}f 290/290 291/291 292/292 293/293\n"));
+}
+
+#[test]
+fn texels_and_vertices_show_the_same_light() {
+    let dir = Dir::new();
+    write_shaded_square(&dir);
+    let bake =
+        |args: &str| dir.lobe(&format!("bake square.obj --up z --samples 256 --order 3 --quiet {args}")).stdout();
+    bake("-o vertices.safetensors");
+    bake("-o texels.safetensors --texels 48");
+    bake("-o texels.exr --texels 48");
+    let view = "--eye 0.1,-0.2,9 --target 0,0,0 --fov 22 --size 32x32 --samples 16 --background light";
+    for (from, to) in [("vertices.safetensors", "a"), ("texels.safetensors", "b"), ("texels.exr", "c")] {
+        let args = format!(
+            "render square.obj --up z --env bundled:studio --mode interreflected {view} --transfer {from} -o {to}.exr"
+        );
+        dir.lobe(&args).arg("--quiet").stdout();
+    }
+    assert!(dir.bytes("b.exr") == dir.bytes("c.exr"), "one lightmap in two files");
+    let found = compared(&dir, "a.exr", "b.exr");
+    let rmse = found["rmse"].as_f64().unwrap();
+    let shown = pixels(&dir, "a.exr").2;
+    let mean = shown.iter().map(|pixel| f64::from(pixel.g)).sum::<f64>() / shown.len() as f64;
+    assert!(rmse < 0.02 * mean, "{found}, mean {mean}");
+    for (args, part) in [
+        ("--transfer texels.exr --mode shadowed", "--mode shadowed: texels.exr was baked as interreflected"),
+        ("--transfer texels.exr --mode interreflected --order 4", "--order 4: texels.exr was baked to order 3"),
+        ("--transfer square.obj --mode interreflected", "square.obj: expected safetensors"),
+        ("--transfer texels.exr --mode irradiance", "--transfer: only of modes with transfer"),
+    ] {
+        let line = dir.lobe(&format!("render square.obj --env bundled:studio -o d.exr {args}")).arg("--quiet").error();
+        assert!(line.contains(part), "{args}: {line}");
+    }
+    let line = dir.lobe(
+        "render built-in:ball --env bundled:studio --mode interreflected -o d.exr --transfer vertices.safetensors",
+    );
+    let line = line.arg("--quiet").error();
+    assert!(line.contains("vertices as built-in:ball has, found 293"), "{line}");
+}
+
+#[test]
+fn a_pattern_planted_in_a_lightmap_is_seen_where_its_texels_are() {
+    let dir = Dir::new();
+    write_even(&dir);
+    dir.file("s.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n");
+    let planted = |x: usize, y: usize| f64::from(u8::from((5 * x + 3 * y) % 7 < 3)) + 0.1 * x as f64;
+    // Even light of radiance 1 is √(4π) y_0.
+    let values = (0..64).map(|texel| (planted(texel % 8, texel / 8) / (4.0 * PI).sqrt()) as f32).collect();
+    let transfer = Transfer::new(1, Channels::Grey, values).unwrap();
+    write_lightmap(dir.path("p.exr"), &transfer, &json!({})).unwrap();
+    // Seen from above +x is up and +y to the left: 8 x 8 pixels of two by two rays, each over a texel.
+    let fov = 2.0 * f64::atan(0.1).to_degrees();
+    let args =
+        format!("render s.obj --up z --env even.exr --mode shadowed --transfer p.exr -o a.exr --fov {fov} --size 8x8");
+    dir.lobe(&format!("{args} --eye 0,0,10 --target 0,0,0")).arg("--quiet").stdout();
+    // Rays a quarter of a texel from its centre, linear between centres: 3/4 of the texel and 1/8 of each neighbour.
+    let clamped = |i: usize, by: isize| (i as isize + by).clamp(0, 7) as usize;
+    let filtered = |f: &dyn Fn(isize) -> f64| 0.125 * f(-1) + 0.75 * f(0) + 0.125 * f(1);
+    for (k, pixel) in pixels(&dir, "a.exr").2.iter().enumerate() {
+        // The file's v points up: row 0 of the picture is y = 1.
+        let (x, y) = (7 - k / 8, k % 8);
+        let expected = filtered(&|i| filtered(&|j| planted(clamped(x, i), clamped(y, j))));
+        assert!((f64::from(pixel.g) - expected).abs() < 1e-3, "texel {x}, {y}: {pixel:?}, not {expected}");
     }
 }
 
