@@ -38,6 +38,40 @@ use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receive
 /// lobe's convolution factors. The receiver's own reflectance is not in M: a mirror of reflectance F sends F B back.
 ///
 /// Stored point by point, channel by channel, row by row of equal i: `n⁴` numbers for a channel.
+///
+/// # What is exact
+/// Under light of order n, but for the noise of the bake,
+///
+/// ```text
+///   B(v) = ∫_Ω L_in(s) k_n(r·s) ds,    k_n(t) = Σ_{l<n} (2l+1)/4π α_l P_l(t)
+/// ```
+///
+/// with all of the light that arrives, shadows, horizon and interreflections: rows above order n are not missed, since the
+/// kernel `k_n` has no such bands. With nothing in the way and no horizon this is the convolution of the light with the lobe
+/// about r. The path tracer finds the same: tests `glossy` of `lobe-render`.
+///
+/// # What is an approximation
+/// * The lobe has n bands: a narrow one is blurred and rings.
+/// * The lobe is the same at every angle, turned about r. Phong's is; that of microfacets grows long and narrow towards grazing
+///   angles and leans away from r.
+/// * Lobes are normalised, they send back all that arrives. Microfacets lose what is scattered more than once: for them F is best
+///   what they reflect of even light, `A F₀ + B` of the split sum.
+///
+/// How far that is from paths of light for a white metal of GGX microfacets: RMS over the vertices of a ball over a ground, three
+/// views each, two skies of order n, no bounces, in percent of the RMS of the truth. The second number of each pair is with F as
+/// above (test `how_far_the_kernel_is_from_microfacets_is_what_the_documentation_says` of `lobe-render`).
+///
+/// | α | n | seen within 40° of the normal | seen 54° to 69° from it |
+/// |---|---|---|---|
+/// | 0.1 | 4 | 21, 21 | 17, 20 |
+/// | 0.2 | 4 | 21, 18 | 13, 15 |
+/// | 0.3 | 4 | 30, 18 | 24, 17 |
+/// | 0.3 | 6 | 33, 19 | 29, 20 |
+/// | 0.5 | 4 | 63, 26 | 61, 35 |
+/// | 0.7 | 4 | 108, 33 | 102, 55 |
+/// | 1 | 4 | 202, 43 | 154, 75 |
+///
+/// So this is for surfaces that shine, α about 0.1 to 0.4; what is rougher is better taken as matte.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferMatrices {
     order: usize,
