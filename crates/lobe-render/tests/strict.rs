@@ -1,7 +1,14 @@
 //! The strict test: baked transfer and the path tracer, which share nothing but the rays, agree at vertices to their noise.
 //!
 //! The light is the order-n expansion of a real sky for both, so what the basis cannot show plays no part. The baked side
-//! turns coefficients, the path tracer turns directions.
+//! turns coefficients, the path tracer's turns directions. What a path brings is linear in the light, so one set of paths
+//! serves all skies, turns and orders: `Σ weight y_i(direction)` over the paths that escape is kept, not their radiance.
+//!
+//! Errors are relative to the RMS of the truth over all that is compared under one sky, not under one expansion of it: in a dark
+//! place a single one may come out near 0, where what rings below zero cancels the rest, and no number of paths is enough.
+//!
+//! Agreement means something only as far as disagreement would be found. An error of 1 % in all that the bake says is found
+//! by the Z-test of [`FINDERS`] of all expansions or more.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -14,7 +21,7 @@ use lobe_render::{
     DistantLight, LightStrategy, Measured, PathOptions, PathReceiver, PathTracer, SampleCount, ZTest, compare,
 };
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
-use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, load_sh_json};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, load_sh_json, project};
 use rayon::prelude::*;
 
 /// The orders that are compared, and the highest of them.
@@ -27,12 +34,18 @@ const VERTICES: usize = 16;
 /// Independent sets of paths from each vertex on both sides, which tell the noise.
 const SETS: usize = 16;
 
+/// Shadows are baked with one in so many of the paths: they are an integral over two numbers, which even points find soon.
+const SHADOWED_PART: usize = 8;
+
 /// Bounces of the interreflected light.
 const BOUNCES: usize = 3;
 
-/// The largest RMSE over vertices, relative to the RMS of the truth over vertices, turns and orders of the same sky: a single
-/// expansion may come out near 0 in a dark place, where what rings below zero cancels the rest.
+/// The largest RMSE over vertices, relative to the RMS of the truth over vertices, turns and orders of the same sky.
 const RELATIVE_RMSE: f64 = 0.01;
+
+/// An error that must be found, and by what part of the tests that do not know of each other.
+const PLANTED: f32 = 1.01;
+const FINDERS: f64 = 0.5;
 
 /// How often agreement is called bias by mistake, over all lights of a scene together.
 const SIGNIFICANCE: f64 = 0.01;
@@ -93,17 +106,27 @@ fn chosen(scene: &Scene) -> Receivers {
     Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap()
 }
 
-/// One set of exit radiances for each light: vertex by vertex.
-type Radiances = Vec<Vec<Rgb<f64>>>;
+/// All lights by coefficients: sky by sky, turn by turn.
+type Lights = Vec<ShVec<Rgb<f64>>>;
 
-/// The lights' numbers: sky, turn, order.
-fn light_count(skies: &[(&str, ShVec<Rgb<f64>>)]) -> usize {
-    skies.len() * turns().len() * ORDERS.len()
+/// The skies, turned by their coefficients.
+fn rotated_skies() -> Lights {
+    skies().iter().flat_map(|(_, sky)| turns().map(|turn| turn.rotated(sky))).collect()
 }
+
+/// The skies, turned by turning directions: projected by a rule that is exact for them.
+fn skies_seen_from_turned_directions() -> Lights {
+    let back = turns().map(|turn| turn.inverse());
+    let seen = |sky: &ShVec<Rgb<f64>>| back.map(|back| project(HIGHEST, HIGHEST - 1, |s| sky.eval(back.rotate_dir(s))));
+    skies().iter().flat_map(|(_, sky)| seen(sky)).collect()
+}
+
+/// Exit radiances, light by light and order by order, for each of them vertex by vertex.
+type Radiances = Vec<Vec<Rgb<f64>>>;
 
 /// By transfer: one bake for each set.
 fn baked(scene: &Scene, bvh: &Bvh, receivers: &Receivers, mode: Mode, samples: usize) -> Vec<Radiances> {
-    let (skies, turns) = (skies(), turns());
+    let lights = rotated_skies();
     let bake_set = |seed: usize| {
         let options = BakeOptions {
             mode,
@@ -116,25 +139,20 @@ fn baked(scene: &Scene, bvh: &Bvh, receivers: &Receivers, mode: Mode, samples: u
         };
         let keep_going = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
         let (transfer, _): (Transfer, _) = bake(scene, bvh, receivers, &options, keep_going).unwrap();
-        let mut out = Vec::with_capacity(light_count(&skies));
-        for (_, sky) in &skies {
-            for turn in &turns {
-                let turned = turn.rotated(sky);
-                for order in ORDERS {
-                    let radiance = transfer.exit_radiance(&turned.coefficients()[..order * order]);
-                    out.push(radiance.iter().map(|c| Rgb::from(c.to_array().map(f64::from))).collect());
-                }
-            }
-        }
-        out
+        let sent = |light: &ShVec<Rgb<f64>>, order: usize| {
+            let radiance = transfer.exit_radiance(&light.coefficients()[..order * order]);
+            radiance.iter().map(|c| c.widen()).collect()
+        };
+        lights.iter().flat_map(|light| ORDERS.map(|order| sent(light, order))).collect()
     };
     (0..SETS).map(bake_set).collect()
 }
 
+/// `Σ weight y_i(direction)` over the paths of a set from a vertex, divided by their number.
+type Escapes = Vec<Rgb<f64>>;
+
 /// By paths, shadowed (only those that meet nothing) and with bounces.
 fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [Vec<Radiances>; 2] {
-    let (skies, turns) = (skies(), turns().map(|turn| turn.inverse()));
-    let lights = light_count(&skies);
     let none = DistantLight::from_expansion(ShVec::zero(1));
     let options = PathOptions { bounces: BOUNCES, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
     let tracer = PathTracer::new(scene, bvh, &none, options);
@@ -142,35 +160,27 @@ fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [V
     let of_vertex = |v: usize| {
         let albedo = Rgb::from(receivers.albedos()[v]);
         let receiver = PathReceiver { position: receivers.positions()[v], normal: receivers.normals()[v], albedo };
-        let mut sums = vec![[[0.0_f64; 3]; 2]; SETS * lights];
+        let mut sums: [Vec<Escapes>; 2] = [0, 1].map(|_| vec![vec![Rgb::ZERO; HIGHEST * HIGHEST]; SETS]);
         let mut basis = [0.0; HIGHEST * HIGHEST];
         tracer.for_each_escape(&receiver, v, &count, |set, bounce, s, weight| {
-            let weight = weight.to_array();
-            for (t, turn) in turns.iter().enumerate() {
-                eval_basis_into(turn.rotate_dir(s).to_array(), &mut basis);
-                for (k, (_, sky)) in skies.iter().enumerate() {
-                    let (mut value, mut done) = ([0.0; 3], 0);
-                    for (o, order) in ORDERS.iter().enumerate() {
-                        for (l, y) in sky.coefficients()[done..order * order].iter().zip(&basis[done..]) {
-                            value = [value[0] + l.r * y, value[1] + l.g * y, value[2] + l.b * y];
-                        }
-                        done = order * order;
-                        let light = (k * turns.len() + t) * ORDERS.len() + o;
-                        for (mode, sum) in sums[set * lights + light].iter_mut().enumerate() {
-                            let counts = f64::from(u8::from(mode == 1 || bounce == 0)) / per_set as f64;
-                            (0..3).for_each(|c| sum[c] += counts * weight[c] * value[c]);
-                        }
-                    }
-                }
+            eval_basis_into(s.to_array(), &mut basis);
+            let weight = weight.scale((per_set as f64).recip());
+            for sums in &mut sums[usize::from(bounce > 0)..] {
+                sums[set].iter_mut().zip(&basis).for_each(|(sum, y)| *sum += weight.scale(*y));
             }
         });
         sums
     };
     let by_vertex: Vec<_> = (0..receivers.len()).into_par_iter().map(of_vertex).collect();
+    let lights = skies_seen_from_turned_directions();
     [0, 1].map(|mode| {
-        let light =
-            |set: usize, light: usize| by_vertex.iter().map(|s| Rgb::from(s[set * lights + light][mode])).collect();
-        (0..SETS).map(|set| (0..lights).map(|k| light(set, k)).collect()).collect()
+        let of = |escapes: &Escapes, light: &ShVec<Rgb<f64>>, order: usize| {
+            let terms = escapes.iter().zip(light.coefficients()).take(order * order);
+            terms.fold(Rgb::ZERO, |sum, (t, l)| sum + *t * *l)
+        };
+        let sent = |set: usize, light, order| by_vertex.iter().map(|v| of(&v[mode][set], light, order)).collect();
+        let all = |set| lights.iter().flat_map(|light| ORDERS.map(|order| sent(set, light, order))).collect();
+        (0..SETS).map(all).collect()
     })
 }
 
@@ -205,10 +215,11 @@ fn agree(name: &str, scene: &Scene, samples: usize) {
     let receivers = chosen(scene);
     let skies = skies();
     let truths = traced(scene, &bvh, &receivers, samples);
-    let lights = light_count(&skies);
+    let lights = skies.len() * turns().len() * ORDERS.len();
     for (mode, truth) in [Mode::Shadowed, Mode::Interreflected].into_iter().zip(&truths) {
-        let claim = baked(scene, &bvh, &receivers, mode, samples);
-        let (mut worst, mut least_p, mut noise) = (0.0_f64, 1.0_f64, 0.0_f64);
+        let part = if mode == Mode::Shadowed { SHADOWED_PART } else { 1 };
+        let claim = baked(scene, &bvh, &receivers, mode, samples / part);
+        let (mut worst, mut least_p, mut noise, mut finders) = (0.0_f64, 1.0_f64, 0.0_f64, 0);
         let of_sky = lights / skies.len();
         let scales: Vec<f64> = (0..skies.len()).map(|k| rms(truth, k * of_sky..(k + 1) * of_sky)).collect();
         for light in 0..lights {
@@ -217,13 +228,15 @@ fn agree(name: &str, scene: &Scene, samples: usize) {
             let what = format!("{name}, {mode:?}, {sky}, light {light}, order {order}");
             let report = compare(&a, &b);
             let freedom = (SETS - 1) as f64;
-            let test = ZTest::new(
-                &Measured { means: &a, variances: &va, degrees_of_freedom: freedom },
-                &Measured { means: &b, variances: &vb, degrees_of_freedom: freedom },
-            )
-            .unwrap();
+            let test = |a: &[Rgb<f32>]| {
+                let a = Measured { means: a, variances: &va, degrees_of_freedom: freedom };
+                ZTest::new(&a, &Measured { means: &b, variances: &vb, degrees_of_freedom: freedom }).unwrap()
+            };
+            let planted: Vec<_> = a.iter().map(|c| Rgb::from(c.to_array().map(|c| PLANTED * c))).collect();
+            let (test, planted) = (test(&a), test(&planted));
             let level = 1.0 - (1.0 - SIGNIFICANCE).powf(1.0 / lights as f64);
             assert!(test.passes(level), "{what}: {test:?}");
+            finders += usize::from(!planted.passes(level));
             let found = report.rmse / scale;
             assert!(found < RELATIVE_RMSE, "{what}: {found} of {scale}, {report:?}; {test:?}");
             worst = worst.max(report.rmse / scale);
@@ -231,8 +244,9 @@ fn agree(name: &str, scene: &Scene, samples: usize) {
             let variance = va.iter().chain(&vb).map(|v| f64::from(v.g)).sum::<f64>() / va.len() as f64;
             noise = noise.max(variance.sqrt() / scale);
         }
+        assert!(finders as f64 >= FINDERS * lights as f64, "{name}, {mode:?}: 1 % too much is found by {finders} only");
         println!(
-            "{name}, {mode:?}: relative RMSE at most {:.2} % of {lights} lights (noise at most {:.2} %), least p {least_p:.1e}",
+            "{name}, {mode:?}: relative RMSE at most {:.2} % of {lights} lights (noise at most {:.2} %), least p {least_p:.1e}, an error of 1 % found by {finders}",
             100.0 * worst,
             100.0 * noise
         );
@@ -241,7 +255,7 @@ fn agree(name: &str, scene: &Scene, samples: usize) {
 
 #[test]
 fn transfer_and_paths_agree_on_the_bunny_over_ground() {
-    agree("bunny", &over_ground("bunny.obj", [0.5, 0.6, 0.3]), 8192);
+    agree("bunny", &over_ground("bunny.obj", [0.5, 0.6, 0.3]), 4096);
 }
 
 #[test]
@@ -251,13 +265,13 @@ fn transfer_and_paths_agree_on_suzi() {
 
 #[test]
 fn transfer_and_paths_agree_in_the_columns_hall() {
-    agree("columns hall", &built_in::columns_hall(1), 8192);
+    agree("columns hall", &built_in::columns_hall(1), 4096);
 }
 
 #[test]
 fn transfer_and_paths_agree_in_the_cave() {
     // Most paths end in the dark: more of them are needed for the same noise.
-    agree("cave", &built_in::cave(48), 24576);
+    agree("cave", &built_in::cave(48), 16384);
 }
 
 #[test]
