@@ -16,6 +16,7 @@ mod ringing;
 mod rotation;
 mod skies;
 mod transfer;
+mod transfer_ringing;
 mod windows;
 
 use std::fs;
@@ -43,7 +44,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 123;
+const STEPS: u64 = 130;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -102,6 +103,7 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
          picture here was made by this program from the photographs it carries; the numbers beside them are measured, \
          not quoted. Each section ends with the command that does the same to a photograph of yours.",
     );
+    let mut hall = None;
     for (number, bundled) in bundled::all().into_iter().enumerate() {
         let sky = Sky::new(bundled);
         demo.environment(&sky)?;
@@ -114,12 +116,15 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
         if number == 1 {
             demo.ringing(&sky)?;
         }
+        if let Some(hall) = &hall {
+            demo.transfer_that_rings(&sky, hall)?;
+        }
         if number == 0 {
             demo.rotation(&sky)?;
             demo.projection(&sky);
             demo.mappings(&sky)?;
             demo.sun(&sky)?;
-            demo.transfer(&sky)?;
+            hall = Some(demo.transfer(&sky)?);
         }
         demo.environment_mapping(&sky)?;
     }
