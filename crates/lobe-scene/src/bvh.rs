@@ -10,7 +10,8 @@ use obvhs::triangle::Triangle;
 use crate::collapse::collapse;
 use crate::lanes::Machine;
 use crate::mesh::LARGEST_COORDINATE;
-use crate::traverse::{AnyHit, AnyHits, Closest, Tree};
+use crate::ray_stream::RayStream;
+use crate::traverse::{AnyHit, Closest, Tree};
 use crate::watertight::ROUNDING;
 use crate::wide_node::{Block, Node};
 use crate::{Bounds, Hit, Ray, Scene, Simd};
@@ -145,14 +146,14 @@ impl Bvh {
 
     /// For many half lines from one point, whether each hits anything: the same answers as [`Bvh::is_occluded`].
     ///
-    /// What stopped a ray is asked first about the next one, so it is fastest when neighbouring directions follow each other:
-    /// the benchmark `rays` measures both orders.
+    /// Rays that go the same way share the work, up to 256 that follow each other in the slice: the more rays in a call, the
+    /// less each takes.
     ///
     /// # Panics
     /// If the lengths differ.
     pub fn occluded_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], occluded: &mut [bool]) {
         assert_eq!(directions.len(), occluded.len(), "directions and answers");
-        self.machine.run(AnyHits { tree: self.tree(), origin, directions, occluded });
+        self.machine.run(RayStream { tree: self.tree(), origin, directions, occluded });
     }
 
     /// The hit that is closest; of equally close ones that of the triangle with the smallest number.

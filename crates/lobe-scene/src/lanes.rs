@@ -1,17 +1,30 @@
 //! Eight numbers at once, with AVX-512 or AVX2 where the machine has it.
 //!
-//! All implementations round every operation alike but [`Lanes::mul_sub`], which only boxes use: they are tested with
-//! room for its error, triangles are not. So hits are the same bit by bit.
+//! All implementations round every operation alike but [`Lanes::mul_sub`] and [`Lanes::mul_add`]. Only what has room for
+//! their error uses them, boxes and planes through edges; what decides does not. So hits are the same bit by bit.
 
 use crate::Simd;
 
 /// How many boxes or triangles are tested at once.
 pub(crate) const WIDTH: usize = 8;
 
+/// The set of each number alone. In memory, from where one load puts it into all lanes.
+pub(crate) static ALONE: [u64; 64] = {
+    let mut sets = [0; 64];
+    let mut number = 0;
+    while number < 64 {
+        sets[number] = 1 << number;
+        number += 1;
+    }
+    sets
+};
+
 /// Arithmetic on eight lanes of `f32`. Comparisons give a mask with a bit for each lane.
 pub(crate) trait Lanes: Copy {
     /// Eight lanes.
     type Vector: Copy;
+    /// For each lane a set of numbers below 64.
+    type Sets: Copy;
 
     fn load(self, values: &[f32; WIDTH]) -> Self::Vector;
     fn splat(self, value: f32) -> Self::Vector;
@@ -20,6 +33,11 @@ pub(crate) trait Lanes: Copy {
     fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// `a b - c`, rounded once or twice.
     fn mul_sub(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
+    /// `a b + c`, rounded once or twice.
+    fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
+    fn sqrt(self, a: Self::Vector) -> Self::Vector;
+    /// The size of `a` with the sign of `b`.
+    fn copy_sign(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// Lanes where `a ≤ b`; none where either is NaN.
@@ -28,6 +46,13 @@ pub(crate) trait Lanes: Copy {
     fn less(self, a: Self::Vector, b: Self::Vector) -> u32;
     /// The values of the lanes in a mask, moved together to the front in their order; what follows them means nothing.
     fn compress(self, values: &[u32; WIDTH], mask: u32) -> [u32; WIDTH];
+    /// Sets with nothing in them.
+    fn empty_sets(self) -> Self::Sets;
+    /// Puts a number into the sets of the lanes where `a ≤ b`.
+    fn insert_where(self, sets: Self::Sets, a: Self::Vector, b: Self::Vector, number: usize) -> Self::Sets;
+    fn store_sets(self, sets: Self::Sets) -> [u64; WIDTH];
+    /// Says that a value is needed soon.
+    fn prefetch<T>(self, value: &T);
     /// Calls `work` where the compiler may use the instructions of these lanes.
     fn run<W: Work>(self, work: W) -> W::Output;
 }
@@ -88,6 +113,7 @@ pub(crate) struct Scalar;
 
 impl Lanes for Scalar {
     type Vector = [f32; WIDTH];
+    type Sets = [u64; WIDTH];
 
     #[inline(always)]
     fn load(self, values: &[f32; WIDTH]) -> Self::Vector {
@@ -117,6 +143,21 @@ impl Lanes for Scalar {
     #[inline(always)]
     fn mul_sub(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
         std::array::from_fn(|k| a[k] * b[k] - c[k])
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
+        std::array::from_fn(|k| a[k] * b[k] + c[k])
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: Self::Vector) -> Self::Vector {
+        a.map(f32::sqrt)
+    }
+
+    #[inline(always)]
+    fn copy_sign(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        std::array::from_fn(|k| a[k].copysign(b[k]))
     }
 
     #[inline(always)]
@@ -151,6 +192,24 @@ impl Lanes for Scalar {
     }
 
     #[inline(always)]
+    fn empty_sets(self) -> Self::Sets {
+        [0; WIDTH]
+    }
+
+    #[inline(always)]
+    fn insert_where(self, sets: Self::Sets, a: Self::Vector, b: Self::Vector, number: usize) -> Self::Sets {
+        std::array::from_fn(|k| sets[k] | if a[k] <= b[k] { ALONE[number % 64] } else { 0 })
+    }
+
+    #[inline(always)]
+    fn store_sets(self, sets: Self::Sets) -> [u64; WIDTH] {
+        sets
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
+
+    #[inline(always)]
     fn run<W: Work>(self, work: W) -> W::Output {
         work.work(self)
     }
@@ -172,6 +231,13 @@ mod tests {
             let mut bits = vec![lanes.less_or_equal(a, b), lanes.less(a, b)];
             let vectors = [lanes.splat(1.5), lanes.sub(a, b), lanes.mul(a, b), lanes.min(a, b), lanes.max(a, b)];
             bits.extend(vectors.into_iter().flat_map(|v| lanes.store(v)).map(f32::to_bits));
+            bits.extend(lanes.store(lanes.copy_sign(a, b)).map(f32::to_bits));
+            bits.extend(lanes.store(lanes.sqrt(lanes.copy_sign(a, lanes.splat(1.0)))).map(f32::to_bits));
+            let mut sets = lanes.empty_sets();
+            for (number, (a, b)) in [(0, (a, b)), (31, (b, a)), (32, (a, b)), (63, (b, a))] {
+                sets = lanes.insert_where(sets, a, b, number);
+            }
+            bits.extend(lanes.store_sets(sets).into_iter().flat_map(|set| [set as u32, (set >> 32) as u32]));
             for mask in 0..1 << WIDTH {
                 let front = lanes.compress(&self.0[0].map(f32::to_bits), mask);
                 bits.extend(&front[..mask.count_ones() as usize]);

@@ -1,10 +1,10 @@
 //! Eight lanes by AVX2 and FMA.
 
-use std::arch::x86_64::{_CMP_LE_OQ, _CMP_LT_OQ};
+use std::arch::x86_64::{__m256i, _CMP_LE_OQ, _CMP_LT_OQ};
 
 use pulp::x86::V3;
 
-use crate::lanes::{Lanes, WIDTH, Work};
+use crate::lanes::{ALONE, Lanes, WIDTH, Work};
 
 /// What both instruction sets compute alike, by AVX and FMA.
 macro_rules! avx_arithmetic {
@@ -42,6 +42,30 @@ macro_rules! avx_arithmetic {
         }
 
         #[inline(always)]
+        fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
+            self.fma._mm256_fmadd_ps(a, b, c)
+        }
+
+        #[inline(always)]
+        fn sqrt(self, a: Self::Vector) -> Self::Vector {
+            self.avx._mm256_sqrt_ps(a)
+        }
+
+        #[inline(always)]
+        fn copy_sign(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+            let sign = self.avx._mm256_set1_ps(-0.0);
+            self.avx._mm256_or_ps(self.avx._mm256_andnot_ps(sign, a), self.avx._mm256_and_ps(sign, b))
+        }
+
+        #[inline(always)]
+        fn prefetch<T>(self, value: &T) {
+            let start = std::ptr::from_ref(value).cast::<i8>();
+            for line in 0..size_of::<T>().div_ceil(64) {
+                self.sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(start.wrapping_add(64 * line));
+            }
+        }
+
+        #[inline(always)]
         fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
             self.avx._mm256_min_ps(a, b)
         }
@@ -57,6 +81,28 @@ pub(crate) use avx_arithmetic;
 
 impl Lanes for V3 {
     avx_arithmetic!();
+
+    /// Of lanes 0, 1, 4, 5 and of lanes 2, 3, 6, 7.
+    type Sets = [__m256i; 2];
+
+    #[inline(always)]
+    fn empty_sets(self) -> Self::Sets {
+        [self.avx._mm256_setzero_si256(); 2]
+    }
+
+    #[inline(always)]
+    fn insert_where(self, sets: Self::Sets, a: Self::Vector, b: Self::Vector, number: usize) -> Self::Sets {
+        let is_in = pulp::cast(self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b));
+        let alone = self.avx._mm256_set1_epi64x(ALONE[number % 64].cast_signed());
+        let twice = [self.avx2._mm256_unpacklo_epi32(is_in, is_in), self.avx2._mm256_unpackhi_epi32(is_in, is_in)];
+        std::array::from_fn(|k| self.avx2._mm256_or_si256(sets[k], self.avx2._mm256_and_si256(twice[k], alone)))
+    }
+
+    #[inline(always)]
+    fn store_sets(self, sets: Self::Sets) -> [u64; WIDTH] {
+        let [[a, b, e, f], [c, d, g, h]]: [[u64; 4]; 2] = sets.map(pulp::cast);
+        [a, b, c, d, e, f, g, h]
+    }
 
     #[inline(always)]
     fn less_or_equal(self, a: Self::Vector, b: Self::Vector) -> u32 {

@@ -55,6 +55,24 @@ impl RayOrigin {
         Self { origin, extent: std::array::from_fn(farther), is_finite }
     }
 
+    /// The largest distance to one of the scene's planes.
+    #[inline(always)]
+    pub(crate) fn farthest(&self) -> f32 {
+        self.extent[0].max(self.extent[1]).max(self.extent[2])
+    }
+
+    /// The most by which the boxes of any ray are widened along an axis.
+    #[inline(always)]
+    pub(crate) fn widest(&self, axis: usize) -> f32 {
+        self.room(axis, self.farthest())
+    }
+
+    /// By how much boxes are widened along an axis, for the extent along the ray's longest axis.
+    #[inline(always)]
+    fn room(&self, axis: usize, longest_extent: f32) -> f32 {
+        BOX_ERROR * (self.extent[axis] + longest_extent) + ORIGIN_ERROR * self.origin[axis].abs()
+    }
+
     /// The frame of a ray from here. Its `longest` is 0 if the direction is 0 or anything is not a number.
     #[inline(always)]
     pub(crate) fn frame(&self, d: [f32; 3]) -> RayFrame {
@@ -92,9 +110,8 @@ impl RayOrigin {
             } else {
                 direction[k]
             };
-            let error = BOX_ERROR * (self.extent[k] + after(self.extent, 0)) + ORIGIN_ERROR * self.origin[k].abs();
             let r = 1.0 / c;
-            let widened = error.copysign(r);
+            let widened = self.room(k, after(self.extent, 0)).copysign(r);
             frame.reciprocal[k] = r;
             frame.shift[0][k] = (self.origin[k] + widened) * r;
             frame.shift[1][k] = (self.origin[k] - widened) * r;

@@ -18,7 +18,7 @@ pub(crate) struct Tree<'a> {
 }
 
 /// The children that wait to be looked at. Its first part needs no allocation.
-struct Stack<T> {
+pub(crate) struct Stack<T> {
     near: [T; STACK],
     far: Vec<T>,
     count: usize,
@@ -28,12 +28,12 @@ const STACK: usize = 128;
 
 impl<T: Copy + Default> Stack<T> {
     #[inline(always)]
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { near: [T::default(); STACK], far: Vec::new(), count: 0 }
     }
 
     #[inline(always)]
-    fn push(&mut self, item: T) {
+    pub(crate) fn push(&mut self, item: T) {
         if self.count < STACK {
             self.near[self.count] = item;
             self.count += 1;
@@ -43,7 +43,7 @@ impl<T: Copy + Default> Stack<T> {
     }
 
     #[inline(always)]
-    fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.far.clear();
         self.count = 0;
     }
@@ -62,7 +62,7 @@ impl<T: Copy + Default> Stack<T> {
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<T> {
+    pub(crate) fn pop(&mut self) -> Option<T> {
         if let Some(item) = self.far.pop() {
             return Some(item);
         }
@@ -87,12 +87,12 @@ impl<F: FnMut(Hit) -> bool> Work for AnyHit<'_, '_, F> {
         let start = RayOrigin::new(origin, self.tree.bounds);
         start.frame_of(self.ray).is_some_and(|frame| {
             let ray = ShearedRay::new(origin, &frame, t_max);
-            any_hit(lanes, &self.tree, &frame, &ray, t_max, &mut self.accept, &mut Stack::new()).is_some()
+            any_hit(lanes, &self.tree, &frame, &ray, t_max, &mut self.accept)
         })
     }
 }
 
-/// The block of a hit that is accepted.
+/// Whether any hit is accepted.
 ///
 /// Blocks stand behind inner nodes in every node, so they come off the stack first: one hit is enough.
 #[inline(always)]
@@ -103,71 +103,23 @@ fn any_hit<L: Lanes>(
     ray: &ShearedRay,
     t_max: f32,
     accept: &mut impl FnMut(Hit) -> bool,
-    stack: &mut Stack<u32>,
-) -> Option<u32> {
+) -> bool {
     let slabs = SlabRay::new(lanes, frame);
     let t_max = lanes.splat(t_max * frame.longest * END_ROOM);
-    stack.clear();
+    let mut stack = Stack::new();
     let mut next = Some(0_u32);
     while let Some(item) = next {
         if item & BLOCK_BIT == 0 {
             let node = &tree.nodes[item as usize];
             let (mask, _) = slabs.meets(lanes, node, t_max);
             stack.push_front(&lanes.compress(&node.children(), mask), mask.count_ones() as usize);
-        } else {
-            let block = item & !BLOCK_BIT;
-            if tree.blocks[block as usize].hits(lanes, ray, &mut *accept) {
-                return Some(block);
-            }
+        } else if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, ray, &mut *accept) {
+            return true;
         }
         next = stack.pop();
     }
-    None
+    false
 }
-
-/// Which of many rays from one point hit anything.
-pub(crate) struct AnyHits<'a, 'r> {
-    pub(crate) tree: Tree<'a>,
-    pub(crate) origin: [f32; 3],
-    pub(crate) directions: &'r [[f32; 3]],
-    pub(crate) occluded: &'r mut [bool],
-}
-
-impl Work for AnyHits<'_, '_> {
-    type Output = ();
-
-    /// What stopped a ray often stops the next one, and is asked first.
-    #[inline(always)]
-    fn work<L: Lanes>(self, lanes: L) {
-        let start = RayOrigin::new(self.origin, self.tree.bounds);
-        let mut stack = Stack::new();
-        let mut last: Option<u32> = None;
-        let mut frames = [RayFrame::default(); FRAMES];
-        for (directions, occluded) in self.directions.chunks(FRAMES).zip(self.occluded.chunks_mut(FRAMES)) {
-            for (frame, &direction) in frames.iter_mut().zip(directions) {
-                *frame = start.frame(direction);
-            }
-            for (frame, occluded) in frames.iter().zip(occluded) {
-                if frame.longest == 0.0 {
-                    *occluded = false;
-                    continue;
-                }
-                let ray = ShearedRay::new(self.origin, frame, f32::INFINITY);
-                let again = last.is_some_and(|block| self.tree.blocks[block as usize].hits(lanes, &ray, |_| true));
-                if !again {
-                    let hit = any_hit(lanes, &self.tree, frame, &ray, f32::INFINITY, &mut |_| true, &mut stack);
-                    *occluded = hit.is_some();
-                    last = hit.or(last);
-                } else {
-                    *occluded = true;
-                }
-            }
-        }
-    }
-}
-
-/// How many frames are computed in a row.
-const FRAMES: usize = 64;
 
 /// The accepted hit that is closest; of equally close ones that of the triangle with the smallest number.
 pub(crate) struct Closest<'a, 'r, F> {

@@ -17,6 +17,10 @@ pub(crate) struct Node {
     rows: [[f32; WIDTH]; 8],
 }
 
+/// Rows of the smallest and the largest coordinates.
+pub(crate) const SMALLEST: [usize; 3] = [0, 1, 2];
+pub(crate) const LARGEST: [usize; 3] = [3, 4, 5];
+
 const CHILDREN: usize = 6;
 
 impl Node {
@@ -37,6 +41,12 @@ impl Node {
 
     pub(crate) fn set_child(&mut self, slot: usize, child: u32) {
         self.rows[CHILDREN][slot] = f32::from_bits(child);
+    }
+
+    /// Coordinates of one kind of all eight boxes.
+    #[inline(always)]
+    pub(crate) fn row<L: Lanes>(&self, lanes: L, row: usize) -> L::Vector {
+        lanes.load(&self.rows[row & 7])
     }
 
     #[inline(always)]
@@ -75,16 +85,29 @@ impl Block {
         block
     }
 
+    /// Corner by corner, axis and lane.
+    #[inline(always)]
+    pub(crate) fn corners(&self) -> &[[[f32; WIDTH]; 3]; 3] {
+        &self.corners
+    }
+
+    /// The hit of the triangle in a lane.
+    #[inline(always)]
+    pub(crate) fn hit(&self, ray: &ShearedRay, lane: usize) -> Option<Hit> {
+        let lane = lane % WIDTH;
+        let corners = std::array::from_fn(|c| std::array::from_fn(|axis| self.corners[c][axis][lane]));
+        ray.hit(corners, self.triangles[lane])
+    }
+
     /// Calls `found` with hits of the block's triangles, in no order, some of them twice, until it returns true; whether
     /// it did.
     #[inline(always)]
     pub(crate) fn hits<L: Lanes>(&self, lanes: L, ray: &ShearedRay, mut found: impl FnMut(Hit) -> bool) -> bool {
         let mut mask = ray.candidates(lanes, &self.corners);
         while mask != 0 {
-            let lane = mask.trailing_zeros() as usize % WIDTH;
+            let lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            let corners = std::array::from_fn(|c| std::array::from_fn(|axis| self.corners[c][axis][lane]));
-            if let Some(hit) = ray.hit(corners, self.triangles[lane])
+            if let Some(hit) = self.hit(ray, lane)
                 && found(hit)
             {
                 return true;
@@ -131,7 +154,7 @@ impl<L: Lanes> SlabRay<L> {
     /// The lanes whose box is met up to `t_max` (in lengths of the scaled direction), and where each is entered.
     #[inline(always)]
     pub(crate) fn meets(&self, lanes: L, node: &Node, t_max: L::Vector) -> (u32, L::Vector) {
-        let row = |r: usize| lanes.load(&node.rows[r & 7]);
+        let row = |r: usize| node.row(lanes, r);
         let near = |k: usize| lanes.mul_sub(row(self.near_row[k]), self.reciprocal[k], self.near_shift[k]);
         let far = |k: usize| lanes.mul_sub(row(self.far_row[k]), self.reciprocal[k], self.far_shift[k]);
         let enter = lanes.max(lanes.max(near(0), near(1)), lanes.max(near(2), lanes.splat(0.0)));

@@ -325,3 +325,97 @@ fn many_rays_from_one_point_hit_what_each_of_them_hits() {
         }
     }
 }
+
+/// Compares rays sent together with each of them alone, by all vector instructions; how many are occluded.
+fn compare_together_and_alone(name: &str, bvh: &Bvh, origin: [f32; 3], directions: &[[f32; 3]]) -> usize {
+    let alone: Vec<bool> = directions.iter().map(|&d| bvh.is_occluded(&Ray::new(origin, d))).collect();
+    for (simd, bvh) in by_each(bvh) {
+        for count in [directions.len(), 257, 65, 64, 1] {
+            let directions = &directions[..count.min(directions.len())];
+            let mut together = vec![false; directions.len()];
+            bvh.occluded_from_into(origin, directions, &mut together);
+            let different = (0..directions.len()).find(|&i| together[i] != alone[i]);
+            let ray = different.map(|i| (alone[i], Ray::new(origin, directions[i])));
+            assert_eq!(ray, None, "{name}: alone and not so together, {count} by {simd:?}");
+        }
+    }
+    alone.iter().filter(|&&o| o).count()
+}
+
+#[test]
+fn rays_together_hit_what_each_hits_alone_in_scenes_of_all_sizes() {
+    let soup = soup(300, 12);
+    let mut random = Random::new(13);
+    for (scale, reach) in
+        [(1.0, 1.0), (1e-12, 1.0), (1e-3, 1.0), (3e6, 1.0), (1e14, 1.0), (1.0, 1e9), (1.0, 1e17), (1.0, 1e25)]
+    {
+        let corners: Vec<Corners> = soup.iter().map(|triangle| triangle.map(|p| p.map(|c| c * scale))).collect();
+        let bvh = Bvh::from_corners(&corners);
+        let mut occluded = 0;
+        for from in 0..6 {
+            let origin = match from {
+                0 => corners[7][1],
+                1 => [0.0; 3],
+                _ => narrow(random.direction()).map(|c| 2.0 * c * scale * reach),
+            };
+            let mut rays: Vec<[f32; 3]> = directions().into_iter().map(narrow).collect();
+            rays.extend((0..400).map(|_| narrow(random.direction())));
+            rays.extend(aims(&corners[from..from + 20]).iter().map(|aim| add(*aim, origin, -1.0)));
+            for (i, ray) in rays.iter_mut().enumerate() {
+                *ray = ray.map(|c| c * [1.0, 1e-12, 1e12, 1e24][i % 4] / scale.max(reach));
+            }
+            rays.splice(3..3, [[0.0; 3], [f32::NAN, 0.0, 1.0], [0.0, f32::INFINITY, 0.0], [-0.0, 0.0, -1.0]]);
+            occluded += compare_together_and_alone(&format!("x {scale}, from {reach}"), &bvh, origin, &rays);
+        }
+        assert!(occluded > 20, "{occluded} rays hit at x {scale}, from {reach}: enough to tell");
+    }
+}
+
+#[test]
+fn no_rays_together_leave_a_closed_surface_through_its_edges_or_corners() {
+    for (name, corners, center) in closed_surfaces() {
+        let bvh = Bvh::from_corners(&corners);
+        let rays: Vec<[f32; 3]> = aims(&corners).iter().map(|aim| add(*aim, center, -1.0)).collect();
+        for (simd, bvh) in by_each(&bvh) {
+            let mut occluded = vec![false; rays.len()];
+            bvh.occluded_from_into(center, &rays, &mut occluded);
+            let leak = occluded.iter().position(|o| !o).map(|i| rays[i]);
+            assert_eq!(leak, None, "{name} leaks from {center:?} by {simd:?}");
+        }
+    }
+}
+
+#[test]
+fn rays_together_from_a_vertex_or_above_it_hit_what_each_hits_alone() {
+    // Grazing rays, some from within the triangles of the ground, whose planes have no side there.
+    let ground = built_in::ball_over_ground(6);
+    let (bvh, corners) = (Bvh::new(&ground), ground.corners().collect::<Vec<_>>());
+    let mut random = Random::new(14);
+    for triangle in &corners[..20] {
+        let vertex = triangle[0];
+        let rays: Vec<[f32; 3]> = (0..300)
+            .map(|i| {
+                let [x, y, z] = random.direction();
+                narrow([x, y, z * [1.0, 1e-4, 0.0][i % 3]])
+            })
+            .collect();
+        for origin in [vertex, bvh.origin_above(vertex, [0.0, 0.0, 1.0])] {
+            compare_together_and_alone("ball over ground", &bvh, origin, &rays);
+        }
+    }
+}
+
+#[test]
+fn triangles_without_area_stop_no_rays_together_either() {
+    let mut corners = soup(50, 15);
+    for (i, triangle) in corners.iter_mut().enumerate() {
+        let [a, b, _] = *triangle;
+        *triangle = if i % 2 == 0 { [a, b, a] } else { [a, a, a] };
+    }
+    let bvh = Bvh::from_corners(&corners);
+    let mut random = Random::new(16);
+    let mut rays: Vec<[f32; 3]> = (0..300).map(|_| narrow(random.direction())).collect();
+    rays.extend(aims(&corners).iter().map(|aim| aim.map(|c| c + 0.0)));
+    let occluded = compare_together_and_alone("no area", &bvh, [0.0; 3], &rays);
+    assert_eq!(occluded, 0, "rays stopped by triangles without area");
+}
