@@ -192,9 +192,11 @@ mod tests {
     }
 
     #[test]
-    fn planes_are_sure_of_nothing_that_single_rays_deny_and_are_seldom_unsure() {
+    fn planes_are_sure_of_nothing_that_single_rays_deny_and_miss_nothing_they_hit() {
         let bounds = Bounds { min: [-2e15; 3], max: [2e15; 3] };
         let (mut hits, mut unsure_hits) = (0, 0);
+        let machines: Vec<Machine> = Simd::ALL.into_iter().filter_map(Machine::new).collect();
+        println!("{} of {} kinds of vector instructions: this machine has no others", machines.len(), Simd::ALL.len());
         for_each_case(|name, block, origin, directions| {
             let start = RayOrigin::new(origin, &bounds);
             let frames: Vec<_> = directions.iter().map(|&d| start.frame(d)).collect();
@@ -202,7 +204,7 @@ mod tests {
                 .iter()
                 .map(|f| BundledRay { reciprocal: f.reciprocal, direction: f.direction, ..BundledRay::default() })
                 .collect();
-            for machine in Simd::ALL.into_iter().filter_map(Machine::new) {
+            for &machine in &machines {
                 let (sure, unsure) = machine.run(Hits(block, origin, &rays));
                 for (k, frame) in frames.iter().enumerate().filter(|(_, frame)| frame.longest > 0.0) {
                     let ray = ShearedRay::new(origin, frame, f32::INFINITY);
