@@ -4,16 +4,16 @@
 //!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))           V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
 //! ```
 
-use std::ops::Range;
-
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
-use crate::MappedMap;
 use crate::even_light::even_light;
-use crate::sample_points::{Chunk, Sample, Sampler, midpoints};
+use crate::sample_points::Sampler;
 use crate::solid_angles::SolidAngles;
-use crate::sparse_sum::{BLOCK, SparseSum};
+use crate::sparse_sum::BLOCK;
+use crate::view::Light;
+use crate::weights::Weights;
+use crate::{MappedMap, extras};
 
 // W_ts = Σ_samples of t, weight × share of s in the interpolant there: a mean of the source over the target's texel. A
 // constant stays constant because the weights of a texel are normalised. The energy of a texel s in the target is
@@ -37,14 +37,6 @@ use crate::sparse_sum::{BLOCK, SparseSum};
 // its energy but for a part q_s m_s/L_s. So what the mean of the map lacks is, exactly, Σ (Ω_s - E_s) min(L_s, m_s): the
 // error by which all these steps are measured.
 
-/// The target is worked on in this many parts, whatever the number of threads.
-const CHUNKS: usize = 64;
-/// The sums of so many of them are held at once.
-const CHUNKS_TOGETHER: usize = 16;
-/// Of more samples than this not the shares are kept from pass to pass, four of eight bytes each, but where they lie.
-const MOST_SHARES: usize = 1 << 22;
-/// And of more than this nothing is kept: 400 MiB.
-const MOST_SAMPLES: usize = 1 << 27;
 /// The most passes over all samples that find out what each texel of the source is given.
 const MOST_PASSES: usize = 60;
 /// So many of them adjust each texel for itself.
@@ -53,48 +45,14 @@ const OWN_PASSES: usize = 2;
 const MEAN_ENOUGH: f64 = 5e-6;
 /// And if it would not be off by more than this were the signs of what texels miss random: texels then have their energy.
 const TEXELS_ENOUGH: f64 = 5e-5;
-/// A texel of the source whose solid angle is this many times what the samples see is sampled from its own side too, and
-/// no step changes a weight by more.
-const HARDLY_SEEN: f32 = 2.0;
+/// No step changes a weight by more than this factor.
+const MOST_CHANGE: f32 = 2.0;
 
-/// A sample from the side of the source: it belongs to a texel of the target and sees one texel of the source.
-#[derive(Clone, Copy, Debug)]
-struct Extra {
-    target: u32,
-    source: u32,
-    weight: f32,
-}
-
-/// A texel of the source and its weight in one of the target.
-type Share = (u32, f32);
-
-/// What the samples of consecutive texels of the target see, `W_ts`; a texel of the source may come several times.
-struct Shares {
-    /// How many of the shares are those of each texel.
-    counts: Vec<u32>,
-    shares: Vec<Share>,
-}
-
-/// What passes need not find again, for each chunk.
-enum Kept {
-    Shares(Vec<Shares>),
-    Samples(Vec<Chunk>),
-    Nothing,
-}
-
-/// The weights between two maps.
+/// The weights between two maps, and what they are balanced against.
 pub(crate) struct Balance<'a> {
-    sampler: &'a Sampler,
+    weights: Weights<'a>,
     /// Of the texels of the source.
-    source: SolidAngles,
-    /// Of the texels of the target.
-    target: SolidAngles,
-    kept: Kept,
-    extras: Vec<Extra>,
-    /// `c_s`.
-    factors: Vec<f32>,
-    /// Whether any of them is not 1.
-    is_scaled: bool,
+    solid_angles: SolidAngles,
 }
 
 /// What a texel of the source has in the target, and what it lacks there.
@@ -116,37 +74,21 @@ impl Seen {
 impl<'a> Balance<'a> {
     /// Before it is balanced.
     fn new(sampler: &'a Sampler) -> Self {
-        let mut balance = Self {
-            sampler,
-            source: SolidAngles::new(sampler.source),
-            target: SolidAngles::new(sampler.target),
-            kept: Kept::Nothing,
-            extras: Vec::new(),
-            factors: vec![1.0; sampler.source.len()],
-            is_scaled: false,
-        };
-        let ranges = balance.ranges().into_par_iter();
-        let samples = sampler.estimate();
-        balance.kept = if samples <= MOST_SHARES {
-            Kept::Shares(ranges.map(|texels| balance.shares(texels)).collect())
-        } else if samples <= MOST_SAMPLES {
-            Kept::Samples(ranges.map(|texels| sampler.chunk(texels)).collect())
-        } else {
-            Kept::Nothing
-        };
-        balance
+        Self { weights: Weights::new(sampler), solid_angles: SolidAngles::new(sampler.source) }
     }
 
     /// Every texel of the target, from those of `map`, balanced as far as that map needs it.
     pub(crate) fn resample(sampler: &'a Sampler, map: &MappedMap) -> Vec<Rgb<f32>> {
         let mut balance = Self::new(sampler);
-        let mut light = even_light(map, &balance.source);
-        let (seen, _) = balance.balance(&light);
+        let even = even_light(map, &balance.solid_angles);
+        let (seen, _) = balance.balance(&even);
         // Those brighter than their neighbours with what they would lose.
-        light.par_iter_mut().zip(map.texels()).zip(seen).for_each(|((light, texel), seen)| {
-            *light = *texel + (*texel - *light).scale(seen.ratio() - 1.0);
-        });
-        balance.gather(&light)
+        let given_back = |((texel, even), seen): ((&Rgb<f32>, Rgb<f32>), Seen)| {
+            let [r, g, b] = (*texel + (*texel - even).scale(seen.ratio() - 1.0)).to_array();
+            [r, g, b, 1.0]
+        };
+        let light: Vec<Light> = map.texels().par_iter().zip(even).zip(seen).map(given_back).collect();
+        balance.weights.gather(&light)
     }
 
     /// Finds the factors; what then is missing, and after how many passes.
@@ -155,25 +97,21 @@ impl<'a> Balance<'a> {
         let mut passes = 0;
         loop {
             passes += 1;
-            let mut energies = self.spread(None);
+            let mut energies = self.weights.energies();
             if passes == 1 {
-                self.add_extras(&mut energies);
+                let extras = extras::find(self.weights.sampler(), &self.solid_angles, &energies);
+                self.weights.add_extras(extras, &mut energies);
             }
             let seen = self.seen(&energies);
             drop(energies);
             if passes >= MOST_PASSES || self.is_enough(|s| seen[s].missing, even, whole) {
                 return (seen, passes);
             }
-            self.is_scaled = true;
             if passes <= OWN_PASSES {
-                for (factor, seen) in self.factors.iter_mut().zip(&seen) {
-                    *factor *= seen.ratio().clamp(1.0 / HARDLY_SEEN, HARDLY_SEEN);
-                }
+                self.weights.scale(|s| seen[s].ratio().clamp(1.0 / MOST_CHANGE, MOST_CHANGE));
             } else {
                 let steps = self.newton(&seen, even, whole, &mut passes);
-                for (factor, step) in self.factors.iter_mut().zip(steps) {
-                    *factor *= step.clamp(-HARDLY_SEEN.ln(), HARDLY_SEEN.ln()).exp();
-                }
+                self.weights.scale(|s| steps[s].clamp(-MOST_CHANGE.ln(), MOST_CHANGE.ln()).exp());
             }
         }
     }
@@ -194,7 +132,7 @@ impl<'a> Balance<'a> {
         let mut size = dot(&residual);
         while *passes < MOST_PASSES && size > 0.0 {
             *passes += 1;
-            let change = self.spread(Some(&step));
+            let change = self.weights.changes(&step);
             let along: f64 = step.iter().zip(&change).map(|(a, b)| f64::from(*a) * b).sum();
             if along <= 0.0 {
                 break;
@@ -217,161 +155,13 @@ impl<'a> Balance<'a> {
         found
     }
 
-    /// Every texel of the target, from the light of those of the source.
-    fn gather(&self, light: &[Rgb<f32>]) -> Vec<Rgb<f32>> {
-        let mut out = vec![Rgb::ZERO; self.sampler.target.len()];
-        let size = self.chunk_size();
-        out.par_chunks_mut(size).enumerate().for_each(|(chunk, out)| {
-            let start = chunk * size;
-            self.for_each_texel(start..start + out.len(), false, |index, shares| {
-                let (mut texel, mut sum): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
-                for &(source, weight) in shares {
-                    texel += light[source as usize].widen().scale(f64::from(weight));
-                    sum += f64::from(weight);
-                }
-                if sum > 0.0 {
-                    out[index - start] = Rgb::narrow(texel.scale(1.0 / sum));
-                }
-            });
-        });
-        out
-    }
-
-    fn chunk_size(&self) -> usize {
-        self.sampler.target.len().div_ceil(CHUNKS)
-    }
-
-    fn ranges(&self) -> Vec<Range<usize>> {
-        let (count, size) = (self.sampler.target.len(), self.chunk_size());
-        (0..count.div_ceil(size)).map(|c| c * size..count.min((c + 1) * size)).collect()
-    }
-
-    /// Calls `texel(number, shares)` for the texels of a chunk, or only those with extras; a texel of the source may have
-    /// several shares.
-    fn for_each_texel(&self, range: Range<usize>, only_extras: bool, mut texel: impl FnMut(usize, &[Share])) {
-        let mut extras = self.extras_of(&range);
-        let mut balanced = Vec::new();
-        self.for_each_seen(range, |index, seen| {
-            let (own, rest) = extras.split_at(extras.iter().take_while(|e| e.target as usize == index).count());
-            extras = rest;
-            if own.is_empty() && only_extras {
-                return;
-            }
-            if own.is_empty() && !self.is_scaled {
-                return texel(index, seen);
-            }
-            let share = |&(source, weight): &Share| (source, weight * self.factors[source as usize]);
-            balanced.clear();
-            balanced.extend(seen.iter().map(share));
-            balanced.extend(own.iter().map(|e| share(&(e.source, e.weight))));
-            texel(index, &balanced);
-        });
-    }
-
-    /// Calls `texel(number, shares)` for the texels of a chunk with what their own samples see.
-    fn for_each_seen(&self, range: Range<usize>, mut texel: impl FnMut(usize, &[Share])) {
-        let number = range.start / self.chunk_size();
-        let mut scratch = Vec::new();
-        let from_samples = |index: usize, samples: &[Sample]| {
-            scratch.clear();
-            self.add_shares(samples, &mut scratch);
-            texel(index, &scratch);
-        };
-        match &self.kept {
-            Kept::Nothing => self.sampler.chunk(range).for_each(from_samples),
-            Kept::Samples(chunks) => chunks[number].for_each(from_samples),
-            Kept::Shares(chunks) => {
-                let Shares { counts, shares } = &chunks[number];
-                let mut shares = shares.as_slice();
-                for (index, count) in range.zip(counts) {
-                    let (own, rest) = shares.split_at(*count as usize);
-                    texel(index, own);
-                    shares = rest;
-                }
-            }
-        }
-    }
-
-    /// What the samples of a chunk see.
-    fn shares(&self, range: Range<usize>) -> Shares {
-        let mut all = Shares { counts: Vec::with_capacity(range.len()), shares: Vec::new() };
-        self.for_each_seen(range, |_, shares| {
-            all.counts.push(shares.len() as u32);
-            all.shares.extend_from_slice(shares);
-        });
-        all
-    }
-
-    #[inline(always)]
-    fn add_shares(&self, samples: &[Sample], shares: &mut Vec<Share>) {
-        let grid = self.sampler.source;
-        for sample in samples {
-            if let Some(taps) = grid.inner_taps(sample.xy()) {
-                shares.extend_from_slice(&taps.map(|(index, weight): Share| (index, sample.weight * weight)));
-                continue;
-            }
-            for (index, weight) in grid.taps(sample.point()).iter() {
-                shares.push((index as u32, sample.weight * weight));
-            }
-        }
-    }
-
-    /// For each texel of the source `Σ_t Ω_t V_ts`, or with `a` the sum `M a`.
-    fn spread(&self, a: Option<&[f32]>) -> Vec<f64> {
-        let mut sums = vec![0.0; self.sampler.source.len()];
-        self.spread_onto(&mut sums, false, 1.0, a);
-        sums
-    }
-
-    /// Adds to the sums, times `sign`, what all texels of the target give, or only those with extras.
-    fn spread_onto(&self, sums: &mut [f64], only_extras: bool, sign: f64, a: Option<&[f32]>) {
-        let width = self.sampler.target.width;
-        let spread = |range: &Range<usize>| {
-            let mut sums = SparseSum::new(self.sampler.source.len());
-            if only_extras && self.extras_of(range).is_empty() {
-                return sums;
-            }
-            self.for_each_texel(range.clone(), only_extras, |index, shares| {
-                let sum: f64 = shares.iter().map(|(_, weight)| f64::from(*weight)).sum();
-                if sum <= 0.0 {
-                    return;
-                }
-                let scale = sign * self.target.get(index % width, index / width) / sum;
-                let Some(a) = a else {
-                    for &(source, weight) in shares {
-                        sums.add(source as usize, scale * f64::from(weight));
-                    }
-                    return;
-                };
-                let value = |source: u32| f64::from(a[source as usize]);
-                let mean = shares.iter().map(|(source, weight)| f64::from(*weight) * value(*source)).sum::<f64>() / sum;
-                for &(source, weight) in shares {
-                    sums.add(source as usize, scale * f64::from(weight) * (value(source) - mean));
-                }
-            });
-            sums
-        };
-        for ranges in self.ranges().chunks(CHUNKS_TOGETHER) {
-            let parts: Vec<SparseSum> = ranges.par_iter().map(spread).collect();
-            sums.par_chunks_mut(BLOCK).enumerate().for_each(|(block, sums)| {
-                parts.iter().for_each(|part| part.add_block(block, sums));
-            });
-        }
-    }
-
-    /// The extras of some texels of the target.
-    fn extras_of(&self, range: &Range<usize>) -> &[Extra] {
-        let before = |end: usize| self.extras.partition_point(|e| (e.target as usize) < end);
-        &self.extras[before(range.start)..before(range.end)]
-    }
-
     /// What each texel of the source has and lacks, with its energy in the target.
     fn seen(&self, energies: &[f64]) -> Vec<Seen> {
-        let width = self.sampler.source.width;
+        let width = self.weights.sampler().source.width;
         let mut seen = vec![Seen::default(); energies.len()];
         seen.par_chunks_mut(width).zip(energies.par_chunks(width)).enumerate().for_each(|(y, (seen, energies))| {
             for (x, (seen, energy)) in seen.iter_mut().zip(energies).enumerate() {
-                let missing = (self.source.get(x, y) - energy) as f32;
+                let missing = (self.solid_angles.get(x, y) - energy) as f32;
                 *seen = Seen { energy: *energy as f32, missing: if *energy > 0.0 { missing } else { 0.0 } };
             }
         });
@@ -402,11 +192,11 @@ impl<'a> Balance<'a> {
 
     /// The energy of light.
     fn energy(&self, light: &[Rgb<f32>]) -> Rgb<f64> {
-        let width = self.sampler.source.width;
+        let width = self.weights.sampler().source.width;
         let row = |(y, row): (usize, &[Rgb<f32>])| {
             let mut sum: Rgb<f64> = Rgb::ZERO;
             for (x, light) in row.iter().enumerate() {
-                let solid_angle = self.source.get(x, y);
+                let solid_angle = self.solid_angles.get(x, y);
                 // What shows nothing may hold anything.
                 if solid_angle > 0.0 {
                     sum += light.widen().scale(solid_angle);
@@ -416,47 +206,6 @@ impl<'a> Balance<'a> {
         };
         let rows: Vec<_> = light.par_chunks(width).enumerate().map(row).collect();
         rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row)
-    }
-
-    /// Samples the texels of the source of which the target sees too little, and sees again what they change.
-    fn add_extras(&mut self, energies: &mut [f64]) {
-        let width = self.sampler.source.width;
-        let of_row = |(y, energies): (usize, &[f64])| {
-            let mut extras = Vec::new();
-            for (x, energy) in energies.iter().enumerate() {
-                let solid_angle = self.source.get(x, y);
-                let share = 1.0 - energy / solid_angle;
-                if solid_angle > 0.0 && share >= 1.0 - 1.0 / f64::from(HARDLY_SEEN) {
-                    self.add_extra([x, y], share, &mut extras);
-                }
-            }
-            extras
-        };
-        let found: Vec<Vec<Extra>> = energies.par_chunks(width).enumerate().map(of_row).collect();
-        self.extras = found.concat();
-        if self.extras.is_empty() {
-            return;
-        }
-        self.extras.sort_by_key(|extra| extra.target);
-        // What those texels of the target gave before the extras counted, and what they give with them.
-        let weights: Vec<f32> = self.extras.iter().map(|extra| extra.weight).collect();
-        self.extras.iter_mut().for_each(|extra| extra.weight = 0.0);
-        self.spread_onto(energies, true, -1.0, None);
-        self.extras.iter_mut().zip(weights).for_each(|(extra, weight)| extra.weight = weight);
-        self.spread_onto(energies, true, 1.0, None);
-    }
-
-    /// `share` of a texel of the source, from four points in it.
-    fn add_extra(&self, texel: [usize; 2], share: f64, extras: &mut Vec<Extra>) {
-        let (source, target) = (self.sampler.source, self.sampler.target);
-        let mut nodes = Vec::new();
-        let size = [source.width, source.height];
-        crate::texel::nodes_into(source.mapping, size, texel, &midpoints(2), &mut nodes);
-        for (s, weight) in nodes {
-            let index = target.texel(target.point(self.sampler.to_target(s)));
-            let number = texel[1] * source.width + texel[0];
-            extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
-        }
     }
 }
 
@@ -510,10 +259,11 @@ mod tests {
         let map = MappedMap::from_rows(Mapping::LatLong, sampler.source.width, sampler.source.height, texels);
         let mut balance = Balance::new(&sampler);
         balance.balance(map.texels());
-        let kept = balance.gather(map.texels());
-        balance.kept = Kept::Nothing;
-        assert!(balance.gather(map.texels()) == kept, "with nothing kept");
-        balance.kept = Kept::Samples(balance.ranges().into_iter().map(|texels| sampler.chunk(texels)).collect());
-        assert!(balance.gather(map.texels()) == kept, "with samples kept");
+        let light: Vec<Light> = map.texels().iter().map(|texel| [texel.r, texel.g, texel.b, 1.0]).collect();
+        let kept = balance.weights.gather(&light);
+        for all in [true, false] {
+            balance.weights.forget(all);
+            assert!(balance.weights.gather(&light) == kept, "with nothing kept: {all}; else samples only");
+        }
     }
 }

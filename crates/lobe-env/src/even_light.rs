@@ -31,20 +31,27 @@ fn least(a: Rgb<f32>, b: Rgb<f32>) -> Rgb<f32> {
 
 /// A row of a picture in which every texel shows something: sums of columns, each used three times.
 fn even_row(map: &MappedMap, y: usize, even: &mut [Rgb<f32>]) {
-    let own = map.row(y);
-    let beside = [y.checked_sub(1), Some(y + 1).filter(|y| *y < map.height())];
-    let others: Vec<&[Rgb<f32>]> = beside.into_iter().flatten().map(|y| map.row(y)).collect();
+    let (own, width) = (map.row(y), map.width());
+    let black = vec![Rgb::ZERO; width];
+    let above = if y > 0 { map.row(y - 1) } else { &black };
+    let below = if y + 1 < map.height() { map.row(y + 1) } else { &black };
+    let beside = usize::from(y > 0) + usize::from(y + 1 < map.height());
+    let parts = |columns: usize| match columns * (beside + 1) + beside {
+        0 => None,
+        count => Some(1.0 / count as f32),
+    };
+    let [single, at_end, inside] = [0, 1, 2].map(parts);
     // Without the texel itself: nothing cancels next to a sun.
-    let aside = |x: usize| others.iter().fold(Rgb::ZERO, |sum, row| sum + row[x]);
-    let (mut left, mut here) = (Rgb::ZERO, aside(0));
-    for (x, (even, texel)) in even.iter_mut().zip(own).enumerate() {
-        let right = if x + 1 < own.len() { aside(x + 1) } else { Rgb::ZERO };
-        let before = if x > 0 { own[x - 1] } else { Rgb::ZERO };
-        let after = if x + 1 < own.len() { own[x + 1] } else { Rgb::ZERO };
-        let columns = usize::from(x > 0) + usize::from(x + 1 < own.len());
-        let count = columns * (others.len() + 1) + others.len();
-        let sum = left + here + right + (before + after);
-        *even = if count > 0 { least(*texel, sum.scale(1.0 / count as f32)) } else { *texel };
+    let (mut left, mut here) = ([Rgb::ZERO; 2], [own[0], above[0] + below[0]]);
+    for (x, even) in even.iter_mut().enumerate() {
+        let right = if x + 1 < width { [own[x + 1], above[x + 1] + below[x + 1]] } else { [Rgb::ZERO; 2] };
+        let part = match (x > 0, x + 1 < width) {
+            (true, true) => inside,
+            (false, false) => single,
+            _ => at_end,
+        };
+        let sum = (left[1] + here[1] + right[1]) + (left[0] + right[0]);
+        *even = part.map_or(here[0], |part| least(here[0], sum.scale(part)));
         (left, here) = (here, right);
     }
 }

@@ -6,128 +6,60 @@ use std::ops::Range;
 use lobe_sh::{Dir, Rotation};
 
 use crate::atan::quick_atan2;
+use crate::patch::{Limits, Patch, Sample, Tile};
 use crate::taps::Grid;
+use crate::view::{View, Views};
 use crate::{Mapping, cube};
 
 /// How far samples are apart, in source texels.
 const SPACING: f64 = 1.0;
 /// The least density, in parts of the mean one, for which samples are set closer.
 const THINNEST: f64 = 1.0 / 64.0;
-/// So many texels side by side share parabolas.
-const RUN: usize = 16;
-/// How far samples may lie beside their place, in texels of the source, and be off in weight, in parts of it.
-const OFF_PARABOLA: f64 = 0.005;
+/// Up to so many columns and rows of texels share a patch.
+const TILE: usize = 16;
+/// Fewer samples are found sooner one by one than with a patch.
+const LEAST_SAMPLES: usize = 32;
+/// Where a patch is right, along each side of its tile.
+const NODES: [f64; 3] = [0.0, 0.5, 1.0];
+/// Where it is checked: near where a term of the third degree is farthest off.
+const CHECKS: [f64; 2] = [0.25, 0.75];
+/// How far samples may lie beside their place there, in heights of a texel of the source, and be off in weight, in parts
+/// of it.
+const OFF_PATCH: f64 = 0.005;
 /// The fewest samples along a side of a texel.
 const LEAST: usize = 2;
 
-/// A point of the source.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
-    /// In texels of the source from the upper left corner, always inside the picture and on the right face or disc.
-    x: f32,
-    y: f32,
-    /// The solid angle for which it stands.
-    pub(crate) weight: f32,
-}
-
-impl Sample {
-    #[inline(always)]
-    fn new([x, y]: [f64; 2], weight: f64, limits: &Limits) -> Self {
-        let held = |c: f64, [least, most]: [f32; 2]| (c as f32).max(least).min(most);
-        Self { x: held(x, limits.x), y: held(y, limits.y), weight: weight as f32 }
-    }
-
-    #[inline(always)]
-    pub(crate) fn xy(&self) -> [f32; 2] {
-        [self.x, self.y]
-    }
-
-    #[inline(always)]
-    pub(crate) fn point(&self) -> [f64; 2] {
-        [f64::from(self.x), f64::from(self.y)]
-    }
-}
-
-/// The part of the source's picture that a sample may lie in.
-#[derive(Clone, Copy, Debug)]
-struct Limits {
-    x: [f32; 2],
-    y: [f32; 2],
-}
-
-/// Where the samples of a row lie in the source, and their weights: `a + b t + c t²`, `t` from 0 to 1.
-#[derive(Clone, Copy, Debug)]
-struct Parabolas {
-    a: [f64; 3],
-    b: [f64; 3],
-    c: [f64; 3],
-    limits: Limits,
-}
-
-impl Parabolas {
-    /// Through the values at 0, 1/2 and 1.
-    fn through(start: [f64; 3], middle: [f64; 3], end: [f64; 3], limits: Limits) -> Self {
-        let b = [0, 1, 2].map(|k| 4.0 * middle[k] - 3.0 * start[k] - end[k]);
-        let c = [0, 1, 2].map(|k| 2.0 * (start[k] - 2.0 * middle[k] + end[k]));
-        Self { a: start, b, c, limits }
-    }
-
-    #[inline(always)]
-    fn at(&self, t: f64) -> [f64; 3] {
-        [0, 1, 2].map(|k| self.a[k] + t * (self.b[k] + t * self.c[k]))
-    }
-
-    /// The `n` samples of texel `i` of the run.
-    #[inline(always)]
-    fn add_texel(&self, i: usize, n: usize, samples: &mut Vec<Sample>) {
-        let step = 1.0 / (RUN * n - 1) as f64;
-        samples.extend((i * n..(i + 1) * n).map(|k| {
-            let [x, y, weight] = self.at(k as f64 * step);
-            Sample::new([x, y], weight, &self.limits)
-        }));
-    }
-}
-
-/// The samples of consecutive texels of the target.
+/// The samples of consecutive rows of the target.
+#[derive(Default)]
 pub(crate) struct Chunk {
-    first: usize,
-    parts: Vec<Part>,
-    /// Those of all runs, one after the other: a tenth of the memory of their samples.
-    rows: Vec<Parabolas>,
-    /// Those of all single texels.
+    patches: Vec<Patch>,
+    /// The other texels, and how many samples each has.
+    singles: Vec<([u32; 2], u32)>,
+    /// Theirs.
     samples: Vec<Sample>,
 }
 
-/// The next of a chunk's texels.
-#[derive(Clone, Copy, Debug)]
-enum Part {
-    /// [`RUN`] texels of so many cells each: columns and rows.
-    Run([u32; 2]),
-    /// A texel of so many samples.
-    Single(u32),
-}
-
 impl Chunk {
-    /// Calls `texel(number, samples)` for every texel.
-    pub(crate) fn for_each(&self, mut texel: impl FnMut(usize, &[Sample])) {
-        let (mut rows, mut samples) = (self.rows.as_slice(), self.samples.as_slice());
-        let (mut index, mut cells) = (self.first, Vec::new());
-        for part in &self.parts {
-            match *part {
-                Part::Run([nx, ny]) => {
-                    let (own, rest) = rows.split_at(ny as usize);
-                    for i in 0..RUN {
-                        cells.clear();
-                        own.iter().for_each(|row| row.add_texel(i, nx as usize, &mut cells));
-                        texel(index + i, &cells);
-                    }
-                    (rows, index) = (rest, index + RUN);
-                }
-                Part::Single(count) => {
-                    let (own, rest) = samples.split_at(count as usize);
-                    texel(index, own);
-                    (samples, index) = (rest, index + 1);
-                }
+    /// Calls `texel(place, view)` for every texel of which a tile is wanted, in no order that matters.
+    #[inline(always)]
+    pub(crate) fn for_each(
+        &self,
+        source: Grid,
+        wants: impl Fn(Tile) -> bool,
+        mut texel: impl FnMut([usize; 2], View<'_>),
+    ) {
+        for patch in &self.patches {
+            patch.for_each_texel(source, &wants, &mut texel);
+        }
+        let (mut samples, mut views) = (self.samples.as_slice(), Views::default());
+        for &(place, count) in &self.singles {
+            let (own, rest) = samples.split_at(count as usize);
+            samples = rest;
+            let [x, y] = place.map(|n| n as usize);
+            if wants(Tile { x, y, width: 1, height: 1 }) {
+                views.clear();
+                own.iter().for_each(|sample| sample.look(source, &mut views));
+                texel([x, y], views.all());
             }
         }
     }
@@ -170,79 +102,102 @@ impl Sampler {
         (LEAST * LEAST * self.target.len()).max((self.source.len() as f64 / (SPACING * SPACING)) as usize)
     }
 
-    /// The samples of some texels.
-    pub(crate) fn chunk(&self, texels: Range<usize>) -> Chunk {
-        let mut chunk = Chunk { first: texels.start, parts: Vec::new(), rows: Vec::new(), samples: Vec::new() };
-        let mut nodes = Vec::new();
-        let mut index = texels.start;
-        while index < texels.end {
-            let texel = [index % self.target.width, index / self.target.width];
-            let is_run = texel[0] + RUN <= self.target.width && index + RUN <= texels.end;
-            let is_whole = |x: usize| !self.is_on_rim([x, texel[1]]);
-            if is_run
-                && is_whole(texel[0])
-                && is_whole(texel[0] + RUN - 1)
-                && let Some(cells) = self.add_run(texel, &mut chunk.rows)
-            {
-                chunk.parts.push(Part::Run(cells.map(|n| n as u32)));
-                index += RUN;
-                continue;
+    /// The samples of some rows.
+    pub(crate) fn chunk(&self, rows: Range<usize>) -> Chunk {
+        let width = self.target.width;
+        let (mut chunk, mut nodes) = (Chunk::default(), Vec::new());
+        for y in rows.clone().step_by(TILE) {
+            for x in (0..width).step_by(TILE) {
+                let tile = Tile { x, y, width: TILE.min(width - x), height: TILE.min(rows.end - y) };
+                self.add_tile(tile, &mut chunk, &mut nodes);
             }
-            let before = chunk.samples.len();
-            if self.is_on_rim(texel) {
-                self.add_nodes(texel, &mut nodes, &mut chunk.samples);
-            } else {
-                self.add_grid(texel, &mut chunk.samples);
-            }
-            chunk.parts.push(Part::Single((chunk.samples.len() - before) as u32));
-            index += 1;
         }
-        chunk.parts.shrink_to_fit();
-        chunk.rows.shrink_to_fit();
-        chunk.samples.shrink_to_fit();
         chunk
     }
 
-    /// A grid of cells for each of [`RUN`] texels side by side, on parabolas through three cells of each row; how many
-    /// columns and rows of cells a texel has, or nothing where a fourth cell does not lie on them: at seams and poles.
-    fn add_run(&self, [x, y]: [usize; 2], rows: &mut Vec<Parabolas>) -> Option<[usize; 2]> {
+    /// A patch, or patches for the quarters of the tile, or every texel for itself: at seams, poles and rims.
+    fn add_tile(&self, tile: Tile, chunk: &mut Chunk, nodes: &mut Vec<(Dir, f64)>) {
+        let cells = self.cells_of_tile(tile);
+        if let Some([nx, ny]) = cells
+            && nx * ny * tile.len() >= LEAST_SAMPLES
+            && let Some(patch) = self.patch(tile, [nx, ny])
+        {
+            chunk.patches.push(patch);
+        } else if tile.len() > 1 && cells.is_none_or(|[nx, ny]| nx * ny * tile.len() >= LEAST_SAMPLES) {
+            tile.quarters().for_each(|quarter| self.add_tile(quarter, chunk, nodes));
+        } else {
+            for texel in (0..tile.len()).map(|i| [tile.x + i % tile.width, tile.y + i / tile.width]) {
+                let before = chunk.samples.len();
+                if self.is_on_rim(texel) {
+                    self.add_nodes(texel, nodes, &mut chunk.samples);
+                } else {
+                    self.add_grid(texel, &mut chunk.samples);
+                }
+                chunk.singles.push((texel.map(|n| n as u32), (chunk.samples.len() - before) as u32));
+            }
+        }
+    }
+
+    /// How many columns and rows of cells the texels of a tile need; nothing if one may lie on a rim.
+    fn cells_of_tile(&self, tile: Tile) -> Option<[usize; 2]> {
+        tile.landmarks().into_iter().try_fold([0, 0], |[nx, ny], texel| {
+            let [x, y] = if self.is_on_rim(texel) { None } else { self.cells(texel) }?;
+            Some([nx.max(x), ny.max(y)])
+        })
+    }
+
+    /// A grid of cells for each texel of a tile, on a surface through nine of them; nothing where four others do not lie on
+    /// it.
+    fn patch(&self, tile: Tile, [nx, ny]: [usize; 2]) -> Option<Patch> {
         let Grid { mapping, width, height } = self.target;
-        let (centre, lengths) = axes(self.target, [x + RUN / 2, y])?;
-        let spacing = SPACING * self.source_pitch(centre);
-        let [nx, ny] = lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST));
         let area = 1.0 / (nx * ny * width * height) as f64;
-        let (first, length) = (x as f64 + 0.5 / nx as f64, RUN as f64 - 1.0 / nx as f64);
-        let before = rows.len();
-        for j in 0..ny {
-            let v = (y as f64 + (j as f64 + 0.5) / ny as f64) / height as f64;
-            let look = |t: f64| {
-                let s = mapping.dir_from_uv((first + t * length) / width as f64, v)?;
-                let [x, y] = self.source_point(self.to_source(s));
-                Some([x, y, area * mapping.density_towards(s)])
-            };
-            let (Some(a), Some(b), Some(c), Some(check)) = (look(0.0), look(0.5), look(1.0), look(0.25)) else {
-                rows.truncate(before);
-                return None;
-            };
-            let row = Parabolas::through(a, b, c, self.limits([b[0], b[1]]));
-            let found = row.at(0.25);
-            let is_near = |k: usize, most: f64| (found[k] - check[k]).abs() < most;
-            if !(is_near(0, OFF_PARABOLA) && is_near(1, OFF_PARABOLA) && is_near(2, OFF_PARABOLA * check[2])) {
-                rows.truncate(before);
+        let along = |start: usize, length: usize, n: usize, t: f64| {
+            let cell = 1.0 / n as f64;
+            start as f64 + 0.5 * cell + t * (length as f64 - cell)
+        };
+        let look = |t: f64, v: f64| {
+            let (x, y) = (along(tile.x, tile.width, nx, t), along(tile.y, tile.height, ny, v));
+            let s = mapping.dir_from_uv(x / width as f64, y / height as f64)?;
+            let [x, y] = self.source_point(self.to_source(s));
+            Some([x, y, area * mapping.density_towards(s)])
+        };
+        let mut values = [[[0.0; 3]; 3]; 3];
+        for (values, v) in values.iter_mut().zip(NODES) {
+            for (value, t) in values.iter_mut().zip(NODES) {
+                *value = look(t, v)?;
+            }
+        }
+        let [x, y, _] = values[1][1];
+        let patch = Patch::through(tile, [nx, ny], values, self.source, self.limits([x, y]));
+        let aside = OFF_PATCH * self.texels_across(y);
+        for (t, v) in CHECKS.into_iter().flat_map(|v| CHECKS.map(|t| (t, v))) {
+            let (found, expected) = (patch.at(t, v), look(t, v)?);
+            let is_near = |k: usize, most: f64| (found[k] - expected[k]).abs() < most;
+            if !(is_near(0, aside) && is_near(1, OFF_PATCH) && is_near(2, OFF_PATCH * expected[2])) {
                 return None;
             }
-            rows.push(row);
         }
-        Some([nx, ny])
+        Some(patch)
+    }
+
+    /// How many texels of row `y` of the source are as wide as high: more than 1 towards the poles of a lat-long map.
+    fn texels_across(&self, y: f64) -> f64 {
+        let Grid { mapping, height, .. } = self.source;
+        if mapping == Mapping::LatLong { 1.0 / (PI * y / height as f64).sin().max(1.0 / height as f64) } else { 1.0 }
+    }
+
+    /// How many columns and rows of cells a texel needs that shows something everywhere.
+    fn cells(&self, texel: [usize; 2]) -> Option<[usize; 2]> {
+        let (centre, lengths) = axes(self.target, texel)?;
+        let spacing = SPACING * self.source_pitch(centre);
+        Some(lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST)))
     }
 
     /// A grid of cells, each looked at in its middle.
     fn add_grid(&self, [x, y]: [usize; 2], samples: &mut Vec<Sample>) {
         let Grid { mapping, width, height } = self.target;
         let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
-        let Some((centre, lengths)) = axes(self.target, [x, y]) else { return };
-        let spacing = SPACING * self.source_pitch(centre);
-        let [nx, ny] = lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST));
+        let Some([nx, ny]) = self.cells([x, y]) else { return };
         let (sx, sy) = (1.0 / nx as f64, 1.0 / ny as f64);
         let area = sx * sy * w * h;
         for j in 0..ny {
@@ -277,7 +232,7 @@ impl Sampler {
     #[inline]
     fn sample(&self, s: Dir, weight: f64) -> Sample {
         let p = self.source_point(self.to_source(s));
-        Sample::new(p, weight, &self.limits(p))
+        Sample::new([p[0], p[1], weight], &self.limits(p))
     }
 
     /// The root of the solid angle of a texel of the source.
@@ -381,30 +336,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_on_parabolas_lie_where_they_belong() {
-        const STEP: usize = 97;
+    fn samples_of_patches_lie_where_they_belong() {
+        const STEP: usize = 7;
         for (from, to) in [(Mapping::LatLong, Mapping::Cube), (Mapping::Cube, Mapping::LatLong)] {
             let (source, target) =
                 (Grid::new(from, 960, from.height_for(960)), Grid::new(to, 1536, to.height_for(1536)));
             let sampler = Sampler::new(source, target, None);
-            let mut runs = 0;
-            for index in (0..target.len()).step_by(RUN * STEP) {
-                let [x, y] = [index % target.width, index / target.width];
-                let mut rows = Vec::new();
-                let Some([nx, ny]) = sampler.add_run([x, y], &mut rows) else { continue };
-                runs += 1;
-                let mut samples = Vec::new();
-                (0..RUN).for_each(|i| rows.iter().for_each(|row| row.add_texel(i, nx, &mut samples)));
-                for (k, sample) in samples.iter().enumerate() {
-                    let (texel, cell) = (k / (nx * ny), k % (nx * ny));
-                    let u = ((x + texel) as f64 + ((cell % nx) as f64 + 0.5) / nx as f64) / target.width as f64;
-                    let v = (y as f64 + ((cell / nx) as f64 + 0.5) / ny as f64) / target.height as f64;
-                    let [px, py] = sampler.source_point(to.dir_from_uv(u, v).unwrap());
-                    let distance = (f64::from(sample.x) - px).abs().max((f64::from(sample.y) - py).abs());
-                    assert!(distance < 2.0 * OFF_PARABOLA, "{from} to {to}, texel ({x}, {y}), sample {k}: {distance}");
+            let tiles = (target.width / TILE) * (target.height / TILE);
+            let (mut patches, mut looked) = (0, 0);
+            for k in (0..tiles).step_by(STEP) {
+                looked += 1;
+                let (x, y) = (k % (target.width / TILE) * TILE, k / (target.width / TILE) * TILE);
+                let tile = Tile { x, y, width: TILE, height: TILE };
+                let cells = sampler.cells_of_tile(tile).unwrap();
+                let Some(patch) = sampler.patch(tile, cells) else { continue };
+                patches += 1;
+                let [nx, ny] = cells;
+                for (i, j) in (0..TILE * TILE).map(|k| (k % TILE, k / TILE)) {
+                    let mut k = 0;
+                    patch.for_each_sample([i, j], |sample| {
+                        let u = ((x + i) as f64 + ((k % nx) as f64 + 0.5) / nx as f64) / target.width as f64;
+                        let v = ((y + j) as f64 + ((k / nx) as f64 + 0.5) / ny as f64) / target.height as f64;
+                        let (p, found) = (sampler.source_point(to.dir_from_uv(u, v).unwrap()), sample.point());
+                        let across = sampler.texels_across(p[1]);
+                        let distance = ((found[0] - p[0]) / across).abs().max((found[1] - p[1]).abs());
+                        let place = (x + i, y + j);
+                        assert!(distance < 2.0 * OFF_PATCH, "{from} to {to}, texel {place:?}, sample {k}: {distance}");
+                        k += 1;
+                    });
                 }
             }
-            assert!(2 * STEP * runs * RUN > target.len(), "{from} to {to}: only {runs} runs");
+            assert!(2 * patches > looked, "{from} to {to}: only {patches} patches of {looked} tiles");
         }
     }
 }

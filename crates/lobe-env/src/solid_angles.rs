@@ -7,11 +7,12 @@ use crate::{Mapping, lat_long};
 
 /// [`Mapping::solid_angle`] of every texel; only of a quarter of them, for every mapping is its own mirror image.
 pub(crate) struct SolidAngles {
+    /// Of the picture.
     width: usize,
-    /// Of the picture, or of one face of a cube.
-    height: usize,
     /// Of the table.
     columns: usize,
+    /// Where in the table each row of the picture is.
+    rows: Vec<usize>,
     table: Vec<f64>,
 }
 
@@ -29,15 +30,15 @@ impl SolidAngles {
                 };
             }
         });
-        Self { width, height: face, columns, table }
+        let rows = (0..height).map(|y| y % face).map(|y| y.min(face - 1 - y) * columns).collect();
+        Self { width, columns, rows, table }
     }
 
     /// The solid angle of texel `(x, y)`.
     #[inline]
     pub(crate) fn get(&self, x: usize, y: usize) -> f64 {
-        let y = y % self.height;
-        let (x, y) = (x.min(self.width - 1 - x), y.min(self.height - 1 - y));
-        self.table[if self.columns == 1 { y } else { y * self.columns + x }]
+        let column = if self.columns == 1 { 0 } else { x.min(self.width - 1 - x) };
+        self.table[self.rows[y] + column]
     }
 }
 

@@ -5,32 +5,43 @@ pub(crate) const BLOCK: usize = 256;
 
 /// A sum for each place, held in blocks, only where there is one.
 pub(crate) struct SparseSum {
-    /// 0 where there is none, or the number of the block, from 1.
-    blocks: Vec<u32>,
-    sums: Vec<[f64; BLOCK]>,
+    blocks: Vec<Option<Box<[f64; BLOCK]>>>,
 }
 
 impl SparseSum {
     /// For `len` places.
     pub(crate) fn new(len: usize) -> Self {
-        Self { blocks: vec![0; len.div_ceil(BLOCK)], sums: vec![[0.0; BLOCK]] }
+        Self { blocks: vec![None; len.div_ceil(BLOCK)] }
     }
 
     #[inline(always)]
     pub(crate) fn add(&mut self, index: usize, value: f64) {
-        let block = &mut self.blocks[index / BLOCK];
-        if *block == 0 {
-            *block = self.sums.len() as u32;
-            self.sums.push([0.0; BLOCK]);
+        self.block(index / BLOCK)[index % BLOCK] += value;
+    }
+
+    /// Adds to two places, one after the other.
+    #[inline(always)]
+    pub(crate) fn add_pair(&mut self, index: usize, [a, b]: [f64; 2]) {
+        let at = index % BLOCK;
+        if at + 1 == BLOCK {
+            self.add(index, a);
+            self.add(index + 1, b);
+        } else {
+            let sums = self.block(index / BLOCK);
+            sums[at] += a;
+            sums[at + 1] += b;
         }
-        self.sums[*block as usize][index % BLOCK] += value;
+    }
+
+    #[inline(always)]
+    fn block(&mut self, number: usize) -> &mut [f64; BLOCK] {
+        self.blocks[number].get_or_insert_with(|| Box::new([0.0; BLOCK]))
     }
 
     /// Adds the sums of one block to others.
     pub(crate) fn add_block(&self, block: usize, sums: &mut [f64]) {
-        let block = self.blocks[block];
-        if block > 0 {
-            for (sum, value) in sums.iter_mut().zip(&self.sums[block as usize]) {
+        if let Some(block) = &self.blocks[block] {
+            for (sum, value) in sums.iter_mut().zip(block.iter()) {
                 *sum += value;
             }
         }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use lobe_sh::Dir;
 
 use crate::lat_long::sin_cos_pi;
+use crate::view::Share;
 use crate::{Mapping, cube};
 
 // Bilinear interpolation in θ gives the rows of a lat-long picture other solid angles than they have: 8 % more for the
@@ -35,7 +36,7 @@ const MAX_TAPS: usize = 8;
 /// A texel may come twice. Pictures have fewer than 2³² texels: those would be 48 GiB.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taps {
-    list: [(u32, f32); MAX_TAPS],
+    list: [Share; MAX_TAPS],
     len: usize,
 }
 
@@ -132,25 +133,16 @@ impl Grid {
         (x as usize).min(self.width - 1) + self.width * (y as usize).min(self.height - 1)
     }
 
-    /// [`taps`](Self::taps) where the four texels around a point are neighbours in a picture without rims.
-    #[inline(always)]
-    pub(crate) fn inner_taps(&self, [x, y]: [f32; 2]) -> Option<[(u32, f32); 4]> {
-        let (x, y) = (x - 0.5, y - 0.5);
-        let (left, above) = (x as i32, y as i32);
-        let last = match self.mapping {
-            Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea => self.height as i32 - 1,
-            // The last row of the face.
-            Mapping::Cube => (above / self.width as i32 + 1) * self.width as i32 - 1,
+    /// The part of the picture around the point `p` in which the four texels around each point are neighbours in the picture:
+    /// its columns and its rows; nothing in a picture with rims.
+    pub(crate) fn inner_part(&self, p: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        let (top, height) = match self.mapping {
+            Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea => (0, self.height),
+            Mapping::Cube => (((p[1] / self.width as f64) as usize).min(cube::FACES - 1) * self.width, self.width),
             _ => return None,
         };
-        if x < 0.0 || y < 0.0 || left + 1 >= self.width as i32 || above >= last {
-            return None;
-        }
-        let (s, t) = (x - left as f32, y - above as f32);
-        let (s1, t1) = (1.0 - s, 1.0 - t);
-        let width = self.width as u32;
-        let first = above as u32 * width + left as u32;
-        Some([(first, s1 * t1), (first + 1, s * t1), (first + width, s1 * t), (first + width + 1, s * t)])
+        let between_centres = |start: usize, length: usize| [start as f64 + 0.5, (start + length) as f64 - 0.5];
+        Some([between_centres(0, self.width), between_centres(top, height)])
     }
 
     /// The texels whose bilinear mean is the value in the point `p`.
