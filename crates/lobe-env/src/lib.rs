@@ -157,6 +157,7 @@ mod weights;
 mod write;
 mod write_cube;
 mod write_dds;
+mod write_exr;
 mod write_ktx2;
 mod zonal_filter;
 

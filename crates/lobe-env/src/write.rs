@@ -1,13 +1,12 @@
 //! Writing environment maps to files.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use exr::prelude::{Compression, Encoding, Image, SpecificChannels, Vec2, WritableImage, f16};
+use exr::prelude::f16;
 use image::codecs::hdr::HdrEncoder;
 use lobe_sh::{Rgb, write_atomically};
 
-use crate::{EnvError, EnvMap, rgbe};
+use crate::{EnvError, EnvMap, rgbe, write_exr};
 
 /// The widest picture that the run-length encoding of Radiance can hold.
 ///
@@ -85,26 +84,11 @@ fn encode_hdr(map: &EnvMap) -> Result<(Vec<u8>, WriteReport), String> {
 }
 
 fn encode_exr(map: &EnvMap, half: bool) -> exr::error::Result<(Vec<u8>, WriteReport)> {
-    let size = (map.width(), map.height());
-    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
-    let mut bytes = Cursor::new(Vec::new());
-    let report = if half {
+    if half {
         let (texels, report) = clamped(map, f16::MIN.to_f32(), f16::MAX.to_f32());
-        let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
-            let [r, g, b] = texels[y * map.width() + x].to_array().map(f16::from_f32);
-            (r, g, b)
-        });
-        Image::from_encoded_channels(size, encoding, channels).write().to_buffered(&mut bytes)?;
-        report
-    } else {
-        let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
-            let [r, g, b] = map.texel(x, y).to_array();
-            (r, g, b)
-        });
-        Image::from_encoded_channels(size, encoding, channels).write().to_buffered(&mut bytes)?;
-        WriteReport::default()
-    };
-    Ok((bytes.into_inner(), report))
+        return Ok((write_exr::encode(&texels, map.width(), true)?, report));
+    }
+    Ok((write_exr::encode(map.texels(), map.width(), false)?, WriteReport::default()))
 }
 
 /// Portable float map: a header of three lines, then little-endian `f32`, the lowest row first.
