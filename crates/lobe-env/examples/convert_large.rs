@@ -1,28 +1,54 @@
-//! How long a float panorama of 4096 x 2048 texels takes to become a cube of 1024, and how much memory.
+//! How long a panorama takes to become a cube of 1024, step by step, and how much memory.
 //!
-//! `RAYON_NUM_THREADS=2 /usr/bin/time -v target/release/examples/convert_large`
+//! `RAYON_NUM_THREADS=2 /usr/bin/time -v target/release/examples/convert_large [IN [OUT]..]`
+//!
+//! IN is a lat-long picture; without it, a float panorama of 4096 x 2048 texels is made. Each OUT is a .ktx2, a .dds, or a
+//! picture, which becomes a cross.
 
+use std::path::Path;
 use std::time::Instant;
 
-use lobe_env::{EnvError, MappedMap, Mapping, Resample, resample};
+use lobe_env::{
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, Mapping, Raster,
+    ReadOptions, Resample, WriteOptions, read_env, resample, write_cube, write_env,
+};
 use lobe_sh::Rgb;
 
 const WIDTH: usize = 4096;
 const FACE: usize = 1024;
 
 fn main() -> Result<(), EnvError> {
-    let map = MappedMap::from_fn(Mapping::LatLong, WIDTH, WIDTH / 2, |s| {
-        Rgb::new(1.0 + s.x() as f32, 2.0 + s.y() as f32, 1.5 + s.z() as f32)
-    });
+    let mut files = std::env::args().skip(1);
+    let map = match files.next() {
+        Some(file) => timed(&format!("read {file}"), || read_env(&file, &ReadOptions::default()))?.0,
+        None => {
+            EnvMap::from_fn(WIDTH, WIDTH / 2, |s| Rgb::new(1.0 + s.x() as f32, 2.0 + s.y() as f32, 1.5 + s.z() as f32))
+        }
+    };
     let to = Resample::to(Mapping::Cube, FACE, Mapping::Cube.height_for(FACE));
+    let name = format!("{} x {} to a cube of {FACE}", map.width(), map.height());
+    let cube = timed(&name, || resample(&map, &to))?;
+    println!("mean {:?}, was {:?}", cube.mean(), map.mean());
+    let cube = cube.into_cube_map()?;
+    for file in files {
+        timed(&format!("write {file}"), || write(Path::new(&file), &cube))?;
+    }
+    Ok(())
+}
+
+fn timed<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
-    let cube = resample(&map, &to)?;
-    let seconds = start.elapsed().as_secs_f64();
-    println!(
-        "{WIDTH} x {} to a cube of {FACE} in {seconds:.2} s; mean {:?}, was {:?}",
-        WIDTH / 2,
-        cube.mean(),
-        map.mean()
-    );
+    let result = work();
+    println!("{:6.2} s  {what}", start.elapsed().as_secs_f64());
+    result
+}
+
+fn write(file: &Path, cube: &CubeMap) -> Result<(), EnvError> {
+    if file.extension().is_some_and(|extension| extension == "ktx2" || extension == "dds") {
+        write_cube(file, &CubeMipChain::single(cube.clone()), &CubeWriteOptions::default())?;
+        return Ok(());
+    }
+    let Raster { width, height, texels } = cube.to_picture(CubeLayout::HorizontalCross, CubeHandedness::Right);
+    write_env(file, &EnvMap::new(width, height, texels)?, &WriteOptions::default())?;
     Ok(())
 }
