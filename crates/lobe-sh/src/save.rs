@@ -1,6 +1,6 @@
 //! Writing files so that nothing half-written ever has the final name.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,8 @@ use tempfile::{Builder, NamedTempFile};
 /// succeeded and the bytes have reached the disk. If anything fails, what stood under `path` is untouched.
 ///
 /// A new file gets the usual permissions of the user, a replaced one keeps its own. A link is followed. What is
-/// neither file nor folder (a pipe, `/dev/null`) is written in place.
+/// neither file nor folder (a pipe, `/dev/null`) is written in place. A program that is killed while it writes leaves the
+/// temporary file; the next [`check_writable`] removes it.
 ///
 /// # Errors
 /// If the folder does not exist or cannot be written, if `path` is a folder, or if `write` or the disk fails.
@@ -34,14 +35,20 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     }
 }
 
-/// Whether [`write_atomically`] could write `path` now, to be asked before long work. Leaves nothing behind.
+/// Whether [`write_atomically`] could write `path` now, to be asked before long work. Leaves nothing behind, and takes away what
+/// programs that were killed have left in the folder.
 ///
 /// # Errors
 /// Those of [`write_atomically`].
 pub fn check_writable(path: &Path) -> io::Result<()> {
     match Target::of(path)? {
         Target::InPlace(_) => Ok(()),
-        Target::Replace(path) => temporary_beside(&path).map(drop),
+        Target::Replace(path) => {
+            let temporary = temporary_beside(&path)?;
+            remove_abandoned(folder_of(&path));
+            drop(temporary);
+            Ok(())
+        }
     }
 }
 
@@ -70,34 +77,65 @@ impl Target {
     }
 }
 
-/// A new temporary file in the folder of `path`, removed when dropped.
-fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = match path.parent() {
+/// What the names of temporary files begin and end with.
+const PREFIX: &str = ".lobe-";
+const SUFFIX: &str = ".tmp";
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
-    };
+    }
+}
+
+/// A new temporary file in the folder of `path`, removed when dropped.
+///
+/// It is locked as long as it is open, which ends with the program, however that ends: one that can be locked is abandoned.
+fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = folder_of(path);
     if !folder.is_dir() {
         let message = format!("the folder {} does not exist; make it first", folder.display());
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
     let mut builder = Builder::new();
-    builder.prefix(".lobe-").suffix(".tmp");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
         // The user's umask takes away what is to be taken away.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+        builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder).map_err(|e| {
-        let message = format!("cannot write into the folder {}: {}", folder.display(), e.kind());
-        io::Error::new(e.kind(), message)
-    })
+    loop {
+        let temporary = builder.tempfile_in(folder).map_err(|e| {
+            let message = format!("cannot write into the folder {}: {}", folder.display(), e.kind());
+            io::Error::new(e.kind(), message)
+        })?;
+        // Where the system has no locks, nobody else can lock it either, and it is not taken for abandoned.
+        let is_locked = temporary.as_file().lock().is_ok();
+        // Between its making and its locking another program may have taken it for abandoned.
+        if !is_locked || temporary.path().exists() {
+            return Ok(temporary);
+        }
+    }
+}
+
+/// Removes the temporary files in a folder that no program has open.
+fn remove_abandoned(folder: &Path) {
+    // What cannot be looked at or removed does no harm.
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_ours = name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
+        if is_ours
+            && let Ok(file) = File::open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
@@ -154,6 +192,23 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         check_writable(&folder.path().join("a.txt")).unwrap();
         assert_eq!(names(folder.path()), [""; 0], "files in the folder");
+    }
+
+    #[test]
+    fn checking_removes_what_was_abandoned_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let abandoned = folder.path().join(".lobe-abcdef.tmp");
+        fs::write(&abandoned, "half").unwrap();
+        fs::write(folder.path().join(".lobe-notes"), "kept").unwrap();
+        let path = folder.path().join("a.txt");
+        write_atomically(&path, |w| {
+            check_writable(&folder.path().join("b.txt"))?;
+            assert!(!abandoned.exists(), "the file of nobody is removed");
+            assert_eq!(names(folder.path()).len(), 2, "that which is being written stays");
+            w.write_all(b"whole")
+        })
+        .unwrap();
+        assert_eq!(names(folder.path()), [".lobe-notes", "a.txt"], "files in the folder");
     }
 
     #[cfg(unix)]
