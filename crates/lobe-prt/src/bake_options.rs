@@ -106,7 +106,7 @@ pub struct BakeReport {
     /// absorbed, both together are the mean albedo of the receivers.
     pub energy_left: f64,
     /// The standard error of the constant coefficient, relative to its mean: from 8 to 64 receivers baked with eight other
-    /// seeds each.
+    /// seeds each; from fewer, but at least two, where they have more than 2¹⁶ paths.
     pub stderr_dc: f64,
 }
 

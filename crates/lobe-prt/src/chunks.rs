@@ -1,7 +1,7 @@
 //! Work on many receivers, the same for any number of threads.
 
 use std::ops::{AddAssign, ControlFlow, Range};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
@@ -13,10 +13,13 @@ const CHUNK_PATHS: usize = 1 << 14;
 /// Receivers in a chunk, at most.
 const CHUNK_RECEIVERS: usize = 64;
 
-/// Paths of one thread between two reports, about: half a second of work, of which threads wait for each other half a chunk.
-/// A bake that is stopped waits for no more, and one that is killed loses no more, but for the writes the operating system
-/// has not yet made.
-const WAVE_PATHS: usize = 1 << 19;
+/// Work between two reports, about. A bake that is stopped waits for no more, and one that is killed loses no more, but for a
+/// chunk that takes longer by itself and for writes that the operating system has not yet made. Of the time of a wave
+/// threads wait for each other half a chunk.
+const WAVE: Duration = Duration::from_millis(700);
+
+/// Bytes of results of one thread between two reports, at most, where a chunk has not more.
+const WAVE_BYTES: usize = 4 << 20;
 
 /// What is to be done for each receiver.
 pub(crate) trait Job: Sync {
@@ -141,8 +144,7 @@ pub(crate) fn run<J: Job>(job: &J, sink: &mut impl Sink, on_progress: OnProgress
     let start = Instant::now();
     let resumed = chunks.before(sink.done());
     let mut rays = 0;
-    let per_thread = (WAVE_PATHS / (chunks.size() * job.paths()).max(1)).clamp(1, 64);
-    let wave = per_thread * rayon::current_num_threads();
+    let mut wave = Wave::of(job, &chunks);
     loop {
         let next = sink.done();
         let progress =
@@ -153,14 +155,40 @@ pub(crate) fn run<J: Job>(job: &J, sink: &mut impl Sink, on_progress: OnProgress
         if next >= chunks.count() {
             return Ok(());
         }
-        let done: Vec<Chunk> = (next..(next + wave).min(chunks.count()))
+        let begin = Instant::now();
+        let done: Vec<Chunk> = (next..(next + wave.chunks()).min(chunks.count()))
             .into_par_iter()
             .map_init(|| job.scratch(), |scratch, chunk| work(job, chunks.range(chunk), scratch))
             .collect();
+        wave.adapt(begin.elapsed());
         for chunk in done {
             rays += chunk.tally.rays;
             sink.push(chunk)?;
         }
+    }
+}
+
+/// How many chunks are done between two reports: few at first, then as many as the time of the last ones suggests.
+#[derive(Debug)]
+struct Wave {
+    per_thread: usize,
+    most: usize,
+}
+
+impl Wave {
+    fn of<J: Job>(job: &J, chunks: &Chunks) -> Self {
+        let bytes = size_of::<f32>() * job.row() * chunks.size();
+        Self { per_thread: 1, most: (WAVE_BYTES / bytes).max(1) }
+    }
+
+    fn chunks(&self) -> usize {
+        self.per_thread * rayon::current_num_threads()
+    }
+
+    /// At most twice as many as before: the next chunks may take longer.
+    fn adapt(&mut self, took: Duration) {
+        let factor = (WAVE.as_secs_f64() / took.as_secs_f64().max(1e-6)).min(2.0);
+        self.per_thread = ((self.per_thread as f64 * factor) as usize).clamp(1, self.most);
     }
 }
 
@@ -170,4 +198,24 @@ fn work<J: Job>(job: &J, range: Range<usize>, scratch: &mut J::Scratch) -> Chunk
         chunk.tally += &job.work(job.seed(), receiver, scratch, row);
     }
     chunk
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waves_come_to_take_the_time_they_should_whatever_a_chunk_takes() {
+        for (milliseconds, most, expected) in [(10.0, 1000, 63..=70), (0.001, 1000, 1000..=1000), (9000.0, 7, 1..=1)] {
+            let mut wave = Wave { per_thread: 1, most };
+            for _ in 0..20 {
+                wave.adapt(Duration::from_secs_f64(wave.per_thread as f64 * milliseconds / 1000.0));
+            }
+            let found = wave.per_thread;
+            assert!(expected.contains(&found), "{found} chunks of {milliseconds} ms, at most {most}");
+        }
+        let mut wave = Wave { per_thread: 100, most: 100 };
+        wave.adapt(Duration::from_secs(70));
+        assert_eq!(wave.per_thread, 1, "at once where chunks begin to take long");
+    }
 }

@@ -6,7 +6,7 @@ use crate::sobol::mix;
 use crate::{BakeOptions, Receivers};
 
 /// Changes whenever the same arguments lead to other numbers than before.
-const ALGORITHM: u64 = 1;
+const ALGORITHM: u64 = 2;
 
 /// 128 bits that depend on everything written into it, and on the order. Not for secrets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

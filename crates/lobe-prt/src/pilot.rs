@@ -15,6 +15,10 @@ const REPETITIONS: usize = 8;
 /// One receiver in so many is baked repeatedly, but at least eight and at most [`RECEIVERS`]: 512 bakes, or 1 % of 50 000.
 const RECEIVERS_FOR_ONE: usize = 128;
 
+/// Paths of the pilot, about, where receivers have so many that 512 of them would take long: some seconds, which are lost
+/// where a bake is killed.
+const MOST_PATHS: usize = 1 << 22;
+
 /// What the pilot found.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pilot {
@@ -27,8 +31,9 @@ pub(crate) struct Pilot {
 /// Bakes evenly chosen receivers with other seeds, derived from that of the job.
 pub(crate) fn pilot<J: Job>(job: &J, energy_stop: f64) -> Pilot {
     let all = job.receivers();
-    let once = all.min(RECEIVERS);
-    let repeated = (all / RECEIVERS_FOR_ONE).clamp(8, RECEIVERS).min(all);
+    let most = (MOST_PATHS / (REPETITIONS * job.paths().max(1))).clamp(2, RECEIVERS);
+    let once = all.min(most);
+    let repeated = (all / RECEIVERS_FOR_ONE).max(8).min(most).min(all);
     let seeds: [u64; REPETITIONS] = std::array::from_fn(|k| hash([job.seed(), 0x0050_494C_4F54, k as u64]));
     let first: Vec<Tally> = bakes(job, (0..once).map(|k| (k * all / once, seeds[0])).collect());
     let bounces = bounces_that_matter(&first, energy_stop);
