@@ -250,7 +250,7 @@ fn bake_now(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::Result<Pre
     let bvh = Bvh::new(&scene);
     let transfer = match asked.lobe {
         None => bake(&scene, &bvh, &receivers, &options, show).map(|(t, _)| SceneTransfer::AtVertices(t)),
-        Some(lobe) => bake_matrices(&scene, &bvh, &receivers, &options, None, show)
+        Some(lobe) => bake_matrices(&scene, &bvh, &receivers, &options, show)
             .map(|(matrices, _)| SceneTransfer::Glossy(matrices, lobe, lobe.reflectance())),
     };
     bar.finish_and_clear();

@@ -11,7 +11,8 @@ use crate::chunks::{Job, Memory, OnProgress, Tally, run};
 use crate::diffuse::Diffuse;
 use crate::fingerprint::Fingerprint;
 use crate::pilot::{Pilot, pilot};
-use crate::{BakeOptions, BakeReport, Progress, PrtError, Receivers, Transfer};
+use crate::stored_rows::StoredRows;
+use crate::{BakeOptions, BakeReport, Progress, PrtError, Receivers, StoredTransfer, Transfer};
 
 /// Bakes what receivers in a scene do to light.
 ///
@@ -57,14 +58,14 @@ pub fn bake(
     Ok((Transfer::new(options.order, job.channels, rows)?, report(&job, &pilot, &tally, start)))
 }
 
-/// [`fn@bake`], with results kept in the file `checkpoint` while it runs.
+/// [`fn@bake`], with results in the file `checkpoint`, from where they are written or loaded.
 ///
 /// If the file is there, the bake continues from it: one that was stopped, or killed at any moment, ends with the same
-/// bytes as one that ran through. Results go to the file about once a second, and reach the disk within 10 s. The
-/// file has its final size from the start, so that a full disk is found before the work. The caller removes it when
-/// the results are safe.
+/// bytes as one that ran through. Results go to the file about once a second, and reach the disk within 10 s; where
+/// receivers have so many paths that one takes longer, when it is done. The file has its final size from the start, so
+/// that a full disk is found before the work. The caller removes it when the results are safe.
 ///
-/// Beside the scene and its tree, memory holds the results of a second of work, and at the end all of them.
+/// Beside the scene, its tree and the receivers, memory holds 4 MiB of results for each thread, however many there are.
 ///
 /// # Errors
 /// Those of [`fn@bake`]; [`PrtError::Io`] if the file cannot be written or the disk has no room for it;
@@ -76,7 +77,7 @@ pub fn bake_resumable(
     options: &BakeOptions,
     checkpoint: &Path,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<(Transfer, BakeReport), PrtError> {
+) -> Result<(StoredTransfer, BakeReport), PrtError> {
     let start = Instant::now();
     let (job, pilot) = prepare(scene, bvh, receivers, options)?;
     let mut fingerprint = Fingerprint::of_kind(KIND);
@@ -84,7 +85,8 @@ pub fn bake_resumable(
     fingerprint.receivers(receivers);
     fingerprint.options(options);
     let (tally, rows) = on_disk(&job, checkpoint, fingerprint, pilot.bounces, progress)?;
-    Ok((Transfer::new(options.order, job.channels, rows)?, report(&job, &pilot, &tally, start)))
+    let transfer = StoredTransfer { order: options.order, channels: job.channels, rows };
+    Ok((transfer, report(&job, &pilot, &tally, start)))
 }
 
 /// The number of this kind of job in fingerprints.
@@ -104,7 +106,7 @@ pub(crate) fn on_disk<J: Job>(
     fingerprint: Fingerprint,
     bounces: usize,
     progress: OnProgress<'_>,
-) -> Result<(Tally, Vec<f32>), PrtError> {
+) -> Result<(Tally, StoredRows), PrtError> {
     let mut checkpoint = Checkpoint::open(checkpoint, job, fingerprint, bounces)?;
     let outcome = run(job, &mut checkpoint, progress);
     if outcome.is_err() {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use crate::PrtError;
 use crate::chunks::{Chunk, Chunks, Job, Sink, Tally};
 use crate::fingerprint::Fingerprint;
+use crate::stored_rows::StoredRows;
 
 /// The first bytes of a checkpoint.
 const MAGIC: &[u8; 8] = b"LOBEPART";
@@ -37,12 +38,14 @@ pub(crate) struct Checkpoint {
     file: File,
     layout: Layout,
     done: usize,
+    /// Of the chunks that are done.
+    tally: Tally,
     synced: Instant,
 }
 
 /// Where everything is.
 #[derive(Clone, Copy, Debug)]
-struct Layout {
+pub(crate) struct Layout {
     fingerprint: Fingerprint,
     chunks: Chunks,
     row: usize,
@@ -65,6 +68,27 @@ impl Layout {
 
     fn offset(&self, chunk: usize) -> u64 {
         HEADER as u64 + chunk as u64 * self.record(self.chunks.size()) as u64
+    }
+
+    /// Where the row of a receiver begins.
+    pub(crate) fn offset_of_row(&self, receiver: usize) -> u64 {
+        let size = self.chunks.size();
+        let before = 16 + 8 * self.energies + 4 * self.row * (receiver % size);
+        self.offset(receiver / size) + before as u64
+    }
+
+    /// How many receivers from this one on have their rows one after the other.
+    pub(crate) fn run_from(&self, receiver: usize) -> usize {
+        self.chunks.range(receiver / self.chunks.size()).end - receiver
+    }
+
+    /// Numbers of a receiver.
+    pub(crate) fn row(&self) -> usize {
+        self.row
+    }
+
+    pub(crate) fn receivers(&self) -> usize {
+        self.chunks.receivers()
     }
 
     fn bytes(&self) -> u64 {
@@ -101,18 +125,15 @@ impl Layout {
         bytes
     }
 
-    /// The chunk of a record; none if the record is not that of this job and number.
-    fn decode(&self, number: usize, bytes: &[u8]) -> Option<Chunk> {
+    /// The sums of a record; none if the record is not that of this job and number.
+    fn tally(&self, number: usize, bytes: &[u8]) -> Option<Tally> {
         let (body, checksum) = bytes.split_last_chunk::<8>()?;
         if u64::from_le_bytes(*checksum) != self.checksum(number as u64, body) {
             return None;
         }
-        let (numbers, rows) = body.split_at_checked(16 + 8 * self.energies)?;
-        let (numbers, _) = numbers.as_chunks::<8>();
-        let (rows, _) = rows.as_chunks::<4>();
+        let (numbers, _) = body.get(..16 + 8 * self.energies)?.as_chunks::<8>();
         let energy = numbers[2..].iter().map(|b| f64::from_le_bytes(*b)).collect();
-        let tally = Tally { rays: u64::from_le_bytes(numbers[0]), left: f64::from_le_bytes(numbers[1]), energy };
-        Some(Chunk { tally, rows: rows.iter().map(|b| f32::from_le_bytes(*b)).collect() })
+        Some(Tally { rays: u64::from_le_bytes(numbers[0]), left: f64::from_le_bytes(numbers[1]), energy })
     }
 }
 
@@ -155,8 +176,9 @@ impl Checkpoint {
             let message = format!("cannot keep {} bytes of results: {source}", layout.bytes());
             return Err(io(io::Error::new(source.kind(), message)));
         }
-        let mut checkpoint = Self { path: path.to_path_buf(), file, layout, done: 0, synced: Instant::now() };
-        checkpoint.done = checkpoint.read(|_| ())?;
+        let tally = Tally { energy: vec![0.0; layout.energies], ..Tally::default() };
+        let mut checkpoint = Self { path: path.to_path_buf(), file, layout, done: 0, tally, synced: Instant::now() };
+        checkpoint.take_up()?;
         Ok(checkpoint)
     }
 
@@ -186,35 +208,28 @@ impl Checkpoint {
         )
     }
 
-    /// Calls `take` for all records in order up to the first that is not done; returns their number.
-    fn read(&mut self, mut take: impl FnMut(Chunk)) -> Result<usize, PrtError> {
+    /// Finds how many records in a row are done, and adds them up.
+    fn take_up(&mut self) -> Result<(), PrtError> {
         let layout = self.layout;
         let io = |source| PrtError::Io { file: self.path.display().to_string(), source };
         self.file.seek(SeekFrom::Start(layout.offset(0))).map_err(io)?;
         let mut reader = BufReader::with_capacity(1 << 20, &self.file);
-        for number in 0..layout.chunks.count() {
-            let mut bytes = vec![0; layout.record_of(number)];
+        let mut bytes = Vec::new();
+        while self.done < layout.chunks.count() {
+            bytes.resize(layout.record_of(self.done), 0);
             reader.read_exact(&mut bytes).map_err(io)?;
-            let Some(chunk) = layout.decode(number, &bytes) else { return Ok(number) };
-            take(chunk);
+            let Some(tally) = layout.tally(self.done, &bytes) else { break };
+            self.tally += &tally;
+            self.done += 1;
         }
-        Ok(layout.chunks.count())
+        Ok(())
     }
 
-    /// All that was found, when all is done.
-    pub(crate) fn finish(mut self) -> Result<(Tally, Vec<f32>), PrtError> {
+    /// All that was found, when all is done. The rows stay where they are.
+    pub(crate) fn finish(mut self) -> Result<(Tally, StoredRows), PrtError> {
+        debug_assert_eq!(self.done, self.layout.chunks.count(), "chunks that are done");
         self.sync()?;
-        let (mut tally, mut rows) = (Tally::default(), Vec::new());
-        rows.reserve_exact(self.layout.chunks.receivers() * self.layout.row);
-        let count = self.read(|chunk| {
-            tally += &chunk.tally;
-            rows.extend_from_slice(&chunk.rows);
-        })?;
-        if count < self.layout.chunks.count() {
-            let message = format!("the record of chunk {count} was damaged after it was written; run the bake again");
-            return Err(PrtError::invalid(&self.path.display().to_string(), message));
-        }
-        Ok((tally, rows))
+        Ok((self.tally, StoredRows::new(self.path, self.file, self.layout)))
     }
 
     /// Waits until everything is on the disk.
@@ -231,11 +246,17 @@ impl Sink for Checkpoint {
     }
 
     fn push(&mut self, chunk: Chunk) -> Result<(), PrtError> {
+        if let Some(at) = chunk.rows.iter().position(|c| !c.is_finite()) {
+            let receiver = self.layout.chunks.range(self.done).start + at / self.layout.row;
+            let message = format!("expected finite coefficients, found {} at receiver {receiver}", chunk.rows[at]);
+            return Err(PrtError::invalid("transfer", message));
+        }
         let bytes = self.layout.encode(self.done, &chunk);
         let written =
             self.file.seek(SeekFrom::Start(self.layout.offset(self.done))).and_then(|_| self.file.write_all(&bytes));
         written.map_err(|source| PrtError::Io { file: self.path.display().to_string(), source })?;
         self.done += 1;
+        self.tally += &chunk.tally;
         if self.synced.elapsed() > SYNC_EVERY { self.sync() } else { Ok(()) }
     }
 }

@@ -9,6 +9,8 @@
 //! |---|---|
 //! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`] |
 //! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
+//! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
+//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap |
 //! | vertices where transfer needs them | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
 //! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`] |
@@ -16,8 +18,8 @@
 //! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
 //! | files of these two | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers |
-//! | glossy receivers | [`bake_matrices`], [`TransferMatrices`] |
-//! | what moves through a scene | [`bake_neighbourhood`], [`Neighbourhood`], [`Grid`] |
+//! | glossy receivers | [`bake_matrices`], [`bake_matrices_resumable`], [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
+//! | what moves through a scene | [`bake_neighbourhood`], [`bake_neighbourhood_resumable`], [`Neighbourhood`], [`Grid`] |
 //! | files of these two | [`write_matrices`], [`write_neighbourhood`] and their readers |
 //! | telling one piece of long work from another | [`Fingerprint`] |
 
@@ -45,6 +47,7 @@ mod lightmap;
 mod lightmap_file;
 mod lobes;
 mod matrix_file;
+mod matrix_rows;
 mod nearest;
 mod neighbourhood;
 mod outer_sum;
@@ -55,6 +58,7 @@ mod read_baked;
 mod receivers;
 mod shade;
 mod sobol;
+mod stored_rows;
 mod tensor_file;
 mod texel_receivers;
 mod transfer;
@@ -80,13 +84,14 @@ pub use fingerprint::Fingerprint;
 pub use lightmap::Lightmap;
 pub use lightmap_file::{read_lightmap, write_lightmap};
 pub use matrix_file::{read_matrices, read_neighbourhood, write_matrices, write_neighbourhood};
-pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood};
+pub use matrix_rows::{MatrixRows, StoredMatrices};
+pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood, bake_neighbourhood_resumable};
 pub use read_baked::{Baked, read_baked};
 pub use receivers::Receivers;
 pub use texel_receivers::TexelReceivers;
 pub use transfer::{Channels, Transfer};
 pub use transfer_file::{read_transfer, write_transfer};
-pub use transfer_matrix::{TransferMatrices, bake_matrices};
-pub use transfer_rows::TransferRows;
+pub use transfer_matrix::{TransferMatrices, bake_matrices, bake_matrices_resumable};
+pub use transfer_rows::{StoredTransfer, TransferRows};
 pub use zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal};
 pub use zonal_transfer::ZonalTransfer;

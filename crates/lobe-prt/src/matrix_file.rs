@@ -6,8 +6,8 @@ use lobe_scene::Bounds;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::tensor_file::{Tensor, TensorFile, load, write};
-use crate::{Channels, Grid, Neighbourhood, PrtError, Transfer, TransferMatrices};
+use crate::tensor_file::{Streamed, TensorFile, load, write_streamed};
+use crate::{Channels, Grid, MatrixRows, Neighbourhood, PrtError, Transfer, TransferMatrices};
 
 /// The version of both headers.
 const VERSION: u32 = 1;
@@ -30,10 +30,11 @@ struct Header {
 /// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by row.
 ///
 /// The metadata's entry `lobe` is JSON: format `lobe-transfer-matrices`, version 1, order, channels, recipe.
+/// The matrices are read a few points at a time; until all is written, nothing has the file's name.
 ///
 /// # Errors
 /// [`PrtError::Io`] if the system refuses.
-pub fn write_matrices(path: impl AsRef<Path>, matrices: &TransferMatrices, recipe: &Value) -> Result<(), PrtError> {
+pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe: &Value) -> Result<(), PrtError> {
     write_with(path.as_ref(), matrices, MATRICES, None, recipe)
 }
 
@@ -51,15 +52,16 @@ pub fn read_matrices(path: impl AsRef<Path>) -> Result<(TransferMatrices, Value)
 /// `lobe-neighbourhood-transfer` and `grid`: the corners of the box, and the numbers of points along x, y and z.
 ///
 /// # Errors
-/// As [`write_matrices`].
+/// As [`write_matrices`], and [`PrtError::Invalid`] if the matrices are not those of the grid's points.
 pub fn write_neighbourhood(
     path: impl AsRef<Path>,
-    neighbourhood: &Neighbourhood,
+    grid: &Grid,
+    matrices: &dyn MatrixRows,
     recipe: &Value,
 ) -> Result<(), PrtError> {
-    let grid = neighbourhood.grid();
+    grid.check_points(matrices.points())?;
     let Bounds { min, max } = grid.bounds();
-    write_with(path.as_ref(), neighbourhood.matrices(), NEIGHBOURHOOD, Some((min, max, grid.counts())), recipe)
+    write_with(path.as_ref(), matrices, NEIGHBOURHOOD, Some((min, max, grid.counts())), recipe)
 }
 
 /// Reads what [`write_neighbourhood`] wrote.
@@ -78,7 +80,7 @@ pub fn read_neighbourhood(path: impl AsRef<Path>) -> Result<(Neighbourhood, Valu
 
 fn write_with(
     path: &Path,
-    matrices: &TransferMatrices,
+    matrices: &dyn MatrixRows,
     format: &str,
     grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
     recipe: &Value,
@@ -86,7 +88,8 @@ fn write_with(
     let (order, channels) = (matrices.order(), matrices.channels().count());
     let shape = vec![matrices.points(), channels, order * order, order * order];
     let header = Header { format: format.to_owned(), version: VERSION, order, channels, grid, recipe: recipe.clone() };
-    write(path, &header, &[Tensor::f32(TENSOR, shape, matrices.coefficients().iter().copied())])
+    let read_rows = |first: usize, rows: &mut [f32]| matrices.read_rows(first, rows);
+    write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows })
 }
 
 fn read_with(path: &Path, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
@@ -111,6 +114,7 @@ fn read_with(path: &Path, format: &str) -> Result<(TransferMatrices, Header), Pr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tensor_file::{Tensor, write};
     use serde_json::json;
 
     fn matrices(points: usize) -> TransferMatrices {
@@ -126,7 +130,7 @@ mod tests {
         assert_eq!(read_matrices(&a).unwrap(), (matrices(5), json!({"seed": 3})), "matrices");
         let grid = Grid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
         let neighbourhood = Neighbourhood::new(grid, matrices(12)).unwrap();
-        write_neighbourhood(&b, &neighbourhood, &Value::Null).unwrap();
+        write_neighbourhood(&b, &grid, neighbourhood.matrices(), &Value::Null).unwrap();
         assert_eq!(read_neighbourhood(&b).unwrap(), (neighbourhood, Value::Null), "neighbourhood");
         let error = read_matrices(&b).unwrap_err().to_string();
         assert!(error.ends_with("expected lobe-transfer-matrices, found lobe-neighbourhood-transfer"), "{error}");

@@ -6,8 +6,8 @@ use std::path::Path;
 use lobe_scene::{Bounds, Bvh, Scene};
 use lobe_sh::{Rgb, ShVec};
 
-use crate::transfer_matrix::{Points, bake_points};
-use crate::{BakeOptions, BakeReport, Progress, PrtError, TransferMatrices};
+use crate::transfer_matrix::{Points, bake_points, bake_points_resumable};
+use crate::{BakeOptions, BakeReport, Progress, PrtError, StoredMatrices, TransferMatrices};
 
 /// Points of a grid along the axes: at least two along each.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +58,15 @@ impl Grid {
         (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z))).flat_map(|(y, z)| row(y, z)).collect()
     }
 
+    /// Refuses matrices of another number of points.
+    pub(crate) fn check_points(&self, found: usize) -> Result<(), PrtError> {
+        let expected: usize = self.counts.iter().product();
+        if expected == found {
+            return Ok(());
+        }
+        Err(PrtError::invalid("neighbourhood", format!("expected matrices of {expected} points, found {found}")))
+    }
+
     /// The eight points around a place and their weights, which add up to 1. Outside of the box the nearest place in it counts.
     #[must_use]
     pub fn around(&self, place: [f32; 3]) -> [(usize, f64); 8] {
@@ -99,11 +108,7 @@ impl Neighbourhood {
     /// # Errors
     /// [`PrtError::Invalid`] if their numbers differ.
     pub fn new(grid: Grid, matrices: TransferMatrices) -> Result<Self, PrtError> {
-        let (expected, found) = (grid.counts.iter().product::<usize>(), matrices.points());
-        if expected != found {
-            let message = format!("expected matrices of {expected} points, found {found}");
-            return Err(PrtError::invalid("neighbourhood", message));
-        }
+        grid.check_points(matrices.points())?;
         Ok(Self { grid, matrices })
     }
 
@@ -134,17 +139,33 @@ impl Neighbourhood {
 /// the sphere.
 ///
 /// # Errors
-/// Those of [`crate::bake_resumable`].
+/// Those of [`fn@crate::bake`].
 pub fn bake_neighbourhood(
     scene: &Scene,
     bvh: &Bvh,
     grid: &Grid,
     options: &BakeOptions,
-    checkpoint: Option<&Path>,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(Neighbourhood, BakeReport), PrtError> {
     let positions = grid.points();
     let points = Points { positions: &positions, normals: None };
-    let (matrices, report) = bake_points(scene, bvh, points, options, checkpoint, progress)?;
+    let (matrices, report) = bake_points(scene, bvh, points, options, progress)?;
     Ok((Neighbourhood::new(*grid, matrices)?, report))
+}
+
+/// The matrices of [`bake_neighbourhood`], with results in the file `checkpoint`, as [`crate::bake_resumable`] keeps them.
+///
+/// # Errors
+/// Those of [`crate::bake_resumable`].
+pub fn bake_neighbourhood_resumable(
+    scene: &Scene,
+    bvh: &Bvh,
+    grid: &Grid,
+    options: &BakeOptions,
+    checkpoint: &Path,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(StoredMatrices, BakeReport), PrtError> {
+    let positions = grid.points();
+    let points = Points { positions: &positions, normals: None };
+    bake_points_resumable(scene, bvh, points, options, checkpoint, progress)
 }

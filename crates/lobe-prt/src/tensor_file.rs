@@ -1,16 +1,18 @@
 //! Tables of numbers in safetensors files of ours: tensors with names, and one entry of metadata that says what they are.
 
 use std::collections::HashMap;
-use std::fs;
 use std::path::Path;
+use std::{fs, io};
 
 use lobe_sh::write_atomically;
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors, serialize};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::json;
 
 use crate::PrtError;
+use crate::stored_rows::rows_at_once;
 
 /// The one entry of the metadata. With more than one their order, and so the bytes, would change from run to run.
 const ENTRY: &str = "lobe";
@@ -54,6 +56,47 @@ pub(crate) fn write(path: &Path, header: &impl Serialize, tensors: &[Tensor]) ->
     let metadata = HashMap::from([(ENTRY.to_owned(), header)]);
     let bytes = serialize(views, Some(metadata)).map_err(|e| invalid(e.to_string()))?;
     write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { file, source })
+}
+
+/// One tensor of `f32` that need not be in memory.
+pub(crate) struct Streamed<'a> {
+    pub(crate) name: &'static str,
+    /// Its first number is that of the rows.
+    pub(crate) shape: Vec<usize>,
+    /// Reads the rows from the first on, as many as fill the slice.
+    pub(crate) read_rows: &'a dyn Fn(usize, &mut [f32]) -> io::Result<()>,
+}
+
+/// Writes a file of one tensor, 4 MiB at a time; until all is written, nothing has its name.
+///
+/// # Errors
+/// [`PrtError::Io`] if it cannot be written, or the rows cannot be read.
+pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Streamed<'_>) -> Result<(), PrtError> {
+    let file = path.display().to_string();
+    let lobe = serde_json::to_string(header).map_err(|e| PrtError::invalid(&file, e.to_string()))?;
+    let (rows, row) = (tensor.shape[0], tensor.shape[1..].iter().product::<usize>());
+    // Eight bytes of length, JSON padded with blanks to a multiple of eight, the numbers: that is the whole format.
+    let json = json!({
+        "__metadata__": {ENTRY: lobe},
+        tensor.name: {"dtype": "F32", "shape": tensor.shape, "data_offsets": [0, rows * row * 4]},
+    });
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(8), b' ');
+    let at_once = rows_at_once(row);
+    let written = write_atomically(path, |out| {
+        out.write_all(&(json.len() as u64).to_le_bytes())?;
+        out.write_all(&json)?;
+        let (mut numbers, mut bytes) = (vec![0.0; row * at_once.min(rows)], Vec::new());
+        for first in (0..rows).step_by(at_once) {
+            let numbers = &mut numbers[..row * at_once.min(rows - first)];
+            (tensor.read_rows)(first, numbers)?;
+            bytes.clear();
+            bytes.extend(numbers.iter().flat_map(|c| c.to_le_bytes()));
+            out.write_all(&bytes)?;
+        }
+        Ok(())
+    });
+    written.map_err(|source| PrtError::Io { file, source })
 }
 
 /// A file's bytes.

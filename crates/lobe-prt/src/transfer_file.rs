@@ -4,19 +4,16 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use lobe_sh::write_atomically;
 use safetensors::{Dtype, SafeTensors};
 use serde_json::{Value, json};
 
+use crate::tensor_file::{Streamed, write_streamed};
 use crate::{Channels, PrtError, Transfer, TransferRows};
 
 /// The version of the header. Files with a higher one are refused.
 const VERSION: u64 = 1;
 const FORMAT: &str = "lobe-transfer";
 const TENSOR: &str = "transfer";
-
-/// How many receivers are in memory at a time while they are written.
-const RECEIVERS_AT_ONCE: usize = 4096;
 
 /// Writes transfer as a safetensors file: one tensor `transfer` of `[receivers, channels, n²]` floats.
 ///
@@ -26,11 +23,9 @@ const RECEIVERS_AT_ONCE: usize = 4096;
 /// # Errors
 /// [`PrtError::Io`] if the system refuses.
 pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
-    let path = path.as_ref();
     let (receivers, channels, bands) =
         (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
-    // Eight bytes of length, JSON padded with blanks to a multiple of eight, the numbers: that is the whole format.
-    let lobe = json!({
+    let header = json!({
         "format": FORMAT,
         "version": VERSION,
         "quantity": "transfer",
@@ -38,31 +33,12 @@ pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
         "channels": channels,
         "recipe": recipe,
     });
-    let header = json!({
-        "__metadata__": {"lobe": lobe.to_string()},
-        TENSOR: {
-            "dtype": "F32",
-            "shape": [receivers, channels, bands],
-            "data_offsets": [0, receivers * channels * bands * 4],
-        },
-    });
-    let mut header = header.to_string().into_bytes();
-    header.resize(header.len().next_multiple_of(8), b' ');
-    write_atomically(path, |out| {
-        out.write_all(&(header.len() as u64).to_le_bytes())?;
-        out.write_all(&header)?;
-        let row = transfer.row_len();
-        let (mut rows, mut bytes) = (vec![0.0; row * RECEIVERS_AT_ONCE.min(receivers)], Vec::new());
-        for first in (0..receivers).step_by(RECEIVERS_AT_ONCE) {
-            let rows = &mut rows[..row * RECEIVERS_AT_ONCE.min(receivers - first)];
-            transfer.read_rows(first, rows)?;
-            bytes.clear();
-            bytes.extend(rows.iter().flat_map(|c| c.to_le_bytes()));
-            out.write_all(&bytes)?;
-        }
-        Ok(())
-    })
-    .map_err(|source| PrtError::Io { file: path.display().to_string(), source })
+    let read_rows = |first: usize, rows: &mut [f32]| transfer.read_rows(first, rows);
+    write_streamed(
+        path.as_ref(),
+        &header,
+        &Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows },
+    )
 }
 
 /// Reads what [`write_transfer`] wrote: the transfer and its recipe.

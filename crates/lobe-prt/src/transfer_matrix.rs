@@ -17,7 +17,7 @@ use crate::pilot::{Pilot, pilot};
 use crate::sobol::{Sobol, coherent_order};
 use crate::transfer::{check_order, check_rows};
 use crate::warp::{Frame, sphere};
-use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receivers};
+use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receivers, StoredMatrices};
 
 /// The transfer matrices of many points: what each makes of the light of the surroundings before it is reflected.
 ///
@@ -168,21 +168,33 @@ impl TransferMatrices {
 /// Bakes the transfer matrix of every receiver; its albedo is not in it.
 ///
 /// [`BakeOptions`] mean what they mean to [`fn@crate::bake`]; directions are uniform over the hemisphere. With
-/// [`Mode::Unshadowed`] nothing is in the way. A checkpoint is kept as by [`crate::bake_resumable`] where a file is
-/// given. Memory at the end: `4 n⁴` bytes for each receiver and channel, 1 KiB at order 4.
+/// [`Mode::Unshadowed`] nothing is in the way. Memory: `4 n⁴` bytes for each receiver and channel, 1 KiB at order 4.
 ///
 /// # Errors
-/// Those of [`crate::bake_resumable`].
+/// Those of [`fn@crate::bake`].
 pub fn bake_matrices(
     scene: &Scene,
     bvh: &Bvh,
     receivers: &Receivers,
     options: &BakeOptions,
-    checkpoint: Option<&Path>,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(TransferMatrices, BakeReport), PrtError> {
-    let points = Points { positions: receivers.positions(), normals: Some(receivers.normals()) };
-    bake_points(scene, bvh, points, options, checkpoint, progress)
+    bake_points(scene, bvh, Points::of(receivers), options, progress)
+}
+
+/// [`bake_matrices`], with results in the file `checkpoint`, as [`crate::bake_resumable`] keeps them.
+///
+/// # Errors
+/// Those of [`crate::bake_resumable`].
+pub fn bake_matrices_resumable(
+    scene: &Scene,
+    bvh: &Bvh,
+    receivers: &Receivers,
+    options: &BakeOptions,
+    checkpoint: &Path,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(StoredMatrices, BakeReport), PrtError> {
+    bake_points_resumable(scene, bvh, Points::of(receivers), options, checkpoint, progress)
 }
 
 /// Where matrices are baked: on surfaces, or in space.
@@ -192,15 +204,47 @@ pub(crate) struct Points<'a> {
     pub(crate) normals: Option<&'a [[f32; 3]]>,
 }
 
+impl<'a> Points<'a> {
+    fn of(receivers: &'a Receivers) -> Self {
+        Self { positions: receivers.positions(), normals: Some(receivers.normals()) }
+    }
+}
+
 pub(crate) fn bake_points(
     scene: &Scene,
     bvh: &Bvh,
     points: Points<'_>,
     options: &BakeOptions,
-    checkpoint: Option<&Path>,
     progress: OnProgress<'_>,
 ) -> Result<(TransferMatrices, BakeReport), PrtError> {
     let start = Instant::now();
+    let (job, pilot) = prepare(scene, bvh, points, options)?;
+    let (tally, rows) = in_memory(&job, progress)?;
+    Ok((TransferMatrices::new(options.order, job.channels, rows)?, report(&job, &pilot, &tally, start)))
+}
+
+pub(crate) fn bake_points_resumable(
+    scene: &Scene,
+    bvh: &Bvh,
+    points: Points<'_>,
+    options: &BakeOptions,
+    checkpoint: &Path,
+    progress: OnProgress<'_>,
+) -> Result<(StoredMatrices, BakeReport), PrtError> {
+    let start = Instant::now();
+    let (job, pilot) = prepare(scene, bvh, points, options)?;
+    let (tally, rows) = on_disk(&job, checkpoint, job.fingerprint(scene), pilot.bounces, progress)?;
+    let matrices = StoredMatrices { order: options.order, channels: job.channels, rows };
+    Ok((matrices, report(&job, &pilot, &tally, start)))
+}
+
+/// Checks the arguments and finds how many bounces to bake.
+fn prepare<'a>(
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    points: Points<'a>,
+    options: &'a BakeOptions,
+) -> Result<(Matrices<'a>, Pilot), PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
     let mut job = Matrices {
@@ -211,13 +255,9 @@ pub(crate) fn bake_points(
         channels: options.channels_for(scene, true),
         order: coherent_order(options.samples),
     };
-    let pilot: Pilot = pilot(&job, options.energy_stop);
+    let pilot = pilot(&job, options.energy_stop);
     job.bounces = pilot.bounces;
-    let (tally, rows) = match checkpoint {
-        None => in_memory(&job, progress)?,
-        Some(path) => on_disk(&job, path, job.fingerprint(scene), pilot.bounces, progress)?,
-    };
-    Ok((TransferMatrices::new(options.order, job.channels, rows)?, report(&job, &pilot, &tally, start)))
+    Ok((job, pilot))
 }
 
 /// Matrices by sampling:

@@ -2,7 +2,8 @@
 
 use std::io;
 
-use crate::{Channels, Transfer};
+use crate::stored_rows::StoredRows;
+use crate::{Channels, PrtError, Transfer};
 
 /// The transfer of many receivers, a few of them at a time: of a [`Transfer`], or of a file that holds more than memory.
 pub trait TransferRows {
@@ -45,5 +46,41 @@ impl TransferRows for Transfer {
         let start = first * self.row_len();
         rows.copy_from_slice(&self.coefficients()[start..start + rows.len()]);
         Ok(())
+    }
+}
+
+/// Transfer that a bake has left in its checkpoint, which stays locked as long as this is there.
+#[derive(Debug)]
+pub struct StoredTransfer {
+    pub(crate) order: usize,
+    pub(crate) channels: Channels,
+    pub(crate) rows: StoredRows,
+}
+
+impl StoredTransfer {
+    /// All of it in memory.
+    ///
+    /// # Errors
+    /// [`PrtError::Io`] if the file cannot be read.
+    pub fn load(&self) -> Result<Transfer, PrtError> {
+        Transfer::new(self.order, self.channels, self.rows.load()?)
+    }
+}
+
+impl TransferRows for StoredTransfer {
+    fn order(&self) -> usize {
+        self.order
+    }
+
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    fn receivers(&self) -> usize {
+        self.rows.count()
+    }
+
+    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
+        self.rows.read_into(first, rows)
     }
 }

@@ -29,7 +29,9 @@ fn world() -> World {
 
 impl World {
     fn resume(&self, path: &Path) -> Result<(Transfer, BakeReport), PrtError> {
-        bake_resumable(&self.scene, &self.bvh, &self.receivers, &self.options, path, &mut go_on)
+        let (stored, report) =
+            bake_resumable(&self.scene, &self.bvh, &self.receivers, &self.options, path, &mut go_on)?;
+        Ok((stored.load()?, report))
     }
 
     /// What a checkpoint leads to is what an uninterrupted bake finds.
@@ -104,7 +106,7 @@ fn a_bake_stopped_by_its_user_goes_on_where_it_was() {
         let mut reports = 0;
         let mut stop = |_: &lobe_prt::Progress| {
             reports += 1;
-            if reports == 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if reports == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let bake = || bake_resumable(&world.scene, &world.bvh, &world.receivers, &world.options, &path, &mut stop);
