@@ -5,6 +5,7 @@
 mod bad_input;
 mod bad_usage;
 mod bake;
+mod bake_killed;
 mod compare;
 mod encodings;
 mod env;
