@@ -44,7 +44,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 130;
+const STEPS: u64 = 129;
 
 #[derive(Args)]
 pub(crate) struct Demo {

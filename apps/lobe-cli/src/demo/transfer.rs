@@ -219,7 +219,7 @@ impl Hall {
 }
 
 /// The pixels of a picture where a truth shows nothing but surfaces.
-fn covered<'a>(truth: &'a Truth, picture: &'a Picture) -> impl Iterator<Item = Rgb<f32>> + 'a {
+pub(super) fn covered<'a>(truth: &'a Truth, picture: &'a Picture) -> impl Iterator<Item = Rgb<f32>> + 'a {
     truth.coverage.iter().zip(picture.pixels()).filter(|(coverage, _)| **coverage == 1.0).map(|(_, pixel)| *pixel)
 }
 

@@ -1,11 +1,11 @@
 //! Where a higher order is farther from the truth, why, and what a window does about it.
 
-use lobe::render::{Curve2d, Picture, Tone, Truth, error_map};
+use lobe::render::{Curve2d, Picture, Tone, Truth};
 use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 
 use super::lights::{BLACK, BLUE};
-use super::transfer::{Hall, about_z, calmed};
-use super::{SWEEP, Sky, Writer, digits, values_like};
+use super::transfer::{Hall, about_z, calmed, covered};
+use super::{SWEEP, Sky, Writer, digits};
 
 /// What comes of light of one order.
 struct Row {
@@ -17,8 +17,8 @@ struct Row {
 /// What comes of a light.
 struct Found {
     psnr: f64,
-    /// The lowest radiance of the light over its mean.
-    lowest: f64,
+    /// How bright the darker half of the hall is, and the brighter half, each over what it is in truth.
+    halves: [f64; 2],
     /// The part of the hall that sends less than nothing, in percent.
     below_zero: f64,
 }
@@ -32,25 +32,29 @@ impl Writer<'_> {
         let truth = hall.truth(sky, &about_z(0.0))?;
         let row = |order: usize| {
             let light = sky.radiance.resized(order);
-            let [plain, calm] = [&light, &calmed(&light)].map(|light| Found::of(light, sky, hall, &truth));
+            let [plain, calm] = [&light, &calmed(&light)].map(|light| Found::of(light, hall, &truth));
             Row { order, plain, calm }
         };
         let rows: Vec<Row> = (1..=SWEEP).map(row).collect();
         let gain = |k: &usize| rows[*k].plain.psnr - rows[*k - 1].plain.psnr;
         let Some(worst) = (1..SWEEP).min_by(|a, b| gain(a).total_cmp(&gain(b))) else { unreachable!("orders") };
         let Row { order, plain, calm } = &rows[worst];
+        let before = &rows[worst - 1].plain;
         self.page.text(&format!(
-            "The same hall under another sky, in which order {order} comes out {} dB {} than the order before. Nearly all light comes \
-             from two lamps. What is cut off them swings below zero elsewhere, to {} times the mean of the light, and {} % of the \
-             hall send less than nothing. The next bands push the trough to other places, whence the steps of the table. A window \
-             (Hanning, zero one band above the order) leaves {} times the mean and {} % of the hall below zero; it costs contrast, \
-             and so is worth its price where the plain light rings, at order {order}: {} dB instead of {}.",
+            "The same hall under another sky, in which order {order} comes out {} dB {} than the order before. Nearly all light \
+             comes from two lamps. Their bands add up at the lamps and cancel each other elsewhere, but only all of them do: of \
+             those up to order {order}, {} times the light that is there reaches the darker half of the hall, {} times with one order \
+             less, and the brighter half has {} of its light, {} with one order less. A window (Hanning, zero one band above the \
+             order) makes that {} and {}: {} dB instead of {}. It also keeps the hall from sending less than nothing. At the orders \
+             that come nearer the truth it takes more than it gives.",
             digits(gain(&worst).abs()),
             if gain(&worst) < 0.0 { "lower" } else { "higher" },
-            digits(plain.lowest),
-            digits(plain.below_zero),
-            digits(calm.lowest),
-            digits(calm.below_zero),
+            digits(plain.halves[0]),
+            digits(before.halves[0]),
+            digits(plain.halves[1]),
+            digits(before.halves[1]),
+            digits(calm.halves[0]),
+            digits(calm.halves[1]),
             digits(calm.psnr),
             digits(plain.psnr),
         ));
@@ -66,24 +70,17 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Plain and windowed, each with what is below zero of it, and the truth.
+    /// The order before, the order that rings, plain and windowed, and the truth.
     fn ringing_figures(&mut self, sky: &Sky, hall: &Hall, truth: &Truth, order: usize) -> anyhow::Result<()> {
-        let light = sky.radiance.resized(order);
+        let light = |order| sky.radiance.resized(order);
         let tone = Tone::PHOTOGRAPH.fixed_for(&truth.mean);
-        let mean =
-            truth.mean.pixels().iter().map(|p| p.widen().luminance()).sum::<f64>() / truth.mean.pixels().len() as f64;
-        for (what, light) in [("plain", &light), ("windowed", &calmed(&light))] {
-            let picture = hall.picture(sky, &about_z(0.0), light)?;
-            let above = picture.map(|p| Rgb::from(p.to_array().map(|c| c.max(0.0))));
-            let below = error_map(&picture, &above, 0.5 * mean)?;
-            self.hall_figure(
-                sky,
-                hall,
-                (&format!("{what}-{order}"), &picture, &tone),
-                &format!("order {order}, {what}"),
-            )?;
-            let caption = format!("order {order}, {what}: what is below zero, white at half of the mean");
-            self.hall_figure(sky, hall, (&format!("{what}-{order}-below"), &below, &Tone::PLAIN), &caption)?;
+        for (name, light, caption) in [
+            (format!("plain-{}", order - 1), light(order - 1), format!("order {}", order - 1)),
+            (format!("plain-{order}"), light(order), format!("order {order}: lighter where it should be dark")),
+            (format!("windowed-{order}"), calmed(&light(order)), format!("order {order}, windowed")),
+        ] {
+            let picture = hall.picture(sky, &about_z(0.0), &light)?;
+            self.hall_figure(sky, hall, (&name, &picture, &tone), &caption)?;
         }
         self.hall_figure(sky, hall, ("truth", &truth.mean, &tone), "the truth: paths of light")
     }
@@ -113,36 +110,48 @@ impl Writer<'_> {
 
     fn ringing_table(&mut self, rows: &[Row]) {
         let db = |found: &Found| format!("{} dB", digits(found.psnr));
-        let percent = |found: &Found| format!("{} %", digits(found.below_zero));
         let cells = |row: &Row| {
-            let Row { order, plain, calm } = row;
-            let lowest = [plain, calm].map(|found| digits(found.lowest));
-            let [plain_lowest, calm_lowest] = lowest;
-            vec![order.to_string(), db(plain), plain_lowest, percent(plain), db(calm), calm_lowest, percent(calm)]
+            let of = |found: &Found| {
+                let [darker, brighter] = found.halves.map(digits);
+                [db(found), darker, brighter, format!("{} %", digits(found.below_zero))]
+            };
+            let order = [row.order.to_string()];
+            order.into_iter().chain(of(&row.plain)).chain(of(&row.calm)).collect()
         };
-        let rows: Vec<_> = rows.iter().map(cells).collect();
+        let rows: Vec<Vec<String>> = rows.iter().map(cells).collect();
         let head = [
             "order",
             "PSNR",
-            "lowest light / mean",
-            "hall below zero",
+            "darker half / truth",
+            "brighter half",
+            "below zero",
             "windowed",
-            "lowest light / mean",
-            "hall below zero",
+            "darker half",
+            "brighter half",
+            "below zero",
         ];
         self.page.table(&head, &rows);
     }
 }
 
 impl Found {
-    fn of(light: &ShVec<Rgb<f64>>, sky: &Sky, hall: &Hall, truth: &Truth) -> Self {
-        let luminances = values_like(light, &sky.map).into_iter().map(|c| c.widen().luminance());
-        let seen = hall.seen(light, 0.0, truth);
-        let dark = seen.iter().filter(|c| c.widen().luminance() < 0.0).count();
+    fn of(light: &ShVec<Rgb<f64>>, hall: &Hall, truth: &Truth) -> Self {
+        let luminances = |pixels: Vec<Rgb<f32>>| pixels.iter().map(|c| c.widen().luminance()).collect::<Vec<_>>();
+        let found = luminances(hall.seen(light, 0.0, truth));
+        let expected = luminances(covered(truth, &truth.mean).collect());
+        let mut sorted = expected.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        let half = |is_bright: bool| {
+            let pairs = found.iter().zip(&expected).filter(|(_, expected)| (**expected >= median) == is_bright);
+            let [found, expected] = pairs.fold([0.0, 0.0], |[a, b], (found, expected)| [a + found, b + expected]);
+            found / expected
+        };
+        let below = found.iter().filter(|luminance| **luminance < 0.0).count();
         Self {
             psnr: hall.psnr(light, std::slice::from_ref(truth)),
-            lowest: luminances.fold(f64::INFINITY, f64::min) / light.mean().luminance(),
-            below_zero: 100.0 * dark as f64 / seen.len() as f64,
+            halves: [half(false), half(true)],
+            below_zero: 100.0 * below as f64 / found.len() as f64,
         }
     }
 }
