@@ -91,7 +91,7 @@ fn matrices(scene: &Scene, receivers: &Receivers, mode: Mode, bounces: usize, se
     let samples = PER_SET as u32;
     let options = BakeOptions { mode, order: HIGHEST, samples, bounces, energy_stop: 0.0, seed, channels: None };
     let go_on = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
-    bake_matrices(scene, &Bvh::new(scene), receivers, &options, None, go_on).unwrap().0
+    bake_matrices(scene, &Bvh::new(scene), receivers, &options, go_on).unwrap().0
 }
 
 /// What is sent by each receiver, for each lobe and view of [`cases`].

@@ -1,7 +1,7 @@
 //! Where a higher order is farther from the truth, why, and what a window does about it.
 
 use lobe::render::{Curve2d, Picture, Tone, Truth};
-use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
+use lobe::sh::{Coefficient as _, Rgb, ShVec};
 
 use super::lights::{BLACK, BLUE};
 use super::transfer::{Hall, about_z, calmed, covered};
