@@ -3,19 +3,19 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
 use lobe::prt::{
     AdaptiveOptions, BakeOptions, BakeReport, BakedGlb, Channels, CompressOptions, CompressReport, CompressedTransfer,
-    Grid, Mode, Receivers, TexelReceivers, Transfer, WeightBits, bake_matrices_resumable, bake_neighbourhood_resumable,
-    bake_resumable, split_adaptively, write_compressed_transfer, write_lightmap, write_matrices, write_neighbourhood,
-    write_transfer,
+    Fingerprint, Grid, Mode, Receivers, TexelReceivers, Transfer, WeightBits, bake_matrices_resumable,
+    bake_neighbourhood_resumable, bake_resumable, split_adaptively, write_compressed_transfer, write_lightmap,
+    write_matrices, write_neighbourhood, write_transfer,
 };
-use lobe::scene::{Bvh, Scene};
+use lobe::scene::{Bounds, Bvh, Scene};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::bake_watch::{Checkpoint, check_room, show};
+use crate::bake_watch::{Checkpoint, show};
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
 use crate::{compression, output, values};
@@ -26,6 +26,9 @@ const MAX_BOUNCES: usize = 255;
 
 /// Enough to see where transfer changes by a tenth.
 const ADAPTIVE_SAMPLES: u32 = 256;
+
+/// Rays that start higher above surfaces than this part of the scene's diagonal may pass through what is near: told.
+const HIGH_START: f32 = 1e-4;
 
 /// The shortest edge that is split without --min-edge, as a part of the scene's diagonal.
 const SHORTEST_EDGE: f32 = 1.0 / 512.0;
@@ -84,6 +87,10 @@ pub(crate) struct Bake {
     /// Bake what arrives at points in space, matrices, at so many along x, y and z of the scene's box
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, conflicts_with_all = ["clusters", "components", "weights"])]
     grid: Option<[usize; 3]>,
+    /// With --grid: two corners of the box, whose corners are points [default: the scene's box, with points in the middle of
+    /// as many equal parts]
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = values::numbers::<6>, requires = "grid", allow_hyphen_values = true)]
+    grid_box: Option<[f64; 6]>,
     /// Compress to this many clusters of vertices at most, 1 to 65536 [default with --components or --weights: 64]
     #[arg(long, value_name = "K", value_parser = compression::clusters)]
     clusters: Option<usize>,
@@ -260,12 +267,10 @@ impl Bake {
             scene = scene.split_edges(max_edge as f32)?;
         }
         if let Some(threshold) = self.adaptive {
-            let bounds = scene.bounds();
-            let diagonal = (0..3).map(|k| (bounds.max[k] - bounds.min[k]).powi(2)).sum::<f32>().sqrt();
             let mode = if self.mode == ModeName::Unshadowed { Mode::Unshadowed } else { Mode::Shadowed };
             let options = AdaptiveOptions {
                 threshold,
-                min_edge: self.min_edge.map_or(diagonal * SHORTEST_EDGE, |edge| edge as f32),
+                min_edge: self.min_edge.map_or(diagonal(&scene) * SHORTEST_EDGE, |edge| edge as f32),
                 bake: BakeOptions { mode, samples: ADAPTIVE_SAMPLES, ..self.bake_options() },
             };
             let bar = talk.bar("split", 1);
@@ -294,16 +299,21 @@ impl Bake {
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
         // All of the output but for the transfer, so that what is wrong with it shows before the bake.
         let glb = if self.is_glb() { Some(self.glb(scene, is_split, talk)?) } else { None };
-        let transfer = self.bytes(scene.vertex_count(), self.order.pow(2));
-        if let Some(glb) = &glb {
-            glb.check_size(self.order, Channels::Rgb)?;
-        }
-        check_room(&self.output, glb.as_ref().map_or(transfer, |glb| glb.size(self.order, Channels::Rgb)), transfer)?;
         let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
-        let bvh = Bvh::new(scene);
+        let channels = options.channels_for(scene, receivers.is_grey());
+        let transfer = bytes(receivers.len(), self.order.pow(2), channels);
+        if let Some(glb) = &glb {
+            glb.check_size(self.order, channels)?;
+        }
+        checkpoint.check_room(
+            &self.output,
+            glb.as_ref().map_or(transfer, |glb| glb.size(self.order, channels)),
+            transfer,
+        )?;
+        let bvh = self.tree(scene, talk);
         let (transfer, report) = checkpoint
             .watched(talk, |path, progress| bake_resumable(scene, &bvh, &receivers, &options, path, progress))?;
-        let mut recipe = self.recipe(&report);
+        let mut recipe = self.recipe(scene, &report);
         let Some(compression) = self.compression() else {
             match glb {
                 Some(glb) => glb.write(&self.output, &transfer, &recipe)?,
@@ -321,14 +331,14 @@ impl Bake {
     }
 
     fn bake_glossy(&self, scene: &Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
-        let bytes = self.bytes(scene.vertex_count(), self.order.pow(4));
-        check_room(&self.output, bytes, bytes)?;
         let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
-        let bvh = Bvh::new(scene);
+        let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(scene, receivers.is_grey()));
+        checkpoint.check_room(&self.output, bytes, bytes)?;
+        let bvh = self.tree(scene, talk);
         let (matrices, report) = checkpoint.watched(talk, |path, progress| {
             bake_matrices_resumable(scene, &bvh, &receivers, &options, path, progress)
         })?;
-        write_matrices(&self.output, &matrices, &self.recipe(&report))?;
+        write_matrices(&self.output, &matrices, &self.recipe(scene, &report))?;
         Ok(report)
     }
 
@@ -340,14 +350,16 @@ impl Bake {
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
         let texels = TexelReceivers::new(scene, width)?;
-        let bands = self.order.pow(2);
-        check_room(&self.output, self.bytes(width * width, bands), self.bytes(texels.receivers().len(), bands))?;
         let options = self.bake_options();
-        let bvh = Bvh::new(scene);
+        let channels = options.channels_for(scene, texels.receivers().is_grey());
+        let [picture, receivers] =
+            [width * width, texels.receivers().len()].map(|points| bytes(points, self.order.pow(2), channels));
+        checkpoint.check_room(&self.output, picture, receivers)?;
+        let bvh = self.tree(scene, talk);
         let (transfer, report) = checkpoint.watched(talk, |path, progress| {
             bake_resumable(scene, &bvh, texels.receivers(), &options, path, progress)
         })?;
-        let (picture, recipe) = (texels.picture(&transfer.load()?)?, self.recipe(&report));
+        let (picture, recipe) = (texels.picture(&transfer.load()?)?, self.recipe(scene, &report));
         match has_extension(&self.output, "exr") {
             true => write_lightmap(&self.output, &picture, &recipe)?,
             false => write_transfer(&self.output, &picture, &recipe)?,
@@ -362,21 +374,43 @@ impl Bake {
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
-        let grid = Grid::new(scene.bounds(), counts)?;
-        let bytes = self.bytes(counts.iter().product(), self.order.pow(4));
-        check_room(&self.output, bytes, bytes)?;
+        let grid = self.points_of_grid(scene, counts)?;
         let options = self.bake_options();
-        let bvh = Bvh::new(scene);
+        let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(scene, true));
+        checkpoint.check_room(&self.output, bytes, bytes)?;
+        let bvh = self.tree(scene, talk);
         let (matrices, report) = checkpoint.watched(talk, |path, progress| {
             bake_neighbourhood_resumable(scene, &bvh, &grid, &options, path, progress)
         })?;
-        write_neighbourhood(&self.output, &grid, &matrices, &self.recipe(&report))?;
+        write_neighbourhood(&self.output, &grid, &matrices, &self.recipe(scene, &report))?;
         Ok(report)
     }
 
-    /// What so many points take with so many numbers for a channel; before the bake nobody knows whether it will be grey.
-    fn bytes(&self, points: usize, numbers: usize) -> u64 {
-        (points as u64).saturating_mul(3 * 4 * numbers as u64)
+    /// Points in the box asked for, or within that of the scene: not at its sides, where floors and walls are.
+    fn points_of_grid(&self, scene: &Scene, counts: [usize; 3]) -> anyhow::Result<Grid> {
+        let bounds = match self.grid_box {
+            Some(numbers) => {
+                let [a, b] = [0, 3].map(|first| [0, 1, 2].map(|k| numbers[first + k] as f32));
+                Bounds { min: [0, 1, 2].map(|k| a[k].min(b[k])), max: [0, 1, 2].map(|k| a[k].max(b[k])) }
+            }
+            None => {
+                let Bounds { min, max } = scene.bounds();
+                let half = |k: usize| (max[k] - min[k]) / (2 * counts[k]) as f32;
+                Bounds { min: [0, 1, 2].map(|k| min[k] + half(k)), max: [0, 1, 2].map(|k| max[k] - half(k)) }
+            }
+        };
+        Grid::new(bounds, counts).context("--grid needs a box with a volume; --grid-box gives one")
+    }
+
+    /// The tree of the scene. What makes it inexact is told.
+    fn tree(&self, scene: &Scene, talk: Talk) -> Bvh {
+        let bvh = Bvh::new(scene);
+        if bvh.offset() > HIGH_START * diagonal(scene) {
+            let offset = bvh.offset();
+            let text = format!("far from its origin: rays start {offset} above surfaces; move the scene to the origin");
+            talk.note(&self.input.name(), &text);
+        }
+        bvh
     }
 
     fn compression(&self) -> Option<CompressOptions> {
@@ -407,11 +441,14 @@ impl Bake {
     }
 
     /// Everything that decides the bytes of the output, and nothing that differs from run to run.
-    fn recipe(&self, report: &BakeReport) -> Value {
+    fn recipe(&self, scene: &Scene, report: &BakeReport) -> Value {
+        let mut fingerprint = Fingerprint::of_kind(0);
+        fingerprint.scene(scene);
         let options = self.bake_options();
         let compression = self.compression();
         json!({
             "scene": self.input.file_name(),
+            "scene_hash": fingerprint.bits().map(|bits| format!("{bits:016x}")).concat(),
             "mode": self.mode.name(),
             "order": options.order,
             "samples": options.samples,
@@ -423,8 +460,11 @@ impl Bake {
             "adaptive": self.adaptive,
             "min_edge": self.min_edge,
             "texels": self.texels,
+            "grid": self.grid,
+            "grid_box": self.grid_box,
             "clusters": compression.map(|options| options.clusters),
             "components": compression.map(|options| options.components),
+            "weights": compression.map(|options| 8 * options.weights.bytes()),
             "rays": report.rays,
             "stderr_dc": report.stderr_dc,
             "versions": {"lobe": env!("CARGO_PKG_VERSION")},
@@ -465,12 +505,28 @@ impl Bake {
             report.seconds,
             100.0 * report.stderr_dc
         );
+        if self.bake_options().mode == Mode::Interreflected {
+            let all = report.energy_left + report.energy_per_bounce.iter().sum::<f64>();
+            let left = if all > 0.0 { 100.0 * report.energy_left / all } else { 0.0 };
+            text += &format!("; {} bounces, at most {left:.2} % of the light goes on", report.bounces);
+        }
         if let Some(saved) = compression {
             text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio(), 100.0 * saved.relative_error);
         }
         talk.note(&self.output.display().to_string(), &text);
         Ok(())
     }
+}
+
+/// What so many points take with so many numbers for a channel.
+fn bytes(points: usize, numbers: usize, channels: Channels) -> u64 {
+    (points as u64).saturating_mul((4 * numbers * channels.count()) as u64)
+}
+
+/// The length of the diagonal of the scene's box.
+fn diagonal(scene: &Scene) -> f32 {
+    let Bounds { min, max } = scene.bounds();
+    (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f32>().sqrt()
 }
 
 fn has_extension(path: &Path, extension: &str) -> bool {

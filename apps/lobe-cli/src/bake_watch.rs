@@ -72,29 +72,31 @@ impl Checkpoint {
             other => Ok(other?),
         }
     }
+
+    /// Refuses to begin what could not be kept: an output of so many bytes beside a checkpoint of so many, of which it may have some.
+    pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64) -> anyhow::Result<()> {
+        let folder = match output.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        // Where the system does not say how much is left, writing shows it.
+        let Ok(free) = fs4::available_space(folder) else { return Ok(()) };
+        let there = fs::metadata(&self.path).map_or(0, |found| found.len());
+        let needed = bytes.saturating_add(checkpoint.saturating_sub(there));
+        if free < needed {
+            let [needed, free] = [needed, free].map(|bytes| bytes.div_ceil(1 << 20));
+            bail!(
+                "{}: expected {needed} MiB of free space for it and its checkpoint, found {free}: make room, or write \
+                 somewhere else",
+                output.display()
+            );
+        }
+        Ok(())
+    }
 }
 
 pub(crate) fn show(bar: &ProgressBar, what: &str, progress: &Progress) {
     bar.set_length(progress.total as u64);
     bar.set_position(progress.done as u64);
     bar.set_message(format!("{what} {:.2} Mrays/s", progress.rays_per_second() / 1e6));
-}
-
-/// Refuses to begin what could not be kept: an output of so many bytes beside a checkpoint of about as many.
-pub(crate) fn check_room(output: &Path, bytes: u64, checkpoint: u64) -> anyhow::Result<()> {
-    let folder = match output.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    // Where the system does not say how much is left, writing shows it.
-    let Ok(free) = fs4::available_space(folder) else { return Ok(()) };
-    if free < bytes.saturating_add(checkpoint) {
-        let [needed, free] = [bytes.saturating_add(checkpoint), free].map(|bytes| bytes.div_ceil(1 << 20));
-        bail!(
-            "{}: expected {needed} MiB of free space for it and its checkpoint, found {free}: make room, or write \
-             somewhere else",
-            output.display()
-        );
-    }
-    Ok(())
 }

@@ -71,7 +71,8 @@ impl BakeOptions {
     }
 
     /// The vectors of each receiver: as asked for, else one if neither the receivers nor what light meets has a hue.
-    pub(crate) fn channels_for(&self, scene: &Scene, receivers_are_grey: bool) -> Channels {
+    #[must_use]
+    pub fn channels_for(&self, scene: &Scene, receivers_are_grey: bool) -> Channels {
         let is_grey = receivers_are_grey && (self.most_bounces() == 0 || scene.is_grey());
         self.channels.unwrap_or(if is_grey { Channels::Grey } else { Channels::Rgb })
     }
@@ -92,7 +93,7 @@ impl BakeOptions {
 pub struct BakeReport {
     /// Number of receivers.
     pub receivers: usize,
-    /// Rays traced, those of work done before a resumption included.
+    /// Rays traced for the results, those of work done before a resumption included.
     pub rays: u64,
     /// How long it took since it was started or resumed.
     pub seconds: f64,

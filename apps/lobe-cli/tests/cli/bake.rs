@@ -154,7 +154,7 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
     bake("scene.gltf -o m.safetensors --mode glossy --bounces 0");
     assert_eq!(read_matrices(dir.path("m.safetensors")).unwrap().0.points(), 4, "matrices");
     let line = dir.lobe("bake scene.gltf -o g.safetensors --grid 2,3,4 --quiet").error();
-    assert!(line.starts_with("expected a box with a volume"), "{line}");
+    assert!(line.starts_with("--grid needs a box with a volume; --grid-box gives one: expected a box"), "{line}");
     bake("built-in:ball -o g.safetensors --grid 2,3,4 --mode shadowed");
     assert_eq!(read_neighbourhood(dir.path("g.safetensors")).unwrap().0.grid().counts(), [2, 3, 4], "grid");
     bake("built-in:furnace -o c.glb --max-edge 0.2 --mode unshadowed --clusters 3 --components 2 --weights 8");
@@ -165,6 +165,34 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
     assert_eq!(read_transfer(dir.path("t.safetensors")).unwrap().0.receivers(), 64, "a lightmap, dilated");
     let line = dir.lobe("bake scene.gltf -o t.safetensors --texels 8 --quiet").error();
     assert!(line.contains("it has no texture coordinates for a lightmap"), "{line}");
+}
+
+#[test]
+fn points_of_a_grid_are_off_the_floor_or_where_they_are_asked_for() {
+    let dir = Dir::new();
+    let bake = "bake built-in:ball --grid 3,3,4 --mode shadowed --order 1 --samples 256 --quiet -o";
+    dir.lobe(&format!("{bake} a.safetensors")).stdout();
+    let (found, recipe) = read_neighbourhood(dir.path("a.safetensors")).unwrap();
+    for (point, place) in found.grid().points().into_iter().enumerate() {
+        // The ground takes the lower half of what arrives, but for what passes its ends.
+        let open = found.matrices().matrix(point, 0)[0];
+        assert!(open < 0.85, "{open} of the sky arrives at {place:?}");
+    }
+    assert_eq!(recipe["grid"], serde_json::json!([3, 3, 4]), "{recipe}");
+    dir.lobe(&format!("{bake} b.safetensors --grid-box 1,1,9,-1,-1,5")).stdout();
+    let bounds = read_neighbourhood(dir.path("b.safetensors")).unwrap().0.grid().bounds();
+    assert_eq!((bounds.min, bounds.max), ([-1.0, -1.0, 5.0], [1.0, 1.0, 9.0]), "the box asked for");
+}
+
+#[test]
+fn a_scene_far_from_its_origin_is_told_of() {
+    let dir = Dir::new();
+    let square = |x: f32| format!("v {x} 0 0\nv {} 0 0\nv {x} 0 -1\nf 1 2 3\n", x + 1.0);
+    for (x, is_told) in [(0.0, false), (1000.0, true)] {
+        dir.file("t.obj", &square(x));
+        let found = dir.lobe("bake t.obj -o t.glb --samples 8 --mode shadowed");
+        assert_eq!(found.stderr().contains("far from its origin: rays start 0.0038"), is_told, "{}", found.stderr());
+    }
 }
 
 #[cfg(unix)]
