@@ -16,7 +16,8 @@ use crate::wide_node::{BLOCK_BIT, Block};
 ///   bundle: one way through the tree, each child on the stack with the set of rays that meet its box
 /// ```
 ///
-/// Rays of an octant meet the planes of every box in the same order, so a node is prepared once for all of them; edge
+/// Sets of rays that go through the tree together are the streams of [Barringer and Akenine-Möller 2014]; that they have
+/// their origin in common is used here besides. Rays of an octant meet the planes of every box in the same order, so a node is prepared once for all of them; edge
 /// functions of triangles need three products each once the planes through the origin are known ([`EdgePlanes`]). The
 /// tests of the rays at a node do not wait for each other, as the nodes of one ray do.
 ///
