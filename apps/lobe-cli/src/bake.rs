@@ -40,7 +40,7 @@ to the same bytes; at the end the file is removed.
 
 Disk: 4 n² bytes for each vertex and channel, taken from the start, and as many again for the output.
 
-Memory: about 1 KiB for each vertex of the scene once split, at any order. Only --texels and compression take results into \
+Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --texels and compression take results into \
 memory: twice 4 n² bytes for each vertex or texel and channel.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
