@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use crate::eigen::dot;
 use crate::nearest::Nearest;
-use crate::pca::{Rows, Subspace, dot};
+use crate::pca::{Rows, Subspace};
 
 /// Iterations after every doubling of the clusters, but the last.
 const SETTLING: usize = 3;

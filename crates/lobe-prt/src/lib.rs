@@ -39,6 +39,7 @@ mod compressed_table;
 mod compressed_transfer;
 mod cpca;
 mod diffuse;
+mod eigen;
 mod error;
 mod fingerprint;
 mod inset;

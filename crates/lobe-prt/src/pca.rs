@@ -1,7 +1,8 @@
 //! The affine subspace nearest to a set of rows.
 
-use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
+
+use crate::eigen::{dot, leading, orthonormalised};
 
 /// Pieces into which the sum over a large set is cut, whatever the number of threads.
 const PIECES: usize = 8;
@@ -11,10 +12,6 @@ const SMALL: usize = 2048;
 
 /// Rows that are added to the covariance in one pass.
 const TOGETHER: usize = 4;
-
-/// A direction whose variance is below this part of the whole is rounding. The covariance of `f64` sums has errors of some
-/// 1e-16, the rows are `f32`.
-const RANK_TOLERANCE: f64 = 1e-15;
 
 /// Rows of equal width, one after the other.
 #[derive(Clone, Copy, Debug)]
@@ -182,34 +179,6 @@ fn add_squares(rows: &[Vec<f64>; TOGETHER], sums: &mut [f64]) {
     }
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix given by its upper half, the largest first, at most `count`, those that
-/// are rounding left out.
-fn leading(upper: &[f64], size: usize, count: usize) -> (Vec<f64>, Vec<f64>) {
-    let at = |i: usize, j: usize| upper[i.min(j) * size + i.max(j)];
-    let trace: f64 = (0..size).map(|i| at(i, i)).sum();
-    if trace <= 0.0 {
-        return (Vec::new(), Vec::new());
-    }
-    // Of the size of 1, so that nothing under- or overflows in the iteration.
-    let eigen = SymmetricEigen::new(DMatrix::from_fn(size, size, |i, j| at(i, j) / trace));
-    let mut order: Vec<usize> = (0..size).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let kept = order.into_iter().take(count).filter(|i| eigen.eigenvalues[*i] > RANK_TOLERANCE);
-    let (mut values, mut vectors) = (Vec::new(), Vec::new());
-    for i in kept {
-        values.push(eigen.eigenvalues[i] * trace);
-        let column = eigen.eigenvectors.column(i);
-        vectors.extend(column.iter().map(|x| x * sign_of(column.as_slice())));
-    }
-    (values, vectors)
-}
-
-/// An eigenvector and its negative are the same; we take the one whose largest element is positive.
-fn sign_of(v: &[f64]) -> f64 {
-    let largest = v.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-    if largest < 0.0 { -1.0 } else { 1.0 }
-}
-
 /// From `G_ab = (x_a - m)·(x_b - m) = U Λ Uᵀ` come the directions `b_j = Σ_a u_aj (x_a - m) / √λ_j`.
 fn directions_by_products(rows: Rows<'_>, members: &[u32], mean: &[f64], components: usize) -> Vec<f64> {
     let (n, d) = (members.len(), rows.width());
@@ -237,38 +206,6 @@ fn directions_by_products(rows: Rows<'_>, members: &[u32], mean: &[f64], compone
         }
     }
     bases
-}
-
-/// Gram and Schmidt, twice for the digits; none if nothing of the vector is left.
-fn orthonormalised(mut v: Vec<f64>, bases: &[f64]) -> Option<Vec<f64>> {
-    let before = dot(&v, &v);
-    for _ in 0..2 {
-        for b in bases.chunks_exact(v.len()) {
-            let along = dot(&v, b);
-            v.iter_mut().zip(b).for_each(|(v, b)| *v -= along * b);
-        }
-    }
-    let length = dot(&v, &v).sqrt();
-    if length * length <= RANK_TOLERANCE * before || length == 0.0 {
-        return None;
-    }
-    let scale = sign_of(&v) / length;
-    v.iter_mut().for_each(|x| *x *= scale);
-    Some(v)
-}
-
-/// In four partial sums, whatever the machine.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a, a_rest) = a.as_chunks::<4>();
-    let (b, b_rest) = b.as_chunks::<4>();
-    let mut sums = [0.0; 4];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..4 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    ((sums[0] + sums[2]) + (sums[1] + sums[3])) + rest
 }
 
 #[cfg(test)]
