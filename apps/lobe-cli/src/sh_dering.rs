@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
-    Coefficient, Dering, DeringMethod, DeringOutcome, DeringReport, Expansion as _, FileCoefficients, Minimum,
+    Coefficient, Dering, DeringMethod, DeringOutcome, DeringReport, Expansion as _, Extremum, FileCoefficients,
     Quantity, ShFile, ShVec, Zonal, deringed,
 };
 use serde::Serialize;
@@ -37,6 +37,9 @@ pub(crate) struct ShDering {
     #[arg(long, help = JSON_HELP)]
     json: bool,
 }
+
+/// The bands that the table is for.
+const TABLE_BANDS: usize = 3;
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Wanted {
@@ -132,10 +135,15 @@ impl ShDering {
                     self.input
                 )
             }
-            DeringOutcome::BeyondTable => bail!(
+            DeringOutcome::BeyondTable if f.order() > TABLE_BANDS => bail!(
                 "{}: --method table: expected light of up to three bands, found order {}; choose least-change",
                 self.input,
                 f.order()
+            ),
+            DeringOutcome::BeyondTable => bail!(
+                "{}: --method table: expected irradiance, which its strongest window suffices for, found a function that \
+                 rings more; choose least-change",
+                self.input
             ),
             _ => bail!("{}: expected finite coefficients", self.input),
         }
@@ -143,7 +151,7 @@ impl ShDering {
 }
 
 /// What no value of each channel is below.
-fn lower_ends(minima: &[Minimum]) -> Vec<f64> {
+fn lower_ends(minima: &[Extremum]) -> Vec<f64> {
     minima.iter().map(|min| min.lo).collect()
 }
 
@@ -151,7 +159,7 @@ fn in_words(report: &DeringReport) -> String {
     if report.outcome == DeringOutcome::Unchanged {
         return "nowhere negative, left as it is".to_owned();
     }
-    let least = |minima: &[Minimum]| minima.iter().map(|min| min.lo).fold(f64::INFINITY, f64::min);
+    let least = |minima: &[Extremum]| minima.iter().map(|min| min.lo).fold(f64::INFINITY, f64::min);
     let bands = report.factors.iter().map(|w| format!("{w:.4}")).collect::<Vec<_>>().join(" ");
     format!(
         "least value {:.3e} before, {:.3e} after; bands {bands}; {:.2} % of the energy removed",

@@ -1,5 +1,6 @@
 //! The way uphill from a point to a maximum of a function on the sphere.
 
+use crate::vector::{difference, dot, length, tangents};
 use crate::{Dir, Expansion, ShVec, eval_with_gradient};
 
 /// Steps allowed. A start within a grid cell of a maximum needs some 8; a flat ridge may take several times as many.
@@ -24,15 +25,15 @@ const LOOK_AROUND: f64 = 1e-4;
 ///       diagonal (|x|² - x²)/|x|³, off the diagonal -xy/|x|³ (printed with |x| in place of its cube)
 /// ```
 ///
-/// Here every step begins on the sphere, `|x| = 1`, in the tangent plane, to which that Jacobian projects; the gradient of
-/// [`eval_with_gradient`] is projected already.
+/// Here every step begins on the sphere, `|x| = 1`, in the tangent plane, to which that Jacobian projects; the gradient
+/// of [`eval_with_gradient`] is projected already.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 pub(crate) struct Hill<'a> {
     f: &'a ShVec<f64>,
-    /// `√(Σ_l (2l+1)/4π l(l+1) |f_l|²)`-like bounds: no value differs from the mean by more than `height`, no gradient exceeds
-    /// `steepness`.
+    /// `Σ_l √((2l+1)/4π) ‖f_l‖` from band 1 on: no value differs from the mean by more.
     height: f64,
+    /// `Σ_l √((2l+1)/4π l(l+1)) ‖f_l‖`: no gradient is longer.
     steepness: f64,
     wavelength: f64,
 }
@@ -73,7 +74,7 @@ impl<'a> Hill<'a> {
 
     /// A point close by that is higher beyond doubt.
     fn higher_nearby(&self, at: Dir, value: f64) -> Option<Dir> {
-        let (u, v) = tangents(at);
+        let [u, v] = tangents(at.to_array());
         let radius = LOOK_AROUND * self.wavelength;
         let around = (0..8).map(|k| {
             let (sin, cos) = (std::f64::consts::PI * f64::from(k) / 4.0).sin_cos();
@@ -136,8 +137,8 @@ impl<'a> Hill<'a> {
     }
 }
 
-/// Broyden, Fletcher, Goldfarb, Shanno: the inverse Hessian after a step `s` changed the gradient by `y`; `None` where the
-/// function is not curved the right way along the step.
+/// Broyden, Fletcher, Goldfarb, Shanno: the inverse Hessian after a step `s` changed the gradient by `y`; `None` where
+/// the function is not curved the right way along the step.
 ///
 /// ```text
 ///   H ← (1 - s yᵀ/yᵀs) H (1 - y sᵀ/yᵀs) + s sᵀ/yᵀs
@@ -154,18 +155,6 @@ fn updated(inverse: &[[f64; 3]; 3], s: [f64; 3], y: [f64; 3]) -> Option<[[f64; 3
             [0, 1, 2].map(|j| inverse[i][j] - (hy[i] * s[j] + s[i] * hy[j]) / curvature + scale * s[i] * s[j])
         }),
     )
-}
-
-/// Two unit vectors that make a right-handed frame with `w`.
-pub(crate) fn tangents(w: Dir) -> ([f64; 3], [f64; 3]) {
-    let w = w.to_array();
-    // The axis least along w, made perpendicular to it: no cancellation.
-    let least = (0..3).min_by(|&i, &j| w[i].abs().total_cmp(&w[j].abs())).unwrap_or(0);
-    let mut axis = [0.0; 3];
-    axis[least] = 1.0;
-    let u = [0, 1, 2].map(|k| axis[k] - w[least] * w[k]);
-    let u = u.map(|c| c / length(u));
-    (u, [w[1] * u[2] - w[2] * u[1], w[2] * u[0] - w[0] * u[2], w[0] * u[1] - w[1] * u[0]])
 }
 
 /// The direction of `s + step`, for a tangent step.
@@ -186,16 +175,4 @@ fn tangent(s: Dir, v: [f64; 3]) -> [f64; 3] {
 
 fn multiply(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     m.map(|row| dot(row, v))
-}
-
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }

@@ -3,6 +3,7 @@
 use crate::Basis;
 use crate::basis::Step;
 use crate::index::{index, order_of_slice};
+use crate::vector::{dot, tangents, unit};
 
 /// A function about a direction to second order, in the plane of two unit tangents.
 #[derive(Clone, Copy, Debug)]
@@ -30,35 +31,6 @@ impl Local {
         let t = [0, 1, 2].map(|k| (a * self.tangents[0][k] + b * self.tangents[1][k]) / angle);
         unit([0, 1, 2].map(|k| cos * self.s[k] + sin * t[k]))
     }
-}
-
-/// The vector of length 1 along `v`, which is not zero.
-pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = dot(v, v).sqrt();
-    v.map(|c| c / length)
-}
-
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Two unit tangents at `s`, for every `s` on the sphere.
-pub(crate) fn tangents(s: [f64; 3]) -> [[f64; 3]; 2] {
-    // The axis that is farthest from `s` cannot be parallel to it.
-    let [x, y, z] = s.map(f64::abs);
-    let axis = if x <= y && x <= z {
-        [1.0, 0.0, 0.0]
-    } else if y <= z {
-        [0.0, 1.0, 0.0]
-    } else {
-        [0.0, 0.0, 1.0]
-    };
-    let t = unit(cross(axis, s));
-    [t, cross(s, t)]
 }
 
 /// A function and its derivatives in space towards `W` directions, for the continuation `F = Σ Q(z) C(x, y)` of
@@ -196,17 +168,6 @@ mod tests {
                     // Rounding of a second difference: 1e-15 · 60 / 12e-6
                     assert!((found - expected).abs() < 2e-6, "order {order} at {v:?}: {found} against {expected}");
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn frames_are_right_handed_and_orthonormal() {
-        for s in directions() {
-            let [a, b] = tangents(s);
-            let n = cross(a, b);
-            for (found, expected) in [(dot(a, a), 1.0), (dot(a, b), 0.0), (dot(a, s), 0.0), (dot(n, s), 1.0)] {
-                assert!((found - expected).abs() < 1e-15, "at {s:?}: {found} against {expected}");
             }
         }
     }

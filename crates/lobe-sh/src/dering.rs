@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::conservative::{table_factors, table_place};
+use crate::conservative::{dering_table_factors, table_place};
 use crate::convolve::convolve_in_place;
 use crate::index::{band_range, len, order_of_slice};
 use crate::least_change::{LeastChange, excess_at, least_change};
@@ -11,10 +11,10 @@ use crate::minimum::minimum_of;
 use crate::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::quadric::Quadric;
 use crate::window::band_energies;
-use crate::{Coefficient, Expansion, Minimum, Real, Window, Zonal, eval_basis_into, scale_bands_in_place};
+use crate::{Coefficient, Expansion, Extremum, Real, Window, Zonal, eval_basis_into, scale_bands_in_place};
 
-/// How far below zero, relative to the mean, a function may be and still count as non-negative: rounding of coefficients to
-/// `f32` does as much to a function whose minimum is exactly 0.
+/// How far below zero, relative to the mean, a function may be and still count as non-negative: rounding of
+/// coefficients to `f32` does as much to a function whose minimum is exactly 0.
 pub const DERING_ALLOWED: f64 = 5e-7;
 
 /// The width of the reported minima relative to the mean.
@@ -41,7 +41,8 @@ pub enum WindowFamily {
 }
 
 impl WindowFamily {
-    /// The window of a strength: 0 is none, and any function with a positive mean becomes non-negative at some strength.
+    /// The window of a strength: 0 is none, and any function with a positive mean becomes non-negative at some
+    /// strength.
     fn window(self, strength: f64) -> Window {
         match self {
             Self::Hanning => Window::Hanning { width: 1.0 / strength },
@@ -75,11 +76,11 @@ pub enum DeringMethod {
     /// ```
     #[default]
     LeastChange,
-    /// Sloan's table and bound, for functions of up to three bands: irradiance. Stronger than needed, because both the bound
-    /// and the table are conservative; the published way, for comparison.
+    /// Sloan's table and bound, for functions of up to three bands: irradiance. Stronger than needed, because both the
+    /// bound and the table are conservative; the published way, for comparison.
     Table,
-    /// The weakest window of a family. (The last strength that fails and the first that succeeds are found by halving; where
-    /// a minimum does not rise all the way with the strength, a weaker one might succeed too.)
+    /// The weakest window of a family. (The last strength that fails and the first that succeeds are found by halving;
+    /// where a minimum does not rise all the way with the strength, a weaker one might succeed too.)
     Family(WindowFamily),
 }
 
@@ -124,8 +125,8 @@ pub struct Dering {
     /// The method.
     pub method: DeringMethod,
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
-    /// [`Zonal::clamped_cosine`], radiance is left as negative as it is as long as its irradiance is not. The factors are
-    /// applied to the function that was given.
+    /// [`Zonal::clamped_cosine`], radiance is left as negative as it is as long as its irradiance is not. The factors
+    /// are applied to the function that was given.
     pub kernel: Option<Zonal>,
 }
 
@@ -137,16 +138,16 @@ pub enum DeringOutcome {
     Unchanged,
     /// It was negative somewhere and is not any more.
     Windowed,
-    /// The mean of a channel is not positive though the channel is not zero: no window makes such a function non-negative.
-    /// It is bit for bit what it was.
+    /// The mean of a channel is not positive though the channel is not zero: no window makes such a function
+    /// non-negative. It is bit for bit what it was.
     MeanNotPositive {
         /// The first such channel.
         channel: usize,
     },
     /// A coefficient is not a finite number. The function is bit for bit what it was.
     NotFinite,
-    /// [`DeringMethod::Table`] was asked for a function of more than three bands, or one that the strongest window of the
-    /// table does not suffice for (no light does that). The function is bit for bit what it was.
+    /// [`DeringMethod::Table`] was asked for a function of more than three bands, or one that the strongest window of
+    /// the table does not suffice for (no light does that). The function is bit for bit what it was.
     BeyondTable,
 }
 
@@ -156,9 +157,9 @@ pub struct DeringReport {
     /// Whether the function was changed.
     pub outcome: DeringOutcome,
     /// The least value of every channel before, of the function under [`Dering::kernel`].
-    pub before: Vec<Minimum>,
+    pub before: Vec<Extremum>,
     /// The same after.
-    pub after: Vec<Minimum>,
+    pub after: Vec<Extremum>,
     /// The factor of every band; all are 1 if nothing was changed.
     pub factors: Vec<f64>,
     /// The window, if a family was searched and the function changed.
@@ -167,19 +168,22 @@ pub struct DeringReport {
     pub removed: Vec<f64>,
     /// The part of the whole energy that was lost, mean included, channels summed, under [`Dering::kernel`].
     pub energy_removed: f64,
-    /// For [`DeringMethod::LeastChange`]: the norm of the change exceeds that by the best factors by at most this part of it.
+    /// For [`DeringMethod::LeastChange`]: the norm of the change exceeds that by the best factors by at most this part
+    /// of it.
     ///
-    /// That is proven: in some directions the function must not be negative, and the factors that see to that alone, a small
-    /// quadratic program, change it less than any that see to all. Times the change it is below 1e-5 of the norm of the function, part
-    /// of which is for rounding the coefficients (tests `random_probes_of_order_4_have_no_point_below_zero` and the like).
+    /// That is proven: in some directions the function must not be negative, and the factors that see to that alone, a
+    /// small quadratic program, change it less than any that see to all. Times the change it is below 1e-5 of the norm
+    /// of the function, part of which is for rounding the coefficients (tests
+    /// `random_probes_of_order_4_have_no_point_below_zero` and the like).
     pub excess: Option<f64>,
 }
 
 /// Makes a function non-negative by a window that all its channels share: the worst decides, so that no colour shifts.
 ///
-/// The least value is not sampled but certified ([`certified_minimum`](crate::certified_minimum)), so the result is
-/// non-negative everywhere, rounding of the coefficients included. The mean never changes. It does not matter where the
-/// light comes from: nothing is rotated, and there is no frame to degenerate.
+/// The least value is not sampled but certified ([`certified_minimum`](crate::certified_minimum)), and what rounding
+/// the coefficients may take away is kept as a margin. A function that was as good as non-negative stays as it is, so
+/// what holds of every result is: nowhere below `-`[`DERING_ALLOWED`] times the mean. The mean never changes. It does
+/// not matter where the light comes from: nothing is rotated, and there is no frame to degenerate.
 ///
 /// Zero stays zero, and what cannot be made non-negative says so in [`DeringReport::outcome`].
 ///
@@ -248,19 +252,19 @@ fn mean(f: &[f64]) -> f64 {
 }
 
 /// The certified minimum of every channel.
-fn minima<T: Coefficient>(coefficients: &[T]) -> Vec<Minimum> {
+fn minima<T: Coefficient>(coefficients: &[T]) -> Vec<Extremum> {
     (0..T::CHANNELS).map(|c| minimum_to(&channel(coefficients, c), REPORTED, None)).collect()
 }
 
 /// A minimum to a width relative to the mean, or to the root mean square where the mean is not positive.
-fn minimum_to(f: &[f64], width: f64, level: Option<f64>) -> Minimum {
+fn minimum_to(f: &[f64], width: f64, level: Option<f64>) -> Extremum {
     let rms = f.iter().map(|c| c * c).sum::<f64>().sqrt() / (4.0 * std::f64::consts::PI).sqrt();
     let part = if mean(f) > 0.0 && rms.is_finite() { mean(f) / rms } else { 1.0 };
     minimum_of(f, width * part, level)
 }
 
 /// Why a function stays as it is.
-fn refusal<T: Coefficient>(examined: &[T], before: &[Minimum]) -> Option<DeringOutcome> {
+fn refusal<T: Coefficient>(examined: &[T], before: &[Extremum]) -> Option<DeringOutcome> {
     let mut unchanged = true;
     let mut refusal = None;
     for (c, min) in before.iter().enumerate() {
@@ -316,12 +320,12 @@ fn solve<T: Coefficient>(examined: &[T], method: &DeringMethod, roundoff: f64) -
             let LeastChange { factors, excess } = least_change(&channels, order, margin(&vec![1.0; order]));
             Solution { excess: Some(excess), ..Solution::factors(factors) }
         }
-        DeringMethod::Table => match by_table(&channels, order) {
+        DeringMethod::Table => match by_table(&channels, order, margin(&vec![1.0; order])) {
             Some(factors) => Solution::factors(factors),
             None => Solution::none(DeringOutcome::BeyondTable),
         },
         DeringMethod::Family(family) => {
-            let window = weakest(*family, &channels, &margin(&vec![1.0; order]));
+            let window = weakest(*family, &channels, margin(&vec![1.0; order]));
             Solution { window: Some(window), ..Solution::factors(window.factors(order)) }
         }
     }
@@ -350,19 +354,20 @@ fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
     2.0 * roundoff * bound / mean(f)
 }
 
-/// Sloan's search; `None` if the function has more than three bands or is beyond the strongest window.
-fn by_table(channels: &[Vec<f64>], order: usize) -> Option<Vec<f64>> {
+/// Sloan's search for a bound of at least `margin` times each mean; `None` if the function has more than three bands or
+/// is beyond the strongest window.
+fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>> {
     if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
         return None;
     }
     let quadrics: Vec<Quadric> = channels.iter().map(|f| Quadric::new(&f[..f.len().min(len(3))], 0)).collect();
-    let place = table_place(&quadrics, 0.0)?;
-    let factors = table_factors(place);
+    let place = table_place(&quadrics, margin)?;
+    let factors = dering_table_factors(place);
     Some((0..order).map(|l| factors[l.min(3)]).collect())
 }
 
 /// The weakest window of a family under which no channel is below `margin` times its mean.
-fn weakest(family: WindowFamily, channels: &[Vec<f64>], margin: &f64) -> Window {
+fn weakest(family: WindowFamily, channels: &[Vec<f64>], margin: f64) -> Window {
     // Directions that have shown a window to be too weak: most others fail there as well, which costs no search.
     let mut witnesses: Vec<Vec<Vec<f64>>> = vec![Vec::new(); channels.len()];
     let mut holds = |window: Window| {

@@ -1,6 +1,7 @@
 //! Lights out of an expansion: one in closed form, several by least squares.
 
-use crate::light_fit::{LightProblem, luminance_of, total};
+use crate::light_fit::{LightProblem, total};
+use crate::luminance::{luminance, luminance_of};
 use crate::refine::refine;
 use crate::{
     Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
@@ -12,35 +13,41 @@ const NOTHING_LEFT: f64 = 1e-28;
 /// A further light must take away this part of what is left.
 const WORTH_IT: f64 = 1e-9;
 
-/// The optimal linear direction: where band 1 points.
+/// The optimal linear direction: where band 1 points, of colours that of their luminance.
 ///
 /// ```text
 ///   d = (-f_3, -f_1, f_2) / |..|
 /// ```
 ///
-/// `None` below order 2, where band 1 is zero and where it is not finite. For colours take the luminance.
+/// `None` below order 2, where band 1 is zero and where it is not finite.
 #[must_use]
-pub fn optimal_linear_direction(f: &impl Expansion<f64>) -> Option<Dir> {
+pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
     match f.coefficients() {
-        [_, y, z, x, ..] => Dir::new([-x, -y, *z]),
+        [_, y, z, x, ..] => {
+            let [x, y, z] = [*x, *y, *z].map(|c| luminance(c.widen()));
+            Dir::new([-x, -y, z])
+        }
         _ => None,
     }
 }
 
-/// One directional light and ambient light in place of `f`, in closed form, the channels sharing the direction of the luminance.
+/// One directional light and ambient light in place of `f`, in closed form, the channels sharing the direction of the
+/// luminance.
 ///
-/// Of all intensities `c` and `a` they make diffuse surfaces of all normals reflect most nearly what `f` makes them reflect
-/// ([Sloan 2008] A5), from the [`optimal_linear_direction`] `d`:
+/// Of all intensities `c` and `a` they make diffuse surfaces of all normals reflect most nearly what `f` makes them
+/// reflect ([Sloan 2008] A5), from the [`optimal_linear_direction`] `d`:
 ///
 /// ```text
 ///   c = Σ_{l>=1} w_l² Σ_m f_lm N y_lm(d) / Σ_{l>=1} w_l² N² (2l+1)/4π        w_l = A_l/π
 ///   a = (f_00 - c N/(2√π)) / (2√π)
 /// ```
 ///
-/// `N` is [`directional_normalization`](crate::directional_normalization). The first denominator is `16π/27, 316π/867, 316π/867`
-/// for orders 2, 3, 4, `N/(2√π)` is `2√π/3, 8√π/17, 8√π/17`. (One print of the paper has `√π/2` in place of `1/(2√π)`.)
+/// `N` is [`directional_normalization`](crate::directional_normalization). The first denominator is `16π/27, 316π/867,
+/// 316π/867` for orders 2, 3, 4, `N/(2√π)` is `2√π/3, 8√π/17, 8√π/17`. (One print of the paper has `√π/2` in place of
+/// `1/(2√π)`.)
 ///
-/// Either may be negative; [`extract_lights`] keeps them from it. An expansion without a linear part has no light, only ambient.
+/// Either may be negative; [`extract_lights`] keeps them from it. An expansion without a linear part has no light, only
+/// ambient.
 ///
 /// # Errors
 /// [`ShError::Options`] below order 2 and for coefficients that are not finite.
@@ -58,7 +65,7 @@ pub fn optimal_linear_direction(f: &impl Expansion<f64>) -> Option<Dir> {
 /// ```
 pub fn extract_light<T: Coefficient>(f: &impl Expansion<T>) -> Result<LightFit<T::Wide>, ShError> {
     let problem = LightProblem::<T>::new(f, LightMetric::Irradiance, false)?;
-    let dir = optimal_linear_direction(&luminance_of(&problem.f));
+    let dir = optimal_linear_direction(&problem.f);
     let mut fit = problem.solve(dir.as_slice());
     LightProblem::<T>::tidy(&mut fit);
     Ok(fit)
@@ -79,8 +86,8 @@ pub fn extract_light_per_channel<T: Coefficient>(f: &impl Expansion<T>) -> Resul
 /// How [`extract_lights`] chooses among the maxima.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightChoice {
-    /// One after the other the maximum that, as a light, leaves least unexplained together with those chosen before. A side
-    /// lobe of a bright light is never worth much.
+    /// One after the other the maximum that, as a light, leaves least unexplained together with those chosen before. A
+    /// side lobe of a bright light is never worth much.
     #[default]
     Residual,
     /// The highest, as [Sloan 2008] has it.
@@ -121,13 +128,13 @@ impl Default for LightOptions {
 
 /// Several directional lights and ambient light in place of `f` ([Sloan 2008], "Extracting multiple lights").
 ///
-/// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light are those of
-/// least squares, channel by channel, none negative unless the options allow it. With `refine` the directions then move
-/// by Gauss and Newton's method, and further lights are looked for among the maxima of what is left; so one broad peak
-/// may give two lights.
+/// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light are
+/// those of least squares, channel by channel, none negative unless the options allow it. With `refine` the directions
+/// then move by the method of Levenberg and Marquardt, and further lights are looked for among the maxima of what is
+/// left; so one broad peak may give two lights.
 ///
-/// There are fewer lights than asked for if there are fewer maxima, or if no further light lowers the residual. A constant
-/// or zero expansion has none, only ambient light.
+/// There are fewer lights than asked for if there are fewer maxima, or if no further light lowers the residual. A
+/// constant or zero expansion has none, only ambient light.
 ///
 /// # Errors
 /// [`ShError::Options`] below order 2 and for coefficients that are not finite.

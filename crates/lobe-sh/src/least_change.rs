@@ -1,11 +1,12 @@
 //! Factors per band that change a function least while it becomes non-negative, for any order.
 
-use crate::curvature::{dot, second_order};
+use crate::curvature::second_order;
 use crate::index::{band_range, order_of_slice};
 use crate::least_norm::least_norm;
 use crate::minimum::{minimum_of, polished};
 use crate::triangulation::fine_directions;
-use crate::{Basis, Minimum, Real as _, eval_basis_into, scale_bands_in_place};
+use crate::vector::dot;
+use crate::{Basis, Extremum, Real as _, eval_basis_into, scale_bands_in_place};
 
 /// How far below zero, relative to the mean, the function may still be when the planes have converged. The final blend
 /// with the mean removes it at the same price.
@@ -62,7 +63,7 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
             // Quick searches until they find no more, then one with proof.
             let mut low: Vec<Vec<f64>> = channels.iter().flat_map(|channel| channel.low_points(&factors)).collect();
             if low.is_empty() || round == MAX_ROUNDS {
-                let minima: Vec<Minimum> =
+                let minima: Vec<Extremum> =
                     channels.iter().map(|ch| ch.certified(&factors, round < MAX_ROUNDS)).collect();
                 lowest = minima.iter().map(|min| min.lo).fold(0.0, f64::min);
                 let below = channels.iter().zip(&minima).filter(|(_, min)| min.hi < -CONVERGED);
@@ -190,7 +191,7 @@ impl<'a> Channel<'a> {
     }
 
     /// The least value; with `level` only so far that it is known on which side of `-CONVERGED` it lies.
-    fn certified(&self, factors: &[f64], level: bool) -> Minimum {
+    fn certified(&self, factors: &[f64], level: bool) -> Extremum {
         let windowed = self.windowed(factors);
         let rms = (windowed.iter().map(|c| c * c).sum::<f64>() / (4.0 * std::f64::consts::PI)).sqrt();
         minimum_of(&windowed, WIDTH / rms, level.then_some(-CONVERGED))

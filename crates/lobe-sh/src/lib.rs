@@ -73,7 +73,7 @@
 //! | multiply functions | [`product_into`] |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
-//! | trade ringing for blur | [`Window`], [`windowed`], [`Window::squared_laplacian_of`] |
+//! | trade ringing for blur | [`Window`], [`windowed`], [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
 //! | find the least value | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
 //! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`] |
 //! | read and write `.sh.json` | `load_sh_json`, `save_sh_json` (feature `json`, on by default) |
@@ -107,6 +107,7 @@ mod dering;
 mod dir;
 mod encoding;
 mod error;
+mod even_directions;
 mod expansion;
 mod extract;
 #[cfg(feature = "json")]
@@ -123,6 +124,7 @@ mod least_squares;
 mod legendre;
 mod light;
 mod light_fit;
+mod luminance;
 mod minimum;
 mod mirror;
 mod monte_carlo;
@@ -155,6 +157,7 @@ mod thomson;
 mod triangulation;
 mod triple;
 mod valley;
+mod vector;
 mod window;
 mod zonal;
 mod zyz;
@@ -163,7 +166,7 @@ pub use axis_permutation::AxisPermutation;
 pub use basis::{Basis, eval_basis, eval_basis_into};
 pub use coefficient::Coefficient;
 pub use complex::{complex_from_real, eval_complex, real_from_complex};
-pub use conservative::conservative_minimum;
+pub use conservative::{conservative_minimum, dering_table_factors};
 pub use convolve::{convolve_in_place, convolved};
 pub use dering::{
     DERING_ALLOWED, Dering, DeringMethod, DeringOutcome, DeringReport, WindowFamily, dering_in_place, deringed,
@@ -171,10 +174,11 @@ pub use dering::{
 pub use dir::Dir;
 pub use encoding::{
     Ahd, AmbientCube, EncodedIrradiance, EncodingError, HBasis, HBasis4, HBasis6, Hl2, Hl2Weights, IrradianceEncoding,
-    IrradianceMatrix, NonLinearL1, PackedIrradiance, Zh3, Zh3Axis, encoding_error, even_directions,
-    hemisphere_least_squares, tangent_frame,
+    IrradianceMatrix, NonLinearL1, PackedIrradiance, Zh3, Zh3Axis, encoding_error, hemisphere_least_squares,
+    tangent_frame,
 };
 pub use error::ShError;
+pub use even_directions::even_directions;
 pub use expansion::Expansion;
 pub use extract::{
     LightChoice, LightOptions, extract_light, extract_light_per_channel, extract_lights, fit_lights,
@@ -190,7 +194,7 @@ pub use least_squares::{Conditioning, Fit, least_squares};
 pub use legendre::{legendre, legendre_normalised};
 pub use light::Light;
 pub use light_fit::{DirectionalLight, LightFit, LightMetric};
-pub use minimum::{Minimum, certified_maximum, certified_minimum};
+pub use minimum::{Extremum, certified_maximum, certified_minimum};
 pub use mirror::{Axis, mirror_in_place, quarter_turn_in_place};
 pub use monte_carlo::{Estimate, MonteCarlo, Sampling, project_monte_carlo};
 pub use normalization::{Normalization, directional_normalization};
@@ -215,6 +219,6 @@ pub use triple::{
     ExactTriple, MAX_TRIPLE_ORDER, Triple, TripleTensor, exact_triple_product, triple_product, unique_triples,
 };
 pub use window::{
-    Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, window_in_place, windowed,
+    Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, width_of_peak, window_in_place, windowed,
 };
 pub use zonal::Zonal;

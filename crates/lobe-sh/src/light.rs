@@ -64,9 +64,9 @@ pub enum Light {
     ///   c = 1 (Normalization::None),    c = 6 max/(5 max + min) of sky and ground, channel by channel (the others)
     /// ```
     ///
-    /// With that `c` a surface that faces the brighter end leaves exactly its colour: 6/5 for a black ground, 1 for equal
-    /// ends. (D3DX takes 3/2, which leaves 5/4.) From order 2 on the expansion is exact; at order 1 `Projected` has
-    /// `c = 2 max/(max + min)`.
+    /// With that `c` a surface that faces the brighter end leaves exactly its colour: 6/5 for a black ground, 1 for
+    /// equal ends. (D3DX takes 3/2, which leaves 5/4.) From order 2 on the expansion is exact; at order 1 `Projected`
+    /// has `c = 2 max/(max + min)`.
     Hemisphere {
         /// The zenith.
         up: Dir,
@@ -75,8 +75,8 @@ pub enum Light {
         /// Radiance at the nadir, not negative.
         ground: Rgb<f64>,
     },
-    /// Three colours, linear in the height `t = s·up` from the horizon up and from the horizon down. All three are radiance,
-    /// whatever the normalisation.
+    /// Three colours, linear in the height `t = s·up` from the horizon up and from the horizon down. All three are
+    /// radiance, whatever the normalisation.
     ///
     /// ```text
     ///   L = horizon + (zenith - horizon) max(t, 0) + (ground - horizon) max(-t, 0)
@@ -110,8 +110,9 @@ impl Light {
     /// The expansion of the light.
     ///
     /// # Errors
-    /// [`ShError::Options`] for a half angle outside `(0, π]`, a colour that is not finite, a hemisphere of negative colour, and
-    /// a light too small to be normalised (a polygon without area; a cone below some 1e-150 rad). Order 0 is empty.
+    /// [`ShError::Options`] for a half angle outside `(0, π]`, a colour that is not finite, a hemisphere of negative
+    /// colour, and a light too small to be normalised (a polygon without area; a cone below some 1e-150 rad). Order 0
+    /// is empty.
     pub fn project(&self, order: usize, normalization: Normalization) -> Result<ShVec<Rgb<f64>>, ShError> {
         self.check()?;
         if order == 0 {

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 
 use crate::legendre::legendre_all;
+use crate::luminance::luminance;
 use crate::non_negative::{Normal, least_squares_solution, non_negative_solution};
 use crate::zonal::zonal_norm;
 use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
@@ -24,7 +25,7 @@ pub struct DirectionalLight<T> {
 pub struct LightFit<T> {
     /// The order of the expansion; the unit of the intensities depends on it.
     pub order: usize,
-    /// The lights, the brightest first.
+    /// The lights, the brightest first; those of [`fit_lights`](crate::fit_lights) in the order of their directions.
     pub lights: Vec<DirectionalLight<T>>,
     /// The radiance from everywhere.
     pub ambient: T,
@@ -139,14 +140,14 @@ impl<T: Coefficient> LightProblem<T> {
         sum
     }
 
-    /// The intensities and the ambient light of least squares for these directions, lights of no intensity included, in the
-    /// order given.
+    /// The intensities and the ambient light of least squares for these directions, lights of no intensity included, in
+    /// the order given.
     ///
     /// If nothing is kept from being negative, the ambient light takes up all of the DC term, and the other bands
     /// alone determine the lights.
     pub(crate) fn solve(&self, dirs: &[Dir]) -> LightFit<T::Wide> {
         let count = dirs.len();
-        // In units of L_a = 2√π, so that all diagonal elements are of the size of 1.
+        // The DC terms of a light and of ambient light of radiance 1, whose diagonal element is 4π.
         let dc = self.normalization * zonal_norm(0);
         let ambient_unit = (4.0 * PI).sqrt();
         let w_0 = self.weights[0];
@@ -161,8 +162,8 @@ impl<T: Coefficient> LightProblem<T> {
                 let f_0 = self.f[0].channel(c);
                 if self.non_negative {
                     let right = DVector::from_fn(count + 1, |i, _| {
-                        let dc = if i < count { dc } else { ambient_unit };
-                        lights.get(i).map_or(0.0, |x| x.channel(c)) + w_0 * dc * f_0
+                        let own_dc = if i < count { dc } else { ambient_unit };
+                        lights.get(i).map_or(0.0, |x| x.channel(c)) + w_0 * own_dc * f_0
                     });
                     DVector::from_vec(non_negative_solution(&Normal { gram: &gram, right: &right }))
                 } else {
@@ -194,31 +195,11 @@ impl<T: Coefficient> LightProblem<T> {
     /// Lights of no intensity dropped, the brightest first.
     pub(crate) fn tidy(fit: &mut LightFit<T::Wide>) {
         fit.lights.retain(|light| light.intensity != T::Wide::ZERO);
-        fit.lights.sort_by(|a, b| b.intensity.luminance().total_cmp(&a.intensity.luminance()));
-    }
-}
-
-/// One number for a coefficient of any kind: a colour's relative luminance, a number itself.
-pub(crate) trait Luminance {
-    fn luminance(self) -> f64;
-}
-
-impl<T: Coefficient<Scalar = f64>> Luminance for T {
-    fn luminance(self) -> f64 {
-        if T::CHANNELS == 3 {
-            crate::Rgb::new(self.channel(0), self.channel(1), self.channel(2)).luminance()
-        } else {
-            self.channel(0)
-        }
+        fit.lights.sort_by(|a, b| luminance(b.intensity).total_cmp(&luminance(a.intensity)));
     }
 }
 
 /// All channels together.
 pub(crate) fn total<T: Coefficient<Scalar = f64>>(value: T) -> f64 {
     (0..T::CHANNELS).map(|c| value.channel(c)).sum()
-}
-
-/// The luminance of every coefficient.
-pub(crate) fn luminance_of<T: Coefficient<Scalar = f64>>(f: &ShVec<T>) -> ShVec<f64> {
-    f.map(Luminance::luminance)
 }

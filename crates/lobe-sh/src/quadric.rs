@@ -2,14 +2,18 @@
 
 use std::f64::consts::PI;
 
-use crate::curvature::{dot, tangents, unit};
-use crate::{Coefficient, Dir, Minimum, Real};
+use crate::vector::{dot, tangents, unit};
+use crate::{Coefficient, Dir, Extremum, Real};
 
 /// Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
 const NEWTON_STEPS: usize = 64;
 
 /// The relative step after which the multiplier stands still; the next step would be of the order of its square.
 const CONVERGED: f64 = 1e-9;
+
+/// What rounding may do to a value of the form and to the remainder, some twenty operations each, relative to the
+/// largest value: four times the largest error that the test `forms_are_evaluated_within_their_bound` finds.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A function of bands 0 to 2, `f(x) = c + b·x + xᵀ A x` on `|x| = 1`, with `A` symmetric and without trace.
 ///
@@ -30,8 +34,8 @@ const CONVERGED: f64 = 1e-9;
 ///   f(y) - f(x) = (y - x)ᵀ (A + ν) (y - x) + (2 (A + ν) x + b)·(y - x)                                    (1)
 /// ```
 ///
-/// In the eigenvectors of `A`, with `β_i` the parts of `b/2`, `d_i >= 0` the distances of the eigenvalues from the lowest
-/// one and `t = ν + λ_1 >= 0`, the condition `|x| = 1` is
+/// In the eigenvectors of `A`, with `β_i` the parts of `b/2`, `d_i >= 0` the distances of the eigenvalues from the
+/// lowest one and `t = ν + λ_1 >= 0`, the condition `|x| = 1` is
 ///
 /// ```text
 ///   h(t) = (Σ_i β_i² / (d_i + t)²)^(-1/2) = 1        x_i = -β_i / (d_i + t)
@@ -42,8 +46,8 @@ const CONVERGED: f64 = 1e-9;
 /// If `h(0) >= 1`, `b` has no part along the lowest eigenvector, which then completes `x` at `t = 0` to a unit vector
 /// (the hard case of the trust-region problem, and the usual one here: a sun's ring of minima).
 ///
-/// Bands scaled by `w_1, w_2` only change the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows solves for
-/// eigenvectors once.
+/// Bands scaled by `w_1, w_2` only change the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows solves
+/// for eigenvectors once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quadric {
     /// The mean.
@@ -96,8 +100,9 @@ impl Quadric {
         w[0] * self.linear + w[1] * self.form
     }
 
-    /// A lower bound of the least value when bands 1 and 2 are scaled by `w`, under which `other` is not negative: that of
-    /// the rest `f - s f_other`, with the `s >= 0` that leaves the least of bands 1 and 2. Tight for light of one colour.
+    /// A lower bound of the least value when bands 1 and 2 are scaled by `w`, under which `other` is not negative: that
+    /// of the rest `f - s f_other`, with the `s >= 0` that leaves the least of bands 1 and 2. Tight for light of one
+    /// colour.
     pub(crate) fn least_beside(&self, other: &Self, w: [f64; 2]) -> f64 {
         // Both sums as coefficients have them: |b|² and |A|², their norms being √(3/4π) and √(15/8π).
         let inner = |p: &Self, q: &Self| {
@@ -125,8 +130,8 @@ impl Quadric {
         (self.b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     }
 
-    /// The principal axes. The eigenvalue farthest from the other two is the extreme root of a cubic, and well conditioned; a
-    /// rotation in the plane across its axis gives the others, however near to each other they are.
+    /// The principal axes. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
+    /// conditioned; a rotation in the plane across its axis gives the others, however near to each other they are.
     pub(crate) fn spectrum(&self) -> Spectrum {
         let lone = self.lone_eigenvalue();
         let axis = self.lone_axis(lone);
@@ -157,8 +162,8 @@ impl Quadric {
     ///   x³ - 3x - det B = 0        -2 <= det B <= 2
     /// ```
     ///
-    /// and the one of the sign of `det B` lies between √3 and 2 in size. Newton's method from the parabola that has the value
-    /// and slope at `det B = 0` and the value at 2, which errs by 3e-3: 7e-6, 4e-11, rounding.
+    /// and the one of the sign of `det B` lies between √3 and 2 in size. Newton's method from the parabola that has the
+    /// value and slope at `det B = 0` and the value at 2, which errs by 3e-3: 7e-6, 4e-11, rounding.
     fn lone_eigenvalue(&self) -> f64 {
         let p = 0.5 * self.form;
         if p == 0.0 {
@@ -213,10 +218,7 @@ impl Quadric {
     /// ```text
     ///   f(y) >= f(x) - 2 |2 (A + ν) x + b|        for all y, if A + ν has no negative eigenvalue
     /// ```
-    pub(crate) fn minimum(&self, w: [f64; 2]) -> Minimum {
-        /// Rounding errors of some twenty operations in `f(x)` and the remainder.
-        const ROUNDING: f64 = 32.0 * f64::EPSILON;
-
+    pub(crate) fn minimum(&self, w: [f64; 2]) -> Extremum {
         let x = self.lowest(&self.spectrum(), w);
         let [c, linear, quadratic] = self.bands(x);
         let value = c + w[0] * linear + w[1] * quadratic;
@@ -235,7 +237,7 @@ impl Quadric {
         }
         let remainder = [0, 1, 2].map(|k| 2.0 * (ax[k] + nu * x[k]) + b[k]);
         let lo = value - 2.0 * dot(remainder, remainder).sqrt() - rounding;
-        Minimum { lo, hi: value + rounding, dir: Dir::from_unit(x) }
+        Extremum { lo, hi: value + rounding, dir: Dir::from_unit(x) }
     }
 }
 
@@ -307,7 +309,7 @@ fn norms() -> &'static [f64; 5] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::curvature::cross;
+    use crate::vector::cross;
     use crate::{Expansion as _, ShL2, Zonal};
     use lobe_testkit::{Random, directions};
 
@@ -320,6 +322,63 @@ mod tests {
             let value = f.eval(Dir::from_unit(s));
             assert!((sum - value).abs() < 1e-14, "towards {s:?}: {sum} against {value}");
         }
+    }
+
+    /// `Σ p_k q_k r_k` as if rounded once: every product is split into its value and its rounding error.
+    fn compensated(terms: &[[f64; 3]]) -> f64 {
+        let (mut sum, mut lost) = (0.0_f64, 0.0_f64);
+        let mut add = |x: f64| {
+            let next = sum + x;
+            lost += if sum.abs() >= x.abs() { (sum - next) + x } else { (x - next) + sum };
+            sum = next;
+        };
+        for &[p, q, r] in terms {
+            let product = p * q;
+            for (part, r) in [(product, r), (p.mul_add(q, -product), r)] {
+                let term = part * r;
+                add(term);
+                add(part.mul_add(r, -term));
+            }
+        }
+        sum + lost
+    }
+
+    #[test]
+    fn forms_are_evaluated_within_their_bound() {
+        let mut random = Random::new(7);
+        let mut worst = [0.0_f64; 2];
+        for case in 0..20_000 {
+            let mut f = random.signed_vec(9);
+            // One band alone, and bands of unequal sizes.
+            f[1..4].iter_mut().for_each(|c| *c *= [1.0, 1e-3, 0.0][case % 3]);
+            f[4..].iter_mut().for_each(|c| *c *= [1.0, 0.0, 1e-3][case % 5 % 3]);
+            let quadric = Quadric::new(&f, 0);
+            let x = random.direction();
+            let [xx, yy, zz, xy, xz, yz] = quadric.a;
+            let (b, nu) = (quadric.b, quadric.form * random.signed());
+            let [p, q, r] = x;
+            let form = [[xx, p, p], [yy, q, q], [zz, r, r], [2.0 * xy, p, q], [2.0 * xz, p, r], [2.0 * yz, q, r]];
+            let rest = [[quadric.c, 1.0, 1.0], [b[0], p, 1.0], [b[1], q, 1.0], [b[2], r, 1.0]];
+            let exact = compensated(&[&form[..], &rest[..]].concat());
+            let reach = quadric.reach([1.0, 1.0]);
+            let size = quadric.c.abs() + reach;
+            worst[0] = worst[0].max((quadric.bands(x).iter().sum::<f64>() - exact).abs() / (ROUNDING * size));
+            let ax = times(&quadric.a, x);
+            for (k, row) in [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].into_iter().enumerate() {
+                let exact = compensated(&[
+                    [2.0 * row[0], p, 1.0],
+                    [2.0 * row[1], q, 1.0],
+                    [2.0 * row[2], r, 1.0],
+                    [2.0 * nu, x[k], 1.0],
+                    [b[k], 1.0, 1.0],
+                ]);
+                let found = 2.0 * (ax[k] + nu * x[k]) + b[k];
+                // The remainder is multiplied by 2.
+                worst[1] = worst[1].max(2.0 * (found - exact).abs() / (ROUNDING * reach.max(f64::MIN_POSITIVE)));
+            }
+        }
+        println!("a value errs by {:.3} of the bound, a remainder by {:.3}", worst[0], worst[1]);
+        assert!(worst[0] < 0.25 && worst[1] < 0.25, "values and remainders err by {worst:?} of the bound");
     }
 
     /// Planted: `A` and `b` are made so that (1) holds at a chosen `x` with chosen eigenvalues of `A + ν`.

@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::ascent::{stepped, tangents};
+use crate::ascent::stepped;
 use crate::light_fit::{LightProblem, total};
+use crate::vector::{dot, tangents};
 use crate::{Coefficient, Dir, Expansion as _, LightFit, eval_basis, eval_basis_gradients};
 
 /// Steps allowed; a probe made of well separated lights needs some six, lights that drift together many.
@@ -15,11 +16,17 @@ const SHORTEST_STEP: f64 = 1e-13;
 /// No light moves farther in one step than this part of the shortest wavelength.
 const LONGEST_STEP: f64 = 0.1;
 
+/// The damping to begin with, relative to the diagonal: near Gauss and Newton's step, which is right for lights apart.
+const FIRST_DAMPING: f64 = 1e-3;
+
 /// The damping that a failed step multiplies and a successful one divides by.
 const DAMPING_FACTOR: f64 = 10.0;
 
 /// Beyond this damping no step will be found.
 const MOST_DAMPING: f64 = 1e12;
+
+/// A vector that loses more than all but this part of its length to those before depends on them: half of the digits.
+const DEPENDENT: f64 = 1e-8;
 
 /// Moves the directions of a fit, intensities and ambient light with them, to a minimum of the residual.
 ///
@@ -35,7 +42,7 @@ const MOST_DAMPING: f64 = 1e12;
 /// A step that does not lower the residual is not taken. Colours are fitted together, channel below channel.
 pub(crate) fn refine<T: Coefficient>(problem: &LightProblem<T>, start: LightFit<T::Wide>) -> LightFit<T::Wide> {
     let mut fit = start;
-    let mut damping = 1e-3;
+    let mut damping = FIRST_DAMPING;
     for _ in 0..STEPS {
         if fit.lights.is_empty() || total(fit.residual) == 0.0 {
             break;
@@ -76,7 +83,7 @@ fn damped_step<T: Coefficient>(
             let longest_part = step.amax();
             let scale = if longest_part > longest { longest / longest_part } else { 1.0 };
             let moved = fit.lights.iter().enumerate().map(|(k, light)| {
-                let (u, v) = tangents(light.dir);
+                let [u, v] = tangents(light.dir.to_array());
                 stepped(light.dir, [0, 1, 2].map(|i| scale * (step[2 * k] * u[i] + step[2 * k + 1] * v[i])))
             });
             let moved: Vec<Dir> = moved.collect();
@@ -115,10 +122,8 @@ fn linearised<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>
         orthonormalise(&mut span);
         for (k, light) in fit.lights.iter().enumerate() {
             let scale = -problem.normalization * light.intensity.channel(c);
-            let (u, v) = tangents(light.dir);
-            for (side, t) in [u, v].into_iter().enumerate() {
-                let along = |g: [f64; 3]| g[0] * t[0] + g[1] * t[1] + g[2] * t[2];
-                let mut column = DVector::from_fn(rows, |i, _| scale * weights[i] * along(slopes[k][i]));
+            for (side, t) in tangents(light.dir.to_array()).into_iter().enumerate() {
+                let mut column = DVector::from_fn(rows, |i, _| scale * weights[i] * dot(slopes[k][i], t));
                 for q in &span {
                     column -= q * q.dot(&column);
                 }
@@ -140,7 +145,7 @@ fn orthonormalise(span: &mut Vec<DVector<f64>>) {
             }
         }
         let left = v.norm();
-        if left > 1e-8 * length {
+        if left > DEPENDENT * length {
             basis.push(v / left);
         }
     }

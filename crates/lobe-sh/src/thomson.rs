@@ -1,5 +1,8 @@
 //! Points on the sphere that push each other away: Thomson's problem.
 
+use crate::vector::{difference, dot, unit};
+use crate::{Dir, even_directions};
+
 /// Steps after which the points rest: the largest set needs some 500.
 const STEPS: usize = 5000;
 
@@ -8,14 +11,15 @@ const AT_REST: f64 = 1e-9;
 
 /// `count` points on the sphere that repel each other with the inverse square of their distance, at rest.
 ///
-/// Each point moves along its net force without the part normal to the sphere, times a step that doubles when the energy
-/// falls and halves, the move undone, when it rises ([Sloan 2008]; the paper watches the sum of the forces, but the energy
-/// alone tells a minimum from a saddle). The start is a spiral, so the result is always the same. The test
+/// Each point moves along its net force without the part normal to the sphere, times a step that doubles when the
+/// energy falls and halves, the move undone, when it rises ([Sloan 2008]; the paper watches the sum of the forces, but
+/// the energy alone tells a minimum from a saddle). The start is a spiral, so the result is always the same. The test
 /// `the_points_have_the_least_known_energies` compares with the published minima.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 pub(crate) fn thomson_points(count: usize) -> Vec<[f64; 3]> {
-    let mut points = spiral(count);
+    // A spiral has none of the symmetries that a saddle would need.
+    let mut points: Vec<[f64; 3]> = even_directions(count).map(Dir::to_array).collect();
     let mut step = 0.1 / count.max(1) as f64;
     let mut lowest = energy(&points);
     for _ in 0..STEPS {
@@ -58,34 +62,11 @@ fn tangential_forces(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     points.iter().enumerate().map(force).collect()
 }
 
-/// Evenly spread to begin with, and without any symmetry that a saddle would need.
-fn spiral(count: usize) -> Vec<[f64; 3]> {
-    let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let point = |k: usize| {
-        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
-        let (sin, cos) = (golden_angle * k as f64).sin_cos();
-        let r = (1.0 - z * z).sqrt();
-        [r * cos, r * sin, z]
-    };
-    (0..count).map(point).collect()
-}
-
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    let length = dot(a, a).sqrt();
-    a.map(|c| c / length)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Zonal;
+    use crate::vector::cross;
 
     #[test]
     fn the_points_have_the_least_known_energies() {
@@ -100,5 +81,50 @@ mod tests {
     fn a_lone_point_stays_and_none_is_none() {
         assert_eq!(thomson_points(1).len(), 1, "one point");
         assert!(thomson_points(0).is_empty(), "no points");
+    }
+
+    /// The greatest distance of any direction from the nearest point: at a circle through three points that has none
+    /// inside.
+    fn covering_radius(points: &[[f64; 3]]) -> f64 {
+        let mut least = 1.0_f64;
+        for (i, a) in points.iter().enumerate() {
+            for (j, b) in points[..i].iter().enumerate() {
+                for c in &points[..j] {
+                    let normal = unit(cross(difference(*b, *a), difference(*c, *a)));
+                    for centre in [normal, normal.map(|x| -x)] {
+                        let cosine = dot(centre, *a);
+                        if points.iter().all(|p| dot(centre, *p) < cosine + 1e-9) {
+                            least = least.min(cosine);
+                        }
+                    }
+                }
+            }
+        }
+        least.acos().to_degrees()
+    }
+
+    /// The angle at which an impulse of an order is lowest for the first time, to 0.001 degrees.
+    fn first_trough(order: usize) -> f64 {
+        let z = Zonal::impulse(order);
+        let at = |k: u32| z.eval((1e-3 * f64::from(k)).to_radians().cos());
+        1e-3 * f64::from((1..180_000).find(|k| at(k + 1) > at(*k)).unwrap_or(180_000))
+    }
+
+    /// From any maximum a start of the paper is so near that an impulse there would slope towards it.
+    #[test]
+    fn the_points_cover_the_sphere_as_the_orders_need() {
+        for (order, count, radius, trough) in [
+            (2, 3, 90.0, 180.0),
+            (3, 6, 54.736, 101.537),
+            (4, 10, 42.436, 74.859),
+            (5, 15, 35.282, 59.483),
+            (6, 22, 28.443, 49.400),
+        ] {
+            let found = covering_radius(&thomson_points(count));
+            assert!((found - radius).abs() < 1e-3, "{count} points leave {found} degrees, expected {radius}");
+            let slope_ends = first_trough(order);
+            assert!((slope_ends - trough).abs() < 2e-3, "order {order} has its first trough at {slope_ends} degrees");
+            assert!(found < 2.0 / 3.0 * slope_ends, "order {order}: {found} of {slope_ends} degrees");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::curvature::{cross, dot, unit};
+use crate::vector::{cross, dot, unit};
 
 /// A spherical triangle inside a cap.
 ///

@@ -17,9 +17,9 @@ use crate::{Coefficient, Expansion, Real};
 ///   PunctualLight      1, 0.92, 0.73                            0 from l = 3 on
 /// ```
 ///
-/// `w` is the band at which the window reaches zero; the sigma factors of a truncation to order `n` have `w = n`, larger
-/// widths blur less. Source: [Sloan 2008] for Hanning, Lanczos and the squared Laplacian; [Sloan 2017] for the factors of
-/// punctual lights, made for order 3 and applied before such a light is added to a probe.
+/// `w` is the band at which the window reaches zero; the sigma factors of a truncation to order `n` have `w = n`,
+/// larger widths blur less. Source: [Sloan 2008] for Hanning, Lanczos and the squared Laplacian; [Sloan 2017] for the
+/// factors of punctual lights, made for order 3 and applied before such a light is added to a probe.
 ///
 /// In text a window is its name and its numbers, `hanning:12`, `lanczos:9:4`, `gauss:0.2`, `squared-laplacian:0.0042`,
 /// `punctual-light`; a Lanczos window without a power has power 1.
@@ -43,7 +43,8 @@ pub enum Window {
         /// The band `w > 0` at which it reaches zero.
         width: f64,
     },
-    /// A power of the sigma factors of Lanczos: the function is averaged `p` times with a box, so to say.
+    /// A power of the sigma factors of Lanczos. In one dimension `sinc` is the transform of a box, so that the function
+    /// would be averaged `p` times over an interval; on the sphere it is that only in the likeness.
     Lanczos {
         /// The band `w > 0` at which it reaches zero.
         width: f64,
@@ -111,6 +112,43 @@ impl Window {
     }
 }
 
+/// The width at which a window lowers the peak of a unit impulse of order `n` to `peak`, by bisection.
+///
+/// `window` makes the window of a width and must blur less with a larger one, as [`Window::Hanning`] and
+/// [`Window::Lanczos`] do. `None` for a peak that is not between that of the mean alone, `1/4π`, and that without a
+/// window, `n²/4π`.
+///
+/// ```
+/// use lobe_sh::{Window, width_of_peak};
+///
+/// // Sloan 2008 compares windows of order 6 at the same peak.
+/// let width = width_of_peak(6, 2.25, |width| Window::Hanning { width });
+/// assert!(width.is_some_and(|width| (width - 12.010498388).abs() < 1e-9));
+/// ```
+#[must_use]
+pub fn width_of_peak(order: usize, peak: f64, window: impl Fn(f64) -> Window) -> Option<f64> {
+    /// Bits of a number and some to spare, for either end of the interval.
+    const STEPS: usize = 120;
+
+    let whole = (order * order) as f64 / (4.0 * PI);
+    if !(peak > 1.0 / (4.0 * PI) && peak < whole) {
+        return None;
+    }
+    let is_low = |width: f64| window(width).impulse_peak(order) < peak;
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..STEPS {
+        if !is_low(high) {
+            break;
+        }
+        (low, high) = (high, 2.0 * high);
+    }
+    for _ in 0..STEPS {
+        let middle = 0.5 * (low + high);
+        if is_low(middle) { low = middle } else { high = middle }
+    }
+    Some(high)
+}
+
 /// `(l (l+1))²`: what the squared Laplacian multiplies the energy of band `l` by.
 fn squared_eigenvalue(l: usize) -> f64 {
     let eigenvalue = (l * (l + 1)) as f64;
@@ -145,21 +183,25 @@ pub fn squared_laplacian<T: Coefficient>(coefficients: &[T]) -> f64 {
 ///   λ <- λ - g/g'                                   g' = 2 Σ_l L_l² B_l / (1 + λ L_l)³
 /// ```
 ///
-/// Newton's method from 0. `g` rises and is concave, so that every tangent lies above it and the steps approach the root
-/// from below, never passing it. 0 for a fraction of 1 or more and for a function without curvature; infinite for a
-/// fraction of 0 or less. The energies are never negative: a negative one counts as 0.
+/// Newton's method from 0. `g` rises and is concave, so that every tangent lies above it and the steps approach the
+/// root from below, never passing it (test `lambda_rises_from_zero_in_few_steps`). 0 for a fraction of 1 or more and
+/// for a function without curvature; infinite for a fraction of 0 or less; NaN if the fraction is, or an energy is not
+/// finite. The energies are never negative: a negative one counts as 0.
 ///
-/// Source: [Sloan 2008] A6, where the target is printed as the original amount and the sum over `m` begins at -1 in code
-/// that follows it; it begins at `-l`. Test `lambdas_of_the_impulse_are_golden`: 1e-12 relative for orders 2 to 10.
+/// Source: [Sloan 2008] A6, where the target is printed as the original amount and the sum over `m` begins at -1 in
+/// code that follows it; it begins at `-l`. Test `lambdas_of_the_impulse_are_golden`: 1e-12 relative for orders 2 to
+/// 10.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[must_use]
 pub fn squared_laplacian_lambda(band_energies: &[f64], fraction: f64) -> f64 {
-    /// Even for a fraction of 1e-12 fewer than 50 steps were counted; the cap only guards against NaN.
+    /// Even for a fraction of 1e-12 there are fewer than 50 steps; the cap only guards against what was not thought of.
     const STEPS: usize = 200;
 
-    let terms = || band_energies.iter().enumerate().map(|(l, e)| (squared_eigenvalue(l), e.max(0.0)));
-    let total: f64 = terms().map(|(eigenvalue, e)| eigenvalue * e).sum();
+    let total: f64 = curvatures(band_energies).map(|(eigenvalue, e)| eigenvalue * e).sum();
+    if !total.is_finite() || fraction.is_nan() {
+        return f64::NAN;
+    }
     if total == 0.0 || fraction >= 1.0 {
         return 0.0;
     }
@@ -168,13 +210,7 @@ pub fn squared_laplacian_lambda(band_energies: &[f64], fraction: f64) -> f64 {
     }
     let mut lambda = 0.0;
     for _ in 0..STEPS {
-        let (mut g, mut slope) = (fraction * total, 0.0);
-        for (eigenvalue, e) in terms() {
-            let d = 1.0 + lambda * eigenvalue;
-            g -= eigenvalue * e / (d * d);
-            slope += 2.0 * eigenvalue * eigenvalue * e / (d * d * d);
-        }
-        let next = lambda - g / slope;
+        let next = newton_step(band_energies, fraction * total, lambda);
         // From below: the first step that does not go up is rounding.
         if next <= lambda || next.is_nan() {
             break;
@@ -182,6 +218,23 @@ pub fn squared_laplacian_lambda(band_energies: &[f64], fraction: f64) -> f64 {
         lambda = next;
     }
     lambda
+}
+
+/// `L_l` and `B_l` of every band, no energy below 0; NaN stays.
+fn curvatures(band_energies: &[f64]) -> impl Iterator<Item = (f64, f64)> + '_ {
+    let energy = |e: f64| if e < 0.0 { 0.0 } else { e };
+    band_energies.iter().enumerate().map(move |(l, e)| (squared_eigenvalue(l), energy(*e)))
+}
+
+/// `λ - g/g'` of [`squared_laplacian_lambda`].
+fn newton_step(band_energies: &[f64], target: f64, lambda: f64) -> f64 {
+    let (mut g, mut slope) = (target, 0.0);
+    for (eigenvalue, e) in curvatures(band_energies) {
+        let d = 1.0 + lambda * eigenvalue;
+        g -= eigenvalue * e / (d * d);
+        slope += 2.0 * eigenvalue * eigenvalue * e / (d * d * d);
+    }
+    lambda - g / slope
 }
 
 /// Multiplies every band of a function by its factor; bands beyond the last factor become zero.
@@ -266,24 +319,29 @@ mod tests {
     use crate::{Dir, Rgb, ShVec, SphereQuadrature};
     use lobe_testkit::{Random, golden_f64s};
 
-    /// The width at which a windowed impulse of order 6 has a peak of 2.25, by bisection.
-    fn width_of_peak(window: impl Fn(f64) -> Window) -> f64 {
-        let (mut low, mut high) = (6.0, 50.0);
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if window(middle).impulse_peak(6) < 2.25 { low = middle } else { high = middle }
-        }
-        low
-    }
-
     #[test]
     fn the_published_widths_give_an_impulse_the_peak_9_4() {
         for (name, found, expected) in [
-            ("Hanning", width_of_peak(|width| Window::Hanning { width }), 12.010498388175),
-            ("Lanczos", width_of_peak(|width| Window::Lanczos { width, power: 1.0 }), 9.872527032259),
-            ("Lanczos squared", width_of_peak(|width| Window::Lanczos { width, power: 2.0 }), 13.712128048),
+            ("Hanning", width_of_peak(6, 2.25, |width| Window::Hanning { width }), 12.010498388175),
+            ("Lanczos", width_of_peak(6, 2.25, |width| Window::Lanczos { width, power: 1.0 }), 9.872527032259),
+            ("Lanczos squared", width_of_peak(6, 2.25, |width| Window::Lanczos { width, power: 2.0 }), 13.712128048),
         ] {
+            let found = found.unwrap();
             assert!((found - expected).abs() < 1e-9, "{name}: {found} against {expected}");
+        }
+    }
+
+    #[test]
+    fn peaks_that_no_width_gives_have_no_width() {
+        let hanning = |width| Window::Hanning { width };
+        let [mean, whole] = [1.0, 36.0].map(|n| n / (4.0 * PI));
+        for peak in [0.0, mean, whole, 3.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(width_of_peak(6, peak, hanning), None, "a peak of {peak}");
+        }
+        assert_eq!(width_of_peak(0, 1.0, hanning), None, "no bands");
+        for peak in [mean * 1.001, 1.0, whole * 0.999] {
+            let found = hanning(width_of_peak(6, peak, hanning).unwrap()).impulse_peak(6);
+            assert!((found - peak).abs() < 1e-12, "{found} against {peak}");
         }
     }
 
@@ -359,6 +417,34 @@ mod tests {
         assert_eq!(squared_laplacian_lambda(&[1.0, 1.0], 1.0), 0.0, "all of it");
         let flat = Window::SquaredLaplacian { lambda: squared_laplacian_lambda(&[1.0, 1.0], 0.0) };
         assert_eq!(flat.factors(3), [1.0, 0.0, 0.0], "none of it");
+        assert_eq!(squared_laplacian_lambda(&[1.0, -1.0], 0.5), 0.0, "a negative energy is none");
+        for (energies, fraction) in [([1.0, f64::NAN], 0.5), ([1.0, f64::INFINITY], 0.5), ([1.0, 1.0], f64::NAN)] {
+            let lambda = squared_laplacian_lambda(&energies, fraction);
+            assert!(lambda.is_nan(), "{energies:?} to {fraction}: {lambda}");
+        }
+    }
+
+    #[test]
+    fn lambda_rises_from_zero_in_few_steps() {
+        let mut random = Random::new(11);
+        let energies: Vec<Vec<f64>> = (2..=10).map(|order| (0..order).map(|_| random.unit()).collect()).collect();
+        let suns = (2..=10).map(|order| ShVec::<f64>::impulse(order, Dir::Z, 1.0).band_energies());
+        for energies in energies.into_iter().chain(suns) {
+            let total: f64 = curvatures(&energies).map(|(eigenvalue, e)| eigenvalue * e).sum();
+            for fraction in [0.9, 0.75, 0.5, 0.1, 1e-2, 1e-4, 1e-6, 1e-9, 1e-12] {
+                let root = squared_laplacian_lambda(&energies, fraction);
+                let (mut lambda, mut steps) = (0.0, 0);
+                while lambda < root * (1.0 - 1e-14) {
+                    let next = newton_step(&energies, fraction * total, lambda);
+                    assert!(
+                        lambda < next && next <= root * (1.0 + 1e-14),
+                        "{fraction}: {next} after {lambda} to {root}"
+                    );
+                    (lambda, steps) = (next, steps + 1);
+                    assert!(steps < 50, "{fraction} of {energies:?}: still at {lambda} of {root}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -172,6 +172,33 @@ fn more_than_half_of_the_sphere_is_the_other_side() {
 }
 
 #[test]
+fn a_receiver_inside_the_plane_of_a_polygon_sees_a_hemisphere() {
+    let square = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+    let triangle = vec![[1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]];
+    // Off its centre, and turned, so that rounding decides on which side of the plane everything lies.
+    let flat = [[3.0, 0.1, 0.0], [0.2, 1.0, 0.0], [-1.0, 0.3, 0.0], [-0.1, -2.0, 0.0]];
+    let turns = [[0.0; 3], [0.3, 0.9, -2.0], [-1.0, 2.5, 0.4], [2.0, 1.3, 0.7]];
+    for contour in [square, triangle, flat.to_vec()] {
+        for [a, b, c] in turns {
+            let turn = Rotation::from_euler_zyz(a, b, c);
+            let up = turn.rotate_dir(Dir::Z);
+            let turned = |v: &Vec3| turn.rotate_dir(Dir::new(*v).unwrap()).to_array().map(|x| x * dot(*v, *v).sqrt());
+            let left: Vec<Vec3> = contour.iter().map(turned).collect();
+            let right: Vec<Vec3> = left.iter().rev().copied().collect();
+            for (vertices, axis) in [(left, up), (right, -up)] {
+                let polygon = polygon(&vertices);
+                let hemisphere = Zonal::cone(8, PI / 2.0).towards(axis, 1.0);
+                assert!((hemisphere[0] - PI.sqrt()).abs() < 1e-14, "half of the sphere: {}", hemisphere[0]);
+                assert_close(&polygon.project(8), &hemisphere, 1e-12, &format!("{vertices:?} to the left"));
+                assert!((polygon.solid_angle() - 2.0 * PI).abs() < 1e-12, "{}", polygon.solid_angle());
+                let flow = sub(polygon.vector_irradiance(), axis.to_array().map(|x| PI * x));
+                assert!(dot(flow, flow).sqrt() < 1e-12, "the vector irradiance of {vertices:?} is {flow:?} off");
+            }
+        }
+    }
+}
+
+#[test]
 fn small_polygons_keep_their_digits() {
     for size in [1e-2, 1e-4, 1e-6] {
         let corner = [0.48, 0.6, 0.64];
@@ -219,8 +246,8 @@ fn what_is_no_polygon_is_refused_in_one_line() {
     }
 }
 
-/// `∫ P_l(w·s) ds` over the inside, the contour running left around it, for `l` from 1: the recurrences of Wang and Ramamoorthi 2018
-/// for the integrals along an edge, summed by Stokes' theorem as `1/(l(l+1)) Σ c D_l`.
+/// `∫ P_l(w·s) ds` over the inside, the contour running left around it, for `l` from 1: the recurrences of Wang and
+/// Ramamoorthi 2018 for the integrals along an edge, summed by Stokes' theorem as `1/(l(l+1)) Σ c D_l`.
 fn zonal_moments(vertices: &[Vec3], w: Vec3, count: usize) -> Vec<f64> {
     let unit = |v: Vec3| v.map(|c| c / dot(v, v).sqrt());
     let mut moments = vec![0.0; count];
@@ -247,7 +274,8 @@ fn zonal_moments(vertices: &[Vec3], w: Vec3, count: usize) -> Vec<f64> {
     moments
 }
 
-/// The way of Wang and Ramamoorthi 2018: zonal moments along the lobes of Nowrouzezahrai and others 2012, whose matrix is then undone.
+/// The way of Wang and Ramamoorthi 2018: zonal moments along the lobes of Nowrouzezahrai and others 2012, whose matrix
+/// is then undone.
 #[test]
 fn coefficients_follow_from_moments_along_zonal_lobes() {
     const BANDS: usize = 8;

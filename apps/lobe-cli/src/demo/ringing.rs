@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use lobe::env::irradiance_at;
 use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot, Tone, View};
 use lobe::sh::{
-    Coefficient as _, Dering, DeringMethod, DeringReport, Dir, Expansion as _, Minimum, Quantity, Rgb, ShVec,
+    Coefficient as _, Dering, DeringMethod, DeringReport, Dir, Expansion as _, Extremum, Quantity, Rgb, ShVec,
     WindowFamily, Zonal, certified_maximum, convolved, deringed,
 };
 
@@ -249,6 +249,6 @@ fn norm_kept(report: &DeringReport) -> String {
 }
 
 /// The lowest value of any channel in units of its mean.
-fn lowest_of_means(f: &ShVec<Rgb<f64>>, minima: &[Minimum]) -> f64 {
+fn lowest_of_means(f: &ShVec<Rgb<f64>>, minima: &[Extremum]) -> f64 {
     minima.iter().enumerate().map(|(c, min)| min.lo / f.mean().channel(c)).fold(f64::INFINITY, f64::min)
 }

@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-use super::ascent::ascend;
-use super::{coefficient, main_direction, not_negative, y_0};
-use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, convolved, eval_with_gradient};
+use super::newton_ascent::ascend;
+use super::{coefficient, not_negative, y_0};
+use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, convolved, eval_with_gradient, optimal_linear_direction};
 
-/// Directions from which the best one is sought beside the linear direction: the faces and corners of the cube. The function is
-/// blurred twice by the cosine, so that its maxima are wide.
+/// Directions from which the best one is sought beside the linear direction: the faces and corners of the cube. The
+/// function is blurred twice by the cosine, so that its maxima are wide.
 const STARTS: [[f64; 3]; 14] = [
     [1.0, 0.0, 0.0],
     [-1.0, 0.0, 0.0],
@@ -31,9 +31,9 @@ const STARTS: [[f64; 3]; 14] = [
 ///   E(n) = A + H max(n·d, 0)
 /// ```
 ///
-/// Colours `A` and `H`, one direction `d` for all channels: nine numbers in colour. Light that is made so is kept exactly.
-/// `A` and `H` are not negative, so neither is `E`. It turns with the light. The direction jumps where two lights are
-/// equally strong: interpolate between neighbours with care.
+/// Colours `A` and `H`, one direction `d` for all channels: nine numbers in colour. Light that is made so is kept
+/// exactly. `A` and `H` are not negative, so neither is `E`. It turns with the light. The direction jumps where two
+/// lights are equally strong: interpolate between neighbours with care.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahd<T = f32> {
     /// `A`, the irradiance from everywhere.
@@ -61,19 +61,19 @@ impl<T: Coefficient> Ahd<T> {
     /// [`Ahd::towards`] the optimal linear direction of the luminance, the cheap choice; +z where there is none.
     #[must_use]
     pub fn linear(irradiance: &impl Expansion<T>) -> Self {
-        Self::towards(main_direction(irradiance).unwrap_or(Dir::Z), irradiance)
+        Self::towards(optimal_linear_direction(irradiance).unwrap_or(Dir::Z), irradiance)
     }
 
     /// The direction too by least squares, summed over channels: of all encodings of this form the nearest.
     ///
-    /// With the best colours for every direction, what is left of the error falls as `p_c(d) = ∫ E_c max(n·d,0) dn` grows,
-    /// `∂error/∂p_c = -2 H_c`: the maximum is climbed from the linear direction and from 14 more (test
+    /// With the best colours for every direction, what is left of the error falls as `p_c(d) = ∫ E_c max(n·d,0) dn`
+    /// grows, `∂error/∂p_c = -2 H_c`: the maximum is climbed from the linear direction and from 14 more (test
     /// `the_solved_direction_is_the_best_of_a_dense_grid`). +z where every direction is as good.
     #[must_use]
     pub fn solved(irradiance: &impl Expansion<T>) -> Self {
         let fitter = Fitter::new(irradiance);
         let starts = STARTS.iter().filter_map(|v| Dir::new(*v));
-        let first = main_direction(irradiance).unwrap_or(Dir::Z);
+        let first = optimal_linear_direction(irradiance).unwrap_or(Dir::Z);
         let mut best = (first, fitter.explained(first).0);
         for start in std::iter::once(first).chain(starts) {
             let found = ascend(start, |d| fitter.explained(d));

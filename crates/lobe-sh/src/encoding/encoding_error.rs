@@ -1,7 +1,7 @@
 //! How far an encoding is from the truth.
 
 use super::{IrradianceEncoding, tangent_frame};
-use crate::{Coefficient, Dir, Expansion, Rotation};
+use crate::{Coefficient, Dir, Expansion, Rotation, even_directions};
 
 /// Surfaces over which the error of a hemispherical encoding is averaged.
 const SURFACES: usize = 32;
@@ -55,17 +55,4 @@ pub fn encoding_error<T: Coefficient>(
     }
     let terms = terms as f64;
     EncodingError { mean: sum / terms / unit, rms: (squares / terms).sqrt() / unit, max: max / unit, lowest }
-}
-
-/// `count` directions that cover the sphere evenly, on a Fibonacci spiral from +z to -z.
-///
-/// ```text
-///   z_k = 1 - (2k + 1)/count        φ_k = π (3 - √5) k
-/// ```
-pub fn even_directions(count: usize) -> impl Iterator<Item = Dir> {
-    let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    (0..count).map(move |k| {
-        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
-        Dir::from_angles(z.acos(), golden_angle * k as f64)
-    })
 }

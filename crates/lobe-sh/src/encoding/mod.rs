@@ -1,18 +1,18 @@
 //! Irradiance in fewer numbers than nine a channel, or better than nine would be: one encoding a file.
 //!
-//! Every encoding is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, `1/π` not
-//! included) and gives `E` back for a normal. Bands that the expansion lacks count as zero. [`IrradianceEncoding`] lists all,
-//! to loop over.
+//! Every encoding is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, `1/π`
+//! not included) and gives `E` back for a normal. Bands that the expansion lacks count as zero. [`IrradianceEncoding`]
+//! lists all, to loop over.
 
 mod ahd;
 mod ambient_cube;
-mod ascent;
 mod encoding_error;
 mod h_basis;
 mod hemisphere;
 mod hl2;
 mod irradiance_encoding;
 mod irradiance_matrix;
+mod newton_ascent;
 mod non_linear_l1;
 mod packed_irradiance;
 mod zh3;
@@ -20,7 +20,7 @@ mod zh3_axis;
 
 pub use ahd::Ahd;
 pub use ambient_cube::AmbientCube;
-pub use encoding_error::{EncodingError, encoding_error, even_directions};
+pub use encoding_error::{EncodingError, encoding_error};
 pub use h_basis::{HBasis, HBasis4, HBasis6};
 pub use hemisphere::{hemisphere_least_squares, tangent_frame};
 pub use hl2::{Hl2, Hl2Weights};
@@ -32,7 +32,7 @@ pub use zh3::{Zh3, Zh3Axis};
 
 use std::f64::consts::PI;
 
-use crate::{Coefficient, Dir, Expansion, Rgb};
+use crate::{Coefficient, Expansion};
 
 /// `A_1 / π`, the share of the linear band that the clamped cosine lets through.
 const LINEAR_SHARE: f64 = 2.0 / 3.0;
@@ -58,28 +58,6 @@ fn linear_vector<T: Coefficient>(f: &impl Expansion<T>) -> [T::Wide; 3] {
 /// One channel of a vector of coefficients.
 fn channel_of<W: Coefficient<Scalar = f64>>(vector: [W; 3], c: usize) -> [f64; 3] {
     vector.map(|w| w.channel(c))
-}
-
-/// What channel `c` contributes to the luminance: that of [`Rgb::luminance`], 1 if there is one channel.
-fn luminance_weight<T: Coefficient>(c: usize) -> f64 {
-    if T::CHANNELS == 1 {
-        return 1.0;
-    }
-    Rgb::<f64>::from_channels(|k| f64::from(u8::from(k == c))).luminance()
-}
-
-/// Luminance of a colour; a number is its own.
-fn luminance<W: Coefficient<Scalar = f64>>(value: W) -> f64 {
-    (0..W::CHANNELS).map(|c| luminance_weight::<W>(c) * value.channel(c)).sum()
-}
-
-/// The optimal linear direction of the luminance; `None` where there is none.
-fn main_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
-    Dir::new(linear_vector(f).map(luminance))
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `x`, or 0 where it is below; NaN stays, which `max` would hide.

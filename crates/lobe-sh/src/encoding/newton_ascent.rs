@@ -1,12 +1,16 @@
-//! The way up to a maximum of a smooth function on the sphere.
+//! The way up to a maximum of a smooth function on the sphere, by Newton's method.
+//!
+//! The climb to the maxima of an expansion does not serve here: the functions whose axes are sought are sums of squares
+//! over the channels, no expansions, and have one broad hill or two, which a few Newton steps climb.
 
-use super::dot;
 use crate::Dir;
+use crate::vector::{dot, tangents};
 
 /// Steps after which the search gives up: where it is quadratic six suffice, the first ones may be halved.
 const STEPS: usize = 60;
 
-/// Angle between the gradients whose difference is the second derivative: `ε^{1/3}`, where truncation and rounding balance.
+/// Angle between the gradients whose difference is the second derivative: `ε^{1/3}`, where truncation and rounding
+/// balance.
 const DIFFERENCE: f64 = 6e-6;
 
 /// No step is longer, in radians.
@@ -18,15 +22,16 @@ const CONVERGED: f64 = 1e-13;
 /// How much of its size a value may lose by rounding when a step makes the gradient smaller.
 const ROUNDING: f64 = 1e-14;
 
-/// Climbs from `start` to a maximum nearby of the function whose value and gradient (any part along `s` is ignored) `f` gives.
+/// Climbs from `start` to a maximum nearby of the function whose value and gradient (any part along `s` is ignored) `f`
+/// gives.
 ///
-/// Newton's method in the tangent plane, its second derivatives from differences of gradients along three great circles;
-/// steepest ascent where the function is not concave. A step that does not climb is halved.
+/// Newton's method in the tangent plane, its second derivatives from differences of gradients along three great
+/// circles; steepest ascent where the function is not concave. A step that does not climb is halved.
 pub(super) fn ascend(start: Dir, f: impl Fn(Dir) -> (f64, [f64; 3])) -> Dir {
     let mut at = start;
     let (mut value, mut gradient) = f(at);
     for _ in 0..STEPS {
-        let [u, v] = tangents(at);
+        let [u, v] = tangents(at.to_array());
         let g = [dot(gradient, u), dot(gradient, v)];
         let step = newton_step(at, [u, v], g, &f);
         let length = step[0].hypot(step[1]);
@@ -89,25 +94,6 @@ fn along(at: Dir, tangent: [f64; 3], angle: f64) -> Dir {
 fn tangent_length(s: Dir, v: [f64; 3]) -> f64 {
     let along = dot(s.to_array(), v);
     (dot(v, v) - along * along).max(0.0).sqrt()
-}
-
-/// Two unit vectors perpendicular to `s` and to one another.
-fn tangents(s: Dir) -> [[f64; 3]; 2] {
-    let [x, y, z] = s.to_array();
-    // The axis that `s` is farthest from.
-    let axis = if x.abs() <= y.abs().min(z.abs()) {
-        [1.0, 0.0, 0.0]
-    } else if y.abs() <= z.abs() {
-        [0.0, 1.0, 0.0]
-    } else {
-        [0.0, 0.0, 1.0]
-    };
-    let cross =
-        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let u = cross([x, y, z], axis);
-    let length = dot(u, u).sqrt();
-    let u = u.map(|c| c / length);
-    [u, cross([x, y, z], u)]
 }
 
 #[cfg(test)]
