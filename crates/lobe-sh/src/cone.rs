@@ -7,8 +7,8 @@ use crate::Zonal;
 impl Zonal {
     /// Radiance 1 within `half_angle` (radians, in `[0, π]`) of the axis, 0 outside.
     ///
-    /// It is also what a sphere of radius `r` at distance `d` sends, with `half_angle = asin(r/d)`. With `a` the half angle and
-    /// `c = cos a` ([Sloan 2008] A3, where band 3 is misprinted):
+    /// It is also what a sphere of radius `r` at distance `d` sends, with `half_angle = asin(r/d)`. With `a` the half
+    /// angle and `c = cos a` ([Sloan 2008] A3, where band 3 is misprinted):
     ///
     /// ```text
     ///   z_0 = √π (1 - c)                     = 2√π sin²(a/2)
@@ -82,8 +82,8 @@ mod tests {
         }
     }
 
-    // Where (l+1) a is small, P_l(cos t) = J_0((l + ½) t) + O(t²), and the integral of the first two terms of its series is
-    // z_l = √π √(2l+1) a²/2 (1 - (l² + l + ⅓) a²/4 .. ), good to a relative O((l a)⁴).
+    // Where (l+1) a is small, P_l(cos t) = J_0((l + ½) t) + O(t²), and the integral of the first two terms of its
+    // series is z_l = √π √(2l+1) a²/2 (1 - (l² + l + ⅔) a²/8 .. ), good to a relative O((l a)⁴).
     #[test]
     fn small_cones_keep_their_digits() {
         for a in [1e-4, 1e-6, 1e-9, 1e-100_f64] {

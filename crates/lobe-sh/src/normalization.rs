@@ -41,10 +41,14 @@ impl Zonal {
     /// ```text
     ///   E = Σ_l A_l z_l K_l
     /// ```
+    ///
+    /// Order 0 has none: 0.
     #[must_use]
     pub fn facing_irradiance(&self) -> f64 {
         let cosine = Self::clamped_cosine(self.order());
-        cosine.factors().zip(self.coefficients()).enumerate().map(|(l, (a, z))| a * z * zonal_norm(l)).sum()
+        let bands = cosine.factors().zip(self.coefficients()).enumerate();
+        // From +0: the sum of no numbers is -0.
+        bands.fold(0.0, |sum, (l, (a, z))| sum + a * z * zonal_norm(l))
     }
 }
 
@@ -57,6 +61,9 @@ impl Zonal {
 /// For order 0 it is infinite.
 #[must_use]
 pub fn directional_normalization(order: usize) -> f64 {
+    if order == 0 {
+        return f64::INFINITY;
+    }
     PI / Zonal::impulse(order).facing_irradiance()
 }
 
@@ -98,6 +105,13 @@ mod tests {
             let (found, expected) = (directional_normalization(k + 1), PI * f64::from(p) / f64::from(q));
             assert!((found / expected - 1.0).abs() < 1e-14, "order {}: {found} against {p}π/{q}", k + 1);
         }
+    }
+
+    #[test]
+    fn no_bands_receive_nothing_and_no_factor_makes_up_for_it() {
+        let none = Zonal::impulse(0).facing_irradiance();
+        assert!(none == 0.0 && none.is_sign_positive(), "{none} from order 0");
+        assert_eq!(directional_normalization(0), f64::INFINITY, "the factor of order 0");
     }
 
     #[test]
