@@ -11,8 +11,8 @@ use crate::talk::Talk;
 use crate::{
     bake, compare, compress, demo, env_adjust, env_ambient, env_area_light, env_convert, env_dfg, env_info,
     env_irradiance, env_prefilter, env_reconstruct, env_rotate, env_show, env_sky, env_sun, env_vector_irradiance,
-    fit_lobes, light, project, render, sh_convolve, sh_dering, sh_encodings, sh_eval, sh_info, sh_lights, sh_min,
-    sh_plot, sh_product, sh_rotate, sh_window, values,
+    fit_lobes, light, project, render, sh_convolve, sh_dering, sh_encode, sh_encodings, sh_eval, sh_info, sh_lights,
+    sh_min, sh_peaks, sh_plot, sh_product, sh_rotate, sh_window, values,
 };
 
 /// More threads than any machine has; asking for more is a slip of the finger.
@@ -97,10 +97,14 @@ enum ShCommand {
     Dering(sh_dering::ShDering),
     /// Find the least value of an expansion, with proof
     Min(sh_min::ShMin),
+    /// Find all local maxima of an expansion
+    Peaks(sh_peaks::ShPeaks),
     /// Find directional lights and ambient light in an expansion
     Lights(sh_lights::ShLights),
     /// Draw an expansion: as a balloon, on the unfolded cube, or in a cross-section
     Plot(sh_plot::ShPlot),
+    /// Print irradiance in a small encoding, or as the constants of a shader
+    Encode(sh_encode::ShEncode),
     /// Compare small encodings of the irradiance of an environment map with the truth
     Encodings(sh_encodings::ShEncodings),
 }
@@ -188,8 +192,10 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Min(args)) => args.run()?,
+        Command::Sh(ShCommand::Peaks(args)) => args.run()?,
         Command::Sh(ShCommand::Lights(args)) => args.run()?,
         Command::Sh(ShCommand::Plot(args)) => args.run()?,
+        Command::Sh(ShCommand::Encode(args)) => args.run()?,
         Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Convert(args)) => args.run(talk)?,

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
-    Coefficient, Expansion, FileCoefficients, LightFit, LightMetric, LightOptions, Quantity, extract_lights,
+    Coefficient, FileCoefficients, LightChoice, LightFit, LightMetric, LightOptions, Quantity, ShVec, extract_light,
+    extract_lights,
 };
 use serde::Serialize;
 
@@ -29,7 +30,17 @@ pub(crate) struct ShLights {
     /// What the lights shall reproduce
     #[arg(long, value_enum, default_value = "irradiance")]
     metric: Metric,
-    /// Print {"lights": [{"dir", "intensity"}], "ambient", "residual"} instead of lines
+    /// Which of the maxima become lights
+    #[arg(long, value_enum, default_value = "residual")]
+    choose: Choose,
+    /// One light in closed form, from where the linear band points; light and ambient light may come out negative
+    #[arg(long, conflicts_with_all = ["count", "refine", "metric", "choose"])]
+    closed: bool,
+    /// Give every channel directions of its own, instead of those of the luminance to all
+    #[arg(long)]
+    per_channel: bool,
+    /// Print {"lights": [{"dir", "intensity"}], "ambient", "residual"} instead of lines; with --per-channel
+    /// {"channels": [..]} with one such object for each
     #[arg(long)]
     json: bool,
 }
@@ -40,6 +51,14 @@ enum Metric {
     Irradiance,
     /// The radiance itself
     Radiance,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Choose {
+    /// One after the other the one that leaves least unexplained
+    Residual,
+    /// The highest
+    Height,
 }
 
 fn count(text: &str) -> Result<usize, String> {
@@ -54,6 +73,12 @@ struct Lights {
     residual: Vec<f64>,
 }
 
+/// What `--json --per-channel` prints.
+#[derive(Serialize)]
+struct Channels {
+    channels: Vec<Lights>,
+}
+
 #[derive(Serialize)]
 struct Found {
     dir: [f64; 3],
@@ -66,23 +91,48 @@ impl ShLights {
         if file.quantity != Quantity::Radiance {
             bail!("{}: lights are found in radiance, this is {}", self.input, file.quantity);
         }
+        if self.per_channel {
+            return self.print_channels(&file.coefficients);
+        }
         let lights = match file.coefficients {
             FileCoefficients::Scalar(f) => self.find(&f),
             FileCoefficients::Rgb(f) => self.find(&f),
-        };
-        let lights = lights.map_err(|error| anyhow::anyhow!("{}: {error}", self.input))?;
-        if self.json { output::print_json(&lights) } else { output::print(&lights.text()) }
+        }?;
+        if self.json { output::print_json(&lights) } else { output::print(&lights.text("")) }
     }
 
-    fn find<T: Coefficient>(&self, f: &impl Expansion<T>) -> anyhow::Result<Lights> {
+    fn print_channels(&self, coefficients: &FileCoefficients) -> anyhow::Result<()> {
+        let channels = match coefficients {
+            FileCoefficients::Scalar(f) => vec![self.find(f)?],
+            FileCoefficients::Rgb(f) => {
+                (0..3).map(|c| self.find(&f.map(|rgb| rgb.channel(c)))).collect::<anyhow::Result<_>>()?
+            }
+        };
+        if self.json {
+            return output::print_json(&Channels { channels });
+        }
+        let names: &[&str] = if channels.len() == 1 { &[""] } else { &["red: ", "green: ", "blue: "] };
+        output::print(&names.iter().zip(&channels).map(|(name, lights)| lights.text(name)).collect::<String>())
+    }
+
+    fn find<T: Coefficient>(&self, f: &ShVec<T>) -> anyhow::Result<Lights> {
+        let fit = if self.closed { extract_light(f) } else { extract_lights(f, &self.options()) };
+        let LightFit { lights, ambient, residual, .. } =
+            fit.map_err(|error| anyhow::anyhow!("{}: {error}", self.input))?;
+        let found = lights.iter().map(|l| Found { dir: l.dir.to_array(), intensity: channels(l.intensity) });
+        Ok(Lights { lights: found.collect(), ambient: channels(ambient), residual: channels(residual) })
+    }
+
+    fn options(&self) -> LightOptions {
         let metric = match self.metric {
             Metric::Irradiance => LightMetric::Irradiance,
             Metric::Radiance => LightMetric::Radiance,
         };
-        let options = LightOptions { count: self.count, refine: self.refine, metric, ..LightOptions::default() };
-        let LightFit { lights, ambient, residual, .. } = extract_lights(f, &options)?;
-        let found = lights.iter().map(|l| Found { dir: l.dir.to_array(), intensity: channels(l.intensity) });
-        Ok(Lights { lights: found.collect(), ambient: channels(ambient), residual: channels(residual) })
+        let choice = match self.choose {
+            Choose::Residual => LightChoice::Residual,
+            Choose::Height => LightChoice::Height,
+        };
+        LightOptions { count: self.count, refine: self.refine, metric, choice, ..LightOptions::default() }
     }
 }
 
@@ -91,14 +141,15 @@ fn channels<T: Coefficient<Scalar = f64>>(value: T) -> Vec<f64> {
 }
 
 impl Lights {
-    fn text(&self) -> String {
+    /// In lines, each after the name of its channel.
+    fn text(&self, name: &str) -> String {
         let mut text = String::new();
         let numbers = |values: &[f64]| values.iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(" ");
         for light in &self.lights {
-            let _ = writeln!(text, "light from {}  intensity {}", numbers(&light.dir), numbers(&light.intensity));
+            let _ = writeln!(text, "{name}light from {}  intensity {}", numbers(&light.dir), numbers(&light.intensity));
         }
         let residual = self.residual.iter().map(|x| format!("{x:.3e}")).collect::<Vec<_>>().join(" ");
-        let _ = writeln!(text, "ambient {}\nresidual energy {residual}", numbers(&self.ambient));
+        let _ = writeln!(text, "{name}ambient {}\n{name}residual energy {residual}", numbers(&self.ambient));
         text
     }
 }

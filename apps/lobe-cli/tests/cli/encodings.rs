@@ -1,7 +1,11 @@
-//! `lobe sh encodings`: small encodings of irradiance beside the truth.
+//! `lobe sh encode` and `lobe sh encodings`: small encodings of irradiance beside the truth.
 
 use std::f64::consts::PI;
 
+use lobe::sh::{
+    Dir as Direction, IrradianceEncoding, IrradianceMatrix, PackedIrradiance, Quantity, Rgb, ShVec, Zonal, convolved,
+};
+use lobe_testkit::directions;
 use serde_json::Value;
 
 use crate::harness::{Dir, ONE, flat_hdr};
@@ -78,4 +82,74 @@ fn a_black_sky_has_no_relative_error_and_a_missing_one_no_table() {
     assert!(found["mean"] == 0.0 && found["encodings"][0]["rms"].is_null(), "{found}");
     let error = dir.lobe("sh encodings nowhere.exr").error();
     assert!(error.contains("nowhere.exr"), "{error}");
+}
+
+/// The rows that `lobe sh encode` prints, by name.
+fn encoded(dir: &Dir, args: &str) -> Vec<(String, Vec<f64>)> {
+    let found = json(dir, &format!("sh encode {args} --json"));
+    let row = |row: &Value| {
+        let values = row["values"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        (row["name"].as_str().unwrap().to_owned(), values)
+    };
+    found["numbers"].as_array().unwrap().iter().map(row).collect()
+}
+
+fn radiance() -> ShVec<Rgb<f64>> {
+    let sun = ShVec::impulse(5, Direction::from_angles(1.0, 2.0), Rgb::new(3.0, 2.0, 1.0));
+    &sun + &ShVec::constant(5, Rgb::new(0.2, 0.4, 0.8))
+}
+
+#[test]
+fn constants_of_shaders_give_the_irradiance_of_every_normal() {
+    let dir = Dir::new();
+    let irradiance = convolved(&radiance(), &Zonal::clamped_cosine(5));
+    dir.sh("l.sh.json", Quantity::Radiance, radiance());
+    dir.sh("e.sh.json", Quantity::Irradiance, irradiance.clone());
+    for file in ["l.sh.json", "e.sh.json"] {
+        let packed = encoded(&dir, &format!("{file} --as packed"));
+        let names: Vec<&str> = packed.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb", "cC"], "{file}");
+        let matrix = encoded(&dir, &format!("{file} --as matrix"));
+        for v in directions() {
+            let [x, y, z] = v;
+            let expected = PackedIrradiance::from_irradiance_sh(&irradiance).eval(Direction::from_unit(v)).to_array();
+            let by_matrix = IrradianceMatrix::from_irradiance_sh(&irradiance).eval(Direction::from_unit(v)).to_array();
+            let sum = |a: &[f64], b: [f64; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            for c in 0..3 {
+                let linear = sum(&packed[c].1, [x, y, z, 1.0]);
+                let quadratic = sum(&packed[3 + c].1, [x * y, y * z, z * z, z * x]);
+                let found = linear + quadratic + packed[6].1[c] * (x * x - y * y);
+                assert!((found - expected[c]).abs() < 1e-12, "{file}, packed towards {v:?}: {found} {expected:?}");
+                let n = [x, y, z, 1.0];
+                let found: f64 = (0..4).map(|i| n[i] * sum(&matrix[c].1[4 * i..4 * i + 4], n)).sum();
+                assert!((found - by_matrix[c]).abs() < 1e-12, "{file}, matrix towards {v:?}: {found} {by_matrix:?}");
+                assert!((found - expected[c]).abs() < 1e-12, "the two forms agree towards {v:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_encoding_prints_as_many_numbers_as_it_takes() {
+    let dir = Dir::new();
+    dir.sh("l.sh.json", Quantity::Radiance, radiance());
+    for encoding in IrradianceEncoding::ALL {
+        let name = encoding.name();
+        let rows = encoded(&dir, &format!("l.sh.json --as {name} --normal 0,1,0"));
+        let count: usize = rows.iter().map(|(_, values)| values.len()).sum();
+        // The zonal number of a hallucinated ZH3 follows from the others.
+        let derived = if matches!(encoding, IrradianceEncoding::Zh3Hallucinated(_)) { 3 } else { 0 };
+        assert_eq!(count, encoding.floats(3) + derived, "{name}: {rows:?}");
+        let text = dir.lobe(&format!("sh encode l.sh.json --as {name}")).stdout();
+        assert!(text.starts_with(&format!("{name}, {} floats\n", encoding.floats(3))), "{text}");
+    }
+    let one = ShVec::constant(3, PI);
+    dir.sh("one.sh.json", Quantity::Irradiance, one);
+    let cube = encoded(&dir, "one.sh.json --as ambient-cube");
+    assert!(cube.len() == 6 && cube.iter().all(|(_, v)| (v[0] - PI).abs() < 1e-12), "a white sky: {cube:?}");
+    let error = dir.lobe("sh encode one.sh.json --as zh4").error();
+    assert!(error.contains("expected packed, matrix or one of sh-2, "), "{error}");
+    dir.sh("v.sh.json", Quantity::Visibility, ShVec::constant(3, 1.0));
+    let error = dir.lobe("sh encode v.sh.json --as packed").error();
+    assert_eq!(error, "v.sh.json: expected radiance or irradiance, found visibility", "visibility");
 }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use lobe::sh::{Expansion as _, FileCoefficients, Quantity, Rgb, ShVec};
+use lobe::sh::{
+    Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Light, Normalization, Quantity, Rgb, ShVec,
+};
 use serde_json::Value;
 
 use crate::harness::Dir;
@@ -81,7 +83,7 @@ fn octant(dir: &Dir) -> ShVec<Rgb<f64>> {
 fn a_light_is_found_where_it_was_put() {
     let dir = Dir::new();
     light(&dir, "directional --dir 0,-1,0 --color 3,2,1 --order 4");
-    for options in ["", "--count 3", "--count 2 --refine", "--metric radiance"] {
+    for options in ["", "--count 3", "--count 2 --refine", "--metric radiance", "--choose height", "--closed"] {
         let found = lights(&dir, &format!("light.sh.json {options}"));
         assert!(near(&found["lights"][0]["dir"][1], -1.0, 1e-9), "{options}: {found}");
         for (channel, colour) in [3.0, 2.0, 1.0].into_iter().enumerate() {
@@ -95,6 +97,47 @@ fn a_light_is_found_where_it_was_put() {
     light(&dir, "ambient --color 1,2,3");
     let found = lights(&dir, "light.sh.json --count 5");
     assert!(found["lights"].as_array().unwrap().is_empty() && near(&found["ambient"][2], 3.0, 1e-12), "{found}");
+}
+
+#[test]
+fn channels_may_have_lights_of_their_own() {
+    let dir = Dir::new();
+    let places = [Direction::X, Direction::Y, -Direction::Z];
+    let mut f = ShVec::constant(3, Rgb::new(0.5, 0.5, 0.5));
+    for (c, place) in places.into_iter().enumerate() {
+        let colour = Rgb::from_channels(|k| if k == c { 1.0 + c as f64 } else { 0.0 });
+        let light = Light::Directional { dir: place, colour };
+        f += &light.project(3, Normalization::Projected).unwrap();
+    }
+    dir.sh("p.sh.json", Quantity::Radiance, f);
+    for options in ["--closed", "", "--count 3 --refine"] {
+        let found = lights(&dir, &format!("p.sh.json --per-channel {options}"));
+        for (c, place) in places.into_iter().enumerate() {
+            let channel = &found["channels"][c];
+            let light = &channel["lights"][0];
+            let is_there = (0..3).all(|k| near(&light["dir"][k], place.to_array()[k], 1e-7));
+            assert!(is_there && near(&light["intensity"][0], 1.0 + c as f64, 1e-7), "{options}, channel {c}: {found}");
+            assert!(near(&channel["ambient"][0], 0.5, 1e-7), "{options}, channel {c}: {found}");
+        }
+    }
+    let text = dir.lobe("sh lights p.sh.json --per-channel --closed").stdout();
+    assert!(text.starts_with("red: light from 1.000000 ") && text.contains("\nblue: ambient 0.500000\n"), "{text}");
+    let error = dir.lobe("sh lights p.sh.json --closed --refine").error();
+    assert!(error.contains("cannot be used with"), "{error}");
+}
+
+#[test]
+fn the_choice_of_lights_changes_which_maxima_are_taken() {
+    let dir = Dir::new();
+    // A bright light and its side lobes, higher than a dim light in their trough.
+    let mut f = ShVec::<f64>::impulse(6, Direction::Z, 1.0);
+    f += &ShVec::impulse(6, Direction::from_angles(1.25, 0.4), 0.12);
+    dir.sh("p.sh.json", Quantity::Radiance, f);
+    let [height, residual] = ["height", "residual"]
+        .map(|choose| lights(&dir, &format!("p.sh.json --count 2 --metric radiance --choose {choose}")));
+    let [a, b] = [&height, &residual].map(|found| found["residual"][0].as_f64().unwrap());
+    assert!(b <= a, "the least residual is not above that of the highest: {height}, {residual}");
+    assert_ne!(height, residual, "the choice");
 }
 
 #[test]

@@ -160,6 +160,49 @@ fn min_proves_the_least_value() {
 }
 
 #[test]
+fn the_closed_bound_is_below_the_least_value() {
+    let dir = Dir::new();
+    dir.sh("sun.sh.json", Quantity::Radiance, sun().resized(3));
+    let [bounds, minima] = ["--bound ", ""].map(|bound| json(&dir, &format!("sh min sun.sh.json {bound}--json")));
+    for c in 0..3 {
+        let bound = bounds["channels"][c]["bound"].as_f64().unwrap();
+        let min = minima["channels"][c]["min"].as_f64().unwrap();
+        assert!(bound <= min && min - bound < 1e-6 * min.abs(), "channel {c} is zonal: {bounds}, {minima}");
+    }
+    let text = dir.lobe("sh min sun.sh.json --bound").stdout();
+    assert!(text.starts_with("red -") && text.lines().count() == 3 && text.contains("\nblue -"), "{text}");
+    dir.sh("sun.sh.json", Quantity::Radiance, sun());
+    let error = dir.lobe("sh min sun.sh.json --bound").error();
+    assert!(error.contains("expected up to three bands, found order 4"), "{error}");
+    let error = dir.lobe("sh min sun.sh.json --bound --tolerance 1e-3").error();
+    assert!(error.contains("cannot be used with"), "{error}");
+}
+
+#[test]
+fn peaks_are_all_maxima_and_the_highest_first() {
+    let dir = Dir::new();
+    let lights = [(Direction::X, 1.0), (Direction::Y, 3.0), (-Direction::Z, 2.0)];
+    let zero = ShVec::<Rgb<f64>>::zero(10);
+    let f = lights.iter().fold(zero, |f, (s, x)| &f + &ShVec::impulse(10, *s, Rgb::new(*x, *x, *x)));
+    dir.sh("p.sh.json", Quantity::Radiance, f.clone());
+    let found = json(&dir, "sh peaks p.sh.json --json");
+    let peaks = found["peaks"].as_array().unwrap();
+    for (peak, (expected, _)) in peaks.iter().zip([lights[1], lights[2], lights[0]]) {
+        let s: [f64; 3] = numbers(&peak["dir"]).try_into().unwrap();
+        let s = Direction::from_unit(s);
+        let value = peak["value"].as_f64().unwrap();
+        assert!(s.angle_to(expected) < 0.1, "{peak} for {expected:?}");
+        assert!((value - f.eval(s).luminance()).abs() < 1e-12, "{peak}");
+    }
+    let values: Vec<f64> = peaks.iter().map(|p| p["value"].as_f64().unwrap()).collect();
+    assert!(values.is_sorted_by(|a, b| a >= b), "the highest first: {values:?}");
+    let text = dir.lobe("sh peaks p.sh.json --search paper").stdout();
+    assert!(text.lines().count() == peaks.len() && text.contains(" towards "), "{text}");
+    dir.sh("flat.sh.json", Quantity::Radiance, ShVec::<f64>::constant(3, 2.0));
+    assert_eq!(dir.lobe("sh peaks flat.sh.json").stdout(), "no maximum: the same value everywhere\n", "a constant");
+}
+
+#[test]
 fn dering_ends_all_negative_values_of_what_is_asked() {
     let dir = Dir::new();
     let sun = sun();
@@ -238,6 +281,7 @@ fn what_cannot_be_made_non_negative_is_one_line() {
     dir.sh("log.sh.json", Quantity::LogVisibility, impulse(2));
     dir.sh("transfer.sh.json", Quantity::Transfer, impulse(2));
     dir.sh("e.sh.json", Quantity::Irradiance, impulse(5));
+    dir.sh("radiance.sh.json", Quantity::Radiance, impulse(3));
     dir.sh("zero.sh.json", Quantity::Irradiance, ShVec::<f64>::zero(3));
     for (args, part) in [
         ("dark.sh.json", "the mean of green is -0.14"),
@@ -246,6 +290,7 @@ fn what_cannot_be_made_non_negative_is_one_line() {
         ("transfer.sh.json --quantity irradiance", "expected radiance or irradiance, found transfer"),
         ("e.sh.json --quantity radiance", "expected radiance, found irradiance"),
         ("e.sh.json --method table", "up to three bands, found order 5"),
+        ("radiance.sh.json --method table", "found a function that rings more; choose least-change"),
         ("e.sh.json --method auto", "expected least-change"),
         ("e.sh.json --method lanczos:0", "lanczos:0"),
     ] {
