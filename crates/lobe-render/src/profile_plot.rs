@@ -14,6 +14,16 @@ pub struct Profile<'a> {
     pub f: &'a dyn Fn(f64) -> f64,
 }
 
+impl<'a> Curve2d<'a> {
+    /// A function of the angle `θ` in radians as a line over degrees, a point for every half of one from 0° to 180°.
+    #[must_use]
+    pub fn of_angle(label: &'a str, colour: [u8; 3], dashed: bool, f: impl Fn(f64) -> f64) -> Self {
+        let degrees = |i: usize| 180.0 * i as f64 / (POINTS - 1) as f64;
+        let points = (0..POINTS).map(|i| [degrees(i), f(degrees(i).to_radians())]).collect();
+        Self { label, colour, dashed, points }
+    }
+}
+
 /// A plot of functions of the angle `θ` from an axis, 0° to 180°, with a legend.
 #[derive(Clone, Copy, Debug)]
 pub struct ProfilePlot {
@@ -30,16 +40,11 @@ impl ProfilePlot {
     /// The plot as a complete SVG document. Values that are not finite leave a gap.
     #[must_use]
     pub fn svg(&self, profiles: &[Profile<'_>]) -> String {
-        let curves: Vec<Curve2d<'_>> = profiles.iter().map(sampled).collect();
+        let curves: Vec<Curve2d<'_>> =
+            profiles.iter().map(|p| Curve2d::of_angle(p.label, p.colour, p.dashed, p.f)).collect();
         let Self { width, height } = *self;
         LinePlot { width, height, ends: [0.0, 180.0], step: 30.0, unit: "°" }.svg(&curves)
     }
-}
-
-fn sampled<'a>(profile: &Profile<'a>) -> Curve2d<'a> {
-    let degrees = |i: usize| 180.0 * i as f64 / (POINTS - 1) as f64;
-    let points = (0..POINTS).map(|i| [degrees(i), (profile.f)(degrees(i).to_radians())]).collect();
-    Curve2d { label: profile.label, colour: profile.colour, dashed: profile.dashed, points }
 }
 
 #[cfg(test)]

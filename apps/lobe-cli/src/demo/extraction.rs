@@ -1,6 +1,6 @@
 //! A photograph as a few directional lights.
 
-use lobe::env::{EnvMap, SunOptions, extract_sun};
+use lobe::env::{EnvMap, SunOptions, extract_sun, project_env};
 use lobe::render::{Ball, Picture, Sheet, Tone, View};
 use lobe::sh::{Dir, LightMetric, LightOptions, Rgb, ShVec, Zonal, convolved, extract_lights};
 
@@ -8,6 +8,9 @@ use super::{BACKDROP, SWEEP, Sky, Writer, digits};
 
 /// The numbers of lights that are shown.
 const COUNTS: [usize; 3] = [3, 2, 1];
+
+/// The most bands that the strongest light is looked for in.
+const SUN_ORDER: usize = 10;
 
 impl Writer<'_> {
     pub(super) fn extraction(&mut self, sky: &Sky) -> anyhow::Result<()> {
@@ -60,13 +63,14 @@ impl Writer<'_> {
     fn angles_table(&mut self, sky: &Sky) -> anyhow::Result<()> {
         (self.progress)("the strongest light by order");
         let sun = brightest_place(&sky.map);
+        let radiance = project_env(&sky.map, SUN_ORDER);
         let mut rows = Vec::new();
-        for order in 2..=SWEEP {
+        for order in 2..=SUN_ORDER {
             let mut row = vec![order.to_string()];
             for metric in [LightMetric::Radiance, LightMetric::Irradiance] {
                 for refine in [false, true] {
                     let options = LightOptions { count: 1, refine, metric, ..LightOptions::default() };
-                    let fit = extract_lights(&sky.radiance.resized(order), &options)?;
+                    let fit = extract_lights(&radiance.resized(order), &options)?;
                     let angle = fit.lights.first().map(|light| light.dir.angle_to(sun).to_degrees());
                     row.push(angle.map_or("none".to_owned(), |angle| format!("{angle:.1}°")));
                 }

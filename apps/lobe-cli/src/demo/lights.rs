@@ -1,9 +1,9 @@
 //! Lights with a name in a few bands, beside what they are.
 
 use lobe::render::{CrossSection, Curve2d, LinePlot, PolarPlot};
-use lobe::sh::{Dir, Zonal};
+use lobe::sh::{Dir, Expansion as _, Light, Normalization, Rgb, ShVec, SphericalPolygon, Zonal};
 
-use super::Writer;
+use super::{Writer, digits};
 
 /// The size of plots of lines: they are drawn by the reader's program, so `--quick` does not make them smaller.
 const PLOT: [f64; 2] = [480.0, 300.0];
@@ -21,17 +21,12 @@ pub(super) const GREY: [u8; 3] = [130, 130, 130];
 const CONES: [(f64, &str, [u8; 3]); 4] =
     [(90.0, "90°", GREEN), (45.0, "45°", RED), (30.0, "30°", BLUE), (12.5, "12.5°", BLACK)];
 
-/// A function of the angle from an axis as a line, a point for every half degree from 0° to 180°.
-pub(super) fn profile<'a>(label: &'a str, colour: [u8; 3], dashed: bool, f: impl Fn(f64) -> f64) -> Curve2d<'a> {
-    let degrees = |i: u32| 0.5 * f64::from(i);
-    let points = (0..=360).map(|i| [degrees(i), f(degrees(i).to_radians())]).collect();
-    Curve2d { label, colour, dashed, points }
-}
-
 impl Writer<'_> {
     pub(super) fn lights(&mut self) -> anyhow::Result<()> {
         self.kernels()?;
-        self.cones()
+        self.cones()?;
+        self.skies_of_formulas()?;
+        self.window_of_a_room()
     }
 
     /// Lines over the angle from an axis.
@@ -55,16 +50,19 @@ impl Writer<'_> {
 
     fn kernels(&mut self) -> anyhow::Result<()> {
         self.page.section("What a surface sees, in three and in five bands");
-        self.page.text(
-            "The cosine of a diffuse surface ends at the horizon, its expansion does not. Order 3 is 1/16 too bright at its peak \
-             and has a lobe of 1/16 at the opposite pole; order 5 has one of -1/32 there, which is negative.",
-        );
         let [three, five] = [3, 5].map(Zonal::clamped_cosine);
+        self.page.text(&format!(
+            "The cosine of a diffuse surface ends at the horizon, its expansion does not. Order 3 is {} too bright at its peak \
+             and has a lobe of {} at the opposite pole; order 5 has one of {} there, which is negative.",
+            digits(three.eval(1.0) - 1.0),
+            digits(three.eval(-1.0)),
+            digits(five.eval(-1.0)),
+        ));
         let truth = |t: f64| t.max(0.0);
         let curves = [
-            profile("order 3", RED, false, |t| three.eval(t.cos())),
-            profile("order 5", BLUE, false, |t| five.eval(t.cos())),
-            profile("the cosine", BLACK, true, |t| truth(t.cos())),
+            Curve2d::of_angle("order 3", RED, false, |t| three.eval(t.cos())),
+            Curve2d::of_angle("order 5", BLUE, false, |t| five.eval(t.cos())),
+            Curve2d::of_angle("the cosine", BLACK, true, |t| truth(t.cos())),
         ];
         self.profiles("kernel.svg", &curves, "over the angle from the normal")?;
         for (order, kernel) in [(3, &three), (5, &five)] {
@@ -108,12 +106,74 @@ impl Writer<'_> {
     }
 }
 
+/// How far the window of [`Writer::window_of_a_room`] reaches to either side, and up, at distance 1.
+const WINDOW: [f64; 2] = [0.6, 0.8];
+
+impl Writer<'_> {
+    /// Lights that depend on the height alone.
+    fn skies_of_formulas(&mut self) -> anyhow::Result<()> {
+        self.page.section("A sky and a ground");
+        self.page.text(
+            "The hemisphere light mixes the colours of sky and ground by the height, which two bands hold exactly. The gradient has a \
+             fold at the horizon, which they do not.",
+        );
+        let grey = |x: f64| Rgb::new(x, x, x);
+        let (sky, horizon, ground) = (1.0, 0.35, 0.1);
+        let hemisphere = Light::Hemisphere { up: Dir::Z, sky: grey(sky), ground: grey(ground) };
+        let gradient = Light::Gradient { up: Dir::Z, zenith: grey(sky), horizon: grey(horizon), ground: grey(ground) };
+        let of = |light: &Light, order| light.project(order, Normalization::None);
+        let (two, three, six) = (of(&hemisphere, 2)?, of(&gradient, 3)?, of(&gradient, 6)?);
+        let at = |f: &ShVec<Rgb<f64>>, t: f64| f.eval(Dir::from_angles(t, 0.0)).g;
+        let mixed = |z: f64| 0.5 * (sky * (1.0 + z) + ground * (1.0 - z));
+        let folded = |z: f64| horizon + (sky - horizon) * z.max(0.0) + (ground - horizon) * (-z).max(0.0);
+        let curves = [
+            Curve2d::of_angle("hemisphere, order 2", GREEN, false, |t| at(&two, t)),
+            Curve2d::of_angle("", BLACK, true, |t| mixed(t.cos())),
+            Curve2d::of_angle("gradient, order 3", RED, false, |t| at(&three, t)),
+            Curve2d::of_angle("gradient, order 6", BLUE, false, |t| at(&six, t)),
+            Curve2d::of_angle("what they are", BLACK, true, |t| folded(t.cos())),
+        ];
+        self.profiles("sky-lights.svg", &curves, "over the angle from the zenith")?;
+        self.page.command(
+            "lobe light gradient --zenith 1,1,1 --horizon 0.35,0.35,0.35 --ground 0.1,0.1,0.1 --normalize none -o sky.sh.json",
+        );
+        Ok(())
+    }
+
+    /// A polygon from its edges.
+    fn window_of_a_room(&mut self) -> anyhow::Result<()> {
+        self.page.section("A window from the integrals along its edges");
+        let [side, top] = WINDOW;
+        let vertices = vec![[1.0, -side, 0.0], [1.0, side, 0.0], [1.0, side, top], [1.0, -side, top]];
+        let window = SphericalPolygon::new(vertices)?;
+        self.page.text(&format!(
+            "A rectangle of radiance 1, {} steradians seen from the middle of its lower edge, one unit in front of it: exact in every \
+             band, whatever the polygon.",
+            digits(window.solid_angle()),
+        ));
+        let is_inside = |s: Dir| s.x() > 0.0 && s.y().abs() <= side * s.x() && (0.0..=top * s.x()).contains(&s.z());
+        let truth = |s: Dir| if is_inside(s) { 1.0 } else { 0.0 };
+        for order in [4, 6, 10] {
+            let light = window.project(order);
+            let plot = PolarPlot { extent: Some(1.2), ..PolarPlot::new(POLAR, CrossSection::XZ) };
+            let file = format!("window-light-{order}.svg");
+            self.write_svg(&file, &plot.svg(&|s: Dir| light.eval(s), &[&truth]))?;
+            self.page.figure(&file, POLAR as usize, &format!("order {order} in the vertical plane, the window dashed"));
+        }
+        self.page.command(&format!(
+            "lobe light polygon --vertices '1,-{side},0 1,{side},0 1,{side},{top} 1,-{side},{top}' --order 6 --normalize none \
+             -o window.sh.json",
+        ));
+        Ok(())
+    }
+}
+
 /// Every disc and, dashed and in the same colour, what it is: a function of its half angle and of the angle.
 fn cone_curves(cones: &[Zonal; 4], truth: impl Fn(f64, f64) -> f64) -> Vec<Curve2d<'static>> {
     let pair = |((degrees, label, colour), cone): ((f64, &'static str, [u8; 3]), &Zonal)| {
         [
-            profile("", colour, true, |t| truth(degrees.to_radians(), t)),
-            profile(label, colour, false, |t| cone.eval(t.cos())),
+            Curve2d::of_angle("", colour, true, |t| truth(degrees.to_radians(), t)),
+            Curve2d::of_angle(label, colour, false, |t| cone.eval(t.cos())),
         ]
     };
     CONES.into_iter().zip(cones).flat_map(pair).collect()

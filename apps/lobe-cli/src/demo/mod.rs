@@ -27,7 +27,9 @@ use clap::Args;
 use lobe::env::bundled::{self, Bundled};
 use lobe::env::{EnvError, EnvMap, project_env};
 use lobe::render::{Exposure, Picture, Tone};
-use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, save_sh_json, write_atomically};
+use lobe::sh::{
+    Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, save_sh_json, write_atomically,
+};
 
 use crate::output;
 use crate::talk::Talk;
@@ -44,7 +46,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 129;
+const STEPS: u64 = 138;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -153,11 +155,9 @@ impl Sky {
         format!("{}-{what}", self.bundled.name)
     }
 
-    /// The direction that the light comes from on the whole: the optimal linear direction of the luminance,
-    /// `(-f_3, -f_1, f_2)`; +z if there is none.
+    /// The direction that the light comes from on the whole; +z if there is none.
     fn main_direction(&self) -> Dir {
-        let [y, z, x] = [1, 2, 3].map(|i| self.radiance[i].luminance());
-        Dir::new([-x, -y, z]).unwrap_or(Dir::Z)
+        optimal_linear_direction(&self.radiance).unwrap_or(Dir::Z)
     }
 }
 

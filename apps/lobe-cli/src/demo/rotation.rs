@@ -1,7 +1,7 @@
 //! The light turned about the vertical.
 
 use lobe::render::{Ball, Sheet, Tone, View};
-use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved, even_directions};
 
 use super::{BACKDROP, Sky, Writer, digits};
 
@@ -41,13 +41,14 @@ impl Writer<'_> {
     }
 }
 
-/// The largest `|g(s) - f(R⁻¹ s)|` over a spiral of directions and all channels.
+/// Directions in which the turned light is compared with the old.
+const SAMPLES: usize = 500;
+
+/// The largest `|g(s) - f(R⁻¹ s)|` over directions everywhere and all channels.
 fn largest_error(f: &ShVec<Rgb<f64>>, g: &ShVec<Rgb<f64>>, turn: &Rotation) -> f64 {
     let back = turn.inverse();
-    let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    (0..500)
-        .map(|k| {
-            let s = Dir::from_angles((1.0 - (2 * k + 1) as f64 / 500.0).acos(), golden_angle * f64::from(k));
+    even_directions(SAMPLES)
+        .map(|s| {
             let difference = g.eval(s) - f.eval(back.rotate_dir(s));
             difference.to_array().iter().fold(0.0, |largest, d| d.abs().max(largest))
         })

@@ -1,13 +1,14 @@
 //! Windows over the bands, and what they do to the most pointed light there is.
 
+use anyhow::Context as _;
 use lobe::render::{CrossSection, Curve2d, PolarPlot};
-use lobe::sh::{Dir, Expansion as _, ShVec, Window, Zonal, squared_laplacian};
+use lobe::sh::{Dir, Expansion as _, ShVec, Window, Zonal, dering_table_factors, squared_laplacian, width_of_peak};
 
-use super::lights::{BLACK, BLUE, GREEN, GREY, ORANGE, POLAR, RED, profile};
+use super::lights::{BLACK, BLUE, GREEN, GREY, ORANGE, POLAR, RED};
 use super::{SWEEP, Writer, digits};
 
-/// The widths at which a Hanning and a Lanczos window lower the peak of an impulse of order 6 to the same 2.25.
-const SAME_PEAK: [f64; 2] = [12.010_498_388, 9.872_527_032];
+/// The peak to which a Hanning and a Lanczos window lower an impulse of order 6, so that they can be compared.
+const SAME_PEAK: f64 = 2.25;
 
 /// Points of a line between two bands.
 const FINE: usize = 32;
@@ -30,6 +31,13 @@ fn hanning(width: f64) -> Option<Window> {
     Some(Window::Hanning { width })
 }
 
+/// The widths of the Hanning and the Lanczos window at which an impulse of order [`SWEEP`] has the peak [`SAME_PEAK`].
+fn same_peak() -> anyhow::Result<[f64; 2]> {
+    let hanning = width_of_peak(SWEEP, SAME_PEAK, |width| Window::Hanning { width });
+    let lanczos = width_of_peak(SWEEP, SAME_PEAK, |width| Window::Lanczos { width, power: 1.0 });
+    hanning.zip(lanczos).map(|(hanning, lanczos)| [hanning, lanczos]).context("no window has the peak")
+}
+
 /// The window that leaves a fraction of the squared Laplacian of the impulse.
 fn laplacian(fraction: f64) -> Option<Window> {
     let sun = ShVec::<f64>::impulse(SWEEP, Dir::Z, 1.0);
@@ -38,22 +46,28 @@ fn laplacian(fraction: f64) -> Option<Window> {
 
 impl Writer<'_> {
     pub(super) fn windows(&mut self) -> anyhow::Result<()> {
+        let widths = same_peak()?;
         self.page.section("Windows: less ringing for more blur");
-        self.page.text(
+        self.page.text(&format!(
             "A window lets the bands fade out where a truncation cuts them off. A sun is the light that rings most: here at \
-             order 6, its peak 36/4π = 2.86, under windows of several kinds, widths and powers.",
-        );
-        self.window_functions()?;
-        self.sigma_factors()?;
-        self.page.command(
-            "lobe light directional --dir 0,0,1 --order 6 --normalize none -o sun.sh.json\n\
-             lobe sh window sun.sh.json --kind lanczos --width 9.8725 -o calm.sh.json\n\
+             order {SWEEP}, its peak {}/4π = {}, under windows of several kinds, widths and powers.",
+            SWEEP * SWEEP,
+            digits(impulse(None).eval(1.0)),
+        ));
+        self.window_functions(widths)?;
+        self.sigma_factors(widths)?;
+        self.page.command(&format!(
+            "lobe light directional --dir 0,0,1 --order {SWEEP} --normalize none -o sun.sh.json\n\
+             lobe sh window sun.sh.json --kind lanczos --width {:.4} -o calm.sh.json\n\
              lobe sh plot calm.sh.json --beside sun.sh.json --style polar -o calm.svg",
-        );
-        self.laplacians()
+            widths[1],
+        ));
+        self.laplacians(widths)?;
+        self.table_windows()?;
+        self.punctual_light()
     }
 
-    fn window_functions(&mut self) -> anyhow::Result<()> {
+    fn window_functions(&mut self, [hanning_width, lanczos_width]: [f64; 2]) -> anyhow::Result<()> {
         // Both depend on l/w alone, so a window FINE times as wide has the values between the bands.
         let fine = |label, colour, window: Window| Curve2d {
             label,
@@ -69,25 +83,25 @@ impl Writer<'_> {
         ];
         let bands = ([0.0, SWEEP as f64], 1.0, "");
         self.line_plot("windows.svg", bands, &curves, "windows of width 6 over the band; only whole bands are used")?;
-        let [hanning_width, lanczos_width] = SAME_PEAK;
+        let labels = [format!("Lanczos, {lanczos_width:.2}"), format!("Hanning, {hanning_width:.2}")];
         let named: [Named<'_>; 6] = [
-            ("Lanczos, 9.87", RED, lanczos(lanczos_width, 1.0)),
-            ("Hanning, 12.01", BLUE, hanning(hanning_width)),
+            (labels[0].as_str(), RED, lanczos(lanczos_width, 1.0)),
+            (labels[1].as_str(), BLUE, hanning(hanning_width)),
             ("Laplacian, 50 %", GREEN, laplacian(0.5)),
             ("Laplacian, 10 %", BLACK, laplacian(0.1)),
             ("Gauss, 15°", ORANGE, Some(Window::Gauss { sigma: 15.0_f64.to_radians() })),
             ("point lights", GREY, Some(Window::PunctualLight)),
         ];
-        let curve = |(label, colour, window): Named<'static>| {
+        let curves = named.map(|(label, colour, window)| {
             let factor = |l: usize| window.map_or(1.0, |window| window.factor(l));
             // It lies on the Lanczos window.
             let dashed = matches!(window, Some(Window::Hanning { .. }));
             Curve2d { label, colour, dashed, points: (0..SWEEP).map(|l| [l as f64, factor(l)]).collect() }
-        };
+        });
         // Room for the legend on the right.
         let bands = ([0.0, 1.5 * SWEEP as f64], 1.0, "");
-        let caption = "factors by band: the first two give a sun of order 6 the same peak, 2.25";
-        self.line_plot("window-bands.svg", bands, &named.map(curve), caption)
+        let caption = format!("factors by band: the first two give a sun of order {SWEEP} the same peak, {SAME_PEAK}");
+        self.line_plot("window-bands.svg", bands, &curves, &caption)
     }
 
     /// The impulse under each window, over the angle from it.
@@ -96,7 +110,7 @@ impl Writer<'_> {
             .iter()
             .map(|(label, colour, window)| {
                 let sun = impulse(*window);
-                profile(label, *colour, window.is_none(), move |t| sun.eval(t.cos()))
+                Curve2d::of_angle(label, *colour, window.is_none(), move |t| sun.eval(t.cos()))
             })
             .collect();
         self.profiles(file, &curves, caption)
@@ -111,13 +125,13 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn sigma_factors(&mut self) -> anyhow::Result<()> {
-        let [hanning_width, lanczos_width] = SAME_PEAK;
+    fn sigma_factors(&mut self, [hanning_width, lanczos_width]: [f64; 2]) -> anyhow::Result<()> {
+        let labels = [lanczos_width, hanning_width].map(|width| format!("width {width:.2}"));
         let bare: Named<'_> = ("no window", GREY, None);
         let widths = [
             bare,
             ("width 16", ORANGE, lanczos(16.0, 1.0)),
-            ("width 9.87", GREEN, lanczos(lanczos_width, 1.0)),
+            (labels[0].as_str(), GREEN, lanczos(lanczos_width, 1.0)),
             ("width 7.5", BLUE, lanczos(7.5, 1.0)),
             ("width 6", RED, lanczos(6.0, 1.0)),
         ];
@@ -137,17 +151,25 @@ impl Writer<'_> {
         let widths = [
             bare,
             ("width 20", ORANGE, hanning(20.0)),
-            ("width 12.01", GREEN, hanning(hanning_width)),
+            (labels[1].as_str(), GREEN, hanning(hanning_width)),
             ("width 8", BLUE, hanning(8.0)),
             ("width 6", RED, hanning(6.0)),
         ];
         self.suns("sigma-hanning-widths.svg", &widths, "Hanning windows of several widths")?;
         let caption = "in polar form: Lanczos of width 6, the bare sun dashed; signs of its lobes alternate";
         self.polar_sun("sigma-polar-lanczos.svg", lanczos(6.0, 1.0), caption)?;
-        self.polar_sun("sigma-polar-hanning.svg", hanning(6.0), "Hanning of width 6, the bare sun dashed")
+        self.polar_sun("sigma-polar-hanning.svg", hanning(6.0), "Hanning of width 6, the bare sun dashed")?;
+        let together = [
+            bare,
+            ("Lanczos", RED, lanczos(6.0, 1.0)),
+            ("Lanczos, power 2", ORANGE, lanczos(6.0, 2.0)),
+            ("Lanczos, power 4", GREEN, lanczos(6.0, 4.0)),
+            ("Hanning", BLUE, hanning(6.0)),
+        ];
+        self.suns("sigma-together.svg", &together, "all windows of width 6 together")
     }
 
-    fn laplacians(&mut self) -> anyhow::Result<()> {
+    fn laplacians(&mut self, [hanning_width, lanczos_width]: [f64; 2]) -> anyhow::Result<()> {
         self.page.section("Windows: half the curvature");
         self.page.text(
             "The other way round: the fit that is smoothest for its error, with the weight λ that leaves a wanted part of the squared \
@@ -157,11 +179,11 @@ impl Writer<'_> {
         self.suns("laplacian.svg", &windows, "a sun of order 6 with 50 % and 10 % of its squared Laplacian")?;
         self.polar_sun("laplacian-50.svg", laplacian(0.5), "50 % in polar form, the bare sun dashed")?;
         self.polar_sun("laplacian-10.svg", laplacian(0.1), "10 %")?;
-        let [hanning_width, lanczos_width] = SAME_PEAK;
+        let labels = [format!("Lanczos, width {lanczos_width:.2}"), format!("Hanning, width {hanning_width:.2}")];
         let rows = [
             ("none", None),
-            ("Lanczos, width 9.87", lanczos(lanczos_width, 1.0)),
-            ("Hanning, width 12.01", hanning(hanning_width)),
+            (labels[0].as_str(), lanczos(lanczos_width, 1.0)),
+            (labels[1].as_str(), hanning(hanning_width)),
             ("Lanczos, width 6", lanczos(6.0, 1.0)),
             ("Lanczos, width 6, power 4", lanczos(6.0, 4.0)),
             ("Hanning, width 6", hanning(6.0)),
@@ -174,12 +196,84 @@ impl Writer<'_> {
         self.page.command("lobe sh window sun.sh.json --kind laplacian --keep 0.5 -o half.sh.json");
         Ok(())
     }
+
+    /// The figure of Sloan 2017 that his table is made by.
+    fn table_windows(&mut self) -> anyhow::Result<()> {
+        const ROWS: [(f64, [u8; 3]); 7] =
+            [(0.0, GREY), (1.0, [170, 60, 160]), (2.0, ORANGE), (3.0, RED), (4.0, GREEN), (5.0, BLUE), (6.0, BLACK)];
+        self.page.section("Windows: the table for irradiance");
+        let suns = ROWS.map(|(row, _)| irradiance_of_sun(&dering_table_factors(row / 6.0)));
+        let [first, .., before, last] = suns.each_ref().map(lowest);
+        self.page.text(&format!(
+            "The irradiance of a sun at order 3 in units of its mean, under the seven windows of Sloan's table. Bare it falls to \
+             {}, under the last but one to {}, under the last no lower than {}: light rings no more than a sun, so the last \
+             suffices for any.",
+            digits(first),
+            digits(before),
+            digits(last),
+        ));
+        let labels = ROWS.map(|(row, _)| format!("row {}", row + 1.0));
+        let curves: Vec<Curve2d<'_>> = ROWS
+            .iter()
+            .zip(&suns)
+            .zip(&labels)
+            .map(|((&(row, colour), sun), label)| Curve2d::of_angle(label, colour, row == 0.0, |t| sun.eval(t.cos())))
+            .collect();
+        self.profiles("table-windows.svg", &curves, "over the angle from the sun")?;
+        let truth = |s: Dir| 4.0 * s.z().max(0.0);
+        for (file, sun, caption) in [
+            ("table-first.svg", &suns[0], "the middle of the first in polar form, the cosine dashed"),
+            ("table-last.svg", &suns[6], "the middle of the last"),
+        ] {
+            let plot = PolarPlot { extent: Some(1.0), ..PolarPlot::new(POLAR, CrossSection::XZ) };
+            self.write_svg(file, &plot.svg(&|s: Dir| sun.eval(s.z()), &[&truth]))?;
+            self.page.figure(file, POLAR as usize, caption);
+        }
+        self.page.command("lobe sh dering e.sh.json --method table -o calm.sh.json");
+        Ok(())
+    }
+
+    /// What a light is blurred by before it is added to a probe.
+    fn punctual_light(&mut self) -> anyhow::Result<()> {
+        self.page.section("Windows: point lights before they are added");
+        let factors = Window::PunctualLight.factors(3);
+        let (bare, sun) = (irradiance_of_sun(&[1.0; 3]), irradiance_of_sun(&factors));
+        self.page.text(&format!(
+            "A light that is added to a probe at run time is not deringed with it. With the bands scaled by {} its irradiance \
+             rings half as deep, to {} instead of {} of its mean, for a peak of {} instead of {}.",
+            factors.iter().map(f64::to_string).collect::<Vec<_>>().join(", "),
+            digits(lowest(&sun)),
+            digits(lowest(&bare)),
+            digits(sun.eval(1.0)),
+            digits(bare.eval(1.0)),
+        ));
+        let curves = [
+            Curve2d::of_angle("bare", GREY, true, |t| bare.eval(t.cos())),
+            Curve2d::of_angle("under the window", RED, false, |t| sun.eval(t.cos())),
+        ];
+        self.profiles("punctual-light.svg", &curves, "the irradiance of a point light over the angle from it")?;
+        self.page.command("lobe sh window sun.sh.json --kind punctual -o added.sh.json");
+        Ok(())
+    }
+}
+
+/// The irradiance of a sun of order 3 under factors for its bands, in units of its mean.
+fn irradiance_of_sun(factors: &[f64]) -> Zonal {
+    let cosine = Zonal::clamped_cosine(3);
+    let sun = Zonal::impulse(3);
+    let bands = sun.coefficients().iter().zip(cosine.convolution_factors()).zip(factors);
+    // The mean of an irradiance of 1 facing the sun is 1/4.
+    Zonal::new(bands.map(|((z, a), w)| 4.0 * z * a * w).collect())
+}
+
+/// The lowest value of a zonal function, from a tenth of a degree to the next.
+fn lowest(zonal: &Zonal) -> f64 {
+    (0..=1800).map(|k| zonal.eval((f64::from(k) * 0.1).to_radians().cos())).fold(f64::INFINITY, f64::min)
 }
 
 fn row(name: &str, window: Option<Window>) -> Vec<String> {
     let [sun, bare] = [window, None].map(|w| impulse(w).towards(Dir::Z, 1.0_f64));
     let zonal = impulse(window);
-    let lowest = (0..=1800).map(|k| zonal.eval((f64::from(k) * 0.1).to_radians().cos())).fold(f64::INFINITY, f64::min);
     let left = squared_laplacian(sun.coefficients()) / squared_laplacian(bare.coefficients());
-    vec![name.to_owned(), digits(zonal.eval(1.0)), digits(lowest), format!("{} %", digits(100.0 * left))]
+    vec![name.to_owned(), digits(zonal.eval(1.0)), digits(lowest(&zonal)), format!("{} %", digits(100.0 * left))]
 }
