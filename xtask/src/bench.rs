@@ -65,7 +65,6 @@ const REFERENCES: &[Reference] = &[
     reference("product-f32/6", "DirectXMath", 335.0, 20.0),
     reference("dering-one-rgb-f32/3", "Filament auto", 1380.0, f64::NAN),
     reference("dering-batch-rgb-f32/3", "Filament auto", 1380.0, f64::NAN),
-    reference("dering-reported-rgb-f32/lanczos:4/3", "Filament auto", 1380.0, f64::NAN),
     reference("window-rgb-f32/3", "sh-lib", 7.9, f64::NAN),
     reference("project-1-threads/3", "SHTns", 6.39, 0.41),
     reference("project-1-threads/6", "SHTns", 6.19, 0.41),
