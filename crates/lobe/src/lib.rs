@@ -63,6 +63,35 @@
 //! # Ok::<(), lobe::render::RenderError>(())
 //! ```
 //!
+//! # From a light to numbers, and back
+//!
+//! Lights with a shape have closed forms of any order. Few bands ring: the irradiance of a sun is negative below its
+//! horizon, until the least change takes that away. And what lights there are can be read from an expansion.
+//!
+//! ```
+//! use lobe::sh::{
+//!     Dering, Dir, Expansion as _, IrradianceEncoding, Light, Normalization, PackedIrradiance, Rgb, Rotation, Zonal,
+//!     convolved, deringed, extract_light,
+//! };
+//!
+//! let sun = Light::Directional { dir: Dir::X, colour: Rgb::new(3.0, 2.0, 1.0) };
+//! let sky = Light::Ambient { colour: Rgb::splat(0.1) };
+//! let light = &sun.project(3, Normalization::Projected)? + &sky.project(3, Normalization::Projected)?;
+//! let found = extract_light(&light)?;
+//! assert!(found.lights[0].dir.angle_to(Dir::X) < 1e-9 && (found.ambient.g - 0.1).abs() < 1e-12);
+//!
+//! let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
+//! let (calm, report) = deringed(&irradiance, &Dering::default());
+//! assert!(report.before[0].hi < 0.0 && report.after[0].lo > -1e-6 * calm.mean().r, "{report:?}");
+//!
+//! // Seven vectors for a shader, or six colours for a cube.
+//! let constants = PackedIrradiance::from_irradiance_sh(&calm);
+//! let cube = IrradianceEncoding::AmbientCubeFitted.encode(&calm, Rotation::IDENTITY);
+//! assert!((constants.eval(Dir::X).r - calm.eval(Dir::X).r).abs() < 1e-12);
+//! assert!((cube.eval(Dir::X).r / calm.eval(Dir::X).r - 1.0).abs() < 0.15);
+//! # Ok::<(), lobe::sh::ShError>(())
+//! ```
+//!
 //! # From a scene to what it does to light
 //!
 //! Shadows and light from surface to surface depend on the scene, not on the light: they are baked once, as an expansion at
