@@ -113,6 +113,7 @@ mod horizon;
 mod importance;
 mod interpolate;
 mod irradiance;
+mod jpeg_end;
 pub mod lat_long;
 mod mapped_map;
 mod mapping;

@@ -7,8 +7,12 @@ use image::codecs::png::PngDecoder;
 use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, ImageError};
 use lobe_sh::Rgb;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::EnvError;
+use crate::jpeg_end;
 use crate::read::{Decoded, Limits, check_size, invalid, reserve, unsupported};
 
 /// Deflate makes at most 1032 bytes of one, and PNG stores at most eight texels in a byte.
@@ -18,33 +22,40 @@ const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 /// colour; twice that.
 const MOST_JPEG_TEXELS_PER_BYTE: u64 = 2 * 8 * 64;
 
-/// The last bytes of a JPEG picture.
-const JPEG_END: [u8; 2] = [0xff, 0xd9];
-
 /// Decodes a PNG picture; `name` stands for the file in messages.
 pub(crate) fn decode_png(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded, EnvError> {
     let within = image::Limits::default();
     let decoder = PngDecoder::with_limits(Cursor::new(bytes), within).map_err(|e| explain(&e, "PNG", name))?;
-    decode(decoder, bytes.len(), MOST_PNG_TEXELS_PER_BYTE, "PNG", name, limits)
+    let read = |decoder: PngDecoder<_>, raw: &mut [u8]| decoder.read_image(raw).map_err(|e| explain(&e, "PNG", name));
+    decode(decoder, bytes.len(), MOST_PNG_TEXELS_PER_BYTE, "PNG", name, limits, read)
 }
 
 /// Decodes a JPEG picture; `name` stands for the file in messages.
 pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded, EnvError> {
-    // The decoder fills what is missing with grey and says nothing.
-    if !bytes.windows(JPEG_END.len()).any(|w| w == JPEG_END) {
-        return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
-    }
     let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|e| explain(&e, "JPEG", name))?;
-    decode(decoder, bytes.len(), MOST_JPEG_TEXELS_PER_BYTE, "JPEG", name, limits)
+    let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
+        return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
+    };
+    // `image` decodes whatever is there, and fills the rest with grey.
+    let read = |decoder: JpegDecoder<_>, raw: &mut [u8]| {
+        let colours = if decoder.color_type() == ColorType::L8 { ColorSpace::Luma } else { ColorSpace::RGB };
+        let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(colours);
+        let options = options.set_max_width(usize::MAX).set_max_height(usize::MAX);
+        let mut strict = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), options);
+        let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
+        strict.decode_into(raw).map_err(damaged)
+    };
+    decode(decoder, bytes.len(), MOST_JPEG_TEXELS_PER_BYTE, "JPEG", name, limits, read)
 }
 
-fn decode(
-    mut decoder: impl ImageDecoder,
+fn decode<D: ImageDecoder>(
+    mut decoder: D,
     length: usize,
     most_texels_per_byte: u64,
     kind: &str,
     name: &str,
     limits: Limits,
+    read: impl FnOnce(D, &mut [u8]) -> Result<(), EnvError>,
 ) -> Result<Decoded, EnvError> {
     let (width, height) = decoder.dimensions();
     let (width, height) = check_size(width.into(), height.into(), limits, name)?;
@@ -59,7 +70,7 @@ fn decode(
     let mut raw = reserve(raw_bytes, name)?;
     let mut texels = reserve(count, name)?;
     raw.resize(raw_bytes, 0);
-    decoder.read_image(&mut raw).map_err(|e| explain(&e, kind, name))?;
+    read(decoder, &mut raw)?;
 
     let channels = usize::from(colour.channel_count());
     match colour {

@@ -39,6 +39,13 @@ fn with_size(rows: u16, columns: u16) -> Vec<u8> {
     patched(&small, segment(&small, FRAME) + 5, &size)
 }
 
+/// The picture without its last bytes, behind a segment of a camera's notes that holds the whole picture.
+fn cut_behind_thumbnail(small: &[u8]) -> Vec<u8> {
+    let length = (small.len() + 8) as u16;
+    let notes = [&[0xff, 0xe1], &length.to_be_bytes()[..], b"Exif\0\0", small].concat();
+    [&small[..2], &notes, &small[2..small.len() - 20]].concat()
+}
+
 pub(crate) fn bad() -> Vec<Bad> {
     let small = small();
     let at = |mark: u8| segment(&small, mark);
@@ -56,6 +63,12 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("ends-in-tables", "the end stands within the first table", cut_and_ended(at(QUANTISATION) + 30)),
         ("ends-in-frame", "the end stands within the size", cut_and_ended(at(FRAME) + 6)),
         ("ends-before-scan", "the end stands in place of the scan", cut_and_ended(at(SCAN))),
+        ("ends-in-scan", "the end stands within the scan", cut_and_ended(scan_data + (small.len() - scan_data) / 2)),
+        (
+            "cut-thumbnail",
+            "cut within the scan, behind a thumbnail with an end of its own",
+            cut_behind_thumbnail(&small),
+        ),
         ("no-frame", "no frame", [&small[..at(FRAME)], &small[at(HUFFMAN)..]].concat()),
         ("no-huffman", "no Huffman table", [&small[..at(HUFFMAN)], &small[at(SCAN)..]].concat()),
         ("size-zero", "0 columns", with_size(8, 0)),
