@@ -114,6 +114,56 @@ fn both_sides_of_every_seam_are_on_their_own_side() {
     }
 }
 
+/// Whether a mapping shows a direction in more than two places: a pole, folded corners, the rim around one direction.
+fn spread_out(mapping: Mapping, s: Dir) -> bool {
+    match mapping {
+        Mapping::LatLong => s.x() == 0.0 && s.y() == 0.0,
+        Mapping::Octahedral | Mapping::EqualArea => s.x() == 0.0 && s.y() == 0.0 && s.z() < 0.0,
+        Mapping::Angular => s.angle_to(-Dir::X) < 1e-6,
+        _ => singular(mapping).is_some_and(|behind| behind.angle_to(s) < 1e-2),
+    }
+}
+
+#[test]
+fn every_edge_fold_rim_and_pole_is_on_one_of_its_sides() {
+    // Planes of the axes with both signs of zero, poles, diagonals: all edges and corners of the cube, folds of the
+    // octahedron, rims of the paraboloids, the seam of the lat-long picture, and places without any of these.
+    const COMPONENTS: [f64; 6] = [-1.0, -0.3, -0.0, 0.0, 0.3, 1.0];
+    const STEP: f64 = 1e-7;
+    let all = COMPONENTS.iter().flat_map(|x| COMPONENTS.iter().map(move |y| [*x, *y]));
+    let all: Vec<[f64; 3]> = all.flat_map(|[x, y]| COMPONENTS.map(|z| [x, y, z])).collect();
+    let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs().max((a.1 - b.1).abs());
+    for mapping in Mapping::ALL {
+        for v in all.iter().filter(|v| **v != [0.0; 3]) {
+            let s = dir(*v);
+            let at = mapping.uv_from_dir(s);
+            assert!((0.0..=1.0).contains(&at.0) && (0.0..=1.0).contains(&at.1), "{mapping}: {v:?} is at {at:?}");
+            let back = mapping.dir_from_uv(at.0, at.1).unwrap_or_else(|| panic!("{mapping}: nothing at {at:?}"));
+            let limit = if singular(mapping).is_some_and(|b| b.angle_to(s) < BEHIND_BALL) { 1e-7 } else { 1e-12 };
+            assert!(s.angle_to(back) < limit, "{mapping}: {v:?} came back as {back:?} from {at:?}");
+            for k in 0..3 {
+                let beside = |steps: f64| {
+                    let mut beside = *v;
+                    beside[k] += steps * STEP;
+                    mapping.uv_from_dir(dir(beside))
+                };
+                if spread_out(mapping, s) {
+                    continue;
+                }
+                let [minus, plus] = [-1.0, 1.0].map(|sign| [beside(sign), beside(2.0 * sign)]);
+                for side in [minus, plus] {
+                    assert!(
+                        distance(side[0], side[1]) < 1e-4,
+                        "{mapping} beside {v:?}, axis {k}: {side:?} on one side"
+                    );
+                }
+                let nearest = distance(at, minus[0]).min(distance(at, plus[0]));
+                assert!(nearest < 1e-4, "{mapping}, axis {k}: {v:?} is at {at:?}, its sides at {minus:?} and {plus:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn texels_contain_the_directions_of_their_centres() {
     for mapping in Mapping::ALL {
