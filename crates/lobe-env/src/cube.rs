@@ -115,8 +115,12 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 pub fn solid_angle(size: usize, x: usize, y: usize) -> f64 {
     assert!(x < size && y < size, "no texel ({x}, {y}) on a face of {size} x {size}");
     let at = |i: usize| (2 * i) as f64 / size as f64 - 1.0;
-    let corner = |i: usize, j: usize| [at(i), at(j), 1.0];
-    let (a, b, c, d) = (corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1));
+    rect_solid_angle([at(x), at(x + 1)], [at(y), at(y + 1)])
+}
+
+/// The exact solid angle of a rectangle on a face, `[-1, 1]` from edge to edge.
+pub(crate) fn rect_solid_angle([x0, x1]: [f64; 2], [y0, y1]: [f64; 2]) -> f64 {
+    let (a, b, c, d) = ([x0, y0, 1.0], [x1, y0, 1.0], [x1, y1, 1.0], [x0, y1, 1.0]);
     triangle_solid_angle(a, b, c) + triangle_solid_angle(a, c, d)
 }
 

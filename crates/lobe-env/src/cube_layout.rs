@@ -3,7 +3,7 @@
 use lobe_sh::{Coefficient, Rgb};
 
 use crate::cube::FACES;
-use crate::{CubeMap, EnvError, Raster};
+use crate::{CubeMap, CubeMipChain, EnvError, Raster};
 
 /// In which world the faces are looked up.
 ///
@@ -95,11 +95,22 @@ impl CubeLayout {
 }
 
 impl CubeMap {
+    /// The map with its faces as `handedness` wants them, or the map of faces that were made so: the way there is also
+    /// the way back. [`Left`](CubeHandedness::Left) turns X around, [`Right`](CubeHandedness::Right) changes nothing.
+    #[must_use]
+    pub fn of_handedness(mut self, handedness: CubeHandedness) -> Self {
+        if handedness == CubeHandedness::Left {
+            let size = self.size();
+            mirror(size, self.texels_mut());
+        }
+        self
+    }
+
     /// The six faces in the order +X, -X, +Y, -Y, +Z, -Z, each row after row, for six files or a graphics interface.
     #[must_use]
     pub fn faces(&self, handedness: CubeHandedness) -> [Vec<Rgb<f32>>; FACES] {
-        let faces = [0, 1, 2, 3, 4, 5].map(|face| self.face(face).to_vec());
-        if handedness == CubeHandedness::Left { mirrored(self.size(), faces) } else { faces }
+        let map = self.clone().of_handedness(handedness);
+        [0, 1, 2, 3, 4, 5].map(|face| map.face(face).to_vec())
     }
 
     /// The map of six faces, the inverse of [`faces`](Self::faces).
@@ -111,10 +122,7 @@ impl CubeMap {
         faces: [Vec<Rgb<f32>>; FACES],
         handedness: CubeHandedness,
     ) -> Result<Self, EnvError> {
-        // Mirrored twice it is the same; a wrong length is refused first.
-        Self::from_faces(size, &faces)?;
-        let faces = if handedness == CubeHandedness::Left { mirrored(size, faces) } else { faces };
-        Self::from_faces(size, &faces)
+        Ok(Self::from_faces(size, &faces)?.of_handedness(handedness))
     }
 
     /// All faces in one picture; the corners of a cross are black.
@@ -155,11 +163,23 @@ impl CubeMap {
     }
 }
 
-/// The faces after X has been turned around: +X and -X change places, and every face its left and right.
-fn mirrored(size: usize, mut faces: [Vec<Rgb<f32>>; FACES]) -> [Vec<Rgb<f32>>; FACES] {
-    faces.swap(0, 1);
-    for row in faces.iter_mut().flat_map(|face| face.chunks_exact_mut(size.max(1))) {
-        row.reverse();
+impl CubeMipChain {
+    /// Every level as [`CubeMap::of_handedness`].
+    #[must_use]
+    pub fn of_handedness(mut self, handedness: CubeHandedness) -> Self {
+        if handedness == CubeHandedness::Left {
+            for level in self.levels_mut() {
+                let size = level.size();
+                mirror(size, level.texels_mut());
+            }
+        }
+        self
     }
-    faces
+}
+
+/// Turns X around: +X and -X change places, and every face its left and right.
+fn mirror(size: usize, texels: &mut [Rgb<f32>]) {
+    let (plus_x, rest) = texels.split_at_mut(size * size);
+    plus_x.swap_with_slice(&mut rest[..size * size]);
+    texels.chunks_exact_mut(size).for_each(<[_]>::reverse);
 }

@@ -26,17 +26,23 @@ impl CubeMap {
     /// A map from the texels of its faces, face after face (+X, -X, +Y, -Y, +Z, -Z of the cube), row after row.
     ///
     /// # Errors
-    /// [`EnvError::Options`] if `size` is 0 or `texels` has any other length than `6 size²`.
+    /// [`EnvError::Options`] if `size` is 0 or too large, or `texels` has any other length than `6 size²`.
     pub fn new(size: usize, texels: Vec<Rgb<f32>>) -> Result<Self, EnvError> {
-        if size == 0 {
-            return Err(EnvError::Options("a cube map needs texels, but its faces have a size of 0".to_owned()));
-        }
+        Self::check_size(size)?;
         let expected = size.checked_mul(size).and_then(|n| n.checked_mul(FACES));
         if expected != Some(texels.len()) {
             let found = texels.len();
             return Err(EnvError::Options(format!("6 faces of {size} x {size} texels expected, {found} texels given")));
         }
         Ok(Self(MappedMap::from_rows(Mapping::Cube, size, FACES * size, texels)))
+    }
+
+    /// Whether there can be a cube of this size.
+    pub(crate) fn check_size(size: usize) -> Result<(), EnvError> {
+        if size == 0 {
+            return Err(EnvError::Options("a cube map needs texels, but its faces have a size of 0".to_owned()));
+        }
+        MappedMap::check(Mapping::Cube, size, FACES.saturating_mul(size))
     }
 
     /// A map from its six faces, each row after row.
@@ -54,10 +60,12 @@ impl CubeMap {
     /// The map whose texels have the value of `radiance` towards their centres.
     ///
     /// # Panics
-    /// If `size` is 0.
+    /// If there can be no cube of this size: if `size` is 0, or its texels are more than `u32::MAX`.
     #[must_use]
     pub fn from_fn(size: usize, radiance: impl Fn(Dir) -> Rgb<f32> + Sync) -> Self {
-        assert!(size > 0, "a cube map needs texels, but its faces have a size of 0");
+        if let Err(error) = Self::check_size(size) {
+            panic!("{error}");
+        }
         Self(MappedMap::from_fn(Mapping::Cube, size, FACES * size, radiance))
     }
 

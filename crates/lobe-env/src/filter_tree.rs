@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 use lobe_sh::{Dir, gauss_legendre};
 use rayon::prelude::*;
 
-use crate::CubeMap;
 use crate::cube::{self, FACES};
+use crate::solid_angles::SolidAngles;
+use crate::{CubeMap, Mapping};
 
 // A smooth function K is, over a cell, nearly its polynomial through P x P nodes p_jk of that cell. So
 //
@@ -61,11 +62,8 @@ impl<'a> FilterTree<'a> {
 
     pub(crate) fn new(source: &'a CubeMap, depth: usize) -> Self {
         let size = source.size();
-        let half = size.div_ceil(2);
-        let quarter: Vec<f64> =
-            (0..half * half).into_par_iter().map(|i| cube::solid_angle(size, i % half, i / half)).collect();
-        let mirrored = |i: usize| i.min(size - 1 - i);
-        let areas = (0..size * size).map(|i| quarter[mirrored(i / size) * half + mirrored(i % size)]).collect();
+        let solid_angles = SolidAngles::of(Mapping::Cube, size, FACES * size);
+        let areas = (0..size * size).map(|i| solid_angles.get(i % size, i / size)).collect();
         let pieces = (0..1 << depth).map(|column| pieces(size, column, 1 << depth)).collect();
         let mut tree = Self { source, areas, pieces, levels: Vec::new() };
         let mut levels = vec![tree.deepest(depth)];

@@ -92,6 +92,7 @@ mod brdf;
 pub mod bundled;
 mod cie_sky;
 pub mod cube;
+mod cube_average;
 mod cube_faces;
 mod cube_layout;
 mod cube_map;

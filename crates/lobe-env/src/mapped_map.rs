@@ -9,6 +9,9 @@ use crate::solid_angles::SolidAngles;
 use crate::taps::Grid;
 use crate::{CubeMap, EnvError, EnvMap, Mapping};
 
+/// 48 GiB of texels, and an index of 32 bits for each.
+const MOST_TEXELS: usize = u32::MAX as usize;
+
 /// The radiance that arrives at a point from every direction, as a picture in any [`Mapping`].
 ///
 /// An [`EnvMap`] and a [`CubeMap`] become one without copying a texel, and back. Where a texel shows only a part of the
@@ -33,8 +36,8 @@ impl MappedMap {
     /// A map from its texels, row after row.
     ///
     /// # Errors
-    /// [`EnvError::Options`] if a side is 0, `texels` has any other length than `width * height`, or a cube's picture is
-    /// not six times as high as wide.
+    /// [`EnvError::Options`] if a side is 0, `texels` has any other length than `width * height` or a length of more than
+    /// `u32::MAX`, or a cube's picture is not six times as high as wide.
     pub fn new(mapping: Mapping, width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Result<Self, EnvError> {
         Self::check(mapping, width, height)?;
         if width.checked_mul(height) != Some(texels.len()) {
@@ -72,6 +75,10 @@ impl MappedMap {
         }
         if mapping == Mapping::Cube && width.checked_mul(FACES) != Some(height) {
             let message = format!("a cube's picture is six times as high as wide, but {width} x {height} is not");
+            return Err(EnvError::Options(message));
+        }
+        if width.checked_mul(height).is_none_or(|texels| texels > MOST_TEXELS) {
+            let message = format!("a map has at most {MOST_TEXELS} texels, and {width} x {height} are more");
             return Err(EnvError::Options(message));
         }
         Ok(())

@@ -1,5 +1,7 @@
 //! Triangles and polygons: what a picture's texel is once it is cut along the folds of its mapping.
 
+use crate::vec3::{cross, dot, sub};
+
 /// The solid angle of the triangle with the given corners, seen from the origin; negative if they run clockwise.
 ///
 /// ```text
@@ -11,8 +13,7 @@
 ///
 /// Van Oosterom and Strackee 1983.
 pub(crate) fn triangle_solid_angle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
-    let (p, q) = (sub(b, a), sub(c, a));
-    let cross = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+    let cross = cross(sub(b, a), sub(c, a));
     let (la, lb, lc) = (dot(a, a).sqrt(), dot(b, b).sqrt(), dot(c, c).sqrt());
     let below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
     2.0 * dot(a, cross).atan2(below)
@@ -43,14 +44,6 @@ pub(crate) fn doubled_area(polygon: &[Point]) -> f64 {
     let Some(&first) = polygon.first() else { return 0.0 };
     let cross = |p: Point, q: Point| (p[0] - first[0]) * (q[1] - first[1]) - (p[1] - first[1]) * (q[0] - first[0]);
     polygon.windows(2).map(|pair| cross(pair[0], pair[1])).sum::<f64>().abs()
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

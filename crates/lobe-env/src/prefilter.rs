@@ -6,19 +6,23 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::cube::FACES;
+use crate::cube_average::averaged_to;
 use crate::cube_mip_chain::{level_count, level_size};
 use crate::filter_cut::FilterCut;
 use crate::filter_tree::FilterTree;
 use crate::importance::ImportanceFilter;
 use crate::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
 use crate::zonal_filter::{Shape, ZonalFilter, filter_tiles, is_mirror, shapes, texel_side, tiles};
-use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, SpecularLobe, cube};
+use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, SpecularLobe};
 
 /// Tiles between two calls of a progress callback.
 const TILES_TOGETHER: usize = 64;
 
 /// The least tolerance: beyond, single precision shows.
 const LEAST_TOLERANCE: f64 = 1e-6;
+
+/// The most samples: a thousand times as many as the default error needs, and a table of some tens of MiB.
+const MOST_SAMPLES: usize = 1 << 20;
 
 /// How a map is averaged with a lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +32,7 @@ pub enum PrefilterMethod {
     /// Wherever the lobe is replaced by a polynomial, it is wrong by at most `tolerance (K + √(K_peak K_mean))`, except
     /// at a kink. A source of one small light is then wrong by less than that; light everywhere by far less, because
     /// the polynomials' errors cancel. Measured at the default, with suns of one and two texels over a sky and α from
-    /// 1/16 to 1: 2e-3 of the brightest texel at most (test `both_methods_against_brute_force`).
+    /// 1/16 to 1: below 3e-3 of the brightest texel (test `both_methods_against_brute_force`).
     Gather {
         /// In `[1e-6, 0.1]`; 0.02 by default.
         tolerance: f64,
@@ -44,7 +48,7 @@ pub enum PrefilterMethod {
     ///
     /// [Křivánek and Colbert 2008]: https://doi.org/10.1111/j.1467-8659.2008.01252.x
     Importance {
-        /// At least 1.
+        /// 1 to 2²⁰.
         samples: usize,
     },
 }
@@ -62,7 +66,9 @@ impl PrefilterMethod {
                 let message = format!("the tolerance of a filter lies in [{LEAST_TOLERANCE}, 0.1], not {tolerance}");
                 Err(EnvError::Options(message))
             }
-            Self::Importance { samples: 0 } => Err(EnvError::Options("a filter needs samples, not 0 of them".into())),
+            Self::Importance { samples } if !(1..=MOST_SAMPLES).contains(&samples) => {
+                Err(EnvError::Options(format!("a filter takes 1 to {MOST_SAMPLES} samples, not {samples}")))
+            }
             _ => Ok(()),
         }
     }
@@ -154,6 +160,7 @@ impl PrefilterOptions {
                 "a chain goes down from its size to 1 at least, not {size} to {last}"
             )));
         }
+        CubeMap::check_size(self.size)?;
         self.method.check()
     }
 }
@@ -182,7 +189,7 @@ impl PrefilterOptions {
 /// `progress` hears the part done, from 0 to 1, on the calling thread, and stops the work by `Break`.
 ///
 /// # Errors
-/// [`EnvError::Options`] for a size of 0, a last size beyond the first, or a method out of its range;
+/// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, or a method out of its range;
 /// [`EnvError::Cancelled`] if `progress` said so.
 ///
 /// ```
@@ -228,7 +235,7 @@ pub fn prefilter_ggx(
 /// normalisation. A lobe far narrower than the source's texels gives the source averaged over each texel.
 ///
 /// # Errors
-/// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, or `size` is 0.
+/// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, or there can be no cube of this size.
 pub fn filter_lobe(
     source: &CubeMap,
     lobe: SpecularLobe,
@@ -253,7 +260,7 @@ pub fn filter_lobe(
 /// kinks cost time, away from the horizon digits of the normalisation too.
 ///
 /// # Errors
-/// [`EnvError::Options`] if `size` is 0, the tolerance is out of its range, or the kernel has no positive integral or no
+/// [`EnvError::Options`] if there can be no cube of this size, the tolerance is out of its range, or the kernel has no positive integral or no
 /// positive value at 1.
 pub fn filter_zonal(
     source: &CubeMap,
@@ -273,7 +280,7 @@ pub fn filter_zonal(
 /// A cube map averaged with a lobe, as a lat-long map of `width` x `height`; gathered to `tolerance`.
 ///
 /// # Errors
-/// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, or a side is 0.
+/// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, or there can be no picture of this size.
 pub fn filter_lobe_lat_long(
     source: &CubeMap,
     lobe: SpecularLobe,
@@ -282,7 +289,8 @@ pub fn filter_lobe_lat_long(
 ) -> Result<EnvMap, EnvError> {
     lobe.check()?;
     PrefilterMethod::Gather { tolerance }.check()?;
-    let mut out = EnvMap::new(width, height, vec![Rgb::ZERO; width.saturating_mul(height)])?;
+    MappedMap::check(Mapping::LatLong, width, height)?;
+    let mut out = EnvMap::from_rows(width, height, vec![Rgb::ZERO; width * height]);
     let dirs: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
     let texels = match lobe {
         SpecularLobe::Ggx { alpha } => gather_towards(source, &|| GgxKernel::new(alpha), &dirs, tolerance),
@@ -313,9 +321,7 @@ fn filter<K: Kernel>(
     method: PrefilterMethod,
 ) -> Result<CubeMap, EnvError> {
     method.check()?;
-    if size == 0 {
-        return Err(EnvError::Options("a cube map needs texels, but its faces have a size of 0".to_owned()));
-    }
+    CubeMap::check_size(size)?;
     Engine::new(source, method, std::iter::once(kernel())).filter(kernel(), size, &mut |_| ControlFlow::Continue(()))
 }
 
@@ -390,38 +396,4 @@ impl<'a> Engine<'a> {
 
 fn cut(source: &CubeMap, kernel: &impl Kernel, tolerance: f64) -> FilterCut {
     FilterCut::new(kernel, tolerance, FilterTree::last_depth(source.size()), texel_side(source))
-}
-
-/// A cube map in another size: each texel the mean of what it covers, weighted with solid angles.
-fn averaged_to(source: &CubeMap, size: usize) -> CubeMap {
-    let from = source.size();
-    if from == size {
-        return source.clone();
-    }
-    let half = from.div_ceil(2);
-    let quarter: Vec<f64> =
-        (0..half * half).into_par_iter().map(|i| cube::solid_angle(from, i % half, i / half)).collect();
-    let mirrored = |i: usize| i.min(from - 1 - i);
-    // The texels of a row of `from` that texel `k` of a row of `size` covers, with how much of each.
-    let covered = |k: usize| {
-        let (start, end) = (k * from, (k + 1) * from);
-        (start / size..end.div_ceil(size))
-            .map(move |i| (i, (end.min((i + 1) * size) - start.max(i * size)) as f64 / size as f64))
-    };
-    let texel = |i: usize| {
-        let (face, x, y) = (i / (size * size), i % size, i / size % size);
-        let (mut sum, mut weight): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
-        for (row, height) in covered(y) {
-            for (column, width) in covered(x) {
-                let area = width * height * quarter[mirrored(row) * half + mirrored(column)];
-                sum += source.texel(face, column, row).widen().scale(area);
-                weight += area;
-            }
-        }
-        Rgb::narrow(Rgb::from(sum.to_array().map(|c| c / weight)))
-    };
-    match CubeMap::new(size, (0..FACES * size * size).into_par_iter().map(texel).collect()) {
-        Ok(map) => map,
-        Err(error) => unreachable!("six faces of {size} were filled: {error}"),
-    }
 }

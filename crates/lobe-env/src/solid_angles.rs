@@ -34,6 +34,11 @@ impl SolidAngles {
         Self { width, columns, rows, table }
     }
 
+    /// Of a picture of `width` x `height` texels.
+    pub(crate) fn of(mapping: Mapping, width: usize, height: usize) -> Self {
+        Self::new(Grid::new(mapping, width, height))
+    }
+
     /// The solid angle of texel `(x, y)`.
     #[inline]
     pub(crate) fn get(&self, x: usize, y: usize) -> f64 {
@@ -51,7 +56,7 @@ mod tests {
         for mapping in Mapping::ALL {
             for (w, h) in [(1, 1), (2, 3), (7, 4), (8, 8), (13, 9)] {
                 let h = if mapping == Mapping::Cube { 6 * w } else { h };
-                let table = SolidAngles::new(Grid::new(mapping, w, h));
+                let table = SolidAngles::of(mapping, w, h);
                 for i in 0..w * h {
                     let (found, exact) = (table.get(i % w, i / w), mapping.solid_angle(w, h, i % w, i / w));
                     assert!((found - exact).abs() < 1e-13, "{mapping} {w} x {h}, texel {i}: {found} against {exact}");

@@ -2,7 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
-use lobe_env::{CubeHandedness, CubeLayout, CubeMap, MappedMap, Mapping, Raster, Resample, resample};
+use lobe_env::{
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, MappedMap, Mapping, Raster, ReadOptions,
+    Resample, TexelFormat, read_cube, resample, write_cube,
+};
 use lobe_sh::{Dir, Rgb};
 
 /// The colours of the faces +X, -X, +Y, -Y, +Z, -Z.
@@ -123,6 +126,45 @@ fn every_layout_comes_back_as_it_went_out() {
         }
         let back = CubeMap::from_handed_faces(SIZE, cube.faces(handedness), handedness).unwrap();
         assert!(back == cube, "six pictures, {handedness:?}, changed the cube");
+    }
+}
+
+#[test]
+fn textures_of_either_hand_come_back_with_all_levels() {
+    let folder = tempfile::tempdir().unwrap();
+    let chain = CubeMipChain::averaged(lettered_cube());
+    let options = CubeWriteOptions { texels: TexelFormat::Rgba32F, ..CubeWriteOptions::default() };
+    for name in ["letters.ktx2", "letters.dds"] {
+        let path = folder.path().join(name);
+        write_cube(&path, &chain.clone().of_handedness(CubeHandedness::Left), &options).unwrap();
+        let (written, _) = read_cube(&path, &ReadOptions::default()).unwrap();
+        // What stands in the file is what six files for left-handed directions hold: each face by itself.
+        for (level, original) in written.levels().iter().zip(chain.levels()) {
+            let faces = original.faces(CubeHandedness::Left);
+            for (face, expected) in faces.iter().enumerate() {
+                assert!(level.face(face) == *expected, "{name}: face {face} of {}", level.size());
+            }
+        }
+        // The letter of -X is on +X, and its first row is read from the right.
+        let letters = lettered(1);
+        let row: Vec<_> = letters[SIZE..2 * SIZE].iter().rev().copied().collect();
+        assert_eq!(written.base().face(0)[SIZE..2 * SIZE], row, "{name}: the letter's first row");
+        assert!(written.of_handedness(CubeHandedness::Left) == chain, "{name}: and back");
+    }
+}
+
+#[test]
+fn textures_of_another_tool_are_read_the_right_way_round() {
+    let folder = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    for name in ["letters-rgba16f.ktx2", "letters-rgb9e5.ktx2"] {
+        let (chain, report) = read_cube(folder.join(name), &ReadOptions::default()).unwrap();
+        assert!(*chain.base() == lettered_cube(), "{name}: other letters");
+        assert_eq!((report.width, report.levels), (SIZE, 3), "{name}: size and levels");
+        for level in &chain.levels()[1..] {
+            for face in 0..6 {
+                assert!(level.face(face).iter().all(|t| *t == colour(face)), "{name}: face {face} of {}", level.size());
+            }
+        }
     }
 }
 
