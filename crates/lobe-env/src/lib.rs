@@ -167,7 +167,7 @@ pub use adjust::{ClampReport, clamp_in_place, expose_in_place, scale_in_place};
 pub use area_light::{Approximations, AreaLight, DirectionalLight, PointLight, compare_approximations};
 pub use brdf::{Brdf, Ggx, Lambert, Phong};
 pub use cie_sky::CieSky;
-pub use cube_faces::{FACE_NAMES, read_cube_faces, write_cube_faces};
+pub use cube_faces::{FACE_NAMES, cube_face_paths, read_cube_faces, write_cube_faces};
 pub use cube_layout::{CubeHandedness, CubeLayout};
 pub use cube_map::CubeMap;
 pub use cube_mip_chain::CubeMipChain;

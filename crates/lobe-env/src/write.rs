@@ -42,19 +42,25 @@ pub struct WriteReport {
 /// written.
 pub fn write_env(path: impl AsRef<Path>, map: &EnvMap, options: &WriteOptions) -> Result<WriteReport, EnvError> {
     let path = path.as_ref();
+    let (bytes, report) = encode(path, map, options)?;
     let io = |source| EnvError::Io { file: path.display().to_string(), source };
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let (bytes, report) = match extension.as_str() {
-        "hdr" => encode_hdr(map).map_err(|message| EnvError::Options(format!("{}: {message}", path.display())))?,
-        "exr" => encode_exr(map, options.half).map_err(|e| io(std::io::Error::other(e)))?,
-        "pfm" => encode_pfm(map),
-        _ => {
-            let message = format!("{}: an environment is written as .hdr, .exr or .pfm", path.display());
-            return Err(EnvError::Options(message));
-        }
-    };
     write_atomically(path, |file| file.write_all(&bytes)).map_err(io)?;
     Ok(report)
+}
+
+/// The bytes of the file that [`write_env`] writes.
+pub(crate) fn encode(path: &Path, map: &EnvMap, options: &WriteOptions) -> Result<(Vec<u8>, WriteReport), EnvError> {
+    let io = |source| EnvError::Io { file: path.display().to_string(), source };
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "hdr" => encode_hdr(map).map_err(|message| EnvError::Options(format!("{}: {message}", path.display()))),
+        "exr" => encode_exr(map, options.half).map_err(|e| io(std::io::Error::other(e))),
+        "pfm" => Ok(encode_pfm(map)),
+        _ => {
+            let message = format!("{}: an environment is written as .hdr, .exr or .pfm", path.display());
+            Err(EnvError::Options(message))
+        }
+    }
 }
 
 /// The texels with every channel clamped, and how many were changed by it.

@@ -16,21 +16,51 @@ use tempfile::{Builder, NamedTempFile};
 /// # Errors
 /// If the folder does not exist or cannot be written, if `path` is a folder, or if `write` or the disk fails.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    match Target::of(path)? {
-        Target::InPlace(path) => {
-            let mut buffered = BufWriter::new(File::options().write(true).open(path)?);
-            write(&mut buffered)?;
-            buffered.flush()
-        }
-        Target::Replace(path) => {
-            let mut buffered = BufWriter::new(temporary_beside(&path)?);
-            write(&mut buffered)?;
-            let temporary = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
-            if let Ok(old) = path.metadata() {
-                temporary.as_file().set_permissions(old.permissions())?;
+    StagedFile::write(path, write)?.publish()
+}
+
+/// The first half of [`write_atomically`]: a file that is on the disk and waits for its name. Several of them are written
+/// before the first is published, where one is worth nothing without the others. Dropped instead, it is gone.
+#[derive(Debug)]
+pub struct StagedFile {
+    /// `None` if it was written in place.
+    waiting: Option<(NamedTempFile, PathBuf)>,
+}
+
+impl StagedFile {
+    /// Writes the file that shall stand under `path`.
+    ///
+    /// # Errors
+    /// Those of [`write_atomically`].
+    pub fn write(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<Self> {
+        match Target::of(path)? {
+            Target::InPlace(path) => {
+                let mut buffered = BufWriter::new(File::options().write(true).open(path)?);
+                write(&mut buffered)?;
+                buffered.flush()?;
+                Ok(Self { waiting: None })
             }
-            temporary.as_file().sync_all()?;
-            temporary.persist(&path).map(drop).map_err(|failed| failed.error)
+            Target::Replace(path) => {
+                let mut buffered = BufWriter::new(temporary_beside(&path)?);
+                write(&mut buffered)?;
+                let temporary = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
+                if let Ok(old) = path.metadata() {
+                    temporary.as_file().set_permissions(old.permissions())?;
+                }
+                temporary.as_file().sync_all()?;
+                Ok(Self { waiting: Some((temporary, path)) })
+            }
+        }
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn publish(self) -> io::Result<()> {
+        match self.waiting {
+            Some((temporary, path)) => temporary.persist(&path).map(drop).map_err(|failed| failed.error),
+            None => Ok(()),
         }
     }
 }
@@ -168,6 +198,18 @@ mod tests {
         assert_eq!(result.unwrap_err().to_string(), "the writer fails", "error");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old", "content");
         assert_eq!(names(folder.path()), ["a.txt"], "files in the folder");
+    }
+
+    #[test]
+    fn a_staged_file_has_no_name_until_it_is_published() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["a.txt", "b.txt"].map(|name| folder.path().join(name));
+        let staged = paths.each_ref().map(|path| StagedFile::write(path, |w| w.write_all(b"new")).unwrap());
+        assert!(names(folder.path()).iter().all(|name| name.starts_with(".lobe-")), "{:?}", names(folder.path()));
+        let [a, b] = staged;
+        a.publish().unwrap();
+        drop(b);
+        assert_eq!(names(folder.path()), ["a.txt"], "published, and dropped");
     }
 
     #[test]
