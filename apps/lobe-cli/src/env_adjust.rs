@@ -47,10 +47,10 @@ impl EnvAdjust {
         let mut map = self.input.read(talk)?;
         self.output.check(map.mapping())?;
         if let Some(stops) = self.exposure {
-            expose_in_place(&mut map, stops);
+            expose_in_place(&mut map, stops)?;
         }
         if let Some(factor) = self.scale {
-            scale_in_place(&mut map, factor);
+            scale_in_place(&mut map, factor)?;
         }
         let report = self.clamp.map(|limit| clamp_in_place(&mut map, limit as f32)).transpose()?;
         self.output.write(map, talk)?;

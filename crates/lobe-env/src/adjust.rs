@@ -6,14 +6,35 @@ use rayon::prelude::*;
 use crate::{EnvError, MappedMap};
 
 /// Multiplies the radiance of a map by `2^stops`.
-pub fn expose_in_place(map: &mut MappedMap, stops: f64) {
-    let factor = stops.exp2() as f32;
-    map.texels_mut().par_iter_mut().for_each(|texel| *texel = texel.scale(factor));
+///
+/// # Errors
+/// [`EnvError::Options`] if a finite channel of some texel would not be finite; then the map is as it was.
+pub fn expose_in_place(map: &mut MappedMap, stops: f64) -> Result<(), EnvError> {
+    let factor = stops.exp2();
+    scale_in_place(map, Rgb::new(factor, factor, factor))
 }
 
 /// Multiplies each channel of a map.
-pub fn scale_in_place(map: &mut MappedMap, factor: Rgb<f64>) {
-    map.texels_mut().par_iter_mut().for_each(|texel| *texel = Rgb::narrow(texel.widen() * factor));
+///
+/// # Errors
+/// [`EnvError::Options`] if a finite channel of some texel would not be finite; then the map is as it was.
+pub fn scale_in_place(map: &mut MappedMap, factor: Rgb<f64>) -> Result<(), EnvError> {
+    let scaled =
+        |texel: &Rgb<f32>| Rgb::<f32>::from_channels(|c| (f64::from(texel.channel(c)) * factor.channel(c)) as f32);
+    let is_lost = |texel: &&Rgb<f32>| {
+        let after = scaled(texel);
+        (0..3).any(|c| texel.channel(c).is_finite() && !after.channel(c).is_finite())
+    };
+    let lost = map.texels().par_iter().filter(is_lost).count();
+    if lost > 0 {
+        let [r, g, b] = factor.to_array();
+        let texels = if lost == 1 { "1 texel" } else { &format!("{lost} texels") };
+        let message =
+            format!("multiplied by {r} {g} {b}, {texels} would be brighter than {:e}, the most there is", f32::MAX);
+        return Err(EnvError::Options(message));
+    }
+    map.texels_mut().par_iter_mut().for_each(|texel| *texel = scaled(texel));
+    Ok(())
 }
 
 /// What clamping took away.
@@ -71,17 +92,33 @@ mod tests {
     fn a_stop_doubles_the_light() {
         let mut map = MappedMap::from(bundled::studio().map());
         let before = map.mean();
-        expose_in_place(&mut map, 1.0);
+        expose_in_place(&mut map, 1.0).unwrap();
         assert_eq!(map.mean(), before.scale(2.0), "one stop up");
-        expose_in_place(&mut map, -1.0);
+        expose_in_place(&mut map, -1.0).unwrap();
         assert_eq!(map.mean(), before, "and down again");
     }
 
     #[test]
     fn each_channel_is_scaled_by_its_own_factor() {
         let mut map = MappedMap::from_fn(Mapping::LatLong, 8, 4, |_| Rgb::new(1.0, 2.0, 3.0));
-        scale_in_place(&mut map, Rgb::new(3.0, 0.5, 0.0));
+        scale_in_place(&mut map, Rgb::new(3.0, 0.5, 0.0)).unwrap();
         assert!(map.texels().iter().all(|t| *t == Rgb::new(3.0, 1.0, 0.0)), "{:?}", map.texels()[0]);
+    }
+
+    #[test]
+    fn what_would_be_infinite_is_refused_and_the_map_stays_whole() {
+        let mut map = MappedMap::from_fn(Mapping::LatLong, 8, 4, |_| Rgb::new(1.0, 2.0, 0.0));
+        let before = map.clone();
+        for stops in [200.0, 128.0, f64::INFINITY, f64::NAN] {
+            let error = expose_in_place(&mut map, stops);
+            assert!(matches!(error, Err(EnvError::Options(_))) && map == before, "{stops} stops: {error:?}");
+        }
+        for factor in [Rgb::new(1e300, 1.0, 1.0), Rgb::new(1.0, -1e39, 1.0), Rgb::new(1.0, 1.0, f64::INFINITY)] {
+            let error = scale_in_place(&mut map, factor);
+            assert!(matches!(error, Err(EnvError::Options(_))) && map == before, "times {factor:?}: {error:?}");
+        }
+        expose_in_place(&mut map, 126.0).unwrap();
+        assert_eq!(map.texels()[0].g, 2.0_f32.powi(127), "as bright as it can be");
     }
 
     #[test]

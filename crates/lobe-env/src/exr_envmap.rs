@@ -70,11 +70,12 @@ fn bilinear(texels: &[Rgb<f32>], (width, height): (usize, usize), u: f64, v: f64
     let split = |t: f64, n: usize| {
         let position = t.clamp(0.0, 1.0) * (n - 1) as f64;
         let first = (position as usize).min(n.saturating_sub(2));
-        (first, (first + 1).min(n - 1), (position - first as f64) as f32)
+        (first, (first + 1).min(n - 1), position - first as f64)
     };
     let ((x0, x1, s), (y0, y1, t)) = (split(u, width), split(v, height));
-    let row = |y: usize| texels[y * width + x0].scale(1.0 - s) + texels[y * width + x1].scale(s);
-    row(y0).scale(1.0 - t) + row(y1).scale(t)
+    // In f64: parts of the largest f32 may sum to more than it.
+    let row = |y: usize| texels[y * width + x0].widen().scale(1.0 - s) + texels[y * width + x1].widen().scale(s);
+    Rgb::narrow(row(y0).scale(1.0 - t) + row(y1).scale(t))
 }
 
 #[cfg(test)]
@@ -124,6 +125,15 @@ mod tests {
             let (u, v) = ((x as f32 + 0.5) / 32.0, (y as f32 + 0.5) / 16.0);
             assert!((texel.r - u).abs() < 1e-6 && (texel.g - v).abs() < 1e-6, "({x}, {y}): {texel:?} against {u} {v}");
         }
+    }
+
+    #[test]
+    fn the_largest_number_stays_finite() {
+        let brightest = Rgb::new(f32::MAX, f32::MAX, -f32::MAX);
+        let map = lat_long_from_edges(&EnvMap::new(34, 17, vec![brightest; 34 * 17]).unwrap());
+        assert!(map.texels().iter().all(|t| *t == brightest), "lat-long: {:?}", map.texels());
+        let cube = cube_from_edges(7, &[brightest; 6 * 49]).unwrap();
+        assert!(cube.texels().iter().all(|t| *t == brightest), "cube: {:?}", cube.texels());
     }
 
     #[test]
