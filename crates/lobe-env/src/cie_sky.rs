@@ -173,6 +173,24 @@ mod tests {
     }
 
     #[test]
+    fn type_twelve_is_the_clear_sky_of_kittler() {
+        // Kittler 1967, the CIE's clear sky of 1973. Its constant 0.91 is 1 - 10 e^{-3π/2} of the general sky, rounded.
+        let light = |theta: f64, gamma: f64| {
+            let scattering = |gamma: f64| 0.91 + 10.0 * (-3.0 * gamma).exp() + 0.45 * gamma.cos().powi(2);
+            scattering(gamma) * (1.0 - (-0.32 / theta.cos()).exp()) / (1.0 - f64::exp(-0.32))
+        };
+        for theta in [0.0, 0.4, 1.0, 1.5] {
+            let sun = Dir::from_angles(theta, -0.8);
+            let sky = CieSky::new(12, sun, Rgb::splat(1.0)).unwrap();
+            for s in lobe_testkit::directions().into_iter().filter_map(Dir::new).filter(|s| s.z() > 1e-3) {
+                let expected = light(s.theta(), s.angle_to(sun)) / light(0.0, theta);
+                let found = sky.radiance(s).r;
+                assert!((found / expected - 1.0).abs() < 0.01, "sun at {theta}, {s:?}: {found} against {expected}");
+            }
+        }
+    }
+
+    #[test]
     fn other_types_are_refused() {
         for kind in [0, 17, usize::MAX] {
             assert!(CieSky::new(kind, Dir::Z, Rgb::splat(1.0)).is_err(), "type {kind}");

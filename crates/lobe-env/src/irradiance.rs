@@ -5,10 +5,9 @@ use std::f64::consts::PI;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, convolve_in_place};
 use rayon::prelude::*;
 
-use crate::EnvMap;
 use crate::horizon::Horizon;
 use crate::lat_long::sin_cos_pi;
-use crate::{project_env, reconstruct};
+use crate::{EnvMap, MappedMap, project_map, reconstruct};
 
 /// Partial sums kept side by side: enough independent additions to fill the pipelines with 128-bit registers.
 const LANES: usize = 8;
@@ -66,19 +65,21 @@ pub fn irradiance_map_brute_force(map: &EnvMap, width: usize, height: usize) -> 
 /// ```text
 ///   E_lm = A_l L_lm        A = π, 2π/3, π/4, 0, -π/24, 0, ..
 /// ```
+///
+/// From the map's own texels, in whatever mapping it is; see [`project_map`](crate::project_map()).
 #[must_use]
-pub fn irradiance_sh(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
-    let mut f = project_env(map, order);
+pub fn irradiance_sh(map: &impl AsRef<MappedMap>, order: usize) -> ShVec<Rgb<f64>> {
+    let mut f = project_map(map, order);
     convolve_in_place(f.coefficients_mut(), &Zonal::clamped_cosine(order));
     f
 }
 
-/// The irradiance towards the texel centres of a map of `width` x `height`, by spherical harmonics of `order`.
+/// The irradiance towards the texel centres of a lat-long map of `width` x `height`, by spherical harmonics of `order`.
 ///
 /// # Panics
 /// If a side is 0.
 #[must_use]
-pub fn irradiance_map(map: &EnvMap, order: usize, width: usize, height: usize) -> EnvMap {
+pub fn irradiance_map(map: &impl AsRef<MappedMap>, order: usize, width: usize, height: usize) -> EnvMap {
     reconstruct(&irradiance_sh(map, order), width, height)
 }
 
