@@ -46,12 +46,12 @@ impl Default for SkyFitOptions {
 /// Error: root mean square over the sphere relative to that of the sky, order 7, suns from the zenith to the horizon,
 /// turbidities from 2 to 10 (bounded by test `the_fit_has_the_errors_of_its_table`); multiply-adds per evaluation:
 ///
-/// | degrees in sun, turbidity | terms | mean | largest | multiply-adds | without the factor in front |
-/// |---|---|---|---|---|---|
-/// | 13, 7 | 112 | 0.040 % | 0.20 % | 9408 | 0.57 %, 16 % |
-/// | 10, 5 | 66 | 0.29 % | 1.2 % | 5544 | 1.5 %, 40 % |
-/// | 8, 4 | 45 | 0.79 % | 3.3 % | 3780 | 2.3 %, 62 % |
-/// | 6, 3 | 28 | 2.2 % | 8.8 % | 2352 | 3.6 %, 96 % |
+/// | degrees in sun, turbidity | terms | mean | largest | multiply-adds |
+/// |---|---|---|---|---|
+/// | 13, 7 | 112 | 0.040 % | 0.20 % | 9408 |
+/// | 10, 5 | 66 | 0.29 % | 1.2 % | 5544 |
+/// | 8, 4 | 45 | 0.79 % | 3.3 % | 3780 |
+/// | 6, 3 | 28 | 2.2 % | 8.8 % | 2352 |
 ///
 /// The idea of a polynomial fit is that of [Habel, Mustata and Wimmer 2008], who soften the ringing at the horizon with
 /// [`damp_zonal_in_place`]. The example `sky_fit` prints this table and the times.
