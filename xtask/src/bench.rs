@@ -70,6 +70,15 @@ const REFERENCES: &[Reference] = &[
     reference("project-1-threads/6", "SHTns", 6.19, 0.41),
     reference("project-2-threads/3", "SHTns", 3.08, 0.21),
     reference("project-2-threads/6", "SHTns", 3.05, 0.21),
+    reference("ggx-chain-256-to-16-1-threads/gather", "Filament, 1024 samples", 2.46e9, 0.13e9),
+    reference("ggx-chain-256-to-16-1-threads/importance-1024", "Filament, 1024 samples", 2.46e9, 0.13e9),
+    reference("ggx-chain-256-to-16-2-threads/gather", "Filament, 1024 samples", 1.23e9, 0.07e9),
+    reference("ggx-chain-256-to-16-2-threads/importance-1024", "Filament, 1024 samples", 1.23e9, 0.07e9),
+    // A normal and a sample of Filament's, which takes 1024 of them instead of all texels.
+    reference("irradiance-brute-force/1", "Filament, sampled", 27.8, 0.037),
+    reference("irradiance-brute-force/2", "Filament, sampled", 14.0, 0.019),
+    // No peer was measured.
+    reference("convert-4096-to-cube-1024/2", "the wish, 2 s", 238.0, f64::NAN),
 ];
 
 /// Runs `cargo bench` with the given arguments, then prints the table of all that has been measured so far.
@@ -175,9 +184,12 @@ mod tests {
             measured("basis-cached-f32/6", 4.96),
             measured("basis-one-f64/lobe/6", 10.0),
             measured("basis-one-f64/sphrs/6", 40.0),
+            measured("ggx-chain-256-to-16-1-threads/gather", 0.492e9),
         ]);
         let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split_whitespace().collect()).collect();
         assert_eq!(rows[1], ["basis-cached-f32/6", "4.96", "DirectXMath", "9.92", "0.500", "0.600", "8.27"], "{table}");
+        assert_eq!(rows[4][..2], ["ggx-chain-256-to-16-1-threads/gather", "492000000"], "{table}");
+        assert!(rows[4].contains(&"Filament,") && rows[4].contains(&"0.200"), "{table}");
         assert_eq!(rows[2], ["basis-one-f64/lobe/6", "10.0", "sphrs,", "here", "0.250"], "{table}");
     }
 

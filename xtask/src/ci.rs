@@ -26,6 +26,11 @@ const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
 /// Compression into BC6H, which links a C++ library and is therefore no default.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-env --features bc6h", &[]) };
+/// The same from the command line.
+const TEST_BC6H_CLI: Step = Step {
+    name: "test-bc6h-cli",
+    work: Work::Cargo("test --package lobe-cli --features bc6h --test cli -- bc6h", &[]),
+};
 
 /// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++. Built as any program, they run without
 /// being guided by coverage; `cargo fuzz` adds that.
@@ -60,6 +65,7 @@ pub(crate) fn ci() -> Outcome {
         DOCS,
         TEST,
         TEST_BC6H,
+        TEST_BC6H_CLI,
         FUZZ,
     ])
 }

@@ -2,9 +2,9 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::env::{Mapping, Resample, resample};
+use lobe::env::{CubeMap, Mapping, Resample, resample};
 
-use crate::map_input::{Form, MapInput, size_like};
+use crate::map_input::{Form, Levels, MapInput, size_like};
 use crate::map_output::MapOutput;
 use crate::talk::Talk;
 use crate::values;
@@ -32,7 +32,15 @@ impl EnvConvert {
             None => bail!("--to: a picture can be anything; say which mapping, such as lat-long or cube"),
         };
         self.output.check(mapping)?;
-        let map = self.input.read(talk)?;
+        let keeps_size = |cube: &CubeMap| self.size.is_none_or(|size| size == cube.size());
+        let map = match self.input.read_levels(talk)? {
+            Levels::Chain(chain)
+                if mapping == Mapping::Cube && keeps_size(chain.base()) && self.output.keeps_levels() =>
+            {
+                return self.output.write_chain(chain, talk);
+            }
+            levels => self.input.base_of(levels, talk),
+        };
         let size = self.size.unwrap_or_else(|| size_like(&map, mapping));
         let width = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2 * size } else { size };
         let target = Resample::to(mapping, width, mapping.height_for(width));

@@ -13,8 +13,9 @@ use crate::talk::Talk;
 pub(crate) struct EnvInfo {
     #[command(flatten)]
     input: MapPath,
-    /// Print {"width", "height", "mapping", "mean", "min", "max", "nonfinite", "negative"} instead of text; mean (over
-    /// the sphere), min and max have one number per channel, the last two are counts of pixels
+    /// Print {"format", "width", "height", "levels", "mapping", "mean", "min", "max", "nonfinite", "negative"} instead of text;
+    /// mean (over the sphere), min and max are of the largest level and have one number per channel, the last two are counts of
+    /// pixels
     #[arg(long)]
     json: bool,
 }
@@ -22,8 +23,10 @@ pub(crate) struct EnvInfo {
 /// What `--json` prints. Pixels that are NaN or infinite count as black.
 #[derive(Serialize)]
 struct Info {
+    format: String,
     width: usize,
     height: usize,
+    levels: usize,
     mapping: &'static str,
     mean: Rgb<f64>,
     min: Rgb<f32>,
@@ -34,27 +37,30 @@ struct Info {
 
 impl EnvInfo {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let (map, report) = self.input.read_with(Nonfinite::Zero, talk)?;
+        let (levels, report) = self.input.read_with(Nonfinite::Zero, talk)?;
+        let map = levels.base();
         let info = Info {
+            format: report.format.to_string(),
             width: map.width(),
             height: map.height(),
+            levels: report.levels,
             mapping: map.mapping().name(),
             mean: map.mean(),
-            min: fold_channels(&map, f32::INFINITY, f32::min),
-            max: fold_channels(&map, f32::NEG_INFINITY, f32::max),
+            min: fold_channels(map, f32::INFINITY, f32::min),
+            max: fold_channels(map, f32::NEG_INFINITY, f32::max),
             nonfinite: report.nonfinite,
             negative: report.negative,
         };
         if self.json {
             return output::print_json(&info);
         }
-        let Info { width, height, mapping, mean, min, max, nonfinite, negative } = info;
+        let Info { format, width, height, levels, mapping, mean, min, max, nonfinite, negative } = info;
         // People need no more digits of the mean than of the pixels.
         let mean = Rgb::<f32>::narrow(mean);
         output::print(&format!(
-            "format     {}\nsize       {width} x {height}\nmapping    {mapping}\nmean       {:?} {:?} {:?}\n\
+            "format     {format}\nsize       {width} x {height}\nlevels     {levels}\nmapping    {mapping}\nmean       {:?} {:?} {:?}\n\
              min        {:?} {:?} {:?}\nmax        {:?} {:?} {:?}\nnonfinite  {nonfinite}\nnegative   {negative}\n",
-            report.format, mean.r, mean.g, mean.b, min.r, min.g, min.b, max.r, max.g, max.b
+            mean.r, mean.g, mean.b, min.r, min.g, min.b, max.r, max.g, max.b
         ))
     }
 }

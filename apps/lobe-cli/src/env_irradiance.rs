@@ -49,11 +49,11 @@ impl EnvIrradiance {
             bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
         }
         self.output.check()?;
-        let map = self.input.read_lat_long(talk)?;
+        let map = self.input.read(talk)?;
         let (width, height) = (2 * self.size, self.size);
         let irradiance = match self.method {
             Method::Sh => irradiance_map(&map, self.order.unwrap_or(DEFAULT_ORDER), width, height),
-            Method::BruteForce => brute_force(&map, width, height, talk),
+            Method::BruteForce => brute_force(&self.input.to_lat_long(map, talk)?, width, height, talk),
         };
         self.output.write(&irradiance, talk)
     }

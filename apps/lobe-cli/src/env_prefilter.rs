@@ -99,7 +99,7 @@ impl EnvPrefilter {
         self.output.check(Mapping::Cube)?;
         let source = self.source(talk)?;
         match self.lobe {
-            Lobe::Ggx => self.output.write_chain(&self.chain(&source, talk)?, talk),
+            Lobe::Ggx => self.output.write_chain(self.chain(&source, talk)?, talk),
             Lobe::Phong(exponent) => self.write_highlights(&source, SpecularLobe::Phong { exponent }, talk),
             Lobe::BlinnPhong(exponent) => self.write_highlights(&source, SpecularLobe::BlinnPhong { exponent }, talk),
         }

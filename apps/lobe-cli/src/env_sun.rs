@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::env::{Mapping, Resample, Sun, SunOptions, SunReport, extract_sun, resample};
+use lobe::env::{Sun, SunOptions, SunReport, extract_sun};
 use lobe::sh::Rgb;
 use serde::Serialize;
 
@@ -57,25 +57,17 @@ impl EnvSun {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let map = self.input.read(talk)?;
         self.output.check(map.mapping())?;
-        let (mapping, width, height) = (map.mapping(), map.width(), map.height());
-        // Suns are looked for in lat-long maps: with half again as many texels as another map has along its finest line.
-        let sky = if mapping == Mapping::LatLong {
-            map.into_env_map()?
-        } else {
-            let rows = 3 * width.max(2);
-            resample(&map, &Resample::to(Mapping::LatLong, 2 * rows, rows))?.into_env_map()?
-        };
         let mut options = SunOptions::default();
         options.max_radius = self.max_radius.to_radians();
         (options.min_contrast, options.min_peak) = (self.min_contrast, self.min_peak);
-        let Some(SunReport { sun, rest }) = extract_sun(&sky, &options) else {
+        let Some(SunReport { sun, rest }) = extract_sun(&map, &options) else {
             bail!(
                 "{}: nothing in it is as small and bright as a sun; --max-radius, --min-contrast and --min-peak say what \
                  counts as one",
                 self.input.name()
             );
         };
-        self.output.write(resample(&rest, &Resample::to(mapping, width, height))?, talk)?;
+        self.output.write(rest, talk)?;
         self.print(&Found::from(sun))
     }
 

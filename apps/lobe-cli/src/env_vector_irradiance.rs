@@ -47,10 +47,11 @@ struct Net {
 
 impl EnvVectorIrradiance {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let map = self.input.read_lat_long(talk)?;
+        let map = self.input.read(talk)?;
         let e = vector_irradiance(&map);
         let sides: Vec<Dir> = self.normals.iter().flat_map(|n| [*n, -*n]).collect();
-        let irradiance = irradiance_at(&map, &sides);
+        let irradiance =
+            if sides.is_empty() { Vec::new() } else { irradiance_at(&self.input.to_lat_long(map, talk)?, &sides) };
         let net = self.normals.iter().zip(irradiance.chunks_exact(2));
         let net = net.map(|(n, sides)| Net { normal: n.to_array(), net: e.net(*n), front: sides[0], back: sides[1] });
         let found = Found::new(e, net.collect());

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMap, EnvFile, EnvMap, FACE_NAMES, MappedMap, Mapping, Nonfinite, Raster,
-    ReadOptions, ReadReport, Resample, read_cube_faces, read_env_file, read_raster, resample,
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, EnvFile, EnvMap, MappedMap, Mapping, Nonfinite, Raster,
+    ReadOptions, ReadReport, Resample, cube_face_paths, read_cube_faces, read_env_file, read_raster, resample,
 };
 
 use crate::input::{BUNDLED, NonfiniteOption, PICTURES, explain, read_bundled, tell};
@@ -23,14 +23,14 @@ const ANY_FACE: &str = "%";
 #[derive(Args)]
 pub(crate) struct MapPath {
     /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/%.exr (or
-    /// another extension) for the six files px to nz, or bundled:NAME
+    /// another extension) for the six files px to nz, posx to negz, or right, left, top, bottom, front, back, or bundled:NAME
     #[arg(value_name = "IN")]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
     /// as high; a cube if it is a cross, a row or a column of six faces]
     #[arg(long, value_name = "MAPPING", value_enum)]
     from: Option<Form>,
-    /// The faces of the picture, or of the six files, were made for left-handed directions, as by Direct3D or three.js
+    /// The faces of the cube were made for left-handed directions, as by Direct3D or three.js
     #[arg(long)]
     from_left_handed: bool,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
@@ -50,6 +50,30 @@ pub(crate) struct MapInput {
     map: MapPath,
     #[command(flatten)]
     nonfinite: NonfiniteOption,
+}
+
+/// A map as a file holds it.
+pub(crate) enum Levels {
+    Single(MappedMap),
+    Chain(CubeMipChain),
+}
+
+impl Levels {
+    /// The largest level.
+    pub(crate) fn base(&self) -> &MappedMap {
+        match self {
+            Self::Single(map) => map,
+            Self::Chain(chain) => chain.base().as_ref(),
+        }
+    }
+
+    /// The largest level, without the others.
+    pub(crate) fn into_base(self) -> MappedMap {
+        match self {
+            Self::Single(map) => map,
+            Self::Chain(chain) => chain.into_base().into(),
+        }
+    }
 }
 
 /// A mapping on the command line.
@@ -101,13 +125,38 @@ impl MapInput {
     }
 
     /// Reads the map, and tells what was found remarkable; pixels that are no numbers are treated as the options say.
+    ///
+    /// Of a chain of levels the largest is the map, and that there are others is noted.
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<MappedMap> {
+        Ok(self.base_of(self.read_levels(talk)?, talk))
+    }
+
+    /// Reads the map with its smaller levels, if it has any.
+    pub(crate) fn read_levels(&self, talk: Talk) -> anyhow::Result<Levels> {
         Ok(self.map.read_with((&self.nonfinite).into(), talk)?.0)
+    }
+
+    /// The largest level; a note if there are others.
+    pub(crate) fn base_of(&self, levels: Levels, talk: Talk) -> MappedMap {
+        if let Levels::Chain(chain) = &levels
+            && chain.levels().len() > 1
+        {
+            let dropped = match chain.levels().len() - 1 {
+                1 => "the smaller level is left out".to_owned(),
+                count => format!("the {count} smaller levels are left out"),
+            };
+            talk.note(&self.name(), &dropped);
+        }
+        levels.into_base()
     }
 
     /// Reads the map as a lat-long one; a map of another mapping is converted to about as many texels, and that is noted.
     pub(crate) fn read_lat_long(&self, talk: Talk) -> anyhow::Result<EnvMap> {
-        let map = self.read(talk)?;
+        self.to_lat_long(self.read(talk)?, talk)
+    }
+
+    /// The map that was read, as a lat-long one.
+    pub(crate) fn to_lat_long(&self, map: MappedMap, talk: Talk) -> anyhow::Result<EnvMap> {
         if map.mapping() == Mapping::LatLong {
             return Ok(map.into_env_map()?);
         }
@@ -123,7 +172,16 @@ impl MapPath {
     }
 
     /// Reads the map, and tells what was found remarkable.
-    pub(crate) fn read_with(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(MappedMap, ReadReport)> {
+    pub(crate) fn read_with(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(Levels, ReadReport)> {
+        let (map, report) = self.read_any(nonfinite, talk)?;
+        let mapping = map.base().mapping();
+        if self.from_left_handed && mapping != Mapping::Cube {
+            bail!("--from-left-handed: only of a cube, but {} is {mapping}; leave it out", self.name());
+        }
+        Ok((map, report))
+    }
+
+    fn read_any(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(Levels, ReadReport)> {
         let options = ReadOptions { nonfinite, max_texels: self.max_texels };
         let name = self.name();
         if let Some(bundled) = name.strip_prefix(BUNDLED) {
@@ -132,23 +190,23 @@ impl MapPath {
             }
             let (map, report) = read_bundled(bundled, &options)?;
             tell(&report, &name, talk);
-            return Ok((map.into(), report));
+            return Ok((Levels::Single(map.into()), report));
         }
         if name == "-" {
             bail!("-: pictures are read from files, not from stdin; name a {PICTURES} file");
         }
         if let Some((folder, extension)) = six_files(&self.path) {
             let (cube, reports) = read_cube_faces(folder, &extension, self.handedness(), &options)?;
-            for (report, face) in reports.iter().zip(FACE_NAMES) {
-                tell(report, &folder.join(format!("{face}.{extension}")).display().to_string(), talk);
+            for (report, path) in reports.iter().zip(cube_face_paths(folder, &extension)) {
+                tell(report, &path.display().to_string(), talk);
             }
             let [first, ..] = reports;
-            return Ok((cube.into(), first));
+            return Ok((Levels::Single(cube.into()), first));
         }
         let (map, report) = match self.from {
             Some(form) if !is_texture(&self.path) => {
                 let (picture, report) = read_raster(&self.path, &options)?;
-                (self.map_of(form, picture)?, report)
+                (Levels::Single(self.map_of(form, picture)?), report)
             }
             Some(form) if form != Form::Cube => bail!("--from: {name} is a cube map; leave the option out"),
             _ => self.read_as_it_is(&options, talk)?,
@@ -158,10 +216,12 @@ impl MapPath {
     }
 
     /// Reads a file that says itself what it is, or whose proportions do.
-    fn read_as_it_is(&self, options: &ReadOptions, talk: Talk) -> anyhow::Result<(MappedMap, ReadReport)> {
+    fn read_as_it_is(&self, options: &ReadOptions, talk: Talk) -> anyhow::Result<(Levels, ReadReport)> {
         let error = match read_env_file(&self.path, options) {
-            Ok((EnvFile::LatLong(map), report)) => return Ok((map.into(), report)),
-            Ok((EnvFile::Cube(chain), report)) => return Ok((chain.into_base().into(), report)),
+            Ok((EnvFile::LatLong(map), report)) => return Ok((Levels::Single(map.into()), report)),
+            Ok((EnvFile::Cube(chain), report)) => {
+                return Ok((Levels::Chain(chain.of_handedness(self.handedness())), report));
+            }
             Err(error) => error,
         };
         let Ok((picture, report)) = read_raster(&self.path, options) else {
@@ -170,7 +230,7 @@ impl MapPath {
         if let Ok(layout) = CubeLayout::of_picture(picture.width, picture.height) {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&self.name(), &text);
-            return Ok((self.map_of(Form::Cube, picture)?, report));
+            return Ok((Levels::Single(self.map_of(Form::Cube, picture)?), report));
         }
         let Raster { width, height, .. } = picture;
         bail!(

@@ -1,13 +1,13 @@
 //! Maps to write, in any mapping.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, MappedMap, Mapping, Raster,
-    TexelFormat, WriteOptions, write_cube, write_cube_faces,
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, FACE_NAMES, MappedMap, Mapping,
+    Raster, TexelFormat, WriteOptions, write_cube, write_cube_faces,
 };
 
 use crate::map_input::{is_texture, six_files};
@@ -25,7 +25,7 @@ pub(crate) struct MapOutput {
     /// Of a cube in one picture: how its faces lie in it [default: horizontal-cross]
     #[arg(long, value_enum)]
     layout: Option<Layout>,
-    /// Of a cube in one picture or six files: make its faces for left-handed directions, as Direct3D and three.js want them
+    /// Of a cube: make its faces for left-handed directions, as Direct3D and three.js want them
     #[arg(long)]
     left_handed: bool,
     /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f]
@@ -34,7 +34,8 @@ pub(crate) struct MapOutput {
     /// Of .ktx2: compress with Zstandard
     #[arg(long)]
     zstd: bool,
-    /// Of .ktx2 and .dds: with all smaller levels, each the mean of the one before
+    /// Of .ktx2 and .dds: with all smaller levels, each the mean of the one before [default: none; by convert those of IN, where IN
+    /// is a texture of the same size]
     #[arg(long)]
     mips: bool,
     /// Of .exr: 16-bit half instead of 32-bit float
@@ -99,7 +100,7 @@ pub(crate) enum Texels {
     Rgba32f,
     /// One exponent for three colours: half the size of rgba16f, to 65408
     Rgb9e5,
-    /// Blocks: an eighth of the size of rgba16f; only in programs built with the feature bc6h
+    /// Blocks: an eighth of the size of rgba16f; only in programs built with cargo build -p lobe-cli --features bc6h
     Bc6h,
 }
 
@@ -125,6 +126,11 @@ impl MapOutput {
         matches!(self.output, MapFile::Texture(_))
     }
 
+    /// Whether the levels that a texture has can be written as they are.
+    pub(crate) fn keeps_levels(&self) -> bool {
+        self.is_texture() && !self.mips
+    }
+
     /// Refuses what could not be written, before any work is done for it.
     pub(crate) fn check(&self, mapping: Mapping) -> anyhow::Result<()> {
         let is_texture = self.is_texture();
@@ -139,10 +145,7 @@ impl MapOutput {
                 self.layout.is_some() && !(is_picture && mapping == Mapping::Cube),
                 "--layout: only of a cube in one picture",
             ),
-            (
-                self.left_handed && (is_texture || mapping != Mapping::Cube),
-                "--left-handed: only of a cube's picture or files",
-            ),
+            (self.left_handed && mapping != Mapping::Cube, "--left-handed: only of a cube"),
             (self.texels.is_some() && !is_texture, "--texels: only of .ktx2 and .dds"),
             (self.zstd && !is_texture, "--zstd: only of .ktx2"),
             (self.mips && !is_texture, "--mips: only of .ktx2 and .dds"),
@@ -154,9 +157,14 @@ impl MapOutput {
             MapFile::Picture(picture) => picture.check(),
             MapFile::Texture(path) => output::check_file(path),
             MapFile::Faces { folder, extension } => {
-                std::fs::create_dir_all(folder)
-                    .map_err(|source| EnvError::Io { file: folder.display().to_string(), source })?;
-                output::check_file(&folder.join(format!("px.{extension}")))
+                // The folders that are missing are made when there is something to put into them.
+                let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+                match folder.ancestors().take_while(is_missing).last() {
+                    Some(outermost) => output::check_file(outermost),
+                    None => FACE_NAMES
+                        .iter()
+                        .try_for_each(|name| output::check_file(&folder.join(format!("{name}.{extension}")))),
+                }
             }
         }
     }
@@ -177,10 +185,12 @@ impl MapOutput {
             MapFile::Texture(_) => {
                 let cube = map.into_cube_map()?;
                 let chain = if self.mips { CubeMipChain::averaged(cube) } else { CubeMipChain::single(cube) };
-                self.write_chain(&chain, talk)
+                self.write_chain(chain, talk)
             }
             MapFile::Faces { folder, extension } => {
                 let cube = map.into_cube_map()?;
+                std::fs::create_dir_all(folder)
+                    .map_err(|source| EnvError::Io { file: folder.display().to_string(), source })?;
                 let report = write_cube_faces(folder, extension, &cube, self.handedness(), &options)?;
                 note_clamped(&folder.display().to_string(), report, talk);
                 Ok(())
@@ -189,13 +199,13 @@ impl MapOutput {
     }
 
     /// Writes all levels of a chain; only a texture holds them.
-    pub(crate) fn write_chain(&self, chain: &CubeMipChain, talk: Talk) -> anyhow::Result<()> {
+    pub(crate) fn write_chain(&self, chain: CubeMipChain, talk: Talk) -> anyhow::Result<()> {
         let MapFile::Texture(path) = &self.output else {
             bail!("-o: a chain of levels is written as .ktx2 or .dds");
         };
         let options =
             CubeWriteOptions { texels: self.texels.map(TexelFormat::from).unwrap_or_default(), zstd: self.zstd };
-        let report = write_cube(path, chain, &options)?;
+        let report = write_cube(path, &chain.of_handedness(self.handedness()), &options)?;
         note_clamped(&path.display().to_string(), report, talk);
         Ok(())
     }

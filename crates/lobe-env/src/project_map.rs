@@ -8,8 +8,8 @@ use crate::{MappedMap, Mapping};
 
 /// The error of a texel's integral of one basis function, in parts of its solid angle, that the number of nodes aims at.
 const NODE_ERROR: f64 = 1e-10;
-/// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of a single texel and order 16.
-const MAX_NODES: usize = 24;
+/// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of two by two texels and order 64.
+const MAX_NODES: usize = 128;
 /// The longest side by which [`node_count`] describes the texel that is a whole face of a cube.
 const FLAT_SIDE: f64 = 2.9;
 /// Rows are summed in at most this many chunks, whatever the number of threads.

@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
+use rayon::prelude::*;
 
-use crate::{EnvMap, Mapping, texel};
+use crate::{MappedMap, texel};
 
 // An expansion of low order cannot hold a sun: it rings. So the sun is taken out first and lights the scene by itself:
 //
@@ -72,14 +73,14 @@ impl Sun {
     }
 }
 
-/// A map's sun, and the map without it.
+/// A map's sun, and the map without it, in the same mapping and size.
 #[derive(Clone, Debug)]
 pub struct SunReport {
     /// The light taken out.
     pub sun: Sun,
-    /// The map with the sun's place filled from its surroundings. `4π` times its mean plus the sun's irradiance is `4π`
+    /// The map with the sun's place filled from its surroundings; all other texels are as they were. `4π` times its mean plus the sun's irradiance is `4π`
     /// times the mean of the original (test `nothing_is_lost_when_a_sun_is_taken_out`).
-    pub rest: EnvMap,
+    pub rest: MappedMap,
 }
 
 /// Takes the brightest small light out of a map.
@@ -104,13 +105,14 @@ pub struct SunReport {
 /// # Ok::<(), &str>(())
 /// ```
 #[must_use]
-pub fn extract_sun(map: &EnvMap, options: &SunOptions) -> Option<SunReport> {
+pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<SunReport> {
+    let map = map.as_ref();
     let peak = brightest(map)?;
     let light = peak.luminance();
     if light < options.min_peak * map.mean().luminance() {
         return None;
     }
-    let pitch = (2.0 * PI / map.width() as f64).max(PI / map.height() as f64);
+    let pitch = pitch(map, peak.at);
     let reach = options.max_radius.max(2.5 * pitch);
     // The brightest texel may lie at the sun's edge, so look twice as far and start again from the middle.
     let near = texels_near(map, peak.centre, 2.0 * reach + RING[1] * pitch);
@@ -142,9 +144,11 @@ struct Texel {
 }
 
 impl Texel {
-    fn new(map: &EnvMap, x: usize, y: usize) -> Self {
-        let solid_angle = crate::lat_long::solid_angle(map.width(), map.height(), y);
-        Self { at: [x, y], value: map.texel(x, y), centre: map.dir(x, y), solid_angle }
+    /// `None` for a texel that shows nothing.
+    fn new(map: &MappedMap, x: usize, y: usize) -> Option<Self> {
+        let centre = map.dir(x, y)?;
+        let solid_angle = map.solid_angle(x, y);
+        (solid_angle > 0.0).then(|| Self { at: [x, y], value: map.texel(x, y), centre, solid_angle })
     }
 
     fn luminance(&self) -> f64 {
@@ -153,24 +157,42 @@ impl Texel {
 }
 
 /// The texel of the largest luminance, the first of several; `None` if none is positive.
-fn brightest(map: &EnvMap) -> Option<Texel> {
-    let mut best: Option<(usize, f32)> = None;
+fn brightest(map: &MappedMap) -> Option<Texel> {
+    let (mut best, mut largest) = (None, 0.0);
     for (i, texel) in map.texels().iter().enumerate() {
         let luminance = texel.luminance();
-        if luminance > best.map_or(0.0, |best| best.1) {
-            best = Some((i, luminance));
+        // What shows nothing may hold anything.
+        if luminance > largest
+            && let Some(texel) = Texel::new(map, i % map.width(), i / map.width())
+        {
+            (best, largest) = (Some(texel), luminance);
         }
     }
-    best.map(|(i, _)| Texel::new(map, i % map.width(), i / map.width()))
+    best
+}
+
+/// The angle from one texel to the next in the longer direction, at a texel.
+fn pitch(map: &MappedMap, [x, y]: [usize; 2]) -> f64 {
+    let at = |dx: f64, dy: f64| {
+        let (u, v) = ((x as f64 + dx) / map.width() as f64, (y as f64 + dy) / map.height() as f64);
+        map.mapping().dir_from_uv(u, v)
+    };
+    // Half a texel, because the edges of one at the border of the picture may lie elsewhere on the sphere.
+    let extent = |a: Option<Dir>, b: Option<Dir>| a.zip(b).map_or(0.0, |(a, b)| 2.0 * a.angle_to(b));
+    let (across, down) = (extent(at(0.25, 0.5), at(0.75, 0.5)), extent(at(0.5, 0.25), at(0.5, 0.75)));
+    // Of a texel at a rim little may show.
+    let usual = (4.0 * PI / (map.width() * map.height()) as f64).sqrt();
+    across.max(down).max(usual)
 }
 
 /// The texels whose centres lie within an angle of a direction, in the order of the picture.
-fn texels_near(map: &EnvMap, centre: Dir, angle: f64) -> Vec<Texel> {
+fn texels_near(map: &MappedMap, centre: Dir, angle: f64) -> Vec<Texel> {
     let limit = angle.min(PI).cos();
-    let row_theta = |y: usize| PI * (y as f64 + 0.5) / map.height() as f64;
-    let rows = (0..map.height()).filter(|y| (row_theta(*y) - centre.theta()).abs() <= angle + 1e-9);
-    let texels = rows.flat_map(|y| (0..map.width()).map(move |x| Texel::new(map, x, y)));
-    texels.filter(|texel| texel.centre.dot(centre) >= limit).collect()
+    let is_near = |x: usize, y: usize| map.dir(x, y).is_some_and(|s| s.dot(centre) >= limit);
+    let row = |y: usize| {
+        (0..map.width()).filter(move |x| is_near(*x, y)).filter_map(move |x| Texel::new(map, x, y)).collect::<Vec<_>>()
+    };
+    (0..map.height()).into_par_iter().map(row).collect::<Vec<_>>().concat()
 }
 
 /// The middle of some texels, by solid angle.
@@ -238,8 +260,8 @@ fn solve(m: [[f64; 3]; 3], right: [Rgb<f64>; 3]) -> Option<[Rgb<f64>; 3]> {
 }
 
 /// Fills the disc, and adds up what was there beyond the fill.
-fn take_out(rest: &mut EnvMap, disc: &[&Texel], plane: &Plane) -> Option<Sun> {
-    let size = [rest.width(), rest.height()];
+fn take_out(rest: &mut MappedMap, disc: &[&Texel], plane: &Plane) -> Option<Sun> {
+    let (mapping, size) = (rest.mapping(), [rest.width(), rest.height()]);
     let rule = gauss_legendre(3);
     let mut nodes = Vec::new();
     let (mut irradiance, mut moment, mut squares, mut texels) = (Rgb::ZERO, [0.0; 3], 0.0, 0);
@@ -252,7 +274,7 @@ fn take_out(rest: &mut EnvMap, disc: &[&Texel], plane: &Plane) -> Option<Sun> {
         texels += usize::from(fill != texel.value);
         irradiance += taken.scale(texel.solid_angle);
         squares += taken.luminance() * taken.luminance() * texel.solid_angle;
-        texel::nodes_into(Mapping::LatLong, size, texel.at, &rule, &mut nodes);
+        texel::nodes_into(mapping, size, texel.at, &rule, &mut nodes);
         for (s, weight) in &nodes {
             let s = s.to_array();
             moment = [0, 1, 2].map(|k| moment[k] + taken.luminance() * weight * s[k]);

@@ -171,7 +171,9 @@ fn encode_bc6h(size: usize, texels: &[Rgb<f32>]) -> Result<Vec<u8>, String> {
 
 #[cfg(not(feature = "bc6h"))]
 fn encode_bc6h(_: usize, _: &[Rgb<f32>]) -> Result<Vec<u8>, String> {
-    Err("this build cannot compress to BC6H; build with the feature bc6h, or choose RGB9E5 or RGBA16F".into())
+    Err("this build cannot compress to BC6H; build with the feature bc6h (cargo build -p lobe-cli --features bc6h), or choose \
+         RGB9E5 or RGBA16F"
+        .into())
 }
 
 fn half_texel(bytes: &[u8; 8]) -> Rgb<f32> {

@@ -2,13 +2,16 @@
 
 use std::f64::consts::PI;
 
-use lobe_env::{CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, irradiance_at, irradiance_map, project_env, reconstruct};
+use lobe_env::{
+    CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, cube, irradiance_at, irradiance_map, irradiance_map_brute_force,
+    project_env, reconstruct,
+};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{
     BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exposure, Glossy, HighlightMap,
     IrradiancePolynomial, Label, MatteByMap, MatteBySh, Paraboloids, Picture, ReflectionSpace, Scene, Shading, Sheet,
-    Solid, SphereMapped, SurfacePoint, Tone, Torus, TracedMirror, View, bumps,
+    Solid, SphereMapped, SurfacePoint, Tone, Torus, TracedMirror, View, bumps, highlights_of_lights,
 };
 
 /// How often a torus may mirror itself in the traced picture.
@@ -23,14 +26,22 @@ const METAL: f64 = 0.7;
 const GLOSSY_ORDER: usize = 32;
 /// The albedo of the matte surfaces.
 const ALBEDO: f64 = 0.8;
-/// The exponent of the highlights.
+/// The exponent of the highlights, the albedo of what has them, and their colour.
 const EXPONENT: f64 = 30.0;
+const K_D: f32 = 0.4;
+const K_S: f32 = 0.3;
+/// The height and the number of the bumps.
+const BUMPS: (f64, f64) = (0.02, 14.0);
+/// Rows of the map of the sums over all texels. Irradiance has no details smaller than a few of them.
+const MATTE_ROWS: usize = 32;
+/// Rays along each side of a pixel at most, where each is a sum over many lights.
+const SLOW_SAMPLES: usize = 2;
 /// Rows and columns of the points at which errors are measured: of mirrors, which show single texels, and of others.
 const MEASURED: [usize; 2] = [96, 32];
 /// The exposed light of a blurred surface that all but a hundredth of it stays below.
 const BRIGHT: f64 = 1.5;
 /// Pictures a row of the sheet.
-const COLUMNS: usize = 6;
+const COLUMNS: usize = 7;
 
 /// What [`environment_panels`] draws.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +73,8 @@ pub struct EnvironmentPanel {
     pub technique: &'static str,
     /// The picture in linear light.
     pub picture: Picture,
-    /// How far it is from what the technique stands for, over the visible surface: `Σ|a - b| / Σ|b|`.
+    /// How far it is from what the technique stands for, over the visible surface: `Σ|a - b| / Σ|b|`. `None` where it is
+    /// that itself.
     pub error: Option<f64>,
     /// Whether the surface mirrors the map as it is; the others blur it.
     pub mirrors: bool,
@@ -71,12 +83,18 @@ pub struct EnvironmentPanel {
 /// Which truth a technique is measured against.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
-    /// It is traced itself, or a mirror of something else.
+    /// It is the truth itself, a traced mirror.
     Traced,
-    /// None is computed.
-    None,
+    /// It is the truth itself, of a surface that blurs the map.
+    Summed,
+    /// The same, where each point is a sum over many lights.
+    SlowlySummed,
     /// The traced reflection of the map.
     Mirror,
+    /// The same about the normals of the bumps.
+    BumpedMirror,
+    /// The sum over all texels by the normal, and over the lights of a coarse map by the reflected direction.
+    Highlights,
     /// The integral over the reflectance function, light by light.
     Rough,
     /// The sum over all texels.
@@ -89,8 +107,8 @@ type Technique<'a> = (&'static str, Box<dyn Shading + 'a>, Truth);
 /// mirrors itself.
 ///
 /// The eye stands at -x, the middle of the lat-long picture is behind the shapes. What is mirrored is compared with
-/// the traced reflection of the map itself, rough mirrors with the integral over the map reduced to 6 · 16² lights,
-/// matte surfaces with the sum over all texels.
+/// the traced reflection of the map itself, with and without bumps, rough mirrors and highlights with the integral over
+/// the map reduced to 6 · 16² lights, matte surfaces with the sum over all texels. The truths have panels of their own.
 ///
 /// # Panics
 /// If `samples` is 0 or `map_size` less than 8.
@@ -100,25 +118,32 @@ pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -
     let averaged = CubeMipChain::averaged(CubeMap::from_fn(16 * ROUGH_SIZE, source));
     let rough = &averaged.levels()[4];
     let (blurred, table) = (blurred(map), DfgTable::new(32));
+    let truths = Truths { map, rough: BruteForceReflection::new(rough, metal()), lights: lights(rough) };
     let mut techniques = mirrors(options.map_size, &source);
+    techniques.push(bumped(map, options.map_size));
+    techniques.push(("glossy, truth", Box::new(|p: &SurfacePoint| truths.rough.radiance(p)), Truth::SlowlySummed));
     techniques.extend(rough_mirrors(map, rough, options.prefiltered, &blurred, &table));
-    techniques.extend(matte_and_bumps(map, options.map_size));
+    techniques.extend(matte(map));
 
     let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
     // The torus leans towards the eye and a little aside.
     let axis = Dir::new([-0.6, 0.25, 0.75]).unwrap_or(Dir::Z);
     let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
-    let truths = Truths { map, rough: BruteForceReflection::new(rough, metal()) };
     let mut panels = Vec::new();
     for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
         let scene = Scene { solid, camera, samples: options.samples };
+        let slow = Scene { samples: options.samples.min(SLOW_SAMPLES), ..scene };
         let [many, few] = MEASURED.map(|n| scene.points(n, n));
-        let panel = |technique: &'static str, shading: &dyn Shading, truth: Truth| EnvironmentPanel {
-            solid: name,
-            technique,
-            picture: scene.picture(options.size, options.size, source, shading),
-            error: truths.error(truth, shading, if truth == Truth::Mirror { &many } else { &few }),
-            mirrors: matches!(truth, Truth::Mirror | Truth::Traced),
+        let panel = |technique: &'static str, shading: &dyn Shading, truth: Truth| {
+            let mirrors = matches!(truth, Truth::Traced | Truth::Mirror | Truth::BumpedMirror);
+            let scene = if truth == Truth::SlowlySummed { &slow } else { &scene };
+            EnvironmentPanel {
+                solid: name,
+                technique,
+                picture: scene.picture(options.size, options.size, source, shading),
+                error: truths.error(truth, shading, if mirrors { &many } else { &few }),
+                mirrors,
+            }
         };
         panels.extend(techniques.iter().map(|(technique, shading, truth)| panel(technique, shading.as_ref(), *truth)));
         if solid == torus {
@@ -204,23 +229,39 @@ fn rough_mirrors<'a>(
         prefiltered.map_or((blurred, 0.0), |chain| (chain, roughness * (chain.levels().len() - 1) as f64));
     let glossy = Glossy { chain, level, roughness, f0: Rgb::splat(METAL), table };
     let views = ReflectionSpace::new(rough, &metal(), 0, 24).normalised();
-    let phong = HighlightMap::of_surroundings(map, EXPONENT, Rgb::splat(0.4), Rgb::splat(0.3));
+    let phong = HighlightMap::of_surroundings(map, EXPONENT, Rgb::splat(K_D), Rgb::splat(K_S));
     vec![
         ("glossy, split sum", Box::new(glossy), Truth::Rough),
         ("glossy, 12 views", Box::new(views), Truth::Rough),
-        ("highlight map", Box::new(phong), Truth::None),
+        ("highlight map", Box::new(phong), Truth::Highlights),
     ]
 }
 
-fn matte_and_bumps<'a>(map: &EnvMap, size: usize) -> Vec<Technique<'a>> {
+fn matte<'a>(map: &EnvMap) -> Vec<Technique<'a>> {
     let albedo = Rgb::splat(ALBEDO as f32);
-    let mirror = CubeMapped::sampled(size.div_ceil(2), |s| map.radiance(s));
+    let truth = irradiance_map_brute_force(map, 2 * MATTE_ROWS, MATTE_ROWS);
+    let by_map = irradiance_map(map, 9, 2 * MATTE_ROWS, MATTE_ROWS);
     let irradiance = IrradiancePolynomial::of_radiance(&project_env(map, 3));
     vec![
-        ("matte, map", Box::new(MatteByMap { irradiance: irradiance_map(map, 9, 64, 32), albedo }), Truth::Matte),
+        ("matte, truth", Box::new(MatteByMap { irradiance: truth, albedo }), Truth::Summed),
+        ("matte, map", Box::new(MatteByMap { irradiance: by_map, albedo }), Truth::Matte),
         ("matte, order 3", Box::new(MatteBySh { irradiance, albedo }), Truth::Matte),
-        ("bumps, cube map", Box::new(Bumped { inner: mirror, height: bumps(0.02, 14.0) }), Truth::Traced),
     ]
+}
+
+fn bumped<'a>(map: &EnvMap, size: usize) -> Technique<'a> {
+    let mirror = CubeMapped::sampled(size.div_ceil(2), |s| map.radiance(s));
+    ("bumps, cube map", Box::new(Bumped { inner: mirror, height: bumps(BUMPS.0, BUMPS.1) }), Truth::BumpedMirror)
+}
+
+/// Every texel of a cube as a light: its direction, and the irradiance of a surface that faces it.
+fn lights(map: &CubeMap) -> Vec<(Dir, Rgb<f32>)> {
+    let size = map.size();
+    let light = |i: usize| {
+        let (face, x, y) = (i / (size * size), i % size, i / size % size);
+        (map.dir(face, x, y), map.texel(face, x, y).scale(cube::solid_angle(size, x, y) as f32))
+    };
+    (0..map.texels().len()).map(light).collect()
 }
 
 /// The map blurred for the one roughness of the sheet, as a chain of one level.
@@ -235,22 +276,34 @@ fn blurred(map: &EnvMap) -> CubeMipChain {
 struct Truths<'a> {
     map: &'a EnvMap,
     rough: BruteForceReflection<Ggx>,
+    /// Those of the rough map.
+    lights: Vec<(Dir, Rgb<f32>)>,
 }
 
 impl Truths<'_> {
     fn error(&self, truth: Truth, shading: &dyn Shading, points: &[SurfacePoint]) -> Option<f64> {
         let values = |shading: &dyn Shading| -> Vec<Rgb<f32>> { points.iter().map(|p| shading.radiance(p)).collect() };
+        let mirror = |p: &SurfacePoint| self.map.radiance(p.reflected());
         let exact: Vec<Rgb<f32>> = match truth {
-            Truth::Traced | Truth::None => return None,
-            Truth::Mirror => values(&|p: &SurfacePoint| self.map.radiance(p.reflected())),
+            Truth::Traced | Truth::Summed | Truth::SlowlySummed => return None,
+            Truth::Mirror => values(&mirror),
+            Truth::BumpedMirror => values(&Bumped { inner: mirror, height: bumps(BUMPS.0, BUMPS.1) }),
             Truth::Rough => values(&self.rough),
-            Truth::Matte => {
-                let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
-                let irradiance = irradiance_at(self.map, &normals).into_iter();
-                irradiance.map(|e| Rgb::narrow(e.scale(ALBEDO / PI))).collect()
+            Truth::Matte => self.matte(points, ALBEDO),
+            Truth::Highlights => {
+                let highlight =
+                    |p: &SurfacePoint| highlights_of_lights(&self.lights, EXPONENT, p.reflected()).scale(K_S);
+                let matte = self.matte(points, f64::from(K_D));
+                matte.into_iter().zip(points).map(|(matte, p)| matte + highlight(p)).collect()
             }
         };
         Some(mean_error(&values(shading), &exact))
+    }
+
+    /// What matte points of an albedo show: the sum over all texels.
+    fn matte(&self, points: &[SurfacePoint], albedo: f64) -> Vec<Rgb<f32>> {
+        let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
+        irradiance_at(self.map, &normals).into_iter().map(|e| Rgb::narrow(e.scale(albedo / PI))).collect()
     }
 }
 
@@ -281,7 +334,12 @@ mod tests {
     fn every_technique_is_near_what_it_stands_for() {
         let options = EnvironmentSheetOptions { size: 16, samples: 1, map_size: 64, prefiltered: None };
         let panels = environment_panels(&map(), &options);
-        assert_eq!(panels.len(), 23, "eleven techniques on two shapes, and the torus that mirrors itself");
+        assert_eq!(
+            panels.len(),
+            27,
+            "ten techniques and three truths on two shapes, and the torus that mirrors itself"
+        );
+        let truths = ["traced mirror", "mirrors itself", "glossy, truth", "matte, truth"];
         for panel in &panels {
             let limit = match panel.technique {
                 "glossy, split sum" => 0.2,
@@ -289,15 +347,19 @@ mod tests {
                 _ => 0.03,
             };
             println!("{} {}: {:.4?}", panel.solid, panel.technique, panel.error);
-            assert!(panel.error.is_none_or(|e| e < limit), "{} {}: {:?}", panel.solid, panel.technique, panel.error);
+            if truths.contains(&panel.technique) {
+                assert_eq!(panel.error, None, "{} {} is the truth", panel.solid, panel.technique);
+                continue;
+            }
+            assert!(panel.error.is_some_and(|e| e < limit), "{} {}: {:?}", panel.solid, panel.technique, panel.error);
         }
     }
 
     #[test]
-    fn the_sheet_holds_all_panels_in_rows_of_six() {
+    fn the_sheet_holds_all_panels_in_rows_of_seven() {
         let options = EnvironmentSheetOptions { size: 24, samples: 1, map_size: 16, prefiltered: None };
         let sheet = environment_mapping_sheet(&map(), &options);
         let cell = (24, 24 + 2 * 14);
-        assert_eq!((sheet.width(), sheet.height()), (6 + 6 * (cell.0 + 6), 6 + 4 * (cell.1 + 6)), "four rows of six");
+        assert_eq!((sheet.width(), sheet.height()), (6 + 7 * (cell.0 + 6), 6 + 4 * (cell.1 + 6)), "four rows of seven");
     }
 }

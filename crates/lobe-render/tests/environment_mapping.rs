@@ -105,7 +105,13 @@ fn even_directions(count: usize) -> impl Iterator<Item = Dir> {
 
 #[test]
 fn matte_techniques_agree_with_brute_force() {
-    for map in bundled::all().map(|bundled| bundled.map()) {
+    for bundled in bundled::all() {
+        // The lamps of the studio are small and bright.
+        let [most_by_map, most_by_sh] = match bundled.name {
+            "sunset" => [0.003, 0.02],
+            _ => [0.02, 0.12],
+        };
+        let map = bundled.map();
         let white = Rgb::splat(1.0);
         let points: Vec<SurfacePoint> = scenes().iter().flat_map(|scene| scene.points(30, 30)).collect();
         let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
@@ -122,8 +128,11 @@ fn matte_techniques_agree_with_brute_force() {
         let polynomial = IrradiancePolynomial::of_radiance(&project_env(&map, 3));
         let by_sh = error(&MatteBySh { irradiance: polynomial, albedo: white });
         let (coarse, fine) = (by_map(16), by_map(32));
-        println!("relative RMSE: map 16 x 8 {coarse:.4}, map 32 x 16 {fine:.4}, nine coefficients {by_sh:.4}");
-        assert!(fine < 0.02 && fine < 0.35 * coarse, "irradiance maps: {coarse} and {fine}");
-        assert!(by_sh < 0.12, "nine coefficients: {by_sh}");
+        println!(
+            "{}: relative RMSE: map 16 x 8 {coarse:.4}, map 32 x 16 {fine:.4}, nine coefficients {by_sh:.4}",
+            bundled.name
+        );
+        assert!(fine < most_by_map && fine < 0.35 * coarse, "{}: irradiance maps: {coarse} and {fine}", bundled.name);
+        assert!(by_sh < most_by_sh, "{}: nine coefficients: {by_sh}", bundled.name);
     }
 }

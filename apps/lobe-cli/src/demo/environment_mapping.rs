@@ -68,14 +68,15 @@ impl Writer<'_> {
         let name = sky.bundled.name;
         (self.progress)("the sun");
         let Some(report) = extract_sun(&sky.map, &SunOptions::default()) else { return Ok(()) };
-        let tone = Tone::PHOTOGRAPH.fixed_for(&Picture::from(&report.rest));
+        let rest = report.rest.into_env_map()?;
+        let tone = Tone::PHOTOGRAPH.fixed_for(&Picture::from(&rest));
         let file = sky.file("without-sun.png");
-        let picture = Picture::from(&report.rest).resized(self.picture, self.picture / 2);
+        let picture = Picture::from(&rest).resized(self.picture, self.picture / 2);
         self.write(&file, &picture, &tone)?;
         self.page.section(&format!("{name}: the sun as a light of its own"));
         self.page.figure(&file, self.picture, "The sky without its sun.");
         let sun = report.sun;
-        let [before, after] = [sky.map.mean(), report.rest.mean()].map(Rgb::luminance);
+        let [before, after] = [sky.map.mean(), rest.mean()].map(Rgb::luminance);
         self.page.table(
             &["the sun", ""],
             &[

@@ -1,6 +1,9 @@
 //! `lobe env convert`, `rotate`, `adjust`, `sun`, `prefilter` and `show`: maps in, maps out.
 
-use lobe::env::{CubeMap, EnvFile, MappedMap, Mapping, ReadOptions, project_map, read_env, read_env_file, read_raster};
+use lobe::env::{
+    CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvFile, MappedMap, Mapping, ReadOptions, TexelFormat,
+    project_map, read_env, read_env_file, read_raster, write_cube,
+};
 use lobe::sh::{Expansion as _, FileCoefficients, Rgb, ShVec};
 use serde_json::Value;
 
@@ -75,6 +78,124 @@ fn cubes_are_textures_crosses_and_six_files() {
     dir.lobe("env convert sky.exr -o mips.ktx2 --size 16 --mips --zstd").stdout();
     let info: Value = serde_json::from_str(&dir.lobe("env info mips.ktx2 --json").succeeds().0).unwrap();
     assert_eq!(info["mapping"], "cube", "{info}");
+}
+
+/// Writes a cube of left-handed faces, and says what it is in Lobe's own.
+fn write_left_handed(dir: &Dir, name: &str) -> CubeMipChain {
+    let cube = CubeMap::from_fn(8, |s| Rgb::new(2.0 + s.x() as f32, 2.0 + s.y() as f32, 2.0 + s.z() as f32));
+    let chain = CubeMipChain::averaged(cube);
+    let options = CubeWriteOptions { texels: TexelFormat::Rgba32F, ..CubeWriteOptions::default() };
+    write_cube(dir.path(name), &chain.clone().of_handedness(CubeHandedness::Left), &options).unwrap();
+    chain
+}
+
+#[test]
+fn textures_are_read_and_written_for_either_hand() {
+    let dir = Dir::new();
+    for name in ["left.ktx2", "left.dds"] {
+        let cube = write_left_handed(&dir, name).into_base();
+        dir.lobe(&format!("env convert {name} --from-left-handed --to cube --layout row -o row.exr")).succeeds();
+        let (row, _) = read_raster(dir.path("row.exr"), &ReadOptions::default()).unwrap();
+        assert_eq!(CubeMap::from_picture(&row, CubeHandedness::Right).unwrap(), cube, "{name} read");
+        for back in ["back.ktx2", "back.dds"] {
+            dir.lobe(&format!("env convert row.exr --left-handed --texels rgba32f -o {back}")).succeeds();
+            assert_eq!(read_any(&dir, back), read_any(&dir, name), "{name} to {back}");
+        }
+    }
+}
+
+fn read_chain(dir: &Dir, name: &str) -> CubeMipChain {
+    match read_env_file(dir.path(name), &ReadOptions::default()).unwrap().0 {
+        EnvFile::Cube(chain) => chain,
+        EnvFile::LatLong(_) => panic!("{name} is no cube"),
+    }
+}
+
+#[test]
+fn levels_go_along_or_are_said_to_be_left_out() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    dir.lobe("env prefilter sky.exr -o chain.ktx2 --size 16 --last-size 4 --texels rgba32f").stdout();
+    let chain = read_chain(&dir, "chain.ktx2");
+    assert_eq!(chain.levels().len(), 3, "16, 8 and 4");
+    for args in ["-o same.dds", "-o same.ktx2 --zstd", "-o same.ktx2 --size 16 --to cube"] {
+        let (_, notes) = dir.lobe(&format!("env convert chain.ktx2 --texels rgba32f {args}")).succeeds();
+        assert!(!notes.contains("left out"), "{args}: {notes}");
+        let name = args.split(' ').nth(1).unwrap();
+        assert_eq!(read_chain(&dir, name), chain, "{args}");
+    }
+    for args in [
+        "convert chain.ktx2 -o other.ktx2 --size 8",
+        "convert chain.ktx2 -o other.ktx2 --mips",
+        "convert chain.ktx2 -o other.exr --to lat-long",
+        "rotate chain.ktx2 --axis 0,0,1 --angle 90 -o other.ktx2",
+        "adjust chain.ktx2 --exposure 1 -o other.ktx2",
+    ] {
+        let (_, notes) = dir.lobe(&format!("env {args}")).succeeds();
+        assert!(notes.contains("chain.ktx2: the 2 smaller levels are left out"), "{args}: {notes}");
+    }
+    let (info, notes) = dir.lobe("env info chain.ktx2 --json").succeeds();
+    let info: Value = serde_json::from_str(&info).unwrap();
+    assert_eq!((&info["levels"], &info["format"]), (&Value::from(3), &Value::from("KTX2")), "{info}");
+    assert!(!notes.contains("left out"), "nothing is left out of facts: {notes}");
+}
+
+#[test]
+fn a_folder_is_made_when_there_is_something_to_put_into_it() {
+    let dir = Dir::new();
+    dir.lobe("env convert none.exr -o made/here/%.exr").error();
+    assert_eq!(dir.names(), [""; 0], "no folder for a map that is not there");
+    write_sky(&dir, "sky.exr");
+    let line = dir.lobe("env convert sky.exr -o sky.exr/%.exr --size 4").error();
+    assert!(line.contains("sky.exr"), "{line}");
+    dir.lobe("env convert sky.exr -o made/here/%.exr --size 4").stdout();
+    assert_eq!(dir.path("made/here").read_dir().unwrap().count(), 6, "six files");
+}
+
+#[test]
+fn light_beyond_all_numbers_is_refused() {
+    let dir = Dir::new();
+    dir.map("one.exr", 8, 4, |_, _| [1.0; 3]);
+    for args in ["--exposure 200", "--scale 1e300,1,1", "--scale 1,1e39,1 --clamp 5"] {
+        let line = dir.lobe(&format!("env adjust one.exr -o bright.exr {args}")).error();
+        assert!(line.contains("32 texels would be brighter than 3.4028235e38"), "{args}: {line}");
+    }
+    assert_eq!(dir.names(), ["one.exr"], "nothing is written");
+}
+
+#[test]
+fn the_sun_of_a_cube_is_that_of_its_picture() {
+    let dir = Dir::new();
+    let sun = |args: &str| -> Value {
+        serde_json::from_str(&dir.lobe(&format!("env sun {args} --json")).succeeds().0).unwrap()
+    };
+    let picture = sun("bundled:sunset -o rest.exr");
+    dir.lobe("env convert bundled:sunset -o cube.ktx2 --size 256 --texels rgba32f").succeeds();
+    let cube = sun("cube.ktx2 -o rest.ktx2 --texels rgba32f");
+    for c in 0..3 {
+        let [a, b] = [&picture, &cube].map(|sun| sun["irradiance"][c].as_f64().unwrap());
+        assert!((a / b - 1.0).abs() < 0.02, "channel {c}: {a} in the picture, {b} in the cube");
+    }
+    let (before, after) = (read_any(&dir, "cube.ktx2"), read_any(&dir, "rest.ktx2"));
+    let changed = before.texels().iter().zip(after.texels()).filter(|(a, b)| a != b).count();
+    assert_eq!(Value::from(changed), cube["texels"], "all but the sun's texels are as they were");
+}
+
+#[test]
+fn bc6h_is_written_by_programs_that_are_built_with_it() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    let convert = dir.lobe("env convert sky.exr -o sky.ktx2 --size 32 --texels bc6h");
+    if cfg!(not(feature = "bc6h")) {
+        let line = convert.error();
+        assert!(line.contains("cargo build -p lobe-cli --features bc6h"), "{line}");
+        return;
+    }
+    convert.stdout();
+    let (info, _) = dir.lobe("env info sky.ktx2").succeeds();
+    assert!(info.starts_with("format     KTX2"), "{info}");
+    let (sky, cube) = (project_map(&read_any(&dir, "sky.exr"), 3), project_map(&read_any(&dir, "sky.ktx2"), 3));
+    assert!(difference(&sky, &cube) < 5e-3, "off by {}", difference(&sky, &cube));
 }
 
 #[test]
@@ -161,7 +282,13 @@ fn options_that_would_be_ignored_are_refused() {
         ("convert sky.exr -o a.ktx2 --to lat-long", "-o: this kind of file holds cubes only"),
         ("convert sky.exr -o a.exr --to lat-long --layout row", "--layout: only of a cube in one picture"),
         ("convert sky.exr -o a.exr --to cube --texels rgba16f", "--texels: only of .ktx2 and .dds"),
-        ("convert sky.exr -o a.ktx2 --left-handed", "--left-handed: only of a cube's picture or files"),
+        ("convert sky.exr -o a.exr --to octahedral --left-handed", "--left-handed: only of a cube; leave it out"),
+        ("convert sky.exr -o a.ktx2 --from-left-handed", "--from-left-handed: only of a cube, but sky.exr is lat-long"),
+        (
+            "info bundled:studio --from-left-handed",
+            "--from-left-handed: only of a cube, but bundled:studio is lat-long",
+        ),
+        ("info square.exr --from octahedral --from-left-handed", "--from-left-handed: only of a cube"),
         ("convert sky.exr -o a.dds --zstd", "a .dds holds no Zstandard"),
         ("convert sky.exr -o a.gif --to cube", "expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2 or .dds"),
         ("convert square.exr -o a.ktx2", "is neither lat-long (2:1) nor a cube"),
