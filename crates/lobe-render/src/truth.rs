@@ -58,8 +58,8 @@ pub(crate) struct Pixel {
 }
 
 impl Pixel {
-    pub(crate) fn to_numbers(&self) -> [f32; 14] {
-        let Self { mean: m, variance: v, albedo: a, normal: n, depth, coverage } = *self;
+    pub(crate) fn to_numbers(self) -> [f32; 14] {
+        let Self { mean: m, variance: v, albedo: a, normal: n, depth, coverage } = self;
         [m.r, m.g, m.b, v.r, v.g, v.b, a.r, a.g, a.b, n.r, n.g, n.b, depth, coverage]
     }
 

@@ -102,7 +102,7 @@ fn header(fingerprint: Fingerprint) -> Vec<u8> {
 
 fn record(fingerprint: Fingerprint, first: usize, pixels: &[Pixel]) -> Vec<u8> {
     let mut bytes = (pixels.len() as u64).to_le_bytes().to_vec();
-    bytes.extend(pixels.iter().flat_map(|pixel| pixel.to_numbers()).flat_map(f32::to_le_bytes));
+    bytes.extend(pixels.iter().copied().flat_map(Pixel::to_numbers).flat_map(f32::to_le_bytes));
     let sum = checksum(fingerprint, first, &bytes);
     bytes.extend(sum.to_le_bytes());
     bytes
@@ -146,7 +146,7 @@ mod tests {
     }
 
     fn numbers(pixels: &[Pixel]) -> Vec<[f32; NUMBERS]> {
-        pixels.iter().map(Pixel::to_numbers).collect()
+        pixels.iter().copied().map(Pixel::to_numbers).collect()
     }
 
     #[test]
