@@ -8,12 +8,13 @@ use crate::index::{index, len};
 use crate::thomson::thomson_points;
 use crate::{Dir, Expansion, ShVec, eval_basis};
 
-/// Rows of the grid for every band. Of the maxima of 2000 random expansions of order 6, 14061, one lay on so level a
-/// ridge that a grid of 8 missed it.
-const ROWS_PER_BAND: usize = 12;
+/// Rows of the grid for every band. Of the 14098 maxima of 2000 random expansions of order 6 a grid of 12 missed one: a
+/// low hill on a ridge, hardly wider than the grid.
+const ROWS_PER_BAND: usize = 16;
 
-/// The part of the strongest bend that passes for a level ridge; see [`may_be_highest`].
-const RIDGE_SLACK: f64 = 0.3;
+/// The part of the strongest bend that passes for a level ridge; see [`may_be_highest`]. With 0.3, a grid of 12 missed
+/// one maximum of order 5 besides.
+const RIDGE_SLACK: f64 = 0.4;
 
 /// The numbers of start points of [Sloan 2008] for orders 1 to 6.
 ///
@@ -32,7 +33,7 @@ pub struct Peak {
 /// Where the climbs of [`local_maxima`] begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PeakSearch {
-    /// At every point of a fine grid that is as high as its eight neighbours. At order 6 three times as slow as
+    /// At every point of a fine grid that is as high as its eight neighbours. At order 6 several times as slow as
     /// [`PeakSearch::Paper`] (benchmarks `light-peaks-grid` and `light-peaks-paper`).
     #[default]
     Grid,
@@ -194,7 +195,7 @@ mod tests {
     }
 
     /// Rows of the dense grid for every band: more than four times as many points as [`PeakSearch::Grid`] looks at.
-    const DENSE_ROWS_PER_BAND: usize = 25;
+    const DENSE_ROWS_PER_BAND: usize = 33;
 
     /// The maxima that a dense grid finds, each once: every point of it as high as its eight neighbours, followed
     /// uphill by the Newton steps of the certified minimum, which share nothing with the climbs of the search.
@@ -264,7 +265,7 @@ mod tests {
     #[test]
     fn the_search_finds_every_maximum_that_a_dense_grid_finds() {
         // How many maxima such expansions have, to 2 %: one, 1.84 and so on each.
-        for (order, expected) in [(2, 2000_usize), (3, 3681), (4, 6400), (5, 9870), (6, 14_061)] {
+        for (order, expected) in [(2, 2000_usize), (3, 3681), (4, 6360), (5, 9801), (6, 14_098)] {
             let (found, total, beyond) = found_of(order, 2000, PeakSearch::Grid);
             println!("order {order}: {found} of {total} maxima, {beyond} more");
             assert_eq!(found, total, "order {order}: maxima of 2000 expansions");
