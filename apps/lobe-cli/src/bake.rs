@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, bail};
+use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use lobe::prt::{
     AdaptiveOptions, BakeOptions, BakeReport, BakedGlb, Channels, CompressOptions, CompressReport, CompressedTransfer,
@@ -399,7 +399,7 @@ impl Bake {
                 Bounds { min: [0, 1, 2].map(|k| min[k] + half(k)), max: [0, 1, 2].map(|k| max[k] - half(k)) }
             }
         };
-        Grid::new(bounds, counts).context("--grid needs a box with a volume; --grid-box gives one")
+        Grid::new(bounds, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
     }
 
     /// The tree of the scene. What makes it inexact is told.

@@ -52,7 +52,7 @@ pub fn read_cube_faces(
         reports.push(report);
     }
     let (Ok(faces), Ok(reports)) = (faces.try_into(), reports.try_into()) else { unreachable!("six files were read") };
-    Ok((CubeMap::from_handed_faces(size, faces, handedness)?, reports))
+    Ok((CubeMap::from_handed_faces(size, &faces, handedness)?, reports))
 }
 
 /// Writes a cube as the files `px`, `nx`, `py`, `ny`, `pz` and `nz` of a folder, in a format of

@@ -119,10 +119,10 @@ impl CubeMap {
     /// [`EnvError::Options`] if `size` is 0 or a face has any other length than `size²`.
     pub fn from_handed_faces(
         size: usize,
-        faces: [Vec<Rgb<f32>>; FACES],
+        faces: &[Vec<Rgb<f32>>; FACES],
         handedness: CubeHandedness,
     ) -> Result<Self, EnvError> {
-        Ok(Self::from_faces(size, &faces)?.of_handedness(handedness))
+        Ok(Self::from_faces(size, faces)?.of_handedness(handedness))
     }
 
     /// All faces in one picture; the corners of a cross are black.
@@ -159,7 +159,7 @@ impl CubeMap {
             let at = |i: usize| texels[(row * size + i / size) * width + column * size + i % size];
             (0..size * size).map(|i| at(if turned { size * size - 1 - i } else { i })).collect()
         });
-        Self::from_handed_faces(size, faces, handedness)
+        Self::from_handed_faces(size, &faces, handedness)
     }
 }
 

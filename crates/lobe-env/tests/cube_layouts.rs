@@ -89,7 +89,7 @@ fn photograph(cube: &CubeMap, forward: [f64; 3], right: [f64; 3], up: [f64; 3]) 
 
 #[test]
 fn left_handed_faces_are_photographs_and_right_handed_ones_their_mirror_images() {
-    let cube = CubeMap::from_handed_faces(SIZE, [0, 1, 2, 3, 4, 5].map(lettered), CubeHandedness::Left).unwrap();
+    let cube = CubeMap::from_handed_faces(SIZE, &[0, 1, 2, 3, 4, 5].map(lettered), CubeHandedness::Left).unwrap();
     // (X, Y, Z)_left = (-x, z, -y): the camera of each face, in Lobe's axes: forward, right, up.
     let cameras = [
         ([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
@@ -124,7 +124,7 @@ fn every_layout_comes_back_as_it_went_out() {
             let back = CubeMap::from_picture(&picture, handedness).unwrap();
             assert!(back == cube, "{layout:?} {handedness:?} changed the cube");
         }
-        let back = CubeMap::from_handed_faces(SIZE, cube.faces(handedness), handedness).unwrap();
+        let back = CubeMap::from_handed_faces(SIZE, &cube.faces(handedness), handedness).unwrap();
         assert!(back == cube, "six pictures, {handedness:?}, changed the cube");
     }
 }

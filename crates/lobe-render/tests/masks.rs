@@ -22,7 +22,7 @@ const STANDARD_ERRORS: f64 = 5.0;
 /// The ball and the ground, the ball with stripes that are not there.
 fn striped_ball(alpha: Alpha) -> Scene {
     let (meshes, materials, _) = built_in::ball_over_ground(24).into_parts();
-    let stripes = Texture::new(1, 4, vec![[200, 90, 60, 255], [200, 90, 60, 0]].repeat(2), [Wrap::Repeat; 2]);
+    let stripes = Texture::new(1, 4, [[200, 90, 60, 255], [200, 90, 60, 0]].repeat(2), [Wrap::Repeat; 2]);
     let used = TextureUse { texture: 0, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED };
     let mut meshes: Vec<_> = meshes.into_iter().map(lobe_scene::Mesh::into_parts).collect();
     meshes[1].uvs[0] = meshes[1].positions.iter().map(|p| [0.0, p[2]]).collect();

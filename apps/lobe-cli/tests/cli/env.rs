@@ -24,7 +24,7 @@ fn info_prints_facts() {
     let dir = Dir::new();
     dir.map("sky.exr", 4, 2, |x, y| [x as f32, y as f32 - 0.5, 2.0]);
     let (stdout, stderr) = dir.lobe("env info sky.exr").succeeds();
-    let expected = "format     OpenEXR\nsize       4 x 2\nmapping    lat-long\nmean       1.5 0.0 2.0\n\
+    let expected = "format     OpenEXR\nsize       4 x 2\nlevels     1\nmapping    lat-long\nmean       1.5 0.0 2.0\n\
                     min        0.0 -0.5 2.0\nmax        3.0 0.5 2.0\nnonfinite  0\nnegative   4\n";
     assert_eq!(stdout, expected, "facts");
     assert_eq!(stderr, "note: sky.exr: 4 texels are negative in some channel; kept as they are\n", "note");
@@ -37,7 +37,8 @@ fn info_prints_json_for_machines() {
     let (stdout, stderr) = dir.lobe("env info sky.exr --json").succeeds();
     let info: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     let keys: Vec<&String> = info.as_object().unwrap().keys().collect();
-    let mut expected = ["width", "height", "mapping", "mean", "min", "max", "nonfinite", "negative"];
+    let mut expected =
+        ["format", "levels", "width", "height", "mapping", "mean", "min", "max", "nonfinite", "negative"];
     expected.sort_unstable();
     assert_eq!(keys, expected, "keys");
     assert!(

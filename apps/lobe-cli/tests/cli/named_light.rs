@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use lobe::sh::{
     Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Light, Normalization, Quantity, Rgb, ShVec,
 };
+use lobe_testkit::Random;
 use serde_json::Value;
 
 use crate::harness::Dir;
@@ -129,15 +130,18 @@ fn channels_may_have_lights_of_their_own() {
 #[test]
 fn the_choice_of_lights_changes_which_maxima_are_taken() {
     let dir = Dir::new();
-    // A bright light and its side lobes, higher than a dim light in their trough.
-    let mut f = ShVec::<f64>::impulse(6, Direction::Z, 1.0);
-    f += &ShVec::impulse(6, Direction::from_angles(1.25, 0.4), 0.12);
-    dir.sh("p.sh.json", Quantity::Radiance, f);
-    let [height, residual] = ["height", "residual"]
-        .map(|choose| lights(&dir, &format!("p.sh.json --count 2 --metric radiance --choose {choose}")));
-    let [a, b] = [&height, &residual].map(|found| found["residual"][0].as_f64().unwrap());
-    assert!(b <= a, "the least residual is not above that of the highest: {height}, {residual}");
-    assert_ne!(height, residual, "the choice");
+    let mut residuals = [0.0; 2];
+    for seed in 0..12 {
+        let f = ShVec::from_vec(Random::new(seed).signed_vec(36)).unwrap();
+        dir.sh("p.sh.json", Quantity::Radiance, f);
+        let [height, residual] =
+            ["height", "residual"].map(|choose| lights(&dir, &format!("p.sh.json --count 3 --choose {choose}")));
+        for (sum, found) in residuals.iter_mut().zip([&height, &residual]) {
+            *sum += found["residual"][0].as_f64().unwrap();
+        }
+    }
+    let [height, residual] = residuals;
+    assert!(residual < height, "the lights that explain most leave {residual}, the highest maxima {height}");
 }
 
 #[test]
