@@ -78,8 +78,8 @@ impl Sun {
 pub struct SunReport {
     /// The light taken out.
     pub sun: Sun,
-    /// The map with the sun's place filled from its surroundings; all other texels are as they were. `4π` times its mean plus the sun's irradiance is `4π`
-    /// times the mean of the original (test `nothing_is_lost_when_a_sun_is_taken_out`).
+    /// The map with the sun's place filled from its surroundings; all other texels are as they were. `4π` times its mean plus
+    /// the sun's irradiance is `4π` times the mean of the original (test `nothing_is_lost_when_a_sun_is_taken_out`).
     pub rest: MappedMap,
 }
 
@@ -92,6 +92,8 @@ pub struct SunReport {
 /// * the brightest is [`SunOptions::min_contrast`] times as bright as the ring around that disc: a bright place in a
 ///   bright sky is not;
 /// * it is [`SunOptions::min_peak`] times as bright as the mean of the map: nothing in an overcast sky is.
+///
+/// Near the rim of a round picture texels are long or cut, and a sun may not be found: convert such a map first.
 ///
 /// What remains may be a lamp: a small one in a dark room cannot be told from a sun. Call it again on the rest for the
 /// next light.

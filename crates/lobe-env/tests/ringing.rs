@@ -128,13 +128,11 @@ fn the_light_found_in_a_picture_comes_nearer_to_its_sun_with_the_order() {
         println!("{name}: degrees at orders 2 to {SUN_ORDER}");
         println!("  for radiance, at a maximum {maxima:.2?}, refined {refined:.2?}");
         println!("  for irradiance, at a maximum {for_surfaces:.2?}, refined {surfaces_refined:.2?}");
-        for (what, angles) in [("at a maximum", &maxima), ("refined", &refined)] {
-            // The wavelength of the last band, 40 degrees, is what can be told apart.
-            let (first, last) = (angles[0], angles[angles.len() - 1]);
-            assert!(last < 12.0 && last <= first, "{name}, {what}: {angles:.2?} degrees");
-        }
+        // Indoors the brightest small lamp need not be what lights the room: there the table only tells.
         if name == "sunset" {
             for (what, angles) in [("at a maximum", &maxima), ("refined", &refined)] {
+                // The wavelength of the last band, 40 degrees, is what can be told apart.
+                assert!(angles[angles.len() - 1] < 12.0, "{name}, {what}: {angles:.2?} degrees");
                 assert!(angles.is_sorted_by(|a, b| a > b), "{name}, {what}: {angles:.2?} degrees");
                 assert!(angles[0] > 40.0, "{name}, {what}: {angles:.2?} degrees");
             }

@@ -104,12 +104,16 @@ fn nothing_is_lost_when_a_sun_is_taken_out() {
     }
 }
 
-/// Whether a place is the one direction that the rim of a ball's picture shows all around, or near it: there texels are
-/// up to 20° long, and the light of a small disc is spread until it is no sun any more.
+/// Whether a place is at a rim of a round picture, or near it. Texels at the rim of a ball's are up to 20° long, and the
+/// light of a small disc is spread until it is no sun any more; those at the rims of paraboloids are cut.
 fn is_at_rim(mapping: Mapping, place: Dir) -> bool {
     let (u, v) = mapping.uv_from_dir(place);
-    matches!(mapping, Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular)
-        && (2.0 * u - 1.0).hypot(2.0 * v - 1.0) > 0.9
+    let across = match mapping {
+        Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular => u,
+        Mapping::DualParaboloid => (2.0 * u).fract(),
+        _ => return false,
+    };
+    (2.0 * across - 1.0).hypot(2.0 * v - 1.0) > 0.9
 }
 
 #[test]
