@@ -172,10 +172,11 @@ fn the_sun_of_a_cube_is_that_of_its_picture() {
     let picture = sun("bundled:sunset -o rest.exr");
     dir.lobe("env convert bundled:sunset -o cube.ktx2 --size 256 --texels rgba32f").succeeds();
     let cube = sun("cube.ktx2 -o rest.ktx2 --texels rgba32f");
+    let red = picture["irradiance"][0].as_f64().unwrap();
     for c in 0..3 {
         let [a, b] = [&picture, &cube].map(|sun| sun["irradiance"][c].as_f64().unwrap());
-        // On the way to the cube interpolation takes an eighth of its light out of the disc.
-        assert!((a / b - 1.0).abs() < 0.15, "channel {c}: {a} in the picture, {b} in the cube");
+        // On the way to the cube interpolation takes an eighth of its light, nearly all of it red, out of the disc.
+        assert!((a - b).abs() < 0.15 * red, "channel {c}: {a} in the picture, {b} in the cube");
     }
     let (before, after) = (read_any(&dir, "cube.ktx2"), read_any(&dir, "rest.ktx2"));
     let changed = before.texels().iter().zip(after.texels()).filter(|(a, b)| a != b).count();
