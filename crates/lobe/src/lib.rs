@@ -70,8 +70,8 @@
 //!
 //! ```
 //! use lobe::sh::{
-//!     Dering, Dir, Expansion as _, IrradianceEncoding, Light, Normalization, PackedIrradiance, Rgb, Rotation, Zonal,
-//!     convolved, deringed, extract_light,
+//!     Coefficient as _, Dering, Dir, Expansion as _, IrradianceEncoding, Light, Normalization, PackedIrradiance, Rgb,
+//!     Rotation, Zonal, convolved, deringed, extract_light,
 //! };
 //!
 //! let sun = Light::Directional { dir: Dir::X, colour: Rgb::new(3.0, 2.0, 1.0) };
