@@ -12,7 +12,10 @@ fuzz_target!(|bytes: &[u8]| {
     match read_raster_bytes(bytes, "fuzz", &options) {
         Ok((raster, _)) => {
             assert_eq!(raster.texels.len(), raster.width * raster.height, "texels of the picture");
-            assert!(raster.texels.iter().all(|t| t.to_array().into_iter().all(f32::is_finite)), "a texel is not finite");
+            assert!(
+                raster.texels.iter().all(|t| t.to_array().into_iter().all(f32::is_finite)),
+                "a texel is not finite"
+            );
         }
         Err(error) => {
             let line = error.to_string();
