@@ -47,11 +47,11 @@ pub fn write_cube(
     }
     let size = chain.base().size();
     let io = |source| EnvError::Io { file: path.display().to_string(), source };
-    let bytes = match container {
-        Container::Ktx2 => write_ktx2::encode(size, options.texels, &levels, options.zstd).map_err(io)?,
-        Container::Dds => write_dds::encode(size, options.texels, &levels),
+    let pieces = match container {
+        Container::Ktx2 => write_ktx2::pieces(size, options.texels, levels, options.zstd).map_err(io)?,
+        Container::Dds => write_dds::pieces(size, options.texels, levels),
     };
-    write_atomically(path, |file| file.write_all(&bytes)).map_err(io)?;
+    write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;
     Ok(report)
 }
 

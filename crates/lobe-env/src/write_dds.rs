@@ -22,8 +22,8 @@ const DIMENSION_2D: u32 = 3;
 /// Alpha is opaque.
 const ALPHA_OPAQUE: u32 = 3;
 
-/// Encodes the faces of all levels, the largest first.
-pub(crate) fn encode(size: usize, format: TexelFormat, levels: &[[Vec<u8>; 6]]) -> Vec<u8> {
+/// The pieces of the file, one after the other, from the encoded faces of all levels, the largest first.
+pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>; 6]>) -> Vec<Vec<u8>> {
     let is_block = matches!(format, TexelFormat::Bc6h | TexelFormat::Bc6hSigned);
     let (flag, pitch) = if is_block {
         (FLAG_LINEAR_SIZE, format.face_bytes(size))
@@ -52,11 +52,12 @@ pub(crate) fn encode(size: usize, format: TexelFormat, levels: &[[Vec<u8>; 6]]) 
     ] {
         bytes[field as usize..][..4].copy_from_slice(&value.to_le_bytes());
     }
+    let mut pieces = vec![bytes];
     for face in 0..6 {
-        for (k, level) in levels.iter().enumerate() {
+        for (k, level) in levels.iter_mut().enumerate() {
             debug_assert_eq!(level[face].len() as u64, format.face_bytes(level_size(size, k)), "level {k}");
-            bytes.extend(&level[face]);
+            pieces.push(std::mem::take(&mut level[face]));
         }
     }
-    bytes
+    pieces
 }

@@ -20,8 +20,13 @@ use crate::TexelFormat;
 /// On a real sky in RGBA16F, 67 MB: level 1 makes 41 MB of it in 0.7 s, 3 makes 35 MB in 3.3 s, 9 makes 34 MB in 8 s.
 const ZSTD_LEVEL: i32 = 3;
 
-/// Encodes the faces of all levels, the largest first.
-pub(crate) fn encode(size: usize, format: TexelFormat, levels: &[[Vec<u8>; 6]], zstd: bool) -> io::Result<Vec<u8>> {
+/// The pieces of the file, one after the other, from the encoded faces of all levels, the largest first.
+pub(crate) fn pieces(
+    size: usize,
+    format: TexelFormat,
+    levels: Vec<[Vec<u8>; 6]>,
+    zstd: bool,
+) -> io::Result<Vec<Vec<u8>>> {
     let (descriptor, type_size) = Basic::from_format(format.vulkan()).map_err(io::Error::other)?;
     let descriptor = Block::Basic(descriptor).to_vec();
     let keys = keys_and_values();
@@ -52,18 +57,28 @@ pub(crate) fn encode(size: usize, format: TexelFormat, levels: &[[Vec<u8>; 6]], 
     bytes.extend(((kvd - dfd) as u32).to_le_bytes());
     bytes.extend(descriptor);
     bytes.extend(keys);
-    for (k, faces) in levels.iter().enumerate().rev() {
-        let raw = faces.concat();
-        let uncompressed_byte_length = raw.len() as u64;
-        let stored = if zstd { zstd::bulk::compress(&raw, ZSTD_LEVEL)? } else { raw };
-        let alignment = if zstd { 1 } else { format.block_bytes() };
-        bytes.resize(bytes.len().next_multiple_of(alignment), 0);
-        let entry =
-            LevelIndex { byte_offset: bytes.len() as u64, byte_length: stored.len() as u64, uncompressed_byte_length };
+    let alignment = if zstd { 1 } else { format.block_bytes() };
+    let (mut length, mut data) = (bytes.len(), Vec::new());
+    for (k, faces) in levels.into_iter().enumerate().rev() {
+        let uncompressed_byte_length = bytes_of(&faces);
+        let stored = if zstd { vec![zstd::bulk::compress(&faces.concat(), ZSTD_LEVEL)?] } else { Vec::from(faces) };
+        let padding = length.next_multiple_of(alignment) - length;
+        let entry = LevelIndex {
+            byte_offset: (length + padding) as u64,
+            byte_length: bytes_of(&stored),
+            uncompressed_byte_length,
+        };
         bytes[Header::LENGTH + k * LevelIndex::LENGTH..][..LevelIndex::LENGTH].copy_from_slice(&entry.as_bytes());
-        bytes.extend(stored);
+        length += padding + entry.byte_length as usize;
+        data.push(vec![0; padding]);
+        data.extend(stored);
     }
-    Ok(bytes)
+    data.insert(0, bytes);
+    Ok(data)
+}
+
+fn bytes_of(pieces: &[Vec<u8>]) -> u64 {
+    pieces.iter().map(|piece| piece.len() as u64).sum()
 }
 
 /// The entries in the order of their keys, each with its length before it and filled up to four bytes.
