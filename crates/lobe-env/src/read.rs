@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
 
 use crate::{EnvError, EnvMap, dds, exr_envmap, read_exr, read_hdr, read_ldr, read_pfm};
 
@@ -309,15 +310,25 @@ impl ReadReport {
 
 /// Counts, and makes black, what does not belong into a picture of radiance.
 pub(crate) fn inspect(texels: &mut [Rgb<f32>], width: usize, report: &mut ReadReport) {
-    for (i, texel) in texels.iter_mut().enumerate() {
-        let channels = texel.to_array();
-        if !channels.iter().all(|c| c.is_finite()) {
-            report.first_nonfinite.get_or_insert((i % width, i / width));
-            report.nonfinite += 1;
-            *texel = Rgb::ZERO;
-        } else if channels.iter().any(|c| *c < 0.0) {
-            report.negative += 1;
+    let of_row = |(y, row): (usize, &mut [Rgb<f32>])| {
+        let (mut first_nonfinite, mut nonfinite, mut negative) = (None, 0, 0);
+        for (x, texel) in row.iter_mut().enumerate() {
+            let channels = texel.to_array();
+            if !channels.iter().all(|c| c.is_finite()) {
+                first_nonfinite.get_or_insert((x, y));
+                nonfinite += 1;
+                *texel = Rgb::ZERO;
+            } else if channels.iter().any(|c| *c < 0.0) {
+                negative += 1;
+            }
         }
+        (first_nonfinite, nonfinite, negative)
+    };
+    let rows: Vec<_> = texels.par_chunks_mut(width).enumerate().map(of_row).collect();
+    for (first_nonfinite, nonfinite, negative) in rows {
+        report.first_nonfinite = report.first_nonfinite.or(first_nonfinite);
+        report.nonfinite += nonfinite;
+        report.negative += negative;
     }
 }
 

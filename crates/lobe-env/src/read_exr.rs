@@ -77,9 +77,11 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
 
     let mut texels = reserve(windows.width * windows.height, name)?;
     texels.resize(windows.width * windows.height, Rgb::ZERO);
-    for batch in chunks.chunks(BLOCKS_TOGETHER) {
+    let mut chunks = chunks.into_iter();
+    while chunks.len() > 0 {
+        let batch: Vec<Chunk> = chunks.by_ref().take(BLOCKS_TOGETHER).collect();
         let blocks: Vec<Block> = batch
-            .par_iter()
+            .into_par_iter()
             .map(|chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, name)))
             .collect::<Result<_, _>>()?;
         for block in &blocks {
@@ -370,17 +372,19 @@ struct Block {
 }
 
 impl Block {
-    fn decode(chunk: &Chunk, meta: &MetaData, channels: &ColourChannels) -> Result<Self, ExrError> {
+    fn decode(chunk: Chunk, meta: &MetaData, channels: &ColourChannels) -> Result<Self, ExrError> {
         let header = &meta.headers[chunk.layer_index];
-        let block = UncompressedBlock::decompress_chunk(chunk.clone(), meta, false)?;
+        let block = UncompressedBlock::decompress_chunk(chunk, meta, false)?;
         let (position, size) = (block.index.pixel_position, block.index.pixel_size);
         let mut texels = vec![Rgb::ZERO; size.area()];
         for line in block.lines(&header.channels) {
             let row = &mut texels[(line.location.position.1 - position.1) * size.0..][..size.0];
-            let samples = samples(line.value, header.channels.list[line.location.channel].sample_type);
+            let sample_type = header.channels.list[line.location.channel].sample_type;
             for (c, _) in channels.rgb.iter().enumerate().filter(|(_, channel)| **channel == line.location.channel) {
-                for (texel, sample) in row.iter_mut().zip(samples.clone()) {
-                    *[&mut texel.r, &mut texel.g, &mut texel.b][c] = sample;
+                match c {
+                    0 => read_samples(line.value, sample_type, row, |texel, sample| texel.r = sample),
+                    1 => read_samples(line.value, sample_type, row, |texel, sample| texel.g = sample),
+                    _ => read_samples(line.value, sample_type, row, |texel, sample| texel.b = sample),
                 }
             }
         }
@@ -388,15 +392,18 @@ impl Block {
     }
 }
 
-/// The numbers of one line of one channel, which the library gives as bytes in the machine's order.
-fn samples(bytes: &[u8], sample_type: SampleType) -> impl Iterator<Item = f32> + Clone {
-    let size = sample_type.bytes_per_sample();
-    bytes.chunks_exact(size).map(move |b| match (sample_type, b) {
-        (SampleType::F16, &[b0, b1]) => f16::from_ne_bytes([b0, b1]).to_f32(),
-        (SampleType::F32, &[b0, b1, b2, b3]) => f32::from_ne_bytes([b0, b1, b2, b3]),
+/// Sets one channel of a row from a line of numbers, which the library gives as bytes in the machine's order.
+fn read_samples(line: &[u8], sample_type: SampleType, row: &mut [Rgb<f32>], set: impl Fn(&mut Rgb<f32>, f32)) {
+    match sample_type {
+        SampleType::F16 => {
+            row.iter_mut().zip(line.as_chunks().0).for_each(|(texel, b)| set(texel, f16::from_ne_bytes(*b).to_f32()));
+        }
+        SampleType::F32 => {
+            row.iter_mut().zip(line.as_chunks().0).for_each(|(texel, b)| set(texel, f32::from_ne_bytes(*b)));
+        }
         // Integer channels were refused.
-        _ => 0.0,
-    })
+        SampleType::U32 => {}
+    }
 }
 
 /// An error of the library in our words.
