@@ -14,6 +14,10 @@ use lobe_env::{
 };
 use lobe_sh::Rgb;
 
+/// That of the command line.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 const WIDTH: usize = 4096;
 const FACE: usize = 1024;
 
