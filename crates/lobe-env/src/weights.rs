@@ -17,9 +17,9 @@ use crate::sparse_sum::{BLOCK, SparseSum};
 use crate::view::{Light, View, Views};
 
 /// The target is worked on in about this many parts, whatever the number of threads.
-const CHUNKS: usize = 64;
-/// The sums of so many of them are held at once.
-const CHUNKS_TOGETHER: usize = 16;
+const CHUNKS: usize = 128;
+/// The sums of so many of them are held at once; waiting for the last of them costs little if they are many.
+const CHUNKS_TOGETHER: usize = 32;
 /// Of more samples than this not what they see is kept from pass to pass, 20 bytes each, but where they lie.
 const MOST_VIEWS: usize = 1 << 22;
 /// And of more than this nothing is kept: up to 1.5 GiB, where no patches fit.
@@ -117,7 +117,7 @@ impl<'a> Weights<'a> {
         if extras.is_empty() {
             return;
         }
-        extras.sort_by_key(|extra| extra.target);
+        extras.par_sort_by_key(|extra| extra.target);
         // What those texels of the target gave before the extras counted, and what they give with them.
         self.extras = extras.iter().map(|extra| Extra { weight: 0.0, ..*extra }).collect();
         self.add_energies(energies, true, -1.0);
@@ -182,6 +182,9 @@ impl<'a> Weights<'a> {
     fn for_each_texel(&self, chunk: usize, only_extras: bool, mut texel: impl FnMut([usize; 2], View<'_>)) {
         let (source, target) = (self.sampler.source, self.sampler.target);
         let extras = self.extras_of(chunk);
+        if extras.is_empty() && (only_extras || self.factors.is_empty()) {
+            return self.for_each_seen(chunk, |_| !only_extras, texel);
+        }
         let extras_in = |Tile { x, y, width, height }: Tile| {
             let first = y * target.width + x;
             extras_between(extras, first..first + (height - 1) * target.width + width)
