@@ -18,7 +18,9 @@ use crate::view::{Light, View, Views};
 
 /// The target is worked on in about this many parts, whatever the number of threads.
 const CHUNKS: usize = 128;
-/// The sums of so many of them are held at once; waiting for the last of them costs little if they are many.
+/// But none has fewer rows: what a part costs must not outweigh its samples.
+const LEAST_ROWS: usize = 8;
+/// The sums of so many parts are held at once; waiting for the last of them costs little if they are many.
 const CHUNKS_TOGETHER: usize = 32;
 /// Of more samples than this not what they see is kept from pass to pass, 20 bytes each, but where they lie.
 const MOST_VIEWS: usize = 1 << 22;
@@ -166,7 +168,7 @@ impl<'a> Weights<'a> {
 
     /// How many rows of the target each chunk has.
     fn chunk_rows(&self) -> usize {
-        self.sampler.target.height.div_ceil(CHUNKS)
+        self.sampler.target.height.div_ceil(CHUNKS).max(LEAST_ROWS)
     }
 
     fn chunks(&self) -> usize {
