@@ -73,7 +73,7 @@
 //! | multiply functions | [`product_into`] |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
-//! | trade ringing for blur | [`Window`], [`windowed`], [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
+//! | trade ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
 //! | find the least value | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
 //! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`] |
 //! | read and write `.sh.json` | `load_sh_json`, `save_sh_json` (feature `json`, on by default) |
@@ -101,6 +101,7 @@ mod coefficient;
 mod complex;
 mod cone;
 mod conservative;
+mod content_window;
 mod convolve;
 mod curvature;
 mod dering;
@@ -167,6 +168,7 @@ pub use basis::{Basis, eval_basis, eval_basis_into};
 pub use coefficient::Coefficient;
 pub use complex::{complex_from_real, eval_complex, real_from_complex};
 pub use conservative::{conservative_minimum, dering_table_factors};
+pub use content_window::ContentWindow;
 pub use convolve::{convolve_in_place, convolved};
 pub use dering::{
     DERING_ALLOWED, Dering, DeringMethod, DeringOutcome, DeringReport, WindowFamily, dering_in_place, deringed,

@@ -66,12 +66,13 @@
 //! # From a light to numbers, and back
 //!
 //! Lights with a shape have closed forms of any order. Few bands ring: the irradiance of a sun is negative below its
-//! horizon, until the least change takes that away. And what lights there are can be read from an expansion.
+//! horizon, until the least change takes that away. A window calms radiance at the price of contrast, or, where the content
+//! decides, away from the light only. And what lights there are can be read from an expansion.
 //!
 //! ```
 //! use lobe::sh::{
-//!     Coefficient as _, Dering, Dir, Expansion as _, IrradianceEncoding, Light, Normalization, PackedIrradiance, Rgb,
-//!     Rotation, Zonal, convolved, deringed, extract_light,
+//!     Coefficient as _, ContentWindow, Dering, Dir, Expansion as _, IrradianceEncoding, Light, Normalization,
+//!     PackedIrradiance, Rgb, Rotation, Window, Zonal, convolved, deringed, extract_light, windowed,
 //! };
 //!
 //! let sun = Light::Directional { dir: Dir::X, colour: Rgb::new(3.0, 2.0, 1.0) };
@@ -83,6 +84,11 @@
 //! let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
 //! let (calm, report) = deringed(&irradiance, &Dering::default());
 //! assert!(report.before[0].hi < 0.0 && report.after[0].lo > -1e-6 * calm.mean().r, "{report:?}");
+//!
+//! let window = Window::Hanning { width: 3.0 };
+//! let content = ContentWindow::of(&light, window);
+//! assert!((content.eval(&light, Dir::X).r - light.eval(Dir::X).r).abs() < 1e-12);
+//! assert!((content.eval(&light, -Dir::X).r - windowed(&light, &window).eval(-Dir::X).r).abs() < 1e-12);
 //!
 //! // Seven vectors for a shader, or six colours for a cube.
 //! let constants = PackedIrradiance::from_irradiance_sh(&calm);
