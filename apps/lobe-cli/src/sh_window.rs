@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::sh::{Coefficient, Expansion as _, FileCoefficients, ShFile, ShVec, Window, windowed};
+use lobe::sh::{Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, windowed};
 
 use crate::input::ShInput;
 use crate::output::ShOutput;
@@ -33,6 +33,12 @@ pub(crate) struct ShWindow {
     /// laplacian: the part of the squared Laplacian that is left, above 0 and up to 1, channels summed; finds the weight
     #[arg(long, value_name = "F", allow_hyphen_values = true, value_parser = fraction)]
     keep: Option<f64>,
+    /// Leave the function as it is towards its light, the direction of band 1, and let the window come in away from it
+    #[arg(long)]
+    content: bool,
+    /// With --content: the order that is written; the blend needs more bands than the input [default: that of the input]
+    #[arg(long, value_name = "N", value_parser = values::order, requires = "content")]
+    order: Option<usize>,
     /// The expansion under the window, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "Q")]
     output: ShOutput,
@@ -103,7 +109,7 @@ impl ShWindow {
         Ok(())
     }
 
-    fn windowed<T: Coefficient>(&self, f: &ShVec<T>, talk: Talk) -> ShVec<T> {
+    fn windowed<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>, talk: Talk) -> ShVec<T> {
         let order = f.order();
         let window = self.window(f, order);
         let subject = self.input.to_string();
@@ -114,7 +120,30 @@ impl ShWindow {
             let text = format!("order {order}; punctual is made for order {PUNCTUAL_BANDS}, later bands become zero");
             talk.note(&subject, &text);
         }
-        windowed(f, &window)
+        if self.content { self.blended(f, window, talk) } else { windowed(f, &window) }
+    }
+
+    /// The function towards its light, the window away from it, and what the order that is written loses of that.
+    fn blended<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>, window: Window, talk: Talk) -> ShVec<T> {
+        let subject = self.input.to_string();
+        let content = ContentWindow::of(f, window);
+        let order = self.order.unwrap_or(f.order());
+        let blend = content.project(f, order);
+        let Some(dir) = content.dir else {
+            talk.note(&subject, "--content: band 1 has no direction; the window is applied everywhere");
+            return blend;
+        };
+        let energy = content.energy(f);
+        let kept: f64 = (0..T::CHANNELS).map(|c| blend.dot(&blend).channel(c)).sum();
+        // Rounding can make it negative.
+        let lost = (1.0 - kept / energy).max(0.0).sqrt();
+        let [x, y, z] = dir.to_array();
+        let text = format!(
+            "as it is towards {x:.4},{y:.4},{z:.4}; order {order} leaves out {:.2} % of the root mean square",
+            100.0 * lost
+        );
+        talk.note(&subject, &text);
+        blend
     }
 
     fn window<T: Coefficient>(&self, f: &ShVec<T>, order: usize) -> Window {

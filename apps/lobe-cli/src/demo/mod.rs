@@ -46,7 +46,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
-const STEPS: u64 = 138;
+const STEPS: u64 = 142;
 
 #[derive(Args)]
 pub(crate) struct Demo {

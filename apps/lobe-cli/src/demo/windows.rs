@@ -2,7 +2,9 @@
 
 use anyhow::Context as _;
 use lobe::render::{CrossSection, Curve2d, PolarPlot};
-use lobe::sh::{Dir, Expansion as _, ShVec, Window, Zonal, dering_table_factors, squared_laplacian, width_of_peak};
+use lobe::sh::{
+    ContentWindow, Dir, Expansion as _, ShVec, Window, Zonal, dering_table_factors, squared_laplacian, width_of_peak,
+};
 
 use super::lights::{BLACK, BLUE, GREEN, GREY, ORANGE, POLAR, RED};
 use super::{SWEEP, Writer, digits};
@@ -63,6 +65,7 @@ impl Writer<'_> {
             widths[1],
         ));
         self.laplacians(widths)?;
+        self.content_window()?;
         self.table_windows()?;
         self.punctual_light()
     }
@@ -194,6 +197,53 @@ impl Writer<'_> {
         let head = ["window", "peak", "lowest value", "squared Laplacian left"];
         self.page.table(&head, &rows);
         self.page.command("lobe sh window sun.sh.json --kind laplacian --keep 0.5 -o half.sh.json");
+        Ok(())
+    }
+
+    /// The window that the light itself steers.
+    fn content_window(&mut self) -> anyhow::Result<()> {
+        self.page.section("Windows: none towards the light");
+        let window = Window::Hanning { width: SWEEP as f64 };
+        let (bare, calm) = (impulse(None), impulse(Some(window)));
+        let sun = bare.towards(Dir::Z, 1.0);
+        let content = ContentWindow::of(&sun, window);
+        let blend = |s: Dir| content.eval(&sun, s);
+        let at = |t: f64| Dir::from_angles(t, 0.0);
+        let whole = ContentWindow::THRESHOLD.acos().to_degrees();
+        self.page.text(&format!(
+            "A window takes most from where the light is, and rings are only seen where it is not. So the content decides: \
+             towards the light, the direction of band 1, the function stays as it is, from {whole:.0}° on the window is whole, and \
+             in between it comes in by a weight from Sloan's paper. The peak stays; the first lobe beside it only \
+             shrinks. The blend has no last band: what an order keeps of it is below."
+        ));
+        let curves = [
+            Curve2d::of_angle("no window", GREY, true, |t| bare.eval(t.cos())),
+            Curve2d::of_angle("Hanning", BLUE, false, |t| calm.eval(t.cos())),
+            Curve2d::of_angle("by content", RED, false, |t| blend(at(t))),
+            Curve2d::of_angle("weight", ORANGE, true, |t| content.weight(at(t))),
+        ];
+        self.profiles("content.svg", &curves, "a sun of order 6, bare, under a Hanning window, and by content")?;
+        self.polar_sun("content-polar-bare.svg", None, "in polar form: bare")?;
+        self.polar_sun("content-polar-window.svg", Some(window), "the Hanning window, the bare sun dashed")?;
+        let plot = PolarPlot { extent: Some(3.0), ..PolarPlot::new(POLAR, CrossSection::XZ) };
+        self.write_svg("content-polar.svg", &plot.svg(&blend, &[&|s: Dir| bare.eval(s.z())]))?;
+        self.page.figure("content-polar.svg", POLAR as usize, "by content, the bare sun dashed");
+        let row = |name: &str, f: &dyn Fn(Dir) -> f64, lost: f64| {
+            let least = (0..=1800).map(|k| f(at((f64::from(k) * 0.1).to_radians()))).fold(f64::INFINITY, f64::min);
+            vec![name.to_owned(), digits(f(Dir::Z)), digits(least), format!("{} %", digits(100.0 * lost))]
+        };
+        let mut rows = vec![
+            row("none", &|s: Dir| bare.eval(s.z()), 0.0),
+            row("Hanning, width 6", &|s: Dir| calm.eval(s.z()), 0.0),
+            row("by content", &blend, 0.0),
+        ];
+        for order in [6, 8, 12] {
+            let kept = content.project(&sun, order);
+            let lost = (1.0 - kept.dot(&kept) / content.energy(&sun)).max(0.0).sqrt();
+            rows.push(row(&format!("by content, kept at order {order}"), &|s: Dir| kept.eval(s), lost));
+        }
+        self.page.table(&["window", "peak", "lowest value", "left out, of the root mean square"], &rows);
+        self.page.command("lobe sh window sun.sh.json --kind hanning --content --order 12 -o content.sh.json");
         Ok(())
     }
 

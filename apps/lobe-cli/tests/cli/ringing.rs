@@ -71,6 +71,45 @@ fn windows_scale_the_bands_by_their_published_factors() {
 }
 
 #[test]
+fn by_content_the_sun_keeps_its_peak_and_the_far_half_its_window() {
+    let dir = Dir::new();
+    let f = sun().resized(6);
+    dir.sh("p.sh.json", Quantity::Radiance, f.clone());
+    let written = |options: &str| {
+        let (_, note) = dir.lobe(&format!("sh window p.sh.json --kind hanning {options} -o q.sh.json")).succeeds();
+        let file = dir.read_sh("q.sh.json");
+        assert_eq!(file.quantity, Quantity::Radiance, "{options} keeps the quantity");
+        (file.coefficients.to_rgb(), note)
+    };
+    let (plain, note) = written("");
+    assert_eq!(note, "", "nothing to say about a window alone");
+    let light = Direction::from_angles(1.0, 2.0);
+    for (order, close) in [("24", 0.01), ("64", 0.001)] {
+        let (blend, note) = written(&format!("--content --order {order}"));
+        assert!(
+            note.contains("as it is towards -0.35") && note.contains(&format!("order {order} leaves out 0.")),
+            "{note}"
+        );
+        let [raw, kept] = [f.eval(light), blend.eval(light)].map(|c| c.r);
+        assert!((kept / raw - 1.0).abs() < close, "order {order}: {kept} of {raw} towards the light");
+        let [calm, far] = [plain.eval(-light), blend.eval(-light)].map(|c| c.r);
+        assert!((far - calm).abs() < close * raw, "order {order}: {far} against {calm} away from the light");
+    }
+    let (same_order, note) = written("--content");
+    assert_eq!(same_order.order(), 6, "the order of the input: {note}");
+    assert!(least_sampled(&same_order)[0] > least_sampled(&f)[0], "it rings less");
+    dir.sh("p.sh.json", Quantity::Radiance, ShVec::<f64>::constant(3, 2.0));
+    let (flat, note) = written("--content");
+    assert!(note.contains("band 1 has no direction; the window is applied everywhere"), "{note}");
+    assert_eq!(flat.order(), 3, "a constant: {flat:?}");
+    for (options, part) in [("--order 8", "--content"), ("--content --order 65", "from 1 to 64")] {
+        let error = dir.lobe(&format!("sh window p.sh.json --kind hanning {options} -o r.sh.json")).error();
+        assert!(error.contains(part), "{options}: {error}");
+    }
+    assert!(!dir.names().contains(&"r.sh.json".to_owned()), "nothing is written: {:?}", dir.names());
+}
+
+#[test]
 fn keep_finds_the_published_lambdas_of_an_impulse() {
     let dir = Dir::new();
     dir.sh("p.sh.json", Quantity::Radiance, impulse(6));
