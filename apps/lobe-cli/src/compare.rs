@@ -12,7 +12,7 @@ use lobe::render::{
 };
 use serde::Serialize;
 
-use crate::input::tell;
+use crate::input::{tell, without_options};
 use crate::talk::Talk;
 use crate::{output, values};
 
@@ -159,10 +159,14 @@ fn measured<'a>(read: &'a Read, (variance, degrees_of_freedom): &'a (Picture, f6
     Measured { means, variances, degrees_of_freedom: *degrees_of_freedom }
 }
 
+/// What to do about a picture that is too large or has pixels that are no numbers.
+const TO_DO: [&str; 2] = ["scale both down", "only numbers can be compared"];
+
 fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
     let name = path.display().to_string();
     let bytes = fs::read(path).map_err(|source| EnvError::Io { file: name.clone(), source })?;
-    let (raster, report) = read_raster_bytes(&bytes, &name, &ReadOptions::default())?;
+    let read = read_raster_bytes(&bytes, &name, &ReadOptions::default());
+    let (raster, report) = read.map_err(|error| without_options(error.into(), TO_DO))?;
     tell(&report, &name, talk);
     let is_display = matches!(report.format, FileFormat::Png | FileFormat::Jpeg);
     Ok(Read { picture: Picture::new(raster.width, raster.height, raster.texels)?, bytes, is_display })

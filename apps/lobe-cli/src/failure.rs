@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 
 use clap::error::ErrorKind;
-use lobe::env::EnvError;
+use lobe::env::{EnvError, ReadOption};
 use lobe::prt::PrtError;
 use lobe::scene::SceneError;
 use lobe::sh::ShError;
@@ -79,11 +79,24 @@ pub(crate) fn report_panic() -> ExitCode {
     say(&format!("a fault of this program, please report it: {last}"))
 }
 
-/// The message of an error; what the system says about files that everybody meets is said in plain words.
+/// The message of an error; what the system says about files that everybody meets is said in plain words, and what the
+/// options of reading keep out by the names that they have here.
 fn plain(error: &anyhow::Error) -> String {
+    if let Some(EnvError::Refused { file, message, option }) = error.downcast_ref() {
+        return format!("{file}: {message}; {}", in_flags(*option));
+    }
     match refusal_of_system(error).and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
         Some(message) => message,
         None => error.to_string(),
+    }
+}
+
+/// What to do about a picture that an option of reading keeps out, where the command has that option.
+fn in_flags(option: ReadOption) -> String {
+    match option {
+        ReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
+        ReadOption::Nonfinite => "--nonfinite zero reads them as black".to_owned(),
+        option => option.to_string(),
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvError, EnvMap, Nonfinite, ReadOptions, ReadReport, bundled, read_env_bytes};
+use lobe::env::{EnvError, EnvMap, Nonfinite, ReadOption, ReadOptions, ReadReport, bundled, read_env_bytes};
 use lobe::sh::{ShFile, load_sh_json, read_sh_json};
 
 use crate::talk::Talk;
@@ -102,6 +102,20 @@ pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
         );
     }
     error.into()
+}
+
+/// A refusal of a picture that is too large or has texels which are no numbers, in a command without options for that,
+/// and what to do instead of either.
+pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&str; 2]) -> anyhow::Error {
+    match error.downcast_ref() {
+        Some(EnvError::Refused { file, message, option: ReadOption::MaxTexels }) => {
+            anyhow::anyhow!("{file}: {message}; {too_large}")
+        }
+        Some(EnvError::Refused { file, message, option: ReadOption::Nonfinite }) => {
+            anyhow::anyhow!("{file}: {message}; {nonfinite}")
+        }
+        _ => error,
+    }
 }
 
 /// Reads a map that is part of the program.

@@ -8,9 +8,14 @@ use lobe::env::{EnvMap, project_env};
 use lobe::render::DistantLight;
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, load_sh_json, windowed};
 
+use crate::input::without_options;
 use crate::map_input::MapInput;
 use crate::talk::Talk;
 use crate::values;
+
+/// What to do about a map that is too large or has pixels that are no numbers.
+const CONVERT_FIRST: [&str; 2] =
+    ["make it smaller with lobe env convert --max-texels", "lobe env convert --nonfinite zero makes them black"];
 
 /// What lights the scene.
 #[derive(Args)]
@@ -70,7 +75,9 @@ impl LightInput {
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<ReadLight> {
         let name = self.env.display().to_string();
         if !name.ends_with(".json") {
-            return Ok(ReadLight { map: Some(MapInput::of(&self.env).read_lat_long(talk)?), expansion: None });
+            let read = MapInput::of(&self.env).read_lat_long(talk);
+            let map = read.map_err(|error| without_options(error, CONVERT_FIRST))?;
+            return Ok(ReadLight { map: Some(map), expansion: None });
         }
         let file = load_sh_json(&self.env)?;
         if file.quantity != Quantity::Radiance {

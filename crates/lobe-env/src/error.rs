@@ -1,5 +1,6 @@
 //! What can go wrong with a picture of the environment.
 
+use std::fmt;
 use std::io;
 
 /// Why an environment map could not be made, read or written, by whose fault it is.
@@ -24,6 +25,16 @@ pub enum EnvError {
         /// What it would need.
         message: String,
     },
+    /// The file may be right, but the caller's [`ReadOptions`](crate::ReadOptions) do not let it in.
+    #[error("{file}: {message}; {option}")]
+    Refused {
+        /// The file, or the name the caller gave to the bytes.
+        file: String,
+        /// What it holds.
+        message: String,
+        /// The option that would let it in.
+        option: ReadOption,
+    },
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
@@ -38,4 +49,24 @@ pub enum EnvError {
         /// The refusal.
         source: io::Error,
     },
+}
+
+/// The option of [`ReadOptions`](crate::ReadOptions) that keeps a file out. As text, what a caller of the library can do
+/// about it; a program that names its options otherwise says so itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ReadOption {
+    /// [`ReadOptions::max_texels`](crate::ReadOptions::max_texels): the picture has more.
+    MaxTexels,
+    /// [`ReadOptions::nonfinite`](crate::ReadOptions::nonfinite): there are texels of NaN or infinity.
+    Nonfinite,
+}
+
+impl fmt::Display for ReadOption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::MaxTexels => "scale it down, or raise ReadOptions::max_texels",
+            Self::Nonfinite => "Nonfinite::Zero in ReadOptions::nonfinite reads them as black",
+        })
+    }
 }

@@ -174,7 +174,7 @@ pub use cube_mip_chain::CubeMipChain;
 pub use dfg::{Dfg, DfgTable, dfg};
 pub use disc_light::DiscLight;
 pub use env_map::EnvMap;
-pub use error::EnvError;
+pub use error::{EnvError, ReadOption};
 pub use irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
 pub use mapped_map::MappedMap;
 pub use mapping::Mapping;

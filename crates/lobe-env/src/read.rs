@@ -9,7 +9,7 @@ use std::path::Path;
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
-use crate::{EnvError, EnvMap, dds, exr_envmap, read_exr, read_hdr, read_ldr, read_pfm};
+use crate::{EnvError, EnvMap, ReadOption, dds, exr_envmap, read_exr, read_hdr, read_ldr, read_pfm};
 
 /// The default of [`ReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory. While a
 /// Radiance picture is decoded it is there twice.
@@ -152,9 +152,9 @@ pub(crate) enum Shape {
 /// Cube maps are read by [`read_cube`](crate::read_cube()).
 ///
 /// # Errors
-/// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged, cut off, no such picture, not
-/// twice as wide as high, larger than [`ReadOptions::max_texels`], or has non-finite texels that the options do not
-/// allow; [`EnvError::Unsupported`] if it is a kind of picture that Lobe does not read.
+/// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged, cut off, no such picture or not
+/// twice as wide as high; [`EnvError::Refused`] if it is larger than [`ReadOptions::max_texels`], or has non-finite
+/// texels that the options do not allow; [`EnvError::Unsupported`] if it is a kind of picture that Lobe does not read.
 pub fn read_env(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(EnvMap, ReadReport), EnvError> {
     let path = path.as_ref();
     let (name, bytes) = read_named(path)?;
@@ -298,10 +298,8 @@ impl ReadReport {
         match self.first_nonfinite {
             Some((x, y)) if nonfinite == Nonfinite::Error => {
                 let texels = if self.nonfinite == 1 { "1 texel is" } else { &format!("{} texels are", self.nonfinite) };
-                let message = format!(
-                    "{texels} NaN or infinite, first at column {x}, row {y}; --nonfinite zero reads them as black"
-                );
-                Err(invalid(name, message))
+                let message = format!("{texels} NaN or infinite, first at column {x}, row {y}");
+                Err(EnvError::Refused { file: name.into(), message, option: ReadOption::Nonfinite })
             }
             _ => Ok(()),
         }
@@ -339,10 +337,8 @@ pub(crate) fn check_size(width: u64, height: u64, limits: Limits, name: &str) ->
     }
     if width.checked_mul(height).is_none_or(|texels| texels > limits.max_texels as u64) {
         let limit = limits.max_texels;
-        let message = format!(
-            "the picture is {width} x {height}, more than the limit of {limit} texels; scale it down, or raise it with --max-texels"
-        );
-        return Err(invalid(name, message));
+        let message = format!("the picture is {width} x {height}, more than the limit of {limit} texels");
+        return Err(EnvError::Refused { file: name.into(), message, option: ReadOption::MaxTexels });
     }
     if limits.shape == Shape::Cube && height != 6 * width {
         let message = format!("a cube map is six times as high as wide, but this picture is {width} x {height}");

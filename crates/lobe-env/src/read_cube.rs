@@ -8,7 +8,7 @@ use crate::read::{
     Decoded, FileFormat, ReadOptions, ReadReport, Shape, decode_picture, format_of, guarded, inspect, invalid,
     lat_long, read_named, unsupported,
 };
-use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, TexelFormat, exr_envmap, read_dds, read_ktx2};
+use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, ReadOption, TexelFormat, exr_envmap, read_dds, read_ktx2};
 
 /// A cube map as it comes out of a decoder.
 pub(crate) struct DecodedCube {
@@ -83,8 +83,9 @@ pub fn read_env_file_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> R
 /// ```
 ///
 /// # Errors
-/// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged, cut off, larger than
-/// [`ReadOptions::max_texels`] in its largest level, or has non-finite texels that the options do not allow;
+/// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged or cut off;
+/// [`EnvError::Refused`] if it is larger than [`ReadOptions::max_texels`] in its largest level, or has non-finite texels
+/// that the options do not allow;
 /// [`EnvError::Unsupported`] if it holds no cube map, or one in a form that Lobe does not read.
 pub fn read_cube(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(CubeMipChain, ReadReport), EnvError> {
     let (name, bytes) = read_named(path.as_ref())?;
@@ -139,10 +140,8 @@ pub(crate) fn check_cube_size(size: u64, max_texels: usize, name: &str) -> Resul
         return Err(invalid(name, "the cube map has no texels: its faces are 0 x 0".into()));
     }
     if size.checked_mul(size).and_then(|n| n.checked_mul(6)).is_none_or(|texels| texels > max_texels as u64) {
-        let message = format!(
-            "the faces are {size} x {size}, all six more than the limit of {max_texels} texels; scale them down, or raise it with --max-texels"
-        );
-        return Err(invalid(name, message));
+        let message = format!("the faces are {size} x {size}, all six more than the limit of {max_texels} texels");
+        return Err(EnvError::Refused { file: name.into(), message, option: ReadOption::MaxTexels });
     }
     Ok(())
 }

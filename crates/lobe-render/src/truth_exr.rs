@@ -95,7 +95,7 @@ pub fn read_variance(bytes: &[u8], name: &str) -> Result<(Picture, f64), RenderE
     };
     let (Some(r), Some(g), Some(b)) = (plane("R"), plane("G"), plane("B")) else {
         let what =
-            format!("expected channels {VARIANCE}.R, .G and .B, found none; lobe render --mode truth writes them");
+            format!("expected channels {VARIANCE}.R, .G and .B, found none; traced pictures as OpenEXR have them");
         return Err(invalid(what));
     };
     let freedom = match layer.attributes.other.get(&Text::from(FREEDOM)) {

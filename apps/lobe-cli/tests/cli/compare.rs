@@ -73,11 +73,13 @@ fn what_cannot_be_compared_is_said_in_one_line() {
     let dir = Dir::new();
     write_two(&dir);
     dir.map("c.exr", 8, 4, |_, _| [1.0; 3]);
+    dir.map("nan.exr", 16, 8, |_, _| [f32::NAN; 3]);
     dir.file("broken.exr", b"no picture");
     for (args, part) in [
         ("a.exr c.exr", "a.exr and c.exr: cannot compare a 16 x 8 picture with one of 8 x 4"),
         ("a.exr missing.exr", "missing.exr: no such file"),
         ("a.exr broken.exr", "broken.exr: "),
+        ("a.exr nan.exr", "nan.exr: 128 texels are NaN or infinite, first at column 0, row 0; only numbers can"),
         ("a.exr b.exr -o diff.jpg", "-o: expected a name that ends in .png"),
         ("a.exr b.exr --metric flip", "--max"),
         ("a.exr b.exr --z-test", "a.exr: expected channels variance.R, .G and .B, found none"),

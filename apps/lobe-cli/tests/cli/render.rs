@@ -234,9 +234,14 @@ fn expansions_are_lights_if_they_are_radiance() {
 fn what_cannot_be_rendered_is_said_in_one_line() {
     let dir = Dir::new();
     write_even(&dir);
+    dir.map("nan.exr", 4, 2, |_, _| [f32::NAN; 3]);
     for (args, part) in [
         ("built-in:teapot --env even.exr --mode truth -o a.png", "there is no such scene in the program"),
         ("missing.glb --env even.exr --mode truth -o a.png", "missing.glb: no such file"),
+        (
+            "built-in:ball --env nan.exr --mode truth -o a.png",
+            "row 0; lobe env convert --nonfinite zero makes them black",
+        ),
         ("built-in:ball --env missing.exr --mode truth -o a.png", "missing.exr: no such file"),
         ("built-in:ball --env even.exr --mode truth -o a.jpg", "-o: expected a name that ends in .png or .exr"),
         ("built-in:ball --env even.exr --mode truth -o no/a.png", "no"),
@@ -256,5 +261,5 @@ fn what_cannot_be_rendered_is_said_in_one_line() {
         let line = dir.lobe(&format!("render {args}")).arg("--quiet").error();
         assert!(line.contains(part), "{args}: {line}");
     }
-    assert_eq!(dir.names(), ["even.exr"], "nothing was written");
+    assert_eq!(dir.names(), ["even.exr", "nan.exr"], "nothing was written");
 }

@@ -4,7 +4,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use exr::prelude::{Blocks, Compression, Encoding, SampleType, Vec2};
-use lobe_env::{EnvError, EnvMap, Nonfinite, ReadOptions, WriteOptions, read_env, read_env_bytes, write_env};
+use lobe_env::{
+    EnvError, EnvMap, Nonfinite, ReadOption, ReadOptions, WriteOptions, read_env, read_env_bytes, write_env,
+};
 use lobe_sh::Rgb;
 use lobe_testkit::Random;
 
@@ -129,7 +131,9 @@ fn pictures_of_a_wrong_shape_say_the_size_found() {
 fn a_large_header_without_data_is_an_error_at_once() {
     let start = Instant::now();
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 50000 +X 100000\n";
-    expect(read(hdr), "hdr", &["100000 x 50000", "limit"]);
+    expect(read(hdr), "hdr", &["100000 x 50000", "limit", "scale it down, or raise ReadOptions::max_texels"]);
+    let error = read(hdr).unwrap_err();
+    assert!(matches!(error, EnvError::Refused { option: ReadOption::MaxTexels, .. }), "{error:?}");
     // This file does not say how many blocks it has, so that the new size contradicts nothing in the header.
     let mut exr = include_bytes!("../data/dwaa.exr").to_vec();
     patch_window(&mut exr, "displayWindow", [0, 0, 99_999, 49_999]);
@@ -238,7 +242,9 @@ fn non_finite_texels_are_counted_and_refused_or_made_black() {
     part.planes[2].values[4 * 16] = f32::NEG_INFINITY;
     part.planes[2].values[7] = -0.5;
     let bytes = exr_picture(SIZE, SCAN_LINES, part.planes);
-    expect(read(&bytes), "default", &["2 texels are NaN or infinite", "column 5, row 3", "--nonfinite zero"]);
+    expect(read(&bytes), "default", &["2 texels are NaN or infinite", "column 5, row 3", "Nonfinite::Zero"]);
+    let error = read(&bytes).unwrap_err();
+    assert!(matches!(error, EnvError::Refused { option: ReadOption::Nonfinite, .. }), "{error:?}");
     let options = ReadOptions { nonfinite: Nonfinite::Zero, ..ReadOptions::default() };
     let (map, report) = read_env_bytes(&bytes, "test", &options).unwrap();
     assert_eq!((report.nonfinite, report.first_nonfinite, report.negative), (2, Some((5, 3)), 1), "counts");
