@@ -46,8 +46,7 @@ pub(crate) struct Piece {
 /// The tree: cells of depth `k` have a side of `1/2^k` of their face.
 pub(crate) struct FilterTree<'a> {
     pub(crate) source: &'a CubeMap,
-    /// The solid angle of every texel of a face.
-    pub(crate) areas: Vec<f64>,
+    solid_angles: SolidAngles,
     /// For each column of the deepest cells, its texels.
     pub(crate) pieces: Vec<Vec<Piece>>,
     /// The cells of each depth, face after face, row after row.
@@ -63,9 +62,8 @@ impl<'a> FilterTree<'a> {
     pub(crate) fn new(source: &'a CubeMap, depth: usize) -> Self {
         let size = source.size();
         let solid_angles = SolidAngles::of(Mapping::Cube, size, FACES * size);
-        let areas = (0..size * size).map(|i| solid_angles.get(i % size, i / size)).collect();
         let pieces = (0..1 << depth).map(|column| pieces(size, column, 1 << depth)).collect();
-        let mut tree = Self { source, areas, pieces, levels: Vec::new() };
+        let mut tree = Self { source, solid_angles, pieces, levels: Vec::new() };
         let mut levels = vec![tree.deepest(depth)];
         for k in (0..depth).rev() {
             let children = &levels[levels.len() - 1];
@@ -92,7 +90,7 @@ impl<'a> FilterTree<'a> {
                     let mut line = [[0.0; SIDE]; 4];
                     for along in &self.pieces[column] {
                         let texel = down.texel * self.source.size() + along.texel;
-                        let area = self.areas[texel] * down.part * along.part;
+                        let area = self.solid_angles.get(along.texel, down.texel) * down.part * along.part;
                         let light = self.source.face(face)[texel].to_array().map(f64::from);
                         let light = [area, area * light[0], area * light[1], area * light[2]];
                         for (line, light) in line.iter_mut().zip(light) {
