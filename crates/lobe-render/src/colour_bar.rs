@@ -4,6 +4,9 @@ use lobe_sh::Rgb;
 
 use crate::{Label, Picture, sequential};
 
+/// The distance of the numbers from the sides, as a part of the height.
+const MARGIN: f64 = 0.15;
+
 /// A bar of the colours of [`sequential`] from 0 on the left to `full_scale` on the right, with both numbers below, on
 /// the given background.
 #[must_use]
@@ -18,10 +21,11 @@ pub fn colour_bar(width: usize, height: usize, full_scale: f64, ink: Rgb<f32>, b
             },
         );
     let text_height = 0.4 * height as f64;
-    let label = Label { left: 0.0, top: height as f64 - text_height, height: text_height, colour: ink };
+    let margin = MARGIN * height as f64;
+    let label = Label { left: margin, top: height as f64 - text_height, height: text_height, colour: ink };
     label.draw(&mut picture, "0");
     let text = three_digits(full_scale);
-    Label { left: width as f64 - label.width(&text), ..label }.draw(&mut picture, &text);
+    Label { left: width as f64 - label.width(&text) - margin, ..label }.draw(&mut picture, &text);
     picture
 }
 
@@ -53,6 +57,9 @@ mod tests {
         assert!(picture.pixel(0, 5).g < 0.01 && picture.pixel(199, 5).g > 0.97, "the ends of the bar");
         let ink =
             |range: std::ops::Range<usize>| range.filter(|&x| (24..40).any(|y| picture.pixel(x, y).g > 0.5)).count();
-        assert!(ink(0..15) > 5 && ink(15..90) == 0 && ink(120..200) > 40, "a 0 on the left, 0.0123 on the right");
+        assert!(
+            ink(0..5) == 0 && ink(5..25) > 5 && ink(25..90) == 0 && ink(115..195) > 40 && ink(195..200) == 0,
+            "a 0 on the left, 0.0123 on the right"
+        );
     }
 }

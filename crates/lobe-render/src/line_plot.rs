@@ -9,8 +9,12 @@ const BELOW: f64 = 34.0;
 const AROUND: f64 = 14.0;
 /// Grid lines across the range of the values, at most.
 const MOST_STEPS: f64 = 8.0;
-/// The room for a text of the legend, its line in front of it, and from one text to the next.
-const LEGEND: [f64; 3] = [150.0, 22.0, 18.0];
+/// The least width of the legend, of the line in front of a text, the gap between them, and from one text to the next.
+const LEGEND: [f64; 4] = [142.0, 22.0, 8.0, 18.0];
+/// What a letter is wide at most on the average, as a part of the font's size.
+const LETTER: f64 = 0.6;
+/// Points on a line from one point of a curve to the next at which the legend should not lie.
+const BETWEEN: usize = 32;
 const FONT: f64 = 12.0;
 const CURVE_WIDTH: f64 = 2.0;
 /// A dash and the gap behind it.
@@ -85,18 +89,41 @@ impl LinePlot<'_> {
             let points: Vec<[f64; 2]> = curve.points.iter().map(|p| [x(p[0]), y(p[1])]).collect();
             drawing.line(&points, curve.colour, CURVE_WIDTH, curve.dashed.then_some(DASHES));
         }
-        self.draw_legend(&mut drawing, curves);
+        let to_picture = |p: &[f64; 2]| [x(p[0]), y(p[1])];
+        let lines: Vec<Vec<[f64; 2]>> = curves.iter().map(|c| c.points.iter().map(to_picture).collect()).collect();
+        self.draw_legend(&mut drawing, curves, &lines);
         drawing
     }
 
-    fn draw_legend(&self, drawing: &mut Drawing, curves: &[Curve2d<'_>]) {
-        let [room, line, step] = LEGEND;
-        for (k, curve) in curves.iter().filter(|curve| !curve.label.is_empty()).enumerate() {
-            let (x, y) = (self.width - AROUND - room, AROUND + step * (k + 1) as f64);
+    /// The legend, in the corner where least of the curves is, the upper right one if there are several.
+    fn draw_legend(&self, drawing: &mut Drawing, curves: &[Curve2d<'_>], lines: &[Vec<[f64; 2]>]) {
+        let [least, line, gap, step] = LEGEND;
+        let named: Vec<&Curve2d<'_>> = curves.iter().filter(|curve| !curve.label.is_empty()).collect();
+        let longest = named.iter().map(|curve| curve.label.chars().count()).max().unwrap_or(0);
+        let width = least.max(line + gap + LETTER * FONT * longest as f64);
+        let height = step * named.len() as f64;
+        let [left, right] = [LEFT + gap, self.width - AROUND - gap - width];
+        let [top, bottom] = [AROUND + 0.5 * step, self.height - BELOW - 0.5 * step - height];
+        let crossed = |corner: &[f64; 2]| {
+            let inside = |p: &[f64; 2]| (0..2).all(|k| p[k] > corner[k] - gap && p[k] < corner[k] + [width, height][k]);
+            lines.iter().flat_map(|line| points_along(line)).filter(|p| inside(p)).count()
+        };
+        let corners = [[right, top], [right, bottom], [left, top], [left, bottom]];
+        let [x, y] = corners.into_iter().min_by_key(crossed).unwrap_or([right, top]);
+        for (k, curve) in named.into_iter().enumerate() {
+            let y = y + step * (k as f64 + 0.5);
             drawing.line(&[[x, y], [x + line, y]], curve.colour, CURVE_WIDTH, curve.dashed.then_some(DASHES));
-            drawing.label([x + line + 8.0, y + 4.0], FONT, TEXT, curve.label);
+            drawing.label([x + line + gap, y + 4.0], FONT, TEXT, curve.label);
         }
     }
+}
+
+/// Points on a line, also between those that it is given by.
+fn points_along(line: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
+    line.windows(2).flat_map(|pair| {
+        let at = |k: usize, t: f64| pair[0][k] + t * (pair[1][k] - pair[0][k]);
+        (0..BETWEEN).map(move |i| i as f64 / BETWEEN as f64).map(move |t| [at(0, t), at(1, t)])
+    })
 }
 
 /// The smallest and the largest value, zero included; `(0, 1)` if there is nothing else.
@@ -130,6 +157,32 @@ mod tests {
             c.r > 1.5 * c.g
         };
         assert!((52..58).any(|x| (12..20).any(|y| is_red(x, y))), "the beginning of the line");
+    }
+
+    #[test]
+    fn the_legend_lies_where_no_curve_is_and_inside_the_frame() {
+        let label = "a rather long name of it";
+        let places = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]].map(|[left, right]| {
+            let curve = |label, end| Curve2d {
+                label,
+                colour: [0, 0, 255],
+                dashed: false,
+                points: vec![[0.0, left], [3.0, end], [6.0, right]],
+            };
+            let svg = PLOT.svg(&[curve(label, 0.5 * (left + right)), curve("", 0.5 * (left + right))]);
+            let (before, _) = svg.split_once(label).unwrap();
+            let tag = &before[before.rfind("<text").unwrap()..];
+            ["x=\"", "y=\""].map(|key| {
+                let (_, rest) = tag.split_once(key).unwrap();
+                rest.split('"').next().unwrap().parse::<f64>().unwrap()
+            })
+        });
+        let [falling, below, rising] = places;
+        assert!(falling[0] > 240.0 && falling[1] < 150.0, "upper right of a falling line: {falling:?}");
+        assert!(below[1] > 150.0 || below[0] < 240.0 || below[1] < 60.0, "clear of what ends at the top: {below:?}");
+        assert!(rising[1] > 150.0 || rising[0] < 240.0, "not upper right of a rising line: {rising:?}");
+        let end = falling[0] + LETTER * FONT * label.len() as f64;
+        assert!(end < 466.0, "it ends at {end}, the frame at 466");
     }
 
     #[test]

@@ -101,7 +101,8 @@ impl PolarPlot {
         let largest = all.fold(0.0, |m: f64, v| m.max(v.abs()));
         let extent = self.extent.unwrap_or(if largest > 0.0 { largest } else { 1.0 });
         let mut drawing = Drawing::new(self.size, self.size);
-        self.draw_grid(&mut drawing, extent);
+        let all: Vec<&[f64]> = others.iter().chain([&values]).map(Vec::as_slice).collect();
+        self.draw_grid(&mut drawing, extent, &all);
         let width = 0.006 * self.size;
         for values in &others {
             let dashes = DASHES.map(|d| d * self.size);
@@ -139,16 +140,35 @@ impl PolarPlot {
         [middle + FILL * middle * r * cos, middle - FILL * middle * r * sin]
     }
 
-    fn draw_grid(&self, drawing: &mut Drawing, extent: f64) {
+    /// The angle at which the numbers of the rings stand in the way of the fewest points of all curves: on no axis, and
+    /// of several the one next to the right, where functions of a direction along an axis are seldom largest.
+    fn angle_of_numbers(&self, extent: f64, step: f64, all: &[&[f64]]) -> f64 {
+        let near = 0.9 * FONT * self.size;
+        let crossed = |sixteenth: &usize| {
+            let t = *sixteenth as f64 * TAU / 16.0;
+            let rings = 1..=(extent / step + 1e-9).floor() as usize;
+            let numbers: Vec<[f64; 2]> = rings.map(|k| self.place(k as f64 * step / extent, t)).collect();
+            let points = all.iter().flat_map(|values| values.iter().enumerate()).filter(|(_, v)| v.is_finite());
+            points
+                .map(|(i, v)| self.place(v.abs() / extent, angle(i)))
+                .filter(|p| numbers.iter().any(|n| (p[0] - n[0]).hypot(p[1] - n[1]) < near))
+                .count()
+        };
+        // The eight between the axes, from the right up and down to the left.
+        let sixteenth = [1, 15, 7, 9, 3, 13, 5, 11].into_iter().min_by_key(crossed).unwrap_or(1);
+        sixteenth as f64 * TAU / 16.0
+    }
+
+    fn draw_grid(&self, drawing: &mut Drawing, extent: f64, all: &[&[f64]]) {
         let step = nice_step(extent / MOST_RINGS);
         let font = FONT * self.size;
         let digits = (-step.log10().floor()).max(0.0) as usize;
+        let turn = self.angle_of_numbers(extent, step, all);
         for k in 1..=(extent / step + 1e-9).floor() as usize {
             let r = k as f64 * step / extent;
             let ring: Vec<[f64; 2]> = (0..=POINTS / 4).map(|i| self.place(r, angle(4 * i))).collect();
             drawing.line(&ring, GRID, 1.0, None);
-            // At 22.5° from the right: on no axis, and where functions of a direction along an axis are seldom largest.
-            let [x, y] = self.place(r, TAU / 16.0);
+            let [x, y] = self.place(r, turn);
             let value = k as f64 * step;
             let text = if step >= 1e5 { format!("{value:e}") } else { format!("{value:.digits$}") };
             drawing.text([x, y], Anchor::Middle, 0.8 * font, TEXT, &text);
@@ -221,6 +241,24 @@ mod tests {
         for text in ["+x", "-x", "+z", "-z", "0.2"] {
             assert!(svg.contains(&format!(">{text}<")), "{text} is missing");
         }
+    }
+
+    #[test]
+    fn the_numbers_of_the_rings_stand_clear_of_the_curve() {
+        let place = |f: &dyn Fn(Dir) -> f64| {
+            let svg = PLOT.svg(f, &[]);
+            let (before, _) = svg.split_once(">0.6<").unwrap();
+            let tag = &before[before.rfind("<text").unwrap()..];
+            ["x=\"", "y=\""].map(|key| {
+                let (_, rest) = tag.split_once(key).unwrap();
+                rest.split('"').next().unwrap().parse::<f64>().unwrap()
+            })
+        };
+        let [x, y] = place(&|s| s.z().powi(8));
+        assert!(x > 140.0 && y < 90.0, "right of a function that looks up: {x} {y}");
+        let right = Dir::from_angles(3.0 * TAU / 16.0, 0.0);
+        let [x, y] = place(&|s| if s.dot(right) > 0.9 { 0.6 } else { 0.0 });
+        assert!(x < 100.0 || y > 100.0, "elsewhere if the function is there: {x} {y}");
     }
 
     #[test]
