@@ -82,8 +82,9 @@ impl Sun {
 pub struct SunReport {
     /// The light taken out.
     pub sun: Sun,
-    /// The map with the sun's place filled from its surroundings; all other texels are as they were. `4π` times its mean plus
-    /// the sun's irradiance is `4π` times the mean of the original (test `nothing_is_lost_when_a_sun_is_taken_out`).
+    /// The map with the sun's place filled from its surroundings, and black where it was negative beside the sun: the
+    /// traces of a filter that overshot, which count against the sun. All other texels are as they were. `4π` times its
+    /// mean plus the sun's irradiance is `4π` times the mean of the original (test `nothing_is_lost_when_a_sun_is_taken_out`).
     pub rest: MappedMap,
 }
 
@@ -140,9 +141,10 @@ pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<
     if light < options.min_contrast * plane.at(centre).luminance() {
         return None;
     }
-    let disc: Vec<&Texel> = near.iter().filter(|texel| angle(texel) <= inner).collect();
+    let (disc, around): (Vec<&Texel>, Vec<&Texel>) = near.iter().partition(|texel| angle(texel) <= inner);
     let mut rest = map.clone();
-    let sun = take_out(&mut rest, &disc, &plane)?;
+    let mut sun = take_out(&mut rest, &disc, &plane)?;
+    take_halo(&mut rest, &around, &mut sun);
     Some(SunReport { sun, rest })
 }
 
@@ -296,6 +298,26 @@ fn solve(m: [[f64; 3]; 3], right: [Rgb<f64>; 3]) -> Option<[Rgb<f64>; 3]> {
     Some([0, 1, 2].map(|j| (0..3).fold(Rgb::ZERO, |sum, i| sum + right[i].scale(cofactor(i, j) / determinant))))
 }
 
+/// Makes what is negative around the disc black, and takes as much from the sun, which had it too much: a filter that
+/// resized the picture and overshot. A channel in which the sun has less than is missing stays as it is.
+fn take_halo(rest: &mut MappedMap, around: &[&Texel], sun: &mut Sun) {
+    let missing = around.iter().fold(Rgb::ZERO, |sum: Rgb<f64>, texel| {
+        sum + Rgb::from_channels(|c| texel.solid_angle * f64::from(texel.value.channel(c).min(0.0)))
+    });
+    let is_paid = [0, 1, 2].map(|c| sun.irradiance.channel(c) + missing.channel(c) >= 0.0);
+    let width = rest.width();
+    for texel in around {
+        let fill = Rgb::<f32>::from_channels(|c| {
+            let value = texel.value.channel(c);
+            if is_paid[c] && value < 0.0 { 0.0 } else { value }
+        });
+        let [x, y] = texel.at;
+        rest.texels_mut()[y * width + x] = fill;
+        sun.texels += usize::from(fill != texel.value);
+    }
+    sun.irradiance += Rgb::from_channels(|c| if is_paid[c] { missing.channel(c) } else { 0.0 });
+}
+
 /// Fills the disc, and adds up what was there beyond the fill.
 fn take_out(rest: &mut MappedMap, disc: &[&Texel], plane: &Plane) -> Option<Sun> {
     let (mapping, size) = (rest.mapping(), [rest.width(), rest.height()]);
@@ -305,7 +327,7 @@ fn take_out(rest: &mut MappedMap, disc: &[&Texel], plane: &Plane) -> Option<Sun>
     for texel in disc {
         let [x, y] = texel.at;
         let level = plane.at(texel.centre);
-        let fill = Rgb::<f32>::from_channels(|c| (level.channel(c) as f32).max(0.0).min(texel.value.channel(c)));
+        let fill = Rgb::<f32>::from_channels(|c| (level.channel(c) as f32).min(texel.value.channel(c)).max(0.0));
         rest.texels_mut()[y * size[0] + x] = fill;
         let taken = texel.value.widen() - fill.widen();
         texels += usize::from(fill != texel.value);

@@ -71,7 +71,7 @@ fn assert_kept(name: &str, map: &MappedMap, found: &SunReport) {
         assert!(error < 1e-12, "{name}, channel {c}: {before:?} became {after:?}");
     }
     let darker = |a: Rgb<f32>, b: Rgb<f32>| {
-        (0..3).all(|c| a.channel(c) <= b.channel(c) && a.channel(c) >= b.channel(c).min(0.0))
+        (0..3).all(|c| a.channel(c) <= b.channel(c).max(0.0) && a.channel(c) >= b.channel(c).min(0.0))
     };
     let mut pairs = found.rest.texels().iter().zip(map.texels());
     assert!(pairs.all(|(a, b)| darker(*a, *b)), "{name}: a rest below black, or brighter than it was");
@@ -251,6 +251,39 @@ fn the_sun_of_the_sunset_is_a_small_warm_light_over_the_horizon() {
     assert!(brightest(&rest) < 0.2 * brightest(map.as_ref()), "{} of {}", brightest(&rest), brightest(map.as_ref()));
     assert!((sun.irradiance_at(sun.direction).g - sun.irradiance.g).abs() < 1e-12, "a surface that faces it");
     assert!(sun.irradiance_at(-sun.direction).g == 0.0, "a surface that faces away");
+}
+
+#[test]
+fn what_a_filter_took_below_zero_beside_a_sun_is_taken_from_the_sun() {
+    const BRIGHT: f32 = 5000.0;
+    const MISSING: f32 = -40.0;
+    for place in places() {
+        let mut map = EnvMap::from_fn(WIDTH, HEIGHT, sky);
+        let dirs = map.clone();
+        let (mut planted, mut negative) = (Rgb::ZERO, 0);
+        for (i, texel) in map.texels_mut().iter_mut().enumerate() {
+            let (x, y) = (i % WIDTH, i / WIDTH);
+            let angle = dirs.dir(x, y).angle_to(place) / PITCH;
+            let value = if angle < 1.2 {
+                Rgb::splat(BRIGHT)
+            } else if (2.8..3.6).contains(&angle) {
+                negative += 1;
+                Rgb::new(MISSING, MISSING, 0.5)
+            } else {
+                continue;
+            };
+            planted += (value.widen() - texel.widen()).scale(lat_long::solid_angle(WIDTH, HEIGHT, y));
+            *texel = value;
+        }
+        let name = format!("a sun towards {place:?} with {negative} negative texels");
+        let found = extract_sun(&map, &SunOptions::default()).unwrap_or_else(|| panic!("{name}: not found"));
+        assert_kept(&name, map.as_ref(), &found);
+        let least = found.rest.texels().iter().map(|t| t.r.min(t.g).min(t.b)).fold(f32::INFINITY, f32::min);
+        assert!(negative > 0 && least >= 0.0, "{name}: {least} is left");
+        // A hole in the sky beside the sun is no part of it: what is filled is black there, not blue.
+        let (found, planted) = (found.sun.irradiance.g, planted.g);
+        assert!((found / planted - 1.0).abs() < 0.02, "{name}: {found}, planted {planted}");
+    }
 }
 
 #[test]
