@@ -1,5 +1,6 @@
 //! `lobe env area-light`: the light of a surface at a place, exactly and approximately.
 
+use anyhow::bail;
 use clap::{Args, Subcommand};
 use lobe::env::{AreaLight, DiscLight, PolygonLight, SphereLight, compare_approximations};
 use lobe::sh::Dir;
@@ -104,6 +105,12 @@ impl EnvAreaLight {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         match &self.light {
             Shape::Sphere { centre, radius, receiver } => {
+                for (name, place) in receiver.places() {
+                    let squared: f64 = place.iter().zip(centre).map(|(a, b)| (a - b).powi(2)).sum();
+                    if squared.sqrt() <= *radius {
+                        bail!("{name}: the place lies in the ball; move it away, or make --radius smaller");
+                    }
+                }
                 receiver.print(&SphereLight { centre: *centre, radius: *radius })
             }
             Shape::Disc { centre, shines, radius, receiver } => {
@@ -118,8 +125,16 @@ impl EnvAreaLight {
 }
 
 impl Receiver {
+    /// The places at which light arrives, with the names of their options.
+    fn places(&self) -> impl Iterator<Item = (&'static str, [f64; 3])> {
+        [("--at", self.at)].into_iter().chain(self.reference.map(|place| ("--reference", place)))
+    }
+
     fn print(&self, light: &impl AreaLight) -> anyhow::Result<()> {
         let both = compare_approximations(light, self.reference.unwrap_or(self.at), self.at, self.normal);
+        if !(both.exact.is_finite() && both.point.is_finite() && both.directional.is_finite()) {
+            bail!("--at: the place lies on the light; move it away");
+        }
         let known = |error: f64| error.is_finite().then_some(error);
         let found = Found {
             irradiance: both.exact,

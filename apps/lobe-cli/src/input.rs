@@ -145,7 +145,11 @@ pub(crate) fn tell(report: &ReadReport, name: &str, talk: Talk) {
         talk.note(name, &format!("{texels} NaN or infinite, first at column {x}, row {y}; read as black"));
     }
     if report.negative > 0 {
-        talk.note(name, &format!("{} negative in some channel; kept as they are", texels_are(report.negative)));
+        let texels = texels_are(report.negative);
+        talk.note(
+            name,
+            &format!("{texels} negative in some channel; kept (lobe env adjust --non-negative makes them black)"),
+        );
     }
 }
 

@@ -75,7 +75,8 @@ impl PictureOutput {
 pub(crate) fn note_clamped(name: &str, report: WriteReport, talk: Talk) {
     if report.clamped > 0 {
         let texels = texels_are(report.clamped);
-        talk.note(name, &format!("{texels} outside of what this format holds and moved into it; .exr holds all"));
+        let instead = if name.ends_with(".exr") { "without --half it" } else { ".exr" };
+        talk.note(name, &format!("{texels} outside of what this format holds and moved into it; {instead} holds all"));
     }
 }
 

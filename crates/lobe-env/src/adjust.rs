@@ -83,6 +83,32 @@ pub fn clamp_in_place(map: &mut MappedMap, limit: f32) -> Result<ClampReport, En
     Ok(ClampReport { texels, largest, mean_before, mean_after: map.mean() })
 }
 
+/// What making negative channels black added.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlackenReport {
+    /// How many texels had a negative channel.
+    pub texels: usize,
+    /// The lowest channel of any texel, before; 0 if none was negative.
+    pub lowest: f32,
+    /// What the mean radiance gained.
+    pub added: Rgb<f64>,
+}
+
+/// Makes every negative channel 0: light cannot be negative, but filters that resize pictures overshoot beside bright lights.
+///
+/// That adds light: what the filter took there it gave to the bright light. Take a sun out first
+/// ([`extract_sun`](crate::extract_sun)), and what is negative beside it is taken from it. NaN stays as it is.
+pub fn blacken_negative_in_place(map: &mut MappedMap) -> BlackenReport {
+    let before = map.mean();
+    let channel = |texel: &Rgb<f32>| texel.r.min(texel.g).min(texel.b);
+    let lowest = map.texels().par_iter().map(channel).reduce(|| 0.0, f32::min);
+    let texels = map.texels().par_iter().filter(|texel| channel(texel) < 0.0).count();
+    map.texels_mut().par_iter_mut().filter(|texel| channel(texel) < 0.0).for_each(|texel| {
+        *texel = Rgb::from_channels(|c| if texel.channel(c) < 0.0 { 0.0 } else { texel.channel(c) });
+    });
+    BlackenReport { texels, lowest, added: map.mean() - before }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -119,6 +145,23 @@ mod tests {
         }
         expose_in_place(&mut map, 126.0).unwrap();
         assert_eq!(map.texels()[0].g, 2.0_f32.powi(127), "as bright as it can be");
+    }
+
+    #[test]
+    fn negative_channels_become_black_and_the_light_that_adds_is_reported() {
+        let mut map = MappedMap::from_fn(Mapping::EqualArea, 10, 10, |_| Rgb::new(1.0, 1.0, 1.0));
+        map.texels_mut()[3] = Rgb::new(-4.0, 2.0, -0.5);
+        let report = blacken_negative_in_place(&mut map);
+        assert_eq!(map.texels()[3], Rgb::new(0.0, 2.0, 0.0), "what was not negative stays");
+        assert!(report.texels == 1 && report.lowest == -4.0, "{report:?}");
+        let error =
+            (report.added - Rgb::new(0.04, 0.0, 0.005)).to_array().into_iter().fold(0.0, |w: f64, e| w.max(e.abs()));
+        assert!(error < 1e-12, "a hundredth of what was missing: {report:?}");
+        assert_eq!(
+            blacken_negative_in_place(&mut map),
+            BlackenReport { texels: 0, lowest: 0.0, added: Rgb::ZERO },
+            "again"
+        );
     }
 
     #[test]

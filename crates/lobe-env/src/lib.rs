@@ -163,7 +163,9 @@ mod write_exr;
 mod write_ktx2;
 mod zonal_filter;
 
-pub use adjust::{ClampReport, clamp_in_place, expose_in_place, scale_in_place};
+pub use adjust::{
+    BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,
+};
 pub use area_light::{Approximations, AreaLight, DirectionalLight, PointLight, compare_approximations};
 pub use brdf::{Brdf, Ggx, Lambert, Phong};
 pub use cie_sky::CieSky;

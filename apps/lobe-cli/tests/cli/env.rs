@@ -27,7 +27,11 @@ fn info_prints_facts() {
     let expected = "format     OpenEXR\nsize       4 x 2\nlevels     1\nmapping    lat-long\nmean       1.5 0.0 2.0\n\
                     min        0.0 -0.5 2.0\nmax        3.0 0.5 2.0\nnonfinite  0\nnegative   4\n";
     assert_eq!(stdout, expected, "facts");
-    assert_eq!(stderr, "note: sky.exr: 4 texels are negative in some channel; kept as they are\n", "note");
+    assert_eq!(
+        stderr,
+        "note: sky.exr: 4 texels are negative in some channel; kept (lobe env adjust --non-negative makes them black)\n",
+        "note"
+    );
 }
 
 #[test]

@@ -32,6 +32,10 @@ fn the_vector_of_a_lamp_points_to_it_and_is_the_difference_of_the_two_sides() {
         let difference = net["front"][1].as_f64().unwrap() - net["back"][1].as_f64().unwrap();
         assert_near(&net["net"][1], difference, 1e-6 * difference.abs(), "E(n) - E(-n)");
     }
+    dir.map("even.exr", 64, 32, |_, _| [0.7; 3]);
+    let even = json(&dir, "env vector-irradiance even.exr --json");
+    assert!(even["dir"][0].is_null() && even["luminance_dir"].is_null(), "even light flows nowhere: {even}");
+    assert_eq!(even["magnitude"][2].as_f64(), Some(0.0), "not even by rounding: {even}");
     let text = dir.lobe("env vector-irradiance lamp.exr --normal 0,-1,0").stdout();
     assert!(text.starts_with("red        0.0 towards nowhere\ngreen"), "{text}");
     assert_eq!(text.lines().count(), 5, "{text}");
@@ -63,6 +67,14 @@ fn rectangles_are_polygons_and_spheres_are_points() {
     let sphere = json(&dir, "env area-light sphere --centre 0,0,2 --radius 1 --json");
     assert_near(&sphere["irradiance"], PI / 4.0, 1e-15, "sphere");
     assert_near(&sphere["point_error"], 0.0, 1e-14, "a sphere seen whole is a point");
+    for (light, part) in [
+        ("sphere --centre 0,0,0.5 --radius 1", "--at: the place lies in the ball"),
+        ("sphere --centre 0,0,5 --radius 1 --reference 0,0,4.5", "--reference: the place lies in the ball"),
+        ("disc --centre 0,0,0 --shines 0,0,1 --radius 1", "--at: the place lies on the light"),
+    ] {
+        let line = dir.lobe(&format!("env area-light {light}")).error();
+        assert!(line.starts_with(part), "{light}: {line}");
+    }
     let line = dir.lobe("env area-light polygon --vertex 0,0,1 --vertex 1,0,1").error();
     assert_eq!(line, "--vertex: a polygon needs three vertices at least, found 2", "two vertices");
     let line = dir.lobe("env area-light sphere --centre 0,0,2 --radius -1").error();

@@ -222,12 +222,37 @@ fn clamping_says_what_it_takes() {
     dir.map("sun.exr", 8, 4, |x, y| if (x, y) == (3, 1) { [100.0, 50.0, 0.0] } else { [1.0; 3] });
     let report = dir.lobe("env adjust sun.exr --exposure 1 --clamp 20 -o dim.exr --json").stdout();
     let report: Value = serde_json::from_str(&report).unwrap();
-    assert_eq!((report["texels"].as_u64(), report["largest"].as_f64()), (Some(1), Some(200.0)), "{report}");
+    let clamped = &report["clamped"];
+    assert_eq!((clamped["texels"].as_u64(), clamped["largest"].as_f64()), (Some(1), Some(200.0)), "{report}");
+    assert!(report["blackened"].is_null(), "nobody asked for that: {report}");
     let (map, _) = read_env(dir.path("dim.exr"), &ReadOptions::default()).unwrap();
     assert_eq!(map.texel(3, 1), Rgb::new(20.0, 10.0, 0.0), "the hue stays");
     assert_eq!(map.texel(0, 0), Rgb::new(2.0, 2.0, 2.0), "one stop");
     let line = dir.lobe("env adjust sun.exr -o dim.exr").error();
     assert!(line.starts_with("nothing to adjust"), "{line}");
+}
+
+#[test]
+fn negative_texels_can_be_made_black_and_the_note_about_them_says_how() {
+    let dir = Dir::new();
+    dir.map("rings.exr", 8, 4, |x, y| if (x, y) == (3, 1) { [-2.0, 5.0, -0.5] } else { [1.0; 3] });
+    let (stdout, stderr) = dir.lobe("env adjust rings.exr --non-negative -o clean.exr").succeeds();
+    assert!(stdout.starts_with("blackened  1 texels, the lowest channel was -2.0"), "{stdout}");
+    assert!(stderr.contains("lobe env adjust --non-negative"), "{stderr}");
+    let (map, _) = read_env(dir.path("clean.exr"), &ReadOptions::default()).unwrap();
+    assert_eq!(map.texel(3, 1), Rgb::new(0.0, 5.0, 0.0), "the channel that is not negative stays");
+    let (_, stderr) = dir.lobe("env info clean.exr").succeeds();
+    assert_eq!(stderr, "", "no note any more");
+    let line = dir.lobe("env adjust rings.exr --exposure 1 --json -o clean.exr").error();
+    assert!(line.starts_with("--json: only with --non-negative or --clamp"), "{line}");
+}
+
+#[test]
+fn what_halves_cannot_hold_is_said_with_what_to_leave_out() {
+    let dir = Dir::new();
+    dir.map("bright.exr", 8, 4, |_, _| [1e5; 3]);
+    let (_, stderr) = dir.lobe("env convert bright.exr -o half.exr --to lat-long --half").succeeds();
+    assert!(stderr.contains("32 texels are outside") && stderr.contains("without --half it holds all"), "{stderr}");
 }
 
 #[test]

@@ -127,7 +127,11 @@ fn negative_pixels_are_kept_and_noted() {
     let dir = Dir::new();
     dir.map("minus.exr", 2, 1, |_, _| [-2.0, 0.0, 1.0]);
     let (_, stderr) = dir.lobe("project minus.exr -o p.sh.json").succeeds();
-    assert_eq!(stderr, "note: minus.exr: 2 texels are negative in some channel; kept as they are\n", "note");
+    assert_eq!(
+        stderr,
+        "note: minus.exr: 2 texels are negative in some channel; kept (lobe env adjust --non-negative makes them black)\n",
+        "note"
+    );
     let mean = projected(&dir, "p.sh.json").mean();
     assert!((mean.r + 2.0).abs() < 1e-12, "{mean:?}");
 }
