@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 
+use anyhow::bail;
 use lobe::sh::{ShError, ShFile, check_writable, save_sh_json, write_sh_json};
 use serde::Serialize;
 
@@ -25,7 +26,15 @@ impl ShOutput {
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         match self {
             Self::Stdout => Ok(()),
-            Self::File(path) => check_file(path),
+            Self::File(path) => {
+                check_file(path)?;
+                let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+                // A device or a pipe has no extension.
+                if !is_json && (path.is_file() || !path.exists()) {
+                    bail!("-o: {}: an expansion is written as .sh.json, or to stdout with -", path.display());
+                }
+                Ok(())
+            }
         }
     }
 

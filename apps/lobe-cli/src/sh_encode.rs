@@ -1,19 +1,21 @@
 //! `lobe sh encode`: irradiance in a small encoding, as numbers.
 
+use std::f64::consts::FRAC_1_PI;
 use std::fmt::Write as _;
 
 use anyhow::bail;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use lobe::sh::{
-    Coefficient, Dir, EncodedIrradiance, Expansion as _, FileCoefficients, IrradianceEncoding, IrradianceMatrix,
-    PackedIrradiance, Quantity, Rgb, ShVec, Zonal, convolved, tangent_frame,
+    AxisPermutation, Coefficient, Dir, EncodedIrradiance, Expansion as _, FileCoefficients, IrradianceEncoding,
+    IrradianceMatrix, PackedIrradiance, Quantity, Rgb, ShVec, Zonal, convolved, tangent_frame,
 };
 use serde::Serialize;
 
 use crate::input::ShInput;
 use crate::{output, values};
 
-const JSON_HELP: &str = r#"Print {"encoding", "floats", "numbers": [{"name", "values"}]} instead of lines"#;
+const JSON_HELP: &str =
+    r#"Print {"encoding", "floats", "of": "E" or "E/pi", "up", "numbers": [{"name", "values"}]} instead of lines"#;
 
 #[derive(Args)]
 pub(crate) struct ShEncode {
@@ -27,8 +29,22 @@ pub(crate) struct ShEncode {
     /// For encodings of one side of a surface: its geometric normal
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true, value_parser = values::dir)]
     normal: Dir,
+    /// Divide by π: not the irradiance E, but what a white matte surface leaves of it, as the shaders of Sloan's paper,
+    /// Direct3D and Unity expect
+    #[arg(long)]
+    over_pi: bool,
+    /// The axis that points up where the numbers are used: y for glTF, OpenGL, Unity; directions, that of --normal
+    /// too, are then (x, z, -y) of Lobe's
+    #[arg(long, value_enum, default_value = "z")]
+    up: Up,
     #[arg(long, help = JSON_HELP)]
     json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Up {
+    Y,
+    Z,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +72,8 @@ fn form(text: &str) -> Result<Form, String> {
 struct Encoded {
     encoding: &'static str,
     floats: usize,
+    of: &'static str,
+    up: &'static str,
     numbers: Vec<Row>,
 }
 
@@ -84,6 +102,18 @@ impl ShEncode {
     }
 
     fn encoded<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> Encoded {
+        let (of, factor) = if self.over_pi { ("E/pi", FRAC_1_PI) } else { ("E", 1.0) };
+        let scaled = irradiance.map(|e| e.scale(factor));
+        let (up, turned) = match self.up {
+            Up::Z => ("z", scaled),
+            Up::Y => ("y", AxisPermutation::Y_UP_FROM_Z_UP.applied(&scaled)),
+        };
+        let (encoding, floats, numbers) = self.numbers(&turned);
+        Encoded { encoding, floats, of, up, numbers }
+    }
+
+    /// The name of the encoding, how many floats it has, and them.
+    fn numbers<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> (&'static str, usize, Vec<Row>) {
         let colours = || irradiance.map(|e| Rgb::from_channels(|c| e.channel(c % T::CHANNELS)));
         match self.form {
             Form::Packed => {
@@ -92,18 +122,17 @@ impl ShEncode {
                 let mut numbers: Vec<Row> =
                     names.into_iter().zip(a.into_iter().chain(b)).map(|(n, v)| row(n, v)).collect();
                 numbers.push(row("cC", c));
-                Encoded { encoding: "packed", floats: 27, numbers }
+                ("packed", 27, numbers)
             }
             Form::Matrix => {
                 let IrradianceMatrix { m } = IrradianceMatrix::from_irradiance_sh(&colours());
                 let numbers = ["Mr", "Mg", "Mb"].into_iter().zip(m).map(|(name, m)| row(name, m.concat())).collect();
-                Encoded { encoding: "matrix", floats: 48, numbers }
+                ("matrix", 48, numbers)
             }
-            Form::Encoding(encoding) => Encoded {
-                encoding: encoding.name(),
-                floats: encoding.floats(T::CHANNELS),
-                numbers: numbers_of(&encoding.encode(irradiance, tangent_frame(self.normal))),
-            },
+            Form::Encoding(encoding) => {
+                let numbers = numbers_of(&encoding.encode(irradiance, tangent_frame(self.normal)));
+                (encoding.name(), encoding.floats(T::CHANNELS), numbers)
+            }
         }
     }
 }
@@ -143,7 +172,8 @@ fn numbers_of<T: Coefficient<Scalar = f64>>(encoded: &EncodedIrradiance<T>) -> V
 
 impl Encoded {
     fn text(&self) -> String {
-        let mut text = format!("{}, {} floats\n", self.encoding, self.floats);
+        let Self { encoding, floats, of, up, .. } = self;
+        let mut text = format!("{encoding}, {floats} floats, of {of}, {up} up\n");
         for Row { name, values } in &self.numbers {
             let values = values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ");
             let _ = writeln!(text, "{name} {values}");

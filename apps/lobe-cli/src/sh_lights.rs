@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
-    Coefficient, FileCoefficients, LightChoice, LightFit, LightMetric, LightOptions, Quantity, ShVec, extract_light,
-    extract_lights,
+    Coefficient, Expansion as _, FileCoefficients, LightChoice, LightFit, LightMetric, LightOptions, Quantity, ShVec,
+    directional_normalization, extract_light, extract_lights,
 };
 use serde::Serialize;
 
@@ -16,7 +16,13 @@ use crate::{output, values};
 /// More lights than any expansion has maxima; asking for more is a slip of the finger.
 const MAX_LIGHTS: usize = 100;
 
+const UNITS: &str = "\
+Intensity 1 is the light of which a facing white matte surface leaves 1, as the bands of this order show it: what
+lobe light directional makes. Irradiance is that of a surface facing the light itself, what an engine's directional light
+has, in the unit of radiance times steradians (divide by π where it counts what white leaves).";
+
 #[derive(Args)]
+#[command(after_help = UNITS)]
 pub(crate) struct ShLights {
     /// The expansion of radiance, a .sh.json file; - reads stdin
     #[arg(value_name = "P")]
@@ -39,7 +45,7 @@ pub(crate) struct ShLights {
     /// Give every channel directions of its own, instead of those of the luminance to all
     #[arg(long)]
     per_channel: bool,
-    /// Print {"lights": [{"dir", "intensity"}], "ambient", "residual"} instead of lines; with --per-channel
+    /// Print {"lights": [{"dir", "intensity", "irradiance"}], "ambient", "residual"} instead of lines; with --per-channel
     /// {"channels": [..]} with one such object for each
     #[arg(long)]
     json: bool,
@@ -83,6 +89,7 @@ struct Channels {
 struct Found {
     dir: [f64; 3],
     intensity: Vec<f64>,
+    irradiance: Vec<f64>,
 }
 
 impl ShLights {
@@ -119,7 +126,12 @@ impl ShLights {
         let fit = if self.closed { extract_light(f) } else { extract_lights(f, &self.options()) };
         let LightFit { lights, ambient, residual, .. } =
             fit.map_err(|error| anyhow::anyhow!("{}: {error}", self.input))?;
-        let found = lights.iter().map(|l| Found { dir: l.dir.to_array(), intensity: channels(l.intensity) });
+        let unit = directional_normalization(f.order());
+        let found = lights.iter().map(|l| Found {
+            dir: l.dir.to_array(),
+            intensity: channels(l.intensity),
+            irradiance: channels(l.intensity.scale(unit)),
+        });
         Ok(Lights { lights: found.collect(), ambient: channels(ambient), residual: channels(residual) })
     }
 
@@ -146,7 +158,8 @@ impl Lights {
         let mut text = String::new();
         let numbers = |values: &[f64]| values.iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(" ");
         for light in &self.lights {
-            let _ = writeln!(text, "{name}light from {}  intensity {}", numbers(&light.dir), numbers(&light.intensity));
+            let [dir, intensity, irradiance] = [&light.dir[..], &light.intensity, &light.irradiance].map(numbers);
+            let _ = writeln!(text, "{name}light from {dir}  intensity {intensity}  irradiance {irradiance}");
         }
         let residual = self.residual.iter().map(|x| format!("{x:.3e}")).collect::<Vec<_>>().join(" ");
         let _ = writeln!(text, "{name}ambient {}\n{name}residual energy {residual}", numbers(&self.ambient));

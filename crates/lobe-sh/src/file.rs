@@ -20,6 +20,10 @@ const VERSION: u64 = 1;
 /// number has an indented line of its own. A longer file is not read to its end.
 const MAX_BYTES: u64 = 4 << 20;
 
+/// The largest coefficient: the sun's radiance has eight digits, and sums and squares of such numbers stay far inside `f64`,
+/// pictures of their functions inside `f32`.
+const LARGEST: f64 = 1e30;
+
 /// The content of a `.sh.json` file.
 ///
 /// ```text
@@ -96,7 +100,8 @@ impl From<ShVec<Rgb<f64>>> for FileCoefficients {
 ///
 /// # Errors
 /// If the reader fails, or the text is cut off, no JSON, of another format or version, of an order outside
-/// `1..=64`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three finite numbers.
+/// `1..=64`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three numbers of at most
+/// 1e30.
 pub fn read_sh_json(reader: impl Read, name: &str) -> Result<ShFile, ShError> {
     let mut bytes = Vec::new();
     reader
@@ -122,7 +127,7 @@ pub fn load_sh_json(path: &Path) -> Result<ShFile, ShError> {
 /// numbers, each the shortest that reads back as the same `f64`.
 ///
 /// # Errors
-/// If the writer fails, a coefficient is not finite, or the order is outside `1..=64`.
+/// If the writer fails, a coefficient is not finite or larger than 1e30, or the order is outside `1..=64`.
 pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Result<(), ShError> {
     let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
     writer
@@ -166,6 +171,9 @@ fn push_rows<T: Coefficient<Scalar = f64>>(text: &mut String, rows: &[T]) -> Res
             let value = row.channel(c);
             if !value.is_finite() {
                 return Err(format!("coefficient {i} is {value}; a file holds finite numbers only"));
+            }
+            if value.abs() > LARGEST {
+                return Err(format!("coefficient {i} is {value:e}; a file holds numbers up to {LARGEST:e}"));
             }
             if c > 0 {
                 text.push(',');
@@ -274,7 +282,11 @@ fn read_rows<const N: usize, T>(rows: &[Value], make: impl Fn([f64; N]) -> T) ->
     let numbers = |row: &Value| row.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<_>>>();
     let read = |(i, row): (usize, &Value)| {
         let row_of_n = numbers(row).and_then(|numbers| <[f64; N]>::try_from(numbers).ok());
-        row_of_n.map(&make).ok_or_else(|| row_fault(i, row, N))
+        let row_of_n = row_of_n.ok_or_else(|| row_fault(i, row, N))?;
+        match row_of_n.iter().find(|x| x.abs() > LARGEST) {
+            Some(x) => invalid(format!("\"coefficients\": row {i} holds {x:e}; numbers up to {LARGEST:e} are read")),
+            None => Ok(make(row_of_n)),
+        }
     };
     rows.iter().enumerate().map(read).collect()
 }

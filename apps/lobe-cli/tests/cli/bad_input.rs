@@ -162,9 +162,31 @@ fn pictures_and_expansions_are_not_taken_for_each_other() {
 #[test]
 fn numbers_that_overflow_are_not_written() {
     let dir = Dir::new();
-    dir.sh("p.sh.json", Quantity::Visibility, ShVec::constant(2, 1e300));
+    dir.sh("p.sh.json", Quantity::Visibility, ShVec::constant(2, 1e25));
     let line = dir.lobe("sh product p.sh.json p.sh.json -o q.sh.json").error();
-    assert_eq!(line, "q.sh.json: coefficient 0 is inf; a file holds finite numbers only", "product");
+    assert!(
+        line.starts_with("q.sh.json: coefficient 0 is 3.5") && line.ends_with("a file holds numbers up to 1e30"),
+        "{line}"
+    );
+    let line = dir.lobe("light ambient --color 1e300,0,0 -o q.sh.json").error();
+    assert!(line.ends_with("a file holds numbers up to 1e30"), "{line}");
+    assert_eq!(dir.names(), ["p.sh.json"], "files");
+    let text = r#"{"format":"lobe-sh","version":1,"order":1,"quantity":"radiance","coefficients":[[3e275]]}"#;
+    dir.file("huge.sh.json", text.as_bytes());
+    let line = dir.lobe("sh info huge.sh.json").error();
+    assert!(line.contains("row 0 holds 3e275") && line.contains("numbers up to 1e30 are read"), "{line}");
+}
+
+#[test]
+fn expansions_are_written_under_their_own_extension_only() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(2, 1.0));
+    for args in ["sh rotate p.sh.json --axis 0,0,1 --angle 4", "light ambient", "project bundled:sunset"] {
+        for name in ["x.png", "x", "x.exr"] {
+            let line = dir.lobe(&format!("{args} -o {name}")).error();
+            assert_eq!(line, format!("-o: {name}: an expansion is written as .sh.json, or to stdout with -"), "{args}");
+        }
+    }
     assert_eq!(dir.names(), ["p.sh.json"], "files");
 }
 

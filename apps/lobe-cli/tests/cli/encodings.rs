@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use lobe::sh::{
-    Dir as Direction, IrradianceEncoding, IrradianceMatrix, PackedIrradiance, Quantity, Rgb, ShVec, Zonal, convolved,
+    Coefficient as _, Dir as Direction, Expansion as _, IrradianceEncoding, IrradianceMatrix, PackedIrradiance,
+    Quantity, Rgb, ShVec, Zonal, convolved,
 };
 use lobe_testkit::directions;
 use serde_json::Value;
@@ -130,6 +131,32 @@ fn constants_of_shaders_give_the_irradiance_of_every_normal() {
 }
 
 #[test]
+fn constants_can_be_those_of_white_surfaces_in_worlds_with_y_up() {
+    let dir = Dir::new();
+    dir.sh("l.sh.json", Quantity::Radiance, radiance());
+    let irradiance = convolved(&radiance(), &Zonal::clamped_cosine(3));
+    let packed = encoded(&dir, "l.sh.json --as packed --over-pi --up y");
+    for v in directions() {
+        // The same place in a world with y up.
+        let [x, y, z] = [v[0], v[2], -v[1]];
+        let expected = irradiance.eval(Direction::from_unit(v)).scale(1.0 / PI).to_array();
+        for c in 0..3 {
+            let [a, b] = [&packed[c].1, &packed[3 + c].1];
+            let found = a[0] * x
+                + a[1] * y
+                + a[2] * z
+                + a[3]
+                + (b[0] * x * y + b[1] * y * z + b[2] * z * z + b[3] * z * x)
+                + packed[6].1[c] * (x * x - y * y);
+            assert!((found - expected[c]).abs() < 1e-12, "towards {v:?}: {found} {expected:?}");
+        }
+    }
+    dir.sh("white.sh.json", Quantity::Radiance, ShVec::constant(3, 1.0));
+    let text = dir.lobe("sh encode white.sh.json --as sh-2 --over-pi --up y").stdout();
+    assert!(text.starts_with("sh-2, 4 floats, of E/pi, y up\n"), "{text}");
+}
+
+#[test]
 fn every_encoding_prints_as_many_numbers_as_it_takes() {
     let dir = Dir::new();
     dir.sh("l.sh.json", Quantity::Radiance, radiance());
@@ -141,7 +168,7 @@ fn every_encoding_prints_as_many_numbers_as_it_takes() {
         let derived = if matches!(encoding, IrradianceEncoding::Zh3Hallucinated(_)) { 3 } else { 0 };
         assert_eq!(count, encoding.floats(3) + derived, "{name}: {rows:?}");
         let text = dir.lobe(&format!("sh encode l.sh.json --as {name}")).stdout();
-        assert!(text.starts_with(&format!("{name}, {} floats\n", encoding.floats(3))), "{text}");
+        assert!(text.starts_with(&format!("{name}, {} floats, of E, z up\n", encoding.floats(3))), "{text}");
     }
     let one = ShVec::constant(3, PI);
     dir.sh("one.sh.json", Quantity::Irradiance, one);

@@ -93,6 +93,10 @@ fn a_light_is_found_where_it_was_put() {
             assert!(near(&found["residual"][channel], 0.0, 1e-9), "{options}: {found}");
         }
     }
+    dir.lobe("light directional --dir 0,0,1 --normalize none -o one.sh.json").stdout();
+    let found = lights(&dir, "one.sh.json");
+    let irradiance = found["lights"][0]["irradiance"][0].as_f64().unwrap();
+    assert!((irradiance - 1.0).abs() < 1e-9, "a light of irradiance 1 comes out with it: {found}");
     let text = dir.lobe("sh lights light.sh.json").stdout();
     assert!(text.starts_with("light from ") && text.contains("intensity 3.000000 2.000000 1.000000"), "{text}");
     light(&dir, "ambient --color 1,2,3");
@@ -148,18 +152,21 @@ fn the_choice_of_lights_changes_which_maxima_are_taken() {
 fn lights_that_cannot_be_are_refused() {
     let dir = Dir::new();
     for (args, part) in [
-        ("light cone --dir 1,0,0 --half-angle 0 -o x", "half angle lies above 0 and up to 180 degrees, found 0"),
-        ("light soft-cone --dir 1,0,0 --half-angle 181 -o x", "found 181"),
-        ("light sphere --dir 1,0,0 --half-angle 91 -o x", "90 degrees at most"),
-        ("light sphere --dir 1,0,0 --distance 1 --radius 2 -o x", "0 < radius < distance"),
-        ("light polygon --vertices 1,0,0 -o x", "three vertices at least, found 1"),
+        (
+            "light cone --dir 1,0,0 --half-angle 0 -o x.sh.json",
+            "half angle lies above 0 and up to 180 degrees, found 0",
+        ),
+        ("light soft-cone --dir 1,0,0 --half-angle 181 -o x.sh.json", "found 181"),
+        ("light sphere --dir 1,0,0 --half-angle 91 -o x.sh.json", "90 degrees at most"),
+        ("light sphere --dir 1,0,0 --distance 1 --radius 2 -o x.sh.json", "0 < radius < distance"),
+        ("light polygon --vertices 1,0,0 -o x.sh.json", "three vertices at least, found 1"),
     ] {
         let error = dir.lobe(args).error();
         assert!(error.contains(part), "{args}: {error}");
     }
-    let error = dir.lobe("light polygon -o x --vertices").arg("1,0,0 -1,0,0 0,0,1").error();
+    let error = dir.lobe("light polygon -o x.sh.json --vertices").arg("1,0,0 -1,0,0 0,0,1").error();
     assert!(error.contains("edge 0 of the polygon passes through the receiver"), "{error}");
-    let error = dir.lobe("light polygon -o x --vertices").arg("1,0,0 2,0,0 3,0,0").error();
+    let error = dir.lobe("light polygon -o x.sh.json --vertices").arg("1,0,0 2,0,0 3,0,0").error();
     assert!(error.contains("too little to be normalised"), "{error}");
     assert!(dir.names().is_empty(), "{:?}", dir.names());
     dir.sh("flat.sh.json", Quantity::Radiance, ShVec::constant(1, 1.0));
