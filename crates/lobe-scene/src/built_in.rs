@@ -51,7 +51,8 @@ pub fn ball_over_ground(cells: usize) -> Scene {
 /// The left wall (x = -1) is red (0.63, 0.065, 0.05), the right one green (0.14, 0.45, 0.091), all else is (0.725, 0.71,
 /// 0.68). The skylight in the ceiling, where the lamp would hang, is 0.5 × 0.5 about the z axis. The tall block is 0.6 × 0.6 × 1.2
 /// about (-0.35, 0.35), turned by 17°; the short one 0.6 × 0.6 × 0.6 about (0.35, -0.3), turned by -17°. Walls have
-/// `cells` × `cells` cells facing inwards, blocks a third as many.
+/// `cells` × `cells` cells facing inwards, blocks a third as many. It has texture coordinates for a lightmap: each wall and
+/// each side of a block has a square of its own.
 ///
 /// # Panics
 /// If `cells` is not a multiple of 8, whose edges the skylight needs.
@@ -82,13 +83,22 @@ pub fn cornell_box(cells: usize) -> Scene {
         block.parallelogram(foot + a, [b, c], (few, many));
         block
     };
-    let meshes = vec![
-        white.into_mesh("floor, ceiling and back", 0),
-        red.into_mesh("left", 1),
-        green.into_mesh("right", 2),
-        block(DVec3::new(-0.35, 0.35, 0.0), 1.2, 17.0).into_mesh("tall block", 0),
-        block(DVec3::new(0.35, -0.3, 0.0), 0.6, -17.0).into_mesh("short block", 0),
+    let shapes = [
+        ("floor, ceiling and back", 0, white),
+        ("left", 1, red),
+        ("right", 2, green),
+        ("tall block", 0, block(DVec3::new(-0.35, 0.35, 0.0), 1.2, 17.0)),
+        ("short block", 0, block(DVec3::new(0.35, -0.3, 0.0), 0.6, -17.0)),
     ];
+    let surfaces = shapes.iter().map(|(.., shape)| shape.surfaces()).sum::<usize>();
+    let columns = (surfaces as f64).sqrt().ceil() as usize;
+    let mut first = 0;
+    let meshes = shapes.into_iter().map(|(name, material, shape)| {
+        let square = first;
+        first += shape.surfaces();
+        shape.into_unfolded_mesh(name, material, square, columns)
+    });
+    let meshes = meshes.collect();
     let materials = vec![
         Material::matte("white", [0.725, 0.71, 0.68]),
         Material::matte("red", [0.63, 0.065, 0.05]),
@@ -149,6 +159,25 @@ mod tests {
             }
         }
         assert!(named("teapot").is_none(), "no such scene");
+    }
+
+    #[test]
+    fn no_two_walls_of_the_room_share_a_place_of_its_lightmap() {
+        let room = cornell_box(8);
+        let squares = |mesh: &Mesh| -> Vec<([i32; 2], [f32; 3])> {
+            let of = |(uv, normal): (&[f32; 2], &[f32; 3])| (uv.map(|c| (4.0 * c).floor() as i32), *normal);
+            mesh.uvs(0).iter().zip(mesh.normals()).map(of).collect()
+        };
+        let all: Vec<_> =
+            room.meshes().iter().enumerate().flat_map(|(k, m)| squares(m).into_iter().map(move |s| (k, s))).collect();
+        assert_eq!(all.len(), room.vertex_count(), "every vertex has a place");
+        let mut walls = std::collections::BTreeMap::new();
+        for (mesh, (square, normal)) in all {
+            assert!(square.iter().all(|c| (0..4).contains(c)), "{square:?} lies in the picture");
+            let own = *walls.entry(square).or_insert((mesh, normal));
+            assert_eq!(own, (mesh, normal), "{square:?} belongs to one wall");
+        }
+        assert_eq!(walls.len(), 15, "five walls and twice five sides");
     }
 
     #[test]

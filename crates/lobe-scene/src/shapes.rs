@@ -7,12 +7,18 @@ use glam::DVec3;
 use crate::angle_weighted::angle_weighted_normals;
 use crate::{Mesh, MeshParts};
 
+/// The part of its square that stays free on each side of an unfolded surface: two texels of a lightmap 128 texels wide.
+const GAP: f64 = 1.0 / 16.0;
+
 /// Triangles under construction.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shape {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
+    /// On which of the surfaces each vertex lies, and where on it; as many as there are vertices if all lie on one.
+    charts: Vec<(usize, [f64; 2])>,
+    surfaces: usize,
 }
 
 impl Shape {
@@ -20,6 +26,11 @@ impl Shape {
         self.positions.push(position.as_vec3().into());
         self.normals.push(normal.as_vec3().into());
         (self.positions.len() - 1) as u32
+    }
+
+    /// How many surfaces were added.
+    pub(crate) fn surfaces(&self) -> usize {
+        self.surfaces
     }
 
     /// A parallelogram of `cells.0` × `cells.1` cells from `corner` along `a` and `b`, facing `a × b`.
@@ -34,10 +45,13 @@ impl Shape {
         let (m, n) = cells;
         for j in 0..=n {
             for i in 0..=m {
-                let (position, normal) = at(i as f64 / m as f64, j as f64 / n as f64);
+                let place = [i as f64 / m as f64, j as f64 / n as f64];
+                let (position, normal) = at(place[0], place[1]);
                 self.vertex(position, normal);
+                self.charts.push((self.surfaces, place));
             }
         }
+        self.surfaces += 1;
         let index = |i: usize, j: usize| first + (j * (m + 1) + i) as u32;
         for j in 0..n {
             for i in 0..m {
@@ -141,6 +155,7 @@ impl Shape {
             *place = compact.positions.len() as u32;
             compact.positions.push(self.positions[i]);
             compact.normals.push(self.normals[i]);
+            compact.charts.extend(self.charts.get(i));
         }
         compact.triangles = self.triangles.iter().map(|t| t.map(|i| place[i as usize])).collect();
         compact
@@ -151,18 +166,32 @@ impl Shape {
     /// # Panics
     /// If it has none or its numbers are none.
     pub(crate) fn into_mesh(self, name: &str, material: usize) -> Mesh {
-        let Self { positions, normals, triangles } = self.compacted();
-        let parts = MeshParts {
-            name: name.into(),
-            positions,
-            normals,
-            triangles,
-            material: Some(material),
-            ..MeshParts::default()
+        let shape = self.compacted();
+        mesh(shape.into_parts(name, material))
+    }
+
+    /// The mesh of a shape of surfaces only, each unfolded onto a square of its own of an atlas of `columns` × `columns`, from
+    /// square `first` on: texture coordinates that no two places share.
+    pub(crate) fn into_unfolded_mesh(self, name: &str, material: usize, first: usize, columns: usize) -> Mesh {
+        let shape = self.compacted();
+        let uv = |&(surface, place): &(usize, [f64; 2])| {
+            let square = first + surface;
+            let corner = [square % columns, square / columns].map(|k| k as f64);
+            [0, 1].map(|k| ((corner[k] + GAP + (1.0 - 2.0 * GAP) * place[k]) / columns as f64) as f32)
         };
-        match Mesh::new(parts) {
-            Ok(mesh) => mesh,
-            Err(error) => unreachable!("the shapes of built-in scenes are meshes: {error}"),
-        }
+        let uvs = [shape.charts.iter().map(uv).collect(), Vec::new()];
+        mesh(MeshParts { uvs, ..shape.into_parts(name, material) })
+    }
+
+    fn into_parts(self, name: &str, material: usize) -> MeshParts {
+        let Self { positions, normals, triangles, .. } = self;
+        MeshParts { name: name.into(), positions, normals, triangles, material: Some(material), ..MeshParts::default() }
+    }
+}
+
+fn mesh(parts: MeshParts) -> Mesh {
+    match Mesh::new(parts) {
+        Ok(mesh) => mesh,
+        Err(error) => unreachable!("the shapes of built-in scenes are meshes: {error}"),
     }
 }
