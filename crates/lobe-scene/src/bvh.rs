@@ -110,7 +110,8 @@ impl Bvh {
         self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<Block>()
     }
 
-    /// How far above a surface [`Bvh::origin_above`] lifts a point: 2⁻¹⁸ of the largest coordinate of all triangles.
+    /// How far above a surface [`Bvh::origin_above`] lifts a point: 2⁻¹⁸ of the largest coordinate of all triangles. That is little
+    /// where they are those of [`Scene::near_origin`].
     #[must_use]
     pub fn offset(&self) -> f32 {
         OFFSET * self.bounds.min.iter().chain(&self.bounds.max).fold(0.0, |most: f32, c| most.max(c.abs()))

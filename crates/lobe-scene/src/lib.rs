@@ -63,6 +63,7 @@ mod lanes_avx2;
 mod lanes_avx512;
 mod material;
 mod mesh;
+mod near_origin;
 mod octant_slabs;
 mod ray;
 mod ray_frame;

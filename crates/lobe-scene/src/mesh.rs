@@ -145,6 +145,13 @@ impl Mesh {
         self.parts.triangles[triangle].map(|i| self.parts.positions[i as usize])
     }
 
+    /// The same mesh with other positions, which keep the area of every triangle.
+    pub(crate) fn with_positions(&self, position: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+        let mut moved = self.clone();
+        moved.parts.positions.iter_mut().for_each(|p| *p = position(*p));
+        moved
+    }
+
     /// What the mesh is made of, to be changed and made into another mesh.
     #[must_use]
     pub fn into_parts(self) -> MeshParts {

@@ -107,6 +107,12 @@ impl Scene {
         (self.meshes, self.materials, self.textures)
     }
 
+    /// The same scene with its meshes at another place.
+    pub(crate) fn with_moved_meshes(&self, meshes: Vec<Mesh>) -> Self {
+        let (materials, textures, starts) = (self.materials.clone(), self.textures.clone(), self.starts.clone());
+        Self { meshes, materials, textures, starts }
+    }
+
     /// Number of triangles in all meshes.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
