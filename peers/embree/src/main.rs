@@ -17,6 +17,9 @@ const SIZES: [(&str, usize, usize); 2] = [("100k", 100, 36), ("1M", 320, 112)];
 /// Rounds; in each, every tracer answers all rays once, so that a busy machine slows all of them alike.
 const ROUNDS: usize = 21;
 
+/// The part of all rays by which two tracers may differ about what is occluded: those that graze an edge.
+const SAME: f64 = 1e-4;
+
 type Trace<'a> = Box<dyn FnMut([f32; 3], &[[f32; 3]]) -> usize + 'a>;
 
 fn main() {
@@ -60,6 +63,8 @@ fn compare(size: &str, order: &str, work: &Workload) {
     println!("{size}, {} triangles, {RAYS_PER_POINT} rays from each point, {order}", work.corners.len());
     for (k, (name, _)) in tracers.iter().enumerate() {
         let (rate, part) = (rays / median(k) / 1e6, counts[k] as f64 / rays);
+        let difference = (part - counts[0] as f64 / rays).abs();
+        assert!(difference < SAME, "{name} finds {part} of the rays occluded, {difference} more or less than lobe");
         println!("  {name:14} {rate:6.2} Mrays/s   lobe / it {:5.3}   occluded {part:.6}", median(k) / median(0));
     }
 }
