@@ -10,6 +10,7 @@ use lobe_scene::{
     Alpha, GltfDocument, LOBE_EXTRAS_VERSION, Material, Mesh, MeshParts, ReadOptions, Scene, Texture, TextureUse, Wrap,
     built_in, read_scene,
 };
+use lobe_testkit::glb_faults;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -23,17 +24,24 @@ fn scene_of(path: &Path) -> Scene {
     read_scene(path, &ReadOptions::default()).unwrap().0
 }
 
-/// JSON and buffer of a .glb, whose container is checked.
+/// JSON and buffer of a .glb, which is checked by glTF's rules.
 fn parts_of(path: &Path) -> (Value, Vec<u8>) {
     let bytes = fs::read(path).unwrap();
+    assert_eq!(glb_faults(&bytes), Vec::<String>::new(), "faults of {}", path.display());
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
-    assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()), "header");
-    let length = word(12);
-    assert_eq!((&bytes[16..20], length % 4), (&b"JSON"[..], 0), "first chunk");
-    let bin = 20 + length;
-    assert_eq!((&bytes[bin + 4..bin + 8], word(bin) % 4), (&b"BIN\0"[..], 0), "second chunk");
-    assert_eq!(bin + 8 + word(bin), bytes.len(), "two chunks are all");
+    let bin = 20 + word(12);
     (serde_json::from_slice(&bytes[20..bin]).unwrap(), bytes[bin + 8..].to_vec())
+}
+
+/// A .glb of these parts.
+fn glb_of(json: &Value, buffer: &[u8]) -> Vec<u8> {
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let words = |words: &[u32]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
+    let kinds = [*b"glTF", *b"JSON", *b"BIN\0"].map(u32::from_le_bytes);
+    let length = (28 + json.len() + buffer.len()) as u32;
+    let header = words(&[kinds[0], 2, length, json.len() as u32, kinds[1]]);
+    [header, json, words(&[buffer.len() as u32, kinds[2]]), buffer.to_vec()].concat()
 }
 
 /// Writes a .gltf and its buffer beside it.
@@ -77,6 +85,7 @@ fn built_in_scenes_come_back_with_their_transfer() {
         let recipe = json!({"mode": "shadowed", "samples": 1024, "nested": {"a": [1, 2.5]}});
         let baked = BakedGlb::of_scene(&scene);
         baked.write(&path, &transfer, &recipe).unwrap();
+        parts_of(&path);
         let found = read_baked(&path).unwrap();
         assert_same_scene(&found.scene, &scene);
         assert_eq!(found.transfer, transfer, "order {order}");
@@ -120,6 +129,7 @@ fn materials_and_textures_of_a_scene_without_a_gltf_file_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Rgb), &Value::Null).unwrap();
+    parts_of(&path);
     let found = read_baked(&path).unwrap().scene;
     let map = found.material(2).base_color_texture.unwrap().uv_map;
     for (found, expected) in map.as_flattened().iter().zip(turned.as_flattened()) {
@@ -232,6 +242,7 @@ fn compressed_transfer_comes_back_bit_for_bit() {
         let options = CompressOptions { clusters: 7, components, weights, ..CompressOptions::default() };
         let (compressed, _) = CompressedTransfer::new(&transfer, &options).unwrap();
         BakedGlb::of_file(&input, &scene).unwrap().write_compressed(&first, &compressed, &json!("r")).unwrap();
+        parts_of(&first);
         let found = read_baked(&first).unwrap();
         assert_eq!(found.compressed.as_ref(), Some(&compressed), "{components} components, {weights:?}");
         assert_eq!(found.transfer, compressed.to_transfer(), "{components} components, {weights:?}");
@@ -357,7 +368,63 @@ fn suzi_comes_back_vertex_for_vertex() {
     let transfer = transfer_of(&scene, 4, Channels::Rgb);
     let out = folder.path().join("suzi.glb");
     BakedGlb::of_file(&path, &scene).unwrap().write(&out, &transfer, &Value::Null).unwrap();
+    parts_of(&out);
     let found = read_baked(&out).unwrap();
     assert_eq!(found.scene.meshes(), scene.meshes(), "meshes, bit for bit");
     assert_eq!(found.transfer, transfer, "transfer");
+}
+
+#[test]
+fn a_file_that_is_broken_on_purpose_is_found_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("baked.glb");
+    let scene = built_in::closed_white_box(1);
+    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Grey), &Value::Null).unwrap();
+    let (json, buffer) = parts_of(&path);
+    assert_eq!(glb_faults(&glb_of(&json, &buffer)), Vec::<String>::new(), "put together again");
+    let attributes = &json["meshes"][0]["primitives"][0]["attributes"];
+    let [position, normal, ours] =
+        ["POSITION", "NORMAL", "_TRANSFER_0"].map(|name| attributes[name].as_u64().unwrap() as usize);
+    let [of_normals, of_ours] =
+        [normal, ours].map(|accessor| json["accessors"][accessor]["bufferView"].as_u64().unwrap());
+    let indices = json["meshes"][0]["primitives"][0]["indices"].as_u64().unwrap();
+    for (pointer, value, part) in [
+        (format!("/bufferViews/{of_ours}/byteLength"), json!(1 << 20), "of 1"),
+        (format!("/bufferViews/{of_ours}/byteLength"), json!(16), "of a view of 16"),
+        (format!("/bufferViews/{of_ours}/byteStride"), json!(18), "a stride of 18"),
+        (format!("/bufferViews/{of_ours}/byteStride"), json!(8), "every 8"),
+        (format!("/bufferViews/{of_normals}/byteOffset"), json!(2), "of 4 bytes"),
+        (format!("/accessors/{ours}/byteOffset"), json!(2), "of 4 bytes"),
+        (format!("/accessors/{ours}/count"), json!(9999), "of a view of"),
+        (format!("/accessors/{ours}/count"), json!(3), "3 values beside"),
+        (format!("/accessors/{ours}/componentType"), json!(5124), ""),
+        (format!("/accessors/{ours}/type"), json!("VEC7"), ""),
+        (format!("/accessors/{ours}/bufferView"), json!(99), ""),
+        (format!("/accessors/{position}/min"), json!([0.25, -1.0, -1.0]), "min is"),
+        (format!("/accessors/{position}/max"), json!([1.0, 1.0]), "max is"),
+        (format!("/accessors/{position}/type"), json!("VEC2"), "POSITION: 2 numbers of type 5126"),
+        (format!("/accessors/{indices}/componentType"), json!(5126), "indices of type 5126"),
+        ("/meshes/0/primitives/0/indices".to_owned(), json!(99), ""),
+        ("/meshes/0/primitives/0/attributes/TRANSFER_0".to_owned(), json!(ours), "no attribute of glTF"),
+        ("/meshes/0/primitives/0/attributes/POSITION".to_owned(), Value::Null, ""),
+        ("/buffers/0/byteLength".to_owned(), json!(12), "buffer 0: 12 bytes"),
+        ("/nodes/0/mesh".to_owned(), json!(7), "Index out of bounds"),
+    ] {
+        let mut changed = json.clone();
+        let (parent, member) = pointer.rsplit_once('/').unwrap();
+        changed.pointer_mut(parent).unwrap()[member] = value.clone();
+        let faults = glb_faults(&glb_of(&changed, &buffer));
+        assert!(faults.iter().any(|fault| fault.contains(part)), "{pointer} = {value}: {part:?} is not in {faults:?}");
+    }
+    let whole = glb_of(&json, &buffer);
+    for end in [0, 11, 19, 40, whole.len() - 4] {
+        assert_eq!(glb_faults(&whole[..end]).len(), 1, "cut off after {end} bytes");
+    }
+    let start = json["bufferViews"][of_normals as usize]["byteOffset"].as_u64().unwrap() as usize;
+    for (number, part) in [(f32::NAN, "NaN"), (3.0, "length 3")] {
+        let mut changed = buffer.clone();
+        changed[start..start + 12].copy_from_slice(&[number, 0.0, 0.0].map(f32::to_le_bytes).concat());
+        let faults = glb_faults(&glb_of(&json, &changed));
+        assert!(faults.iter().any(|fault| fault.contains(part)), "a normal of {number}: {faults:?}");
+    }
 }
