@@ -52,10 +52,10 @@ pub fn bake(
     options: &BakeOptions,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(Transfer, BakeReport), PrtError> {
-    let start = Instant::now();
-    let (job, pilot) = prepare(scene, bvh, receivers, options)?;
-    let (tally, rows) = in_memory(&job, progress)?;
-    Ok((Transfer::new(options.order, job.channels, rows)?, report(&job, &pilot, &tally, start)))
+    let bake = prepare(scene, bvh, receivers, options)?;
+    let channels = bake.job.channels;
+    let (rows, report) = bake.in_memory(progress)?;
+    Ok((Transfer::new(options.order, channels, rows)?, report))
 }
 
 /// [`fn@bake`], with results in the file `checkpoint`, from where they are written or loaded.
@@ -78,57 +78,87 @@ pub fn bake_resumable(
     checkpoint: &Path,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(StoredTransfer, BakeReport), PrtError> {
-    let start = Instant::now();
-    let (job, pilot) = prepare(scene, bvh, receivers, options)?;
+    let bake = prepare(scene, bvh, receivers, options)?;
+    let channels = bake.job.channels;
     let mut fingerprint = Fingerprint::of_kind(KIND);
     fingerprint.scene(scene);
     fingerprint.receivers(receivers);
     fingerprint.options(options);
-    let (tally, rows) = on_disk(&job, checkpoint, fingerprint, pilot.bounces, progress)?;
-    let transfer = StoredTransfer { order: options.order, channels: job.channels, rows };
-    Ok((transfer, report(&job, &pilot, &tally, start)))
+    let (rows, report) = bake.on_disk(checkpoint, fingerprint, progress)?;
+    Ok((StoredTransfer { order: options.order, channels, rows }, report))
 }
 
 /// The number of this kind of job in fingerprints.
 const KIND: u64 = 1;
 
-/// Does a job and keeps what it finds in memory.
-pub(crate) fn in_memory<J: Job>(job: &J, progress: OnProgress<'_>) -> Result<(Tally, Vec<f32>), PrtError> {
-    let mut memory = Memory::default();
-    run(job, &mut memory, progress)?;
-    Ok((memory.tally, memory.rows))
+/// A job whose number of bounces is known, as all kinds of bakes do it.
+pub(crate) struct PreparedBake<J> {
+    pub(crate) job: J,
+    pilot: Pilot,
+    start: Instant,
 }
 
-/// Does what a checkpoint has not yet of a job.
-pub(crate) fn on_disk<J: Job>(
-    job: &J,
-    checkpoint: &Path,
-    fingerprint: Fingerprint,
-    bounces: usize,
-    progress: OnProgress<'_>,
-) -> Result<(Tally, StoredRows), PrtError> {
-    let mut checkpoint = Checkpoint::open(checkpoint, job, fingerprint, bounces)?;
-    let outcome = run(job, &mut checkpoint, progress);
-    if outcome.is_err() {
-        checkpoint.sync()?;
+impl<J: Job> PreparedBake<J> {
+    /// Finds how many bounces to bake, and has the job told.
+    pub(crate) fn new(job: J, energy_stop: f64, limit_bounces: impl FnOnce(&mut J, usize)) -> Self {
+        let (mut job, start) = (job, Instant::now());
+        let pilot = pilot(&job, energy_stop);
+        limit_bounces(&mut job, pilot.bounces);
+        Self { job, pilot, start }
     }
-    outcome?;
-    checkpoint.finish()
+
+    /// Does the job and keeps what it finds in memory.
+    pub(crate) fn in_memory(self, progress: OnProgress<'_>) -> Result<(Vec<f32>, BakeReport), PrtError> {
+        let mut memory = Memory::default();
+        run(&self.job, &mut memory, progress)?;
+        let report = self.report(&memory.tally);
+        Ok((memory.rows, report))
+    }
+
+    /// Does what a checkpoint has not yet of the job.
+    pub(crate) fn on_disk(
+        self,
+        checkpoint: &Path,
+        fingerprint: Fingerprint,
+        progress: OnProgress<'_>,
+    ) -> Result<(StoredRows, BakeReport), PrtError> {
+        let mut checkpoint = Checkpoint::open(checkpoint, &self.job, fingerprint, self.pilot.bounces)?;
+        let outcome = run(&self.job, &mut checkpoint, progress);
+        if outcome.is_err() {
+            checkpoint.sync()?;
+        }
+        outcome?;
+        let (tally, rows) = checkpoint.finish()?;
+        Ok((rows, self.report(&tally)))
+    }
+
+    /// The report of a bake whose chunks add up to `tally`.
+    fn report(&self, tally: &Tally) -> BakeReport {
+        let receivers = self.job.receivers();
+        let mean = |sum: f64| sum / receivers as f64;
+        BakeReport {
+            receivers,
+            rays: tally.rays,
+            seconds: self.start.elapsed().as_secs_f64(),
+            bounces: self.pilot.bounces,
+            energy_per_bounce: tally.energy.iter().copied().map(mean).collect(),
+            energy_left: mean(tally.left),
+            stderr_dc: self.pilot.stderr_dc,
+        }
+    }
 }
 
-/// Checks the arguments and finds how many bounces to bake.
-pub(crate) fn prepare<'a>(
+/// Checks the arguments.
+fn prepare<'a>(
     scene: &'a Scene,
     bvh: &'a Bvh,
     receivers: &'a Receivers,
     options: &'a BakeOptions,
-) -> Result<(Diffuse<'a>, Pilot), PrtError> {
+) -> Result<PreparedBake<Diffuse<'a>>, PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
-    let mut job = Diffuse::new(scene, bvh, receivers, options);
-    let pilot = pilot(&job, options.energy_stop);
-    job.bounces = pilot.bounces;
-    Ok((job, pilot))
+    let job = Diffuse::new(scene, bvh, receivers, options);
+    Ok(PreparedBake::new(job, options.energy_stop, |job, bounces| job.bounces = bounces))
 }
 
 /// Refuses the tree of another scene.
@@ -138,19 +168,4 @@ pub(crate) fn check_tree(scene: &Scene, bvh: &Bvh) -> Result<(), PrtError> {
         return Ok(());
     }
     Err(PrtError::Options(format!("expected the tree of the scene's {expected} triangles, found one of {found}")))
-}
-
-/// The report of a bake whose chunks add up to `tally`.
-pub(crate) fn report<J: Job>(job: &J, pilot: &Pilot, tally: &Tally, start: Instant) -> BakeReport {
-    let receivers = job.receivers();
-    let mean = |sum: f64| sum / receivers as f64;
-    BakeReport {
-        receivers,
-        rays: tally.rays,
-        seconds: start.elapsed().as_secs_f64(),
-        bounces: pilot.bounces,
-        energy_per_bounce: tally.energy.iter().copied().map(mean).collect(),
-        energy_left: mean(tally.left),
-        stderr_dc: pilot.stderr_dc,
-    }
 }

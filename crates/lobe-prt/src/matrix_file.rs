@@ -6,8 +6,8 @@ use lobe_scene::Bounds;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::tensor_file::{Streamed, TensorFile, load, write_streamed};
-use crate::{Channels, Grid, MatrixRows, Neighbourhood, PrtError, Transfer, TransferMatrices};
+use crate::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
+use crate::{Grid, MatrixRows, Neighbourhood, PrtError, TransferMatrices};
 
 /// The version of both headers.
 const VERSION: u32 = 1;
@@ -95,16 +95,8 @@ fn write_with(
 fn read_with(path: &Path, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
     let bytes = load(path)?;
     let file: TensorFile<'_, Header> = TensorFile::parse(&bytes, path.display().to_string(), format, VERSION)?;
-    let invalid = |message: String| PrtError::invalid(file.name(), message);
     let order = file.header.order;
-    if !(1..=Transfer::MAX_ORDER).contains(&order) {
-        return Err(invalid(format!("expected an order of 1 to {}, found {order}", Transfer::MAX_ORDER)));
-    }
-    let channels = match file.header.channels {
-        1 => Channels::Grey,
-        3 => Channels::Rgb,
-        found => return Err(invalid(format!("expected 1 or 3 channels, found {found}"))),
-    };
+    let channels = checked_channels(order, file.header.channels, file.name())?;
     let bands = Some(order * order);
     let numbers = file.f32(TENSOR, &[None, Some(channels.count()), bands, bands])?;
     let matrices = TransferMatrices::new(order, channels, numbers).map_err(|error| error.within(file.name()))?;
@@ -114,6 +106,7 @@ fn read_with(path: &Path, format: &str) -> Result<(TransferMatrices, Header), Pr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Channels;
     use crate::tensor_file::{Tensor, write};
     use serde_json::json;
 

@@ -11,8 +11,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::json;
 
-use crate::PrtError;
 use crate::stored_rows::rows_at_once;
+use crate::transfer::check_order;
+use crate::{Channels, PrtError};
 
 /// The one entry of the metadata. With more than one their order, and so the bytes, would change from run to run.
 const ENTRY: &str = "lobe";
@@ -119,7 +120,8 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
     /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later version
     /// wrote them.
     pub(crate) fn parse(bytes: &'a [u8], name: String, format: &str, version: u32) -> Result<Self, PrtError> {
-        let invalid = |message: String| PrtError::invalid(&name, message);
+        // What is wrong may be quoted from the file, line breaks included.
+        let invalid = |message: String| PrtError::invalid(&name, message.replace(['\n', '\r'], " "));
         let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
         let entry = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY));
@@ -182,6 +184,19 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
             return Ok(());
         }
         Err(PrtError::invalid(&self.name, format!("expected a tensor {name} of {expected:?}, found {found:?}")))
+    }
+}
+
+/// The channels that a header gives as a number, if its order is one that transfer has.
+///
+/// # Errors
+/// [`PrtError::Invalid`] of the file `name` otherwise.
+pub(crate) fn checked_channels(order: usize, channels: usize, name: &str) -> Result<Channels, PrtError> {
+    check_order(order).map_err(|error| PrtError::invalid(name, error.to_string()))?;
+    match channels {
+        1 => Ok(Channels::Grey),
+        3 => Ok(Channels::Rgb),
+        found => Err(PrtError::invalid(name, format!("expected 1 or 3 channels, found {found}"))),
     }
 }
 

@@ -3,17 +3,15 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::time::Instant;
 
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Dir, Expansion, Rgb, ShVec, Zonal};
 
-use crate::bake::{check_tree, in_memory, on_disk, report};
+use crate::bake::{PreparedBake, check_tree};
 use crate::chunks::{Job, OnProgress, Tally};
 use crate::fingerprint::Fingerprint;
 use crate::outer_sum::OuterSum;
 use crate::paths::{End, Tracer};
-use crate::pilot::{Pilot, pilot};
 use crate::sobol::{Sobol, coherent_order};
 use crate::transfer::{check_order, check_rows};
 use crate::warp::{Frame, sphere};
@@ -217,10 +215,10 @@ pub(crate) fn bake_points(
     options: &BakeOptions,
     progress: OnProgress<'_>,
 ) -> Result<(TransferMatrices, BakeReport), PrtError> {
-    let start = Instant::now();
-    let (job, pilot) = prepare(scene, bvh, points, options)?;
-    let (tally, rows) = in_memory(&job, progress)?;
-    Ok((TransferMatrices::new(options.order, job.channels, rows)?, report(&job, &pilot, &tally, start)))
+    let bake = prepare(scene, bvh, points, options)?;
+    let channels = bake.job.channels;
+    let (rows, report) = bake.in_memory(progress)?;
+    Ok((TransferMatrices::new(options.order, channels, rows)?, report))
 }
 
 pub(crate) fn bake_points_resumable(
@@ -231,23 +229,22 @@ pub(crate) fn bake_points_resumable(
     checkpoint: &Path,
     progress: OnProgress<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    let start = Instant::now();
-    let (job, pilot) = prepare(scene, bvh, points, options)?;
-    let (tally, rows) = on_disk(&job, checkpoint, job.fingerprint(scene), pilot.bounces, progress)?;
-    let matrices = StoredMatrices { order: options.order, channels: job.channels, rows };
-    Ok((matrices, report(&job, &pilot, &tally, start)))
+    let bake = prepare(scene, bvh, points, options)?;
+    let (channels, fingerprint) = (bake.job.channels, bake.job.fingerprint(scene));
+    let (rows, report) = bake.on_disk(checkpoint, fingerprint, progress)?;
+    Ok((StoredMatrices { order: options.order, channels, rows }, report))
 }
 
-/// Checks the arguments and finds how many bounces to bake.
+/// Checks the arguments.
 fn prepare<'a>(
     scene: &'a Scene,
     bvh: &'a Bvh,
     points: Points<'a>,
     options: &'a BakeOptions,
-) -> Result<(Matrices<'a>, Pilot), PrtError> {
+) -> Result<PreparedBake<Matrices<'a>>, PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
-    let mut job = Matrices {
+    let job = Matrices {
         tracer: Tracer::new(scene, bvh),
         points,
         options,
@@ -255,9 +252,7 @@ fn prepare<'a>(
         channels: options.channels_for(scene, true),
         order: coherent_order(options.samples),
     };
-    let pilot = pilot(&job, options.energy_stop);
-    job.bounces = pilot.bounces;
-    Ok((job, pilot))
+    Ok(PreparedBake::new(job, options.energy_stop, |job, bounces| job.bounces = bounces))
 }
 
 /// Matrices by sampling:
