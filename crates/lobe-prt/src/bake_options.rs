@@ -107,11 +107,13 @@ pub struct BakeReport {
     /// absorbed, both together are the mean albedo of the receivers.
     pub energy_left: f64,
     /// The standard error of the constant coefficient, relative to its mean: from 8 to 64 receivers baked with eight other
-    /// seeds each; from fewer, but at least two, where they have more than 2¹⁶ paths.
+    /// seeds each; from fewer, but at least two, where they have more than 2¹⁶ paths. 0 where none of these sees any light, whose
+    /// mean is 0 too.
     pub stderr_dc: f64,
 }
 
-/// How far a bake is.
+/// How far long work is: a bake, or what is done to its results, whose steps take the place of receivers and which traces no
+/// rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Receivers that are done.

@@ -59,7 +59,8 @@ fn bounces_that_matter(tallies: &[Tally], stop: f64) -> usize {
     sum.energy.iter().rposition(|&energy| energy > 0.0 && energy >= stop * all).unwrap_or(0)
 }
 
-/// The root mean square over receivers of the standard deviation of exit radiance under a constant sky, over its mean.
+/// The root mean square over receivers of the standard deviation of exit radiance under a constant sky, over its mean; 0 if these
+/// receivers see no light.
 fn relative_standard_error(tallies: &[Tally], bounces: usize) -> f64 {
     let (mut variance, mut mean) = (0.0, 0.0);
     let receivers = tallies.chunks_exact(REPETITIONS);

@@ -138,7 +138,7 @@ fn planted_clusters_are_found() {
 }
 
 #[test]
-fn the_error_falls_from_one_iteration_to_the_next() {
+fn the_last_iteration_has_the_least_error_and_it_rises_only_where_a_cluster_was_moved() {
     let transfer = cloth(40, 4, Channels::Grey);
     let (_, report) =
         CompressedTransfer::new(&transfer, &CompressOptions { tolerance: 0.0, ..options(16, 2) }).unwrap();

@@ -50,7 +50,8 @@ fn with_nothing_in_the_way_a_matrix_cuts_the_light_off_at_the_horizon() {
 
 #[test]
 fn a_constant_sky_is_sent_on_unchanged_by_a_lobe_that_is_the_cosine() {
-    // Σ_l over a hemisphere and a cosine has the bands 0 and 1 alone: 1/2 + 1/2.
+    // The hemisphere above is 1/2 + 3/4 cos θ + odd bands, and the clamped cosine's factors α are 1, 2/3, then those of even
+    // bands: what both have are the bands 0 and 1, and along the normal 1/2 · 1 + 3/4 · 2/3 = 1 at any order from 2 on.
     let scene = built_in::closed_white_box(1);
     let constant = ShVec::constant(4, Rgb::new(1.0, 2.0, 0.0));
     for n in directions().into_iter().step_by(30) {
