@@ -19,24 +19,37 @@ fn help_is_printed_on_stdout_with_examples() {
     ] {
         assert!(help.contains(part), "{part:?} is missing in\n{help}");
     }
-    for command in [
-        "demo",
-        "project",
-        "sh",
-        "sh info",
-        "sh eval",
-        "sh rotate",
-        "sh product",
-        "sh convolve",
-        "env",
-        "env info",
-        "env irradiance",
-        "env reconstruct",
-    ] {
-        let help = dir.lobe(&format!("{command} --help")).stdout();
-        assert!(help.contains(&format!("Usage: lobe {command} ")), "{command}:\n{help}");
-    }
     assert!(dir.lobe("--version").stdout().starts_with("lobe "), "version");
+}
+
+/// The commands that a help lists, each with its one line.
+fn commands_of(help: &str) -> Vec<(String, String)> {
+    let list = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    // Lines that go on further are indented further.
+    let first = list.filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
+    let parts = first.map(|line| line.split_once(' ').unwrap_or((line, "")));
+    parts.map(|(name, about)| (name.to_owned(), about.trim().to_owned())).collect()
+}
+
+#[test]
+fn every_command_that_a_help_lists_has_a_help_of_its_own() {
+    let dir = Dir::new();
+    let mut seen = Vec::new();
+    let mut left = vec![String::new()];
+    while let Some(command) = left.pop() {
+        let help = dir.lobe(&format!("{command} --help")).stdout();
+        let usage = format!("Usage: lobe {command}").trim_end().to_owned();
+        assert!(help.contains(&format!("{usage} ")), "lobe {command} --help:\n{help}");
+        for (name, about) in commands_of(&help).into_iter().filter(|(name, _)| name != "help") {
+            assert!(!about.is_empty(), "lobe {command} --help says nothing of {name}:\n{help}");
+            left.push(format!("{command} {name}").trim_start().to_owned());
+        }
+        seen.push(command);
+    }
+    assert!(seen.len() > 30, "{} commands found, which are not all: {seen:?}", seen.len());
+    for command in ["bake", "sh peaks", "env dfg"] {
+        assert!(seen.iter().any(|name| name == command), "{command} is not among {seen:?}");
+    }
 }
 
 #[test]
