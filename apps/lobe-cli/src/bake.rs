@@ -1,47 +1,40 @@
 //! `lobe bake`: a scene whose vertices know what they do to light.
 
-use std::ops::ControlFlow;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use lobe::prt::{
-    AdaptiveOptions, BakeOptions, BakeReport, BakedGlb, Channels, CompressOptions, CompressReport, CompressedTransfer,
-    Fingerprint, Grid, Mode, Receivers, TexelReceivers, Transfer, WeightBits, bake_matrices_resumable,
-    bake_neighbourhood_resumable, bake_resumable, split_adaptively, write_compressed_transfer, write_lightmap,
-    write_matrices, write_neighbourhood, write_transfer,
+    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Fingerprint, Grid, Mode,
+    Receivers, TexelReceivers, Transfer, bake_matrices_resumable, bake_neighbourhood_resumable, bake_resumable,
+    write_compressed_transfer, write_lightmap, write_matrices, write_neighbourhood, write_transfer,
 };
 use lobe::scene::{Bounds, Bvh, Scene};
-use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::bake_watch::{Checkpoint, show};
+use crate::bake_split::Splitting;
+use crate::bake_watch::{Checkpoint, tell_if_too_late, watched};
+use crate::bake_write::{stop_before_writing, stopped, write_watched};
+use crate::compression::Compression;
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
-use crate::{compression, output, values};
+use crate::{bake_report, bake_split, output, values};
 
 /// As many as the bake takes.
 const MAX_SAMPLES: usize = 1 << 24;
 const MAX_BOUNCES: usize = 255;
 
-/// Enough to see where transfer changes by a tenth.
-const ADAPTIVE_SAMPLES: u32 = 256;
-
-/// Rays that start higher above surfaces than this part of the scene's diagonal may pass through what is near: told.
-const HIGH_START: f32 = 1e-4;
-
-/// The shortest edge that is split without --min-edge, as a part of the scene's diagonal.
-const SHORTEST_EDGE: f32 = 1.0 / 512.0;
-
 const NOTES: &str = "\
-Stopping: results are kept in OUT.checkpoint. Ctrl-C ends the bake with exit code 2 and leaves that file, and so does whatever \
-kills it, at a cost of at most 10 s of rays. The same command reads and splits the scene once more and goes on from there, \
-to the same bytes; at the end the file is removed.
+Stopping: results are kept in OUT.checkpoint, those of --adaptive in OUT.checkpoint.split-0, -1 and so on. Ctrl-C ends the bake \
+with exit code 2 and leaves these files, and so does whatever kills it, at a cost of at most 10 s of rays. The same command \
+reads the scene, splits it where that is known already, and goes on from there, to the same bytes; at the end the files are \
+removed. Compression begins anew.
 
-Disk: 4 n² bytes for each vertex and channel, taken from the start, and as many again for the output.
+Disk: 4 n² bytes for each vertex and channel, taken from the start, as many again for the output, and as many for --adaptive.
 
-Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --texels and compression take results into \
-memory: twice 4 n² bytes for each vertex or texel and channel.";
+Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --adaptive, --texels and compression take \
+results into memory: twice 4 n² bytes for each vertex or texel and channel.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
@@ -71,15 +64,8 @@ pub(crate) struct Bake {
     /// The same seed gives the same bytes
     #[arg(long, value_name = "S", default_value = "0")]
     seed: u64,
-    /// Split triangles first until no edge is longer than this, in the scene's unit of length
-    #[arg(long, value_name = "L", value_parser = values::positive)]
-    max_edge: Option<f64>,
-    /// Split edges whose ends' transfer differs by more than this part of the mean, such as 0.1
-    #[arg(long, value_name = "X", value_parser = values::positive)]
-    adaptive: Option<f64>,
-    /// With --adaptive: leave edges that are shorter than this [default: 1/512 of the scene's diagonal]
-    #[arg(long, value_name = "L", value_parser = values::positive)]
-    min_edge: Option<f64>,
+    #[command(flatten)]
+    splitting: Splitting,
     /// Bake at the texels of a lightmap of so many by so many instead of at vertices; scenes need texture coordinates that
     /// do not overlap, in set 1 or else 0
     #[arg(long, value_name = "W", value_parser = texels, conflicts_with_all = ["grid", "clusters", "components", "weights"])]
@@ -91,15 +77,8 @@ pub(crate) struct Bake {
     /// as many equal parts]
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = values::numbers::<6>, requires = "grid", allow_hyphen_values = true)]
     grid_box: Option<[f64; 6]>,
-    /// Compress to this many clusters of vertices at most, 1 to 65536 [default with --components or --weights: 64]
-    #[arg(long, value_name = "K", value_parser = compression::clusters)]
-    clusters: Option<usize>,
-    /// Compress to this many components in each cluster [default with --clusters or --weights: 8]
-    #[arg(long, value_name = "N", value_parser = compression::components)]
-    components: Option<usize>,
-    /// Compress, with so many bits for a weight: 8, 16 or 32 [default with --clusters or --components: 32]
-    #[arg(long, value_name = "BITS", value_parser = compression::weight_bits)]
-    weights: Option<WeightBits>,
+    #[command(flatten)]
+    compression: Compression,
     /// Start anew, even if there is a checkpoint of a bake that was stopped
     #[arg(long)]
     fresh: bool,
@@ -171,52 +150,45 @@ fn part(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What `--json` prints.
-#[derive(Serialize)]
-struct Printed<'a> {
-    vertices: usize,
-    triangles: usize,
-    rays: u64,
-    seconds: f64,
-    stderr_dc: f64,
-    points: usize,
-    bounces: usize,
-    energy_per_bounce: &'a [f64],
-    energy_left: f64,
-    /// Clusters, components, bytes, bytes before for each of them, relative error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    compression: Option<Value>,
-}
-
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         output::check_file(&self.output)?;
-        let given = self.input.read(talk)?;
-        let (scene, is_split) = self.split(given, talk)?;
         let checkpoint = Checkpoint::beside(&self.output);
+        if !self.fresh {
+            checkpoint.check_kind(self.splitting.is_adaptive())?;
+        }
+        let scene = self.splitting.split_long(self.input.read(talk)?)?;
         if self.fresh {
             checkpoint.discard()?;
         }
+        let scene = self.split_adaptively(scene, &checkpoint, talk)?;
+        let world = World::of(&scene);
         let (report, compression) = if let Some(counts) = self.grid {
-            (self.bake_grid(&scene, counts, &checkpoint, talk)?, None)
+            (self.bake_grid(&world, counts, &checkpoint, talk)?, None)
         } else if let Some(width) = self.texels {
-            (self.bake_texels(&scene, width, &checkpoint, talk)?, None)
+            (self.bake_texels(&world, width, &checkpoint, talk)?, None)
         } else if self.mode == ModeName::Glossy {
-            (self.bake_glossy(&scene, &checkpoint, talk)?, None)
+            (self.bake_glossy(&world, &checkpoint, talk)?, None)
         } else {
-            self.bake_vertices(&scene, is_split, &checkpoint, talk)?
+            self.bake_vertices(&world, &checkpoint, talk)?
         };
         checkpoint.finish();
-        self.tell(&scene, &report, compression.as_ref(), talk)
+        tell_if_too_late(&self.output, talk);
+        bake_report::Done {
+            scene: &scene,
+            options: &self.bake_options(),
+            report: &report,
+            compression: compression.as_ref(),
+        }
+        .tell(&self.output, self.json, talk)
     }
 
     /// An option that would be ignored is a misunderstanding.
     fn check_options(&self) -> anyhow::Result<()> {
         let is_glossy = self.mode == ModeName::Glossy;
         let has_bounces = is_glossy || self.mode == ModeName::Interreflected;
-        let (has_edges, is_compressed) =
-            (self.max_edge.is_some() || self.adaptive.is_some(), self.compression().is_some());
+        let (has_edges, is_compressed) = (self.splitting.is_asked(), self.compression.options().is_some());
         let is_elsewhere = self.texels.is_some() || self.grid.is_some();
         let ignored = [
             (self.bounces.is_some() && !has_bounces, "--bounces: only of --mode interreflected and glossy"),
@@ -228,7 +200,7 @@ impl Bake {
                 self.is_glb() && (is_glossy || is_elsewhere),
                 "-o: --mode glossy, --texels and --grid are written as .safetensors",
             ),
-            (self.min_edge.is_some() && self.adaptive.is_none(), "--min-edge: only of --adaptive"),
+            (self.splitting.min_edge.is_some() && !self.splitting.is_adaptive(), "--min-edge: only of --adaptive"),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!(message);
@@ -260,47 +232,35 @@ impl Bake {
         }
     }
 
-    /// The scene with edges split as the options say, and whether any option said so.
-    fn split(&self, scene: Scene, talk: Talk) -> anyhow::Result<(Scene, bool)> {
-        let mut scene = scene;
-        if let Some(max_edge) = self.max_edge {
-            scene = scene.split_edges(max_edge as f32)?;
-        }
-        if let Some(threshold) = self.adaptive {
-            let mode = if self.mode == ModeName::Unshadowed { Mode::Unshadowed } else { Mode::Shadowed };
-            let options = AdaptiveOptions {
-                threshold,
-                min_edge: self.min_edge.map_or(diagonal(&scene) * SHORTEST_EDGE, |edge| edge as f32),
-                bake: BakeOptions { mode, samples: ADAPTIVE_SAMPLES, ..self.bake_options() },
-            };
-            let bar = talk.bar("split", 1);
-            let (finer, report) = split_adaptively(&scene, &options, &mut |progress| {
-                show(&bar, "split", progress);
-                ControlFlow::Continue(())
-            })?;
-            bar.finish_and_clear();
-            let (before, after, rounds) = (report.vertices_before, report.vertices, report.rounds);
-            let mut text = format!("{after} vertices after {rounds} rounds of splitting, {before} before");
-            if report.unresolved > 0 {
-                text += &format!("; {} edges still differ by more and are too short to be split", report.unresolved);
+    /// The scene with further vertices where transfer changes, if the options say so. What cannot be kept is found before.
+    fn split_adaptively(&self, scene: Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Scene> {
+        let options = self.bake_options();
+        if self.splitting.is_adaptive() {
+            let channels = options.channels_for(&scene, Receivers::at_vertices(&scene)?.is_grey());
+            if self.is_glb() {
+                BakedGlb::of_scene(&scene).check_size(self.order, channels)?;
             }
-            talk.note(&self.input.name(), &text);
-            scene = finer;
+            let rows = |power| bytes(scene.vertex_count(), self.order.pow(power), channels);
+            let transfer = rows(if self.mode == ModeName::Glossy { 4 } else { 2 });
+            checkpoint.check_room_to_split(&self.output, transfer, transfer, rows(2))?;
         }
-        Ok((scene, self.max_edge.is_some() || self.adaptive.is_some()))
+        let (scene, report) = self.splitting.split_adaptively(scene, &options, checkpoint, talk)?;
+        if let Some(report) = report {
+            talk.note(&self.input.name(), &bake_split::note_of(&report));
+        }
+        Ok(scene)
     }
 
     fn bake_vertices(
         &self,
-        scene: &Scene,
-        is_split: bool,
+        world: &World<'_>,
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
         // All of the output but for the transfer, so that what is wrong with it shows before the bake.
-        let glb = if self.is_glb() { Some(self.glb(scene, is_split, talk)?) } else { None };
-        let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
-        let channels = options.channels_for(scene, receivers.is_grey());
+        let glb = if self.is_glb() { Some(self.glb(world.scene, talk)?) } else { None };
+        let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
+        let channels = options.channels_for(&world.near, receivers.is_grey());
         let transfer = bytes(receivers.len(), self.order.pow(2), channels);
         if let Some(glb) = &glb {
             glb.check_size(self.order, channels)?;
@@ -310,56 +270,62 @@ impl Bake {
             glb.as_ref().map_or(transfer, |glb| glb.size(self.order, channels)),
             transfer,
         )?;
-        let bvh = self.tree(scene, talk);
+        let bvh = Bvh::new(&world.near);
         let (transfer, report) = checkpoint
-            .watched(talk, |path, progress| bake_resumable(scene, &bvh, &receivers, &options, path, progress))?;
-        let mut recipe = self.recipe(scene, &report);
-        let Some(compression) = self.compression() else {
-            match glb {
-                Some(glb) => glb.write(&self.output, &transfer, &recipe)?,
-                None => write_transfer(&self.output, &transfer, &recipe)?,
-            }
+            .watched(talk, |path, progress| bake_resumable(&world.near, &bvh, &receivers, &options, path, progress))?;
+        let mut recipe = self.recipe(world.scene, &report);
+        let Some(compression) = self.compression.options() else {
+            write_watched(&transfer, talk, |transfer| match glb {
+                Some(glb) => glb.write(&self.output, transfer, &recipe),
+                None => write_transfer(&self.output, transfer, &recipe),
+            })?;
             return Ok((report, None));
         };
-        let (compressed, saved) = CompressedTransfer::new(&transfer.load()?, &compression)?;
+        let loaded = transfer.load()?;
+        let compressed =
+            watched(talk, "compress", |progress| CompressedTransfer::new_watched(&loaded, &compression, progress))?;
+        let Ok((compressed, saved)) = compressed else { return stopped() };
+        stop_before_writing()?;
         recipe["relative_error"] = json!(saved.relative_error);
         match glb {
             Some(glb) => glb.write_compressed(&self.output, &compressed, &recipe)?,
-            None => write_compressed_transfer(&self.output, &compressed)?,
+            None => write_compressed_transfer(&self.output, &compressed, &recipe)?,
         }
         Ok((report, Some(saved)))
     }
 
-    fn bake_glossy(&self, scene: &Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
-        let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
-        let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(scene, receivers.is_grey()));
+    fn bake_glossy(&self, world: &World<'_>, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
+        let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
+        let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(&world.near, receivers.is_grey()));
         checkpoint.check_room(&self.output, bytes, bytes)?;
-        let bvh = self.tree(scene, talk);
+        let bvh = Bvh::new(&world.near);
         let (matrices, report) = checkpoint.watched(talk, |path, progress| {
-            bake_matrices_resumable(scene, &bvh, &receivers, &options, path, progress)
+            bake_matrices_resumable(&world.near, &bvh, &receivers, &options, path, progress)
         })?;
-        write_matrices(&self.output, &matrices, &self.recipe(scene, &report))?;
+        let recipe = self.recipe(world.scene, &report);
+        write_watched(&matrices, talk, |matrices| write_matrices(&self.output, matrices, &recipe))?;
         Ok(report)
     }
 
     fn bake_texels(
         &self,
-        scene: &Scene,
+        world: &World<'_>,
         width: usize,
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
-        let texels = TexelReceivers::new(scene, width)?;
+        let texels = TexelReceivers::new(&world.near, width)?;
         let options = self.bake_options();
-        let channels = options.channels_for(scene, texels.receivers().is_grey());
+        let channels = options.channels_for(&world.near, texels.receivers().is_grey());
         let [picture, receivers] =
             [width * width, texels.receivers().len()].map(|points| bytes(points, self.order.pow(2), channels));
         checkpoint.check_room(&self.output, picture, receivers)?;
-        let bvh = self.tree(scene, talk);
+        let bvh = Bvh::new(&world.near);
         let (transfer, report) = checkpoint.watched(talk, |path, progress| {
-            bake_resumable(scene, &bvh, texels.receivers(), &options, path, progress)
+            bake_resumable(&world.near, &bvh, texels.receivers(), &options, path, progress)
         })?;
-        let (picture, recipe) = (texels.picture(&transfer.load()?)?, self.recipe(scene, &report));
+        let (picture, recipe) = (texels.picture(&transfer.load()?)?, self.recipe(world.scene, &report));
+        stop_before_writing()?;
         match has_extension(&self.output, "exr") {
             true => write_lightmap(&self.output, &picture, &recipe)?,
             false => write_transfer(&self.output, &picture, &recipe)?,
@@ -369,20 +335,22 @@ impl Bake {
 
     fn bake_grid(
         &self,
-        scene: &Scene,
+        world: &World<'_>,
         counts: [usize; 3],
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
-        let grid = self.points_of_grid(scene, counts)?;
+        let grid = self.points_of_grid(world.scene, counts)?;
+        let near = world.grid(&grid)?;
         let options = self.bake_options();
-        let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(scene, true));
+        let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(&world.near, true));
         checkpoint.check_room(&self.output, bytes, bytes)?;
-        let bvh = self.tree(scene, talk);
+        let bvh = Bvh::new(&world.near);
         let (matrices, report) = checkpoint.watched(talk, |path, progress| {
-            bake_neighbourhood_resumable(scene, &bvh, &grid, &options, path, progress)
+            bake_neighbourhood_resumable(&world.near, &bvh, &near, &options, path, progress)
         })?;
-        write_neighbourhood(&self.output, &grid, &matrices, &self.recipe(scene, &report))?;
+        let recipe = self.recipe(world.scene, &report);
+        write_watched(&matrices, talk, |matrices| write_neighbourhood(&self.output, &grid, matrices, &recipe))?;
         Ok(report)
     }
 
@@ -402,29 +370,8 @@ impl Bake {
         Grid::new(bounds, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
     }
 
-    /// The tree of the scene. What makes it inexact is told.
-    fn tree(&self, scene: &Scene, talk: Talk) -> Bvh {
-        let bvh = Bvh::new(scene);
-        if bvh.offset() > HIGH_START * diagonal(scene) {
-            let offset = bvh.offset();
-            let text = format!("far from its origin: rays start {offset} above surfaces; move the scene to the origin");
-            talk.note(&self.input.name(), &text);
-        }
-        bvh
-    }
-
-    fn compression(&self) -> Option<CompressOptions> {
-        if self.clusters.is_none() && self.components.is_none() && self.weights.is_none() {
-            return None;
-        }
-        let mut options = CompressOptions::default();
-        options.clusters = self.clusters.unwrap_or(options.clusters);
-        options.components = self.components.unwrap_or(options.components);
-        options.weights = self.weights.unwrap_or(WeightBits::F32);
-        Some(options)
-    }
-
-    fn glb(&self, scene: &Scene, is_split: bool, talk: Talk) -> anyhow::Result<BakedGlb> {
+    fn glb(&self, scene: &Scene, talk: Talk) -> anyhow::Result<BakedGlb> {
+        let is_split = self.splitting.is_asked();
         let glb = match self.input.gltf_file() {
             Some(file) if !is_split => BakedGlb::of_file(file, scene)?,
             _ => BakedGlb::of_scene(scene),
@@ -445,7 +392,7 @@ impl Bake {
         let mut fingerprint = Fingerprint::of_kind(0);
         fingerprint.scene(scene);
         let options = self.bake_options();
-        let compression = self.compression();
+        let compression = self.compression.options();
         json!({
             "scene": self.input.file_name(),
             "scene_hash": fingerprint.bits().map(|bits| format!("{bits:016x}")).concat(),
@@ -456,9 +403,9 @@ impl Bake {
             "bounces_baked": report.bounces,
             "energy_stop": options.energy_stop,
             "seed": options.seed,
-            "max_edge": self.max_edge,
-            "adaptive": self.adaptive,
-            "min_edge": self.min_edge,
+            "max_edge": self.splitting.max_edge,
+            "adaptive": self.splitting.adaptive,
+            "min_edge": self.splitting.min_edge,
             "texels": self.texels,
             "grid": self.grid,
             "grid_box": self.grid_box,
@@ -470,63 +417,32 @@ impl Bake {
             "versions": {"lobe": env!("CARGO_PKG_VERSION")},
         })
     }
+}
 
-    fn tell(
-        &self,
-        scene: &Scene,
-        report: &BakeReport,
-        compression: Option<&CompressReport>,
-        talk: Talk,
-    ) -> anyhow::Result<()> {
-        if self.json {
-            return output::print_json(&Printed {
-                vertices: scene.vertex_count(),
-                triangles: scene.triangle_count(),
-                points: report.receivers,
-                rays: report.rays,
-                seconds: report.seconds,
-                stderr_dc: report.stderr_dc,
-                bounces: report.bounces,
-                energy_per_bounce: &report.energy_per_bounce,
-                energy_left: report.energy_left,
-                compression: compression.map(|saved| {
-                    json!({
-                        "clusters": saved.clusters, "components": saved.components, "bytes": saved.bytes,
-                        "ratio": saved.ratio(), "relative_error": saved.relative_error,
-                    })
-                }),
-            });
-        }
-        let mut text = format!(
-            "{} points, {} triangles; {} rays in {:.1} s; standard error of the constant coefficient {:.2} %",
-            report.receivers,
-            scene.triangle_count(),
-            report.rays,
-            report.seconds,
-            100.0 * report.stderr_dc
-        );
-        if self.bake_options().mode == Mode::Interreflected {
-            let all = report.energy_left + report.energy_per_bounce.iter().sum::<f64>();
-            let left = if all > 0.0 { 100.0 * report.energy_left / all } else { 0.0 };
-            text += &format!("; {} bounces, at most {left:.2} % of the light goes on", report.bounces);
-        }
-        if let Some(saved) = compression {
-            text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio(), 100.0 * saved.relative_error);
-        }
-        talk.note(&self.output.display().to_string(), &text);
-        Ok(())
+/// A scene, and the same where rays are traced: near the origin.
+struct World<'a> {
+    scene: &'a Scene,
+    near: Cow<'a, Scene>,
+    shift: [f32; 3],
+}
+
+impl<'a> World<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        let (near, shift) = scene.near_origin();
+        Self { scene, near, shift }
+    }
+
+    /// The points of a grid of the scene among the triangles near the origin.
+    fn grid(&self, grid: &Grid) -> anyhow::Result<Grid> {
+        let moved = |corner: [f32; 3]| [0, 1, 2].map(|k| corner[k] - self.shift[k]);
+        let Bounds { min, max } = grid.bounds();
+        Ok(Grid::new(Bounds { min: moved(min), max: moved(max) }, grid.counts())?)
     }
 }
 
 /// What so many points take with so many numbers for a channel.
 fn bytes(points: usize, numbers: usize, channels: Channels) -> u64 {
     (points as u64).saturating_mul((4 * numbers * channels.count()) as u64)
-}
-
-/// The length of the diagonal of the scene's box.
-fn diagonal(scene: &Scene) -> f32 {
-    let Bounds { min, max } = scene.bounds();
-    (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f32>().sqrt()
 }
 
 fn has_extension(path: &Path, extension: &str) -> bool {

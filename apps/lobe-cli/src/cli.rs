@@ -182,8 +182,8 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
                 return Err(Failure::Different);
             }
         }
-        Command::Compress(args) => args.run()?,
-        Command::FitLobes(args) => args.run()?,
+        Command::Compress(args) => args.run(talk)?,
+        Command::FitLobes(args) => args.run(talk)?,
         Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,

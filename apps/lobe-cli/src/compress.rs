@@ -2,13 +2,17 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::Args;
 use lobe::prt::{
-    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, WeightBits, error_curve,
+    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, WeightBits, error_curve_watched,
     write_compressed_transfer,
 };
 use serde::Serialize;
+use serde_json::json;
 
+use crate::bake_watch::{tell_if_too_late, watched};
+use crate::talk::Talk;
 use crate::transfer_input::TransferInput;
 use crate::{compression, output};
 
@@ -69,18 +73,30 @@ struct Point {
 }
 
 impl Compress {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_file(&self.output)?;
-        let transfer = self.input.read()?;
+        let (transfer, recipe) = self.input.read()?;
         let options = CompressOptions {
             clusters: self.clusters,
             components: self.components,
             weights: self.weights,
             ..CompressOptions::default()
         };
-        let (compressed, report) = CompressedTransfer::new(&transfer, &options)?;
-        write_compressed_transfer(&self.output, &compressed)?;
-        let curve = if self.curve { Some(self.curve_of(&transfer, &options)?) } else { None };
+        let compressed =
+            watched(talk, "compress", |progress| CompressedTransfer::new_watched(&transfer, &options, progress))?;
+        let Ok((compressed, report)) = compressed else {
+            bail!("stopped; nothing is written, and the same command starts anew")
+        };
+        let recipe = recipe.with(json!({
+            "clusters": self.clusters,
+            "components": self.components,
+            "weights": 8 * self.weights.bytes(),
+            "relative_error": report.relative_error,
+            "compressed_by": env!("CARGO_PKG_VERSION"),
+        }));
+        write_compressed_transfer(&self.output, &compressed, &recipe)?;
+        tell_if_too_late(&self.output, talk);
+        let curve = if self.curve { Some(self.curve_of(&transfer, &options, talk)?) } else { None };
         if self.json {
             let printed = printed(transfer.receivers(), &report, curve.as_deref());
             output::print_json(&printed)
@@ -89,14 +105,17 @@ impl Compress {
         }
     }
 
-    fn curve_of(&self, transfer: &Transfer, options: &CompressOptions) -> anyhow::Result<Vec<CurvePoint>> {
+    fn curve_of(&self, transfer: &Transfer, options: &CompressOptions, talk: Talk) -> anyhow::Result<Vec<CurvePoint>> {
         let up_to = |steps: &[usize], most: usize| {
             let below = steps.iter().copied().filter(|n| *n < most);
             below.chain([most]).collect::<Vec<usize>>()
         };
         let clusters = up_to(&CURVE_CLUSTERS, self.clusters);
         let components = up_to(&CURVE_COMPONENTS, self.components);
-        Ok(error_curve(transfer, &clusters, &components, options)?)
+        let points = watched(talk, "curve", |progress| {
+            error_curve_watched(transfer, &clusters, &components, options, progress)
+        })?;
+        points.or_else(|_| bail!("stopped before the curve was complete; {} is written", self.output.display()))
     }
 }
 

@@ -2,10 +2,14 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::Args;
-use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal, write_zonal_transfer};
+use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal_watched, write_zonal_transfer};
 use serde::Serialize;
+use serde_json::json;
 
+use crate::bake_watch::{tell_if_too_late, watched};
+use crate::talk::Talk;
 use crate::transfer_input::TransferInput;
 use crate::{output, values};
 
@@ -45,12 +49,22 @@ struct Printed {
 }
 
 impl FitLobes {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_file(&self.output)?;
-        let transfer = self.input.read()?;
+        let (transfer, recipe) = self.input.read()?;
         let options = ZonalFitOptions { lobes: self.lobes, optimise: !self.closed_form, ..ZonalFitOptions::default() };
-        let (zonal, report) = fit_zonal(&transfer, &options)?;
-        write_zonal_transfer(&self.output, &zonal)?;
+        let fitted = watched(talk, "fit", |progress| fit_zonal_watched(&transfer, &options, progress))?;
+        let Ok((zonal, report)) = fitted else {
+            bail!("stopped; nothing is written, and the same command starts anew")
+        };
+        let recipe = recipe.with(json!({
+            "lobes": self.lobes,
+            "closed_form": self.closed_form,
+            "relative_error": report.relative_error,
+            "fitted_by": env!("CARGO_PKG_VERSION"),
+        }));
+        write_zonal_transfer(&self.output, &zonal, &recipe)?;
+        tell_if_too_late(&self.output, talk);
         let printed = Printed {
             receivers: zonal.receivers(),
             lobes: zonal.lobes(),

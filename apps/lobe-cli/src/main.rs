@@ -4,7 +4,10 @@
 //! tests. Nothing here is a library: what others could use lives in the crates.
 
 mod bake;
+mod bake_report;
+mod bake_split;
 mod bake_watch;
+mod bake_write;
 mod cli;
 mod compare;
 mod compress;

@@ -6,7 +6,7 @@ use anyhow::bail;
 use lobe::env::DfgTable;
 use lobe::prt::{
     BakeOptions, Baked, Lightmap, Mode, Progress, PrtError, Receivers, Transfer, TransferMatrices, bake, bake_matrices,
-    read_baked, read_lightmap, read_matrices, read_transfer,
+    read_baked_within, read_lightmap, read_matrices, read_transfer,
 };
 use lobe::render::SceneHit;
 use lobe::scene::{Bvh, ReadOptions, Scene, read_scene_and_attributes};
@@ -162,19 +162,21 @@ pub(crate) fn prepare(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::
     }
     match (&asked.file, input.gltf_file()) {
         (Some(file), _) => read_beside(input, file, asked, talk),
-        (None, Some(path)) if asked.lobe.is_none() && is_baked(path)? => read(input, path, asked, talk),
+        (None, Some(path)) if asked.lobe.is_none() && is_baked(path, &input.options())? => {
+            read(input, path, asked, talk)
+        }
         _ => bake_now(input, asked, talk),
     }
 }
 
-fn is_baked(path: &Path) -> anyhow::Result<bool> {
-    let (_, _, attributes) = read_scene_and_attributes(path, &ReadOptions::default())?;
+fn is_baked(path: &Path, options: &ReadOptions) -> anyhow::Result<bool> {
+    let (_, _, attributes) = read_scene_and_attributes(path, options)?;
     Ok(!attributes.asset_extras()["lobe"].is_null())
 }
 
 fn read(input: &SceneInput, path: &Path, asked: &Asked, talk: Talk) -> anyhow::Result<Prepared> {
     let name = input.name();
-    let Baked { scene, transfer, recipe, report, .. } = read_baked(path)?;
+    let Baked { scene, transfer, recipe, report, .. } = read_baked_within(path, &input.options())?;
     for note in &report.notes {
         talk.note(&name, note);
     }

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use lobe::scene::{ReadOptions, ReadReport, Scene, Up, built_in, read_scene};
 
 use crate::talk::Talk;
+use crate::values;
 
 /// What stands before the name of a scene that is part of the program.
 const BUILT_IN: &str = "built-in:";
@@ -20,6 +21,16 @@ pub(crate) struct SceneInput {
     /// Which axis points up in an .obj or .ply file [default: y]
     #[arg(long, value_enum)]
     up: Option<UpAxis>,
+    /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
+    #[arg(long, value_name = "N", value_parser = max_triangles)]
+    max_triangles: Option<usize>,
+}
+
+/// More than rays can be traced among.
+const MOST_TRIANGLES: usize = (1 << 31) - 1;
+
+fn max_triangles(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MOST_TRIANGLES, "a number of triangles")
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -50,16 +61,26 @@ impl SceneInput {
             bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
         }
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
+            if self.max_triangles.is_some() {
+                bail!("--max-triangles: only of scenes in files; leave the option out");
+            }
             let Some(scene) = built_in::named(built_in_name) else {
                 let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
                 bail!("{name}: there is no such scene in the program; there are {known}");
             };
             return Ok(scene);
         }
-        let up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
-        let (scene, report) = read_scene(&self.path, &ReadOptions { up, ..ReadOptions::default() })?;
+        let (scene, report) = read_scene(&self.path, &self.options())?;
         tell(&report, &name, talk);
         Ok(scene)
+    }
+
+    /// How a file is to be read.
+    pub(crate) fn options(&self) -> ReadOptions {
+        let mut options = ReadOptions::default();
+        options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
+        options.limit = self.max_triangles.unwrap_or(options.limit);
+        options
     }
 
     fn has_extension(&self, extensions: &[&str]) -> bool {

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use lobe::prt::{Transfer, read_baked, read_transfer};
+use serde_json::Value;
 
 /// A file that carries transfer: a baked scene, or `.safetensors`.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,9 +17,31 @@ impl From<OsString> for TransferInput {
 }
 
 impl TransferInput {
-    /// Reads it; of a scene the transfer of its vertices, mesh by mesh.
-    pub(crate) fn read(&self) -> anyhow::Result<Transfer> {
+    /// Reads it, of a scene the transfer of its vertices, mesh by mesh; and the recipe of its bake.
+    pub(crate) fn read(&self) -> anyhow::Result<(Transfer, Recipe)> {
         let is_tensors = self.0.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"));
-        Ok(if is_tensors { read_transfer(&self.0)?.0 } else { read_baked(&self.0)?.transfer })
+        let (transfer, recipe) = if is_tensors {
+            read_transfer(&self.0)?
+        } else {
+            let baked = read_baked(&self.0)?;
+            (baked.transfer, baked.recipe)
+        };
+        Ok((transfer, Recipe(recipe)))
+    }
+}
+
+/// How transfer was made.
+pub(crate) struct Recipe(Value);
+
+impl Recipe {
+    /// The recipe of what is made of the transfer: its own with further members, an object.
+    pub(crate) fn with(self, further: Value) -> Value {
+        match (self.0, further) {
+            (Value::Object(mut all), Value::Object(further)) => {
+                all.extend(further);
+                Value::Object(all)
+            }
+            (_, further) => further,
+        }
     }
 }

@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 
 use lobe_scene::{Bvh, Mesh, Scene};
 
-use crate::{BakeOptions, Progress, PrtError, Receivers, bake};
+use crate::{BakeOptions, Progress, PrtError, Receivers, Transfer, bake, bake_resumable};
 
 /// How a scene is split where its transfer changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +54,47 @@ pub fn split_adaptively(
     options: &AdaptiveOptions,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(Scene, AdaptiveReport), PrtError> {
+    split(scene, options, &mut |_, scene, receivers, options| {
+        let (transfer, report) = bake(scene, &Bvh::new(scene), receivers, options, progress)?;
+        Ok((transfer, report.rays))
+    })
+}
+
+/// [`split_adaptively`], with what each round finds in a file, named by `checkpoint` for the rounds from 0 on.
+///
+/// If files are there, splitting continues from them: a split that was stopped, or killed at any moment, ends with the same
+/// scene as one that ran through, and loses what [`bake_resumable`] loses; edges are halved once more, which takes no rays. All
+/// files stay locked until it ends. The caller removes them, the last one first, when the results are safe.
+///
+/// # Errors
+/// Those of [`split_adaptively`] and of [`bake_resumable`].
+pub fn split_adaptively_resumable(
+    scene: &Scene,
+    options: &AdaptiveOptions,
+    checkpoint: &dyn Fn(usize) -> PathBuf,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(Scene, AdaptiveReport), PrtError> {
+    let mut locked = Vec::new();
+    split(scene, options, &mut |round, scene, receivers, options| {
+        let path = checkpoint(round);
+        let (stored, report) = bake_resumable(scene, &Bvh::new(scene), receivers, options, &path, progress)?;
+        let transfer = stored.load()?;
+        locked.push(stored);
+        Ok((transfer, report.rays))
+    })
+}
+
+/// The transfer of some receivers, and how many rays it took.
+type Round = Result<(Transfer, u64), PrtError>;
+
+/// Bakes the receivers of a round, whose number comes first.
+type BakeRound<'a> = &'a mut dyn FnMut(usize, &Scene, &Receivers, &BakeOptions) -> Round;
+
+fn split(
+    scene: &Scene,
+    options: &AdaptiveOptions,
+    bake_round: BakeRound<'_>,
+) -> Result<(Scene, AdaptiveReport), PrtError> {
     if !(options.threshold > 0.0 && options.threshold.is_finite()) {
         return Err(PrtError::Options(format!("expected a threshold above zero, found {}", options.threshold)));
     }
@@ -68,7 +110,9 @@ pub fn split_adaptively(
     let mut known = Known { rows: vec![Vec::new(); scene.meshes().len()], row: 0 };
     let mut limit = None;
     loop {
-        report.rays += known.bake_new_vertices(&scene, &bake, progress)?;
+        let near = scene.near_origin().0;
+        report.rays +=
+            known.bake_new_vertices(&near, &mut |receivers| bake_round(report.rounds, &near, receivers, &bake))?;
         let limit = *limit.get_or_insert_with(|| options.threshold * known.root_mean_square());
         let changes = |mesh, edge| known.distance(mesh, edge) > limit;
         let is_long = |mesh: usize, [a, b]: [u32; 2]| {
@@ -96,12 +140,7 @@ struct Known {
 
 impl Known {
     /// How many rays it took.
-    fn bake_new_vertices(
-        &mut self,
-        scene: &Scene,
-        options: &BakeOptions,
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<u64, PrtError> {
+    fn bake_new_vertices(&mut self, scene: &Scene, bake: &mut dyn FnMut(&Receivers) -> Round) -> Result<u64, PrtError> {
         let all = Receivers::at_vertices(scene)?;
         let (mut positions, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new());
         let mut counts = Vec::new();
@@ -115,8 +154,7 @@ impl Known {
             albedos.extend_from_slice(&all.albedos()[new]);
             first = end;
         }
-        let receivers = Receivers::new(positions, normals, albedos)?;
-        let (transfer, report) = bake(scene, &Bvh::new(scene), &receivers, options, progress)?;
+        let (transfer, rays) = bake(&Receivers::new(positions, normals, albedos)?)?;
         self.row = transfer.order() * transfer.order() * transfer.channels().count();
         let mut rest = transfer.coefficients();
         for (rows, count) in self.rows.iter_mut().zip(counts) {
@@ -124,7 +162,7 @@ impl Known {
             rows.extend_from_slice(new);
             rest = others;
         }
-        Ok(report.rays)
+        Ok(rays)
     }
 
     fn root_mean_square(&self) -> f64 {

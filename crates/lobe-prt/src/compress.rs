@@ -1,11 +1,15 @@
 //! Compression of transfer by clustered principal components: options, reports, and the choice among solutions.
 
+use std::ops::ControlFlow;
+
 use rayon::prelude::*;
 
+use crate::chunks::OnProgress;
 use crate::compressed_table::bytes;
 use crate::cpca::{Clustering, Cpca};
+use crate::meter::Meter;
 use crate::pca::Rows;
-use crate::{CompressedTable, PrtError, Transfer, WeightBits};
+use crate::{CompressedTable, Progress, PrtError, Transfer, WeightBits};
 
 /// Clusters that [`compress_table_within`] tries, besides one and as many as fit without components.
 const CLUSTERS_TRIED: [usize; 6] = [4, 16, 64, 256, 1024, 4096];
@@ -101,11 +105,26 @@ pub fn compress_table(
     width: usize,
     options: &CompressOptions,
 ) -> Result<(CompressedTable, CompressReport), PrtError> {
+    compress_watched(rows, width, options, &mut |_| ControlFlow::Continue(()))
+}
+
+/// [`compress_table`] under the eyes of somebody who may stop it.
+pub(crate) fn compress_watched(
+    rows: &[f32],
+    width: usize,
+    options: &CompressOptions,
+    progress: OnProgress<'_>,
+) -> Result<(CompressedTable, CompressReport), PrtError> {
     options.check()?;
     let rows = checked(rows, width)?;
     let components = options.components.min(width);
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
-    Ok(encoded(rows, &best(&solver, options.clusters, components), components, options.weights))
+    let mut meter = Meter::new(steps_to_best(&solver, options.clusters, components), progress);
+    let best = best(&solver, options.clusters, components, &mut meter);
+    if meter.is_stopped() {
+        return Err(PrtError::Cancelled);
+    }
+    Ok(encoded(rows, &best, components, options.weights))
 }
 
 /// The compression of least error among those of at most `bytes` bytes, whatever the numbers of clusters and components.
@@ -134,9 +153,11 @@ pub fn compress_table_within(
     let codes = most_bytes.saturating_sub(rows.count() * 2) / (4 * width);
     candidates.extend((codes >= 2).then_some((codes.min(highest), 0)));
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
-    let solved = candidates
-        .into_iter()
-        .map(|(clusters, components)| encoded(rows, &best(&solver, clusters, components), components, options.weights));
+    let solved = candidates.into_iter().map(|(clusters, components)| {
+        let mut go_on = |_: &Progress| ControlFlow::Continue(());
+        let best = best(&solver, clusters, components, &mut Meter::new(1, &mut go_on));
+        encoded(rows, &best, components, options.weights)
+    });
     let best = solved.min_by(|a, b| a.1.squared_error.total_cmp(&b.1.squared_error));
     best.ok_or_else(|| {
         PrtError::Options(format!("expected room for {} bytes at least, found {most_bytes}", cost(1, 0)))
@@ -172,6 +193,21 @@ pub fn error_curve(
     components: &[usize],
     options: &CompressOptions,
 ) -> Result<Vec<CurvePoint>, PrtError> {
+    error_curve_watched(transfer, clusters, components, options, &mut |_| ControlFlow::Continue(()))
+}
+
+/// [`error_curve`], with `progress` called after every iteration as in
+/// [`CompressedTransfer::new_watched`](crate::CompressedTransfer::new_watched).
+///
+/// # Errors
+/// Those of [`error_curve`], and [`PrtError::Cancelled`] if `progress` breaks.
+pub fn error_curve_watched(
+    transfer: &Transfer,
+    clusters: &[usize],
+    components: &[usize],
+    options: &CompressOptions,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Vec<CurvePoint>, PrtError> {
     let ascending = |values: &[usize]| {
         let mut values = values.to_vec();
         values.sort_unstable();
@@ -186,6 +222,7 @@ pub fn error_curve(
     let rows = Rows::new(transfer.coefficients(), width);
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
     let energy = energy(transfer.coefficients());
+    let mut meter = Meter::new(steps_of_curve(&solver, &clusters, &components), progress);
     let mut fewer_components: Vec<Clustering> = Vec::new();
     let mut points = Vec::new();
     for components in components {
@@ -193,9 +230,12 @@ pub fn error_curve(
         let mut solutions: Vec<Clustering> = Vec::new();
         for (i, clusters) in clusters.iter().enumerate() {
             let start = solutions.last().cloned().unwrap_or_else(|| solver.one(stored));
-            let mut solution = solver.grown(start, *clusters, stored);
+            let mut solution = solver.grown(start, *clusters, stored, &mut meter);
             if let Some(fewer) = fewer_components.get(i) {
-                solution = solution.better(solver.with_components(fewer, stored));
+                solution = solution.better(solver.with_components(fewer, stored, &mut meter));
+            }
+            if meter.is_stopped() {
+                return Err(PrtError::Cancelled);
             }
             let squared_error = solution.error();
             points.push(CurvePoint {
@@ -213,13 +253,33 @@ pub fn error_curve(
 }
 
 /// The better of the clusters doubled from principal components and those of vector quantisation.
-fn best(solver: &Cpca<'_>, clusters: usize, components: usize) -> Clustering {
-    let from_one = solver.grown(solver.one(components), clusters, components);
+fn best(solver: &Cpca<'_>, clusters: usize, components: usize, meter: &mut Meter<'_>) -> Clustering {
+    let from_one = solver.grown(solver.one(components), clusters, components, meter);
     if clusters == 1 || components == 0 {
         return from_one;
     }
-    let quantised = solver.grown(solver.one(0), clusters, 0);
-    from_one.better(solver.with_components(&quantised, components))
+    let quantised = solver.grown(solver.one(0), clusters, 0, meter);
+    from_one.better(solver.with_components(&quantised, components, meter))
+}
+
+/// The steps of [`best`] at most.
+fn steps_to_best(solver: &Cpca<'_>, clusters: usize, components: usize) -> usize {
+    let steps = solver.steps_to_grow(1, clusters, components);
+    if clusters == 1 || components == 0 {
+        return steps;
+    }
+    steps + solver.steps_to_grow(1, clusters, 0) + solver.steps_to_settle(clusters, components)
+}
+
+/// The steps of [`error_curve`] at most.
+fn steps_of_curve(solver: &Cpca<'_>, clusters: &[usize], components: &[usize]) -> usize {
+    let of_components = |(i, &components): (usize, &usize)| {
+        let starts = std::iter::once(&1).chain(clusters);
+        let grown = starts.zip(clusters).map(|(from, to)| solver.steps_to_grow(*from, *to, components));
+        let settled = clusters.iter().map(|k| if i > 0 { solver.steps_to_settle(*k, components) } else { 0 });
+        grown.chain(settled).sum::<usize>()
+    };
+    components.iter().enumerate().map(of_components).sum()
 }
 
 fn encoded(

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use crate::tensor_file::{Tensor, TensorFile, f32s, load, u16s, write};
-use crate::{Channels, CompressedTable, CompressedTransfer, PrtError, Weights, ZonalTransfer};
+use crate::tensor_file::{Tensor, TensorFile, checked_channels, f32s, load, u16s, write};
+use crate::{CompressedTable, CompressedTransfer, PrtError, Weights, ZonalTransfer};
 
 const COMPRESSED: &str = "lobe-compressed-transfer";
 const ZONAL: &str = "lobe-zonal-transfer";
@@ -20,6 +21,8 @@ struct CompressedHeader {
     channels: usize,
     clusters: usize,
     components: usize,
+    #[serde(default)]
+    recipe: Value,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -29,6 +32,8 @@ struct ZonalHeader {
     order: usize,
     channels: usize,
     lobes: usize,
+    #[serde(default)]
+    recipe: Value,
 }
 
 /// Writes compressed transfer as safetensors.
@@ -39,11 +44,11 @@ struct ZonalHeader {
 ///   bases     F32             [clusters, 1 + components, channels, order²]   the mean, then the directions
 /// ```
 ///
-/// The metadata's entry `lobe` is JSON: format `lobe-compressed-transfer`, version 1, order, channels, clusters, components.
+/// The metadata's entry `lobe` is JSON: format `lobe-compressed-transfer`, version 1, order, channels, clusters, components, recipe.
 ///
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be written.
-pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer) -> Result<(), PrtError> {
+pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer, recipe: &Value) -> Result<(), PrtError> {
     let table = transfer.table();
     let header = CompressedHeader {
         format: COMPRESSED.to_owned(),
@@ -52,6 +57,7 @@ pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer) -> 
         channels: transfer.channels().count(),
         clusters: table.cluster_count(),
         components: table.components(),
+        recipe: recipe.clone(),
     };
     let shape = vec![table.rows(), table.components()];
     let weights = match table.weights() {
@@ -68,19 +74,20 @@ pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer) -> 
     write(path, &header, &tensors)
 }
 
-/// Reads what [`write_compressed_transfer`] wrote, checked completely.
+/// Reads what [`write_compressed_transfer`] wrote, checked completely: the transfer and its recipe.
 ///
 /// # Errors
 /// [`PrtError::Io`], [`PrtError::Invalid`] and [`PrtError::Unsupported`] for files that cannot be read, are broken or not of this
 /// kind, or of a later version.
-pub fn read_compressed_transfer(path: &Path) -> Result<CompressedTransfer, PrtError> {
+pub fn read_compressed_transfer(path: &Path) -> Result<(CompressedTransfer, Value), PrtError> {
     compressed_of_bytes(&load(path)?, path.display().to_string())
 }
 
-fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<CompressedTransfer, PrtError> {
+fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<(CompressedTransfer, Value), PrtError> {
     let file = TensorFile::<CompressedHeader>::parse(bytes, name, COMPRESSED, VERSION)?;
     let CompressedHeader { order, channels, clusters, components, .. } = file.header;
-    let (n, channels) = sizes(order, channels, file.name())?;
+    let channels = checked_channels(order, channels, file.name())?;
+    let n = order * order;
     let vectors = components.saturating_add(1);
     let bases = file.f32("bases", &[Some(clusters), Some(vectors), Some(channels.count()), Some(n)])?;
     let (dtype, view) = file.tensor("clusters", &[None])?;
@@ -97,7 +104,8 @@ fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<CompressedTransfer,
     };
     let table = CompressedTable::new(n * channels.count(), components, of_receiver, weights, bases);
     let transfer = table.and_then(|table| CompressedTransfer::from_table(order, channels, table));
-    transfer.map_err(|e| PrtError::invalid(file.name(), e.to_string()))
+    let transfer = transfer.map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
+    Ok((transfer, file.header.recipe))
 }
 
 /// Writes zonal transfer as safetensors.
@@ -107,13 +115,14 @@ fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<CompressedTransfer,
 ///   coefficients  F32  [receivers, lobes, channels, order]
 /// ```
 ///
-/// The metadata's entry `lobe` is JSON: format `lobe-zonal-transfer`, version 1, order, channels, lobes.
+/// The metadata's entry `lobe` is JSON: format `lobe-zonal-transfer`, version 1, order, channels, lobes, recipe.
 ///
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be written.
-pub fn write_zonal_transfer(path: &Path, transfer: &ZonalTransfer) -> Result<(), PrtError> {
+pub fn write_zonal_transfer(path: &Path, transfer: &ZonalTransfer, recipe: &Value) -> Result<(), PrtError> {
     let (order, channels, lobes) = (transfer.order(), transfer.channels().count(), transfer.lobes());
-    let header = ZonalHeader { format: ZONAL.to_owned(), version: VERSION, order, channels, lobes };
+    let recipe = recipe.clone();
+    let header = ZonalHeader { format: ZONAL.to_owned(), version: VERSION, order, channels, lobes, recipe };
     let receivers = transfer.receivers();
     let tensors = [
         Tensor::f32("axes", vec![receivers, lobes, 3], transfer.axes().iter().flatten().copied()),
@@ -122,36 +131,24 @@ pub fn write_zonal_transfer(path: &Path, transfer: &ZonalTransfer) -> Result<(),
     write(path, &header, &tensors)
 }
 
-/// Reads what [`write_zonal_transfer`] wrote, checked completely.
+/// Reads what [`write_zonal_transfer`] wrote, checked completely: the transfer and its recipe.
 ///
 /// # Errors
 /// As for [`read_compressed_transfer`].
-pub fn read_zonal_transfer(path: &Path) -> Result<ZonalTransfer, PrtError> {
+pub fn read_zonal_transfer(path: &Path) -> Result<(ZonalTransfer, Value), PrtError> {
     zonal_of_bytes(&load(path)?, path.display().to_string())
 }
 
-fn zonal_of_bytes(bytes: &[u8], name: String) -> Result<ZonalTransfer, PrtError> {
+fn zonal_of_bytes(bytes: &[u8], name: String) -> Result<(ZonalTransfer, Value), PrtError> {
     let file = TensorFile::<ZonalHeader>::parse(bytes, name, ZONAL, VERSION)?;
     let ZonalHeader { order, channels, lobes, .. } = file.header;
-    let (_, channels) = sizes(order, channels, file.name())?;
+    let channels = checked_channels(order, channels, file.name())?;
     let axes = file.f32("axes", &[None, Some(lobes), Some(3)])?;
     let axes = axes.as_chunks::<3>().0.to_vec();
     let coefficients = file.f32("coefficients", &[None, Some(lobes), Some(channels.count()), Some(order)])?;
-    ZonalTransfer::new(order, channels, lobes, axes, coefficients)
-        .map_err(|e| PrtError::invalid(file.name(), e.to_string()))
-}
-
-/// `order²`, and the channels.
-fn sizes(order: usize, channels: usize, name: &str) -> Result<(usize, Channels), PrtError> {
-    let channels = match (order, channels) {
-        (1..=8, 1) => Channels::Grey,
-        (1..=8, 3) => Channels::Rgb,
-        _ => {
-            let message = format!("expected an order of 1 to 8 and 1 or 3 channels, found {order} and {channels}");
-            return Err(PrtError::invalid(name, message));
-        }
-    };
-    Ok((order * order, channels))
+    let transfer = ZonalTransfer::new(order, channels, lobes, axes, coefficients)
+        .map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
+    Ok((transfer, file.header.recipe))
 }
 
 #[cfg(test)]
@@ -159,8 +156,9 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{CompressOptions, Transfer, WeightBits, ZonalFitOptions, fit_zonal};
+    use crate::{Channels, CompressOptions, Transfer, WeightBits, ZonalFitOptions, fit_zonal};
     use lobe_testkit::Random;
+    use serde_json::json;
 
     fn transfer(channels: Channels) -> Transfer {
         let numbers = Random::new(1).signed_vec(20 * 9 * channels.count());
@@ -177,9 +175,10 @@ mod tests {
             {
                 let options = CompressOptions { clusters: 3, components, weights, ..CompressOptions::default() };
                 let (written, _) = CompressedTransfer::new(&transfer(channels), &options).unwrap();
-                write_compressed_transfer(&path, &written).unwrap();
-                assert_eq!(read_compressed_transfer(&path).unwrap(), written, "{channels:?}, {weights:?}");
-                write_compressed_transfer(&again, &written).unwrap();
+                let recipe = json!({"samples": 1024, "clusters": 3});
+                write_compressed_transfer(&path, &written, &recipe).unwrap();
+                write_compressed_transfer(&again, &written, &recipe).unwrap();
+                assert_eq!(read_compressed_transfer(&path).unwrap(), (written, recipe), "{channels:?}, {weights:?}");
                 assert_eq!(fs::read(&path).unwrap(), fs::read(&again).unwrap(), "the same bytes every time");
             }
         }
@@ -191,8 +190,9 @@ mod tests {
         for lobes in [1, 3] {
             let (written, _) =
                 fit_zonal(&transfer(Channels::Rgb), &ZonalFitOptions { lobes, ..ZonalFitOptions::default() }).unwrap();
-            write_zonal_transfer(&path, &written).unwrap();
-            assert_eq!(read_zonal_transfer(&path).unwrap(), written, "{lobes} lobes");
+            let recipe = json!({"samples": 1024, "lobes": lobes});
+            write_zonal_transfer(&path, &written, &recipe).unwrap();
+            assert_eq!(read_zonal_transfer(&path).unwrap(), (written, recipe), "{lobes} lobes");
         }
         fs::remove_dir_all(path.parent().unwrap()).unwrap();
     }
@@ -202,7 +202,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("c.safetensors");
         let (written, _) = CompressedTransfer::new(&transfer(Channels::Grey), &CompressOptions::default()).unwrap();
-        write_compressed_transfer(&path, &written).unwrap();
+        write_compressed_transfer(&path, &written, &Value::Null).unwrap();
         let bytes = fs::read(&path).unwrap();
         let refusal = |bytes: &[u8]| compressed_of_bytes(bytes, "c".into()).unwrap_err().to_string();
         for end in 0..bytes.len() {
@@ -218,7 +218,7 @@ mod tests {
         };
         let newer = "expected version 1 of lobe-compressed-transfer, found 7; take a Lobe as new as the file";
         assert_eq!(replaced(r#"version\":1"#, r#"version\":7"#), format!("c: {newer}"), "newer");
-        let order = "c: expected an order of 1 to 8 and 1 or 3 channels, found 9 and 1";
+        let order = "c: expected an order of 1 to 8, found 9";
         assert_eq!(replaced(r#"order\":3"#, r#"order\":9"#), order, "order");
         assert!(replaced(r#"order\":3"#, r#"order\":4"#).contains("expected a tensor bases of shape"), "shape");
         assert_eq!(replaced(r#""weights""#, r#""weighty""#), "c: expected a tensor weights, found none", "missing");

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::eigen::dot;
+use crate::meter::Meter;
 use crate::nearest::Nearest;
 use crate::pca::{Rows, Subspace};
 
@@ -76,10 +77,39 @@ impl<'a> Cpca<'a> {
         self.fitted(vec![0; self.rows.count()], 1, components)
     }
 
+    /// The steps of [`Cpca::grown`] at most, in which an iteration is about as long as its work: covariances of all rows, then
+    /// their distances from all subspaces.
+    pub(crate) fn steps_to_grow(&self, from: usize, clusters: usize, components: usize) -> usize {
+        let (mut steps, mut now) = (0, from);
+        while now < clusters {
+            now = clusters.min(2 * now);
+            let iterations = if now == clusters { self.iterations } else { SETTLING };
+            steps += iterations * self.steps_of_iteration(now, components);
+        }
+        let moves = if clusters > 1 { MOVES } else { 0 };
+        steps + moves * (SETTLING + self.iterations) * self.steps_of_iteration(clusters, components)
+    }
+
+    /// The steps of [`Cpca::with_components`] at most.
+    pub(crate) fn steps_to_settle(&self, clusters: usize, components: usize) -> usize {
+        self.iterations * self.steps_of_iteration(clusters, components)
+    }
+
+    fn steps_of_iteration(&self, clusters: usize, components: usize) -> usize {
+        self.rows.width() + clusters * (components + 1)
+    }
+
     /// At most `clusters` clusters, by doubling those of `start`. There are fewer if fewer leave nothing.
-    pub(crate) fn grown(&self, start: Clustering, clusters: usize, components: usize) -> Clustering {
+    pub(crate) fn grown(
+        &self,
+        start: Clustering,
+        clusters: usize,
+        components: usize,
+        meter: &mut Meter<'_>,
+    ) -> Clustering {
+        let end = meter.done() + self.steps_to_grow(start.spaces.len(), clusters, components);
         let mut now = start;
-        while now.spaces.len() < clusters {
+        while now.spaces.len() < clusters && !meter.is_stopped() {
             let before = now.spaces.len();
             let target = clusters.min(2 * before);
             now = self.split(now, target, components);
@@ -87,19 +117,24 @@ impl<'a> Cpca<'a> {
                 break;
             }
             let last = now.spaces.len() >= clusters;
-            now = self.settled(now, components, if last { self.iterations } else { SETTLING });
+            now = self.settled(now, components, if last { self.iterations } else { SETTLING }, meter);
         }
-        self.moved(now, components)
+        now = self.moved(now, components, meter);
+        meter.reach(end);
+        now
     }
 
     /// Splits the cluster of largest error and dissolves the one that others replace best, as long as that helps: Lloyd's
     /// iteration cannot move a cluster past others.
-    fn moved(&self, mut now: Clustering, components: usize) -> Clustering {
+    fn moved(&self, mut now: Clustering, components: usize, meter: &mut Meter<'_>) -> Clustering {
         let clusters = now.spaces.len();
         for _ in 0..if clusters > 1 { MOVES } else { 0 } {
+            if meter.is_stopped() {
+                break;
+            }
             let more = self.split(now.clone(), clusters + 1, components);
-            let fewer = self.dissolved(self.settled(more, components, SETTLING), clusters, components);
-            let mut other = self.settled(fewer, components, self.iterations);
+            let fewer = self.dissolved(self.settled(more, components, SETTLING, meter), clusters, components);
+            let mut other = self.settled(fewer, components, self.iterations, meter);
             if other.error() >= (1.0 - self.tolerance) * now.error() {
                 break;
             }
@@ -130,9 +165,9 @@ impl<'a> Cpca<'a> {
     }
 
     /// The same clusters with another number of components, settled.
-    pub(crate) fn with_components(&self, start: &Clustering, components: usize) -> Clustering {
+    pub(crate) fn with_components(&self, start: &Clustering, components: usize, meter: &mut Meter<'_>) -> Clustering {
         let refitted = self.fitted(start.of_row.clone(), start.spaces.len(), components);
-        self.settled(refitted, components, self.iterations)
+        self.settled(refitted, components, self.iterations, meter)
     }
 
     fn fitted(&self, of_row: Vec<u32>, clusters: usize, components: usize) -> Clustering {
@@ -163,15 +198,21 @@ impl<'a> Cpca<'a> {
     }
 
     /// Lloyd's iteration, until the error falls by less than the tolerance.
-    fn settled(&self, mut now: Clustering, components: usize, iterations: usize) -> Clustering {
+    fn settled(&self, mut now: Clustering, components: usize, iterations: usize, meter: &mut Meter<'_>) -> Clustering {
+        let one = self.steps_of_iteration(now.spaces.len(), components);
+        let end = meter.done() + iterations * one;
         let mut error = now.error();
         now.history = vec![error];
         for _ in 0..iterations {
+            if meter.is_stopped() {
+                break;
+            }
             let moved = self.assign(&mut now);
             if moved == 0 {
                 break;
             }
             self.refit(&mut now, components);
+            meter.step(one);
             let before = std::mem::replace(&mut error, now.error());
             now.history.push(error);
             if before - error <= self.tolerance * before {
@@ -179,6 +220,7 @@ impl<'a> Cpca<'a> {
             }
         }
         self.without_empty(&mut now);
+        meter.reach(end);
         now
     }
 

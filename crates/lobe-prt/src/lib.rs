@@ -7,11 +7,9 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`] |
-//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
-//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap |
-//! | vertices where transfer needs them | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
+//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
+//! | vertices where transfer needs them | [`split_adaptively`], [`split_adaptively_resumable`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
 //! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`] |
 //! | transfer alone | [`write_transfer`], [`read_transfer`]; of a lightmap as a picture [`write_lightmap`], [`read_lightmap`] |
@@ -49,6 +47,7 @@ mod lightmap_file;
 mod lobes;
 mod matrix_file;
 mod matrix_rows;
+mod meter;
 mod nearest;
 mod neighbourhood;
 mod outer_sum;
@@ -70,11 +69,14 @@ mod warp;
 mod zonal_fit;
 mod zonal_transfer;
 
-pub use adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
+pub use adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_adaptively_resumable};
 pub use bake::{bake, bake_resumable};
 pub use bake_options::{BakeOptions, BakeReport, Mode, Progress};
 pub use baked_glb::BakedGlb;
-pub use compress::{CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve};
+pub use compress::{
+    CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
+    error_curve_watched,
+};
 pub use compressed_file::{
     read_compressed_transfer, read_zonal_transfer, write_compressed_transfer, write_zonal_transfer,
 };
@@ -87,12 +89,12 @@ pub use lightmap_file::{read_lightmap, write_lightmap};
 pub use matrix_file::{read_matrices, read_neighbourhood, write_matrices, write_neighbourhood};
 pub use matrix_rows::{MatrixRows, StoredMatrices};
 pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood, bake_neighbourhood_resumable};
-pub use read_baked::{Baked, read_baked};
+pub use read_baked::{Baked, read_baked, read_baked_within};
 pub use receivers::Receivers;
 pub use texel_receivers::TexelReceivers;
 pub use transfer::{Channels, Transfer};
 pub use transfer_file::{read_transfer, write_transfer};
 pub use transfer_matrix::{TransferMatrices, bake_matrices, bake_matrices_resumable};
 pub use transfer_rows::{StoredTransfer, TransferRows};
-pub use zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal};
+pub use zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal, fit_zonal_watched};
 pub use zonal_transfer::ZonalTransfer;

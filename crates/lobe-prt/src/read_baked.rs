@@ -30,6 +30,14 @@ pub struct Baked {
 /// [`PrtError::Scene`] if the file is no scene, or of a newer version; [`PrtError::Invalid`] if it carries no transfer, or not at
 /// every vertex, or of another type than it says.
 pub fn read_baked(path: impl AsRef<Path>) -> Result<Baked, PrtError> {
+    read_baked_within(path, &ReadOptions::default())
+}
+
+/// [`read_baked`] with limits of the caller's.
+///
+/// # Errors
+/// Those of [`read_baked`].
+pub fn read_baked_within(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Baked, PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
     let is_gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
@@ -39,7 +47,7 @@ pub fn read_baked(path: impl AsRef<Path>) -> Result<Baked, PrtError> {
             message: "expected a baked .glb; bake the scene first".into(),
         });
     }
-    let (scene, report, attributes) = read_scene_and_attributes(path, &ReadOptions::default())?;
+    let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
     let lobe = &attributes.asset_extras()["lobe"];
     let (order, channels) = check_extras(lobe, &name)?;
     let (transfer, compressed) = if lobe["compression"].is_object() {

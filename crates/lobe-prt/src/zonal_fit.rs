@@ -1,12 +1,16 @@
 //! Lobes found for transfer.
 
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
 use lobe_sh::{Dir, ShVec, optimal_linear_direction};
 use rayon::prelude::*;
 
 use crate::bfgs::minimise;
 use crate::compress::{energy, relative};
 use crate::lobes::{LobeProblem, Lobes, unit_lobe};
-use crate::{Channels, PrtError, Transfer, ZonalTransfer};
+use crate::meter::Meter;
+use crate::{Channels, Progress, PrtError, Transfer, ZonalTransfer};
 
 /// Directions among which starts are looked for, all in one half-space: a lobe and its opposite span the same functions. At
 /// order 8 a lobe's main part is twice as wide as their distance.
@@ -26,6 +30,9 @@ const LONGEST: f64 = 0.3;
 
 /// A gain of squared error over squared norm that is not worth a step: that of rounding the coefficients to `f32`.
 const TOLERANCE: f64 = 1e-14;
+
+/// Work between two reports, about.
+const WAVE: Duration = Duration::from_millis(200);
 
 /// How [`fit_zonal`] is to fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,20 +81,41 @@ pub struct ZonalFitReport {
 /// # Errors
 /// [`PrtError::Options`] if the number of lobes is not 1 to 8.
 pub fn fit_zonal(transfer: &Transfer, options: &ZonalFitOptions) -> Result<(ZonalTransfer, ZonalFitReport), PrtError> {
+    fit_zonal_watched(transfer, options, &mut |_| ControlFlow::Continue(()))
+}
+
+/// [`fit_zonal`], with `progress` called several times in a second, which may stop it.
+///
+/// # Errors
+/// Those of [`fit_zonal`], and [`PrtError::Cancelled`] if `progress` breaks.
+pub fn fit_zonal_watched(
+    transfer: &Transfer,
+    options: &ZonalFitOptions,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(ZonalTransfer, ZonalFitReport), PrtError> {
     let (order, channels) = (transfer.order(), transfer.channels());
     ZonalTransfer::new(order, channels, options.lobes, Vec::new(), Vec::new())?;
     let candidates = Candidates::new(order);
     let width = order * order * channels.count();
-    let fits: Vec<_> = transfer
-        .coefficients()
-        .par_chunks(width)
-        .map_init(|| Search::new(order, channels, &candidates, options), Search::stored)
-        .collect();
-    let mut axes = Vec::with_capacity(fits.len() * options.lobes);
+    let mut meter = Meter::new(transfer.receivers(), progress);
+    let mut axes = Vec::with_capacity(transfer.receivers() * options.lobes);
     let mut coefficients = Vec::new();
-    for (of_axes, of_coefficients) in fits {
-        axes.extend(of_axes);
-        coefficients.extend(of_coefficients);
+    let (mut rest, mut at_once) = (transfer.coefficients(), 4 * rayon::current_num_threads());
+    while !rest.is_empty() {
+        let begin = Instant::now();
+        let (rows, later) = rest.split_at(rest.len().min(at_once * width));
+        let search = || Search::new(order, channels, &candidates, options);
+        let fits: Vec<_> = rows.par_chunks(width).map_init(search, Search::stored).collect();
+        rest = later;
+        at_once = if begin.elapsed() < WAVE { 2 * at_once } else { (at_once / 2).max(1) };
+        meter.step(fits.len());
+        if meter.is_stopped() {
+            return Err(PrtError::Cancelled);
+        }
+        for (of_axes, of_coefficients) in fits {
+            axes.extend(of_axes);
+            coefficients.extend(of_coefficients);
+        }
     }
     let zonal = ZonalTransfer::new(order, channels, options.lobes, axes, coefficients)?;
     let report = report(transfer, &zonal, width);

@@ -4,7 +4,10 @@
 
 use std::ops::ControlFlow;
 
-use lobe_prt::{AdaptiveOptions, BakeOptions, Mode, PrtError, Receivers, Transfer, bake, split_adaptively};
+use lobe_prt::{
+    AdaptiveOptions, BakeOptions, Mode, PrtError, Receivers, Transfer, bake, split_adaptively,
+    split_adaptively_resumable,
+};
 use lobe_scene::{Bvh, Scene, built_in};
 
 fn options(mode: Mode, threshold: f64, min_edge: f32) -> AdaptiveOptions {
@@ -94,4 +97,37 @@ fn options_that_cannot_be_are_refused_and_progress_may_stop() {
     let options = options(Mode::Shadowed, 0.1, 0.1);
     let stopped = split_adaptively(&scene, &options, &mut |_| ControlFlow::Break(())).unwrap_err();
     assert!(matches!(stopped, PrtError::Cancelled), "{stopped:?}");
+}
+
+#[test]
+fn a_split_that_is_stopped_everywhere_ends_with_the_same_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path_of = |round: usize| folder.path().join(format!("round-{round}"));
+    let scene = built_in::ball_over_ground(8);
+    let options = options(Mode::Shadowed, 0.2, 0.15);
+    let (expected, expected_report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    // Each time it is stopped a few calls later, so that some calls find new work done before.
+    let mut stops = 0;
+    let (found, report) = loop {
+        let mut calls = 0;
+        let mut stop = |_: &lobe_prt::Progress| {
+            calls += 1;
+            if calls > 1 + stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        match split_adaptively_resumable(&scene, &options, &path_of, &mut stop) {
+            Err(PrtError::Cancelled) => stops += 1,
+            other => break other.unwrap(),
+        }
+    };
+    assert!(stops > 3, "stopped {stops} times");
+    assert_eq!(report, expected_report, "report");
+    assert!(found.meshes() == expected.meshes(), "the same meshes");
+    for round in 0..=report.rounds {
+        assert!(path_of(round).exists(), "round {round} has a file");
+    }
+    assert!(!path_of(report.rounds + 1).exists(), "and no other has");
+    // Options that lead elsewhere do not take these files for theirs.
+    let other = AdaptiveOptions { bake: BakeOptions { seed: 9, ..options.bake.clone() }, ..options };
+    let error = split_adaptively_resumable(&scene, &other, &path_of, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(error.to_string().contains("this checkpoint is of another bake"), "{error}");
 }

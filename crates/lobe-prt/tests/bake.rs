@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 
 use common::{baked, cone_transfer, go_on, is_grey, largest_difference, options, receiver, revolved, scene_of};
 use lobe_prt::{BakeOptions, Channels, Mode, PrtError, Receivers, bake};
-use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in};
+use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 use lobe_testkit::directions;
 
@@ -366,4 +366,30 @@ fn options_out_of_range_are_refused_in_one_line() {
     let other = Bvh::from_corners(&[]);
     let found = bake(&scene, &other, &receivers, &good, &mut go_on).unwrap_err().to_string();
     assert_eq!(found, "expected the tree of the scene's 12 triangles, found one of 0", "tree");
+}
+
+#[test]
+fn transfer_does_not_depend_on_where_a_scene_is() {
+    // On a grid that `f32` still has at the far place, about the middle of the scene.
+    let grid = |x: f32, middle: f32| (x * 32.0).round() / 32.0 - middle;
+    let scene = built_in::columns_hall(1);
+    let at = |place: [f32; 3], middle: [f32; 3]| {
+        let (meshes, materials, textures) = scene.clone().into_parts();
+        let moved = |mesh: Mesh| {
+            let mut parts = mesh.into_parts();
+            parts.positions.iter_mut().for_each(|p| *p = [0, 1, 2].map(|k| place[k] + grid(p[k], middle[k])));
+            Mesh::new(parts).unwrap()
+        };
+        Scene::new(meshes.into_iter().map(moved).collect(), materials, textures).unwrap()
+    };
+    let Bounds { min, max } = at([0.0; 3], [0.0; 3]).bounds();
+    let middle = [0, 1, 2].map(|k| 0.5 * (min[k] + max[k]));
+    let transfer = |scene: &Scene| {
+        let receivers = Receivers::at_vertices(scene).unwrap();
+        baked(scene, &receivers, &options(Mode::Interreflected, 2, 16)).0
+    };
+    let here = transfer(&at([0.0; 3], middle));
+    let far = at([1e5, -1e5, 1e5], middle);
+    assert!(transfer(&far.near_origin().0) == here, "1e5 units away");
+    assert!(transfer(&far) != here, "rays that start 0.4 above surfaces see other things");
 }

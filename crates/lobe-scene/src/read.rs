@@ -156,7 +156,7 @@ impl<'a> Source<'a> {
         if v.max(t) > self.limit {
             let (name, limit) = (self.name, self.limit);
             return Err(SceneError::Options(format!(
-                "{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more: raise the limit"
+                "{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more: raise it with --max-triangles"
             )));
         }
         Ok(())

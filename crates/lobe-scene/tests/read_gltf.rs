@@ -316,7 +316,8 @@ fn a_small_file_that_unfolds_to_too_much_is_refused_before_memory_is_taken() {
     let file = Gltf::square().with("/nodes", json!(nodes)).with("/scenes/0/nodes", json!((0..100).collect::<Vec<_>>()));
     let options = ReadOptions { limit: 250, ..ReadOptions::default() };
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
-    let expected = "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise the limit";
+    let expected =
+        "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise it with --max-triangles";
     assert_eq!(error.to_string(), expected, "message");
     assert!(matches!(error, SceneError::Options(_)), "{error:?}");
     assert_eq!(scene(&file).meshes().len(), 100, "within the usual limit it is read");

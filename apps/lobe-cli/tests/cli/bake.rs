@@ -1,11 +1,9 @@
 //! `lobe bake`: what it writes, and what it refuses in one line before any work.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use lobe::prt::{read_baked, read_matrices, read_neighbourhood, read_transfer};
+use lobe::prt::{read_compressed_transfer, read_matrices, read_neighbourhood, read_transfer};
 use lobe::scene::{Mesh, ReadOptions, built_in, read_scene};
 use serde_json::{Value, json};
 
@@ -74,7 +72,7 @@ fn a_file_comes_back_vertex_for_vertex_with_transfer() {
     assert_eq!(printed["rays"], 4 * 64, "{printed}");
     assert!(printed["seconds"].is_f64() && printed["stderr_dc"].is_f64(), "{printed}");
     assert_eq!(dir.names(), ["out.glb", "scene.bin", "scene.gltf"], "no checkpoint is left");
-    let baked = read_baked(dir.path("out.glb")).unwrap();
+    let baked = dir.baked("out.glb");
     let (scene, _) = read_scene(dir.path("scene.gltf"), &ReadOptions::default()).unwrap();
     assert_eq!(baked.scene.meshes(), scene.meshes(), "meshes");
     assert_eq!((baked.transfer.order(), baked.transfer.receivers()), (3, 4), "transfer");
@@ -99,7 +97,7 @@ fn the_same_command_gives_the_same_bytes() {
 fn built_in_scenes_and_split_ones_are_written_as_they_were_baked() {
     let dir = Dir::new();
     dir.lobe("bake built-in:furnace -o out.glb --samples 16 --order 2 --mode shadowed --quiet").stdout();
-    let baked = read_baked(dir.path("out.glb")).unwrap();
+    let baked = dir.baked("out.glb");
     let scene = built_in::named("furnace").unwrap();
     assert_eq!(baked.transfer.receivers(), scene.vertex_count(), "vertices");
     let all = baked.transfer.coefficients().iter().fold(0.0, |sum: f32, c| sum.max(c.abs()));
@@ -118,7 +116,7 @@ fn which_axis_is_up_is_asked_for_obj_and_ply_only() {
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     for (up, band) in [("y", 1), ("z", 2)] {
         dir.lobe(&format!("bake t.obj -o out.glb --mode unshadowed --order 2 --quiet --up {up}")).stdout();
-        let baked = read_baked(dir.path("out.glb")).unwrap();
+        let baked = dir.baked("out.glb");
         let t = baked.transfer.vector(0, 0).to_vec();
         // The triangle faces +z of the file: -y of the world, or its +z. Y_1 = c (-y, z, -x).
         assert!(t[band] > 0.1, "{up} up: {t:?}");
@@ -136,9 +134,9 @@ fn edges_are_split_where_transfer_changes() {
     dir.file("wall.obj", format!("{ground}{wall}"));
     let bake = "bake wall.obj -o out.glb --order 2 --samples 16 --mode shadowed --quiet --max-edge 2";
     dir.lobe(bake).stdout();
-    let even = read_baked(dir.path("out.glb")).unwrap().scene;
+    let even = dir.baked("out.glb").scene;
     dir.lobe(&format!("{bake} --adaptive 0.2 --min-edge 0.3")).stdout();
-    let fine = read_baked(dir.path("out.glb")).unwrap().scene;
+    let fine = dir.baked("out.glb").scene;
     let near = |scene: &lobe::scene::Scene, inside: bool| {
         let positions = scene.meshes().iter().flat_map(Mesh::positions);
         positions.filter(|p| (p[0].abs().max(p[1].abs()) < 3.0) == inside).count()
@@ -158,8 +156,12 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
     bake("built-in:ball -o g.safetensors --grid 2,3,4 --mode shadowed");
     assert_eq!(read_neighbourhood(dir.path("g.safetensors")).unwrap().0.grid().counts(), [2, 3, 4], "grid");
     bake("built-in:furnace -o c.glb --max-edge 0.2 --mode unshadowed --clusters 3 --components 2 --weights 8");
-    let compressed = read_baked(dir.path("c.glb")).unwrap().compressed.unwrap();
+    let compressed = dir.baked("c.glb").compressed.unwrap();
     assert_eq!((compressed.table().components(), compressed.order()), (2, 2), "compressed");
+    bake("scene.gltf -o c.safetensors --clusters 2");
+    let recipe = read_compressed_transfer(&dir.path("c.safetensors")).unwrap().1;
+    assert_eq!((&recipe["samples"], &recipe["clusters"]), (&json!(8), &json!(2)), "{recipe}");
+    assert!(recipe["scene_hash"].is_string() && recipe["relative_error"].is_f64(), "{recipe}");
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
     bake("t.obj -o t.safetensors --texels 8");
     assert_eq!(read_transfer(dir.path("t.safetensors")).unwrap().0.receivers(), 64, "a lightmap, dilated");
@@ -185,50 +187,32 @@ fn points_of_a_grid_are_off_the_floor_or_where_they_are_asked_for() {
 }
 
 #[test]
-fn a_scene_far_from_its_origin_is_told_of() {
+fn a_scene_far_from_its_origin_has_the_transfer_of_one_that_is_near() {
     let dir = Dir::new();
-    let square = |x: f32| format!("v {x} 0 0\nv {} 0 0\nv {x} 0 -1\nf 1 2 3\n", x + 1.0);
-    for (x, is_told) in [(0.0, false), (1000.0, true)] {
-        dir.file("t.obj", square(x));
-        let (_, said) = dir.lobe("bake t.obj -o t.glb --samples 8 --mode shadowed").succeeds();
-        assert_eq!(said.contains("far from its origin: rays start 0.0038"), is_told, "{said}");
+    // A wall on a square about the place.
+    let wall = |[x, y, z]: [f32; 3]| {
+        let corners =
+            [[-1, -1, -1], [-1, -1, 1], [1, -1, 1], [1, -1, -1], [0, -1, -1], [0, -1, 1], [0, 1, 1], [0, 1, -1]];
+        let vertices = corners.map(|c: [i8; 3]| {
+            let [a, b, c] = c.map(f32::from);
+            format!("v {} {} {}\n", x + a, y + b, z + c)
+        });
+        vertices.concat() + "f 1 2 3 4\nf 5 6 7 8\n"
+    };
+    dir.file("near.obj", wall([0.0; 3]));
+    dir.file("far.obj", wall([1e5, -7e5, 65536.0]));
+    for options in ["", "--adaptive 0.2 --min-edge 0.25", "--mode glossy", "--grid 2,2,2"] {
+        let [near, far] = ["near", "far"].map(|name| {
+            let bake = format!("bake {name}.obj -o {name}.safetensors --order 3 --samples 256 {options}");
+            let (_, said) = dir.lobe(&bake).succeeds();
+            assert!(!said.contains("far from its origin"), "{said}");
+            let bytes = dir.bytes(&format!("{name}.safetensors"));
+            // What is behind the header: the header has the name of the scene.
+            let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+            bytes[8 + length..].to_vec()
+        });
+        assert!(near == far && near.iter().any(|&b| b != 0), "{options}: {} and {} bytes", near.len(), far.len());
     }
-}
-
-#[cfg(unix)]
-#[test]
-fn ctrl_c_leaves_a_checkpoint_and_the_same_command_goes_on_to_the_same_bytes() {
-    let dir = Dir::new();
-    // More work each time it was done before it could be stopped.
-    for samples in [2048, 8192, 32768, 131072] {
-        let args = format!("bake built-in:furnace --mode shadowed --order 2 --samples {samples} --quiet -o out.glb");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
-        let command = command.args(args.split(' ')).current_dir(dir.path("")).stderr(Stdio::piped());
-        let mut child = command.spawn().unwrap();
-        while !dir.path("out.glb.checkpoint").exists() && child.try_wait().unwrap().is_none() {
-            sleep(Duration::from_millis(5));
-        }
-        sleep(Duration::from_millis(50));
-        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-        let output = child.wait_with_output().unwrap();
-        if output.status.success() {
-            std::fs::remove_file(dir.path("out.glb")).unwrap();
-            continue;
-        }
-        let line = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "exit code; stderr: {line}");
-        let end = "points; the same command goes on from there, --fresh starts anew\n";
-        assert!(line.starts_with("lobe: stopped after ") && line.ends_with(end), "{line:?}");
-        assert_eq!(dir.names(), ["out.glb.checkpoint"], "files after Ctrl-C");
-        let line = dir.lobe(&args.replace("2 --samples", "3 --samples")).error();
-        assert!(line.contains("out.glb.checkpoint"), "the checkpoint of another bake: {line}");
-        dir.lobe(&args).stdout();
-        assert_eq!(dir.names(), ["out.glb"], "files at the end");
-        dir.lobe(&args.replace("out.glb", "whole.glb")).stdout();
-        assert!(dir.bytes("out.glb") == dir.bytes("whole.glb"), "the same bytes as without a stop");
-        return;
-    }
-    panic!("the bake was done before it could be stopped");
 }
 
 #[test]
@@ -268,6 +252,23 @@ fn outputs_that_cannot_be_are_refused_before_the_bake() {
     let line = dir.lobe("bake none.glb -o none/out.glb").error();
     assert!(line.starts_with("none/out.glb: the folder none does not exist"), "{line}");
     assert_eq!(dir.names(), ["scene.bin", "scene.gltf"], "nothing is written");
+}
+
+#[test]
+fn the_most_triangles_are_what_the_option_says() {
+    let dir = with_square(|_| ());
+    for command in
+        ["bake scene.gltf -o out.glb", "render scene.gltf --env bundled:studio --mode truth --quiet -o out.png"]
+    {
+        let line = dir.lobe(&format!("{command} --max-triangles 3")).error();
+        let expected = "scene.gltf: expected at most 3 triangles and vertices, found 2 and 4 or more: raise it with --max-triangles";
+        assert_eq!(line, expected, "{command}");
+    }
+    dir.lobe("bake scene.gltf -o out.glb --max-triangles 4 --samples 4 --quiet").stdout();
+    let line = dir.lobe("bake built-in:ball -o out.glb --max-triangles 4").error();
+    assert_eq!(line, "--max-triangles: only of scenes in files; leave the option out", "built-in");
+    let line = dir.lobe("bake scene.gltf -o out.glb --max-triangles 0").error();
+    assert!(line.contains("expected a number of triangles from 1 to 2147483647"), "{line}");
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn resumed_from(stderr: &[u8]) -> Option<u32> {
 
 /// Outputs that are being written, or were when something happened. Empty ones, by which a bake finds at its start that it
 /// can write, do not count.
-fn half_written(dir: &Dir) -> Vec<String> {
+pub(crate) fn half_written(dir: &Dir) -> Vec<String> {
     let is_begun = |name: &String| dir.path(name).metadata().is_ok_and(|file| file.len() > 0);
     dir.names().into_iter().filter(|name| name.starts_with(".lobe-") && is_begun(name)).collect()
 }
@@ -67,6 +67,39 @@ fn a_bake_killed_again_and_again_goes_on_and_ends_with_the_same_bytes() {
     }
     println!("{runs} runs, {whole:?} in one; resumed from {percents:?} %");
     assert!(runs > 3 && percents[percents.len() - 1] > 0, "{runs} runs, resumed from {percents:?} %");
+    assert_eq!(dir.names(), ["out.glb", "whole.glb"], "files at the end");
+    assert!(dir.bytes("out.glb") == dir.bytes("whole.glb"), "the same bytes as without a kill");
+}
+
+#[test]
+fn adaptive_splitting_killed_again_and_again_goes_on_and_ends_with_the_same_bytes() {
+    let dir = Dir::new();
+    let bake = "bake built-in:ball --max-edge 0.5 --adaptive 0.1 --order 2 --samples 64 --bounces 0 -o";
+    let begin = Instant::now();
+    dir.lobe(&format!("{bake} whole.glb --quiet")).stdout();
+    let whole = begin.elapsed();
+    let (mut runs, mut killed_while_splitting, mut resumed) = (0, 0, 0);
+    loop {
+        let time = whole * runs / 12;
+        runs += 1;
+        let mut child = start(&dir, &format!("{bake} out.glb"));
+        let has_ended = ends_within(&mut child, time);
+        child.kill().unwrap();
+        let said = String::from_utf8(child.wait_with_output().unwrap().stderr).unwrap();
+        resumed += usize::from(said.contains("out.glb.checkpoint: found; going on from "));
+        if has_ended {
+            break;
+        }
+        let names = dir.names();
+        let is_splitting = names.iter().any(|name| name.starts_with("out.glb.checkpoint.split-"));
+        killed_while_splitting += usize::from(is_splitting && !dir.path("out.glb.checkpoint").exists());
+        assert!(!dir.path("out.glb").exists(), "a killed bake has no output");
+    }
+    println!("{runs} runs, {whole:?} in one; killed while splitting {killed_while_splitting} times, resumed {resumed}");
+    assert!(
+        killed_while_splitting > 1 && resumed > 0,
+        "{killed_while_splitting} kills, {resumed} resumed, {runs} runs"
+    );
     assert_eq!(dir.names(), ["out.glb", "whole.glb"], "files at the end");
     assert!(dir.bytes("out.glb") == dir.bytes("whole.glb"), "the same bytes as without a kill");
 }

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
 use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::prt::{Baked, read_baked};
 use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, load_sh_json, save_sh_json};
+use lobe_testkit::glb_faults;
 use tempfile::TempDir;
 
 /// A folder that is removed at the end of the test.
@@ -31,6 +33,12 @@ impl Dir {
     /// Reads a file.
     pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// Reads a baked scene, whose file has to be right by glTF's rules.
+    pub(crate) fn baked(&self, name: &str) -> Baked {
+        assert_eq!(glb_faults(&self.bytes(name)), Vec::<String>::new(), "faults of {name}");
+        read_baked(self.path(name)).unwrap()
     }
 
     /// Writes an expansion.

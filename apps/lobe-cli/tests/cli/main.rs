@@ -6,6 +6,8 @@ mod bad_input;
 mod bad_usage;
 mod bake;
 mod bake_killed;
+#[cfg(unix)]
+mod bake_stopped;
 mod compare;
 mod encodings;
 mod env;

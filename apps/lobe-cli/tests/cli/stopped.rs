@@ -9,14 +9,14 @@ use crate::harness::Dir;
 /// Work stops within a second or so; the rest is for a busy machine.
 const AT_ONCE: Duration = Duration::from_secs(6);
 
-fn started(dir: &Dir, args: &str) -> Child {
+pub(crate) fn started(dir: &Dir, args: &str) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
     let command = command.args(args.split(' ')).current_dir(dir.path("")).stderr(Stdio::piped());
     command.spawn().unwrap()
 }
 
 /// Presses Ctrl-C as soon as a file is there; what the command then says, or none if it was done before.
-fn stopped(dir: &Dir, mut child: Child, file: &str) -> Option<Output> {
+pub(crate) fn stopped(dir: &Dir, mut child: Child, file: &str) -> Option<Output> {
     while !dir.path(file).exists() && child.try_wait().unwrap().is_none() {
         sleep(Duration::from_millis(5));
     }
@@ -29,7 +29,7 @@ fn stopped(dir: &Dir, mut child: Child, file: &str) -> Option<Output> {
 }
 
 /// The one line with which a command that was stopped ends.
-fn line(output: Output) -> String {
+pub(crate) fn line(output: Output) -> String {
     let line = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "exit code; stderr: {line}");
     assert!(line.ends_with('\n') && line.lines().count() == 1, "{line:?}");
