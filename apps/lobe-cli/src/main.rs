@@ -35,6 +35,7 @@ mod output;
 mod picture;
 mod project;
 mod render;
+mod render_backs;
 mod render_light;
 mod render_transfer;
 mod render_view;

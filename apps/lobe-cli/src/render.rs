@@ -17,7 +17,7 @@ use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zona
 use crate::bake_watch::Checkpoint;
 use crate::picture::note_clamped;
 use crate::render_light::{LightInput, ReadLight};
-use crate::render_transfer::{Asked, Lobe, Prepared, parse_lobe, prepare};
+use crate::render_transfer::{Asked, Lobe, SceneTransfer, parse_lobe, prepare};
 use crate::render_view::ViewInput;
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
@@ -47,7 +47,13 @@ const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 /// Steps of the bar of one picture.
 const STEPS: u64 = 1000;
 
+const NOTES: &str = "\
+Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
+that falls on their back. Baked files hold fronts; backs are baked on the way, with as many paths, as far as the view shows them: of a \
+closed body seen from outside there are none.";
+
 #[derive(Args)]
+#[command(after_help = NOTES)]
 pub(crate) struct Render {
     #[command(flatten)]
     scene: SceneInput,
@@ -167,7 +173,7 @@ struct Work<'a> {
     light: &'a ReadLight,
     /// None where the light is used as it was given.
     expansion: Option<ShVec<Rgb<f64>>>,
-    transfer: Option<&'a Prepared>,
+    transfer: Option<&'a SceneTransfer>,
 }
 
 impl Render {
@@ -178,20 +184,27 @@ impl Render {
             output::check_file(&path)?;
         }
         let light = self.light.read(talk)?;
-        let (scene, transfer) = match self.asked() {
-            None => (self.scene.read(talk)?, None),
+        let (scene, bvh, mut transfer) = match self.asked() {
+            None => {
+                let scene = self.scene.read(talk)?;
+                let bvh = Bvh::new(&scene);
+                (scene, bvh, None)
+            }
             Some(asked) => {
-                let prepared = prepare(&self.scene, &asked, talk)?;
-                (prepared.scene.clone(), Some(prepared))
+                let (scene, bvh, transfer) = prepare(&self.scene, &asked, talk)?;
+                (scene, bvh, Some(transfer))
             }
         };
-        let bvh = Bvh::new(&scene);
-        let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, Prepared::order);
+        let camera = self.view.camera(&scene)?;
+        if let Some(transfer) = &mut transfer {
+            transfer.bake_backs(&scene, &bvh, &camera, &self.view_options(), talk)?;
+        }
+        let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, SceneTransfer::order);
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
         let work = Work {
             scene: &scene,
             bvh: &bvh,
-            camera: self.view.camera(&scene)?,
+            camera,
             light: &light,
             expansion: is_expansion.then(|| self.light.expansion(&light, order)),
             transfer: transfer.as_ref(),
@@ -261,8 +274,8 @@ impl Render {
         checkpoint: &Checkpoint,
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Rendered, RenderError> {
-        let (width, height) = self.view.size();
         if self.mode == Mode::Truth {
+            let (width, height) = self.view.size();
             let light = match &work.expansion {
                 Some(f) => DistantLight::from_expansion(f.clone()),
                 None => work.light.as_it_is(),
@@ -284,13 +297,12 @@ impl Render {
         };
         let behind = behind.turned(turn);
         let f = turn.rotated(f);
-        let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
-        let options = ViewOptions { width, height, rays };
+        let options = self.view_options();
         let (scene, bvh, camera) = (work.scene, work.bvh, &work.camera);
         let background = |s: Dir| behind.radiance(s);
         let picture = match work.transfer {
-            Some(prepared) => {
-                let lit = prepared.lit(&f);
+            Some(transfer) => {
+                let lit = transfer.lit(scene, &f);
                 scene_picture(scene, bvh, camera, &options, background, |hit| lit.radiance(hit), progress)
             }
             None => {
@@ -300,6 +312,13 @@ impl Render {
             }
         };
         Ok(Rendered::Shaded(picture?))
+    }
+
+    /// What all modes but truth look with.
+    fn view_options(&self) -> ViewOptions {
+        let (width, height) = self.view.size();
+        let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
+        ViewOptions { width, height, rays }
     }
 
     fn path_options(&self) -> PathOptions {

@@ -7,6 +7,7 @@ mod bad_usage;
 mod bake;
 mod bake_killed;
 mod compare;
+mod double_sided;
 mod encodings;
 mod env;
 mod harness;
