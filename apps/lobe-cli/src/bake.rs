@@ -16,6 +16,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::bake_watch::{Checkpoint, show};
+use crate::memory::MemoryLimit;
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
 use crate::{compression, output, values};
@@ -33,6 +34,9 @@ const HIGH_START: f32 = 1e-4;
 /// The shortest edge that is split without --min-edge, as a part of the scene's diagonal.
 const SHORTEST_EDGE: f32 = 1.0 / 512.0;
 
+/// Bytes that a texel of a lightmap takes in memory at most, beside what is written: a place on a triangle, and a receiver.
+const TEXEL: u64 = 40 + 44;
+
 const NOTES: &str = "\
 Stopping: results are kept in OUT.checkpoint. Ctrl-C ends the bake with exit code 2 and leaves that file, and so does whatever \
 kills it, at a cost of at most 10 s of rays. The same command reads and splits the scene once more and goes on from there, \
@@ -40,8 +44,8 @@ to the same bytes; at the end the file is removed.
 
 Disk: 4 n² bytes for each vertex and channel, taken from the start, and as many again for the output.
 
-Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --texels and compression take results into \
-memory: twice 4 n² bytes for each vertex or texel and channel.";
+Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only compression and --texels as .exr take \
+results into memory: twice and three times 4 n² bytes for each vertex or texel and channel. --texels takes 84 bytes for each texel.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
@@ -100,6 +104,8 @@ pub(crate) struct Bake {
     /// Compress, with so many bits for a weight: 8, 16 or 32 [default with --clusters or --components: 32]
     #[arg(long, value_name = "BITS", value_parser = compression::weight_bits)]
     weights: Option<WeightBits>,
+    #[command(flatten)]
+    memory: MemoryLimit,
     /// Start anew, even if there is a checkpoint of a bake that was stopped
     #[arg(long)]
     fresh: bool,
@@ -349,6 +355,7 @@ impl Bake {
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
+        self.check_memory(scene, width)?;
         let texels = TexelReceivers::new(scene, width)?;
         let options = self.bake_options();
         let channels = options.channels_for(scene, texels.receivers().is_grey());
@@ -359,12 +366,21 @@ impl Bake {
         let (transfer, report) = checkpoint.watched(talk, |path, progress| {
             bake_resumable(scene, &bvh, texels.receivers(), &options, path, progress)
         })?;
-        let (picture, recipe) = (texels.picture(&transfer.load()?)?, self.recipe(scene, &report));
+        let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(scene, &report));
         match has_extension(&self.output, "exr") {
             true => write_lightmap(&self.output, &picture, &recipe)?,
             false => write_transfer(&self.output, &picture, &recipe)?,
         }
         Ok(report)
+    }
+
+    /// Refuses a lightmap that takes too much memory: of an .exr picture all numbers, and the file while it grows.
+    fn check_memory(&self, scene: &Scene, width: usize) -> anyhow::Result<()> {
+        let channels = self.bake_options().channels_for(scene, scene.is_grey());
+        let is_picture = has_extension(&self.output, "exr");
+        let numbers = if is_picture { 3 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
+        let what = format!("--texels {width}");
+        self.memory.check(&what, numbers + TEXEL * (width * width) as u64, "fewer --texels, or a lower --order")
     }
 
     fn bake_grid(

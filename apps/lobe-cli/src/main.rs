@@ -31,6 +31,7 @@ mod input;
 mod light;
 mod map_input;
 mod map_output;
+mod memory;
 mod output;
 mod picture;
 mod project;

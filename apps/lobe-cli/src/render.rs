@@ -8,13 +8,16 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, WriteOptions, write_env};
 use lobe::render::{
-    Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount, SceneHit,
-    Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture, write_animated_png,
+    AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
+    SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
 };
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+use lobe::sh::{
+    Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, StagedFile, StagedWriter, Zonal, convolved,
+};
 
 use crate::bake_watch::Checkpoint;
+use crate::memory::MemoryLimit;
 use crate::picture::note_clamped;
 use crate::render_light::{LightInput, ReadLight};
 use crate::render_transfer::{Asked, Lobe, SceneTransfer, parse_lobe, prepare};
@@ -44,13 +47,22 @@ const LOBE: Lobe = Lobe::Ggx(0.3);
 /// A turn of 36 frames takes three seconds.
 const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 
+/// Bytes that a pixel takes in memory at most, the file in the making included: of the truth 14 numbers that are traced, then
+/// as many in layers, then as channels, then compressed; else three numbers, two copies of them and the compressed file while it
+/// grows (test `pictures_take_no_more_memory_than_is_said`).
+const TRACED_PIXEL: u64 = 4 * 14 * 4;
+const SHADED_PIXEL: u64 = 4 * 3 * 5;
+
 /// Steps of the bar of one picture.
 const STEPS: u64 = 1000;
 
 const NOTES: &str = "\
 Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
 that falls on their back. Baked files hold fronts; backs are baked on the way, with as many paths, as far as the view shows them: of a \
-closed body seen from outside there are none.";
+closed body seen from outside there are none.
+
+Memory: 224 bytes for each pixel of the truth, 60 else, for one picture at a time; transfer that is baked on the way, twice 4 n² bytes \
+for each vertex and channel, of glossy 4 n⁴. Scene, light and transfer from a file come on top and are as large as their files.";
 
 #[derive(Args)]
 #[command(after_help = NOTES)]
@@ -101,6 +113,8 @@ pub(crate) struct Render {
     /// OUT.png
     #[arg(long, value_name = "N", value_parser = frames)]
     frames: Option<usize>,
+    #[command(flatten)]
+    memory: MemoryLimit,
     /// truth: start anew, even if there is a checkpoint of a picture that was stopped
     #[arg(long)]
     fresh: bool,
@@ -180,6 +194,7 @@ impl Render {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         let frames = self.frames.unwrap_or(1);
+        self.check_memory()?;
         for path in (0..frames).map(|k| self.frame_path(k)).chain(self.animation_path()) {
             output::check_file(&path)?;
         }
@@ -191,13 +206,13 @@ impl Render {
                 (scene, bvh, None)
             }
             Some(asked) => {
-                let (scene, bvh, transfer) = prepare(&self.scene, &asked, talk)?;
+                let (scene, bvh, transfer) = prepare(&self.scene, &asked, &self.memory, talk)?;
                 (scene, bvh, Some(transfer))
             }
         };
         let camera = self.view.camera(&scene)?;
         if let Some(transfer) = &mut transfer {
-            transfer.bake_backs(&scene, &bvh, &camera, &self.view_options(), talk)?;
+            transfer.bake_backs(&scene, &bvh, &camera, &self.view_options(), &self.memory, talk)?;
         }
         let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, SceneTransfer::order);
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
@@ -218,9 +233,37 @@ impl Render {
             checkpoints.iter().try_for_each(Checkpoint::discard)?;
         }
         ctrl_c::watch();
+        match self.animation_path() {
+            None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
+            Some(path) => {
+                let io = |source| RenderError::Io { path: path.clone(), source };
+                let in_file = |error| if let RenderError::Output(source) = error { io(source) } else { error };
+                let mut file = StagedWriter::new(&path).map_err(io)?;
+                let (width, height) = self.view.size();
+                let mut animation =
+                    AnimatedPng::new(&mut file, width, height, frames, SECONDS_PER_FRAME).map_err(in_file)?;
+                self.render_frames(work, &checkpoints, talk, &mut |picture, tone| {
+                    animation.add(picture, tone).map_err(in_file)
+                })?;
+                animation.finish().map_err(in_file)?;
+                file.finish().and_then(StagedFile::publish).map_err(io)?;
+            }
+        }
+        checkpoints.iter().for_each(Checkpoint::finish);
+        Ok(())
+    }
+
+    /// Renders and writes all pictures, one after the other; each is shown to `animate` and forgotten.
+    fn render_frames(
+        &self,
+        work: &Work<'_>,
+        checkpoints: &[Checkpoint],
+        talk: Talk,
+        animate: &mut dyn FnMut(&Picture, &Tone) -> Result<(), RenderError>,
+    ) -> anyhow::Result<()> {
+        let frames = checkpoints.len();
         let bar = talk.bar("render", frames as u64 * STEPS);
         let mut tone = None;
-        let mut animation = Vec::new();
         for (k, checkpoint) in checkpoints.iter().enumerate() {
             let turn = self.light.turn(k, frames);
             let mut is_told = false;
@@ -242,15 +285,9 @@ impl Render {
             };
             let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
             self.write(&rendered, &tone, k, talk)?;
-            if self.frames.is_some() {
-                animation.push(rendered.picture().clone());
-            }
+            animate(rendered.picture(), &tone)?;
         }
         bar.finish_and_clear();
-        if let (Some(path), Some(tone)) = (self.animation_path(), tone) {
-            write_animated_png(path, &animation, &tone, SECONDS_PER_FRAME)?;
-        }
-        checkpoints.iter().for_each(Checkpoint::finish);
         Ok(())
     }
 
@@ -372,6 +409,14 @@ impl Render {
             }
         }
         Ok(())
+    }
+
+    /// Refuses a picture that takes too much memory.
+    fn check_memory(&self) -> anyhow::Result<()> {
+        let (width, height) = self.view.size();
+        let each = if self.mode == Mode::Truth { TRACED_PIXEL } else { SHADED_PIXEL };
+        let bytes = each.saturating_mul((width * height) as u64);
+        self.memory.check(&format!("--size {width}x{height}"), bytes, "a smaller picture")
     }
 
     /// An option that would be ignored is a misunderstanding.

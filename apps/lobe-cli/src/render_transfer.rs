@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::ctrl_c;
+use crate::memory::MemoryLimit;
 use crate::render_backs::{Backs, seen_from_behind};
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
@@ -159,12 +160,14 @@ impl SceneTransfer {
         bvh: &Bvh,
         camera: &Camera,
         view: &ViewOptions,
+        memory: &MemoryLimit,
         talk: Talk,
     ) -> anyhow::Result<()> {
         let seen = seen_from_behind(scene, bvh, camera, view, &self.places, talk)?;
         if seen.is_empty() {
             return Ok(());
         }
+        check_memory(memory, scene, seen.len(), &self.options, self.shine.is_some())?;
         if let Some(file) = &self.file {
             let (count, options) = (seen.len(), &self.options);
             let places = if matches!(self.places, Places::Vertices) { "vertices" } else { "texels" };
@@ -267,14 +270,19 @@ impl Lit<'_> {
 }
 
 /// Reads a scene that was baked, or a file of transfer beside a scene, or reads and bakes a scene.
-pub(crate) fn prepare(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::Result<(Scene, Bvh, SceneTransfer)> {
+pub(crate) fn prepare(
+    input: &SceneInput,
+    asked: &Asked,
+    memory: &MemoryLimit,
+    talk: Talk,
+) -> anyhow::Result<(Scene, Bvh, SceneTransfer)> {
     if let Some(order) = asked.order.filter(|&order| order > Transfer::MAX_ORDER) {
         bail!("--order: transfer has an order of 1 to {}, found {order}", Transfer::MAX_ORDER);
     }
     let (scene, transfer) = match (&asked.file, input.gltf_file()) {
         (Some(file), _) => read_beside(input, file, asked, talk)?,
         (None, Some(path)) if asked.lobe.is_none() && is_baked(path)? => read(input, path, asked, talk)?,
-        _ => return bake_now(input, asked, talk),
+        _ => return bake_now(input, asked, memory, talk),
     };
     let bvh = Bvh::new(&scene);
     Ok((scene, bvh, transfer))
@@ -362,7 +370,12 @@ impl Asked {
     }
 }
 
-fn bake_now(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::Result<(Scene, Bvh, SceneTransfer)> {
+fn bake_now(
+    input: &SceneInput,
+    asked: &Asked,
+    memory: &MemoryLimit,
+    talk: Talk,
+) -> anyhow::Result<(Scene, Bvh, SceneTransfer)> {
     let scene = input.read(talk)?;
     let defaults = BakeOptions::default();
     let options = BakeOptions {
@@ -372,11 +385,27 @@ fn bake_now(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::Result<(Sc
         bounces: asked.bounces.unwrap_or(defaults.bounces),
         ..defaults
     };
+    check_memory(memory, &scene, scene.vertex_count(), &options, asked.lobe.is_some())?;
     let (receivers, bvh) = (Receivers::at_vertices(&scene)?, Bvh::new(&scene));
     let front = Response::bake(&scene, &bvh, &receivers, &options, asked.lobe.is_some(), talk)?;
     let transfer =
         SceneTransfer { places: Places::Vertices, front, back: None, shine: asked.shine(), options, file: None };
     Ok((scene, bvh, transfer))
+}
+
+/// Refuses to bake what takes too much memory: rows of numbers that grow, and what they make of a light.
+fn check_memory(
+    memory: &MemoryLimit,
+    scene: &Scene,
+    count: usize,
+    options: &BakeOptions,
+    is_glossy: bool,
+) -> anyhow::Result<()> {
+    let (bands, channels) = (options.order.pow(2), options.channels_for(scene, scene.is_grey()).count());
+    let (numbers, lit) = if is_glossy { (bands * bands, 3 * 8 * bands) } else { (bands, 3 * 4) };
+    let bytes = ((2 * 4 * numbers * channels + lit) as u64).saturating_mul(count as u64);
+    let what = format!("transfer of {count} vertices at order {}", options.order);
+    memory.check(&what, bytes, "a lower --order")
 }
 
 fn mode_name(mode: Mode) -> &'static str {

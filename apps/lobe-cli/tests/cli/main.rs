@@ -13,6 +13,7 @@ mod env;
 mod harness;
 mod light;
 mod maps;
+mod memory;
 mod named_light;
 mod project;
 mod render;
