@@ -45,7 +45,7 @@ to the same bytes; at the end the file is removed.
 Disk: 4 n² bytes for each vertex and channel, taken from the start, and as many again for the output.
 
 Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only compression and --texels as .exr take \
-results into memory: twice and three times 4 n² bytes for each vertex or texel and channel. --texels takes 84 bytes for each texel.";
+results into memory: twice 4 n² bytes for each vertex or texel and channel. --texels takes 84 bytes for each texel.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
@@ -378,7 +378,7 @@ impl Bake {
     fn check_memory(&self, scene: &Scene, width: usize) -> anyhow::Result<()> {
         let channels = self.bake_options().channels_for(scene, scene.is_grey());
         let is_picture = has_extension(&self.output, "exr");
-        let numbers = if is_picture { 3 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
+        let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
         let what = format!("--texels {width}");
         self.memory.check(&what, numbers + TEXEL * (width * width) as u64, "fewer --texels, or a lower --order")
     }

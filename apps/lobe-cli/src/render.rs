@@ -47,9 +47,9 @@ const LOBE: Lobe = Lobe::Ggx(0.3);
 /// A turn of 36 frames takes three seconds.
 const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 
-/// Bytes that a pixel takes in memory at most, the file in the making included: of the truth 14 numbers that are traced, then
-/// as many in layers, then as channels, then compressed; else three numbers, two copies of them and the compressed file while it
-/// grows (test `pictures_take_no_more_memory_than_is_said`).
+/// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers four times:
+/// traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers five times: twice as
+/// they are, compressed in blocks and as a file, and some room.
 const TRACED_PIXEL: u64 = 4 * 14 * 4;
 const SHADED_PIXEL: u64 = 4 * 3 * 5;
 

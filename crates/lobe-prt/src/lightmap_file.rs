@@ -79,7 +79,8 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
     attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(about));
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
     let image = Image::from_layer(Layer::new((width, width), attributes, encoding, AnyChannels::sort(list)));
-    let mut bytes = Cursor::new(Vec::new());
+    // As much as the numbers take: a vector that grows holds up to three times as much for a while.
+    let mut bytes = Cursor::new(Vec::with_capacity(4 * receivers * transfer.row_len()));
     image.write().to_buffered(&mut bytes).map_err(|error| PrtError::invalid(&file, error.to_string()))?;
     write_atomically(path, |out| out.write_all(bytes.get_ref())).map_err(|source| PrtError::Io { file, source })
 }
