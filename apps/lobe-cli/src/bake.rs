@@ -17,6 +17,7 @@ use crate::bake_split::Splitting;
 use crate::bake_watch::{Checkpoint, tell_if_too_late, watched};
 use crate::bake_write::{stop_before_writing, stopped, write_watched};
 use crate::compression::Compression;
+use crate::memory::MemoryLimit;
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
 use crate::{bake_report, bake_split, output, values};
@@ -24,6 +25,9 @@ use crate::{bake_report, bake_split, output, values};
 /// As many as the bake takes.
 const MAX_SAMPLES: usize = 1 << 24;
 const MAX_BOUNCES: usize = 255;
+
+/// Bytes that a texel of a lightmap takes in memory at most, beside what is written: a place on a triangle, and a receiver.
+const TEXEL: u64 = 40 + 44;
 
 const NOTES: &str = "\
 Stopping: results are kept in OUT.checkpoint, those of --adaptive in OUT.checkpoint.split-0, -1 and so on. Ctrl-C ends the bake \
@@ -33,8 +37,8 @@ removed. Compression begins anew.
 
 Disk: 4 n² bytes for each vertex and channel, taken from the start, as many again for the output, and as many for --adaptive.
 
-Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --adaptive, --texels and compression take \
-results into memory: twice 4 n² bytes for each vertex or texel and channel.";
+Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --adaptive, compression and --texels as \
+.exr take results into memory: twice 4 n² bytes for each vertex or texel and channel. --texels takes 84 bytes for each texel.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
@@ -79,6 +83,8 @@ pub(crate) struct Bake {
     grid_box: Option<[f64; 6]>,
     #[command(flatten)]
     compression: Compression,
+    #[command(flatten)]
+    memory: MemoryLimit,
     /// Start anew, even if there is a checkpoint of a bake that was stopped
     #[arg(long)]
     fresh: bool,
@@ -314,6 +320,7 @@ impl Bake {
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
+        self.check_memory(&world.near, width)?;
         let texels = TexelReceivers::new(&world.near, width)?;
         let options = self.bake_options();
         let channels = options.channels_for(&world.near, texels.receivers().is_grey());
@@ -324,13 +331,22 @@ impl Bake {
         let (transfer, report) = checkpoint.watched(talk, |path, progress| {
             bake_resumable(&world.near, &bvh, texels.receivers(), &options, path, progress)
         })?;
-        let (picture, recipe) = (texels.picture(&transfer.load()?)?, self.recipe(world.scene, &report));
+        let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(world.scene, &report));
         stop_before_writing()?;
         match has_extension(&self.output, "exr") {
             true => write_lightmap(&self.output, &picture, &recipe)?,
             false => write_transfer(&self.output, &picture, &recipe)?,
         }
         Ok(report)
+    }
+
+    /// Refuses a lightmap that takes too much memory: of an .exr picture all numbers, and the file while it grows.
+    fn check_memory(&self, scene: &Scene, width: usize) -> anyhow::Result<()> {
+        let channels = self.bake_options().channels_for(scene, scene.is_grey());
+        let is_picture = has_extension(&self.output, "exr");
+        let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
+        let what = format!("--texels {width}");
+        self.memory.check(&what, numbers + TEXEL * (width * width) as u64, "fewer --texels, or a lower --order")
     }
 
     fn bake_grid(

@@ -8,16 +8,19 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, WriteOptions, write_env};
 use lobe::render::{
-    Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount, SceneHit,
-    Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture, write_animated_png,
+    AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
+    SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
 };
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+use lobe::sh::{
+    Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, StagedFile, StagedWriter, Zonal, convolved,
+};
 
 use crate::bake_watch::Checkpoint;
+use crate::memory::MemoryLimit;
 use crate::picture::note_clamped;
 use crate::render_light::{LightInput, ReadLight};
-use crate::render_transfer::{Asked, Lobe, Prepared, parse_lobe, prepare};
+use crate::render_transfer::{Asked, Lobe, SceneTransfer, parse_lobe, prepare};
 use crate::render_view::ViewInput;
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
@@ -44,10 +47,25 @@ const LOBE: Lobe = Lobe::Ggx(0.3);
 /// A turn of 36 frames takes three seconds.
 const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 
+/// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers four times:
+/// traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers five times: twice as
+/// they are, compressed in blocks and as a file, and some room.
+const TRACED_PIXEL: u64 = 4 * 14 * 4;
+const SHADED_PIXEL: u64 = 4 * 3 * 5;
+
 /// Steps of the bar of one picture.
 const STEPS: u64 = 1000;
 
+const NOTES: &str = "\
+Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
+that falls on their back. Baked files hold fronts; backs are baked on the way, with as many paths, as far as the view shows them: of a \
+closed body seen from outside there are none.
+
+Memory: 224 bytes for each pixel of the truth, 60 else, for one picture at a time; transfer that is baked on the way, twice 4 n² bytes \
+for each vertex and channel, of glossy 4 n⁴. Scene, light and transfer from a file come on top and are as large as their files.";
+
 #[derive(Args)]
+#[command(after_help = NOTES)]
 pub(crate) struct Render {
     #[command(flatten)]
     scene: SceneInput,
@@ -95,6 +113,8 @@ pub(crate) struct Render {
     /// OUT.png
     #[arg(long, value_name = "N", value_parser = frames)]
     frames: Option<usize>,
+    #[command(flatten)]
+    memory: MemoryLimit,
     /// truth: start anew, even if there is a checkpoint of a picture that was stopped
     #[arg(long)]
     fresh: bool,
@@ -167,31 +187,39 @@ struct Work<'a> {
     light: &'a ReadLight,
     /// None where the light is used as it was given.
     expansion: Option<ShVec<Rgb<f64>>>,
-    transfer: Option<&'a Prepared>,
+    transfer: Option<&'a SceneTransfer>,
 }
 
 impl Render {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         let frames = self.frames.unwrap_or(1);
+        self.check_memory()?;
         for path in (0..frames).map(|k| self.frame_path(k)).chain(self.animation_path()) {
             output::check_file(&path)?;
         }
         let light = self.light.read(talk)?;
-        let (scene, transfer) = match self.asked() {
-            None => (self.scene.read(talk)?, None),
+        let (scene, bvh, mut transfer) = match self.asked() {
+            None => {
+                let scene = self.scene.read(talk)?;
+                let bvh = Bvh::new(&scene);
+                (scene, bvh, None)
+            }
             Some(asked) => {
-                let prepared = prepare(&self.scene, &asked, talk)?;
-                (prepared.scene.clone(), Some(prepared))
+                let (scene, bvh, transfer) = prepare(&self.scene, &asked, &self.memory, talk)?;
+                (scene, bvh, Some(transfer))
             }
         };
-        let bvh = Bvh::new(&scene);
-        let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, Prepared::order);
+        let camera = self.view.camera(&scene)?;
+        if let Some(transfer) = &mut transfer {
+            transfer.bake_backs(&scene, &bvh, &camera, &self.view_options(), &self.memory, talk)?;
+        }
+        let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, SceneTransfer::order);
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
         let work = Work {
             scene: &scene,
             bvh: &bvh,
-            camera: self.view.camera(&scene)?,
+            camera,
             light: &light,
             expansion: is_expansion.then(|| self.light.expansion(&light, order)),
             transfer: transfer.as_ref(),
@@ -205,9 +233,37 @@ impl Render {
             checkpoints.iter().try_for_each(Checkpoint::discard)?;
         }
         ctrl_c::watch();
+        match self.animation_path() {
+            None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
+            Some(path) => {
+                let io = |source| RenderError::Io { path: path.clone(), source };
+                let in_file = |error| if let RenderError::Output(source) = error { io(source) } else { error };
+                let mut file = StagedWriter::new(&path).map_err(io)?;
+                let (width, height) = self.view.size();
+                let mut animation =
+                    AnimatedPng::new(&mut file, width, height, frames, SECONDS_PER_FRAME).map_err(in_file)?;
+                self.render_frames(work, &checkpoints, talk, &mut |picture, tone| {
+                    animation.add(picture, tone).map_err(in_file)
+                })?;
+                animation.finish().map_err(in_file)?;
+                file.finish().and_then(StagedFile::publish).map_err(io)?;
+            }
+        }
+        checkpoints.iter().for_each(Checkpoint::finish);
+        Ok(())
+    }
+
+    /// Renders and writes all pictures, one after the other; each is shown to `animate` and forgotten.
+    fn render_frames(
+        &self,
+        work: &Work<'_>,
+        checkpoints: &[Checkpoint],
+        talk: Talk,
+        animate: &mut dyn FnMut(&Picture, &Tone) -> Result<(), RenderError>,
+    ) -> anyhow::Result<()> {
+        let frames = checkpoints.len();
         let bar = talk.bar("render", frames as u64 * STEPS);
         let mut tone = None;
-        let mut animation = Vec::new();
         for (k, checkpoint) in checkpoints.iter().enumerate() {
             let turn = self.light.turn(k, frames);
             let mut is_told = false;
@@ -229,15 +285,9 @@ impl Render {
             };
             let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
             self.write(&rendered, &tone, k, talk)?;
-            if self.frames.is_some() {
-                animation.push(rendered.picture().clone());
-            }
+            animate(rendered.picture(), &tone)?;
         }
         bar.finish_and_clear();
-        if let (Some(path), Some(tone)) = (self.animation_path(), tone) {
-            write_animated_png(path, &animation, &tone, SECONDS_PER_FRAME)?;
-        }
-        checkpoints.iter().for_each(Checkpoint::finish);
         Ok(())
     }
 
@@ -261,8 +311,8 @@ impl Render {
         checkpoint: &Checkpoint,
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Rendered, RenderError> {
-        let (width, height) = self.view.size();
         if self.mode == Mode::Truth {
+            let (width, height) = self.view.size();
             let light = match &work.expansion {
                 Some(f) => DistantLight::from_expansion(f.clone()),
                 None => work.light.as_it_is(),
@@ -284,13 +334,12 @@ impl Render {
         };
         let behind = behind.turned(turn);
         let f = turn.rotated(f);
-        let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
-        let options = ViewOptions { width, height, rays };
+        let options = self.view_options();
         let (scene, bvh, camera) = (work.scene, work.bvh, &work.camera);
         let background = |s: Dir| behind.radiance(s);
         let picture = match work.transfer {
-            Some(prepared) => {
-                let lit = prepared.lit(&f);
+            Some(transfer) => {
+                let lit = transfer.lit(scene, &f);
                 scene_picture(scene, bvh, camera, &options, background, |hit| lit.radiance(hit), progress)
             }
             None => {
@@ -300,6 +349,13 @@ impl Render {
             }
         };
         Ok(Rendered::Shaded(picture?))
+    }
+
+    /// What all modes but truth look with.
+    fn view_options(&self) -> ViewOptions {
+        let (width, height) = self.view.size();
+        let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
+        ViewOptions { width, height, rays }
     }
 
     fn path_options(&self) -> PathOptions {
@@ -353,6 +409,14 @@ impl Render {
             }
         }
         Ok(())
+    }
+
+    /// Refuses a picture that takes too much memory.
+    fn check_memory(&self) -> anyhow::Result<()> {
+        let (width, height) = self.view.size();
+        let each = if self.mode == Mode::Truth { TRACED_PIXEL } else { SHADED_PIXEL };
+        let bytes = each.saturating_mul((width * height) as u64);
+        self.memory.check(&format!("--size {width}x{height}"), bytes, "a smaller picture")
     }
 
     /// An option that would be ignored is a misunderstanding.

@@ -8,13 +8,15 @@ use lobe::prt::{
     BakeOptions, Baked, Lightmap, Mode, Progress, PrtError, Receivers, Transfer, TransferMatrices, bake, bake_matrices,
     read_baked_within, read_lightmap, read_matrices, read_transfer,
 };
-use lobe::render::SceneHit;
+use lobe::render::{Camera, SceneHit, ViewOptions};
 use lobe::scene::{Bvh, ReadOptions, Scene, read_scene_and_attributes};
 use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal, convolved};
 use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::ctrl_c;
+use crate::memory::MemoryLimit;
+use crate::render_backs::{Backs, seen_from_behind};
 use crate::scene_input::SceneInput;
 use crate::talk::Talk;
 use crate::values;
@@ -73,24 +75,58 @@ pub(crate) fn parse_lobe(text: &str) -> Result<Lobe, String> {
     }
 }
 
-/// A scene and what its places do to light.
-pub(crate) struct Prepared {
-    pub(crate) scene: Scene,
-    transfer: SceneTransfer,
+/// What the places of a scene do to light.
+pub(crate) struct SceneTransfer {
+    places: Places,
+    front: Response,
+    /// Of as many places as are seen from behind.
+    back: Option<Backs>,
+    /// How glossy surfaces reflect; none where they are matte.
+    shine: Option<(Lobe, Reflectance)>,
+    /// What the front was baked with.
+    options: BakeOptions,
+    /// Where it was read; none if it was baked on the way.
+    file: Option<String>,
 }
 
-enum SceneTransfer {
-    AtVertices(Transfer),
-    AtTexels(Transfer, Lightmap),
-    Glossy(TransferMatrices, Lobe, Reflectance),
+/// Where transfer is known.
+pub(crate) enum Places {
+    Vertices,
+    Texels(Lightmap),
 }
 
-/// What is sent back of one light.
-pub(crate) enum Lit<'a> {
-    AtVertices(Vec<Rgb<f32>>),
-    AtTexels(Vec<Rgb<f32>>, &'a Lightmap, &'a Scene),
-    /// The light that arrives at each vertex, blurred by the lobe: its value in the mirrored direction is what is sent.
-    Glossy(Vec<ShVec<Rgb<f64>>>, &'a Reflectance),
+impl Places {
+    /// The places around what is seen, and how much it shows of each.
+    pub(crate) fn around(&self, scene: &Scene, hit: &SceneHit<'_>) -> [(usize, f64); 4] {
+        match self {
+            Self::Vertices => {
+                let [a, b, c] = hit.corners();
+                [a, b, c, (a.0, 0.0)]
+            }
+            Self::Texels(lightmap) => lightmap.texels_at(scene, hit.hit()),
+        }
+    }
+}
+
+/// What receivers do to light.
+pub(crate) enum Response {
+    Matte(Transfer),
+    Glossy(TransferMatrices),
+}
+
+/// What receivers send back of one light.
+enum Sent {
+    Matte(Vec<Rgb<f32>>),
+    /// The light that arrives, blurred by the lobe: its value in the mirrored direction is what is sent.
+    Glossy(Vec<ShVec<Rgb<f64>>>),
+}
+
+/// A scene under one light.
+pub(crate) struct Lit<'a> {
+    scene: &'a Scene,
+    transfer: &'a SceneTransfer,
+    front: Sent,
+    back: Option<(&'a Backs, Sent)>,
 }
 
 /// The part of the light that a glossy surface sends back.
@@ -112,25 +148,103 @@ impl Reflectance {
     }
 }
 
-impl Prepared {
+impl SceneTransfer {
     pub(crate) fn order(&self) -> usize {
-        match &self.transfer {
-            SceneTransfer::AtVertices(transfer) | SceneTransfer::AtTexels(transfer, _) => transfer.order(),
-            SceneTransfer::Glossy(matrices, ..) => matrices.order(),
+        self.front.order()
+    }
+
+    /// Bakes the backs of double-sided surfaces, as far as this view shows them: files hold none.
+    pub(crate) fn bake_backs(
+        &mut self,
+        scene: &Scene,
+        bvh: &Bvh,
+        camera: &Camera,
+        view: &ViewOptions,
+        memory: &MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<()> {
+        let seen = seen_from_behind(scene, bvh, camera, view, &self.places, talk)?;
+        if seen.is_empty() {
+            return Ok(());
+        }
+        check_memory(memory, scene, seen.len(), &self.options, self.shine.is_some())?;
+        if let Some(file) = &self.file {
+            let (count, options) = (seen.len(), &self.options);
+            let places = if matches!(self.places, Places::Vertices) { "vertices" } else { "texels" };
+            let text = format!(
+                "holds fronts of surfaces; the backs of {count} {places}, which are seen, are baked now from {} paths each",
+                options.samples
+            );
+            talk.note(file, &text);
+        }
+        let is_glossy = self.shine.is_some();
+        self.back = Some(Backs::bake(scene, bvh, &self.places, &seen, &self.options, is_glossy, talk)?);
+        Ok(())
+    }
+
+    pub(crate) fn lit<'a>(&'a self, scene: &'a Scene, light: &ShVec<Rgb<f64>>) -> Lit<'a> {
+        let sent = |response: &Response| response.sent(light, self.shine.as_ref().map(|(lobe, _)| *lobe));
+        let back = self.back.as_ref().map(|backs| (backs, sent(&backs.response)));
+        Lit { scene, transfer: self, front: sent(&self.front), back }
+    }
+}
+
+impl Response {
+    /// Bakes it at some receivers.
+    pub(crate) fn bake(
+        scene: &Scene,
+        bvh: &Bvh,
+        receivers: &Receivers,
+        options: &BakeOptions,
+        is_glossy: bool,
+        talk: Talk,
+    ) -> anyhow::Result<Self> {
+        ctrl_c::watch();
+        let bar = talk.bar("bake", receivers.len() as u64);
+        let show = &mut |progress: &Progress| {
+            bar.set_position(progress.done as u64);
+            ctrl_c::go_on()
+        };
+        let baked = if is_glossy {
+            bake_matrices(scene, bvh, receivers, options, show).map(|(matrices, _)| Self::Glossy(matrices))
+        } else {
+            bake(scene, bvh, receivers, options, show).map(|(transfer, _)| Self::Matte(transfer))
+        };
+        bar.finish_and_clear();
+        match baked {
+            Err(PrtError::Cancelled) => {
+                bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}")
+            }
+            other => Ok(other?),
         }
     }
 
-    pub(crate) fn lit(&self, light: &ShVec<Rgb<f64>>) -> Lit<'_> {
-        match &self.transfer {
-            SceneTransfer::AtVertices(transfer) => Lit::AtVertices(transfer.exit_radiance(light.coefficients())),
-            SceneTransfer::AtTexels(transfer, lightmap) => {
-                Lit::AtTexels(transfer.exit_radiance(light.coefficients()), lightmap, &self.scene)
-            }
-            SceneTransfer::Glossy(matrices, lobe, reflectance) => {
+    fn order(&self) -> usize {
+        match self {
+            Self::Matte(transfer) => transfer.order(),
+            Self::Glossy(matrices) => matrices.order(),
+        }
+    }
+
+    /// Matrices are told the lobe.
+    fn sent(&self, light: &ShVec<Rgb<f64>>, lobe: Option<Lobe>) -> Sent {
+        match (self, lobe) {
+            (Self::Matte(transfer), _) => Sent::Matte(transfer.exit_radiance(light.coefficients())),
+            (Self::Glossy(matrices), Some(lobe)) => {
                 let zonal = lobe.zonal(matrices.order());
                 let blurred = |p| convolved(&matrices.incident(p, light.coefficients()), &zonal);
-                Lit::Glossy((0..matrices.points()).into_par_iter().map(blurred).collect(), reflectance)
+                Sent::Glossy((0..matrices.points()).into_par_iter().map(blurred).collect())
             }
+            (Self::Glossy(_), None) => unreachable!("matrices are baked for a lobe"),
+        }
+    }
+}
+
+impl Sent {
+    fn of(&self, receiver: usize, hit: &SceneHit<'_>) -> Rgb<f64> {
+        match self {
+            Self::Matte(values) => values[receiver].widen(),
+            Self::Glossy(blurred) => blurred[receiver].eval(hit.reflected()),
         }
     }
 }
@@ -138,35 +252,42 @@ impl Prepared {
 impl Lit<'_> {
     /// What is seen of a place, between vertices or texels.
     pub(crate) fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
-        match self {
-            Self::AtVertices(values) => hit.at_corners(values),
-            Self::AtTexels(values, lightmap, scene) => {
-                let parts = lightmap.texels_at(scene, hit.hit());
-                parts.iter().fold(Rgb::ZERO, |sum, &(texel, part)| sum + values[texel].widen().scale(part))
-            }
-            Self::Glossy(blurred, reflectance) => {
-                let (r, mut sum) = (hit.reflected(), Rgb::<f64>::ZERO);
-                for (corner, weight) in hit.corners() {
-                    sum += blurred[corner].eval(r).scale(weight);
-                }
-                reflectance.of(hit) * sum
-            }
+        let (sent, backs) = match &self.back {
+            _ if hit.is_front => (&self.front, None),
+            Some((backs, sent)) => (sent, Some(backs)),
+            None => unreachable!("backs were baked for the rays of this picture"),
+        };
+        let mut sum = Rgb::ZERO;
+        for (place, part) in self.transfer.places.around(self.scene, hit) {
+            let receiver = backs.map_or(place, |backs| backs.receiver(place));
+            sum += sent.of(receiver, hit).scale(part);
+        }
+        match &self.transfer.shine {
+            Some((_, reflectance)) => reflectance.of(hit) * sum,
+            None => sum,
         }
     }
 }
 
 /// Reads a scene that was baked, or a file of transfer beside a scene, or reads and bakes a scene.
-pub(crate) fn prepare(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::Result<Prepared> {
+pub(crate) fn prepare(
+    input: &SceneInput,
+    asked: &Asked,
+    memory: &MemoryLimit,
+    talk: Talk,
+) -> anyhow::Result<(Scene, Bvh, SceneTransfer)> {
     if let Some(order) = asked.order.filter(|&order| order > Transfer::MAX_ORDER) {
         bail!("--order: transfer has an order of 1 to {}, found {order}", Transfer::MAX_ORDER);
     }
-    match (&asked.file, input.gltf_file()) {
-        (Some(file), _) => read_beside(input, file, asked, talk),
+    let (scene, transfer) = match (&asked.file, input.gltf_file()) {
+        (Some(file), _) => read_beside(input, file, asked, talk)?,
         (None, Some(path)) if asked.lobe.is_none() && is_baked(path, &input.options())? => {
-            read(input, path, asked, talk)
+            read(input, path, asked, talk)?
         }
-        _ => bake_now(input, asked, talk),
-    }
+        _ => return bake_now(input, asked, memory, talk),
+    };
+    let bvh = Bvh::new(&scene);
+    Ok((scene, bvh, transfer))
 }
 
 fn is_baked(path: &Path, options: &ReadOptions) -> anyhow::Result<bool> {
@@ -174,18 +295,18 @@ fn is_baked(path: &Path, options: &ReadOptions) -> anyhow::Result<bool> {
     Ok(!attributes.asset_extras()["lobe"].is_null())
 }
 
-fn read(input: &SceneInput, path: &Path, asked: &Asked, talk: Talk) -> anyhow::Result<Prepared> {
+fn read(input: &SceneInput, path: &Path, asked: &Asked, talk: Talk) -> anyhow::Result<(Scene, SceneTransfer)> {
     let name = input.name();
     let Baked { scene, transfer, recipe, report, .. } = read_baked_within(path, &input.options())?;
     for note in &report.notes {
         talk.note(&name, note);
     }
     asked.check(&name, &recipe, transfer.order())?;
-    Ok(Prepared { scene, transfer: SceneTransfer::AtVertices(transfer) })
+    Ok((scene, asked.of_file(name, &recipe, Places::Vertices, Response::Matte(transfer))))
 }
 
 /// A scene, and its transfer from a file that `lobe bake` wrote without the scene.
-fn read_beside(input: &SceneInput, file: &Path, asked: &Asked, talk: Talk) -> anyhow::Result<Prepared> {
+fn read_beside(input: &SceneInput, file: &Path, asked: &Asked, talk: Talk) -> anyhow::Result<(Scene, SceneTransfer)> {
     let name = file.display().to_string();
     let scene = input.read(talk)?;
     let vertices = scene.vertex_count();
@@ -193,22 +314,23 @@ fn read_beside(input: &SceneInput, file: &Path, asked: &Asked, talk: Talk) -> an
         true => Ok(()),
         false => bail!("{name}: expected transfer of {vertices} vertices as {} has, found {found}", input.name()),
     };
-    if let Some(lobe) = asked.lobe {
+    if asked.lobe.is_some() {
         let (matrices, recipe) = read_matrices(file)?;
         asked.check(&name, &recipe, matrices.order())?;
         check_vertices(matrices.points())?;
-        return Ok(Prepared { scene, transfer: SceneTransfer::Glossy(matrices, lobe, lobe.reflectance()) });
+        return Ok((scene, asked.of_file(name, &recipe, Places::Vertices, Response::Glossy(matrices))));
     }
     let is_picture = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     let (transfer, recipe) = if is_picture { read_lightmap(file)? } else { read_transfer(file)? };
     asked.check(&name, &recipe, transfer.order())?;
     let width = transfer.receivers().isqrt();
-    if is_picture || recipe["texels"] == width {
-        let lightmap = Lightmap::new(&scene, width)?;
-        return Ok(Prepared { scene, transfer: SceneTransfer::AtTexels(transfer, lightmap) });
-    }
-    check_vertices(transfer.receivers())?;
-    Ok(Prepared { scene, transfer: SceneTransfer::AtVertices(transfer) })
+    let places = if is_picture || recipe["texels"] == width {
+        Places::Texels(Lightmap::new(&scene, width)?)
+    } else {
+        check_vertices(transfer.receivers())?;
+        Places::Vertices
+    };
+    Ok((scene, asked.of_file(name, &recipe, places, Response::Matte(transfer))))
 }
 
 impl Asked {
@@ -230,9 +352,32 @@ impl Asked {
         }
         Ok(())
     }
+
+    /// Transfer as it was read. Its recipe says how backs are baked: as its fronts were.
+    fn of_file(&self, name: String, recipe: &Value, places: Places, front: Response) -> SceneTransfer {
+        let defaults = BakeOptions { mode: self.mode, order: front.order(), ..BakeOptions::default() };
+        let number = |key: &str| recipe[key].as_u64();
+        let options = BakeOptions {
+            samples: number("samples").and_then(|n| u32::try_from(n).ok()).unwrap_or(defaults.samples),
+            bounces: number("bounces").and_then(|n| usize::try_from(n).ok()).unwrap_or(defaults.bounces),
+            energy_stop: recipe["energy_stop"].as_f64().unwrap_or(defaults.energy_stop),
+            seed: number("seed").unwrap_or(defaults.seed),
+            ..defaults
+        };
+        SceneTransfer { places, front, back: None, shine: self.shine(), options, file: Some(name) }
+    }
+
+    fn shine(&self) -> Option<(Lobe, Reflectance)> {
+        self.lobe.map(|lobe| (lobe, lobe.reflectance()))
+    }
 }
 
-fn bake_now(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::Result<Prepared> {
+fn bake_now(
+    input: &SceneInput,
+    asked: &Asked,
+    memory: &MemoryLimit,
+    talk: Talk,
+) -> anyhow::Result<(Scene, Bvh, SceneTransfer)> {
     let scene = input.read(talk)?;
     let defaults = BakeOptions::default();
     let options = BakeOptions {
@@ -242,24 +387,27 @@ fn bake_now(input: &SceneInput, asked: &Asked, talk: Talk) -> anyhow::Result<Pre
         bounces: asked.bounces.unwrap_or(defaults.bounces),
         ..defaults
     };
-    let receivers = Receivers::at_vertices(&scene)?;
-    let bar = talk.bar("bake", receivers.len() as u64);
-    let show = &mut |progress: &Progress| {
-        bar.set_position(progress.done as u64);
-        ctrl_c::go_on()
-    };
-    ctrl_c::watch();
-    let bvh = Bvh::new(&scene);
-    let transfer = match asked.lobe {
-        None => bake(&scene, &bvh, &receivers, &options, show).map(|(t, _)| SceneTransfer::AtVertices(t)),
-        Some(lobe) => bake_matrices(&scene, &bvh, &receivers, &options, show)
-            .map(|(matrices, _)| SceneTransfer::Glossy(matrices, lobe, lobe.reflectance())),
-    };
-    bar.finish_and_clear();
-    match transfer {
-        Err(PrtError::Cancelled) => bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}"),
-        other => Ok(Prepared { scene, transfer: other? }),
-    }
+    check_memory(memory, &scene, scene.vertex_count(), &options, asked.lobe.is_some())?;
+    let (receivers, bvh) = (Receivers::at_vertices(&scene)?, Bvh::new(&scene));
+    let front = Response::bake(&scene, &bvh, &receivers, &options, asked.lobe.is_some(), talk)?;
+    let transfer =
+        SceneTransfer { places: Places::Vertices, front, back: None, shine: asked.shine(), options, file: None };
+    Ok((scene, bvh, transfer))
+}
+
+/// Refuses to bake what takes too much memory: rows of numbers that grow, and what they make of a light.
+fn check_memory(
+    memory: &MemoryLimit,
+    scene: &Scene,
+    count: usize,
+    options: &BakeOptions,
+    is_glossy: bool,
+) -> anyhow::Result<()> {
+    let (bands, channels) = (options.order.pow(2), options.channels_for(scene, scene.is_grey()).count());
+    let (numbers, lit) = if is_glossy { (bands * bands, 3 * 8 * bands) } else { (bands, 3 * 4) };
+    let bytes = ((2 * 4 * numbers * channels + lit) as u64).saturating_mul(count as u64);
+    let what = format!("transfer of {count} vertices at order {}", options.order);
+    memory.check(&what, bytes, "a lower --order")
 }
 
 fn mode_name(mode: Mode) -> &'static str {

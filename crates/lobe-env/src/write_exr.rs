@@ -24,6 +24,9 @@ use rayon::prelude::*;
 /// How many rows are compressed together in this kind of file.
 const ROWS: usize = 16;
 
+/// Bytes of a block beside its pixels: its place in the table, its first row, its length.
+const BLOCK_HEADER: usize = 16;
+
 /// How hard zlib looks for repetitions, of which the low bits of floats have few.
 const ZLIB_LEVEL: u8 = 1;
 
@@ -44,7 +47,8 @@ pub(crate) fn encode(texels: &[Rgb<f32>], width: usize, half: bool) -> Result<Ve
             }
         })
         .collect();
-    let mut file = Cursor::new(Vec::new());
+    // All of it at once, but for headers: a vector that grows holds up to three times as much for a while.
+    let mut file = Cursor::new(Vec::with_capacity(blocks.iter().map(|block| block.len() + BLOCK_HEADER).sum()));
     block::write(&mut file, [header].into_iter().collect(), true, |_, writer| {
         for (number, compressed_pixels_le) in blocks.into_iter().enumerate() {
             let block = CompressedScanLineBlock { y_coordinate: (number * ROWS) as i32, compressed_pixels_le };

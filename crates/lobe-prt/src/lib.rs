@@ -61,6 +61,7 @@ mod sobol;
 mod stored_rows;
 mod tensor_file;
 mod texel_receivers;
+mod texel_rows;
 mod transfer;
 mod transfer_file;
 mod transfer_matrix;
@@ -92,6 +93,7 @@ pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood, bake_neighbourh
 pub use read_baked::{Baked, read_baked, read_baked_within};
 pub use receivers::Receivers;
 pub use texel_receivers::TexelReceivers;
+pub use texel_rows::TexelRows;
 pub use transfer::{Channels, Transfer};
 pub use transfer_file::{read_transfer, write_transfer};
 pub use transfer_matrix::{TransferMatrices, bake_matrices, bake_matrices_resumable};

@@ -1,7 +1,7 @@
 //! Lightmaps of transfer as OpenEXR pictures.
 
 use std::fs;
-use std::io::Cursor;
+use std::io::{self, Cursor};
 use std::path::Path;
 
 use exr::meta::MetaData;
@@ -13,7 +13,8 @@ use exr::prelude::{
 use lobe_sh::write_atomically;
 use serde_json::{Value, json};
 
-use crate::{Channels, PrtError, Transfer};
+use crate::stored_rows::rows_at_once;
+use crate::{Channels, PrtError, Transfer, TransferRows};
 
 /// The version of the attribute. Files with a higher one are refused.
 const VERSION: u64 = 1;
@@ -42,11 +43,12 @@ fn channel(coefficient: usize, name: &str) -> String {
 ///
 /// Each coefficient `i = l (l + 1) + m` is a layer: its channels are `sh00.R`, `sh00.G`, `sh00.B` for coloured transfer and
 /// `sh00.Y` for grey, up to `sh63` at order 8. The attribute `lobe` is a string of JSON: format `lobe-lightmap`, version 1,
-/// quantity, order, channels, recipe. Until all is written, nothing has the file's name.
+/// quantity, order, channels, recipe. Until all is written, nothing has the file's name. Memory holds all numbers, and the file in
+/// the making.
 ///
 /// # Errors
 /// [`PrtError::Invalid`] if the receivers are no square, [`PrtError::Io`] if the system refuses.
-pub fn write_lightmap(path: impl AsRef<Path>, transfer: &Transfer, recipe: &Value) -> Result<(), PrtError> {
+pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
     let path = path.as_ref();
     let file = path.display().to_string();
     let receivers = transfer.receivers();
@@ -65,11 +67,11 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &Transfer, recipe: &Valu
         "channels": transfer.channels().count(),
         "recipe": recipe,
     });
+    let mut planes = planes(transfer).map_err(|source| PrtError::Io { file: file.clone(), source })?.into_iter();
     let mut list: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
-    for i in 0..transfer.order().pow(2) {
-        for (c, name) in names(transfer.channels()).iter().enumerate() {
-            let values = (0..receivers).map(|r| transfer.vector(r, c)[i]).collect();
-            list.push(AnyChannel::new(channel(i, name).as_str(), FlatSamples::F32(values)));
+    for name in names(transfer.channels()) {
+        for (i, plane) in planes.by_ref().take(transfer.order().pow(2)).enumerate() {
+            list.push(AnyChannel::new(channel(i, name).as_str(), FlatSamples::F32(plane)));
         }
     }
     let mut attributes = LayerAttributes::default();
@@ -77,9 +79,25 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &Transfer, recipe: &Valu
     attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(about));
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
     let image = Image::from_layer(Layer::new((width, width), attributes, encoding, AnyChannels::sort(list)));
-    let mut bytes = Cursor::new(Vec::new());
+    // As much as the numbers take: a vector that grows holds up to three times as much for a while.
+    let mut bytes = Cursor::new(Vec::with_capacity(4 * receivers * transfer.row_len()));
     image.write().to_buffered(&mut bytes).map_err(|error| PrtError::invalid(&file, error.to_string()))?;
     write_atomically(path, |out| out.write_all(bytes.get_ref())).map_err(|source| PrtError::Io { file, source })
+}
+
+/// The pictures of all coefficients, channel by channel.
+fn planes(transfer: &dyn TransferRows) -> io::Result<Vec<Vec<f32>>> {
+    let (receivers, row) = (transfer.receivers(), transfer.row_len());
+    let mut planes: Vec<Vec<f32>> = (0..row).map(|_| Vec::with_capacity(receivers)).collect();
+    let mut rows = vec![0.0; row * rows_at_once(row).min(receivers)];
+    for first in (0..receivers).step_by(rows_at_once(row)) {
+        let rows = &mut rows[..row * rows_at_once(row).min(receivers - first)];
+        transfer.read_rows(first, rows)?;
+        for (k, plane) in planes.iter_mut().enumerate() {
+            plane.extend(rows[k..].iter().step_by(row));
+        }
+    }
+    Ok(planes)
 }
 
 /// Reads what [`write_lightmap`] wrote: the transfer and its recipe.

@@ -75,11 +75,23 @@ impl Receivers {
     /// # Errors
     /// As [`Receivers::at_vertices`].
     pub fn back_of_vertices(scene: &Scene) -> Result<Self, PrtError> {
-        let mut receivers = Self::at_vertices(scene)?;
-        for normal in &mut receivers.normals {
-            *normal = normal.map(|c| -c);
-        }
-        Ok(receivers)
+        let front = Self::at_vertices(scene)?;
+        front.backs(&(0..front.len()).collect::<Vec<_>>())
+    }
+
+    /// The other sides of some of them, in this order: their normals turned round.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if `which` is empty.
+    ///
+    /// # Panics
+    /// If there is no such receiver.
+    pub fn backs(&self, which: &[usize]) -> Result<Self, PrtError> {
+        Self::new(
+            which.iter().map(|&i| self.positions[i]).collect(),
+            which.iter().map(|&i| self.normals[i].map(|c| -c)).collect(),
+            which.iter().map(|&i| self.albedos[i]).collect(),
+        )
     }
 
     /// How many there are; at least one.
@@ -131,6 +143,11 @@ mod tests {
         assert!(!receivers.is_grey(), "the ball is red");
         let back = Receivers::back_of_vertices(&scene).unwrap();
         assert_eq!(back.normals()[0], [0.0, 0.0, -1.0], "the ground from below");
+        let some = receivers.backs(&[ground, 0]).unwrap();
+        assert_eq!((some.len(), some.albedos()[1]), (2, [0.6; 3]), "the ground second");
+        assert_eq!(some.positions()[0], receivers.positions()[ground], "the ball first");
+        assert_eq!(some.normals()[0], receivers.normals()[ground].map(|c| -c), "from inside");
+        assert!(receivers.backs(&[]).is_err(), "none");
     }
 
     #[test]

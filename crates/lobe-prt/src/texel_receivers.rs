@@ -7,7 +7,7 @@ use lobe_scene::{Hit, Scene};
 
 use crate::inset::{inset_distance, step};
 use crate::lightmap::lightmap_uvs;
-use crate::{PrtError, Receivers, Transfer};
+use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
 
 /// The widest lightmap.
 const MOST_TEXELS: usize = 1 << 14;
@@ -85,8 +85,10 @@ impl TexelReceivers {
 
     fn at(scene: &Scene, width: usize, places: &[Option<Place>]) -> Result<Self, PrtError> {
         let distance = inset_distance(scene);
-        let (mut texels, mut triangles) = (vec![], vec![]);
-        let (mut positions, mut normals, mut albedos) = (vec![], vec![], vec![]);
+        // No more memory than is needed: there may be very many.
+        let count = places.iter().flatten().count();
+        let (mut texels, mut triangles) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let [mut positions, mut normals, mut albedos] = [0; 3].map(|_| Vec::with_capacity(count));
         for (texel, place) in places.iter().enumerate() {
             let Some(Place { depth, triangle, u, v, .. }) = *place else { continue };
             let surface = scene.surface(&Hit { t: 0.0, triangle, u, v });
@@ -136,19 +138,20 @@ impl TexelReceivers {
         const NONE: u32 = u32::MAX;
         let width = self.width;
         let mut shown = vec![NONE; width * width];
-        let mut queue = VecDeque::new();
+        let mut queue = VecDeque::with_capacity(self.texels.len());
         for (receiver, &texel) in self.texels.iter().enumerate() {
             shown[texel as usize] = receiver as u32;
-            queue.push_back(texel as usize);
+            queue.push_back(texel);
         }
         while let Some(texel) = queue.pop_front() {
+            let texel = texel as usize;
             let (x, y) = (texel % width, texel / width);
             for row in y.saturating_sub(1)..(y + 2).min(width) {
                 for column in x.saturating_sub(1)..(x + 2).min(width) {
                     let next = row * width + column;
                     if shown[next] == NONE {
                         shown[next] = shown[texel];
-                        queue.push_back(next);
+                        queue.push_back(next as u32);
                     }
                 }
             }
@@ -156,19 +159,28 @@ impl TexelReceivers {
         shown
     }
 
-    /// The transfer of every texel of the picture, row by row, from that of the receivers.
+    /// The transfer of every texel of the picture, row by row, from that of the receivers, which it is read from.
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if the transfer is of another number of receivers.
-    pub fn picture(&self, transfer: &Transfer) -> Result<Transfer, PrtError> {
+    pub fn rows<'a>(&self, transfer: &'a dyn TransferRows) -> Result<TexelRows<'a>, PrtError> {
         let (expected, found) = (self.receivers.len(), transfer.receivers());
         if expected != found {
             let message = format!("expected transfer of {expected} texels, found {found}");
             return Err(PrtError::invalid("lightmap", message));
         }
-        let row = transfer.coefficients().len() / found;
-        let of = |receiver: u32| &transfer.coefficients()[receiver as usize * row..][..row];
-        let coefficients = self.dilated().into_iter().flat_map(of).copied().collect();
+        Ok(TexelRows::new(self.dilated(), transfer))
+    }
+
+    /// [`TexelReceivers::rows`], all of them in memory.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn picture(&self, transfer: &Transfer) -> Result<Transfer, PrtError> {
+        let rows = self.rows(transfer)?;
+        let mut coefficients = vec![0.0; rows.receivers() * rows.row_len()];
+        let read = rows.read_rows(0, &mut coefficients);
+        read.map_err(|source| PrtError::Io { file: "lightmap".to_owned(), source })?;
         Transfer::new(transfer.order(), transfer.channels(), coefficients)
     }
 }

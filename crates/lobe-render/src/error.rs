@@ -15,6 +15,9 @@ pub enum RenderError {
     /// The caller's progress function said to stop.
     #[error("stopped before the end")]
     Cancelled,
+    /// What a picture was written to refused.
+    #[error("cannot write the picture: {0}")]
+    Output(std::io::Error),
     /// A file could not be written.
     #[error("{}: cannot write the picture: {source}", path.display())]
     Io {

@@ -31,6 +31,10 @@ pub struct Flip {
 /// A display 0.7 m wide with 3840 pixels, looked at from 0.7 m: the paper's default, in pixels per degree.
 pub const FLIP_PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
 
+/// The pixels per degree that are taken: a picture of one degree a pixel has no detail left that an eye could blur, and at 1000
+/// the filters are some hundred pixels wide. Ours.
+const PIXELS_PER_DEGREE: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
+
 /// The paper's exponent `q_c` of colour differences.
 const COLOUR_EXPONENT: f64 = 0.7;
 
@@ -40,8 +44,17 @@ const KNEE: (f64, f64) = (0.4, 0.95);
 /// The paper's `w`: the width in degrees of a feature that is seen best.
 const FEATURE_WIDTH: f64 = 0.082;
 
+/// The standard deviation of the paper's feature filters, as a part of that width.
+const SIGMA_OF_FEATURE: f64 = 0.5;
+
 /// The paper's exponent `q_f` of feature differences.
 const FEATURE_EXPONENT: f64 = 0.5;
+
+/// The paper's bound of the difference of two features: each is the length of two filters' results of at most 1.
+const MOST_FEATURE: f64 = std::f64::consts::SQRT_2;
+
+/// Where the paper's filters end, blurs and features alike, in standard deviations.
+const REACH: f64 = 3.0;
 
 /// Contrast sensitivity as the spread of a point, `Σ a √(π/b) exp(-π² d²/b)`, `d` in degrees: `(a, b)` for luminance,
 /// red-green and blue-yellow (the paper's table 1).
@@ -49,6 +62,20 @@ const SENSITIVITIES: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &
 
 /// The largest `b` of [`SENSITIVITIES`], which decides how far all filters reach.
 const WIDEST: f64 = 0.04;
+
+/// The paper's form of Hunt's effect: chroma is scaled by this for each unit of lightness, so that it is whole at white (100).
+const HUNT: f64 = 0.01;
+
+/// The paper's largest colour difference: that of these two, display values.
+const MOST_DIFFERENT: [Vec3; 2] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// L*a*b* of CIE 1976, with roots of X, Y and Z relative to white: `L* = 116 Y - 16`, `a* = 500 (X - Y)`, `b* = 200 (Y - Z)`.
+const LIGHTNESS: (f64, f64) = (116.0, 16.0);
+const RED_GREEN: f64 = 500.0;
+const BLUE_YELLOW: f64 = 200.0;
+
+/// CIE 1976 has a line instead of a cube root below the cube of this.
+const LINE_BELOW: f64 = 6.0 / 29.0;
 
 /// XYZ of linear Rec. 709 colours, as ratios that follow from the primaries and D65 at (0.3127, 0.3290).
 const XYZ_FROM_RGB: [Vec3; 3] = [
@@ -73,7 +100,7 @@ pub fn flip(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Res
     let errors = (0..a.colours.len()).into_par_iter().map(|i| {
         let colour = eye.colour_error(a.colours[i], b.colours[i]);
         let [edges, points] = [0, 1].map(|k| (a.features[k][i] - b.features[k][i]).abs());
-        let feature = (edges.max(points) / 2.0_f64.sqrt()).min(1.0).powf(FEATURE_EXPONENT);
+        let feature = (edges.max(points) / MOST_FEATURE).min(1.0).powf(FEATURE_EXPONENT);
         colour.powf(1.0 - feature)
     });
     Ok(Flip { width: image.width(), height: image.height(), errors: errors.collect() })
@@ -88,8 +115,10 @@ pub(crate) fn check(image: &Picture, reference: &Picture, pixels_per_degree: f64
     if w == 0 || h == 0 {
         return Err(RenderError::Invalid(format!("pictures of {w} x {h} have no pixels to compare")));
     }
-    if !(1.0..=1000.0).contains(&pixels_per_degree) {
-        return Err(RenderError::Options(format!("expected 1 to 1000 pixels per degree, found {pixels_per_degree}")));
+    if !PIXELS_PER_DEGREE.contains(&pixels_per_degree) {
+        let (least, most) = (PIXELS_PER_DEGREE.start(), PIXELS_PER_DEGREE.end());
+        let message = format!("expected {least} to {most} pixels per degree, found {pixels_per_degree}");
+        return Err(RenderError::Options(message));
     }
     Ok(())
 }
@@ -146,10 +175,11 @@ struct Eye {
 
 impl Eye {
     fn new(width: usize, pixels_per_degree: f64) -> Self {
-        let reach = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
+        // exp(-π² d²/b) is a bell of the standard deviation √(b/2)/π.
+        let reach = (REACH * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
         let blurs = SENSITIVITIES.map(|terms| blur(terms, reach, pixels_per_degree));
-        let sigma = 0.5 * FEATURE_WIDTH * pixels_per_degree;
-        let reach = (3.0 * sigma).ceil() as i32;
+        let sigma = SIGMA_OF_FEATURE * FEATURE_WIDTH * pixels_per_degree;
+        let reach = (REACH * sigma).ceil() as i32;
         let kernel = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let values: Vec<f64> = (-reach..=reach).map(|i| f(f64::from(i) / sigma)).collect();
             let part = |sign: f64| values.iter().map(|v| (sign * v).max(0.0)).sum::<f64>();
@@ -167,9 +197,8 @@ impl Eye {
             rgb_from_xyz: inverse(XYZ_FROM_RGB),
             largest: 1.0,
         };
-        // The paper scales by the difference of green and blue, the largest there is.
-        let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|c| eye.adjusted_lab(c));
-        eye.largest = hyab(green, blue).powf(COLOUR_EXPONENT);
+        let [a, b] = MOST_DIFFERENT.map(|c| eye.adjusted_lab(c));
+        eye.largest = hyab(a, b).powf(COLOUR_EXPONENT);
         eye
     }
 
@@ -189,7 +218,7 @@ impl Eye {
             self.adjusted_lab(seen.map(|c| c.clamp(0.0, 1.0)))
         };
         let colours = (0..rgb.len()).into_par_iter().map(colour).collect();
-        let luminance: Vec<f64> = opponent.iter().map(|c| (c[0] + 16.0) / 116.0).collect();
+        let luminance: Vec<f64> = opponent.iter().map(|c| (c[0] + LIGHTNESS.1) / LIGHTNESS.0).collect();
         let features = [&self.slope, &self.bend].map(|kernel| {
             let across = self.filtered(&luminance, kernel, &self.bell);
             let down = self.filtered(&luminance, &self.bell, kernel);
@@ -210,23 +239,19 @@ impl Eye {
 
     /// Linear `Y C_x C_z` of the paper: L*a*b* without its roots.
     fn opponent(&self, rgb: Vec3) -> Vec3 {
-        let [x, y, z] = self.relative_xyz(rgb);
-        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+        lab(self.relative_xyz(rgb))
     }
 
     fn rgb_of_opponent(&self, [y, cx, cz]: Vec3) -> Vec3 {
-        let y = (y + 16.0) / 116.0;
-        let xyz = [y + cx / 500.0, y, y - cz / 200.0];
+        let y = (y + LIGHTNESS.1) / LIGHTNESS.0;
+        let xyz = [y + cx / RED_GREEN, y, y - cz / BLUE_YELLOW];
         times(self.rgb_from_xyz, std::array::from_fn(|k| xyz[k] * self.white[k]))
     }
 
-    /// L*a*b* with `a` and `b` scaled by `0.01 L`: dark colours look less colourful (Hunt).
+    /// L*a*b* with `a` and `b` scaled by the lightness: dark colours look less colourful (Hunt).
     fn adjusted_lab(&self, rgb: Vec3) -> Vec3 {
-        const D: f64 = 6.0 / 29.0;
-        let root = |t: f64| if t > D * D * D { t.cbrt() } else { t / (3.0 * D * D) + 4.0 / 29.0 };
-        let [x, y, z] = self.relative_xyz(rgb).map(root);
-        let l = 116.0 * y - 16.0;
-        [l, 0.01 * l * 500.0 * (x - y), 0.01 * l * 200.0 * (y - z)]
+        let [l, a, b] = lab(self.relative_xyz(rgb).map(root));
+        [l, HUNT * l * a, HUNT * l * b]
     }
 
     fn relative_xyz(&self, rgb: Vec3) -> Vec3 {
@@ -270,6 +295,18 @@ fn blur(terms: &[(f64, f64)], reach: i32, pixels_per_degree: f64) -> Vec<(f64, V
 /// The distance of two colours that suits large differences: city block in lightness, Euclidean in hue.
 fn hyab(a: Vec3, b: Vec3) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+}
+
+/// Lightness and two differences of colours.
+fn lab([x, y, z]: Vec3) -> Vec3 {
+    [LIGHTNESS.0 * y - LIGHTNESS.1, RED_GREEN * (x - y), BLUE_YELLOW * (y - z)]
+}
+
+/// The cube root, below [`LINE_BELOW`]³ its tangent there.
+fn root(t: f64) -> f64 {
+    const D: f64 = LINE_BELOW;
+    // (t - D³) / (3 D²) + D
+    if t > D * D * D { t.cbrt() } else { t / (3.0 * D * D) + 2.0 / 3.0 * D }
 }
 
 fn times(m: [Vec3; 3], v: Vec3) -> Vec3 {
@@ -345,6 +382,31 @@ mod tests {
             assert!(error > before && (noise > 0.0 || error == 0.0), "{noise}: {error} after {before}");
             before = error;
         }
+    }
+
+    #[test]
+    fn xyz_follows_from_the_primaries_and_white() {
+        // x/y, 1 and z/y of a colour by its chromaticity.
+        let of = |(x, y): (f64, f64)| [x / y, 1.0, (1.0 - x - y) / y];
+        let primaries = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)].map(of);
+        let white = of((0.3127, 0.3290));
+        let columns = std::array::from_fn(|row| primaries.map(|p| p[row]));
+        let amounts = times(inverse(columns), white);
+        for (row, found) in XYZ_FROM_RGB.iter().enumerate() {
+            for (k, found) in found.iter().enumerate() {
+                let expected = columns[row][k] * amounts[k];
+                assert!((found - expected).abs() < 1e-14, "row {row}, column {k}: {found}, not {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_cube_root_goes_on_as_its_tangent() {
+        let (t, h) = (LINE_BELOW.powi(3), 1e-9);
+        assert!((root(t) - LINE_BELOW).abs() < 1e-15, "value {}", root(t));
+        let slopes = [(root(t) - root(t - h)) / h, (root(t + h) - root(t)) / h];
+        // Of differences of 1e-9 the last seven digits are rounding.
+        assert!((slopes[0] / slopes[1] - 1.0).abs() < 1e-5, "slopes {slopes:?}");
     }
 
     #[test]

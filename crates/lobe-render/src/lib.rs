@@ -46,7 +46,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | pictures | [`Picture`], [`Sheet`], [`Label`] |
-//! | to files | [`Picture::write_png`], [`write_animated_png`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
+//! | to files | [`Picture::write_png`], [`write_animated_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
 //! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
@@ -135,7 +135,7 @@ mod vector;
 mod view;
 mod z_test;
 
-pub use animated_png::{animated_png, write_animated_png};
+pub use animated_png::{AnimatedPng, animated_png, write_animated_png};
 pub use ball::Ball;
 pub use balloon::Balloon;
 pub use blinn_newell::BlinnNewell;

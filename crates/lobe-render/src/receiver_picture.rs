@@ -25,7 +25,8 @@ pub struct ViewOptions {
 /// `progress` is told the part that is done, from 0 to 1, some times a second, and says whether to go on.
 ///
 /// Pixels are means over their square. Surfaces that are not double-sided are black from behind, as they are baked and
-/// traced. The same bits for any number of threads.
+/// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for which.
+/// The same bits for any number of threads.
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels or a pixel no ray, [`RenderError::Cancelled`] if `progress` said to
@@ -85,7 +86,8 @@ pub struct SceneHit<'a> {
     pub albedo: Rgb<f64>,
     /// False for the back of a surface that is not double-sided.
     is_lit: bool,
-    /// Whether the side with counter-clockwise corners is seen.
+    /// Whether the side with counter-clockwise corners is seen; if not, what [`lobe_prt::Receivers::at_vertices`] found is that
+    /// of the other side, and this one needs [`lobe_prt::Receivers::backs`].
     pub is_front: bool,
 }
 
@@ -124,7 +126,7 @@ impl<'a> SceneHit<'a> {
         [(a, 1.0 - u - v), (b, u), (c, v)]
     }
 
-    /// What the corners have, interpolated.
+    /// What the corners have, interpolated: on which side is up to the caller.
     ///
     /// # Panics
     /// If `values` has none for a corner.

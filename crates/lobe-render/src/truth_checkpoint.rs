@@ -101,7 +101,9 @@ fn header(fingerprint: Fingerprint) -> Vec<u8> {
 }
 
 fn record(fingerprint: Fingerprint, first: usize, pixels: &[Pixel]) -> Vec<u8> {
-    let mut bytes = (pixels.len() as u64).to_le_bytes().to_vec();
+    // At once: a vector that grows holds up to three times as much for a while.
+    let mut bytes = Vec::with_capacity(8 + PIXEL * pixels.len() + 8);
+    bytes.extend((pixels.len() as u64).to_le_bytes());
     bytes.extend(pixels.iter().copied().flat_map(Pixel::to_numbers).flat_map(f32::to_le_bytes));
     let sum = checksum(fingerprint, first, &bytes);
     bytes.extend(sum.to_le_bytes());

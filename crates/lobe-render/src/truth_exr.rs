@@ -15,6 +15,9 @@ use crate::{Picture, RenderError, Truth};
 /// The attribute that tells how many differences the variance was estimated from.
 const FREEDOM: &str = "lobeDegreesOfFreedom";
 
+/// How many channels there are.
+const CHANNELS: usize = 14;
+
 /// The prefix of the channels of variance.
 const VARIANCE: &str = "variance";
 
@@ -52,7 +55,8 @@ impl Truth {
         let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
         let size = (self.mean.width(), self.mean.height());
         let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels)));
-        let mut bytes = Cursor::new(Vec::new());
+        // As much as the numbers take: a vector that grows holds up to three times as much for a while.
+        let mut bytes = Cursor::new(Vec::with_capacity(size.0 * size.1 * 4 * CHANNELS));
         let refused = |error: exr::error::Error| {
             RenderError::Invalid(format!("a {} x {} picture as OpenEXR: {error}", size.0, size.1))
         };

@@ -213,7 +213,7 @@ pub use real::Real;
 pub use rgb::Rgb;
 pub use rotation::{Rotation, RotationError};
 #[cfg(feature = "json")]
-pub use save::{StagedFile, check_writable, write_atomically};
+pub use save::{StagedFile, StagedWriter, check_writable, write_atomically};
 pub use sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use sh_vec::ShVec;
 pub use spherical_polygon::SphericalPolygon;

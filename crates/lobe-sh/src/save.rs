@@ -33,24 +33,9 @@ impl StagedFile {
     /// # Errors
     /// Those of [`write_atomically`].
     pub fn write(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<Self> {
-        match Target::of(path)? {
-            Target::InPlace(path) => {
-                let mut buffered = BufWriter::new(File::options().write(true).open(path)?);
-                write(&mut buffered)?;
-                buffered.flush()?;
-                Ok(Self { waiting: None })
-            }
-            Target::Replace(path) => {
-                let mut buffered = BufWriter::new(temporary_beside(&path)?);
-                write(&mut buffered)?;
-                let temporary = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
-                if let Ok(old) = path.metadata() {
-                    temporary.as_file().set_permissions(old.permissions())?;
-                }
-                temporary.as_file().sync_all()?;
-                Ok(Self { waiting: Some((temporary, path)) })
-            }
-        }
+        let mut writer = StagedWriter::new(path)?;
+        write(&mut writer)?;
+        writer.finish()
     }
 
     /// Gives the file its name.
@@ -61,6 +46,66 @@ impl StagedFile {
         match self.waiting {
             Some((temporary, path)) => temporary.persist(&path).map(drop).map_err(|failed| failed.error),
             None => Ok(()),
+        }
+    }
+}
+
+/// A [`StagedFile`] in the making, for what is written bit by bit as it comes. Dropped instead of finished, it is gone.
+#[derive(Debug)]
+pub struct StagedWriter(Staged);
+
+#[derive(Debug)]
+enum Staged {
+    InPlace(BufWriter<File>),
+    Replace(BufWriter<NamedTempFile>, PathBuf),
+}
+
+impl StagedWriter {
+    /// Begins the file that shall stand under `path`.
+    ///
+    /// # Errors
+    /// Those of [`write_atomically`].
+    pub fn new(path: &Path) -> io::Result<Self> {
+        Ok(Self(match Target::of(path)? {
+            Target::InPlace(path) => Staged::InPlace(BufWriter::new(File::options().write(true).open(path)?)),
+            Target::Replace(path) => Staged::Replace(BufWriter::new(temporary_beside(&path)?), path),
+        }))
+    }
+
+    /// Brings the bytes to the disk, where they wait for their name.
+    ///
+    /// # Errors
+    /// Those of [`write_atomically`].
+    pub fn finish(self) -> io::Result<StagedFile> {
+        match self.0 {
+            Staged::InPlace(mut buffered) => {
+                buffered.flush()?;
+                Ok(StagedFile { waiting: None })
+            }
+            Staged::Replace(buffered, path) => {
+                let temporary = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
+                if let Ok(old) = path.metadata() {
+                    temporary.as_file().set_permissions(old.permissions())?;
+                }
+                temporary.as_file().sync_all()?;
+                Ok(StagedFile { waiting: Some((temporary, path)) })
+            }
+        }
+    }
+}
+
+impl Write for StagedWriter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.0 {
+            Staged::InPlace(buffered) => buffered.write(bytes),
+            Staged::Replace(buffered, _) => buffered.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.0 {
+            Staged::InPlace(buffered) => buffered.flush(),
+            Staged::Replace(buffered, _) => buffered.flush(),
         }
     }
 }

@@ -158,6 +158,8 @@ impl Hall {
             order: SWEEP,
             samples,
             bounces: BOUNCES,
+            // As many as the page says, whatever they carry.
+            energy_stop: 0.0,
             ..BakeOptions::default()
         };
         let (transfer, report) = bake(&scene, &bvh, &receivers, &options, &mut |_| ControlFlow::Continue(()))?;

@@ -9,11 +9,13 @@ mod bake_killed;
 #[cfg(unix)]
 mod bake_stopped;
 mod compare;
+mod double_sided;
 mod encodings;
 mod env;
 mod harness;
 mod light;
 mod maps;
+mod memory;
 mod named_light;
 mod project;
 mod render;

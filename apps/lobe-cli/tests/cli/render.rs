@@ -23,19 +23,56 @@ fn compared(dir: &Dir, a: &str, b: &str) -> Value {
     serde_json::from_str(&dir.lobe(&format!("compare {a} {b} --json")).arg("--quiet").stdout()).unwrap()
 }
 
+/// A view of three walls of the built-in furnace.
+const INSIDE: &str = "--eye 0.9,0.8,0.7 --target -1,-0.9,-0.8";
+
 #[test]
-fn every_mode_makes_a_picture_of_its_size() {
+fn every_mode_makes_a_picture_of_its_size_with_what_gets_into_a_closed_box() {
     let dir = Dir::new();
     write_even(&dir);
-    for mode in ["truth", "irradiance", "unshadowed", "shadowed", "interreflected", "glossy"] {
+    for (mode, expected) in [
+        ("truth", 0.0),
+        ("irradiance", 1.0),
+        ("unshadowed", 1.0),
+        ("shadowed", 0.0),
+        ("interreflected", 0.0),
+        ("glossy", 0.0),
+    ] {
         let baked = if ["truth", "irradiance"].contains(&mode) { "" } else { "--bake-samples 16" };
-        let args = format!("render built-in:furnace --env even.exr --mode {mode} --size 20x10 --samples 4 {baked}");
+        let args =
+            format!("render built-in:furnace --env even.exr --mode {mode} {INSIDE} --size 20x10 --samples 4 {baked}");
         dir.lobe(&format!("{args} -o {mode}.exr")).arg("--quiet").stdout();
-        assert_eq!(pixels(&dir, &format!("{mode}.exr")).0, 20, "{mode}");
+        let (width, height, found) = pixels(&dir, &format!("{mode}.exr"));
+        assert_eq!((width, height), (20, 10), "{mode}");
+        for pixel in found {
+            // What is not black has been through f32 and the projection of a picture.
+            let error = pixel.to_array().map(|c| (c - expected).abs()).into_iter().fold(0.0, f32::max);
+            assert!(error <= 1e-5 * expected, "{mode}: {pixel:?} instead of {expected}");
+        }
         let (_, note) = dir.lobe(&format!("{args} -o {mode}.png")).succeeds();
         assert!(note.contains("tone-mapped for looking at, exposure"), "{mode}: {note}");
         assert_eq!(&dir.bytes(&format!("{mode}.png"))[1..4], b"PNG", "{mode}");
     }
+}
+
+#[test]
+fn a_white_square_vanishes_in_even_light() {
+    let dir = Dir::new();
+    write_even(&dir);
+    dir.file("s.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
+    let args = "render s.obj --up z --env even.exr --eye 0,-3,3 --target 0,0,0 --fov 50 --size 16x12";
+    for mode in ["irradiance", "unshadowed", "shadowed", "interreflected"] {
+        dir.lobe(&format!("{args} --mode {mode} -o {mode}.exr")).arg("--quiet").stdout();
+        for pixel in pixels(&dir, &format!("{mode}.exr")).2 {
+            assert!((pixel.g - 1.0).abs() < 1e-5, "{mode}: {pixel:?}");
+        }
+    }
+    dir.lobe(&format!("{args} --mode truth --samples 256 -o truth.exr")).arg("--quiet").stdout();
+    let found = pixels(&dir, "truth.exr").2;
+    let mean = found.iter().map(|p| f64::from(p.g)).sum::<f64>() / found.len() as f64;
+    // A path brings 0 to 1.5, so that it deviates by 0.75 at most; five deviations of the mean of all.
+    let allowed = 5.0 * 0.75 / (256.0 * found.len() as f64).sqrt();
+    assert!((mean - 1.0).abs() < allowed, "truth: {mean}, allowed {allowed}");
 }
 
 #[test]
@@ -73,13 +110,30 @@ fn transfer_and_truth_look_alike_under_one_expansion() {
 #[test]
 fn a_baked_file_is_rendered_as_it_is() {
     let dir = Dir::new();
-    dir.lobe("bake built-in:furnace --mode shadowed --order 3 --samples 64 -o baked.glb --quiet").stdout();
-    let common = "--env bundled:studio --mode shadowed --size 16x12";
-    dir.lobe(&format!("render baked.glb {common} -o a.exr")).arg("--quiet").stdout();
-    dir.lobe(&format!("render built-in:furnace {common} --order 3 --bake-samples 64 -o b.exr")).arg("--quiet").stdout();
-    let found = compared(&dir, "a.exr", "b.exr");
     // The file keeps y up and its normals and positions as they are rounded.
-    assert!(found["rmse"].as_f64().unwrap() < 1e-4, "{found}");
+    let alike = |a: &str, b: &str| {
+        let found = compared(&dir, a, b);
+        assert!(found["rmse"].as_f64().unwrap() < 1e-4, "{a}, {b}: {found}");
+        let mean = pixels(&dir, a).2.iter().map(|p| f64::from(p.g)).sum::<f64>();
+        assert!(mean > 1.0, "{a} is not black: {mean}");
+    };
+    // Unshadowed transfer of order 3 is the irradiance, albedo 1.
+    dir.lobe("bake built-in:furnace --mode unshadowed --order 3 -o white.glb --quiet").stdout();
+    let common = format!("--env bundled:studio --size 16x12 {INSIDE}");
+    for (scene, mode, to) in [
+        ("white.glb", "unshadowed", "a"),
+        ("built-in:furnace", "unshadowed --order 3", "b"),
+        ("built-in:furnace", "irradiance", "c"),
+    ] {
+        dir.lobe(&format!("render {scene} {common} --mode {mode} -o {to}.exr")).arg("--quiet").stdout();
+    }
+    alike("a.exr", "b.exr");
+    alike("a.exr", "c.exr");
+    dir.lobe("bake built-in:cornell --mode shadowed --order 3 --samples 64 -o baked.glb --quiet").stdout();
+    let common = "--env bundled:studio --mode shadowed --size 16x12";
+    dir.lobe(&format!("render baked.glb {common} -o d.exr")).arg("--quiet").stdout();
+    dir.lobe(&format!("render built-in:cornell {common} --order 3 --bake-samples 64 -o e.exr")).arg("--quiet").stdout();
+    alike("d.exr", "e.exr");
     for (options, part) in [
         ("--mode interreflected", "--mode interreflected: baked.glb was baked as shadowed"),
         ("--mode shadowed --order 4", "--order 4: baked.glb was baked to order 3"),
@@ -206,7 +260,7 @@ fn the_truth_has_layers_and_variance() {
 fn frames_turn_the_light_and_make_an_animation() {
     let dir = Dir::new();
     dir.lobe(
-        "render built-in:furnace --env bundled:studio --mode irradiance --size 8x6 --frames 3 -o turn.png --quiet",
+        &format!("render built-in:furnace {INSIDE} --env bundled:studio --mode irradiance --size 8x6 --frames 3 -o turn.png --quiet"),
     )
     .stdout();
     assert_eq!(dir.names(), ["turn-000.png", "turn-001.png", "turn-002.png", "turn.png"], "files");
@@ -224,8 +278,9 @@ fn expansions_are_lights_if_they_are_radiance() {
     let light = ShVec::constant(2, Rgb::new(1.0, 1.0, 1.0));
     dir.sh("light.sh.json", Quantity::Radiance, light.clone());
     dir.sh("wrong.sh.json", Quantity::Irradiance, light);
-    let args = "--mode irradiance --size 4x4 -o a.exr";
+    let args = format!("{INSIDE} --mode irradiance --size 4x4 -o a.exr");
     dir.lobe(&format!("render built-in:furnace --env light.sh.json {args}")).arg("--quiet").stdout();
+    assert!(pixels(&dir, "a.exr").2.iter().all(|p| (p.g - 1.0).abs() < 1e-6), "radiance 1 on walls of albedo 1");
     let line = dir.lobe(&format!("render built-in:furnace --env wrong.sh.json {args}")).arg("--quiet").error();
     assert!(line.starts_with("wrong.sh.json: expected radiance, found irradiance"), "{line}");
 }

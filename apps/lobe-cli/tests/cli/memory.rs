@@ -1,0 +1,137 @@
+//! Work that takes more memory than there is, or than it should, is refused before it begins; all other work is done.
+
+#[cfg(target_os = "linux")]
+use std::process::{Command, Output, Stdio};
+#[cfg(target_os = "linux")]
+use std::time::Duration;
+
+use crate::harness::Dir;
+
+/// How far apart two runs of the same work may be: what has been given back stays with the program for a while.
+#[cfg(target_os = "linux")]
+const SLACK: u64 = 8 << 20;
+
+/// Runs `lobe` where only so many KiB of addresses can be had, in one thread: each has a stack and a heap of its own.
+#[cfg(target_os = "linux")]
+fn limited(dir: &Dir, kib: u64, args: &str) -> Output {
+    let lobe = env!("CARGO_BIN_EXE_lobe");
+    let line = format!("ulimit -v {kib} && exec {lobe} {args} --threads 1 --quiet");
+    Command::new("sh").args(["-c", &line]).current_dir(dir.path("")).output().unwrap()
+}
+
+fn scene(dir: &Dir) {
+    dir.file(
+        "s.obj",
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\n",
+    );
+    dir.map("even.exr", 16, 8, |_, _| [1.0; 3]);
+}
+
+#[test]
+fn what_takes_more_than_the_limit_is_refused_in_one_line() {
+    let dir = Dir::new();
+    scene(&dir);
+    let before = dir.names();
+    for (args, part) in [
+        (
+            "render s.obj --env even.exr --mode truth --size 16384x16384 -o a.exr",
+            "--size 16384x16384 takes up to 60129542144 bytes of memory (56.0 GiB), more than the limit of 4 GiB; ask for a \
+             smaller picture, or raise the limit with --max-memory",
+        ),
+        (
+            "render s.obj --env even.exr --mode irradiance --size 16384x16384 -o a.png",
+            "--size 16384x16384 takes up to ",
+        ),
+        (
+            "render s.obj --env even.exr --mode shadowed --order 8 --size 4x4 --max-memory 0.000001 -o a.png",
+            "transfer of 4 vertices at order 8 takes up to 2096 bytes of memory",
+        ),
+        (
+            "render s.obj --env even.exr --mode glossy --size 4x4 --order 8 --max-memory 0.0001 -o a.png",
+            "more than the limit of 0.0001 GiB; ask for a lower --order, or raise the limit with --max-memory",
+        ),
+        ("bake s.obj --texels 16384 -o a.safetensors", "--texels 16384 takes up to "),
+        ("bake s.obj --texels 4096 --order 5 -o a.exr", "ask for fewer --texels, or a lower --order"),
+    ] {
+        let line = dir.lobe(args).arg("--quiet").error();
+        assert!(line.contains(part) && line.contains(" bytes of memory"), "{args}: {line}");
+    }
+    assert_eq!(dir.names(), before, "nothing was written");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_the_system_does_not_give_is_told_and_nothing_aborts() {
+    let dir = Dir::new();
+    scene(&dir);
+    let before = dir.names();
+    for args in [
+        "render s.obj --env even.exr --mode irradiance --size 7000x6000 -o a.png",
+        "render s.obj --env even.exr --mode truth --samples 2 --size 4000x3000 -o a.exr",
+        "bake s.obj --texels 6000 --order 1 -o a.safetensors",
+    ] {
+        let output = limited(&dir, 3 << 19, args);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args}: {stderr}");
+        assert!(stderr.contains(" bytes of memory, which the system does not give; ask for "), "{args}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{args}: {stderr}");
+    }
+    assert_eq!(dir.names(), before, "nothing was written");
+}
+
+/// Runs `lobe` to its end, which must be good, and returns the most bytes that it had in memory; what it took in its last
+/// millisecond may be missing.
+#[cfg(target_os = "linux")]
+fn peak(dir: &Dir, args: &str) -> u64 {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
+    command.args(args.split(' ')).args(["--quiet", "--threads", "1"]).current_dir(dir.path(""));
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    while child.try_wait().unwrap().is_none() {
+        let found = std::fs::read_to_string(&status).unwrap_or_default();
+        let kib = found.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse().ok());
+        peak = peak.max(1024 * kib.unwrap_or(0_u64));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), &*String::from_utf8_lossy(&output.stderr)), (Some(0), ""), "{args}");
+    peak
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn work_takes_no_more_memory_than_is_said() {
+    let dir = Dir::new();
+    scene(&dir);
+    for (size, small, args) in [
+        ("--size 800x600", "--size 8x6", "render s.obj --env even.exr --mode truth --samples 2 -o a.exr"),
+        ("--size 800x600", "--size 8x6", "render s.obj --env even.exr --mode truth --samples 2 -o a.png"),
+        ("--size 1600x1200", "--size 8x6", "render s.obj --env even.exr --mode irradiance --samples 1 -o a.exr"),
+        ("--size 1600x1200", "--size 8x6", "render s.obj --env even.exr --mode irradiance --samples 1 -o a.png"),
+        ("--texels 1200", "--texels 8", "bake s.obj --mode unshadowed --order 1 -o a.safetensors"),
+        ("--texels 500", "--texels 8", "bake s.obj --mode unshadowed --order 6 -o a.exr"),
+    ] {
+        let own = peak(&dir, &format!("{args} {small}"));
+        let args = format!("{args} {size}");
+        // It is said if nothing may be taken.
+        let line = dir.lobe(&format!("{args} --max-memory 0.000001")).arg("--quiet").error();
+        let (_, rest) = line.split_once(" takes up to ").unwrap();
+        let said: u64 = rest.split_once(" bytes").unwrap().0.parse().unwrap();
+        let found = peak(&dir, &args) - own;
+        assert!(found < said + SLACK, "{args}: {found} bytes more than {own}, {said} were said");
+        assert!(found > said / 3, "{args}: {found} bytes, {said} were said");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn pictures_of_an_animation_are_not_kept() {
+    let dir = Dir::new();
+    scene(&dir);
+    let args = "render s.obj --env even.exr --mode irradiance --samples 1 --size 512x384 --frames";
+    let [few, many] = [2, 32].map(|frames| peak(&dir, &format!("{args} {frames} -o a{frames}.png")));
+    assert_eq!(dir.names().len(), 2 + 3 + 33, "pictures and animations");
+    // Thirty more are 71 MB as numbers, 18 MB as bytes.
+    assert!(many < few + SLACK, "{few} bytes with 2 pictures, {many} with 32");
+}
