@@ -332,11 +332,10 @@ impl Bake {
             bake_resumable(&world.near, &bvh, texels.receivers(), &options, path, progress)
         })?;
         let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(world.scene, &report));
-        stop_before_writing()?;
-        match has_extension(&self.output, "exr") {
-            true => write_lightmap(&self.output, &picture, &recipe)?,
-            false => write_transfer(&self.output, &picture, &recipe)?,
-        }
+        write_watched(&picture, talk, |rows| match has_extension(&self.output, "exr") {
+            true => write_lightmap(&self.output, rows, &recipe),
+            false => write_transfer(&self.output, rows, &recipe),
+        })?;
         Ok(report)
     }
 

@@ -3,10 +3,12 @@
 use std::f64::consts::FRAC_1_PI;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::prt::Progress;
 use lobe::render::{
     AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
     SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
@@ -53,8 +55,8 @@ const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 const TRACED_PIXEL: u64 = 4 * 14 * 4;
 const SHADED_PIXEL: u64 = 4 * 3 * 5;
 
-/// Steps of the bar of one picture.
-const STEPS: u64 = 1000;
+/// Steps of one picture in the line of progress.
+const STEPS: usize = 1000;
 
 const NOTES: &str = "\
 Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
@@ -262,32 +264,32 @@ impl Render {
         animate: &mut dyn FnMut(&Picture, &Tone) -> Result<(), RenderError>,
     ) -> anyhow::Result<()> {
         let frames = checkpoints.len();
-        let bar = talk.bar("render", frames as u64 * STEPS);
+        let (line, total, begin) = (talk.progress("render"), frames * STEPS, Instant::now());
+        let mut resumed = 0;
         let mut tone = None;
         for (k, checkpoint) in checkpoints.iter().enumerate() {
             let turn = self.light.turn(k, frames);
             let mut is_told = false;
             let rendered = self.render(work, &turn, checkpoint, &mut |part| {
+                let steps = (part * STEPS as f64) as usize;
                 if !is_told && part > 0.0 {
                     let text = format!("found; going on from {:.0} %", 100.0 * part);
                     talk.note(&checkpoint.path().display().to_string(), &text);
+                    resumed += steps;
                 }
                 is_told = true;
-                bar.set_position(k as u64 * STEPS + (part * STEPS as f64) as u64);
+                let progress = Progress { done: k * STEPS + steps, total, resumed, rays: 0, elapsed: begin.elapsed() };
+                line.show(progress.done, total, None, progress.seconds_left());
                 ctrl_c::go_on()
             });
             let rendered = match rendered {
-                Err(RenderError::Cancelled) => {
-                    bar.finish_and_clear();
-                    bail!(self.stopped(k, frames));
-                }
+                Err(RenderError::Cancelled) => bail!(self.stopped(k, frames)),
                 other => other?,
             };
             let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
             self.write(&rendered, &tone, k, talk)?;
             animate(rendered.picture(), &tone)?;
         }
-        bar.finish_and_clear();
         Ok(())
     }
 

@@ -12,7 +12,7 @@ use crate::ctrl_c;
 use crate::render_transfer::{Places, Response};
 use crate::talk::Talk;
 
-/// Steps of the bar.
+/// Steps of the line of progress.
 const STEPS: f64 = 1000.0;
 
 /// What the backs of some places do to light.
@@ -87,7 +87,7 @@ pub(crate) fn seen_from_behind(
         Rgb::ZERO
     };
     ctrl_c::watch();
-    let bar = talk.bar("look", STEPS as u64);
+    let line = talk.progress("look");
     let looked = scene_picture(
         scene,
         bvh,
@@ -96,11 +96,11 @@ pub(crate) fn seen_from_behind(
         |_: Dir| Rgb::ZERO,
         mark,
         |part| {
-            bar.set_position((part * STEPS) as u64);
+            line.show((part * STEPS) as usize, STEPS as usize, None, None);
             ctrl_c::go_on()
         },
     );
-    bar.finish_and_clear();
+    drop(line);
     match looked {
         Err(RenderError::Cancelled) => bail!("stopped before the first picture; nothing is kept"),
         other => other?,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use lobe::env::DfgTable;
 use lobe::prt::{
-    BakeOptions, Baked, Lightmap, Mode, Progress, PrtError, Receivers, Transfer, TransferMatrices, bake, bake_matrices,
-    read_baked_within, read_lightmap, read_matrices, read_transfer,
+    BakeOptions, Baked, Lightmap, Mode, Receivers, Transfer, TransferMatrices, bake, bake_matrices, read_baked_within,
+    read_lightmap, read_matrices, read_transfer,
 };
 use lobe::render::{Camera, SceneHit, ViewOptions};
 use lobe::scene::{Bvh, ReadOptions, Scene, read_scene_and_attributes};
@@ -14,7 +14,7 @@ use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal, convolved};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::ctrl_c;
+use crate::bake_watch::watched;
 use crate::memory::MemoryLimit;
 use crate::render_backs::{Backs, seen_from_behind};
 use crate::scene_input::SceneInput;
@@ -199,24 +199,14 @@ impl Response {
         is_glossy: bool,
         talk: Talk,
     ) -> anyhow::Result<Self> {
-        ctrl_c::watch();
-        let bar = talk.bar("bake", receivers.len() as u64);
-        let show = &mut |progress: &Progress| {
-            bar.set_position(progress.done as u64);
-            ctrl_c::go_on()
-        };
-        let baked = if is_glossy {
-            bake_matrices(scene, bvh, receivers, options, show).map(|(matrices, _)| Self::Glossy(matrices))
-        } else {
-            bake(scene, bvh, receivers, options, show).map(|(transfer, _)| Self::Matte(transfer))
-        };
-        bar.finish_and_clear();
-        match baked {
-            Err(PrtError::Cancelled) => {
-                bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}")
+        let baked = watched(talk, "bake", |show| {
+            if is_glossy {
+                bake_matrices(scene, bvh, receivers, options, show).map(|(matrices, _)| Self::Glossy(matrices))
+            } else {
+                bake(scene, bvh, receivers, options, show).map(|(transfer, _)| Self::Matte(transfer))
             }
-            other => Ok(other?),
-        }
+        })?;
+        baked.or_else(|_| bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}"))
     }
 
     fn order(&self) -> usize {
