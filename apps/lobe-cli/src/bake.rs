@@ -159,6 +159,7 @@ fn part(text: &str) -> Result<f64, String> {
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
+        output::check_not_input(&self.output, self.input.path())?;
         output::check_file(&self.output)?;
         let checkpoint = Checkpoint::beside(&self.output);
         if !self.fresh {

@@ -95,6 +95,8 @@ impl Compare {
             if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
                 bail!("-o: expected a name that ends in .png, found {}", path.display());
             }
+            output::check_not_input(path, &self.image)?;
+            output::check_not_input(path, &self.reference)?;
             output::check_file(path)?;
         }
         let (image, reference) = (read(&self.image, talk)?, read(&self.reference, talk)?);

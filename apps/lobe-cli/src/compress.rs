@@ -74,6 +74,8 @@ struct Point {
 
 impl Compress {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        output::check_safetensors(&self.output)?;
+        output::check_not_input(&self.output, self.input.path())?;
         output::check_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
         let options = CompressOptions {

@@ -50,6 +50,8 @@ struct Printed {
 
 impl FitLobes {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        output::check_safetensors(&self.output)?;
+        output::check_not_input(&self.output, self.input.path())?;
         output::check_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
         let options = ZonalFitOptions { lobes: self.lobes, optimise: !self.closed_form, ..ZonalFitOptions::default() };

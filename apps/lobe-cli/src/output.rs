@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use lobe::sh::{ShError, ShFile, check_writable, save_sh_json, write_sh_json};
@@ -49,8 +49,26 @@ impl ShOutput {
 }
 
 /// Refuses a file that could not be written.
-pub(crate) fn check_file(path: &std::path::Path) -> anyhow::Result<()> {
+pub(crate) fn check_file(path: &Path) -> anyhow::Result<()> {
     check_writable(path).map_err(|source| ShError::Io { file: path.display().to_string(), source })?;
+    Ok(())
+}
+
+/// Refuses to replace an input by something else.
+pub(crate) fn check_not_input(output: &Path, input: &Path) -> anyhow::Result<()> {
+    match (output.canonicalize(), input.canonicalize()) {
+        (Ok(out), Ok(input)) if out == input => {
+            bail!("-o: {} is an input, which would be lost; give another name", output.display())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses another extension than that of safetensors.
+pub(crate) fn check_safetensors(path: &Path) -> anyhow::Result<()> {
+    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("safetensors")) {
+        bail!("-o: {}: this is written as .safetensors", path.display());
+    }
     Ok(())
 }
 

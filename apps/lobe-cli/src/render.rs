@@ -97,15 +97,16 @@ pub(crate) struct Render {
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
-    /// All but truth and irradiance: what lobe bake wrote of this scene without it, a .safetensors file, or of --texels an .exr
-    /// file
+    /// All but truth and irradiance: what lobe bake, compress or fit-lobes wrote of this scene without it, a .safetensors
+    /// file, or of --texels an .exr file
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
     /// glossy: the lobe that surfaces mirror with, tinted by their base colour [default: ggx:0.3]. A lobe about the mirrored
     /// view stands for the surface: 18 % from --mode truth --surfaces gltf for metals of α 0.3, farther for rougher ones
     #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
     lobe: Option<Lobe>,
-    /// All but truth: what is seen behind the scene [default: env]
+    /// All but truth, which shows the light that it uses: what is seen behind the scene; light, to compare with a truth of the
+    /// same --order [default: env]
     #[arg(long, value_enum)]
     background: Option<Background>,
     /// Multiply the light of a .png by this before it is shown [default: what suits the picture, with --frames the first]
@@ -198,6 +199,11 @@ impl Render {
         let frames = self.frames.unwrap_or(1);
         self.check_memory()?;
         for path in (0..frames).map(|k| self.frame_path(k)).chain(self.animation_path()) {
+            for input in
+                [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref()].into_iter().flatten()
+            {
+                output::check_not_input(&path, input)?;
+            }
             output::check_file(&path)?;
         }
         let light = self.light.read(talk)?;

@@ -1,6 +1,6 @@
 //! The light of a rendered scene.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
@@ -72,6 +72,10 @@ pub(crate) struct ReadLight {
 }
 
 impl LightInput {
+    pub(crate) fn path(&self) -> &Path {
+        &self.env
+    }
+
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<ReadLight> {
         let name = self.env.display().to_string();
         if !name.ends_with(".json") {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use lobe::env::DfgTable;
 use lobe::prt::{
-    BakeOptions, Baked, Lightmap, Mode, Receivers, Transfer, TransferMatrices, bake, bake_matrices, read_baked_within,
-    read_lightmap, read_matrices, read_transfer,
+    AnyTransfer, BakeOptions, Baked, Lightmap, Mode, Receivers, Transfer, TransferMatrices, bake, bake_matrices,
+    read_any_transfer, read_baked_within, read_lightmap, read_matrices,
 };
 use lobe::render::{Camera, SceneHit, ViewOptions};
 use lobe::scene::{Bvh, ReadOptions, Scene, read_scene_and_attributes};
@@ -110,7 +110,7 @@ impl Places {
 
 /// What receivers do to light.
 pub(crate) enum Response {
-    Matte(Transfer),
+    Matte(AnyTransfer),
     Glossy(TransferMatrices),
 }
 
@@ -203,7 +203,7 @@ impl Response {
             if is_glossy {
                 bake_matrices(scene, bvh, receivers, options, show).map(|(matrices, _)| Self::Glossy(matrices))
             } else {
-                bake(scene, bvh, receivers, options, show).map(|(transfer, _)| Self::Matte(transfer))
+                bake(scene, bvh, receivers, options, show).map(|(transfer, _)| Self::Matte(transfer.into()))
             }
         })?;
         baked.or_else(|_| bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}"))
@@ -292,7 +292,7 @@ fn read(input: &SceneInput, path: &Path, asked: &Asked, talk: Talk) -> anyhow::R
         talk.note(&name, note);
     }
     asked.check(&name, &recipe, transfer.order())?;
-    Ok((scene, asked.of_file(name, &recipe, Places::Vertices, Response::Matte(transfer))))
+    Ok((scene, asked.of_file(name, &recipe, Places::Vertices, Response::Matte(transfer.into()))))
 }
 
 /// A scene, and its transfer from a file that `lobe bake` wrote without the scene.
@@ -311,7 +311,12 @@ fn read_beside(input: &SceneInput, file: &Path, asked: &Asked, talk: Talk) -> an
         return Ok((scene, asked.of_file(name, &recipe, Places::Vertices, Response::Glossy(matrices))));
     }
     let is_picture = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    let (transfer, recipe) = if is_picture { read_lightmap(file)? } else { read_transfer(file)? };
+    let (transfer, recipe) = if is_picture {
+        let (transfer, recipe) = read_lightmap(file)?;
+        (transfer.into(), recipe)
+    } else {
+        read_any_transfer(file)?
+    };
     asked.check(&name, &recipe, transfer.order())?;
     let width = transfer.receivers().isqrt();
     let places = if is_picture || recipe["texels"] == width {

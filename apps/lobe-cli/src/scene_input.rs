@@ -15,7 +15,8 @@ const BUILT_IN: &str = "built-in:";
 /// Where a scene is.
 #[derive(Args)]
 pub(crate) struct SceneInput {
-    /// The scene: a .glb, .gltf, .obj or .ply file, or built-in:NAME with ball, columns, cave, terrain, cornell or furnace
+    /// The scene: a .glb, .gltf, .obj or .ply file, or built-in:NAME with ball (over a ground), columns (a hall), cave, terrain,
+    /// cornell (a room that is unfolded for --texels) or furnace (a closed white box, which no light enters: for tests)
     #[arg(value_name = "SCENE")]
     path: PathBuf,
     /// Which axis points up in an .obj or .ply file [default: y]
@@ -42,6 +43,11 @@ enum UpAxis {
 impl SceneInput {
     pub(crate) fn name(&self) -> String {
         self.path.display().to_string()
+    }
+
+    /// The file, or what names a built-in scene.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The name without its folders, which says the same on every machine.

@@ -1,7 +1,7 @@
 //! Transfer named on the command line.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lobe::prt::{Transfer, read_baked, read_transfer};
 use serde_json::Value;
@@ -17,6 +17,10 @@ impl From<OsString> for TransferInput {
 }
 
 impl TransferInput {
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+
     /// Reads it, of a scene the transfer of its vertices, mesh by mesh; and the recipe of its bake.
     pub(crate) fn read(&self) -> anyhow::Result<(Transfer, Recipe)> {
         let is_tensors = self.0.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"));

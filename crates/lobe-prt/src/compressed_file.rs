@@ -9,8 +9,8 @@ use serde_json::Value;
 use crate::tensor_file::{Tensor, TensorFile, checked_channels, f32s, load, u16s, write};
 use crate::{CompressedTable, CompressedTransfer, PrtError, Weights, ZonalTransfer};
 
-const COMPRESSED: &str = "lobe-compressed-transfer";
-const ZONAL: &str = "lobe-zonal-transfer";
+pub(crate) const COMPRESSED: &str = "lobe-compressed-transfer";
+pub(crate) const ZONAL: &str = "lobe-zonal-transfer";
 const VERSION: u32 = 1;
 
 #[derive(Serialize, Deserialize)]
@@ -83,7 +83,7 @@ pub fn read_compressed_transfer(path: &Path) -> Result<(CompressedTransfer, Valu
     compressed_of_bytes(&load(path)?, path.display().to_string())
 }
 
-fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<(CompressedTransfer, Value), PrtError> {
+pub(crate) fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<(CompressedTransfer, Value), PrtError> {
     let file = TensorFile::<CompressedHeader>::parse(bytes, name, COMPRESSED, VERSION)?;
     let CompressedHeader { order, channels, clusters, components, .. } = file.header;
     let channels = checked_channels(order, channels, file.name())?;
@@ -139,7 +139,7 @@ pub fn read_zonal_transfer(path: &Path) -> Result<(ZonalTransfer, Value), PrtErr
     zonal_of_bytes(&load(path)?, path.display().to_string())
 }
 
-fn zonal_of_bytes(bytes: &[u8], name: String) -> Result<(ZonalTransfer, Value), PrtError> {
+pub(crate) fn zonal_of_bytes(bytes: &[u8], name: String) -> Result<(ZonalTransfer, Value), PrtError> {
     let file = TensorFile::<ZonalHeader>::parse(bytes, name, ZONAL, VERSION)?;
     let ZonalHeader { order, channels, lobes, .. } = file.header;
     let channels = checked_channels(order, channels, file.name())?;

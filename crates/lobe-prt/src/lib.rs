@@ -22,6 +22,7 @@
 //! | telling one piece of long work from another | [`Fingerprint`] |
 
 mod adaptive;
+mod any_transfer;
 mod bake;
 mod bake_options;
 mod baked_compressed;
@@ -71,6 +72,7 @@ mod zonal_fit;
 mod zonal_transfer;
 
 pub use adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_adaptively_resumable};
+pub use any_transfer::{AnyTransfer, read_any_transfer};
 pub use bake::{bake, bake_resumable};
 pub use bake_options::{BakeOptions, BakeReport, Mode, Progress};
 pub use baked_glb::BakedGlb;

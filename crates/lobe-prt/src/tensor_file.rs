@@ -108,6 +108,13 @@ pub(crate) fn load(path: &Path) -> Result<Vec<u8>, PrtError> {
     fs::read(path).map_err(|source| PrtError::Io { file: path.display().to_string(), source })
 }
 
+/// What the bytes of a file say that they are, if they are tensors of ours.
+pub(crate) fn format_of(bytes: &[u8]) -> Option<String> {
+    let (_, metadata) = SafeTensors::read_metadata(bytes).ok()?;
+    let kind: Kind = serde_json::from_str(metadata.metadata().as_ref()?.get(ENTRY)?).ok()?;
+    Some(kind.format)
+}
+
 /// A file that has been read, its header understood.
 pub(crate) struct TensorFile<'a, H> {
     name: String,

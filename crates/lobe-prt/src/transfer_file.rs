@@ -60,7 +60,7 @@ pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Value), PrtErr
 }
 
 /// The transfer in the bytes of a file. Nothing is allocated that is larger than they are.
-fn transfer_of_bytes(bytes: &[u8], name: String) -> Result<(Transfer, Value), PrtError> {
+pub(crate) fn transfer_of_bytes(bytes: &[u8], name: String) -> Result<(Transfer, Value), PrtError> {
     let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, FORMAT, VERSION)?;
     let Header { order, channels, quantity, .. } = &file.header;
     let channels = checked_channels(*order, *channels, file.name())?;

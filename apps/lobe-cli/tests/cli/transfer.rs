@@ -40,6 +40,47 @@ fn transfer_is_compressed_and_the_curve_falls() {
 }
 
 #[test]
+fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
+    let dir = Dir::new();
+    let view = "--env bundled:sunset --rotate-light 40 --size 64x48";
+    dir.lobe("bake built-in:ball -o b.glb --order 3 --samples 64 --mode shadowed").succeeds();
+    dir.lobe("bake built-in:ball -o p.safetensors --order 3 --samples 64 --mode shadowed --clusters 64 --components 8")
+        .succeeds();
+    dir.lobe("compress b.glb -o c.safetensors --clusters 64 --components 8 --weights 16").succeeds();
+    dir.lobe("fit-lobes b.glb -o z.safetensors --lobes 2").succeeds();
+    let picture = |scene: &str, name: &str| {
+        dir.lobe(&format!("render {scene} {view} --mode shadowed -o {name}.exr")).succeeds();
+        read_env_picture(&dir, &format!("{name}.exr"))
+    };
+    let plain = picture("b.glb", "plain");
+    let largest = plain.iter().copied().fold(0.0, f32::max);
+    // Rendering tells forms apart by what they lose: 64 clusters of 8 components lose next to nothing, two lobes a few hundredths.
+    for (name, limit) in [("c", 2e-3), ("p", 2e-3), ("z", 0.1)] {
+        let found = picture(&format!("built-in:ball --transfer {name}.safetensors"), name);
+        let worst = plain.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / largest;
+        assert!(worst < limit, "{name}: {worst} of the largest value");
+        assert!(worst > 0.0, "{name} is another form");
+    }
+    let line =
+        dir.lobe(&format!("render built-in:cave --transfer c.safetensors {view} --mode shadowed -o x.exr")).error();
+    assert!(line.starts_with("c.safetensors: expected transfer of"), "{line}");
+    let line = dir.lobe("compress b.glb -o c.glb").error();
+    assert_eq!(line, "-o: c.glb: this is written as .safetensors", "another kind of file");
+    for args in
+        ["compress c.safetensors -o c.safetensors", "bake b.glb -o b.glb", "fit-lobes c.safetensors -o ./c.safetensors"]
+    {
+        let line = dir.lobe(args).error();
+        assert!(line.ends_with("is an input, which would be lost; give another name"), "{args}: {line}");
+    }
+}
+
+/// All numbers of a picture.
+fn read_env_picture(dir: &Dir, name: &str) -> Vec<f32> {
+    let raster = lobe::env::read_raster(dir.path(name), &lobe::env::ReadOptions::default()).unwrap().0;
+    raster.texels.iter().flat_map(|texel| texel.to_array()).collect()
+}
+
+#[test]
 fn a_lobe_for_each_vertex_is_fitted() {
     let dir = Dir::new();
     write_transfer(dir.path("t.safetensors"), &ball(), &json!({"seed": 5, "scene_hash": "ab"})).unwrap();
