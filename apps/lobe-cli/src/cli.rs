@@ -4,7 +4,7 @@ use std::env;
 use std::ffi::OsString;
 
 use anyhow::Context as _;
-use clap::{Args, CommandFactory as _, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::talk::Talk;
@@ -147,7 +147,19 @@ fn threads(text: &str) -> Result<usize, String> {
 
 /// Reads the command line.
 pub(crate) fn parse() -> Result<Cli, Failure> {
-    Cli::try_parse().map_err(|error| Failure::Usage { error: Box::new(error), command: command_meant(env::args_os()) })
+    let command = with_negative_numbers(Cli::command());
+    let parsed = command.try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    parsed.map_err(|error| Failure::Usage { error: Box::new(error), command: command_meant(env::args_os()) })
+}
+
+/// Lets every option take a number below zero, which it may refuse in its own words.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|sub| sub.get_name().to_owned()).collect();
+    let command = command.mut_args(|arg| {
+        let takes_number = arg.get_action().takes_values() && !arg.is_positional();
+        if takes_number && !arg.is_allow_hyphen_values_set() { arg.allow_negative_numbers(true) } else { arg }
+    });
+    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, with_negative_numbers))
 }
 
 /// The command that a command line names, whatever is wrong with the rest of it: `lobe`, `lobe sh eval`.

@@ -135,6 +135,11 @@ impl MapOutput {
     pub(crate) fn check(&self, mapping: Mapping) -> anyhow::Result<()> {
         let is_texture = self.is_texture();
         let is_picture = matches!(self.output, MapFile::Picture(_));
+        let is_exr = match &self.output {
+            MapFile::Picture(picture) => picture.is_exr(),
+            MapFile::Faces { extension, .. } => extension == "exr",
+            MapFile::Texture(_) => false,
+        };
         if self.is_cube_only() && mapping != Mapping::Cube {
             bail!(
                 "-o: this kind of file holds cubes only, not a map that is {mapping}; name a picture, or convert to cube"
@@ -146,6 +151,7 @@ impl MapOutput {
                 "--layout: only of a cube in one picture",
             ),
             (self.left_handed && mapping != Mapping::Cube, "--left-handed: only of a cube"),
+            (self.half && !is_exr, "--half: only of .exr"),
             (self.texels.is_some() && !is_texture, "--texels: only of .ktx2 and .dds"),
             (self.zstd && !is_texture, "--zstd: only of .ktx2"),
             (self.mips && !is_texture, "--mips: only of .ktx2 and .dds"),

@@ -42,6 +42,11 @@ impl FromStr for PictureOutput {
 }
 
 impl PictureOutput {
+    /// Whether it can be of half floats.
+    pub(crate) fn is_exr(&self) -> bool {
+        self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    }
+
     /// Refuses what could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         output::check_file(&self.path)

@@ -28,6 +28,9 @@ use crate::scene_input::SceneInput;
 use crate::talk::Talk;
 use crate::{ctrl_c, output, values};
 
+/// A channel that is below zero by more than this part of the brightest one is a dark spot in the picture, not rounding.
+const VISIBLY_BELOW: f32 = 1e-3;
+
 /// Limits that only slips of the finger exceed.
 const MAX_SAMPLES: usize = 1 << 20;
 const MAX_BOUNCES: usize = 255;
@@ -294,9 +297,26 @@ impl Render {
             };
             let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
             self.write(&rendered, &tone, k, talk)?;
+            if k == 0 && work.expansion.is_some() {
+                self.note_ringing(rendered.picture(), talk);
+            }
             animate(rendered.picture(), &tone)?;
         }
         Ok(())
+    }
+
+    /// Says so where the expansion of the light rings below zero and pulls pixels with it.
+    fn note_ringing(&self, picture: &Picture, talk: Talk) {
+        let least = |pixel: &Rgb<f32>| pixel.r.min(pixel.g).min(pixel.b);
+        let largest = picture.pixels().iter().map(|p| p.r.max(p.g).max(p.b)).fold(0.0, f32::max);
+        let below = picture.pixels().iter().filter(|pixel| least(pixel) < -VISIBLY_BELOW * largest).count();
+        if below > 0 {
+            let pixels = if below == 1 { "1 pixel is".to_owned() } else { format!("{below} pixels are") };
+            let text = format!(
+                "{pixels} below zero, because the light rings; --window, or a light from lobe sh dering, stops that"
+            );
+            talk.note(&self.output.display().to_string(), &text);
+        }
     }
 
     /// What is left when picture `k` was not finished.

@@ -316,6 +316,8 @@ fn options_that_would_be_ignored_are_refused() {
             "--from-left-handed: only of a cube, but bundled:studio is lat-long",
         ),
         ("info square.exr --from octahedral --from-left-handed", "--from-left-handed: only of a cube"),
+        ("convert sky.exr -o a.hdr --to lat-long --half", "--half: only of .exr; leave it out"),
+        ("convert sky.exr -o a.ktx2 --half", "--half: only of .exr; leave it out"),
         ("convert sky.exr -o a.dds --zstd", "a .dds holds no Zstandard"),
         ("convert sky.exr -o a.gif --to cube", "expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2 or .dds"),
         ("convert square.exr -o a.ktx2", "is neither lat-long (2:1) nor a cube"),
