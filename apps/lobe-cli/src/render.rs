@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_1_PI;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::bail;
@@ -28,8 +29,8 @@ use crate::scene_input::SceneInput;
 use crate::talk::Talk;
 use crate::{ctrl_c, output, values};
 
-/// A channel that is below zero by more than this part of the brightest one is a dark spot in the picture, not rounding.
-const VISIBLY_BELOW: f32 = 1e-3;
+/// A channel that is below zero by more than this part of the mean of the light is a dark spot in the picture, not rounding.
+const VISIBLY_BELOW: f64 = 1e-3;
 
 /// Limits that only slips of the finger exceed.
 const MAX_SAMPLES: usize = 1 << 20;
@@ -173,14 +174,21 @@ fn frames(text: &str) -> Result<usize, String> {
 /// One picture, with all that is known of it if it was traced.
 enum Rendered {
     Traced(Box<Truth>),
-    Shaded(Picture),
+    Shaded(Shaded),
+}
+
+/// A picture of all modes but truth.
+struct Shaded {
+    picture: Picture,
+    /// The part of what is seen of the scene that is below zero.
+    below: f64,
 }
 
 impl Rendered {
     fn picture(&self) -> &Picture {
         match self {
             Self::Traced(truth) => &truth.mean,
-            Self::Shaded(picture) => picture,
+            Self::Shaded(shaded) => &shaded.picture,
         }
     }
 }
@@ -297,23 +305,21 @@ impl Render {
             };
             let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
             self.write(&rendered, &tone, k, talk)?;
-            if k == 0 && work.expansion.is_some() {
-                self.note_ringing(rendered.picture(), talk);
+            if let (0, Rendered::Shaded(shaded)) = (k, &rendered) {
+                self.note_ringing(shaded.below, talk);
             }
             animate(rendered.picture(), &tone)?;
         }
         Ok(())
     }
 
-    /// Says so where the expansion of the light rings below zero and pulls pixels with it.
-    fn note_ringing(&self, picture: &Picture, talk: Talk) {
-        let least = |pixel: &Rgb<f32>| pixel.r.min(pixel.g).min(pixel.b);
-        let largest = picture.pixels().iter().map(|p| p.r.max(p.g).max(p.b)).fold(0.0, f32::max);
-        let below = picture.pixels().iter().filter(|pixel| least(pixel) < -VISIBLY_BELOW * largest).count();
-        if below > 0 {
-            let pixels = if below == 1 { "1 pixel is".to_owned() } else { format!("{below} pixels are") };
+    /// Says so where the expansion of the light rings below zero and what it lights with it.
+    fn note_ringing(&self, below: f64, talk: Talk) {
+        if below > 0.0 {
             let text = format!(
-                "{pixels} below zero, because the light rings; --window, or a light from lobe sh dering, stops that"
+                "{:.2} % of what is seen of the scene is below zero, because the light rings; --window, or a light from \
+                 lobe sh dering, stops that",
+                100.0 * below
             );
             talk.note(&self.output.display().to_string(), &text);
         }
@@ -365,18 +371,26 @@ impl Render {
         let options = self.view_options();
         let (scene, bvh, camera) = (work.scene, work.bvh, &work.camera);
         let background = |s: Dir| behind.radiance(s);
+        let (seen, below) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let limit = -VISIBLY_BELOW * f.mean().luminance().abs();
+        let counted = |sent: Rgb<f64>| {
+            seen.fetch_add(1, Ordering::Relaxed);
+            below.fetch_add(usize::from(sent.r.min(sent.g).min(sent.b) < limit), Ordering::Relaxed);
+            sent
+        };
         let picture = match work.transfer {
             Some(transfer) => {
                 let lit = transfer.lit(scene, &f);
-                scene_picture(scene, bvh, camera, &options, background, |hit| lit.radiance(hit), progress)
+                scene_picture(scene, bvh, camera, &options, background, |hit| counted(lit.radiance(hit)), progress)
             }
             None => {
                 let irradiance = convolved(&f, &Zonal::clamped_cosine(f.order()));
-                let matte = |hit: &SceneHit<'_>| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI);
+                let matte = |hit: &SceneHit<'_>| counted((hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI));
                 scene_picture(scene, bvh, camera, &options, background, matte, progress)
             }
-        };
-        Ok(Rendered::Shaded(picture?))
+        }?;
+        let below = below.into_inner() as f64 / seen.into_inner().max(1) as f64;
+        Ok(Rendered::Shaded(Shaded { picture, below }))
     }
 
     /// What all modes but truth look with.
@@ -431,7 +445,7 @@ impl Render {
         }
         match rendered {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
-            Rendered::Shaded(picture) => {
+            Rendered::Shaded(Shaded { picture, .. }) => {
                 let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
                 note_clamped(&name, write_env(&path, &pixels, &WriteOptions::default())?, talk);
             }
