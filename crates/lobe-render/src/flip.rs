@@ -77,7 +77,7 @@ const BLUE_YELLOW: f64 = 200.0;
 /// CIE 1976 has a line instead of a cube root below the cube of this.
 const LINE_BELOW: f64 = 6.0 / 29.0;
 
-/// XYZ of linear Rec. 709 colours, as ratios that follow from the primaries and D65 at (0.3127, 0.3290).
+/// XYZ of linear Rec. 709 colours, as ratios that follow from the primaries and D65 at (0.31271, 0.32902).
 const XYZ_FROM_RGB: [Vec3; 3] = [
     [10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0],
     [2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0],
@@ -389,7 +389,7 @@ mod tests {
         // x/y, 1 and z/y of a colour by its chromaticity.
         let of = |(x, y): (f64, f64)| [x / y, 1.0, (1.0 - x - y) / y];
         let primaries = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)].map(of);
-        let white = of((0.3127, 0.3290));
+        let white = of((0.31271, 0.32902));
         let columns = std::array::from_fn(|row| primaries.map(|p| p[row]));
         let amounts = times(inverse(columns), white);
         for (row, found) in XYZ_FROM_RGB.iter().enumerate() {
