@@ -1,7 +1,5 @@
 //! `lobe env vector-irradiance`: the net flow of light at the place of a picture.
 
-use std::f64::consts::PI;
-
 use clap::Args;
 use lobe::env::{VectorIrradiance, irradiance_at, vector_irradiance};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
@@ -10,10 +8,6 @@ use serde::Serialize;
 use crate::map_input::MapInput;
 use crate::talk::Talk;
 use crate::{output, values};
-
-/// A net flow of less than this part of the light is what rounding left of light that comes evenly from everywhere: sums
-/// over a million texels in `f64`.
-const NOTHING: f64 = 1e-12;
 
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
@@ -54,7 +48,7 @@ struct Net {
 impl EnvVectorIrradiance {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let map = self.input.read(talk)?;
-        let e = without_rounding(vector_irradiance(&map), map.mean());
+        let e = vector_irradiance(&map);
         let sides: Vec<Dir> = self.normals.iter().flat_map(|n| [*n, -*n]).collect();
         let irradiance =
             if sides.is_empty() { Vec::new() } else { irradiance_at(&self.input.to_lat_long(map, talk)?, &sides) };
@@ -90,14 +84,6 @@ impl Found {
         }
         text
     }
-}
-
-/// 0 in channels with no more than rounding of the light of that mean.
-fn without_rounding(e: VectorIrradiance, mean: Rgb<f64>) -> VectorIrradiance {
-    let is_nothing = [0, 1, 2].map(|c| e.magnitude(c) <= NOTHING * 4.0 * PI * mean.channel(c).abs());
-    let [x, y, z] =
-        e.to_array().map(|component| Rgb::from_channels(|c| if is_nothing[c] { 0.0 } else { component.channel(c) }));
-    VectorIrradiance::new(x, y, z)
 }
 
 /// People need no more digits than a picture has.

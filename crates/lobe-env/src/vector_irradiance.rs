@@ -9,6 +9,9 @@ use crate::irradiance::row_vectors;
 use crate::lat_long::sin_cos_pi;
 use crate::{MappedMap, Mapping, project_map};
 
+/// A net flow of no more than this part of all light is what rounding left of light that comes evenly from everywhere.
+const NOTHING: f64 = 1e-13;
+
 /// The vector irradiance of the light around a point (the "light vector" of Gershun): one vector for each channel.
 ///
 /// ```text
@@ -118,12 +121,25 @@ impl VectorIrradiance<Rgb<f64>> {
 ///
 /// That is a lat-long map; one of another mapping is projected to order 2 from its own texels, which is as good
 /// (test `maps_of_every_mapping_have_the_vector_of_their_light`).
+///
+/// A channel whose vector is no longer than 1e-13 of `4π` times its mean, which is rounding, has the vector 0 and no
+/// direction (test `even_light_flows_nowhere`).
 #[must_use]
 pub fn vector_irradiance(map: &impl AsRef<MappedMap>) -> VectorIrradiance {
     let map = map.as_ref();
-    if map.mapping() != Mapping::LatLong {
-        return VectorIrradiance::from_radiance_sh(&project_map(map, 2));
-    }
+    let e = match map.mapping() {
+        Mapping::LatLong => vector_of_rows(map),
+        _ => VectorIrradiance::from_radiance_sh(&project_map(map, 2)),
+    };
+    let mean = map.mean();
+    let is_nothing = [0, 1, 2].map(|c| e.magnitude(c) <= NOTHING * 4.0 * PI * mean.channel(c).abs());
+    let without_rounding =
+        |component: Rgb<f64>| Rgb::from_channels(|c| if is_nothing[c] { 0.0 } else { component.channel(c) });
+    VectorIrradiance { components: e.components.map(without_rounding) }
+}
+
+/// The sum over the texels of a lat-long map.
+fn vector_of_rows(map: &MappedMap) -> VectorIrradiance {
     let (w, h) = (map.width(), map.height());
     let columns: Vec<(f64, f64)> = (0..w).map(|x| sin_cos_pi((w as f64 - 2.0 * x as f64 - 1.0) / w as f64)).collect();
     let rows: Vec<[Rgb<f64>; 3]> = row_vectors(w, h)
@@ -190,6 +206,26 @@ mod tests {
             let from_sh = VectorIrradiance::from_radiance_sh(&project_env(&map, 2));
             assert_equal(e, from_sh, 1e-13 * map.mean().g * 4.0 * PI, name);
         }
+    }
+
+    #[test]
+    fn even_light_flows_nowhere() {
+        for mapping in Mapping::ALL {
+            let width = if mapping == Mapping::Cube { 33 } else { 130 };
+            let map = MappedMap::from_fn(mapping, width, mapping.height_for(width), |_| Rgb::new(0.7, 30.0, 0.0));
+            let e = vector_irradiance(&map);
+            // The rim of a disc cuts texels, and what is left of each is known to the error of a rule.
+            let is_whole =
+                matches!(mapping, Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea | Mapping::Cube);
+            for c in 0..3 {
+                assert!(!is_whole || e.dir(c).is_none(), "{mapping}, channel {c}: {e:?}");
+            }
+            assert!(!is_whole || e.luminance_dir().is_none(), "{mapping}: {e:?}");
+        }
+        let mut map = MappedMap::from_fn(Mapping::LatLong, 64, 32, |_| Rgb::new(1.0, 1.0, 1.0));
+        map.texels_mut()[300].g += 1e-6;
+        let e = vector_irradiance(&map);
+        assert!(e.dir(0).is_none() && e.dir(1).is_some(), "one texel is a little greener: {e:?}");
     }
 
     #[test]
