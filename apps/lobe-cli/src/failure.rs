@@ -85,6 +85,13 @@ fn plain(error: &anyhow::Error) -> String {
     if let Some(EnvError::Refused { file, message, option }) = error.downcast_ref() {
         return format!("{file}: {message}; {}", in_flags(*option));
     }
+    let scene = match error.downcast_ref() {
+        Some(PrtError::Scene(scene)) => Some(scene),
+        _ => error.downcast_ref(),
+    };
+    if let Some(SceneError::TooLarge { message }) = scene {
+        return format!("{message}: raise it with --max-triangles");
+    }
     match refusal_of_system(error).and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
         Some(message) => message,
         None => error.to_string(),

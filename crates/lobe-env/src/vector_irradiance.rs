@@ -123,7 +123,8 @@ impl VectorIrradiance<Rgb<f64>> {
 /// (test `maps_of_every_mapping_have_the_vector_of_their_light`).
 ///
 /// A channel whose vector is no longer than 1e-13 of `4π` times its mean, which is rounding, has the vector 0 and no
-/// direction (test `even_light_flows_nowhere`).
+/// direction (test `even_light_flows_nowhere`); in a round picture, whose rim cuts texels, even light is even only to the
+/// error of the rule that integrates what is left of them.
 #[must_use]
 pub fn vector_irradiance(map: &impl AsRef<MappedMap>) -> VectorIrradiance {
     let map = map.as_ref();
@@ -210,17 +211,14 @@ mod tests {
 
     #[test]
     fn even_light_flows_nowhere() {
-        for mapping in Mapping::ALL {
+        for mapping in [Mapping::LatLong, Mapping::Octahedral, Mapping::EqualArea, Mapping::Cube] {
             let width = if mapping == Mapping::Cube { 33 } else { 130 };
             let map = MappedMap::from_fn(mapping, width, mapping.height_for(width), |_| Rgb::new(0.7, 30.0, 0.0));
             let e = vector_irradiance(&map);
-            // The rim of a disc cuts texels, and what is left of each is known to the error of a rule.
-            let is_whole =
-                matches!(mapping, Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea | Mapping::Cube);
             for c in 0..3 {
-                assert!(!is_whole || e.dir(c).is_none(), "{mapping}, channel {c}: {e:?}");
+                assert!(e.dir(c).is_none(), "{mapping}, channel {c}: {e:?}");
             }
-            assert!(!is_whole || e.luminance_dir().is_none(), "{mapping}: {e:?}");
+            assert!(e.luminance_dir().is_none(), "{mapping}: {e:?}");
         }
         let mut map = MappedMap::from_fn(Mapping::LatLong, 64, 32, |_| Rgb::new(1.0, 1.0, 1.0));
         map.texels_mut()[300].g += 1e-6;

@@ -15,7 +15,7 @@
 //! | transfer alone | [`write_transfer`], [`read_transfer`]; of a lightmap as a picture [`write_lightmap`], [`read_lightmap`] |
 //! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
-//! | files of these two | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers |
+//! | files of these two, and of any form | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers; [`AnyTransfer`], [`read_any_transfer`] |
 //! | glossy receivers | [`bake_matrices`], [`bake_matrices_resumable`], [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
 //! | what moves through a scene | [`bake_neighbourhood`], [`bake_neighbourhood_resumable`], [`Neighbourhood`], [`Grid`] |
 //! | files of these two | [`write_matrices`], [`write_neighbourhood`] and their readers |

@@ -27,6 +27,12 @@ pub enum SceneError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// The scene has more triangles or vertices than [`ReadOptions::limit`](crate::ReadOptions::limit) allows.
+    #[error("{message}: raise ReadOptions::limit")]
+    TooLarge {
+        /// The file, the limit, and what was found.
+        message: String,
+    },
     /// The operating system refused.
     #[error("{file}: {source}")]
     Io {

@@ -51,7 +51,7 @@ pub struct ReadReport {
 /// # Errors
 /// [`SceneError::Io`] if a file cannot be read, [`SceneError::Unsupported`] if it is of another kind or needs what
 /// Lobe does not read, [`SceneError::Invalid`] if it contradicts itself or holds no triangle with an area,
-/// [`SceneError::Options`] if it unfolds to more than [`ReadOptions::limit`] or
+/// [`SceneError::TooLarge`] if it unfolds to more than [`ReadOptions::limit`], [`SceneError::Options`] if to more than
 /// [`ReadOptions::texel_limit`].
 pub fn read_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(Scene, ReadReport), SceneError> {
     let path = path.as_ref();
@@ -155,9 +155,8 @@ impl<'a> Source<'a> {
         self.unfolded = (v, t);
         if v.max(t) > self.limit {
             let (name, limit) = (self.name, self.limit);
-            return Err(SceneError::Options(format!(
-                "{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more: raise it with --max-triangles"
-            )));
+            let message = format!("{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more");
+            return Err(SceneError::TooLarge { message });
         }
         Ok(())
     }

@@ -317,9 +317,9 @@ fn a_small_file_that_unfolds_to_too_much_is_refused_before_memory_is_taken() {
     let options = ReadOptions { limit: 250, ..ReadOptions::default() };
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
     let expected =
-        "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise it with --max-triangles";
+        "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise ReadOptions::limit";
     assert_eq!(error.to_string(), expected, "message");
-    assert!(matches!(error, SceneError::Options(_)), "{error:?}");
+    assert!(matches!(error, SceneError::TooLarge { .. }), "{error:?}");
     assert_eq!(scene(&file).meshes().len(), 100, "within the usual limit it is read");
 }
 
