@@ -17,7 +17,7 @@ use crate::EnvError;
 use crate::read::{Decoded, Limits, Shape, check_size, invalid, reserve, unsupported};
 
 /// Blocks decoded at a time, in parallel; bounds what is held besides the file and the picture.
-const BLOCKS_TOGETHER: usize = 64;
+const BLOCKS_TOGETHER: usize = 32;
 
 /// The bit of the version field that says "at least one part is deep".
 const DEEP_FLAG: u32 = 0x800;
@@ -72,21 +72,31 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
         })
         .map_err(|e| explain(&e, name))?;
     let meta = block::reader::ChunksReader::meta_data(&chunks).clone();
-    let chunks: Vec<Chunk> = chunks.collect::<Result<_, _>>().map_err(|e| explain(&e, name))?;
-    check_chunks(&chunks, &meta, &wanted, &mut expected, name)?;
+    let mut chunks = chunks.map(|chunk| {
+        let chunk = chunk.map_err(|e| explain(&e, name))?;
+        check_chunk(&chunk, &meta, &wanted, &mut expected, name)?;
+        Ok(chunk)
+    });
+    let mut read = || -> Result<Vec<Chunk>, EnvError> { chunks.by_ref().take(BLOCKS_TOGETHER).collect() };
+    let decode = |chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, name));
 
     let mut texels = reserve(windows.width * windows.height, name)?;
+    let (mut batch, mut decoded) = (read()?, Vec::new());
+    while !batch.is_empty() {
+        // While blocks are decoded, those before them are put in their places, and those after them are read.
+        let (blocks, next) = rayon::join(
+            || batch.into_par_iter().map(decode).collect::<Result<_, _>>(),
+            || {
+                windows.blit(&decoded, &mut texels);
+                read()
+            },
+        );
+        (decoded, batch) = (blocks?, next?);
+    }
+    windows.blit(&decoded, &mut texels);
     texels.resize(windows.width * windows.height, Rgb::ZERO);
-    let mut chunks = chunks.into_iter();
-    while chunks.len() > 0 {
-        let batch: Vec<Chunk> = chunks.by_ref().take(BLOCKS_TOGETHER).collect();
-        let blocks: Vec<Block> = batch
-            .into_par_iter()
-            .map(|chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, name)))
-            .collect::<Result<_, _>>()?;
-        for block in &blocks {
-            windows.blit(block, &mut texels);
-        }
+    if let Some((x, y)) = expected.iter().min_by_key(|(x, y)| (*y, *x)) {
+        return Err(invalid(name, format!("the block at column {x}, row {y} of the data window is missing")));
     }
     // A picture that is asked for as it is stays as it is.
     let edge_centred = limits.shape != Shape::Any && header_says_envmap;
@@ -242,16 +252,20 @@ impl Windows {
             && overlaps(self.offset.1, block.pixel_position.1, block.pixel_size.1, self.height)
     }
 
-    /// Copies what the display window shows of a block.
-    fn blit(&self, block: &Block, texels: &mut [Rgb<f32>]) {
-        let left = self.offset.0 + block.x as i64;
-        let skip = (-left).max(0) as usize;
-        let x = left.max(0) as usize;
-        for (k, line) in block.texels.chunks_exact(block.width).enumerate() {
-            let y = self.offset.1 + (block.y + k) as i64;
-            if (0..self.height as i64).contains(&y) && skip < block.width && x < self.width {
-                let count = (block.width - skip).min(self.width - x);
-                texels[y as usize * self.width + x..][..count].copy_from_slice(&line[skip..][..count]);
+    /// Copies what the display window shows of some blocks; as many rows are added as they need.
+    fn blit(&self, blocks: &[Block], texels: &mut Vec<Rgb<f32>>) {
+        for block in blocks {
+            let left = self.offset.0 + block.x as i64;
+            let skip = (-left).max(0) as usize;
+            let x = left.max(0) as usize;
+            for (k, line) in block.texels.chunks_exact(block.width).enumerate() {
+                let y = self.offset.1 + (block.y + k) as i64;
+                if (0..self.height as i64).contains(&y) && skip < block.width && x < self.width {
+                    let (start, end) = (y as usize * self.width, (y as usize + 1) * self.width);
+                    texels.resize(end.max(texels.len()), Rgb::ZERO);
+                    let count = (block.width - skip).min(self.width - x);
+                    texels[start + x..][..count].copy_from_slice(&line[skip..][..count]);
+                }
             }
         }
     }
@@ -293,27 +307,22 @@ fn is_rec_709(c: &Chromaticities) -> bool {
     [c.red, c.green, c.blue, c.white].iter().zip(expected).all(|(c, (x, y))| near(c.0, x) && near(c.1, y))
 }
 
-/// Checks that exactly the expected blocks are there and that each can hold what it says, before decoding any.
-fn check_chunks(
-    chunks: &[Chunk],
+/// Checks that a block is one of those expected, the first time that it comes, and can hold what it says, before it is
+/// decoded.
+fn check_chunk(
+    chunk: &Chunk,
     meta: &MetaData,
     wanted: &impl Fn(&BlockIndex) -> bool,
     expected: &mut HashSet<(usize, usize)>,
     name: &str,
 ) -> Result<(), EnvError> {
-    for chunk in chunks {
-        let header = &meta.headers[chunk.layer_index];
-        let (index, stored) = locate(chunk, header).map_err(|e| explain(&e, name))?;
-        if !wanted(&index) || !expected.remove(&(index.pixel_position.0, index.pixel_position.1)) {
-            let message = "the table of blocks is damaged: a block is there twice or in a wrong place";
-            return Err(invalid(name, message.into()));
-        }
-        check_claims(header, &index, stored, name)?;
+    let header = &meta.headers[chunk.layer_index];
+    let (index, stored) = locate(chunk, header).map_err(|e| explain(&e, name))?;
+    if !wanted(&index) || !expected.remove(&(index.pixel_position.0, index.pixel_position.1)) {
+        let message = "the table of blocks is damaged: a block is there twice or in a wrong place";
+        return Err(invalid(name, message.into()));
     }
-    match expected.iter().min_by_key(|(x, y)| (*y, *x)) {
-        Some((x, y)) => Err(invalid(name, format!("the block at column {x}, row {y} of the data window is missing"))),
-        None => Ok(()),
-    }
+    check_claims(header, &index, stored, name)
 }
 
 /// Checks that the bytes of a block can stand for as much as it claims; the library takes memory for its claims.
