@@ -134,22 +134,27 @@ impl TexelFormat {
         };
         let has_nan = matches!(self, Self::Rgba16F | Self::Rgba32F);
         let fits = |c: f32| (low..=high).contains(&c) || (has_nan && c.is_nan());
-        let clamped = texels.iter().filter(|t| !t.to_array().into_iter().all(fits)).count();
+        // Without branches, for vectors of texels.
+        let clamped = texels.iter().map(|t| usize::from(!(fits(t.r) & fits(t.g) & fits(t.b)))).sum();
         let fit =
             |texel: &Rgb<f32>| texel.to_array().map(|c| if c.is_nan() && !has_nan { 0.0 } else { c.clamp(low, high) });
         let mut bytes = Vec::with_capacity(self.face_bytes(size) as usize);
         match self {
             Self::Rgba16F => {
                 // A row at a time: vectors of numbers are converted by one instruction.
-                let (mut floats, mut halves) = (Vec::with_capacity(4 * size), vec![f16::ZERO; 4 * size]);
+                let (mut floats, mut halves) = (Vec::with_capacity(size), vec![f16::ZERO; 4 * size]);
                 for row in texels.chunks_exact(size) {
                     floats.clear();
-                    for texel in row {
+                    floats.extend(row.iter().map(|texel| {
                         let [r, g, b] = fit(texel);
-                        floats.extend([r, g, b, 1.0]);
+                        [r, g, b, 1.0]
+                    }));
+                    halves.convert_from_f32_slice(floats.as_flattened());
+                    let start = bytes.len();
+                    bytes.resize(start + halves.len() * size_of::<f16>(), 0);
+                    for (out, half) in bytes[start..].as_chunks_mut().0.iter_mut().zip(&halves) {
+                        *out = half.to_le_bytes();
                     }
-                    halves.convert_from_f32_slice(&floats);
-                    bytes.extend(halves.iter().flat_map(|half| half.to_le_bytes()));
                 }
             }
             Self::Rgba32F => {
