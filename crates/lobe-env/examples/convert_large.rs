@@ -31,8 +31,9 @@ fn main() -> Result<(), EnvError> {
     };
     let to = Resample::to(Mapping::Cube, FACE, Mapping::Cube.height_for(FACE));
     let name = format!("{} x {} to a cube of {FACE}", map.width(), map.height());
-    let cube = timed(&name, || resample(&map, &to))?;
-    println!("mean {:?}, was {:?}", cube.mean(), map.mean());
+    let mean = map.mean();
+    let cube = timed(&name, || resample(map, &to))?;
+    println!("mean {:?}, was {:?}", cube.mean(), mean);
     let cube = cube.into_cube_map()?;
     for file in files {
         timed(&format!("write {file}"), || write(Path::new(&file), &cube))?;

@@ -7,11 +7,9 @@
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
-use crate::even_light::even_light;
+use crate::even_light::EvenLight;
 use crate::sample_points::Sampler;
 use crate::solid_angles::SolidAngles;
-use crate::sparse_sum::BLOCK;
-use crate::view::Light;
 use crate::weights::Weights;
 use crate::{MappedMap, extras};
 
@@ -60,15 +58,8 @@ pub(crate) struct Balance<'a> {
 struct Seen {
     /// `E_s`.
     energy: f32,
-    /// `Ω_s - E_s`; 0 if no sample sees the texel, which then shows so little that there is nothing to lose.
+    /// `Ω_s - E_s`.
     missing: f32,
-}
-
-impl Seen {
-    /// `Ω_s/E_s`.
-    fn ratio(self) -> f32 {
-        if self.energy > 0.0 { 1.0 + self.missing / self.energy } else { 1.0 }
-    }
 }
 
 impl<'a> Balance<'a> {
@@ -78,22 +69,20 @@ impl<'a> Balance<'a> {
     }
 
     /// Every texel of the target, from those of `map`, balanced as far as that map needs it.
-    pub(crate) fn resample(sampler: &'a Sampler, map: &MappedMap) -> Vec<Rgb<f32>> {
+    pub(crate) fn resample(sampler: &'a Sampler, mut map: MappedMap) -> Vec<Rgb<f32>> {
         let mut balance = Self::new(sampler);
-        let even = even_light(map, &balance.solid_angles);
-        let (seen, _) = balance.balance(&even);
+        let (energies, _) = balance.balance(&map);
         // Those brighter than their neighbours with what they would lose.
-        let given_back = |((texel, even), seen): ((&Rgb<f32>, Rgb<f32>), Seen)| {
-            let [r, g, b] = (*texel + (*texel - even).scale(seen.ratio() - 1.0)).to_array();
-            [r, g, b, 1.0]
-        };
-        let light: Vec<Light> = map.texels().par_iter().zip(even).zip(seen).map(given_back).collect();
-        balance.weights.gather(&light)
+        balance.even_light().add_excess(&mut map, |x, y| {
+            let energy = balance.of_texel(&energies, x, y);
+            if energy > 0.0 { (balance.solid_angles.get(x, y) / energy - 1.0) as f32 } else { 0.0 }
+        });
+        drop(energies);
+        balance.weights.gather(map.texels())
     }
 
-    /// Finds the factors; what then is missing, and after how many passes.
-    fn balance(&mut self, even: &[Rgb<f32>]) -> (Vec<Seen>, usize) {
-        let whole = self.energy(even);
+    /// Finds the factors; then `E_s` of every texel, and after how many passes.
+    fn balance(&mut self, map: &MappedMap) -> (Vec<f64>, usize) {
         let mut passes = 0;
         loop {
             passes += 1;
@@ -102,22 +91,26 @@ impl<'a> Balance<'a> {
                 let extras = extras::find(self.weights.sampler(), &self.solid_angles, &energies);
                 self.weights.add_extras(extras, &mut energies);
             }
+            if passes >= MOST_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
+                return (energies, passes);
+            }
             let seen = self.seen(&energies);
             drop(energies);
-            if passes >= MOST_PASSES || self.is_enough(|s| seen[s].missing, even, whole) {
-                return (seen, passes);
-            }
             if passes <= OWN_PASSES {
-                self.weights.scale(|s| seen[s].ratio().clamp(1.0 / MOST_CHANGE, MOST_CHANGE));
+                self.weights.scale(|s| {
+                    let Seen { energy, missing } = seen[s];
+                    let ratio = if energy > 0.0 { 1.0 + missing / energy } else { 1.0 };
+                    ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE)
+                });
             } else {
-                let steps = self.newton(&seen, even, whole, &mut passes);
+                let steps = self.newton(&seen, map, &mut passes);
                 self.weights.scale(|s| steps[s].clamp(-MOST_CHANGE.ln(), MOST_CHANGE.ln()).exp());
             }
         }
     }
 
     /// `a` with `M a = Ω - E`, by conjugate gradients in which each texel's own part of M is divided out.
-    fn newton(&self, seen: &[Seen], even: &[Rgb<f32>], whole: Rgb<f64>, passes: &mut usize) -> Vec<f32> {
+    fn newton(&self, seen: &[Seen], map: &MappedMap, passes: &mut usize) -> Vec<f32> {
         // What one texel lacks others have too much; rounding and unseen texels must not leave a rest.
         let sum = |value: fn(&Seen) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
         let rest = sum(|s| s.missing) / sum(|s| s.energy);
@@ -142,7 +135,7 @@ impl<'a> Balance<'a> {
                 *found += length * step;
                 *residual -= length * *change as f32;
             }
-            if self.is_enough(|s| residual[s], even, whole) {
+            if self.is_enough(|x, y| f64::from(self.of_texel(&residual, x, y)), map) {
                 break;
             }
             let next = dot(&residual);
@@ -155,57 +148,56 @@ impl<'a> Balance<'a> {
         found
     }
 
+    /// That of the value of each texel of the source which belongs to texel `(x, y)`.
+    fn of_texel<T: Copy>(&self, values: &[T], x: usize, y: usize) -> T {
+        values[y * self.weights.sampler().source.width + x]
+    }
+
+    /// `Ω_s - E_s`; 0 if no sample sees the texel, which then shows so little that there is nothing to lose.
+    fn missing(&self, energies: &[f64], x: usize, y: usize) -> f64 {
+        let energy = self.of_texel(energies, x, y);
+        if energy > 0.0 { self.solid_angles.get(x, y) - energy } else { 0.0 }
+    }
+
     /// What each texel of the source has and lacks, with its energy in the target.
     fn seen(&self, energies: &[f64]) -> Vec<Seen> {
         let width = self.weights.sampler().source.width;
         let mut seen = vec![Seen::default(); energies.len()];
-        seen.par_chunks_mut(width).zip(energies.par_chunks(width)).enumerate().for_each(|(y, (seen, energies))| {
-            for (x, (seen, energy)) in seen.iter_mut().zip(energies).enumerate() {
-                let missing = (self.solid_angles.get(x, y) - energy) as f32;
-                *seen = Seen { energy: *energy as f32, missing: if *energy > 0.0 { missing } else { 0.0 } };
+        seen.par_chunks_mut(width).enumerate().for_each(|(y, seen)| {
+            for (x, seen) in seen.iter_mut().enumerate() {
+                let (energy, missing) = (self.of_texel(energies, x, y), self.missing(energies, x, y));
+                *seen = Seen { energy: energy as f32, missing: missing as f32 };
             }
         });
         seen
     }
 
-    /// Whether light has its energy, to the limits above, if texel `s` lacks the solid angle `missing(s)`.
-    fn is_enough(&self, missing: impl Fn(usize) -> f32 + Sync, light: &[Rgb<f32>], whole: Rgb<f64>) -> bool {
-        let sums = |(block, light): (usize, &[Rgb<f32>])| {
-            let (mut net, mut squares): (Rgb<f64>, f64) = (Rgb::ZERO, 0.0);
-            for (i, light) in light.iter().enumerate() {
-                let missing = missing(block * BLOCK + i);
+    fn even_light(&self) -> EvenLight<'_> {
+        EvenLight::new(self.weights.sampler().source, &self.solid_angles)
+    }
+
+    /// Whether even light has its energy, to the limits above, if texel `(x, y)` lacks the solid angle `missing(x, y)`.
+    fn is_enough(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> bool {
+        let sums = self.even_light().of_rows(map, |y, even| {
+            let (mut whole, mut net, mut squares): (Rgb<f64>, Rgb<f64>, f64) = (Rgb::ZERO, Rgb::ZERO, 0.0);
+            for (x, light) in even.iter().enumerate() {
+                let solid_angle = self.solid_angles.get(x, y);
                 // What shows nothing may hold anything.
-                if missing != 0.0 {
-                    let lost = light.widen().scale(f64::from(missing));
+                if solid_angle > 0.0 {
+                    let light = light.widen();
+                    let lost = light.scale(missing(x, y));
+                    whole += light.scale(solid_angle);
                     net += lost;
                     squares += (lost.r + lost.g + lost.b).powi(2);
                 }
             }
-            (net, squares)
-        };
-        let sums: Vec<_> = light.par_chunks(BLOCK).enumerate().map(sums).collect();
-        let (net, squares) = sums.into_iter().fold((Rgb::ZERO, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+            (whole, net, squares)
+        });
+        let nothing = (Rgb::ZERO, Rgb::ZERO, 0.0);
+        let (whole, net, squares) = sums.into_iter().fold(nothing, |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
         let is_off = |net: f64, whole: f64| net.abs() > MEAN_ENOUGH * whole;
         let [r, g, b] = [0, 1, 2].map(|c| is_off(net.channel(c), whole.channel(c)));
         !(r || g || b || squares.sqrt() > TEXELS_ENOUGH * (whole.r + whole.g + whole.b))
-    }
-
-    /// The energy of light.
-    fn energy(&self, light: &[Rgb<f32>]) -> Rgb<f64> {
-        let width = self.weights.sampler().source.width;
-        let row = |(y, row): (usize, &[Rgb<f32>])| {
-            let mut sum: Rgb<f64> = Rgb::ZERO;
-            for (x, light) in row.iter().enumerate() {
-                let solid_angle = self.solid_angles.get(x, y);
-                // What shows nothing may hold anything.
-                if solid_angle > 0.0 {
-                    sum += light.widen().scale(solid_angle);
-                }
-            }
-            sum
-        };
-        let rows: Vec<_> = light.par_chunks(width).enumerate().map(row).collect();
-        rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row)
     }
 }
 
@@ -234,9 +226,11 @@ mod tests {
                 let sampler = Sampler::new(grid(source, from), grid(target, to), None);
                 let grey = vec![Rgb::splat(1.0); sampler.source.len()];
                 let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, grey);
-                let (missing, passes) = Balance::new(&sampler).balance(map.texels());
-                let texel = 4.0 * std::f64::consts::PI / missing.len() as f64;
-                let missing: Vec<f64> = missing.iter().map(|seen| f64::from(seen.missing.abs()) / texel).collect();
+                let mut balance = Balance::new(&sampler);
+                let (energies, passes) = balance.balance(&map);
+                let texel = 4.0 * std::f64::consts::PI / energies.len() as f64;
+                let missing = |s: usize| balance.missing(&energies, s % map.width(), s / map.width()).abs() / texel;
+                let missing: Vec<f64> = (0..energies.len()).map(missing).collect();
                 let worst = missing.iter().copied().fold(0.0, f64::max);
                 let mean = missing.iter().sum::<f64>() / missing.len() as f64;
                 println!(
@@ -258,12 +252,31 @@ mod tests {
         let texels = (0..sampler.source.len()).map(|_| Rgb::new(random.unit() as f32, 0.0, 0.0)).collect();
         let map = MappedMap::from_rows(Mapping::LatLong, sampler.source.width, sampler.source.height, texels);
         let mut balance = Balance::new(&sampler);
-        balance.balance(map.texels());
-        let light: Vec<Light> = map.texels().iter().map(|texel| [texel.r, texel.g, texel.b, 1.0]).collect();
-        let kept = balance.weights.gather(&light);
+        balance.balance(&map);
+        let kept = balance.weights.gather(map.texels());
         for all in [true, false] {
             balance.weights.forget(all);
-            assert!(balance.weights.gather(&light) == kept, "with nothing kept: {all}; else samples only");
+            assert!(balance.weights.gather(map.texels()) == kept, "with nothing kept: {all}; else samples only");
+        }
+    }
+
+    #[test]
+    fn windows_show_what_is_there() {
+        // Fine enough that most patches have windows, coarse enough that what all see can be kept.
+        let sampler = Sampler::new(grid(Mapping::LatLong, 500_000), grid(Mapping::Cube, 400_000), None);
+        let map = MappedMap::from_fn(Mapping::LatLong, sampler.source.width, sampler.source.height, |s| {
+            Rgb::new(1.5 + s.x() as f32, 1.0, 40.0 * s.z().max(0.0).powi(8) as f32)
+        });
+        let mut weights = Balance::new(&sampler).weights;
+        let (kept, energies) = (weights.gather(map.texels()), weights.energies());
+        weights.forget(true);
+        for (k, (found, kept)) in weights.gather(map.texels()).iter().zip(&kept).enumerate() {
+            let error = (*found - *kept).to_array().map(|e| e.abs() / 40.0);
+            assert!(error.iter().all(|e| *e < 1e-6), "texel {k} of the target: {found:?}, not {kept:?}");
+        }
+        let solid_angle = 4.0 * std::f64::consts::PI / energies.len() as f64;
+        for (k, (found, kept)) in weights.energies().iter().zip(&energies).enumerate() {
+            assert!((found - kept).abs() < 1e-6 * solid_angle, "texel {k} of the source: {found}, not {kept}");
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The six pictures of everything around a point.
 
+use std::borrow::Cow;
+
 use lobe_sh::{Dir, Rgb};
 
 use crate::cube::{self, FACES};
@@ -154,5 +156,17 @@ impl AsRef<MappedMap> for CubeMap {
 impl From<CubeMap> for MappedMap {
     fn from(map: CubeMap) -> Self {
         map.0
+    }
+}
+
+impl<'a> From<&'a CubeMap> for Cow<'a, MappedMap> {
+    fn from(map: &'a CubeMap) -> Self {
+        Self::Borrowed(map.as_ref())
+    }
+}
+
+impl From<CubeMap> for Cow<'_, MappedMap> {
+    fn from(map: CubeMap) -> Self {
+        Self::Owned(map.into())
     }
 }

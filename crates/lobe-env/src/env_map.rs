@@ -1,5 +1,7 @@
 //! The picture of everything around a point.
 
+use std::borrow::Cow;
+
 use lobe_sh::{Dir, Rgb};
 
 use crate::{EnvError, MappedMap, Mapping, lat_long};
@@ -123,6 +125,18 @@ impl AsRef<MappedMap> for EnvMap {
 impl From<EnvMap> for MappedMap {
     fn from(map: EnvMap) -> Self {
         map.0
+    }
+}
+
+impl<'a> From<&'a EnvMap> for Cow<'a, MappedMap> {
+    fn from(map: &'a EnvMap) -> Self {
+        Self::Borrowed(map.as_ref())
+    }
+}
+
+impl From<EnvMap> for Cow<'_, MappedMap> {
+    fn from(map: EnvMap) -> Self {
+        Self::Owned(map.into())
     }
 }
 

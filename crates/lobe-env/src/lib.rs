@@ -156,6 +156,7 @@ mod vec3;
 mod vector_irradiance;
 mod view;
 mod weights;
+mod window;
 mod write;
 mod write_cube;
 mod write_dds;

@@ -1,5 +1,7 @@
 //! The picture of everything around a point, in any mapping.
 
+use std::borrow::Cow;
+
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
@@ -240,6 +242,18 @@ impl MappedMap {
 impl AsRef<Self> for MappedMap {
     fn as_ref(&self) -> &Self {
         self
+    }
+}
+
+impl<'a> From<&'a MappedMap> for Cow<'a, MappedMap> {
+    fn from(map: &'a MappedMap) -> Self {
+        Self::Borrowed(map)
+    }
+}
+
+impl From<MappedMap> for Cow<'_, MappedMap> {
+    fn from(map: MappedMap) -> Self {
+        Self::Owned(map)
     }
 }
 

@@ -2,13 +2,12 @@
 
 use crate::taps::Grid;
 use crate::view::{Quad, View, Views};
+use crate::window::Window;
 
-/// Of nine values of a surface between which all lie, the surface itself leaves the range by less than this part of it: three
-/// points at equal distances have the Lebesgue constant 5/4, and (5/4)² < 1 + 2 · 0.3.
-const OVERSHOOT: f64 = 0.3;
-
-/// And by rounding, in texels, by less than this.
+/// By rounding, samples leave the range of their surface by less than this, in texels.
 const MARGIN: f64 = 0.01;
+/// Windows of no more texels stay in a cache of 256 KiB.
+const MOST_IN_WINDOW: usize = 1 << 14;
 /// So many samples are computed together, in vectors of any length.
 const LANES: usize = 16;
 
@@ -57,6 +56,11 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
+    /// Of one texel.
+    pub(crate) fn of_texel([x, y]: [usize; 2]) -> Self {
+        Self { x, y, width: 1, height: 1 }
+    }
+
     /// The number of its texels.
     pub(crate) fn len(&self) -> usize {
         self.width * self.height
@@ -98,8 +102,8 @@ pub(crate) struct Patch {
     /// `q_ij` for x, y and the weight.
     coefficients: [[[f64; 3]; 3]; 3],
     limits: Limits,
-    /// A texel of the source left of and above all that is seen, if all lies within the picture or the face.
-    corner: Option<[usize; 2]>,
+    /// The texels of the source that may be seen, if all lie within the picture or the face.
+    window: Option<Window>,
 }
 
 impl Patch {
@@ -115,7 +119,7 @@ impl Patch {
         let column = |j: usize| parabola([a[j], b[j], c[j]]);
         let [p, q, r] = [column(0), column(1), column(2)];
         let coefficients = [0, 1, 2].map(|i| [p[i], q[i], r[i]]);
-        Self { tile, cells, coefficients, limits, corner: corner(&values, source) }
+        Self { tile, cells, coefficients, limits, window: window(&values, source) }
     }
 
     /// x, y and the weight at a point of the tile.
@@ -127,6 +131,32 @@ impl Patch {
     fn row(&self, v: f64) -> [[f64; 3]; 3] {
         let [p, q, r] = &self.coefficients;
         [0, 1, 2].map(|j| evaluate(&[p[j], q[j], r[j]], v))
+    }
+
+    pub(crate) fn tile(&self) -> Tile {
+        self.tile
+    }
+
+    /// The texels of the source that may be seen, if it is worth while to look at them together.
+    pub(crate) fn window(&self) -> Option<Window> {
+        let samples = self.tile.len() * self.cells[0] * self.cells[1];
+        self.window.filter(|window| window.len() <= (2 * samples).min(MOST_IN_WINDOW))
+    }
+
+    /// Calls `texel(place, quads)` for every texel of the tile; quads are those of the window.
+    #[inline(always)]
+    pub(crate) fn for_each_texel_in(
+        &self,
+        window: Window,
+        quads: &mut Vec<Quad>,
+        mut texel: impl FnMut([usize; 2], &[Quad]),
+    ) {
+        for row in 0..self.tile.height {
+            self.find_quads(row, [window.x, window.y], 0, window.width, quads);
+            for (x, quads) in (self.tile.x..).zip(quads.chunks_exact(self.cells[0] * self.cells[1])) {
+                texel([x, self.tile.y + row], quads);
+            }
+        }
     }
 
     /// Calls `texel(place, view)` for every texel of the rows of the tile that are wanted.
@@ -143,8 +173,9 @@ impl Patch {
             if !wants(Tile { y, height: 1, ..self.tile }) {
                 continue;
             }
-            if let Some(corner) = self.corner {
-                self.find_quads(row, corner, source.width, &mut quads);
+            if let Some(window) = self.window {
+                let first = window.y * source.width + window.x;
+                self.find_quads(row, [window.x, window.y], first, source.width, &mut quads);
                 for (x, quads) in (self.tile.x..).zip(quads.chunks_exact(self.cells[0] * self.cells[1])) {
                     texel([x, y], View { quads, shares: &[] });
                 }
@@ -174,12 +205,12 @@ impl Patch {
         [self.tile.width * self.cells[0], self.tile.height * self.cells[1]].map(|n| 1.0 / (n - 1) as f64)
     }
 
-    /// What the samples of a row of texels see, texel after texel.
+    /// What the samples of a row of texels see, texel after texel: quads of rows of so many columns, in which the texel
+    /// `corner` of the source has the number `first`.
     #[inline(always)]
-    fn find_quads(&self, y: usize, corner: [usize; 2], source_width: usize, quads: &mut Vec<Quad>) {
+    fn find_quads(&self, y: usize, corner: [usize; 2], first: usize, columns: usize, quads: &mut Vec<Quad>) {
         let ([nx, ny], [step_t, step_v]) = (self.cells, self.steps());
-        let first = (corner[1] * source_width + corner[0]) as u32;
-        quads.resize(self.tile.width * nx * ny, Quad { first, weights: [0.0; 4] });
+        quads.resize(self.tile.width * nx * ny, Quad { first: 0, weights: [0.0; 4] });
         for j in 0..ny {
             let mut row = self.row((y * ny + j) as f64 * step_v);
             // From the centre of the corner.
@@ -188,7 +219,7 @@ impl Patch {
             let row = row.map(|values| values.map(|value| value as f32));
             let (mut at, mut rest) = (j * nx, nx);
             for start in (0..self.tile.width * nx).step_by(LANES) {
-                let lanes = Lanes::of(&row, start, step_t as f32, first, source_width as u32);
+                let lanes = Lanes::of(&row, start, step_t as f32, first as u32, columns as u32);
                 for k in 0..LANES.min(self.tile.width * nx - start) {
                     quads[at] = lanes.quad(k);
                     (at, rest) = if rest > 1 { (at + 1, rest - 1) } else { (at + 1 + nx * (ny - 1), nx) };
@@ -241,20 +272,31 @@ fn whole(x: f32) -> (u32, f32) {
     (shifted.to_bits().wrapping_sub(SHIFT.to_bits()), x - (shifted - SHIFT))
 }
 
-/// A texel left of and above all that a surface through the values sees, if all of it is within one picture or face.
-fn corner(values: &[[[f64; 3]; 3]; 3], source: Grid) -> Option<[usize; 2]> {
+/// The texels that samples on a surface through the values may see, if all of them are within one picture or face.
+fn window(values: &[[[f64; 3]; 3]; 3], source: Grid) -> Option<Window> {
     let [x, y, _] = values[1][1];
     let part = source.inner_part([x, y])?;
-    let least = |k: usize| {
-        let range = values
+    // A surface of the second degree lies between its control points.
+    let controls = values.map(controls);
+    let column = |j: usize| self::controls([controls[0][j], controls[1][j], controls[2][j]]);
+    let controls = [column(0), column(1), column(2)];
+    // The first texel, and how many.
+    let texels = |k: usize| {
+        let range = controls
             .iter()
             .flatten()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value[k]), high.max(value[k])]);
-        let beyond = OVERSHOOT * (range[1] - range[0]) + MARGIN;
-        let is_inside = range[0] - beyond >= part[k][0] && range[1] + beyond <= part[k][1];
-        is_inside.then_some((range[0] - beyond - 0.5) as usize)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| [low.min(point[k]), high.max(point[k])]);
+        let [low, high] = [range[0] - MARGIN, range[1] + MARGIN];
+        let [first, last] = [low - 0.5, high + 0.5].map(|c| c as usize);
+        (low >= part[k][0] && high <= part[k][1]).then_some((first, last + 1 - first))
     };
-    Some([least(0)?, least(1)?])
+    let ((x, width), (y, height)) = (texels(0)?, texels(1)?);
+    Some(Window { x, y, width, height })
+}
+
+/// Bézier's control points of a parabola from its values at 0, 1/2 and 1.
+fn controls([start, middle, end]: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    [start, [0, 1, 2].map(|k| 2.0 * middle[k] - 0.5 * (start[k] + end[k])), end]
 }
 
 /// The coefficients of a parabola from its values at 0, 1/2 and 1.
@@ -291,7 +333,7 @@ mod tests {
         let values = [0.0, 0.5, 1.0].map(|v| [0.0, 0.5, 1.0].map(|t| value(t, v)));
         let limits = Limits { x: [0.0, 64.0], y: [0.0, 32.0] };
         let patch = Patch::through(tile, [3, 2], values, source, limits);
-        assert!(patch.corner.is_some(), "the patch lies inside");
+        assert!(patch.window.is_some(), "the patch lies inside");
         patch.for_each_texel(
             source,
             |_| true,

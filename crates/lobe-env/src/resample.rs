@@ -1,5 +1,7 @@
 //! Any mapping to any other, at any size, turned by any rotation.
 
+use std::borrow::Cow;
+
 use lobe_sh::Rotation;
 
 use crate::balance::Balance;
@@ -67,6 +69,8 @@ impl Resample {
 /// by quarter turns about its axes. In parallel over fixed chunks: the same bits for any number of threads
 /// (`any_number_of_threads_gives_the_same_bits`).
 ///
+/// A map that is given away, `resample(map, ..)`, is worked on in place; of one that is lent, `resample(&map, ..)`, a copy is.
+///
 /// Texels should be finite; one that is not spoils those it touches.
 ///
 /// ```
@@ -80,14 +84,14 @@ impl Resample {
 ///
 /// # Errors
 /// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide.
-pub fn resample(map: &impl AsRef<MappedMap>, to: &Resample) -> Result<MappedMap, EnvError> {
-    let map = map.as_ref();
+pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample) -> Result<MappedMap, EnvError> {
+    let map = map.into();
     MappedMap::check(to.mapping, to.width, to.height)?;
     let (source, target) = (map.grid(), Grid::new(to.mapping, to.width, to.height));
     let sampler = Sampler::new(source, target, to.rotation.as_ref());
     let texels = match copied(&sampler, to.rotation.is_some()) {
         Some(numbers) => numbers.iter().map(|&k| map.texels()[k as usize]).collect(),
-        None => Balance::resample(&sampler, map),
+        None => Balance::resample(&sampler, map.into_owned()),
     };
     Ok(MappedMap::from_rows(to.mapping, to.width, to.height, texels))
 }

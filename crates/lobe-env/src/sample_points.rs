@@ -9,6 +9,7 @@ use crate::atan::quick_atan2;
 use crate::patch::{Limits, Patch, Sample, Tile};
 use crate::taps::Grid;
 use crate::view::{View, Views};
+use crate::window::Window;
 use crate::{Mapping, cube};
 
 /// How far samples are apart, in source texels.
@@ -40,29 +41,42 @@ pub(crate) struct Chunk {
 }
 
 impl Chunk {
-    /// Calls `texel(place, view)` for every texel of which a tile is wanted, in no order that matters.
+    /// Calls `each` for every texel of which a tile is wanted, or for whole patches that have a window and may be looked at
+    /// through it, in no order that matters.
     #[inline(always)]
     pub(crate) fn for_each(
         &self,
         source: Grid,
         wants: impl Fn(Tile) -> bool,
-        mut texel: impl FnMut([usize; 2], View<'_>),
+        opens: impl Fn(Tile) -> bool,
+        mut each: impl FnMut(Sight<'_>),
     ) {
         for patch in &self.patches {
-            patch.for_each_texel(source, &wants, &mut texel);
+            match patch.window() {
+                Some(window) if opens(patch.tile()) => each(Sight::Patch(patch, window)),
+                _ => patch.for_each_texel(source, &wants, |place, view| each(Sight::Texel(place, view))),
+            }
         }
         let (mut samples, mut views) = (self.samples.as_slice(), Views::default());
         for &(place, count) in &self.singles {
             let (own, rest) = samples.split_at(count as usize);
             samples = rest;
-            let [x, y] = place.map(|n| n as usize);
-            if wants(Tile { x, y, width: 1, height: 1 }) {
+            let place = place.map(|n| n as usize);
+            if wants(Tile::of_texel(place)) {
                 views.clear();
                 own.iter().for_each(|sample| sample.look(source, &mut views));
-                texel([x, y], views.all());
+                each(Sight::Texel(place, views.all()));
             }
         }
     }
+}
+
+/// What part of the target sees what.
+pub(crate) enum Sight<'a> {
+    /// A texel at a place in the picture.
+    Texel([usize; 2], View<'a>),
+    /// All texels of a patch see what is in a window of the source.
+    Patch(&'a Patch, Window),
 }
 
 /// A source and a target, and how the surroundings are turned between them.
@@ -343,7 +357,7 @@ mod tests {
                 (Grid::new(from, 960, from.height_for(960)), Grid::new(to, 1536, to.height_for(1536)));
             let sampler = Sampler::new(source, target, None);
             let tiles = (target.width / TILE) * (target.height / TILE);
-            let (mut patches, mut looked) = (0, 0);
+            let (mut patches, mut windows, mut looked) = (0, 0, 0);
             for k in (0..tiles).step_by(STEP) {
                 looked += 1;
                 let (x, y) = (k % (target.width / TILE) * TILE, k / (target.width / TILE) * TILE);
@@ -351,6 +365,7 @@ mod tests {
                 let cells = sampler.cells_of_tile(tile).unwrap();
                 let Some(patch) = sampler.patch(tile, cells) else { continue };
                 patches += 1;
+                windows += usize::from(patch.window().is_some());
                 let [nx, ny] = cells;
                 for (i, j) in (0..TILE * TILE).map(|k| (k % TILE, k / TILE)) {
                     let mut k = 0;
@@ -367,6 +382,7 @@ mod tests {
                 }
             }
             assert!(2 * patches > looked, "{from} to {to}: only {patches} patches of {looked} tiles");
+            assert!(10 * windows > 9 * patches, "{from} to {to}: only {windows} windows for {patches} patches");
         }
     }
 }

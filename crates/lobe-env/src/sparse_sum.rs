@@ -33,6 +33,17 @@ impl SparseSum {
         }
     }
 
+    /// Adds to places that follow one another.
+    pub(crate) fn add_row(&mut self, mut index: usize, mut values: &[f64]) {
+        while !values.is_empty() {
+            let (at, (now, later)) = (index % BLOCK, values.split_at(values.len().min(BLOCK - index % BLOCK)));
+            for (sum, value) in self.block(index / BLOCK)[at..].iter_mut().zip(now) {
+                *sum += value;
+            }
+            (index, values) = (index + now.len(), later);
+        }
+    }
+
     #[inline(always)]
     fn block(&mut self, number: usize) -> &mut [f64; BLOCK] {
         self.blocks[number].get_or_insert_with(|| Box::new([0.0; BLOCK]))

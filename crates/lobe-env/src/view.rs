@@ -1,9 +1,8 @@
 //! What a texel of one picture sees of another.
 
-use crate::patch::Tile;
+use lobe_sh::{Coefficient, Rgb};
 
-/// Red, green and blue, and 1: what is summed with weights then holds their sum too.
-pub(crate) type Light = [f32; 4];
+use crate::patch::Tile;
 
 /// A texel, by its number in the picture, and its weight.
 pub(crate) type Share = (u32, f32);
@@ -54,23 +53,19 @@ impl View<'_> {
         left + right
     }
 
-    /// The sum of the light of all that is seen, times its weights; rows of the source are so wide.
+    /// The sum of the light of all that is seen, times its weights, and that of these; rows of the source are so wide.
     #[inline(always)]
-    pub(crate) fn total(&self, light: &[Light], width: usize) -> [f64; 4] {
-        let mut total = [0.0; 4];
+    pub(crate) fn total(&self, light: &[Rgb<f32>], width: usize) -> (Rgb<f64>, f64) {
+        let mut total: Rgb<f64> = Rgb::ZERO;
         for &Quad { first, weights: [a, b, c, d] } in self.quads {
             let first = first as usize;
             let ([p, q], [r, s]) = (pair(light, first), pair(light, first + width));
-            for k in 0..4 {
-                total[k] += f64::from((a * p[k] + b * q[k]) + (c * r[k] + d * s[k]));
-            }
+            total += ((p.scale(a) + q.scale(b)) + (r.scale(c) + s.scale(d))).widen();
         }
         for &(source, weight) in self.shares {
-            for k in 0..4 {
-                total[k] += f64::from(weight * light[source as usize][k]);
-            }
+            total += light[source as usize].scale(weight).widen();
         }
-        total
+        (total, self.sum())
     }
 
     /// Calls `each(texel of the source, weight)`; rows of the source are so wide.
@@ -91,7 +86,7 @@ impl View<'_> {
 
 /// Two neighbours.
 #[inline(always)]
-fn pair(light: &[Light], first: usize) -> &[Light; 2] {
+fn pair(light: &[Rgb<f32>], first: usize) -> &[Rgb<f32>; 2] {
     let Some(pair) = light[first..].first_chunk() else { unreachable!("a quad lies inside the picture") };
     pair
 }
@@ -129,7 +124,7 @@ impl Views {
         let (mut first_quad, mut first_share) = (0, 0);
         for texel_and_ends in &self.texels {
             let [x, y, quads, shares] = texel_and_ends.map(|n| n as usize);
-            if wants(Tile { x, y, width: 1, height: 1 }) {
+            if wants(Tile::of_texel([x, y])) {
                 let view = View { quads: &self.quads[first_quad..quads], shares: &self.shares[first_share..shares] };
                 texel([x, y], view);
             }

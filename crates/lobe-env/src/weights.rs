@@ -11,10 +11,11 @@ use rayon::prelude::*;
 
 use crate::extras::Extra;
 use crate::patch::Tile;
-use crate::sample_points::{Chunk, Sampler};
+use crate::sample_points::{Chunk, Sampler, Sight};
 use crate::solid_angles::SolidAngles;
 use crate::sparse_sum::{BLOCK, SparseSum};
-use crate::view::{Light, View, Views};
+use crate::view::{View, Views};
+use crate::window::{WindowLight, WindowSums};
 
 /// The target is worked on in about this many parts, whatever the number of threads.
 const CHUNKS: usize = 128;
@@ -78,15 +79,22 @@ impl<'a> Weights<'a> {
     }
 
     /// Every texel of the target, from the light of those of the source.
-    pub(crate) fn gather(&self, light: &[Light]) -> Vec<Rgb<f32>> {
+    pub(crate) fn gather(&self, light: &[Rgb<f32>]) -> Vec<Rgb<f32>> {
         let (source, target) = (self.sampler.source, self.sampler.target);
         let mut out = vec![Rgb::ZERO; target.len()];
         out.par_chunks_mut(self.chunk_rows() * target.width).enumerate().for_each(|(chunk, out)| {
             let top = self.rows(chunk).start;
-            self.for_each_texel(chunk, false, |[x, y], view| {
-                let [r, g, b, weight] = view.total(light, source.width);
+            let mut set = |[x, y]: [usize; 2], (total, weight): (Rgb<f64>, f64)| {
                 if weight > 0.0 {
-                    out[(y - top) * target.width + x] = Rgb::narrow(Rgb::new(r, g, b).scale(1.0 / weight));
+                    out[(y - top) * target.width + x] = Rgb::narrow(total.scale(1.0 / weight));
+                }
+            };
+            let (mut window_light, mut quads) = (WindowLight::default(), Vec::new());
+            self.for_each_sight(chunk, |sight| match sight {
+                Sight::Texel(place, view) => set(place, view.total(light, source.width)),
+                Sight::Patch(patch, window) => {
+                    window_light.fill(window, light, source.width);
+                    patch.for_each_texel_in(window, &mut quads, |place, quads| set(place, window_light.total(quads)));
                 }
             });
         });
@@ -96,7 +104,22 @@ impl<'a> Weights<'a> {
     /// For each texel of the source `E_s = Σ_t Ω_t V_ts`, its energy in the target.
     pub(crate) fn energies(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.sampler.source.len()];
-        self.add_energies(&mut sums, false, 1.0);
+        self.spread_onto(&mut sums, |chunk, sums| {
+            let (mut window_sums, mut quads) = (WindowSums::default(), Vec::new());
+            self.for_each_sight(chunk, |sight| match sight {
+                Sight::Texel(place, view) => self.add_energy(place, view, 1.0, sums),
+                Sight::Patch(patch, window) => {
+                    window_sums.clear(window);
+                    patch.for_each_texel_in(window, &mut quads, |[x, y], quads| {
+                        let sum = View { quads, shares: &[] }.sum();
+                        if sum > 0.0 {
+                            window_sums.add(quads, (self.solid_angles.get(x, y) / sum) as f32);
+                        }
+                    });
+                    window_sums.add_to(sums, window, self.sampler.source.width);
+                }
+            });
+        });
         sums
     }
 
@@ -104,57 +127,58 @@ impl<'a> Weights<'a> {
     pub(crate) fn changes(&self, a: &[f32]) -> Vec<f64> {
         let mut sums = vec![0.0; self.sampler.source.len()];
         let width = self.sampler.source.width;
-        self.spread_onto(&mut sums, false, |view, scale, sums| {
-            let value = |source: usize| f64::from(a[source]);
-            let mut mean = 0.0;
-            view.for_each(width, |source, weight| mean += weight * value(source));
-            mean /= view.sum();
-            view.for_each(width, |source, weight| sums.add(source, scale * weight * (value(source) - mean)));
+        self.spread_onto(&mut sums, |chunk, sums| {
+            self.for_each_texel(chunk, |[x, y], view| {
+                let sum = view.sum();
+                if sum > 0.0 {
+                    let value = |source: usize| f64::from(a[source]);
+                    let mut mean = 0.0;
+                    view.for_each(width, |source, weight| mean += weight * value(source));
+                    mean /= sum;
+                    let scale = self.solid_angles.get(x, y) / sum;
+                    view.for_each(width, |source, weight| sums.add(source, scale * weight * (value(source) - mean)));
+                }
+            });
         });
         sums
     }
 
-    /// Counts extras in, and corrects the energies that were found without them.
+    /// Counts extras in, and corrects the energies that were found without them; no factor may have been changed.
     pub(crate) fn add_extras(&mut self, mut extras: Vec<Extra>, energies: &mut [f64]) {
-        if extras.is_empty() {
-            return;
-        }
+        debug_assert!(self.factors.is_empty() && self.extras.is_empty(), "extras come first, and once");
         extras.par_sort_by_key(|extra| extra.target);
-        // What those texels of the target gave before the extras counted, and what they give with them.
-        self.extras = extras.iter().map(|extra| Extra { weight: 0.0, ..*extra }).collect();
-        self.add_energies(energies, true, -1.0);
         self.extras = extras;
-        self.add_energies(energies, true, 1.0);
-    }
-
-    /// Adds to the energies, times `sign`, what all texels of the target give, or only those with extras.
-    fn add_energies(&self, energies: &mut [f64], only_extras: bool, sign: f64) {
-        let width = self.sampler.source.width;
-        self.spread_onto(energies, only_extras, |view, scale, sums| {
-            let scale = sign * scale;
-            for quad in view.quads {
-                let (first, [a, b, c, d]) = (quad.first as usize, quad.weights);
-                sums.add_pair(first, [scale * f64::from(a), scale * f64::from(b)]);
-                sums.add_pair(first + width, [scale * f64::from(c), scale * f64::from(d)]);
-            }
-            for &(source, weight) in view.shares {
-                sums.add(source as usize, scale * f64::from(weight));
-            }
+        self.spread_onto(energies, |chunk, sums| {
+            self.for_each_with_extras(chunk, |place, without, with| {
+                self.add_energy(place, without, -1.0, sums);
+                self.add_energy(place, with, 1.0, sums);
+            });
         });
     }
 
-    /// Lets all texels of the target, or only those with extras, add to the sums: `add(view, Ω_t r_t, sums)`.
-    fn spread_onto(&self, sums: &mut [f64], only_extras: bool, add: impl Fn(View<'_>, f64, &mut SparseSum) + Sync) {
+    /// Adds to the energies, times `sign`, what a texel of the target gives to all that it sees.
+    #[inline(always)]
+    fn add_energy(&self, [x, y]: [usize; 2], view: View<'_>, sign: f64, sums: &mut SparseSum) {
+        let (sum, width) = (view.sum(), self.sampler.source.width);
+        if sum <= 0.0 {
+            return;
+        }
+        let scale = sign * self.solid_angles.get(x, y) / sum;
+        for quad in view.quads {
+            let (first, [a, b, c, d]) = (quad.first as usize, quad.weights);
+            sums.add_pair(first, [scale * f64::from(a), scale * f64::from(b)]);
+            sums.add_pair(first + width, [scale * f64::from(c), scale * f64::from(d)]);
+        }
+        for &(source, weight) in view.shares {
+            sums.add(source as usize, scale * f64::from(weight));
+        }
+    }
+
+    /// Adds to the sums what `add(chunk, sums)` adds for every chunk.
+    fn spread_onto(&self, sums: &mut [f64], add: impl Fn(usize, &mut SparseSum) + Sync) {
         let spread = |&chunk: &usize| {
             let mut sums = SparseSum::new(self.sampler.source.len());
-            if !only_extras || !self.extras_of(chunk).is_empty() {
-                self.for_each_texel(chunk, only_extras, |[x, y], view| {
-                    let sum = view.sum();
-                    if sum > 0.0 {
-                        add(view, self.solid_angles.get(x, y) / sum, &mut sums);
-                    }
-                });
-            }
+            add(chunk, &mut sums);
             sums
         };
         let chunks: Vec<usize> = (0..self.chunks()).collect();
@@ -180,28 +204,32 @@ impl<'a> Weights<'a> {
         chunk * rows..height.min((chunk + 1) * rows)
     }
 
-    /// Calls `texel(place, view)` for the texels of a chunk, or only those with extras.
-    fn for_each_texel(&self, chunk: usize, only_extras: bool, mut texel: impl FnMut([usize; 2], View<'_>)) {
-        let (source, target) = (self.sampler.source, self.sampler.target);
-        let extras = self.extras_of(chunk);
-        if extras.is_empty() && (only_extras || self.factors.is_empty()) {
-            return self.for_each_seen(chunk, |_| !only_extras, texel);
+    /// Calls `texel(place, view)` for the texels of a chunk.
+    fn for_each_texel(&self, chunk: usize, texel: impl FnMut([usize; 2], View<'_>)) {
+        self.for_each_balanced(chunk, false, only_texels(texel));
+    }
+
+    /// Calls `each` for all texels of a chunk, for those of patches together where nothing but samples count.
+    fn for_each_sight(&self, chunk: usize, each: impl FnMut(Sight<'_>)) {
+        self.for_each_balanced(chunk, self.factors.is_empty(), each);
+    }
+
+    fn for_each_balanced(&self, chunk: usize, through_windows: bool, mut each: impl FnMut(Sight<'_>)) {
+        let (source, extras) = (self.sampler.source, self.extras_of(chunk));
+        let opens = |tile| through_windows && self.extras_in(extras, tile).is_empty();
+        if extras.is_empty() && self.factors.is_empty() {
+            return self.for_each_seen(chunk, |_| true, opens, each);
         }
-        let extras_in = |Tile { x, y, width, height }: Tile| {
-            let first = y * target.width + x;
-            extras_between(extras, first..first + (height - 1) * target.width + width)
-        };
         let mut balanced = Views::default();
         self.for_each_seen(
             chunk,
-            |tile| !only_extras || !extras_in(tile).is_empty(),
-            |[x, y], view| {
-                let own = extras_in(Tile { x, y, width: 1, height: 1 });
-                if own.is_empty() && only_extras {
-                    return;
-                }
+            |_| true,
+            opens,
+            |sight| {
+                let Sight::Texel(place, view) = sight else { return each(sight) };
+                let own = self.extras_in(extras, Tile::of_texel(place));
                 if own.is_empty() && self.factors.is_empty() {
-                    return texel([x, y], view);
+                    return each(sight);
                 }
                 let factor = |s: u32| self.factors.get(s as usize).copied().unwrap_or(1.0);
                 balanced.clear();
@@ -212,34 +240,62 @@ impl<'a> Weights<'a> {
                 }
                 balanced.shares.extend(view.shares.iter().map(|&(s, weight)| (s, weight * factor(s))));
                 balanced.shares.extend(own.iter().map(|extra| (extra.source, extra.weight * factor(extra.source))));
-                texel([x, y], balanced.all());
+                each(Sight::Texel(place, balanced.all()));
             },
         );
     }
 
-    /// Calls `texel(place, view)` for the texels of the wanted tiles of a chunk with what their own samples see.
+    /// Calls `texel(place, view without its extras, view with them)` for the texels of a chunk that have any.
+    fn for_each_with_extras(&self, chunk: usize, mut texel: impl FnMut([usize; 2], View<'_>, View<'_>)) {
+        let extras = self.extras_of(chunk);
+        if extras.is_empty() {
+            return;
+        }
+        let mut all = Views::default();
+        self.for_each_seen(
+            chunk,
+            |tile| !self.extras_in(extras, tile).is_empty(),
+            |_| false,
+            only_texels(|place, view: View<'_>| {
+                let own = self.extras_in(extras, Tile::of_texel(place));
+                if !own.is_empty() {
+                    all.clear();
+                    all.quads.extend_from_slice(view.quads);
+                    all.shares.extend_from_slice(view.shares);
+                    all.shares.extend(own.iter().map(|extra| (extra.source, extra.weight)));
+                    texel(place, view, all.all());
+                }
+            }),
+        );
+    }
+
+    /// Calls `each` for the texels of the wanted tiles of a chunk with what their own samples see, or for whole patches whose
+    /// windows may be opened.
     #[inline(always)]
-    fn for_each_seen(&self, chunk: usize, wants: impl Fn(Tile) -> bool, texel: impl FnMut([usize; 2], View<'_>)) {
+    fn for_each_seen(
+        &self,
+        chunk: usize,
+        wants: impl Fn(Tile) -> bool,
+        opens: impl Fn(Tile) -> bool,
+        mut each: impl FnMut(Sight<'_>),
+    ) {
         let source = self.sampler.source;
         match &self.kept {
-            Kept::Views(chunks) => chunks[chunk].for_each(wants, texel),
-            Kept::Samples(chunks) => chunks[chunk].for_each(source, wants, texel),
-            Kept::Nothing => self.sampler.chunk(self.rows(chunk)).for_each(source, wants, texel),
+            Kept::Views(chunks) => chunks[chunk].for_each(wants, |place, view| each(Sight::Texel(place, view))),
+            Kept::Samples(chunks) => chunks[chunk].for_each(source, wants, opens, each),
+            Kept::Nothing => self.sampler.chunk(self.rows(chunk)).for_each(source, wants, opens, each),
         }
     }
 
     /// What the texels of a chunk see.
     fn views(&self, chunk: usize) -> Views {
         let mut views = Views::default();
-        self.sampler.chunk(self.rows(chunk)).for_each(
-            self.sampler.source,
-            |_| true,
-            |place, view| {
-                views.quads.extend_from_slice(view.quads);
-                views.shares.extend_from_slice(view.shares);
-                views.end_texel(place);
-            },
-        );
+        let keep = only_texels(|place, view: View<'_>| {
+            views.quads.extend_from_slice(view.quads);
+            views.shares.extend_from_slice(view.shares);
+            views.end_texel(place);
+        });
+        self.sampler.chunk(self.rows(chunk)).for_each(self.sampler.source, |_| true, |_| false, keep);
         views
     }
 
@@ -249,11 +305,26 @@ impl<'a> Weights<'a> {
         extras_between(&self.extras, rows.start * width..rows.end * width)
     }
 
+    /// Of some extras those between the first and the last texel of a tile.
+    #[inline]
+    fn extras_in<'e>(&self, extras: &'e [Extra], Tile { x, y, width, height }: Tile) -> &'e [Extra] {
+        let first = y * self.sampler.target.width + x;
+        extras_between(extras, first..first + (height - 1) * self.sampler.target.width + width)
+    }
+
     /// Forgets what was kept, or keeps no more than where samples lie.
     #[cfg(test)]
     pub(crate) fn forget(&mut self, all: bool) {
         let samples = || (0..self.chunks()).map(|chunk| self.sampler.chunk(self.rows(chunk))).collect();
         self.kept = if all { Kept::Nothing } else { Kept::Samples(samples()) };
+    }
+}
+
+/// Does so where no window is opened.
+fn only_texels(mut texel: impl FnMut([usize; 2], View<'_>)) -> impl FnMut(Sight<'_>) {
+    move |sight| match sight {
+        Sight::Texel(place, view) => texel(place, view),
+        Sight::Patch(..) => unreachable!("no window was opened"),
     }
 }
 
