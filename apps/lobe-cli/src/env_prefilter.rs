@@ -43,7 +43,7 @@ pub(crate) struct EnvPrefilter {
     #[arg(long, value_enum, default_value = "gather")]
     method: Method,
     /// With --method gather: the error that is allowed, relative to the peak that a single small light makes, 1e-6 to 0.1
-    /// [default: 0.02, which is seldom more than 0.002 off]
+    /// [default: 0.02, which is seldom more than 0.002 off, beside lamps too]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     tolerance: Option<f64>,
     /// With --method importance: how many samples for each texel, 1 to 65536 [default: 1024]

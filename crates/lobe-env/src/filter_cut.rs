@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use lobe_sh::gauss_legendre;
+use rayon::prelude::*;
 
+use crate::brightness;
 use crate::filter_tree::{SIDE, lagrange, nodes};
 use crate::specular_lobe::{Kernel, integral};
 
@@ -21,24 +23,26 @@ const NEGLIGIBLE: f64 = 0.1;
 
 /// For each angle from the axis of a kernel, what approximations of the kernel are good enough there.
 ///
-/// An approximation is good enough where its error is at most `tolerance (K(θ) + floor)` everywhere.
+/// An approximation is good enough for light so many times brighter than most of the map where its error is at most
+/// `tolerance (K(θ) + floor/brightness)` everywhere. Brightness comes in [steps](crate::brightness).
 pub(crate) struct FilterCut {
-    /// For each class of sides, and each bin, how many bins before it are not good enough.
-    bad_cells: Vec<Vec<u32>>,
-    /// The same for each of [`RULES`] on a texel.
-    bad_rules: Vec<Vec<u32>>,
+    /// For each class of sides.
+    cells: Vec<Limits>,
+    /// For each of [`RULES`] on a texel.
+    rules: Vec<Limits>,
     /// The points along a texel where fewer do not suffice.
     most: usize,
-    /// The same for leaving out what is there.
-    needed: Vec<u32>,
+    /// For leaving out what is there.
+    nothing: Limits,
 }
 
 impl FilterCut {
     /// The most points along a texel.
     pub(crate) const MOST_POINTS: usize = 8;
 
-    /// Measures a kernel for cells down to the given depth and for texels of the given side.
-    pub(crate) fn new(kernel: &impl Kernel, tolerance: f64, depth: usize, texel: f64) -> Self {
+    /// Measures a kernel for cells down to the given depth, for texels of the given side, and for so many steps of
+    /// brightness.
+    pub(crate) fn new(kernel: &impl Kernel, tolerance: f64, depth: usize, texel: f64, steps: usize) -> Self {
         let value = |theta: f64| {
             // Beyond the axis and beyond the opposite point the angle falls again.
             let theta = theta.abs();
@@ -46,61 +50,98 @@ impl FilterCut {
             let sin = (0.5 * theta).sin();
             kernel.exact(2.0 * sin * sin)
         };
-        let floor = floor(kernel);
-        let allowed = |value: f64| tolerance * (value.abs() + floor);
+        let floor = tolerance * floor(kernel);
+        // The brightness for which twice the difference, along both sides of a cell, is just good enough.
+        let limit = |found: f64, exact: f64| {
+            let beyond = 2.0 * (found - exact).abs() - tolerance * exact.abs();
+            if beyond > 0.0 { floor / beyond } else { f64::INFINITY }
+        };
         let probes: [(f64, [f64; SIDE]); PROBES] = std::array::from_fn(|i| {
             let t = 2.0 * i as f64 / (PROBES - 1) as f64 - 1.0;
             (t, lagrange(t))
         });
-        let cell_is_good = |theta: f64, side: f64| {
+        let cell_limit = |theta: f64, side: f64| {
             let at_nodes = nodes().map(|t| value(theta + 0.5 * side * t));
-            probes.iter().all(|(t, factors)| {
-                let exact = value(theta + 0.5 * side * t);
-                let found: f64 = factors.iter().zip(at_nodes).map(|(factor, value)| factor * value).sum();
-                // Twice: along both sides of the cell.
-                2.0 * (found - exact).abs() <= allowed(exact)
-            })
+            let mut least = f64::INFINITY;
+            for (t, factors) in &probes {
+                let found = factors.iter().zip(at_nodes).map(|(factor, value)| factor * value).sum();
+                least = least.min(limit(found, value(theta + 0.5 * side * t)));
+                // Bad for every light.
+                if least < brightness::of_step(0) {
+                    break;
+                }
+            }
+            least
         };
         let reference = gauss_legendre(24);
         let mean = |theta: f64, rule: &[(f64, f64)]| -> f64 {
             rule.iter().map(|(x, weight)| 0.5 * weight * value(theta + 0.5 * texel * x)).sum()
         };
         let most = points_at_kinks(kernel, texel);
-        let bad_rule = |points: usize| {
+        let of_rule = |points: usize| {
             let rule = gauss_legendre(points);
-            counted(|theta| {
-                let exact = mean(theta, &reference);
-                2.0 * (mean(theta, &rule) - exact).abs() > allowed(exact)
-            })
+            Limits::new(steps, |theta| limit(mean(theta, &rule), mean(theta, &reference)))
         };
         Self {
-            bad_cells: (0..=2 * depth + 1)
-                .map(|class| counted(|theta| !cell_is_good(theta, class_side(class))))
+            cells: (0..2 * depth + 2)
+                .into_par_iter()
+                .map(|class| Limits::new(steps, |theta| cell_limit(theta, class_side(class))))
                 .collect(),
-            bad_rules: RULES.iter().filter(|points| **points < most).map(|points| bad_rule(*points)).collect(),
+            rules: RULES.par_iter().filter(|points| **points < most).map(|points| of_rule(*points)).collect(),
             most,
-            needed: counted(|theta| value(theta).abs() > NEGLIGIBLE * tolerance * floor),
+            nothing: Limits::new(steps, |theta| NEGLIGIBLE * floor / value(theta).abs()),
         }
     }
 
     /// Whether a cell of some side may be replaced by its nodes, at all angles of a range from the axis.
-    pub(crate) fn cell_is_good(&self, class: usize, angles: [f64; 2]) -> bool {
-        none(&self.bad_cells[class.min(self.bad_cells.len() - 1)], angles)
+    pub(crate) fn cell_is_good(&self, class: usize, step: usize, angles: [f64; 2]) -> bool {
+        self.cells[class.min(self.cells.len() - 1)].allow(step, angles)
     }
 
     /// Whether nothing needed lies at angles of this range.
-    pub(crate) fn is_negligible(&self, angles: [f64; 2]) -> bool {
-        none(&self.needed, angles)
+    pub(crate) fn is_negligible(&self, step: usize, angles: [f64; 2]) -> bool {
+        self.nothing.allow(step, angles)
     }
 
     /// The points along a texel that suffice at angles of this range; the most there are if none do.
-    pub(crate) fn texel_points(&self, angles: [f64; 2]) -> usize {
-        self.bad_rules.iter().position(|bad| none(bad, angles)).map_or(self.most, |i| RULES[i])
+    pub(crate) fn texel_points(&self, step: usize, angles: [f64; 2]) -> usize {
+        self.rules.iter().position(|rule| rule.allow(step, angles)).map_or(self.most, |i| RULES[i])
     }
 
     /// The depth at which every cell is good everywhere, if not deeper than `last`.
-    pub(crate) fn depth_needed(&self, last: usize) -> usize {
-        (0..last).find(|depth| self.cell_is_good(2 * depth, [0.0, PI])).unwrap_or(last)
+    pub(crate) fn depth_needed(&self, steps: usize, last: usize) -> usize {
+        (0..last).find(|depth| self.cell_is_good(2 * depth, steps - 1, [0.0, PI])).unwrap_or(last)
+    }
+}
+
+/// Up to which brightness something is good enough, at each angle.
+struct Limits {
+    /// For each step of brightness and each bin, in how many bins before it it is not.
+    bad: Vec<Vec<u32>>,
+}
+
+impl Limits {
+    fn new(steps: usize, limit: impl Fn(f64) -> f64) -> Self {
+        let bins = (0..=BINS).map(|bin| bin as f64 / BINS as f64);
+        let limits: Vec<f64> = bins.map(|t| limit(PI * t * t)).collect();
+        let counted = |step: usize| {
+            let mut before = vec![0];
+            let mut count = 0;
+            for limit in &limits {
+                count += u32::from(*limit < brightness::of_step(step));
+                before.push(count);
+            }
+            before
+        };
+        Self { bad: (0..steps).map(counted).collect() }
+    }
+
+    /// Whether it is good enough in all bins of a range.
+    fn allow(&self, step: usize, angles: [f64; 2]) -> bool {
+        let bin = |angle: f64| (angle.clamp(0.0, PI) / PI).sqrt() * BINS as f64;
+        let (first, last) = (bin(angles[0]).floor() as usize, bin(angles[1]).ceil() as usize);
+        let before = &self.bad[step];
+        before[last + 1] == before[first]
     }
 }
 
@@ -131,23 +172,4 @@ fn class_side(class: usize) -> f64 {
 fn floor(kernel: &impl Kernel) -> f64 {
     let mean = integral(kernel).abs() / (4.0 * PI);
     (mean * kernel.exact(0.0).abs()).sqrt()
-}
-
-/// For every bin, how many before it are bad.
-fn counted(is_bad: impl Fn(f64) -> bool) -> Vec<u32> {
-    let mut count = 0;
-    let mut before = vec![0];
-    for bin in 0..=BINS {
-        let t = bin as f64 / BINS as f64;
-        count += u32::from(is_bad(PI * t * t));
-        before.push(count);
-    }
-    before
-}
-
-/// Whether no bin of a range is bad.
-fn none(before: &[u32], angles: [f64; 2]) -> bool {
-    let bin = |angle: f64| (angle.clamp(0.0, PI) / PI).sqrt() * BINS as f64;
-    let (first, last) = (bin(angles[0]).floor() as usize, bin(angles[1]).ceil() as usize);
-    before[last + 1] == before[first]
 }

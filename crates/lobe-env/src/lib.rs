@@ -89,6 +89,7 @@ mod azimuth;
 mod balance;
 mod bc6h;
 mod brdf;
+mod brightness;
 pub mod bundled;
 mod cie_sky;
 pub mod cube;

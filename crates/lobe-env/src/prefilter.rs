@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
+use crate::brightness::Brightness;
 use crate::cube::FACES;
 use crate::cube_average::averaged_to;
 use crate::cube_mip_chain::{level_count, level_size};
@@ -29,10 +30,12 @@ const MOST_SAMPLES: usize = 1 << 20;
 pub enum PrefilterMethod {
     /// A sum over all of the source, in cells as large as the lobe allows.
     ///
-    /// Wherever the lobe is replaced by a polynomial, it is wrong by at most `tolerance (K + √(K_peak K_mean))`, except
-    /// at a kink. A source of one small light is then wrong by less than that; light everywhere by far less, because
+    /// Wherever the lobe is replaced by a polynomial, it is wrong by at most `tolerance (K + √(K_peak K_mean)/b)`, except
+    /// at a kink; `b` is 1 up to sixteen times the median of the map's brightness, and at least half of the brightness
+    /// beyond: what is wrong about a lamp shall not show in the dark. A source of one small light is then wrong by less than that; light everywhere by far less, because
     /// the polynomials' errors cancel. Measured at the default, with suns of one and two texels over a sky and α from
-    /// 1/16 to 1: below 3e-3 of the brightest texel (test `both_methods_against_brute_force`).
+    /// 1/16 to 1: below 3e-3 of the brightest texel (test `both_methods_against_brute_force`); with lamps 10⁵ times as
+    /// bright as most of the map, below 3e-3 of every texel's own value (test `lamps_do_not_spoil_the_dark`).
     Gather {
         /// In `[1e-6, 0.1]`; 0.02 by default.
         tolerance: f64,
@@ -184,7 +187,7 @@ impl PrefilterOptions {
 /// lobe is no longer round (test `the_split_sum_is_exact_in_even_light_and_near_it_elsewhere` has numbers).
 ///
 /// Level 0 is the mirror: the source averaged over each texel. In every level the value of a texel is that of the
-/// direction of its centre. Linear in the source, the same bits for any number of threads.
+/// direction of its centre. Linear in the source up to the tolerance, the same bits for any number of threads.
 ///
 /// `progress` hears the part done, from 0 to 1, on the calling thread, and stops the work by `Break`.
 ///
@@ -308,9 +311,11 @@ fn gather_towards<K: Kernel>(source: &CubeMap, kernel: &impl Fn() -> K, dirs: &[
         return dirs.iter().map(|s| source.radiance(*s)).collect();
     }
     let engine = Engine::new(source, PrefilterMethod::Gather { tolerance }, std::iter::once(kernel()));
-    let Engine::Gather { tree, shapes, .. } = &engine else { unreachable!("a gathering engine was asked for") };
-    let cut = cut(source, &kernel(), tolerance);
-    let filter = ZonalFilter::new(tree, shapes, kernel(), cut);
+    let Engine::Gather { tree, shapes, brightness, .. } = &engine else {
+        unreachable!("a gathering engine was asked for")
+    };
+    let cut = cut(source, &kernel(), tolerance, brightness);
+    let filter = ZonalFilter::new(tree, shapes, brightness, kernel(), cut);
     dirs.par_chunks(4).flat_map_iter(|dirs| filter.towards(dirs)).collect()
 }
 
@@ -330,7 +335,7 @@ type FillTiles<'a> = dyn Fn(&[[usize; 3]], &mut [Rgb<f32>]) + 'a;
 
 /// What all levels share.
 enum Engine<'a> {
-    Gather { tree: FilterTree<'a>, shapes: Vec<Vec<Shape>>, tolerance: f64 },
+    Gather { tree: FilterTree<'a>, shapes: Vec<Vec<Shape>>, brightness: Brightness, tolerance: f64 },
     Importance { source: ImportanceFilter, base: &'a CubeMap, samples: usize },
 }
 
@@ -342,10 +347,12 @@ impl<'a> Engine<'a> {
             }
             PrefilterMethod::Gather { tolerance } => {
                 let last = FilterTree::last_depth(source.size());
+                let brightness = Brightness::new(source, last);
                 let blurring = kernels.filter(|kernel| !is_mirror(kernel, source.size()));
-                let depth =
-                    blurring.map(|kernel| cut(source, &kernel, tolerance).depth_needed(last)).max().unwrap_or(0);
-                Self::Gather { tree: FilterTree::new(source, depth), shapes: shapes(depth), tolerance }
+                let depth_for =
+                    |kernel| cut(source, &kernel, tolerance, &brightness).depth_needed(brightness.steps(), last);
+                let depth = blurring.map(depth_for).max().unwrap_or(0);
+                Self::Gather { tree: FilterTree::new(source, depth), shapes: shapes(depth), brightness, tolerance }
             }
         }
     }
@@ -366,9 +373,9 @@ impl<'a> Engine<'a> {
         let (side, tiles) = tiles(size);
         let mut out = vec![Rgb::ZERO; FACES * size * size];
         let part: Box<FillTiles<'_>> = match self {
-            Self::Gather { tree, shapes, tolerance } => {
-                let cut = cut(source, &kernel, *tolerance);
-                let filter = ZonalFilter::new(tree, shapes, kernel, cut);
+            Self::Gather { tree, shapes, brightness, tolerance } => {
+                let cut = cut(source, &kernel, *tolerance, brightness);
+                let filter = ZonalFilter::new(tree, shapes, brightness, kernel, cut);
                 Box::new(move |tiles, out| filter_tiles(size, side, tiles, out, |dirs| filter.towards(dirs)))
             }
             Self::Importance { source, samples, .. } => {
@@ -394,6 +401,6 @@ impl<'a> Engine<'a> {
     }
 }
 
-fn cut(source: &CubeMap, kernel: &impl Kernel, tolerance: f64) -> FilterCut {
-    FilterCut::new(kernel, tolerance, FilterTree::last_depth(source.size()), texel_side(source))
+fn cut(source: &CubeMap, kernel: &impl Kernel, tolerance: f64, brightness: &Brightness) -> FilterCut {
+    FilterCut::new(kernel, tolerance, FilterTree::last_depth(source.size()), texel_side(source), brightness.steps())
 }

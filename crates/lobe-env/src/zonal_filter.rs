@@ -6,6 +6,7 @@ use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 use rayon::prelude::*;
 
 use crate::CubeMap;
+use crate::brightness::Brightness;
 use crate::cube::{self, FACES};
 use crate::filter_cut::{FilterCut, class_of};
 use crate::filter_tree::{FilterTree, NODES, PLANES, Piece, extent, place};
@@ -34,6 +35,7 @@ pub(crate) struct ZonalFilter<'a, K> {
     tree: &'a FilterTree<'a>,
     kernel: K,
     cut: FilterCut,
+    brightness: &'a Brightness,
     /// Gauss-Legendre rules by their number of points.
     rules: Vec<Vec<(f64, f64)>>,
     depth: usize,
@@ -69,10 +71,16 @@ struct Points {
 }
 
 impl<'a, K: Kernel> ZonalFilter<'a, K> {
-    pub(crate) fn new(tree: &'a FilterTree<'a>, shapes: &'a [Vec<Shape>], kernel: K, cut: FilterCut) -> Self {
-        let depth = cut.depth_needed(tree.depth());
+    pub(crate) fn new(
+        tree: &'a FilterTree<'a>,
+        shapes: &'a [Vec<Shape>],
+        brightness: &'a Brightness,
+        kernel: K,
+        cut: FilterCut,
+    ) -> Self {
+        let depth = cut.depth_needed(brightness.steps(), tree.depth());
         let rules = (0..=FilterCut::MOST_POINTS).map(|n| if n == 0 { Vec::new() } else { gauss_legendre(n) }).collect();
-        Self { tree, kernel, cut, rules, depth, shapes }
+        Self { tree, kernel, cut, brightness, rules, depth, shapes }
     }
 
     /// The averages about some directions that are near each other, by the widest instructions of the machine.
@@ -98,10 +106,11 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
             let shape = &self.shapes[depth][i];
             let angle = axis.dot(shape.middle).clamp(-1.0, 1.0).acos();
             let around = |more: f64| [(angle - radius - more).max(0.0), (angle + radius + more).min(PI)];
-            if self.cut.is_negligible(around(shape.radius)) {
+            let step = self.brightness.step(i, depth);
+            if self.cut.is_negligible(step, around(shape.radius)) {
                 continue;
             }
-            let is_good = self.cut.cell_is_good(shape.class, around(0.0));
+            let is_good = self.cut.cell_is_good(shape.class, step, around(0.0));
             if !is_good && depth < self.depth {
                 let (face, column, row) = place(i, depth);
                 let side = 2 << depth;
@@ -109,7 +118,7 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
                 open.extend([child(1, 1), child(0, 1), child(1, 0), child(0, 0)]);
                 continue;
             }
-            let count = if is_good { 1 } else { self.cut.texel_points(around(shape.radius)) };
+            let count = if is_good { 1 } else { self.cut.texel_points(step, around(shape.radius)) };
             if count == 1 {
                 // The nodes of the cell are no worse than one point in each of its texels, even at a kink.
                 let cell = &self.tree.levels[depth][i];
