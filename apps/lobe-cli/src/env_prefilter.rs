@@ -130,7 +130,7 @@ impl EnvPrefilter {
         // A quarter of the horizon of a lat-long picture falls on one face.
         let finest = (map.width() / 4).next_power_of_two();
         let size = (OVERSAMPLING * self.size.next_power_of_two()).min(finest).max(1);
-        Ok(resample(&map, &Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size)))?.into_cube_map()?)
+        Ok(resample(map, &Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size)))?.into_cube_map()?)
     }
 
     fn chain(&self, source: &CubeMap, talk: Talk) -> anyhow::Result<CubeMipChain> {

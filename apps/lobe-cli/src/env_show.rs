@@ -50,7 +50,7 @@ impl EnvShow {
         let sky = if map.mapping() == Mapping::LatLong {
             map
         } else {
-            resample(&map, &Resample::to(Mapping::LatLong, 8 * fine, 4 * fine))?
+            resample(map, &Resample::to(Mapping::LatLong, 8 * fine, 4 * fine))?
         };
         let options = EnvironmentSheetOptions {
             size: self.size,

@@ -162,7 +162,7 @@ impl MapInput {
         }
         let rows = size_like(&map, Mapping::LatLong);
         talk.note(&self.name(), &format!("converted from {} to {} x {rows} lat-long texels", map.mapping(), 2 * rows));
-        Ok(resample(&map, &Resample::to(Mapping::LatLong, 2 * rows, rows))?.into_env_map()?)
+        Ok(resample(map, &Resample::to(Mapping::LatLong, 2 * rows, rows))?.into_env_map()?)
     }
 }
 

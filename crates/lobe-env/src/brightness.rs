@@ -1,10 +1,11 @@
 //! How much brighter than most of a map its bright parts are.
 
 use lobe_sh::Rgb;
+use rayon::prelude::*;
 
 use crate::CubeMap;
 use crate::cube::FACES;
-use crate::filter_tree::place;
+use crate::filter_tree::{children_of, place};
 
 // What an approximation leaves of the light of a lamp lies over dark parts of a filtered map too. If it shall not show
 // there, a cell a hundred times as bright as the dark ones has to be looked at with about a hundredth of the error.
@@ -35,14 +36,13 @@ impl Brightness {
     ///
     /// Brightness is the mean of the largest channel's absolute value, in parts of its median over the deepest cells.
     pub(crate) fn new(source: &CubeMap, depth: usize) -> Self {
-        let mut levels = vec![(0..FACES << (2 * depth)).map(|i| mean(source, i, depth)).collect::<Vec<f64>>()];
+        let deepest = (0..FACES << (2 * depth)).into_par_iter().map(|i| mean(source, i, depth));
+        let mut levels = vec![deepest.collect::<Vec<f64>>()];
         for k in (0..depth).rev() {
-            let (children, side) = (&levels[levels.len() - 1], 1 << k);
+            let children = &levels[levels.len() - 1];
             let parent = |i: usize| {
-                let (face, column, row) = place(i, k);
-                let child =
-                    |dx: usize, dy: usize| children[(face * 2 * side + 2 * row + dy) * 2 * side + 2 * column + dx];
-                0.25 * (child(0, 0) + child(1, 0) + child(0, 1) + child(1, 1))
+                let [a, b, c, d] = children_of(i, k).map(|child| children[child]);
+                0.25 * ((a + b) + (c + d))
             };
             levels.push((0..FACES << (2 * k)).map(parent).collect());
         }
@@ -52,7 +52,7 @@ impl Brightness {
         let usual = deepest[deepest.len() / 2];
         let step = |brightness: &f64| {
             let steps = (brightness / (LAMP * usual)).log2().ceil();
-            // Where most is black, all light is a lamp's; what is no number is shown as it is.
+            // Where most is black, all light is a lamp's; what is no number is in step 0.
             if steps > 0.0 { steps.min((MOST_STEPS - 1) as f64) as u8 } else { 0 }
         };
         let cells: Vec<Vec<u8>> = levels.iter().map(|level| level.iter().map(step).collect()).collect();
@@ -91,7 +91,7 @@ mod tests {
         let (size, depth) = (32, 2);
         for (factor, expected) in [(1.0, 0), (15.9, 0), (16.1, 1), (31.9, 1), (32.1, 2), (1e12, MOST_STEPS - 1)] {
             let mut source = CubeMap::from_fn(size, |_| Rgb::new(0.3, 0.5, 0.2));
-            // A whole cell of the third face, and a single texel of another's.
+            // A whole cell of the third face.
             for (x, y) in (8..16).flat_map(|x| (24..32).map(move |y| (x, y))) {
                 source.texels_mut()[(2 * size + y) * size + x] = Rgb::new(0.0, 0.0, -0.5 * factor);
             }

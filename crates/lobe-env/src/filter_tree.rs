@@ -113,6 +113,13 @@ pub(crate) fn place(i: usize, depth: usize) -> (usize, usize, usize) {
     (i / (side * side), i % side, i / side % side)
 }
 
+/// The four quarters of cell `i` of a depth, among the cells of the next: upper left, upper right, lower left, lower right.
+pub(crate) fn children_of(i: usize, depth: usize) -> [usize; 4] {
+    let (face, column, row) = place(i, depth);
+    let side = 2 << depth;
+    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| (face * side + 2 * row + dy) * side + 2 * column + dx)
+}
+
 /// `masses[k][j] += line[j] factors[k]`.
 fn spread(masses: &mut [[f64; NODES]; 4], line: &[[f64; SIDE]; 4], factors: &[f64; SIDE]) {
     for (masses, line) in masses.iter_mut().zip(line) {
@@ -133,10 +140,9 @@ fn parents(children: &[Cell], k: usize) -> Vec<Cell> {
     (0..FACES * side * side)
         .into_par_iter()
         .map(|i| {
-            let (face, column, row) = place(i, k);
             let mut masses = [[0.0; NODES]; 4];
-            for (down, across) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                let child = &children[(face * 2 * side + 2 * row + down) * 2 * side + 2 * column + across];
+            for ((down, across), child) in [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().zip(children_of(i, k)) {
+                let child = &children[child];
                 for y in 0..SIDE {
                     let mut line = [[0.0; SIDE]; 4];
                     for (line, plane) in line.iter_mut().zip(&child[3..]) {

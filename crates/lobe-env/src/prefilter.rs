@@ -31,11 +31,13 @@ pub enum PrefilterMethod {
     /// A sum over all of the source, in cells as large as the lobe allows.
     ///
     /// Wherever the lobe is replaced by a polynomial, it is wrong by at most `tolerance (K + √(K_peak K_mean)/b)`, except
-    /// at a kink; `b` is 1 up to sixteen times the median of the map's brightness, and at least half of the brightness
-    /// beyond: what is wrong about a lamp shall not show in the dark. A source of one small light is then wrong by less than that; light everywhere by far less, because
-    /// the polynomials' errors cancel. Measured at the default, with suns of one and two texels over a sky and α from
-    /// 1/16 to 1: below 3e-3 of the brightest texel (test `both_methods_against_brute_force`); with lamps 10⁵ times as
-    /// bright as most of the map, below 3e-3 of every texel's own value (test `lamps_do_not_spoil_the_dark`).
+    /// at a kink. `b` is 1 up to sixteen times the median of the map's brightness, and at least half of the brightness
+    /// beyond, up to 2²⁰ times the median: what is wrong about a lamp shall not show in the dark. A source of one small
+    /// light is then wrong by less than that; light everywhere by far less, because the polynomials' errors cancel.
+    ///
+    /// Measured at the default, with suns of one and two texels over a sky and α from 1/16 to 1: below 3e-3 of the
+    /// brightest texel (test `both_methods_against_brute_force`); with lamps 10⁵ times as bright as most of the map, below
+    /// 3e-3 of a texel's own value, the darkest texels among those looked at (test `lamps_do_not_spoil_the_dark`).
     Gather {
         /// In `[1e-6, 0.1]`; 0.02 by default.
         tolerance: f64,

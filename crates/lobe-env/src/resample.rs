@@ -69,7 +69,7 @@ impl Resample {
 /// by quarter turns about its axes. In parallel over fixed chunks: the same bits for any number of threads
 /// (`any_number_of_threads_gives_the_same_bits`).
 ///
-/// A map that is given away, `resample(map, ..)`, is worked on in place; of one that is lent, `resample(&map, ..)`, a copy is.
+/// A map that is given away, `resample(map, ..)`, is worked on in place; one that is lent, `resample(&map, ..)`, is copied.
 ///
 /// Texels should be finite; one that is not spoils those it touches.
 ///

@@ -365,7 +365,16 @@ mod tests {
                 let cells = sampler.cells_of_tile(tile).unwrap();
                 let Some(patch) = sampler.patch(tile, cells) else { continue };
                 patches += 1;
-                windows += usize::from(patch.window().is_some());
+                if let Some(window) = patch.window() {
+                    windows += 1;
+                    patch.for_each_texel_in(window, &mut Vec::new(), |place, quads| {
+                        for first in quads.iter().map(|quad| quad.first as usize) {
+                            let (column, row) = (first % window.width, first / window.width);
+                            let is_inside = column + 1 < window.width && row + 1 < window.height;
+                            assert!(is_inside, "{from} to {to}, texel {place:?}: ({column}, {row}) in {window:?}");
+                        }
+                    });
+                }
                 let [nx, ny] = cells;
                 for (i, j) in (0..TILE * TILE).map(|k| (k % TILE, k / TILE)) {
                     let mut k = 0;

@@ -146,6 +146,9 @@ impl<'a> Weights<'a> {
     /// Counts extras in, and corrects the energies that were found without them; no factor may have been changed.
     pub(crate) fn add_extras(&mut self, mut extras: Vec<Extra>, energies: &mut [f64]) {
         debug_assert!(self.factors.is_empty() && self.extras.is_empty(), "extras come first, and once");
+        if extras.is_empty() {
+            return;
+        }
         extras.par_sort_by_key(|extra| extra.target);
         self.extras = extras;
         self.spread_onto(energies, |chunk, sums| {
@@ -310,6 +313,20 @@ impl<'a> Weights<'a> {
     fn extras_in<'e>(&self, extras: &'e [Extra], Tile { x, y, width, height }: Tile) -> &'e [Extra] {
         let first = y * self.sampler.target.width + x;
         extras_between(extras, first..first + (height - 1) * self.sampler.target.width + width)
+    }
+
+    /// How many texels of the target are seen through windows.
+    #[cfg(test)]
+    pub(crate) fn texels_in_windows(&self) -> usize {
+        let mut count = 0;
+        for chunk in 0..self.chunks() {
+            self.for_each_sight(chunk, |sight| {
+                if let Sight::Patch(patch, _) = sight {
+                    count += patch.tile().len();
+                }
+            });
+        }
+        count
     }
 
     /// Forgets what was kept, or keeps no more than where samples lie.

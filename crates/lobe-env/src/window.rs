@@ -75,16 +75,21 @@ impl WindowLight {
 }
 
 /// What samples give to the texels of a window.
+///
+/// Up to 1024 samples of a patch, where a picture is enlarged, are added in single precision; the sum is off by 1e-6 or 2e-6
+/// of itself at random, by 2e-5 where all are equal.
 #[derive(Default)]
 pub(crate) struct WindowSums {
     /// For each texel what the quads that begin there give to their four texels: each addition is of one aligned vector.
     quads: Vec<[f32; 4]>,
+    width: usize,
     row: Vec<f64>,
 }
 
 impl WindowSums {
     /// Begins with nothing.
     pub(crate) fn clear(&mut self, window: Window) {
+        self.width = window.width;
         self.quads.clear();
         self.quads.resize(window.len(), [0.0; 4]);
     }
@@ -93,6 +98,7 @@ impl WindowSums {
     #[inline(always)]
     pub(crate) fn add(&mut self, quads: &[Quad], scale: f32) {
         for &Quad { first, weights } in quads {
+            debug_assert!(!(first as usize + 1).is_multiple_of(self.width), "a quad begins left of the last column");
             let sums = &mut self.quads[first as usize];
             for k in 0..4 {
                 sums[k] += scale * weights[k];

@@ -9,7 +9,7 @@ use crate::CubeMap;
 use crate::brightness::Brightness;
 use crate::cube::{self, FACES};
 use crate::filter_cut::{FilterCut, class_of};
-use crate::filter_tree::{FilterTree, NODES, PLANES, Piece, extent, place};
+use crate::filter_tree::{FilterTree, NODES, PLANES, Piece, children_of, extent, place};
 use crate::specular_lobe::{Kernel, integral};
 
 /// Points added up side by side: a register of AVX.
@@ -112,10 +112,7 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
             }
             let is_good = self.cut.cell_is_good(shape.class, step, around(0.0));
             if !is_good && depth < self.depth {
-                let (face, column, row) = place(i, depth);
-                let side = 2 << depth;
-                let child = |dx: usize, dy: usize| (depth + 1, (face * side + 2 * row + dy) * side + 2 * column + dx);
-                open.extend([child(1, 1), child(0, 1), child(1, 0), child(0, 0)]);
+                open.extend(children_of(i, depth).into_iter().rev().map(|child| (depth + 1, child)));
                 continue;
             }
             let count = if is_good { 1 } else { self.cut.texel_points(step, around(shape.radius)) };

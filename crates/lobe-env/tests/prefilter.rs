@@ -18,8 +18,8 @@ const IMPORTANCE: PrefilterMethod = PrefilterMethod::Importance { samples: 1024 
 const GATHER_ERROR: f64 = 3e-3;
 const IMPORTANCE_ERROR: f64 = 0.04;
 
-/// Of every texel's own value, beside lamps 10⁵ times as bright; 2.1e-3 is found.
-const OF_DARK_TEXELS: f64 = 5e-3;
+/// Of a texel's own value, beside lamps 10⁵ times as bright; 2.1e-3 is found.
+const OF_DARK_TEXELS: f64 = 3e-3;
 
 fn ggx(alpha: f64) -> SpecularLobe {
     SpecularLobe::Ggx { alpha }
