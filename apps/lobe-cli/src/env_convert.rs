@@ -1,6 +1,5 @@
 //! `lobe env convert`: a map in another mapping, size or kind of file.
 
-use anyhow::bail;
 use clap::Args;
 use lobe::env::{CubeMap, Mapping, Resample, resample};
 
@@ -15,7 +14,8 @@ pub(crate) struct EnvConvert {
     input: MapInput,
     #[command(flatten)]
     output: MapOutput,
-    /// How the new map shows the surroundings [default: cube for .ktx2, .dds and six files]
+    /// How the new map shows the surroundings [default: cube for .ktx2, .dds, six files and
+    /// with --layout; else as IN does]
     #[arg(long, value_name = "MAPPING", value_enum)]
     to: Option<Form>,
     /// The height of the new picture, or of one face of a cube, 1 to 8192; lat-long and dual-paraboloid are twice as wide
@@ -26,14 +26,16 @@ pub(crate) struct EnvConvert {
 
 impl EnvConvert {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        let mapping = match self.to {
-            Some(form) => form.into(),
-            None if self.output.is_cube_only() => Mapping::Cube,
-            None => bail!("--to: a picture can be anything; say which mapping, such as lat-long or cube"),
-        };
+        let is_cube = self.output.is_cube_only() || self.output.has_layout();
+        let said = self.to.map(Mapping::from).or(is_cube.then_some(Mapping::Cube));
+        if let Some(mapping) = said {
+            self.output.check(mapping)?;
+        }
+        let levels = self.input.read_levels(talk)?;
+        let mapping = said.unwrap_or_else(|| levels.base().mapping());
         self.output.check(mapping)?;
         let keeps_size = |cube: &CubeMap| self.size.is_none_or(|size| size == cube.size());
-        let map = match self.input.read_levels(talk)? {
+        let map = match levels {
             Levels::Chain(chain)
                 if mapping == Mapping::Cube && keeps_size(chain.base()) && self.output.keeps_levels() =>
             {

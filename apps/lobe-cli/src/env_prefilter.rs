@@ -113,6 +113,10 @@ impl EnvPrefilter {
             (self.samples.is_some() && self.method != Method::Importance, "--samples: only of --method importance"),
             (self.last_size.is_some() && !is_chain, "--last-size: only of the chain of --lobe ggx"),
             (self.roughness.is_some() && !is_chain, "--roughness: only of the chain of --lobe ggx"),
+            (
+                is_chain && self.output.makes_levels(),
+                "--mips: the levels of the chain of --lobe ggx are its own; leave it out",
+            ),
             (is_chain && !self.output.is_texture(), "-o: the chain of --lobe ggx is written as .ktx2 or .dds"),
         ];
         match ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {

@@ -121,6 +121,16 @@ impl MapOutput {
         !matches!(self.output, MapFile::Picture(_))
     }
 
+    /// Whether the faces of a cube are to lie in one picture.
+    pub(crate) fn has_layout(&self) -> bool {
+        self.layout.is_some()
+    }
+
+    /// Whether smaller levels are to be made.
+    pub(crate) fn makes_levels(&self) -> bool {
+        self.mips
+    }
+
     /// Whether the file can hold several levels.
     pub(crate) fn is_texture(&self) -> bool {
         matches!(self.output, MapFile::Texture(_))

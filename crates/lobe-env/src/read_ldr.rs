@@ -58,6 +58,8 @@ fn decode<D: ImageDecoder>(
     read: impl FnOnce(D, &mut [u8]) -> Result<(), EnvError>,
 ) -> Result<Decoded, EnvError> {
     let (width, height) = decoder.dimensions();
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let (width, height) = if is_lying(orientation) { (height, width) } else { (width, height) };
     let (width, height) = check_size(width.into(), height.into(), limits, name)?;
     let count = width * height;
     if count as u64 > (length as u64).saturating_mul(most_texels_per_byte) {
@@ -87,7 +89,46 @@ fn decode<D: ImageDecoder>(
         }
         other => return Err(unsupported(name, format!("8 or 16 bits in grey or RGB expected, found {other:?}"))),
     }
+    if orientation != Orientation::NoTransforms {
+        texels = upright(&texels, [width, height], orientation, name)?;
+    }
     Ok(Decoded { width, height, texels, notes, edge_centred: false })
+}
+
+/// Whether a picture that was stored so has as many columns as rows when it is upright.
+fn is_lying(orientation: Orientation) -> bool {
+    use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
+    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
+}
+
+/// The texels of the upright picture, which has the given size, from those of the stored one.
+fn upright(
+    stored: &[Rgb<f32>],
+    [width, height]: [usize; 2],
+    orientation: Orientation,
+    name: &str,
+) -> Result<Vec<Rgb<f32>>, EnvError> {
+    let (right, bottom) = (width - 1, height - 1);
+    // How many columns the stored picture has, and where a texel is in it.
+    let columns = if is_lying(orientation) { height } else { width };
+    let place = |x: usize, y: usize| match orientation {
+        Orientation::NoTransforms => [x, y],
+        Orientation::FlipHorizontal => [right - x, y],
+        Orientation::Rotate180 => [right - x, bottom - y],
+        Orientation::FlipVertical => [x, bottom - y],
+        Orientation::Rotate90FlipH => [y, x],
+        Orientation::Rotate90 => [y, right - x],
+        Orientation::Rotate270FlipH => [bottom - y, right - x],
+        Orientation::Rotate270 => [bottom - y, x],
+    };
+    let mut texels = reserve(width * height, name)?;
+    for y in 0..height {
+        texels.extend((0..width).map(|x| {
+            let [x, y] = place(x, y);
+            stored[y * columns + x]
+        }));
+    }
+    Ok(texels)
 }
 
 /// Grey, or the first three channels.
@@ -125,7 +166,7 @@ fn notes(decoder: &mut impl ImageDecoder, kind: &str) -> Vec<String> {
         notes.push("the colour profile is ignored; sRGB is assumed".into());
     }
     if matches!(decoder.orientation(), Ok(o) if o != Orientation::NoTransforms) {
-        notes.push("the orientation that the camera noted is ignored".into());
+        notes.push("turned upright, as the camera noted".into());
     }
     notes
 }

@@ -300,12 +300,25 @@ fn all_techniques_are_drawn_on_one_sheet() {
 }
 
 #[test]
+fn a_picture_keeps_its_mapping_unless_another_is_asked_for() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    for (args, mapping) in [("-o a.hdr", "lat-long"), ("-o b.exr --layout row", "cube"), ("-o c.exr --to cube", "cube")]
+    {
+        dir.lobe(&format!("env convert sky.exr {args}")).stdout();
+        let found = dir.lobe(&format!("env info --quiet {}", &args[3..8])).stdout();
+        assert!(found.contains(mapping), "{args}: {found}");
+    }
+}
+
+#[test]
 fn options_that_would_be_ignored_are_refused() {
     let dir = Dir::new();
     dir.map("square.exr", 8, 8, |_, _| [1.0; 3]);
     write_sky(&dir, "sky.exr");
     for (args, part) in [
-        ("convert sky.exr -o a.exr", "--to: a picture can be anything"),
+        ("rotate sky.exr -o a.exr --quat 0,0,0,1 --angle 5", "cannot be used with"),
+        ("prefilter sky.exr -o a.ktx2 --size 16 --mips", "--mips: the levels of the chain of --lobe ggx are its own"),
         ("convert sky.exr -o a.ktx2 --to lat-long", "-o: this kind of file holds cubes only"),
         ("convert sky.exr -o a.exr --to lat-long --layout row", "--layout: only of a cube in one picture"),
         ("convert sky.exr -o a.exr --to cube --texels rgba16f", "--texels: only of .ktx2 and .dds"),

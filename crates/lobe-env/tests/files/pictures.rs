@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use image::metadata::Orientation;
 use image::{DynamicImage, ImageFormat};
 use lobe_env::{
     CubeMap, CubeMipChain, CubeWriteOptions, EnvMap, FileFormat, Raster, ReadOptions, ReadReport, TexelFormat,
@@ -76,6 +77,34 @@ fn png_and_jpeg_are_decoded_from_srgb() {
             let found = map.texel(x, y).to_array().map(f64::from);
             let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
             assert!(error < tolerance, "{what} at ({x}, {y}): {found:?} against {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn photographs_are_turned_as_the_camera_noted() {
+    for orientation in 1..=8 {
+        let (width, height) = if orientation > 4 { (8, 16) } else { (16, 8) };
+        let stored = image::RgbImage::from_fn(width, height, |x, y| image::Rgb([15 * x as u8, 15 * y as u8, 128]));
+        let mut upright = DynamicImage::ImageRgb8(stored);
+        let mut jpeg = Cursor::new(Vec::new());
+        upright.write_to(&mut jpeg, ImageFormat::Jpeg).unwrap();
+        // Exif behind the first marker: one entry, tag 0x112, a short.
+        let mut bytes = jpeg.into_inner();
+        let mut exif = b"\xff\xe1\0\x22Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01".to_vec();
+        exif.extend([0, orientation, 0, 0, 0, 0, 0, 0]);
+        bytes.splice(2..2, exif);
+        let (map, report) = read(&bytes);
+        assert_eq!(report.notes.len(), 1 + usize::from(orientation > 1), "{orientation}: {:?}", report.notes);
+        upright.apply_orientation(Orientation::from_exif(orientation).unwrap());
+        let upright = upright.to_rgb8();
+        assert_eq!((map.width(), map.height()), (16, 8), "orientation {orientation}");
+        for (x, y) in [(0, 0), (15, 0), (0, 7), (15, 7), (9, 2)] {
+            let linear = |c: u8| (f64::from(c) / 255.0).powf(2.2);
+            let expected = upright.get_pixel(x, y).0.map(linear);
+            let found = map.texel(x as usize, y as usize).to_array().map(f64::from);
+            let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
+            assert!(error < 0.12, "orientation {orientation} at ({x}, {y}): {found:?} against {expected:?}");
         }
     }
 }
