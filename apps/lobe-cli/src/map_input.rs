@@ -196,6 +196,9 @@ impl MapPath {
             bail!("-: pictures are read from files, not from stdin; name a {PICTURES} file");
         }
         if let Some((folder, extension)) = six_files(&self.path) {
+            if self.from.is_some_and(|form| form != Form::Cube) {
+                bail!("--from: {name} is a cube; leave the option out");
+            }
             let (cube, reports) = read_cube_faces(folder, &extension, self.handedness(), &options)?;
             for (report, path) in reports.iter().zip(cube_face_paths(folder, &extension)) {
                 tell(report, &path.display().to_string(), talk);
@@ -224,8 +227,10 @@ impl MapPath {
             }
             Err(error) => error,
         };
-        let Ok((picture, report)) = read_raster(&self.path, options) else {
-            return Err(explain(&self.path, error));
+        let (picture, report) = match read_raster(&self.path, options) {
+            Ok(read) => read,
+            // What is no picture of any shape is damaged, whatever its proportions.
+            Err(damage) => return Err(explain(&self.path, if is_texture(&self.path) { error } else { damage })),
         };
         if let Ok(layout) = CubeLayout::of_picture(picture.width, picture.height) {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));

@@ -312,11 +312,23 @@ fn a_picture_keeps_its_mapping_unless_another_is_asked_for() {
 }
 
 #[test]
+fn a_damaged_cross_is_damaged_and_not_of_wrong_proportions() {
+    let dir = Dir::new();
+    write_sky(&dir, "sky.exr");
+    dir.lobe("env convert sky.exr --to cube --size 64 -o cross.exr").stdout();
+    let bytes = dir.bytes("cross.exr");
+    dir.file("cut.exr", &bytes[..bytes.len() / 2]);
+    let line = dir.lobe("env info cut.exr").error();
+    assert!(line.contains("cut.exr: the file ends early"), "{line}");
+}
+
+#[test]
 fn options_that_would_be_ignored_are_refused() {
     let dir = Dir::new();
     dir.map("square.exr", 8, 8, |_, _| [1.0; 3]);
     write_sky(&dir, "sky.exr");
     for (args, part) in [
+        ("convert faces/%.exr --from lat-long -o a.ktx2", "--from: faces/%.exr is a cube; leave the option out"),
         ("rotate sky.exr -o a.exr --quat 0,0,0,1 --angle 5", "cannot be used with"),
         ("prefilter sky.exr -o a.ktx2 --size 16 --mips", "--mips: the levels of the chain of --lobe ggx are its own"),
         ("convert sky.exr -o a.ktx2 --to lat-long", "-o: this kind of file holds cubes only"),
