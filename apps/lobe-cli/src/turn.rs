@@ -12,7 +12,8 @@ pub(crate) struct Turn {
     #[command(flatten)]
     by: By,
     /// With --axis: by how many degrees, anticlockwise as seen from the tip of the axis
-    #[arg(long, value_name = "DEG", requires = "axis", conflicts_with_all = ["quat", "matrix"], allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(long, value_name = "DEG", requires = "axis", conflicts_with_all = ["quat", "matrix"])]
+    #[arg(allow_hyphen_values = true, value_parser = values::finite)]
     angle: Option<f64>,
 }
 

@@ -2,7 +2,6 @@
 
 use crate::taps::Grid;
 use crate::view::{Quad, View, Views};
-use crate::window::Window;
 
 /// By rounding, samples leave the range of their surface by less than this, in texels,
 const MARGIN: f64 = 0.01;
@@ -69,6 +68,12 @@ impl Tile {
         self.width * self.height
     }
 
+    /// The number of the first texel of each of its rows in a picture of so many columns.
+    pub(crate) fn rows(&self, columns: usize) -> impl Iterator<Item = usize> {
+        let Self { x, y, height, .. } = *self;
+        (y..y + height).map(move |y| y * columns + x)
+    }
+
     /// The middle one of its texels, and those in its corners.
     pub(crate) fn landmarks(&self) -> [[usize; 2]; 5] {
         let Self { x, y, width, height } = *self;
@@ -106,7 +111,7 @@ pub(crate) struct Patch {
     coefficients: [[[f64; 3]; 3]; 3],
     limits: Limits,
     /// The texels of the source that may be seen, if all lie within the picture or the face.
-    window: Option<Window>,
+    window: Option<Tile>,
 }
 
 impl Patch {
@@ -141,7 +146,7 @@ impl Patch {
     }
 
     /// The texels of the source that may be seen, if it is worth while to look at them together.
-    pub(crate) fn window(&self) -> Option<Window> {
+    pub(crate) fn window(&self) -> Option<Tile> {
         let samples = self.tile.len() * self.cells[0] * self.cells[1];
         self.window.filter(|window| window.len() <= (2 * samples).min(MOST_IN_WINDOW))
     }
@@ -150,7 +155,7 @@ impl Patch {
     #[inline(always)]
     pub(crate) fn for_each_texel_in(
         &self,
-        window: Window,
+        window: Tile,
         quads: &mut Vec<Quad>,
         mut texel: impl FnMut([usize; 2], &[Quad]),
     ) {
@@ -276,7 +281,7 @@ fn whole(x: f32) -> (u32, f32) {
 }
 
 /// The texels that samples on a surface through the values may see, if all of them are within one picture or face.
-fn window(values: &[[[f64; 3]; 3]; 3], source: Grid) -> Option<Window> {
+fn window(values: &[[[f64; 3]; 3]; 3], source: Grid) -> Option<Tile> {
     let [x, y, _] = values[1][1];
     let part = source.inner_part([x, y])?;
     // A surface of the second degree lies between its control points.
@@ -295,7 +300,7 @@ fn window(values: &[[[f64; 3]; 3]; 3], source: Grid) -> Option<Window> {
         (low >= part[k][0] && high < part[k][1]).then_some((first, last + 1 - first))
     };
     let ((x, width), (y, height)) = (texels(0)?, texels(1)?);
-    Some(Window { x, y, width, height })
+    Some(Tile { x, y, width, height })
 }
 
 /// Bézier's control points of a parabola from its values at 0, 1/2 and 1.

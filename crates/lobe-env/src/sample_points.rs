@@ -9,7 +9,6 @@ use crate::atan::quick_atan2;
 use crate::patch::{Limits, Patch, Sample, Tile};
 use crate::taps::Grid;
 use crate::view::{View, Views};
-use crate::window::Window;
 use crate::{Mapping, cube};
 
 /// How far samples are apart, in source texels.
@@ -76,7 +75,7 @@ pub(crate) enum Sight<'a> {
     /// A texel at a place in the picture.
     Texel([usize; 2], View<'a>),
     /// All texels of a patch see what is in a window of the source.
-    Patch(&'a Patch, Window),
+    Patch(&'a Patch, Tile),
 }
 
 /// A source and a target, and how the surroundings are turned between them.

@@ -5,30 +5,9 @@
 
 use lobe_sh::Rgb;
 
+use crate::patch::Tile;
 use crate::sparse_sum::SparseSum;
 use crate::view::Quad;
-
-/// A rectangle of the source's picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Window {
-    pub(crate) x: usize,
-    pub(crate) y: usize,
-    pub(crate) width: usize,
-    pub(crate) height: usize,
-}
-
-impl Window {
-    /// The number of its texels.
-    pub(crate) fn len(&self) -> usize {
-        self.width * self.height
-    }
-
-    /// The number of the first texel of each of its rows in a picture of so many columns.
-    fn rows(&self, columns: usize) -> impl Iterator<Item = usize> {
-        let Self { x, y, height, .. } = *self;
-        (y..y + height).map(move |y| y * columns + x)
-    }
-}
 
 /// Red, green and blue, and 1: what is summed with weights then holds their sum too.
 type Light = [f32; 4];
@@ -42,7 +21,7 @@ pub(crate) struct WindowLight {
 
 impl WindowLight {
     /// Takes that of a picture of so many columns.
-    pub(crate) fn fill(&mut self, window: Window, light: &[Rgb<f32>], columns: usize) {
+    pub(crate) fn fill(&mut self, window: Tile, light: &[Rgb<f32>], columns: usize) {
         self.width = window.width;
         self.texels.clear();
         for start in window.rows(columns) {
@@ -88,7 +67,7 @@ pub(crate) struct WindowSums {
 
 impl WindowSums {
     /// Begins with nothing.
-    pub(crate) fn clear(&mut self, window: Window) {
+    pub(crate) fn clear(&mut self, window: Tile) {
         self.width = window.width;
         self.quads.clear();
         self.quads.resize(window.len(), [0.0; 4]);
@@ -107,7 +86,7 @@ impl WindowSums {
     }
 
     /// Adds all to the sums of the texels of a picture of so many columns.
-    pub(crate) fn add_to(&mut self, sums: &mut SparseSum, window: Window, columns: usize) {
+    pub(crate) fn add_to(&mut self, sums: &mut SparseSum, window: Tile, columns: usize) {
         let row = |j: usize| &self.quads[j * window.width..][..window.width];
         for (j, start) in window.rows(columns).enumerate() {
             self.row.clear();
@@ -142,7 +121,7 @@ mod tests {
 
     const COLUMNS: usize = 300;
     const ROWS: usize = 9;
-    const WINDOW: Window = Window { x: 250, y: 2, width: 13, height: 6 };
+    const WINDOW: Tile = Tile { x: 250, y: 2, width: 13, height: 6 };
 
     /// Quads of the window, and the same of the picture.
     fn random_quads(random: &mut Random) -> (Vec<Quad>, Vec<Quad>) {
