@@ -1,19 +1,16 @@
 //! The command line as a whole: what there is to choose from, and what applies everywhere.
 
-use std::env;
 use std::ffi::OsString;
 
 use anyhow::Context as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
-use crate::failure::Failure;
-use crate::talk::Talk;
-use crate::{
-    bake, compare, compress, demo, env_adjust, env_ambient, env_area_light, env_convert, env_dfg, env_info,
-    env_irradiance, env_prefilter, env_reconstruct, env_rotate, env_show, env_sky, env_sun, env_vector_irradiance,
-    fit_lobes, light, project, render, sh_convolve, sh_dering, sh_encode, sh_encodings, sh_eval, sh_info, sh_lights,
-    sh_min, sh_peaks, sh_plot, sh_product, sh_rotate, sh_window, values,
-};
+use crate::args::values;
+use crate::bake::{bake, compress, fit_lobes};
+use crate::render::render;
+use crate::run::failure::Failure;
+use crate::run::talk::Talk;
+use crate::{compare, demo, env, light, project, sh};
 
 /// More threads than any machine has; asking for more is a slip of the finger.
 const MAX_THREADS: usize = 1024;
@@ -83,63 +80,63 @@ enum Command {
 #[derive(Subcommand)]
 enum ShCommand {
     /// Print the order, the range of values and the energy of each band of an expansion
-    Info(sh_info::ShInfo),
+    Info(sh::info::ShInfo),
     /// Print the values of an expansion towards directions
-    Eval(sh_eval::ShEval),
+    Eval(sh::eval::ShEval),
     /// Turn an expansion
-    Rotate(sh_rotate::ShRotate),
+    Rotate(sh::rotate::ShRotate),
     /// Multiply two functions given as expansions
-    Product(sh_product::ShProduct),
+    Product(sh::product::ShProduct),
     /// Convolve an expansion with a kernel that is symmetric about its axis
-    Convolve(sh_convolve::ShConvolve),
+    Convolve(sh::convolve::ShConvolve),
     /// Scale the bands of an expansion, so that it rings less
-    Window(sh_window::ShWindow),
+    Window(sh::window::ShWindow),
     /// Make an expansion non-negative, with as little change as that takes
-    Dering(sh_dering::ShDering),
+    Dering(sh::dering::ShDering),
     /// Find the least value of an expansion, with proof
-    Min(sh_min::ShMin),
+    Min(sh::min::ShMin),
     /// Find all local maxima of an expansion
-    Peaks(sh_peaks::ShPeaks),
+    Peaks(sh::peaks::ShPeaks),
     /// Find directional lights and ambient light in an expansion
-    Lights(sh_lights::ShLights),
+    Lights(sh::lights::ShLights),
     /// Draw an expansion: as a balloon, on the unfolded cube, or in a cross-section
-    Plot(sh_plot::ShPlot),
+    Plot(sh::plot::ShPlot),
     /// Print irradiance in a small encoding, or as the constants of a shader
-    Encode(sh_encode::ShEncode),
+    Encode(sh::encode::ShEncode),
     /// Compare small encodings of the irradiance of an environment map with the truth
-    Encodings(sh_encodings::ShEncodings),
+    Encodings(sh::encodings::ShEncodings),
 }
 
 #[derive(Subcommand)]
 enum EnvCommand {
     /// Print the size and the range of values of an environment map
-    Info(env_info::EnvInfo),
+    Info(env::info::EnvInfo),
     /// Write a map in another mapping, size or kind of file
-    Convert(env_convert::EnvConvert),
+    Convert(env::convert::EnvConvert),
     /// Turn a map
-    Rotate(env_rotate::EnvRotate),
+    Rotate(env::rotate::EnvRotate),
     /// Make a map brighter or darker, or clamp it
-    Adjust(env_adjust::EnvAdjust),
+    Adjust(env::adjust::EnvAdjust),
     /// Take the sun out of a map: print it as a directional light, write the sky without it
-    Sun(env_sun::EnvSun),
+    Sun(env::sun::EnvSun),
     /// Filter a map for glossy reflection
-    Prefilter(env_prefilter::EnvPrefilter),
+    Prefilter(env::prefilter::EnvPrefilter),
     /// Draw a ball and a torus under a map by every technique of environment mapping
-    Show(env_show::EnvShow),
+    Show(env::show::EnvShow),
     /// Write the irradiance for every direction that a surface may face
-    Irradiance(env_irradiance::EnvIrradiance),
+    Irradiance(env::irradiance::EnvIrradiance),
     /// Write an expansion as a picture
-    Reconstruct(env_reconstruct::EnvReconstruct),
+    Reconstruct(env::reconstruct::EnvReconstruct),
     /// Write a sky from a formula, as a picture or as an expansion
-    Sky(env_sky::EnvSky),
+    Sky(env::sky::EnvSky),
     /// Print the net flow of light at the place of a picture, and through surfaces
-    VectorIrradiance(env_vector_irradiance::EnvVectorIrradiance),
+    VectorIrradiance(env::vector_irradiance::EnvVectorIrradiance),
     /// Print the light of a sphere, a disc or a polygon at a place: exact, as a point, as a parallel beam
-    AreaLight(env_area_light::EnvAreaLight),
+    AreaLight(env::area_light::EnvAreaLight),
     /// Print what a surface reflects of light that comes evenly from everywhere
-    Ambient(env_ambient::EnvAmbient),
+    Ambient(env::ambient::EnvAmbient),
     /// Write the table of reflectance that goes with prefiltered maps
-    Dfg(env_dfg::EnvDfg),
+    Dfg(env::dfg::EnvDfg),
 }
 
 fn threads(text: &str) -> Result<usize, String> {
@@ -150,7 +147,7 @@ fn threads(text: &str) -> Result<usize, String> {
 pub(crate) fn parse() -> Result<Cli, Failure> {
     let command = with_negative_numbers(Cli::command());
     let parsed = command.try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
-    parsed.map_err(|error| Failure::Usage { error: Box::new(error), command: command_meant(env::args_os()) })
+    parsed.map_err(|error| Failure::Usage { error: Box::new(error), command: command_meant(std::env::args_os()) })
 }
 
 /// Lets every option take a number below zero, which it may refuse in its own words.

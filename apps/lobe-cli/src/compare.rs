@@ -12,9 +12,10 @@ use lobe::render::{
 };
 use serde::Serialize;
 
-use crate::input::{tell, without_options};
-use crate::talk::Talk;
-use crate::{output, values};
+use crate::args::input::{tell, without_options};
+use crate::args::output;
+use crate::args::values;
+use crate::run::talk::Talk;
 
 /// How often two pictures of the same light are told apart by mistake.
 const SIGNIFICANCE: f64 = 0.01;

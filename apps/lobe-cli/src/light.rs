@@ -3,8 +3,8 @@
 use clap::{Args, Subcommand, ValueEnum};
 use lobe::sh::{Dir, Light, Normalization, Quantity, Rgb, ShFile, SphericalPolygon};
 
-use crate::output::ShOutput;
-use crate::values;
+use crate::args::output::ShOutput;
+use crate::args::values;
 
 #[derive(Args)]
 pub(crate) struct LightCommand {

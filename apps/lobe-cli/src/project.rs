@@ -7,10 +7,10 @@ use lobe::sh::{
     Coefficient as _, Expansion as _, MonteCarlo, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
 };
 
-use crate::map_input::MapInput;
-use crate::output::ShOutput;
-use crate::talk::Talk;
-use crate::values;
+use crate::args::map_input::MapInput;
+use crate::args::output::ShOutput;
+use crate::args::values;
+use crate::run::talk::Talk;
 
 /// Days of work on any machine; asking for more is a slip of the finger.
 const MAX_SAMPLES: usize = 1_000_000_000;

@@ -21,84 +21,44 @@
 //! | files of these two | [`write_matrices`], [`write_neighbourhood`] and their readers |
 //! | telling one piece of long work from another | [`Fingerprint`] |
 
-mod adaptive;
-mod any_transfer;
 mod bake;
-mod bake_options;
-mod baked_compressed;
-mod baked_glb;
-mod baked_layout;
-mod basis_sum;
-mod bfgs;
-mod checkpoint;
-mod chunks;
-mod compress;
-mod compressed_file;
-mod compressed_table;
-mod compressed_transfer;
-mod cpca;
-mod diffuse;
-mod eigen;
+mod compression;
 mod error;
-mod fingerprint;
-mod inset;
-mod lanes;
-mod lightmap;
-mod lightmap_file;
-mod lobes;
-mod matrix_file;
-mod matrix_rows;
-mod meter;
-mod nearest;
-mod neighbourhood;
-mod outer_sum;
-mod paths;
-mod pca;
-mod pilot;
-mod read_baked;
+mod files;
+mod job;
 mod receivers;
-mod shade;
-mod sobol;
-mod stored_rows;
-mod tensor_file;
-mod texel_receivers;
-mod texel_rows;
+mod sampling;
 mod transfer;
-mod transfer_file;
-mod transfer_matrix;
-mod transfer_rows;
-mod warp;
-mod zonal_fit;
-mod zonal_transfer;
+mod zonal;
 
-pub use adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_adaptively_resumable};
-pub use any_transfer::{AnyTransfer, read_any_transfer};
-pub use bake::{bake, bake_resumable};
-pub use bake_options::{BakeOptions, BakeReport, Mode, Progress};
-pub use baked_glb::BakedGlb;
-pub use compress::{
+pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_adaptively_resumable};
+pub use bake::bake::{bake, bake_resumable};
+pub use bake::glossy::{TransferMatrices, bake_matrices, bake_matrices_resumable};
+pub use bake::options::{BakeOptions, BakeReport, Mode, Progress};
+pub use bake::transfer_grid::{Grid, Neighbourhood, bake_neighbourhood, bake_neighbourhood_resumable};
+pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
     error_curve_watched,
 };
-pub use compressed_file::{
+pub use compression::compressed_table::{CompressedTable, WeightBits, Weights};
+pub use compression::compressed_transfer::CompressedTransfer;
+pub use error::PrtError;
+pub use files::any_transfer::{AnyTransfer, read_any_transfer};
+pub use files::baked_glb::BakedGlb;
+pub use files::compressed_file::{
     read_compressed_transfer, read_zonal_transfer, write_compressed_transfer, write_zonal_transfer,
 };
-pub use compressed_table::{CompressedTable, WeightBits, Weights};
-pub use compressed_transfer::CompressedTransfer;
-pub use error::PrtError;
-pub use fingerprint::Fingerprint;
-pub use lightmap::Lightmap;
-pub use lightmap_file::{read_lightmap, write_lightmap};
-pub use matrix_file::{read_matrices, read_neighbourhood, write_matrices, write_neighbourhood};
-pub use matrix_rows::{MatrixRows, StoredMatrices};
-pub use neighbourhood::{Grid, Neighbourhood, bake_neighbourhood, bake_neighbourhood_resumable};
-pub use read_baked::{Baked, read_baked, read_baked_within};
-pub use receivers::Receivers;
-pub use texel_receivers::TexelReceivers;
-pub use texel_rows::TexelRows;
-pub use transfer::{Channels, Transfer};
-pub use transfer_file::{read_transfer, write_transfer};
-pub use transfer_matrix::{TransferMatrices, bake_matrices, bake_matrices_resumable};
-pub use transfer_rows::{StoredTransfer, TransferRows};
-pub use zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal, fit_zonal_watched};
-pub use zonal_transfer::ZonalTransfer;
+pub use files::lightmap_file::{read_lightmap, write_lightmap};
+pub use files::matrix_file::{read_matrices, read_neighbourhood, write_matrices, write_neighbourhood};
+pub use files::read_baked::{Baked, read_baked, read_baked_within};
+pub use files::transfer_file::{read_transfer, write_transfer};
+pub use job::fingerprint::Fingerprint;
+pub use receivers::lightmap::Lightmap;
+pub use receivers::receivers::Receivers;
+pub use receivers::texel_receivers::TexelReceivers;
+pub use receivers::texel_rows::TexelRows;
+pub use transfer::matrix_rows::{MatrixRows, StoredMatrices};
+pub use transfer::transfer::{Channels, Transfer};
+pub use transfer::transfer_rows::{StoredTransfer, TransferRows};
+pub use zonal::zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal, fit_zonal_watched};
+pub use zonal::zonal_transfer::ZonalTransfer;

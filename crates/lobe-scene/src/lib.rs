@@ -41,57 +41,22 @@
 //! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`] |
 //! | what a ray found | [`Scene::surface`], [`Surface`], [`Scene::is_solid`] |
 
-mod angle_weighted;
 pub mod built_in;
 mod bvh;
-mod cave;
-mod collapse;
-mod columns_hall;
-mod edge_planes;
 mod error;
-mod gltf_accessor;
-mod gltf_attributes;
-mod gltf_document;
-mod gltf_files;
-mod gltf_materials;
-mod gltf_nodes;
-mod gltf_of_scene;
-mod lanes;
-#[cfg(target_arch = "x86_64")]
-mod lanes_avx2;
-#[cfg(target_arch = "x86_64")]
-mod lanes_avx512;
-mod material;
-mod mesh;
-mod near_origin;
-mod octant_slabs;
-mod ray;
-mod ray_frame;
-mod ray_stream;
-mod read;
-mod read_gltf;
-mod read_obj;
-mod read_ply;
+mod files;
+mod gltf;
 mod scene;
-mod shapes;
-mod simd;
-mod split_edges;
-mod terrain;
-mod texture;
-mod traverse;
-mod up;
-mod watertight;
-mod wide_node;
 
-pub use bvh::Bvh;
+pub use bvh::bvh::Bvh;
+pub use bvh::simd::Simd;
 pub use error::SceneError;
-pub use gltf_attributes::{GltfAttributes, read_scene_and_attributes};
-pub use gltf_document::GltfDocument;
-pub use material::{Alpha, Material, TextureUse};
-pub use mesh::{Mesh, MeshParts, MeshSource};
-pub use ray::{Hit, Ray};
-pub use read::{LOBE_EXTRAS_VERSION, ReadOptions, ReadReport, read_scene, read_scene_bytes};
-pub use scene::{Bounds, Scene, Surface};
-pub use simd::Simd;
-pub use texture::{Texture, Wrap};
-pub use up::{Up, y_up_from_z_up, z_up_from_y_up};
+pub use files::read::{LOBE_EXTRAS_VERSION, ReadOptions, ReadReport, read_scene, read_scene_bytes};
+pub use gltf::attributes::{GltfAttributes, read_scene_and_attributes};
+pub use gltf::document::GltfDocument;
+pub use scene::material::{Alpha, Material, TextureUse};
+pub use scene::mesh::{Mesh, MeshParts, MeshSource};
+pub use scene::ray::{Hit, Ray};
+pub use scene::scene::{Bounds, Scene, Surface};
+pub use scene::texture::{Texture, Wrap};
+pub use scene::up::{Up, y_up_from_z_up, z_up_from_y_up};

@@ -92,135 +92,86 @@
 //! Mathematics does not fail: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for what
 //! comes from outside, files and matrices that claim to be rotations.
 
-mod ascent;
-mod axis_permutation;
 mod basis;
-mod bounds;
-mod closed_bands;
 mod coefficient;
-mod complex;
-mod cone;
-mod conservative;
-mod content_window;
-mod convolve;
-mod curvature;
-mod dering;
-mod dir;
 mod encoding;
 mod error;
-mod even_directions;
 mod expansion;
-mod extract;
-#[cfg(feature = "json")]
-mod file;
-mod generated;
-mod gradient;
-mod half_turn;
-mod index;
-mod ivanic;
-mod kernel;
-mod least_change;
-mod least_norm;
-mod least_squares;
-mod legendre;
+mod extrema;
+mod filter;
 mod light;
-mod light_fit;
-mod luminance;
-mod minimum;
-mod mirror;
-mod monte_carlo;
-mod non_negative;
-mod normalization;
-mod peaks;
+mod light_extraction;
 mod product;
-mod product_cost;
-mod product_grid;
-mod product_matrix;
-mod project;
-mod quadratic_dering;
-mod quadrature;
-mod quadric;
-mod quadric_windows;
-mod quantity;
+mod projection;
 mod real;
-mod refine;
 mod rgb;
+mod ringing;
 mod rotation;
 #[cfg(feature = "json")]
 mod save;
-mod sh;
-mod sh_vec;
-mod soft_cone;
-mod spherical_polygon;
-mod swap;
-mod taylor;
-mod thomson;
-mod triangulation;
-mod triple;
-mod valley;
-mod vector;
-mod window;
-mod zonal;
-mod zyz;
+#[cfg(feature = "json")]
+mod sh_json;
+mod solver;
+mod sphere;
 
-pub use axis_permutation::AxisPermutation;
-pub use basis::{Basis, eval_basis, eval_basis_into};
+pub use basis::basis::{Basis, eval_basis, eval_basis_into};
+pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
+pub use basis::index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
+pub use basis::legendre::{legendre, legendre_normalised};
 pub use coefficient::Coefficient;
-pub use complex::{complex_from_real, eval_complex, real_from_complex};
-pub use conservative::{conservative_minimum, dering_table_factors};
-pub use content_window::ContentWindow;
-pub use convolve::{convolve_in_place, convolved};
-pub use dering::{
-    DERING_ALLOWED, Dering, DeringMethod, DeringOutcome, DeringReport, WindowFamily, dering_in_place, deringed,
-};
-pub use dir::Dir;
 pub use encoding::{
     Ahd, AmbientCube, EncodedIrradiance, EncodingError, HBasis, HBasis4, HBasis6, Hl2, Hl2Weights, IrradianceEncoding,
     IrradianceMatrix, NonLinearL1, PackedIrradiance, Zh3, Zh3Axis, encoding_error, hemisphere_least_squares,
     tangent_frame,
 };
 pub use error::ShError;
-pub use even_directions::even_directions;
-pub use expansion::Expansion;
-pub use extract::{
+pub use expansion::expansion::Expansion;
+pub use expansion::gradient::{eval_basis_gradients, eval_with_gradient};
+pub use expansion::quantity::Quantity;
+pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
+pub use expansion::sh_vec::ShVec;
+pub use expansion::zonal::Zonal;
+pub use extrema::branch_and_bound::{Extremum, certified_maximum, certified_minimum};
+pub use filter::convolve::{convolve_in_place, convolved};
+pub use filter::window::{
+    Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, width_of_peak, window_in_place, windowed,
+};
+pub use light::light::Light;
+pub use light::normalization::{Normalization, directional_normalization};
+pub use light::spherical_polygon::SphericalPolygon;
+pub use light_extraction::extract::{
     LightChoice, LightOptions, extract_light, extract_light_per_channel, extract_lights, fit_lights,
     optimal_linear_direction,
 };
-#[cfg(feature = "json")]
-pub use file::{FileCoefficients, ShFile, load_sh_json, read_sh_json, save_sh_json, write_sh_json};
-pub use generated::PRODUCT_COSTS;
-pub use gradient::{eval_basis_gradients, eval_with_gradient};
-pub use index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
-pub use ivanic::RotationMatrices;
-pub use least_squares::{Conditioning, Fit, least_squares};
-pub use legendre::{legendre, legendre_normalised};
-pub use light::Light;
-pub use light_fit::{DirectionalLight, LightFit, LightMetric};
-pub use minimum::{Extremum, certified_maximum, certified_minimum};
-pub use mirror::{Axis, mirror_in_place, quarter_turn_in_place};
-pub use monte_carlo::{Estimate, MonteCarlo, Sampling, project_monte_carlo};
-pub use normalization::{Normalization, directional_normalization};
-pub use peaks::{Peak, PeakSearch, local_maxima};
-pub use product::{product, product_into, square_into, zonal_product_into};
-pub use product_cost::{ProductCost, ProductKind};
-pub use product_grid::product_on_grid;
-pub use product_matrix::ProductMatrix;
-pub use project::{Projection, project, project_to_accuracy};
-pub use quadratic_dering::{QuadraticDering, dering_order_3_in_place};
-pub use quadrature::{SphereQuadrature, gauss_legendre};
-pub use quantity::Quantity;
-pub use real::Real;
-pub use rgb::Rgb;
-pub use rotation::{Rotation, RotationError};
-#[cfg(feature = "json")]
-pub use save::{StagedFile, StagedWriter, check_writable, write_atomically};
-pub use sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
-pub use sh_vec::ShVec;
-pub use spherical_polygon::SphericalPolygon;
-pub use triple::{
+pub use light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
+pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
+pub use product::cost::{ProductCost, ProductKind};
+pub use product::gaunt::{
     ExactTriple, MAX_TRIPLE_ORDER, Triple, TripleTensor, exact_triple_product, triple_product, unique_triples,
 };
-pub use window::{
-    Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, width_of_peak, window_in_place, windowed,
+pub use product::generated::PRODUCT_COSTS;
+pub use product::grid::product_on_grid;
+pub use product::matrix::ProductMatrix;
+pub use product::product::{product, product_into, square_into, zonal_product_into};
+pub use projection::least_squares::{Conditioning, Fit, least_squares};
+pub use projection::monte_carlo::{Estimate, MonteCarlo, Sampling, project_monte_carlo};
+pub use projection::project::{Projection, project, project_to_accuracy};
+pub use real::Real;
+pub use rgb::Rgb;
+pub use ringing::content_window::ContentWindow;
+pub use ringing::dering::{
+    DERING_ALLOWED, Dering, DeringMethod, DeringOutcome, DeringReport, WindowFamily, dering_in_place, deringed,
 };
-pub use zonal::Zonal;
+pub use ringing::quadratic_dering::{QuadraticDering, dering_order_3_in_place};
+pub use ringing::sloan_table::{conservative_minimum, dering_table_factors};
+pub use rotation::axis_permutation::AxisPermutation;
+pub use rotation::ivanic::RotationMatrices;
+pub use rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
+pub use rotation::rotation::{Rotation, RotationError};
+#[cfg(feature = "json")]
+pub use save::{StagedFile, StagedWriter, check_writable, write_atomically};
+#[cfg(feature = "json")]
+pub use sh_json::{FileCoefficients, ShFile, load_sh_json, read_sh_json, save_sh_json, write_sh_json};
+pub use sphere::dir::Dir;
+pub use sphere::fibonacci::even_directions;
+pub use sphere::quadrature::{SphereQuadrature, gauss_legendre};

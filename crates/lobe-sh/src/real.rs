@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::basis::with_shared;
+use crate::basis::basis::with_shared;
 use crate::{Basis, Coefficient};
 
 /// `f32` or `f64`: the number type of a kernel.

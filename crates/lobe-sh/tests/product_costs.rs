@@ -70,7 +70,7 @@ fn source(cost: &ProductCost) -> String {
     let [a, b, out] = cost.orders;
     let orders = if a == b && b == out { format!("{a}") } else { format!("{a}_{b}_{out}") };
     let kind = format!("{:?}", cost.kind).to_lowercase();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/generated/{kind}_{orders}.rs"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/product/generated/{kind}_{orders}.rs"));
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 

@@ -47,7 +47,7 @@ struct Product {
 
 /// Writes the files, or with `check` only names those that differ from what it would write.
 pub(crate) fn run(check: bool) -> Outcome {
-    let folder = workspace::root().join("crates/lobe-sh/src/generated");
+    let folder = workspace::root().join("crates/lobe-sh/src/product/generated");
     let files = files();
     let mut faults = Vec::new();
     for (name, text) in &files {

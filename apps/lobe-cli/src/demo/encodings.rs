@@ -5,7 +5,7 @@ use lobe::render::{Ball, Picture, Sheet, Tone, View, error_map};
 use lobe::sh::{Dir, IrradianceEncoding, Rgb, Zh3Axis, tangent_frame};
 
 use super::{BACKDROP, Sky, Writer, digits};
-use crate::sh_encodings::{Measured, irradiance_to_encode, measure};
+use crate::sh::encodings::{Measured, irradiance_to_encode, measure};
 
 /// Encodings that have a ball; the table has all.
 const SHOWN: [IrradianceEncoding; 11] = [
@@ -69,7 +69,7 @@ impl Writer<'_> {
     }
 
     fn encodings_table(&mut self, measured: &Measured) {
-        let row = |row: &crate::sh_encodings::Row| {
+        let row = |row: &crate::sh::encodings::Row| {
             vec![
                 row.name.into(),
                 row.floats.to_string(),

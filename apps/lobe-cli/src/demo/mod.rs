@@ -31,8 +31,8 @@ use lobe::sh::{
     Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, save_sh_json, write_atomically,
 };
 
-use crate::output;
-use crate::talk::Talk;
+use crate::args::output;
+use crate::run::talk::Talk;
 use page::Page;
 
 /// The highest order of the sweep over orders, that of the figures in the papers.

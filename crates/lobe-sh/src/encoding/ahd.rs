@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::newton_ascent::ascend;
 use super::{coefficient, not_negative, y_0};
+use crate::solver::newton_on_sphere::ascend;
 use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, convolved, eval_with_gradient, optimal_linear_direction};
 
 /// Directions from which the best one is sought beside the linear direction: the faces and corners of the cube. The

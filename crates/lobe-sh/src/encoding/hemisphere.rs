@@ -1,6 +1,6 @@
 //! Least squares over the normals of one side of a surface.
 
-use crate::quadrature::gauss_legendre;
+use crate::sphere::quadrature::gauss_legendre;
 use crate::{Coefficient, Dir, Expansion, Rotation, ShVec, least_squares};
 
 /// The rotation that takes +z to `normal`: a tangent frame, `world_from_tangent`. Continuous but for the poles, where

@@ -12,7 +12,6 @@ mod hemisphere;
 mod hl2;
 mod irradiance_encoding;
 mod irradiance_matrix;
-mod newton_ascent;
 mod non_linear_l1;
 mod packed_irradiance;
 mod zh3;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
-use crate::vector::dot;
+use crate::sphere::vector::dot;
 use crate::{Coefficient, Dir, Expansion, Real, Sh};
 
 /// Irradiance as the bands 0 and 1 of each channel, read by a power of the cosine instead of the linear term.

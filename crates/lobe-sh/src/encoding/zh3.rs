@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use super::zh3_axis::Shared;
 use super::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, linear_vector};
-use crate::luminance::{luminance, luminance_weight};
-use crate::vector::dot;
+use crate::expansion::luminance::{luminance, luminance_weight};
+use crate::sphere::vector::dot;
 use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal};
 
 /// The shortest luminance vector, as a share of the given one, that still defines an axis: half of the digits of `f32`.

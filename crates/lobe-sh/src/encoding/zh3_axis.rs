@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::newton_ascent::ascend;
-use crate::vector::dot;
+use crate::solver::newton_on_sphere::ascend;
+use crate::sphere::vector::dot;
 use crate::{Dir, Sh, eval_with_gradient};
 
 /// Directions from which a maximum is sought beside the linear one: one of each pair of opposite face, edge and corner

@@ -1,0 +1,159 @@
+//! Where expansions and pictures come from.
+
+use std::ffi::OsString;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{EnvError, EnvMap, Nonfinite, ReadOption, ReadOptions, ReadReport, bundled, read_env_bytes};
+use lobe::sh::{ShFile, load_sh_json, read_sh_json};
+
+use crate::run::talk::Talk;
+
+/// The files that are read as environment maps.
+pub(crate) const PICTURES: &str = ".exr, .hdr, .pfm, .png, .jpg, .ktx2 or .dds";
+
+/// What stands before the name of a map that is part of the program.
+pub(crate) const BUNDLED: &str = "bundled:";
+
+/// How many bytes at the beginning of a file show that it is an expansion.
+const HEAD: u64 = 256;
+
+/// A `.sh.json` file, or `-` for stdin.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum ShInput {
+    Stdin,
+    File(PathBuf),
+}
+
+impl From<OsString> for ShInput {
+    fn from(text: OsString) -> Self {
+        if text == "-" { Self::Stdin } else { Self::File(text.into()) }
+    }
+}
+
+impl fmt::Display for ShInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stdin => f.write_str("stdin"),
+            Self::File(path) => path.display().fmt(f),
+        }
+    }
+}
+
+impl ShInput {
+    /// Reads the expansion.
+    pub(crate) fn read(&self) -> anyhow::Result<ShFile> {
+        Ok(match self {
+            Self::Stdin => read_sh_json(io::stdin().lock(), "stdin")?,
+            Self::File(path) => load_sh_json(path)?,
+        })
+    }
+
+    /// Reads two expansions, of which one at most can be stdin.
+    pub(crate) fn read_two(a: &Self, b: &Self) -> anyhow::Result<(ShFile, ShFile)> {
+        if *a == Self::Stdin && *b == Self::Stdin {
+            bail!("stdin: both inputs are -, but stdin can be read only once; name a file for one of them");
+        }
+        Ok((a.read()?, b.read()?))
+    }
+}
+
+/// What to do with pixels that are no numbers; shared by all commands that compute with a picture.
+#[derive(Args)]
+pub(crate) struct NonfiniteOption {
+    /// What to do with pixels that are NaN or infinite
+    #[arg(long = "nonfinite", value_name = "WHAT", value_enum, default_value = "error")]
+    choice: NonfiniteChoice,
+}
+
+impl NonfiniteOption {
+    /// What is done without the option.
+    pub(crate) fn refuse() -> Self {
+        Self { choice: NonfiniteChoice::Error }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum NonfiniteChoice {
+    /// Read them as black, and say how many there are
+    Zero,
+    /// Refuse the file
+    Error,
+}
+
+impl From<&NonfiniteOption> for Nonfinite {
+    fn from(option: &NonfiniteOption) -> Self {
+        match option.choice {
+            NonfiniteChoice::Zero => Self::Zero,
+            NonfiniteChoice::Error => Self::Error,
+        }
+    }
+}
+
+/// What is wrong with a file that is no picture.
+pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
+    if holds_expansion(path) {
+        return anyhow::anyhow!(
+            "{}: expected a {PICTURES} picture, found an expansion; make a picture of it with lobe env reconstruct",
+            path.display()
+        );
+    }
+    error.into()
+}
+
+/// A refusal of a picture that is too large or has texels which are no numbers, in a command without options for that,
+/// and what to do instead of either.
+pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&str; 2]) -> anyhow::Error {
+    match error.downcast_ref() {
+        Some(EnvError::Refused { file, message, option: ReadOption::MaxTexels }) => {
+            anyhow::anyhow!("{file}: {message}; {too_large}")
+        }
+        Some(EnvError::Refused { file, message, option: ReadOption::Nonfinite }) => {
+            anyhow::anyhow!("{file}: {message}; {nonfinite}")
+        }
+        _ => error,
+    }
+}
+
+/// Reads a map that is part of the program.
+pub(crate) fn read_bundled(name: &str, options: &ReadOptions) -> anyhow::Result<(EnvMap, ReadReport)> {
+    let Some(found) = bundled::all().into_iter().find(|map| map.name == name) else {
+        let known = bundled::all().map(|map| format!("{BUNDLED}{}", map.name)).join(" or ");
+        bail!("{BUNDLED}{name}: there is no such map in the program; there is {known}");
+    };
+    Ok(read_env_bytes(found.bytes, found.name, options)?)
+}
+
+/// Whether a file begins like a `.sh.json` file.
+fn holds_expansion(path: &Path) -> bool {
+    use std::io::Read as _;
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    read.is_ok() && head.windows(9).any(|window| window == b"\"lobe-sh\"")
+}
+
+/// Notes what was found remarkable in a file.
+pub(crate) fn tell(report: &ReadReport, name: &str, talk: Talk) {
+    for note in &report.notes {
+        talk.note(name, note);
+    }
+    if let Some((x, y)) = report.first_nonfinite {
+        let texels = texels_are(report.nonfinite);
+        talk.note(name, &format!("{texels} NaN or infinite, first at column {x}, row {y}; read as black"));
+    }
+    if report.negative > 0 {
+        let texels = texels_are(report.negative);
+        talk.note(
+            name,
+            &format!("{texels} negative in some channel; kept (lobe env adjust --non-negative makes them black)"),
+        );
+    }
+}
+
+/// "1 texel is", "2 texels are".
+pub(crate) fn texels_are(count: usize) -> String {
+    if count == 1 { "1 texel is".to_owned() } else { format!("{count} texels are") }
+}

@@ -1,0 +1,248 @@
+//! Maps to write, in any mapping.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, FACE_NAMES, MappedMap, Mapping,
+    Raster, TexelFormat, WriteOptions, write_cube, write_cube_faces,
+};
+
+use crate::args::map_input::{is_texture, six_files};
+use crate::args::output;
+use crate::args::picture::{PictureOutput, note_clamped};
+use crate::run::talk::Talk;
+
+/// A map to write.
+#[derive(Args)]
+pub(crate) struct MapOutput {
+    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2 or .dds, or as FOLDER/%.exr (or
+    /// another extension) for the six files px to nz
+    #[arg(short, long, value_name = "OUT")]
+    output: MapFile,
+    /// Of a cube in one picture: how its faces lie in it [default: horizontal-cross]
+    #[arg(long, value_enum)]
+    layout: Option<Layout>,
+    /// Of a cube: make its faces for left-handed directions, as Direct3D and three.js want them
+    #[arg(long)]
+    left_handed: bool,
+    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f]
+    #[arg(long, value_enum)]
+    texels: Option<Texels>,
+    /// Of .ktx2: compress with Zstandard
+    #[arg(long)]
+    zstd: bool,
+    /// Of .ktx2 and .dds: with all smaller levels, each the mean of the one before [default: none; by convert those of IN, where IN
+    /// is a texture of the same size]
+    #[arg(long)]
+    mips: bool,
+    /// Of .exr: 16-bit half instead of 32-bit float
+    #[arg(long)]
+    half: bool,
+}
+
+/// A file of a map, or six.
+#[derive(Clone, Debug, PartialEq)]
+enum MapFile {
+    Picture(PictureOutput),
+    Texture(PathBuf),
+    Faces { folder: PathBuf, extension: String },
+}
+
+impl FromStr for MapFile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        if is_texture(&path) {
+            return Ok(Self::Texture(path));
+        }
+        if let Some((folder, extension)) = six_files(&path) {
+            if !["exr", "hdr", "pfm"].contains(&extension.as_str()) {
+                return Err("expected %.exr, %.hdr or %.pfm for the six files of a cube".to_owned());
+            }
+            return Ok(Self::Faces { folder: folder.to_owned(), extension });
+        }
+        match text.parse() {
+            Ok(picture) => Ok(Self::Picture(picture)),
+            Err(_) => Err("expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2 or .dds".to_owned()),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(crate) enum Layout {
+    HorizontalCross,
+    VerticalCross,
+    Row,
+    Column,
+}
+
+impl From<Layout> for CubeLayout {
+    fn from(layout: Layout) -> Self {
+        match layout {
+            Layout::HorizontalCross => Self::HorizontalCross,
+            Layout::VerticalCross => Self::VerticalCross,
+            Layout::Row => Self::Row,
+            Layout::Column => Self::Column,
+        }
+    }
+}
+
+/// How a texel is stored in a texture.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(crate) enum Texels {
+    /// Half floats: three digits, to 65504
+    Rgba16f,
+    /// Floats: exact, twice the size
+    Rgba32f,
+    /// One exponent for three colours: half the size of rgba16f, to 65408
+    Rgb9e5,
+    /// Blocks: an eighth of the size of rgba16f; only in programs built with cargo build -p lobe-cli --features bc6h
+    Bc6h,
+}
+
+impl From<Texels> for TexelFormat {
+    fn from(texels: Texels) -> Self {
+        match texels {
+            Texels::Rgba16f => Self::Rgba16F,
+            Texels::Rgba32f => Self::Rgba32F,
+            Texels::Rgb9e5 => Self::Rgb9e5,
+            Texels::Bc6h => Self::Bc6h,
+        }
+    }
+}
+
+impl MapOutput {
+    /// Whether the file can hold a cube only.
+    pub(crate) fn is_cube_only(&self) -> bool {
+        !matches!(self.output, MapFile::Picture(_))
+    }
+
+    /// Whether the faces of a cube are to lie in one picture.
+    pub(crate) fn has_layout(&self) -> bool {
+        self.layout.is_some()
+    }
+
+    /// Whether smaller levels are to be made.
+    pub(crate) fn makes_levels(&self) -> bool {
+        self.mips
+    }
+
+    /// Whether the file can hold several levels.
+    pub(crate) fn is_texture(&self) -> bool {
+        matches!(self.output, MapFile::Texture(_))
+    }
+
+    /// Whether the levels that a texture has can be written as they are.
+    pub(crate) fn keeps_levels(&self) -> bool {
+        self.is_texture() && !self.mips
+    }
+
+    /// Refuses what could not be written, before any work is done for it.
+    pub(crate) fn check(&self, mapping: Mapping) -> anyhow::Result<()> {
+        let is_texture = self.is_texture();
+        let is_picture = matches!(self.output, MapFile::Picture(_));
+        let is_exr = match &self.output {
+            MapFile::Picture(picture) => picture.is_exr(),
+            MapFile::Faces { extension, .. } => extension == "exr",
+            MapFile::Texture(_) => false,
+        };
+        if self.is_cube_only() && mapping != Mapping::Cube {
+            bail!(
+                "-o: this kind of file holds cubes only, not a map that is {mapping}; name a picture, or convert to cube"
+            );
+        }
+        let ignored = [
+            (
+                self.layout.is_some() && !(is_picture && mapping == Mapping::Cube),
+                "--layout: only of a cube in one picture",
+            ),
+            (self.left_handed && mapping != Mapping::Cube, "--left-handed: only of a cube"),
+            (self.half && !is_exr, "--half: only of .exr"),
+            (self.texels.is_some() && !is_texture, "--texels: only of .ktx2 and .dds"),
+            (self.zstd && !is_texture, "--zstd: only of .ktx2"),
+            (self.mips && !is_texture, "--mips: only of .ktx2 and .dds"),
+        ];
+        if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
+            bail!("{message}; leave it out");
+        }
+        match &self.output {
+            MapFile::Picture(picture) => picture.check(),
+            MapFile::Texture(path) => output::check_file(path),
+            MapFile::Faces { folder, extension } => {
+                // The folders that are missing are made when there is something to put into them.
+                let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+                match folder.ancestors().take_while(is_missing).last() {
+                    Some(outermost) => output::check_file(outermost),
+                    None => FACE_NAMES
+                        .iter()
+                        .try_for_each(|name| output::check_file(&folder.join(format!("{name}.{extension}")))),
+                }
+            }
+        }
+    }
+
+    /// Writes the map.
+    pub(crate) fn write(&self, map: MappedMap, talk: Talk) -> anyhow::Result<()> {
+        let options = WriteOptions { half: self.half };
+        match &self.output {
+            MapFile::Picture(picture) if map.mapping() == Mapping::Cube => {
+                let layout = self.layout.unwrap_or(Layout::HorizontalCross).into();
+                let Raster { width, height, texels } = map.into_cube_map()?.to_picture(layout, self.handedness());
+                picture.write_with(&EnvMap::new(width, height, texels)?, &options, talk)
+            }
+            MapFile::Picture(picture) => {
+                let (width, height) = (map.width(), map.height());
+                picture.write_with(&EnvMap::new(width, height, map.into_texels())?, &options, talk)
+            }
+            MapFile::Texture(_) => {
+                let cube = map.into_cube_map()?;
+                let chain = if self.mips { CubeMipChain::averaged(cube) } else { CubeMipChain::single(cube) };
+                self.write_chain(chain, talk)
+            }
+            MapFile::Faces { folder, extension } => {
+                let cube = map.into_cube_map()?;
+                std::fs::create_dir_all(folder)
+                    .map_err(|source| EnvError::Io { file: folder.display().to_string(), source })?;
+                let report = write_cube_faces(folder, extension, &cube, self.handedness(), &options)?;
+                note_clamped(&folder.display().to_string(), report, talk);
+                Ok(())
+            }
+        }
+    }
+
+    /// Writes all levels of a chain; only a texture holds them.
+    pub(crate) fn write_chain(&self, chain: CubeMipChain, talk: Talk) -> anyhow::Result<()> {
+        let MapFile::Texture(path) = &self.output else {
+            bail!("-o: a chain of levels is written as .ktx2 or .dds");
+        };
+        let options =
+            CubeWriteOptions { texels: self.texels.map(TexelFormat::from).unwrap_or_default(), zstd: self.zstd };
+        let report = write_cube(path, &chain.of_handedness(self.handedness()), &options)?;
+        note_clamped(&path.display().to_string(), report, talk);
+        Ok(())
+    }
+
+    fn handedness(&self) -> CubeHandedness {
+        if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_what_kind_of_file_it_is() {
+        let faces = MapFile::Faces { folder: "sky".into(), extension: "exr".into() };
+        assert_eq!("sky/%.exr".parse(), Ok(faces), "six files");
+        assert_eq!("a.KTX2".parse(), Ok(MapFile::Texture("a.KTX2".into())), "texture");
+        assert!(matches!("a.exr".parse(), Ok(MapFile::Picture(_))), "picture");
+        for bad in ["a", "a.txt", "%.png", "%", ""] {
+            assert!(bad.parse::<MapFile>().is_err(), "{bad:?} was taken");
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! How much memory work may take: what takes more is refused before it begins.
+
+use anyhow::bail;
+use clap::Args;
+
+use crate::args::values;
+
+/// Bytes of a gibibyte.
+const GIB: f64 = (1_u64 << 30) as f64;
+
+/// `--max-memory`. The default leaves the most common machines, of 8 GiB, half of it for the scene and everything else.
+#[derive(Args)]
+pub(crate) struct MemoryLimit {
+    /// Refuse what takes more memory than so many GiB, beside the scene and the light
+    #[arg(long, value_name = "GIB", default_value = "4", value_parser = values::positive)]
+    max_memory: f64,
+}
+
+impl MemoryLimit {
+    /// Refuses `what`, which takes so many bytes at most, if they are above the limit or cannot be had; `instead` is what a user
+    /// can ask for then.
+    pub(crate) fn check(&self, what: &str, bytes: u64, instead: &str) -> anyhow::Result<()> {
+        if bytes as f64 > self.max_memory * GIB {
+            let (gib, limit) = (bytes as f64 / GIB, self.max_memory);
+            bail!(
+                "{what} takes up to {bytes} bytes of memory ({gib:.1} GiB), more than the limit of {limit} GiB; ask for \
+                 {instead}, or raise the limit with --max-memory"
+            );
+        }
+        if !is_there(bytes) {
+            bail!(
+                "{what} takes up to {bytes} bytes of memory, which the system does not give; ask for {instead}, or make memory \
+                 free"
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Whether the system gives so much, in one piece. It is given back: work that was told no would abort.
+fn is_there(bytes: u64) -> bool {
+    let mut probe = Vec::<u8>::new();
+    let is_there = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
+    // Memory that nobody looks at need not be asked for.
+    std::hint::black_box(&probe);
+    is_there
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_takes_too_much_is_refused_with_its_bytes() {
+        let limit = MemoryLimit { max_memory: 0.5 };
+        assert!(limit.check("--size 8x8", 1 << 29, "less").is_ok(), "the limit itself");
+        let error = limit.check("--size 8x8", (1 << 29) + 1, "a smaller one").unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "--size 8x8 takes up to 536870913 bytes of memory (0.5 GiB), more than the limit of 0.5 GiB; ask for a smaller one, \
+             or raise the limit with --max-memory"
+        );
+        let limit = MemoryLimit { max_memory: f64::MAX };
+        let error = limit.check("--size 8x8", u64::MAX, "less").unwrap_err().to_string();
+        assert!(error.contains("18446744073709551615 bytes of memory, which the system does not give"), "{error}");
+    }
+}

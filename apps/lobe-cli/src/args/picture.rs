@@ -1,0 +1,108 @@
+//! Pictures as results.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use lobe::env::{EnvMap, WriteOptions, WriteReport, write_env};
+use lobe::render::{Picture, Tone};
+use lobe::sh::{ShError, write_atomically};
+
+use crate::args::input::texels_are;
+use crate::args::output;
+use crate::run::talk::Talk;
+
+/// A file to write a picture to; its extension says what kind.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PictureOutput {
+    path: PathBuf,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// Radiance, OpenEXR or PFM: the values.
+    Light,
+    /// PNG: for looking at.
+    Display,
+}
+
+impl FromStr for PictureOutput {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        let kind = match extension.as_str() {
+            "hdr" | "exr" | "pfm" => Kind::Light,
+            "png" => Kind::Display,
+            _ => return Err("expected a picture's name that ends in .exr, .hdr, .pfm or .png".to_owned()),
+        };
+        Ok(Self { path, kind })
+    }
+}
+
+impl PictureOutput {
+    /// Whether it can be of half floats.
+    pub(crate) fn is_exr(&self) -> bool {
+        self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    }
+
+    /// Refuses what could not be written, before any work is done for it.
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
+        output::check_file(&self.path)
+    }
+
+    /// Writes the picture, and says what it is not.
+    pub(crate) fn write(&self, map: &EnvMap, talk: Talk) -> anyhow::Result<()> {
+        self.write_with(map, &WriteOptions::default(), talk)
+    }
+
+    /// Writes the picture with these options, and says what it is not.
+    pub(crate) fn write_with(&self, map: &EnvMap, options: &WriteOptions, talk: Talk) -> anyhow::Result<()> {
+        let name = self.path.display().to_string();
+        match self.kind {
+            Kind::Light => note_clamped(&name, write_env(&self.path, map, options)?, talk),
+            Kind::Display => {
+                let picture = Picture::from(map);
+                let exposure = Tone::PHOTOGRAPH.exposure.factor(&picture);
+                let png = picture.to_png(&Tone::PHOTOGRAPH)?;
+                write_atomically(&self.path, |w| w.write_all(&png))
+                    .map_err(|source| ShError::Io { file: name.clone(), source })?;
+                let text = format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values");
+                talk.note(&name, &text);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Says how many texels a format could not hold as they were.
+pub(crate) fn note_clamped(name: &str, report: WriteReport, talk: Talk) {
+    if report.clamped > 0 {
+        let texels = texels_are(report.clamped);
+        let instead = if name.ends_with(".exr") { "without --half it" } else { ".exr" };
+        talk.note(name, &format!("{texels} outside of what this format holds and moved into it; {instead} holds all"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_extension_says_what_is_written() {
+        for (name, kind) in [
+            ("a.exr", Some(Kind::Light)),
+            ("A.HDR", Some(Kind::Light)),
+            ("b.pfm", Some(Kind::Light)),
+            ("folder.png/c.png", Some(Kind::Display)),
+            ("d.jpg", None),
+            ("-", None),
+            ("png", None),
+            (".png", None),
+        ] {
+            let found = name.parse::<PictureOutput>();
+            assert_eq!(found.as_ref().ok().map(|output| output.kind), kind, "{name}: {found:?}");
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Scenes to work on.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::scene::{ReadOptions, ReadReport, Scene, Up, built_in, read_scene};
+
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// What stands before the name of a scene that is part of the program.
+const BUILT_IN: &str = "built-in:";
+
+/// Where a scene is.
+#[derive(Args)]
+pub(crate) struct SceneInput {
+    /// The scene: a .glb, .gltf, .obj or .ply file, or built-in:NAME with ball (over a ground), columns (a hall), cave, terrain,
+    /// cornell (a room that is unfolded for --texels) or furnace (a closed white box, which no light enters: for tests)
+    #[arg(value_name = "SCENE")]
+    path: PathBuf,
+    /// Which axis points up in an .obj or .ply file [default: y]
+    #[arg(long, value_enum)]
+    up: Option<UpAxis>,
+    /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
+    #[arg(long, value_name = "N", value_parser = max_triangles)]
+    max_triangles: Option<usize>,
+}
+
+/// More than rays can be traced among.
+const MOST_TRIANGLES: usize = (1 << 31) - 1;
+
+fn max_triangles(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MOST_TRIANGLES, "a number of triangles")
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum UpAxis {
+    Y,
+    Z,
+}
+
+impl SceneInput {
+    pub(crate) fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// The file, or what names a built-in scene.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The name without its folders, which says the same on every machine.
+    pub(crate) fn file_name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// The glTF file that the scene is read from, if it is one.
+    pub(crate) fn gltf_file(&self) -> Option<&Path> {
+        self.has_extension(&["glb", "gltf"]).then_some(self.path.as_path())
+    }
+
+    /// Reads or makes the scene, and tells what was found remarkable.
+    pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<Scene> {
+        let name = self.name();
+        if self.up.is_some() && !self.has_extension(&["obj", "ply"]) {
+            bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
+        }
+        if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
+            if self.max_triangles.is_some() {
+                bail!("--max-triangles: only of scenes in files; leave the option out");
+            }
+            let Some(scene) = built_in::named(built_in_name) else {
+                let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
+                bail!("{name}: there is no such scene in the program; there are {known}");
+            };
+            return Ok(scene);
+        }
+        let (scene, report) = read_scene(&self.path, &self.options())?;
+        tell(&report, &name, talk);
+        Ok(scene)
+    }
+
+    /// How a file is to be read.
+    pub(crate) fn options(&self) -> ReadOptions {
+        let mut options = ReadOptions::default();
+        options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
+        options.limit = self.max_triangles.unwrap_or(options.limit);
+        options
+    }
+
+    fn has_extension(&self, extensions: &[&str]) -> bool {
+        let found = self.path.extension().unwrap_or_default();
+        extensions.iter().any(|extension| found.eq_ignore_ascii_case(extension))
+    }
+}
+
+/// Notes what was found remarkable in a file.
+fn tell(report: &ReadReport, name: &str, talk: Talk) {
+    for note in &report.notes {
+        talk.note(name, note);
+    }
+    if report.dropped_triangles > 0 {
+        let (count, kept) = (report.dropped_triangles, report.triangles);
+        talk.note(name, &format!("triangles without area: {count}, dropped; {kept} are left"));
+    }
+    if report.made_normals > 0 {
+        let (made, all) = (report.made_normals, report.vertices);
+        talk.note(
+            name,
+            &format!("normals missing or zero: {made} of {all}, made from the triangles around each vertex"),
+        );
+    }
+}

@@ -1,0 +1,60 @@
+//! A rotation on the command line.
+
+use anyhow::bail;
+use clap::Args;
+use lobe::sh::{Dir, Rotation, RotationError};
+
+use crate::args::values;
+
+/// The rotation R, given in one of three ways.
+#[derive(Args)]
+pub(crate) struct Turn {
+    #[command(flatten)]
+    by: By,
+    /// With --axis: by how many degrees, anticlockwise as seen from the tip of the axis
+    #[arg(long, value_name = "DEG", requires = "axis", conflicts_with_all = ["quat", "matrix"])]
+    #[arg(allow_hyphen_values = true, value_parser = values::finite)]
+    angle: Option<f64>,
+}
+
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+struct By {
+    /// Turn about this axis, a vector of any length but 0, by --angle
+    #[arg(long, value_name = "X,Y,Z", requires = "angle", allow_hyphen_values = true, value_parser = values::dir)]
+    axis: Option<Dir>,
+    /// Turn by this unit quaternion
+    #[arg(long, value_name = "X,Y,Z,W", allow_hyphen_values = true, value_parser = values::numbers::<4>)]
+    quat: Option<[f64; 4]>,
+    /// Turn by this orthonormal matrix of determinant +1, row after row; it multiplies column vectors
+    #[arg(long, value_name = "M00,M01,...,M22", allow_hyphen_values = true, value_parser = values::numbers::<9>)]
+    matrix: Option<[f64; 9]>,
+}
+
+impl Turn {
+    pub(crate) fn rotation(&self) -> anyhow::Result<Rotation> {
+        match (&self.by, self.angle) {
+            (By { axis: Some(axis), .. }, Some(degrees)) => {
+                Ok(Rotation::from_axis_angle(*axis, degrees.rem_euclid(360.0).to_radians()))
+            }
+            (By { quat: Some(quat), .. }, _) => {
+                Rotation::from_quaternion(*quat).map_err(|e| option_error("--quat", &e))
+            }
+            (By { matrix: Some(m), .. }, _) => {
+                let rows = [[m[0], m[1], m[2]], [m[3], m[4], m[5]], [m[6], m[7], m[8]]];
+                Rotation::from_matrix(rows).map_err(|e| match e {
+                    RotationError::Mirror { determinant } => anyhow::anyhow!(
+                        "--matrix: expected a rotation, found a mirror (determinant {determinant:.6}); \
+                         exchange two of its rows, or change the signs of one"
+                    ),
+                    other => option_error("--matrix", &other),
+                })
+            }
+            _ => bail!("no rotation given: --axis with --angle, --quat or --matrix says how to turn"),
+        }
+    }
+}
+
+fn option_error(option: &str, error: &impl std::fmt::Display) -> anyhow::Error {
+    anyhow::anyhow!("{option}: {error}")
+}

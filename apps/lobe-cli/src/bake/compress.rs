@@ -1,0 +1,164 @@
+//! `lobe compress`: transfer in fewer bytes.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+use lobe::prt::{
+    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, WeightBits, error_curve_watched,
+    write_compressed_transfer,
+};
+use serde::Serialize;
+use serde_json::json;
+
+use crate::args::compression;
+use crate::args::output;
+use crate::args::transfer_input::TransferInput;
+use crate::run::bake_watch::{tell_if_too_late, watched};
+use crate::run::talk::Talk;
+
+/// The points of `--curve` besides those asked for: as in the paper, in fourfold and twofold steps.
+const CURVE_CLUSTERS: [usize; 6] = [1, 4, 16, 64, 256, 1024];
+const CURVE_COMPONENTS: [usize; 6] = [0, 1, 2, 4, 8, 16];
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct Compress {
+    /// A baked scene (.glb), or transfer alone (.safetensors)
+    #[arg(value_name = "IN")]
+    input: TransferInput,
+    /// The compressed transfer, a .safetensors file
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Clusters, 1 to 65536; 1 gives ordinary principal components
+    #[arg(long, value_name = "K", default_value = "64", value_parser = compression::clusters)]
+    clusters: usize,
+    /// Components of each cluster, 0 to 192; 0 gives vector quantisation
+    #[arg(long, value_name = "C", default_value = "8", value_parser = compression::components)]
+    components: usize,
+    /// Bits of a weight: 8 or 16 in steps of its range, or 32
+    #[arg(long, value_name = "BITS", default_value = "16", value_parser = compression::weight_bits)]
+    weights: WeightBits,
+    /// Print also the error with other numbers of clusters and components, up to these
+    #[arg(long)]
+    curve: bool,
+    /// Print {"receivers", "clusters", "components", "squared_error", "relative_error", "bytes_before", "bytes", "ratio",
+    /// "iterations"} on stdout, and "curve" with --curve
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    receivers: usize,
+    clusters: usize,
+    components: usize,
+    squared_error: f64,
+    relative_error: f64,
+    bytes_before: usize,
+    bytes: usize,
+    ratio: f64,
+    iterations: &'a [f64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curve: Option<Vec<Point>>,
+}
+
+#[derive(Serialize)]
+struct Point {
+    clusters: usize,
+    components: usize,
+    squared_error: f64,
+    relative_error: f64,
+    bytes: usize,
+}
+
+impl Compress {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        output::check_safetensors(&self.output)?;
+        output::check_not_input(&self.output, self.input.path())?;
+        output::check_file(&self.output)?;
+        let (transfer, recipe) = self.input.read()?;
+        let options = CompressOptions {
+            clusters: self.clusters,
+            components: self.components,
+            weights: self.weights,
+            ..CompressOptions::default()
+        };
+        let compressed =
+            watched(talk, "compress", |progress| CompressedTransfer::new_watched(&transfer, &options, progress))?;
+        let Ok((compressed, report)) = compressed else {
+            bail!("stopped; nothing is written, and the same command starts anew")
+        };
+        let recipe = recipe.with(json!({
+            "clusters": self.clusters,
+            "components": self.components,
+            "weights": 8 * self.weights.bytes(),
+            "relative_error": report.relative_error,
+            "compressed_by": env!("CARGO_PKG_VERSION"),
+        }));
+        write_compressed_transfer(&self.output, &compressed, &recipe)?;
+        tell_if_too_late(&self.output, talk);
+        let curve = if self.curve { Some(self.curve_of(&transfer, &options, talk)?) } else { None };
+        if self.json {
+            let printed = printed(transfer.receivers(), &report, curve.as_deref());
+            output::print_json(&printed)
+        } else {
+            output::print(&text(&report, curve.as_deref()))
+        }
+    }
+
+    fn curve_of(&self, transfer: &Transfer, options: &CompressOptions, talk: Talk) -> anyhow::Result<Vec<CurvePoint>> {
+        let up_to = |steps: &[usize], most: usize| {
+            let below = steps.iter().copied().filter(|n| *n < most);
+            below.chain([most]).collect::<Vec<usize>>()
+        };
+        let clusters = up_to(&CURVE_CLUSTERS, self.clusters);
+        let components = up_to(&CURVE_COMPONENTS, self.components);
+        let points = watched(talk, "curve", |progress| {
+            error_curve_watched(transfer, &clusters, &components, options, progress)
+        })?;
+        points.or_else(|_| bail!("stopped before the curve was complete; {} is written", self.output.display()))
+    }
+}
+
+fn printed<'a>(receivers: usize, report: &'a CompressReport, curve: Option<&[CurvePoint]>) -> Printed<'a> {
+    let point = |p: &CurvePoint| Point {
+        clusters: p.clusters,
+        components: p.components,
+        squared_error: p.squared_error,
+        relative_error: p.relative_error,
+        bytes: p.bytes,
+    };
+    Printed {
+        receivers,
+        clusters: report.clusters,
+        components: report.components,
+        squared_error: report.squared_error,
+        relative_error: report.relative_error,
+        bytes_before: report.bytes_before,
+        bytes: report.bytes,
+        ratio: report.ratio(),
+        iterations: &report.iterations,
+        curve: curve.map(|points| points.iter().map(point).collect()),
+    }
+}
+
+fn text(report: &CompressReport, curve: Option<&[CurvePoint]>) -> String {
+    let mut text = format!(
+        "clusters        {}\ncomponents      {}\nrelative error  {:.3e}\nbytes           {} of {}, {:.1} times fewer\n",
+        report.clusters,
+        report.components,
+        report.relative_error,
+        report.bytes,
+        report.bytes_before,
+        report.ratio()
+    );
+    if let Some(points) = curve {
+        text += "\nclusters  components  relative error  bytes with weights of 32 bits\n";
+        for p in points {
+            text += &format!("{:8}  {:10}  {:14.3e}  {}\n", p.clusters, p.components, p.relative_error, p.bytes);
+        }
+    }
+    text
+}

@@ -1,0 +1,90 @@
+//! `lobe fit-lobes`: transfer as lobes that turn with a surface that bends.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal_watched, write_zonal_transfer};
+use serde::Serialize;
+use serde_json::json;
+
+use crate::args::output;
+use crate::args::transfer_input::TransferInput;
+use crate::args::values;
+use crate::run::bake_watch::{tell_if_too_late, watched};
+use crate::run::talk::Talk;
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct FitLobes {
+    /// A baked scene (.glb), or transfer alone (.safetensors)
+    #[arg(value_name = "IN")]
+    input: TransferInput,
+    /// The lobes, a .safetensors file
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Lobes of each vertex, 1 to 8
+    #[arg(long, value_name = "N", default_value = "1", value_parser = lobes)]
+    lobes: usize,
+    /// Take the closed form: the axis of a single lobe is the optimal linear direction
+    #[arg(long)]
+    closed_form: bool,
+    /// Print {"receivers", "lobes", "squared_error", "relative_error", "worst_relative_error", "bytes"} on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+fn lobes(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, ZonalTransfer::MAX_LOBES, "a number of lobes")
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed {
+    receivers: usize,
+    lobes: usize,
+    squared_error: f64,
+    relative_error: f64,
+    worst_relative_error: f64,
+    bytes: usize,
+}
+
+impl FitLobes {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        output::check_safetensors(&self.output)?;
+        output::check_not_input(&self.output, self.input.path())?;
+        output::check_file(&self.output)?;
+        let (transfer, recipe) = self.input.read()?;
+        let options = ZonalFitOptions { lobes: self.lobes, optimise: !self.closed_form, ..ZonalFitOptions::default() };
+        let fitted = watched(talk, "fit", |progress| fit_zonal_watched(&transfer, &options, progress))?;
+        let Ok((zonal, report)) = fitted else {
+            bail!("stopped; nothing is written, and the same command starts anew")
+        };
+        let recipe = recipe.with(json!({
+            "lobes": self.lobes,
+            "closed_form": self.closed_form,
+            "relative_error": report.relative_error,
+            "fitted_by": env!("CARGO_PKG_VERSION"),
+        }));
+        write_zonal_transfer(&self.output, &zonal, &recipe)?;
+        tell_if_too_late(&self.output, talk);
+        let printed = Printed {
+            receivers: zonal.receivers(),
+            lobes: zonal.lobes(),
+            squared_error: report.squared_error,
+            relative_error: report.relative_error,
+            worst_relative_error: report.worst_relative_error,
+            bytes: zonal.bytes(),
+        };
+        if self.json { output::print_json(&printed) } else { output::print(&printed.to_text()) }
+    }
+}
+
+impl Printed {
+    fn to_text(&self) -> String {
+        format!(
+            "receivers       {}\nlobes           {}\nrelative error  {:.3e}, at worst {:.3e}\nbytes           {}\n",
+            self.receivers, self.lobes, self.relative_error, self.worst_relative_error, self.bytes
+        )
+    }
+}

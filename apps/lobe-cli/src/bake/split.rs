@@ -1,0 +1,85 @@
+//! Splitting triangles before a bake, so that there are vertices where light changes.
+
+use clap::Args;
+use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, Mode, split_adaptively_resumable};
+use lobe::scene::{Bounds, Scene};
+
+use crate::args::values;
+use crate::run::bake_watch::Checkpoint;
+use crate::run::talk::Talk;
+
+/// Enough to see where transfer changes by a tenth.
+const ADAPTIVE_SAMPLES: u32 = 256;
+
+/// The shortest edge that is split without --min-edge, as a part of the scene's diagonal.
+const SHORTEST_EDGE: f32 = 1.0 / 512.0;
+
+#[derive(Args)]
+pub(crate) struct Splitting {
+    /// Split triangles first until no edge is longer than this, in the scene's unit of length
+    #[arg(long, value_name = "L", value_parser = values::positive)]
+    pub(crate) max_edge: Option<f64>,
+    /// Split edges whose ends' transfer differs by more than this part of the mean, such as 0.1
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    pub(crate) adaptive: Option<f64>,
+    /// With --adaptive: leave edges that are shorter than this [default: 1/512 of the scene's diagonal]
+    #[arg(long, value_name = "L", value_parser = values::positive)]
+    pub(crate) min_edge: Option<f64>,
+}
+
+impl Splitting {
+    /// Whether anything is to be split.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.max_edge.is_some() || self.is_adaptive()
+    }
+
+    /// Whether splitting takes rays.
+    pub(crate) fn is_adaptive(&self) -> bool {
+        self.adaptive.is_some()
+    }
+
+    /// The scene without edges that are too long.
+    pub(crate) fn split_long(&self, scene: Scene) -> anyhow::Result<Scene> {
+        Ok(match self.max_edge {
+            Some(max_edge) => scene.split_edges(max_edge as f32)?,
+            None => scene,
+        })
+    }
+
+    /// The scene with further vertices where its transfer changes, and what was done; `bake` is what is to be baked then.
+    pub(crate) fn split_adaptively(
+        &self,
+        scene: Scene,
+        bake: &BakeOptions,
+        checkpoint: &Checkpoint,
+        talk: Talk,
+    ) -> anyhow::Result<(Scene, Option<AdaptiveReport>)> {
+        let Some(threshold) = self.adaptive else { return Ok((scene, None)) };
+        let mode = if bake.mode == Mode::Unshadowed { Mode::Unshadowed } else { Mode::Shadowed };
+        let options = AdaptiveOptions {
+            threshold,
+            min_edge: self.min_edge.map_or(diagonal(&scene) * SHORTEST_EDGE, |edge| edge as f32),
+            bake: BakeOptions { mode, samples: ADAPTIVE_SAMPLES, ..bake.clone() },
+        };
+        let (finer, report) = checkpoint.watched_rounds(talk, |path_of, progress| {
+            split_adaptively_resumable(&scene, &options, path_of, progress)
+        })?;
+        Ok((finer, Some(report)))
+    }
+}
+
+/// What adaptive splitting did, as a note.
+pub(crate) fn note_of(report: &AdaptiveReport) -> String {
+    let AdaptiveReport { vertices_before, vertices, rounds, unresolved, .. } = report;
+    let mut text = format!("{vertices} vertices after {rounds} rounds of splitting, {vertices_before} before");
+    if *unresolved > 0 {
+        text += &format!("; {unresolved} edges still differ by more and are too short to be split");
+    }
+    text
+}
+
+/// The length of the diagonal of the scene's box.
+fn diagonal(scene: &Scene) -> f32 {
+    let Bounds { min, max } = scene.bounds();
+    (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f32>().sqrt()
+}

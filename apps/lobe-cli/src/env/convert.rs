@@ -1,0 +1,51 @@
+//! `lobe env convert`: a map in another mapping, size or kind of file.
+
+use clap::Args;
+use lobe::env::{CubeMap, Mapping, Resample, resample};
+
+use crate::args::map_input::{Form, Levels, MapInput, size_like};
+use crate::args::map_output::MapOutput;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+#[derive(Args)]
+pub(crate) struct EnvConvert {
+    #[command(flatten)]
+    input: MapInput,
+    #[command(flatten)]
+    output: MapOutput,
+    /// How the new map shows the surroundings [default: cube for .ktx2, .dds, six files and
+    /// with --layout; else as IN does]
+    #[arg(long, value_name = "MAPPING", value_enum)]
+    to: Option<Form>,
+    /// The height of the new picture, or of one face of a cube, 1 to 8192; lat-long and dual-paraboloid are twice as wide
+    /// [default: about as many texels as IN has; a power of two for cubes]
+    #[arg(long, value_name = "N", value_parser = values::rows)]
+    size: Option<usize>,
+}
+
+impl EnvConvert {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let is_cube = self.output.is_cube_only() || self.output.has_layout();
+        let said = self.to.map(Mapping::from).or(is_cube.then_some(Mapping::Cube));
+        if let Some(mapping) = said {
+            self.output.check(mapping)?;
+        }
+        let levels = self.input.read_levels(talk)?;
+        let mapping = said.unwrap_or_else(|| levels.base().mapping());
+        self.output.check(mapping)?;
+        let keeps_size = |cube: &CubeMap| self.size.is_none_or(|size| size == cube.size());
+        let map = match levels {
+            Levels::Chain(chain)
+                if mapping == Mapping::Cube && keeps_size(chain.base()) && self.output.keeps_levels() =>
+            {
+                return self.output.write_chain(chain, talk);
+            }
+            levels => self.input.base_of(levels, talk),
+        };
+        let size = self.size.unwrap_or_else(|| size_like(&map, mapping));
+        let width = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2 * size } else { size };
+        let target = Resample::to(mapping, width, mapping.height_for(width));
+        self.output.write(resample(map, &target)?, talk)
+    }
+}

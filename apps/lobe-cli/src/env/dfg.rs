@@ -1,0 +1,36 @@
+//! `lobe env dfg`: the table that goes with prefiltered maps.
+
+use clap::Args;
+use lobe::env::{DfgTable, EnvMap};
+use lobe::sh::Rgb;
+
+use crate::args::picture::PictureOutput;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// The most texels on a side: above this the table takes minutes, and linear interpolation gains nothing.
+const MAX_SIZE: usize = 1024;
+
+#[derive(Args)]
+pub(crate) struct EnvDfg {
+    /// A square picture: red is A, green is B of the reflectance F0 A + B of GGX in even light; from left to right the
+    /// cosine of the view rises from 0 to 1, from the top down the roughness √alpha: .exr, .hdr, .pfm, or .png for looking at
+    #[arg(short, long, value_name = "OUT")]
+    output: PictureOutput,
+    /// The number of texels on a side, 1 to 1024
+    #[arg(long, value_name = "N", default_value = "64", value_parser = size)]
+    size: usize,
+}
+
+fn size(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_SIZE, "a number of texels")
+}
+
+impl EnvDfg {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        self.output.check()?;
+        let table = DfgTable::new(self.size);
+        let texels = table.texels().iter().map(|dfg| Rgb::new(dfg.scale as f32, dfg.bias as f32, 0.0)).collect();
+        self.output.write(&EnvMap::new(self.size, self.size, texels)?, talk)
+    }
+}

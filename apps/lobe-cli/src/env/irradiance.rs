@@ -1,0 +1,76 @@
+//! `lobe env irradiance`: what a surface receives, for every direction it may face.
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{EnvMap, irradiance_at, irradiance_map};
+use lobe::sh::{Coefficient as _, Dir, Rgb};
+
+use crate::args::map_input::MapInput;
+use crate::args::picture::PictureOutput;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// The order where none is given: nine coefficients keep the irradiance to a few percent.
+const DEFAULT_ORDER: usize = 3;
+
+/// How often the bar moves, and how often the picture is prepared for summing.
+const STEPS: usize = 32;
+
+#[derive(Args)]
+pub(crate) struct EnvIrradiance {
+    #[command(flatten)]
+    input: MapInput,
+    /// A lat-long picture of the irradiance E, not divided by π, for every direction that a surface may face: .exr, .hdr,
+    /// .pfm, or .png tone-mapped for looking at
+    #[arg(short, long, value_name = "OUT")]
+    output: PictureOutput,
+    /// How to integrate
+    #[arg(long, value_enum, default_value = "sh")]
+    method: Method,
+    /// With --method sh: the order (number of bands), 1 to 64 [default: 3]
+    #[arg(long, value_name = "N", value_parser = values::order)]
+    order: Option<usize>,
+    /// The height of the picture in pixels, 1 to 8192; it is twice as wide
+    #[arg(long, value_name = "H", default_value = "64", value_parser = values::rows)]
+    size: usize,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Method {
+    /// Convolve the expansion with the clamped cosine: fast, cut off above the order
+    Sh,
+    /// Sum over all pixels for every direction: slow, nothing cut off
+    BruteForce,
+}
+
+impl EnvIrradiance {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        if self.order.is_some() && self.method == Method::BruteForce {
+            bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
+        }
+        self.output.check()?;
+        let map = self.input.read(talk)?;
+        let (width, height) = (2 * self.size, self.size);
+        let irradiance = match self.method {
+            Method::Sh => irradiance_map(&map, self.order.unwrap_or(DEFAULT_ORDER), width, height),
+            Method::BruteForce => brute_force(&self.input.to_lat_long(map, talk)?, width, height, talk),
+        };
+        self.output.write(&irradiance, talk)
+    }
+}
+
+/// [`lobe::env::irradiance_map_brute_force`] with a bar.
+fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> EnvMap {
+    let mut out = EnvMap::from_fn(width, height, |_| Rgb::ZERO);
+    let normals: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
+    let step = normals.len().div_ceil(STEPS);
+    let bar = talk.bar("irradiance", normals.len() as u64);
+    for (texels, normals) in out.texels_mut().chunks_mut(step).zip(normals.chunks(step)) {
+        for (texel, irradiance) in texels.iter_mut().zip(irradiance_at(map, normals)) {
+            *texel = Rgb::narrow(irradiance);
+        }
+        bar.inc(normals.len() as u64);
+    }
+    bar.finish_and_clear();
+    out
+}

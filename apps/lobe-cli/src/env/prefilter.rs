@@ -1,0 +1,172 @@
+//! `lobe env prefilter`: maps filtered in advance for glossy reflection.
+
+use std::ops::ControlFlow;
+use std::str::FromStr;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{
+    CubeMap, CubeMipChain, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, Resample, RoughnessLevels,
+    SpecularLobe, filter_lobe, prefilter_ggx, resample,
+};
+
+use crate::args::map_input::MapInput;
+use crate::args::map_output::MapOutput;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// A source this many times as fine as the result loses nothing that a mirror of the result's size would show.
+const OVERSAMPLING: usize = 2;
+const DEFAULT_SAMPLES: usize = 1024;
+const STEPS: u64 = 1000;
+
+#[derive(Args)]
+pub(crate) struct EnvPrefilter {
+    #[command(flatten)]
+    input: MapInput,
+    #[command(flatten)]
+    output: MapOutput,
+    /// ggx: a chain of levels from the mirror to roughness 1, as .ktx2 or .dds; phong:E and blinn-phong:E: a highlight map for
+    /// this exponent, any kind of file. All are divided by their weights: an even map stays as it is
+    #[arg(long, value_name = "ggx|phong:E|blinn-phong:E", default_value = "ggx")]
+    lobe: Lobe,
+    /// The size of a face, of a chain that of the first level, 1 to 8192
+    #[arg(long, value_name = "N", default_value = "256", value_parser = values::rows)]
+    size: usize,
+    /// With ggx: the size of the last level [default: 16, or --size if that is smaller]
+    #[arg(long, value_name = "N", value_parser = values::rows)]
+    last_size: Option<usize>,
+    /// With ggx: which level holds which roughness r; alpha = r² [default: linear]
+    #[arg(long, value_enum)]
+    roughness: Option<Roughness>,
+    /// gather: a sum over the whole source within --tolerance; importance: --samples drawn by the lobe
+    #[arg(long, value_enum, default_value = "gather")]
+    method: Method,
+    /// With --method gather: the error that is allowed, relative to the peak that a single small light makes, 1e-6 to 0.1
+    /// [default: 0.02, which is seldom more than 0.002 off, beside lamps too]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    tolerance: Option<f64>,
+    /// With --method importance: how many samples for each texel, 1 to 65536 [default: 1024]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Lobe {
+    Ggx,
+    Phong(f64),
+    BlinnPhong(f64),
+}
+
+impl FromStr for Lobe {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let exponent = |text: &str| match values::finite(text)? {
+            e if e >= 0.0 => Ok(e),
+            e => Err(format!("an exponent is 0 or more, not {e}")),
+        };
+        match text.split_once(':') {
+            None if text == "ggx" => Ok(Self::Ggx),
+            Some(("phong", e)) => Ok(Self::Phong(exponent(e)?)),
+            Some(("blinn-phong", e)) => Ok(Self::BlinnPhong(exponent(e)?)),
+            _ => Err("expected ggx, phong:E or blinn-phong:E".to_owned()),
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Roughness {
+    /// r = level / last level
+    Linear,
+    /// level = last level · r (2 - r): more levels for smooth surfaces
+    Quadratic,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Method {
+    Gather,
+    Importance,
+}
+
+fn samples(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, 65536, "a number of samples")
+}
+
+impl EnvPrefilter {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        self.check_options()?;
+        self.output.check(Mapping::Cube)?;
+        let source = self.source(talk)?;
+        match self.lobe {
+            Lobe::Ggx => self.output.write_chain(self.chain(&source, talk)?, talk),
+            Lobe::Phong(exponent) => self.write_highlights(&source, SpecularLobe::Phong { exponent }, talk),
+            Lobe::BlinnPhong(exponent) => self.write_highlights(&source, SpecularLobe::BlinnPhong { exponent }, talk),
+        }
+    }
+
+    /// An option that would be ignored is a misunderstanding.
+    fn check_options(&self) -> anyhow::Result<()> {
+        let is_chain = self.lobe == Lobe::Ggx;
+        let ignored = [
+            (self.tolerance.is_some() && self.method != Method::Gather, "--tolerance: only of --method gather"),
+            (self.samples.is_some() && self.method != Method::Importance, "--samples: only of --method importance"),
+            (self.last_size.is_some() && !is_chain, "--last-size: only of the chain of --lobe ggx"),
+            (self.roughness.is_some() && !is_chain, "--roughness: only of the chain of --lobe ggx"),
+            (
+                is_chain && self.output.makes_levels(),
+                "--mips: the levels of the chain of --lobe ggx are its own; leave it out",
+            ),
+            (is_chain && !self.output.is_texture(), "-o: the chain of --lobe ggx is written as .ktx2 or .dds"),
+        ];
+        match ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
+            Some((_, message)) => bail!(message),
+            None => Ok(()),
+        }
+    }
+
+    /// The surroundings as a cube, as they are if they are one.
+    fn source(&self, talk: Talk) -> anyhow::Result<CubeMap> {
+        let map: MappedMap = self.input.read(talk)?;
+        if map.mapping() == Mapping::Cube {
+            return Ok(map.into_cube_map()?);
+        }
+        // A quarter of the horizon of a lat-long picture falls on one face.
+        let finest = (map.width() / 4).next_power_of_two();
+        let size = (OVERSAMPLING * self.size.next_power_of_two()).min(finest).max(1);
+        Ok(resample(map, &Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size)))?.into_cube_map()?)
+    }
+
+    fn chain(&self, source: &CubeMap, talk: Talk) -> anyhow::Result<CubeMipChain> {
+        let mut options = PrefilterOptions::default();
+        options.size = self.size;
+        options.last_size = self.last_size.unwrap_or(options.last_size.min(self.size));
+        options.roughness = match self.roughness {
+            None | Some(Roughness::Linear) => RoughnessLevels::Linear,
+            Some(Roughness::Quadratic) => RoughnessLevels::Quadratic,
+        };
+        options.method = self.filter_method();
+        let bar = talk.bar("prefilter", STEPS);
+        let chain = prefilter_ggx(source, &options, |done| {
+            bar.set_position((done * STEPS as f64) as u64);
+            ControlFlow::Continue(())
+        })?;
+        bar.finish_and_clear();
+        Ok(chain)
+    }
+
+    fn write_highlights(&self, source: &CubeMap, lobe: SpecularLobe, talk: Talk) -> anyhow::Result<()> {
+        let map = filter_lobe(source, lobe, self.size, self.filter_method())?;
+        self.output.write(map.into(), talk)
+    }
+
+    fn filter_method(&self) -> PrefilterMethod {
+        match self.method {
+            Method::Gather => match self.tolerance {
+                Some(tolerance) => PrefilterMethod::Gather { tolerance },
+                None => PrefilterMethod::default(),
+            },
+            Method::Importance => PrefilterMethod::Importance { samples: self.samples.unwrap_or(DEFAULT_SAMPLES) },
+        }
+    }
+}

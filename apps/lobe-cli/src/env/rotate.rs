@@ -1,0 +1,28 @@
+//! `lobe env rotate`: a map turned.
+
+use clap::Args;
+use lobe::env::rotate_map;
+
+use crate::args::map_input::MapInput;
+use crate::args::map_output::MapOutput;
+use crate::args::turn::Turn;
+use crate::run::talk::Talk;
+
+#[derive(Args)]
+pub(crate) struct EnvRotate {
+    #[command(flatten)]
+    input: MapInput,
+    #[command(flatten)]
+    output: MapOutput,
+    #[command(flatten)]
+    turn: Turn,
+}
+
+impl EnvRotate {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let rotation = self.turn.rotation()?;
+        let map = self.input.read(talk)?;
+        self.output.check(map.mapping())?;
+        self.output.write(rotate_map(&map, &rotation), talk)
+    }
+}

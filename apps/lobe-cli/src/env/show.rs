@@ -1,0 +1,64 @@
+//! `lobe env show`: every technique of environment mapping under one map.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
+use lobe::render::{EnvironmentSheetOptions, Tone, environment_mapping_sheet};
+
+use crate::args::map_input::MapInput;
+use crate::args::output;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// The most pixels on a side of one of the pictures.
+const MAX_SIZE: usize = 1024;
+/// The size of the faces from which mirrors are blurred, and of the first and the last level of the chain.
+const CHAIN: [usize; 3] = [256, 128, 8];
+
+#[derive(Args)]
+pub(crate) struct EnvShow {
+    #[command(flatten)]
+    input: MapInput,
+    /// A .png with a ball and a torus under the map, by each technique beside the truth: mirrors by lat-long, sphere map,
+    /// cube and paraboloids; rough mirrors by filtered maps; highlight maps; matte by irradiance map and by nine
+    /// coefficients; bumps; blended views. The numbers are errors over the visible surface
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// The pixels on a side of each picture, 32 to 1024
+    #[arg(long, value_name = "N", default_value = "192", value_parser = size)]
+    size: usize,
+}
+
+fn size(text: &str) -> Result<usize, String> {
+    values::whole(text, 32, MAX_SIZE, "a number of pixels")
+}
+
+impl EnvShow {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        if self.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
+            bail!("-o: expected a name that ends in .png, found {}", self.output.display());
+        }
+        output::check_file(&self.output)?;
+        let map: MappedMap = self.input.read(talk)?;
+        let [fine, size, last_size] = CHAIN;
+        let cube = resample(&map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;
+        let mut options = PrefilterOptions::default();
+        (options.size, options.last_size) = (size, last_size);
+        let chain = prefilter_ggx(&cube.into_cube_map()?, &options, |_| ControlFlow::Continue(()))?;
+        let sky = if map.mapping() == Mapping::LatLong {
+            map
+        } else {
+            resample(map, &Resample::to(Mapping::LatLong, 8 * fine, 4 * fine))?
+        };
+        let options = EnvironmentSheetOptions {
+            size: self.size,
+            prefiltered: Some(&chain),
+            ..EnvironmentSheetOptions::default()
+        };
+        environment_mapping_sheet(&sky.into_env_map()?, &options).write_png(&self.output, &Tone::PLAIN)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,89 @@
+//! `lobe env sun`: the sun of a map as a directional light, and the sky without it.
+
+use anyhow::bail;
+use clap::Args;
+use lobe::env::{Sun, SunOptions, SunReport, extract_sun};
+use lobe::sh::Rgb;
+use serde::Serialize;
+
+use crate::args::map_input::MapInput;
+use crate::args::map_output::MapOutput;
+use crate::args::output;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+#[derive(Args)]
+pub(crate) struct EnvSun {
+    #[command(flatten)]
+    input: MapInput,
+    #[command(flatten)]
+    output: MapOutput,
+    /// The largest radius of what may be a sun, in degrees
+    #[arg(long, value_name = "DEG", default_value = "2.5", value_parser = values::quarter_turn)]
+    max_radius: f64,
+    /// How many times as bright as what surrounds it the brightest texel of a sun is at least
+    #[arg(long, value_name = "X", default_value = "20", value_parser = values::positive)]
+    min_contrast: f64,
+    /// How many times as bright as the mean of the map the brightest texel of a sun is at least
+    #[arg(long, value_name = "X", default_value = "100", value_parser = values::positive)]
+    min_peak: f64,
+    /// Print {"direction", "irradiance", "radiance", "diameter", "texels"} instead of text; the diameter is in degrees
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Found {
+    direction: [f64; 3],
+    irradiance: Rgb<f64>,
+    radiance: Rgb<f64>,
+    diameter: f64,
+    texels: usize,
+}
+
+impl From<Sun> for Found {
+    fn from(sun: Sun) -> Self {
+        Self {
+            direction: sun.direction.to_array(),
+            irradiance: sun.irradiance,
+            radiance: sun.radiance(),
+            diameter: sun.angular_diameter.to_degrees(),
+            texels: sun.texels,
+        }
+    }
+}
+
+impl EnvSun {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let map = self.input.read(talk)?;
+        self.output.check(map.mapping())?;
+        let mut options = SunOptions::default();
+        options.max_radius = self.max_radius.to_radians();
+        (options.min_contrast, options.min_peak) = (self.min_contrast, self.min_peak);
+        let Some(SunReport { sun, rest }) = extract_sun(&map, &options) else {
+            bail!(
+                "{}: nothing in it is as small and bright as a sun; --max-radius, --min-contrast and --min-peak say what \
+                 counts as one",
+                self.input.name()
+            );
+        };
+        self.output.write(rest, talk)?;
+        self.print(&Found::from(sun))
+    }
+
+    fn print(&self, found: &Found) -> anyhow::Result<()> {
+        if self.json {
+            return output::print_json(found);
+        }
+        let [x, y, z] = found.direction;
+        let channels = |c: Rgb<f64>| format!("{:?} {:?} {:?}", c.r as f32, c.g as f32, c.b as f32);
+        output::print(&format!(
+            "direction   {x:.6} {y:.6} {z:.6}\nirradiance  {}\nradiance    {}\ndiameter    {:.4}°\ntexels      {}\n",
+            channels(found.irradiance),
+            channels(found.radiance),
+            found.diameter,
+            found.texels
+        ))
+    }
+}

@@ -1,0 +1,153 @@
+//! The light of a rendered scene.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::Args;
+use lobe::env::{EnvMap, project_env};
+use lobe::render::DistantLight;
+use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, load_sh_json, windowed};
+
+use crate::args::input::without_options;
+use crate::args::map_input::MapInput;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// What to do about a map that is too large or has pixels that are no numbers.
+const CONVERT_FIRST: [&str; 2] =
+    ["make it smaller with lobe env convert --max-texels", "lobe env convert --nonfinite zero makes them black"];
+
+/// What lights the scene.
+#[derive(Args)]
+pub(crate) struct LightInput {
+    /// The light: an environment map as for lobe project, bundled:NAME, or an expansion of radiance, a .sh.json file
+    #[arg(long, value_name = "ENV")]
+    env: PathBuf,
+    /// Light with the expansion of this order, 1 to 64 (transfer goes to 8) [default: truth: the map itself; irradiance: 3;
+    /// else that of the transfer, or 4; a .sh.json file has its own]
+    #[arg(long, value_name = "N", value_parser = values::order)]
+    order: Option<usize>,
+    /// A window for the expansion against ringing: hanning[:BAND], lanczos[:BAND], sinc4[:BAND] reach zero at that band [default:
+    /// the order]; gauss:DEGREES; laplacian:PART leaves that part of the squared Laplacian
+    #[arg(long, value_name = "KIND", value_parser = window)]
+    window: Option<WindowKind>,
+    /// Turn the light about +z by this angle, anticlockwise seen from above
+    #[arg(long, value_name = "DEG", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
+    rotate_light: f64,
+}
+
+/// A window whose width may depend on the expansion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum WindowKind {
+    Hanning(Option<f64>),
+    /// The power of the sigma factors, and the band.
+    Lanczos(f64, Option<f64>),
+    /// Degrees.
+    Gauss(f64),
+    /// The part that is left.
+    Laplacian(f64),
+}
+
+fn window(text: &str) -> Result<WindowKind, String> {
+    let (kind, number) = match text.split_once(':') {
+        Some((kind, number)) => (kind, Some(values::positive(number)?)),
+        None => (text, None),
+    };
+    match (kind, number) {
+        ("hanning", band) => Ok(WindowKind::Hanning(band)),
+        ("lanczos", band) => Ok(WindowKind::Lanczos(1.0, band)),
+        ("sinc4", band) => Ok(WindowKind::Lanczos(4.0, band)),
+        ("gauss", Some(degrees)) => Ok(WindowKind::Gauss(degrees)),
+        ("laplacian", Some(part)) if part <= 1.0 => Ok(WindowKind::Laplacian(part)),
+        ("gauss", None) => Err("expected the standard deviation in degrees, such as gauss:20".to_owned()),
+        ("laplacian", _) => Err("expected the part that is left, up to 1, such as laplacian:0.5".to_owned()),
+        _ => Err(format!("expected hanning, lanczos, sinc4, gauss or laplacian, found {kind:?}")),
+    }
+}
+
+/// The light as it was read.
+pub(crate) struct ReadLight {
+    map: Option<EnvMap>,
+    expansion: Option<ShVec<Rgb<f64>>>,
+}
+
+impl LightInput {
+    pub(crate) fn path(&self) -> &Path {
+        &self.env
+    }
+
+    pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<ReadLight> {
+        let name = self.env.display().to_string();
+        if !name.ends_with(".json") {
+            let read = MapInput::of(&self.env).read_lat_long(talk);
+            let map = read.map_err(|error| without_options(error, CONVERT_FIRST))?;
+            return Ok(ReadLight { map: Some(map), expansion: None });
+        }
+        let file = load_sh_json(&self.env)?;
+        if file.quantity != Quantity::Radiance {
+            bail!("{name}: expected radiance, found {}; light is what arrives, not what it does", file.quantity);
+        }
+        Ok(ReadLight { map: None, expansion: Some(file.coefficients.to_rgb()) })
+    }
+
+    /// The order asked for.
+    pub(crate) fn order(&self) -> Option<usize> {
+        self.order
+    }
+
+    /// Whether the light is an expansion in any case.
+    pub(crate) fn asks_for_expansion(&self, light: &ReadLight) -> bool {
+        light.map.is_none() || self.order.is_some() || self.window.is_some()
+    }
+
+    /// The expansion of the light under its window; of the order asked for, its own, or `default`.
+    pub(crate) fn expansion(&self, light: &ReadLight, default: usize) -> ShVec<Rgb<f64>> {
+        let f = match (&light.expansion, &light.map) {
+            (Some(f), _) => f.resized(self.order.unwrap_or(f.order())),
+            (None, Some(map)) => project_env(map, self.order.unwrap_or(default)),
+            (None, None) => unreachable!("a light is a map or an expansion"),
+        };
+        let order = f.order() as f64;
+        let window = match self.window {
+            None => return f,
+            Some(WindowKind::Hanning(band)) => Window::Hanning { width: band.unwrap_or(order) },
+            Some(WindowKind::Lanczos(power, band)) => Window::Lanczos { width: band.unwrap_or(order), power },
+            Some(WindowKind::Gauss(degrees)) => Window::Gauss { sigma: degrees.to_radians() },
+            Some(WindowKind::Laplacian(part)) => Window::squared_laplacian_of(f.coefficients(), part),
+        };
+        windowed(&f, &window)
+    }
+
+    /// The turn of frame `k` of `frames`, which together go around once.
+    pub(crate) fn turn(&self, k: usize, frames: usize) -> Rotation {
+        let degrees = self.rotate_light + 360.0 * k as f64 / frames as f64;
+        Rotation::from_axis_angle(Dir::Z, degrees.rem_euclid(360.0).to_radians())
+    }
+}
+
+impl ReadLight {
+    /// What the light was before it was made an expansion, to look at behind the scene.
+    pub(crate) fn as_it_is(&self) -> DistantLight {
+        match (&self.map, &self.expansion) {
+            (Some(map), _) => DistantLight::from_map(map.clone()),
+            (None, Some(f)) => DistantLight::from_expansion(f.clone()),
+            (None, None) => unreachable!("a light is a map or an expansion"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_have_a_kind_and_a_number() {
+        assert_eq!(window("hanning"), Ok(WindowKind::Hanning(None)), "hanning");
+        assert_eq!(window("sinc4:8"), Ok(WindowKind::Lanczos(4.0, Some(8.0))), "sinc4");
+        assert_eq!(window("gauss:12.5"), Ok(WindowKind::Gauss(12.5)), "gauss");
+        assert_eq!(window("laplacian:0.5"), Ok(WindowKind::Laplacian(0.5)), "laplacian");
+        for bad in ["gauss", "laplacian", "laplacian:2", "hanning:0", "hanning:x", "box", ""] {
+            assert!(window(bad).is_err(), "{bad:?}");
+        }
+    }
+}

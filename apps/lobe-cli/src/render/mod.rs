@@ -1,0 +1,7 @@
+//! TODO room render.
+
+pub(crate) mod backs;
+pub(crate) mod light;
+pub(crate) mod render;
+pub(crate) mod transfer;
+pub(crate) mod view;

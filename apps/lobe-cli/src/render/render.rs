@@ -1,0 +1,512 @@
+//! `lobe render`: a scene under distant light, by transfer or by paths.
+
+use std::f64::consts::FRAC_1_PI;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::prt::Progress;
+use lobe::render::{
+    AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
+    SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
+};
+use lobe::scene::{Bvh, Scene};
+use lobe::sh::{
+    Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, StagedFile, StagedWriter, Zonal, convolved,
+};
+
+use crate::args::memory::MemoryLimit;
+use crate::args::output;
+use crate::args::picture::note_clamped;
+use crate::args::scene_input::SceneInput;
+use crate::args::values;
+use crate::render::light::{LightInput, ReadLight};
+use crate::render::transfer::{Asked, Lobe, SceneTransfer, parse_lobe, prepare};
+use crate::render::view::ViewInput;
+use crate::run::bake_watch::Checkpoint;
+use crate::run::ctrl_c;
+use crate::run::talk::Talk;
+
+/// A channel that is below zero by more than this part of the mean of the light is a dark spot in the picture, not rounding.
+const VISIBLY_BELOW: f64 = 1e-3;
+
+/// Limits that only slips of the finger exceed.
+const MAX_SAMPLES: usize = 1 << 20;
+const MAX_BOUNCES: usize = 255;
+const MAX_FRAMES: usize = 1000;
+
+/// Samples of a pixel without --samples: paths of the truth, rays of all else.
+const PATHS: usize = 64;
+const RAYS: usize = 4;
+
+/// Bounces without --bounces, as in the bake.
+const BOUNCES: usize = 3;
+
+/// The order of irradiance without --order: more of it is hardly seen.
+const IRRADIANCE_ORDER: usize = 3;
+
+/// A surface that an order of 4 can just show.
+const LOBE: Lobe = Lobe::Ggx(0.3);
+
+/// A turn of 36 frames takes three seconds.
+const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
+
+/// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers four times:
+/// traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers five times: twice as
+/// they are, compressed in blocks and as a file, and some room.
+const TRACED_PIXEL: u64 = 4 * 14 * 4;
+const SHADED_PIXEL: u64 = 4 * 3 * 5;
+
+/// Steps of one picture in the line of progress.
+const STEPS: usize = 1000;
+
+const NOTES: &str = "\
+Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
+that falls on their back. Baked files hold fronts; backs are baked on the way, with as many paths, as far as the view shows them: of a \
+closed body seen from outside there are none.
+
+Memory: 224 bytes for each pixel of the truth, 60 else, for one picture at a time; transfer that is baked on the way, twice 4 n² bytes \
+for each vertex and channel, of glossy 4 n⁴. Scene, light and transfer from a file come on top and are as large as their files.";
+
+#[derive(Args)]
+#[command(after_help = NOTES)]
+pub(crate) struct Render {
+    #[command(flatten)]
+    scene: SceneInput,
+    #[command(flatten)]
+    light: LightInput,
+    /// How the picture is made
+    #[arg(long, value_enum)]
+    mode: Mode,
+    /// The picture: .png tone-mapped for looking at, .exr with the values; of the truth with variance, albedo, normal, depth and
+    /// coverage
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    view: ViewInput,
+    /// Paths (truth) or rays (else) for each pixel [default: 64, 4]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<usize>,
+    /// truth, interreflected, glossy: how often light is reflected before the surface that is seen reflects it [default: 3]
+    #[arg(long, value_name = "B", value_parser = bounces)]
+    bounces: Option<usize>,
+    /// truth: how surfaces reflect [default: matte, as in a bake]
+    #[arg(long, value_enum)]
+    surfaces: Option<SurfaceModel>,
+    /// truth: another seed gives other paths [default: 0]
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    bake_samples: Option<usize>,
+    /// All but truth and irradiance: what lobe bake, compress or fit-lobes wrote of this scene without it, a .safetensors
+    /// file, or of --texels an .exr file
+    #[arg(long, value_name = "FILE")]
+    transfer: Option<PathBuf>,
+    /// glossy: the lobe that surfaces mirror with, tinted by their base colour [default: ggx:0.3]. A lobe about the mirrored
+    /// view stands for the surface: 18 % from --mode truth --surfaces gltf for metals of α 0.3, farther for rougher ones
+    #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
+    lobe: Option<Lobe>,
+    /// All but truth, which shows the light that it uses: what is seen behind the scene; light, to compare with a truth of the
+    /// same --order [default: env]
+    #[arg(long, value_enum)]
+    background: Option<Background>,
+    /// Multiply the light of a .png by this before it is shown [default: what suits the picture, with --frames the first]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    exposure: Option<f64>,
+    /// Turn the light once around in this many pictures: OUT-000.png (or .exr) and on, and all of them as an animation in
+    /// OUT.png
+    #[arg(long, value_name = "N", value_parser = frames)]
+    frames: Option<usize>,
+    #[command(flatten)]
+    memory: MemoryLimit,
+    /// truth: start anew, even if there is a checkpoint of a picture that was stopped
+    #[arg(long)]
+    fresh: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Mode {
+    /// By paths of light: shadows and reflections between surfaces
+    Truth,
+    /// The irradiance of the expansion by shading normal, times albedo/π
+    Irradiance,
+    /// Transfer without shadows
+    Unshadowed,
+    /// Transfer with shadows
+    Shadowed,
+    /// Transfer with shadows and reflections between surfaces
+    Interreflected,
+    /// Transfer matrices with shadows and reflections between surfaces, and rough mirrors
+    Glossy,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum SurfaceModel {
+    /// Lambert with the base colour as albedo
+    Matte,
+    /// The metallic-roughness model of glTF
+    Gltf,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Background {
+    /// The environment as it was given
+    Env,
+    /// The expansion that lights the scene
+    Light,
+}
+
+fn samples(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_SAMPLES, "a number of samples")
+}
+
+fn bounces(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, MAX_BOUNCES, "a number of reflections")
+}
+
+fn frames(text: &str) -> Result<usize, String> {
+    values::whole(text, 2, MAX_FRAMES, "a number of pictures")
+}
+
+/// One picture, with all that is known of it if it was traced.
+enum Rendered {
+    Traced(Box<Truth>),
+    Shaded(Shaded),
+}
+
+/// A picture of all modes but truth.
+struct Shaded {
+    picture: Picture,
+    /// The part of what is seen of the scene that is below zero.
+    below: f64,
+}
+
+impl Rendered {
+    fn picture(&self) -> &Picture {
+        match self {
+            Self::Traced(truth) => &truth.mean,
+            Self::Shaded(shaded) => &shaded.picture,
+        }
+    }
+}
+
+/// What stays the same from frame to frame.
+struct Work<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    camera: Camera,
+    light: &'a ReadLight,
+    /// None where the light is used as it was given.
+    expansion: Option<ShVec<Rgb<f64>>>,
+    transfer: Option<&'a SceneTransfer>,
+}
+
+impl Render {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        self.check_options()?;
+        let frames = self.frames.unwrap_or(1);
+        self.check_memory()?;
+        for path in (0..frames).map(|k| self.frame_path(k)).chain(self.animation_path()) {
+            for input in
+                [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref()].into_iter().flatten()
+            {
+                output::check_not_input(&path, input)?;
+            }
+            output::check_file(&path)?;
+        }
+        let light = self.light.read(talk)?;
+        let (scene, bvh, mut transfer) = match self.asked() {
+            None => {
+                let scene = self.scene.read(talk)?;
+                let bvh = Bvh::new(&scene);
+                (scene, bvh, None)
+            }
+            Some(asked) => {
+                let (scene, bvh, transfer) = prepare(&self.scene, &asked, &self.memory, talk)?;
+                (scene, bvh, Some(transfer))
+            }
+        };
+        let camera = self.view.camera(&scene)?;
+        if let Some(transfer) = &mut transfer {
+            transfer.bake_backs(&scene, &bvh, &camera, &self.view_options(), &self.memory, talk)?;
+        }
+        let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, SceneTransfer::order);
+        let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
+        let work = Work {
+            scene: &scene,
+            bvh: &bvh,
+            camera,
+            light: &light,
+            expansion: is_expansion.then(|| self.light.expansion(&light, order)),
+            transfer: transfer.as_ref(),
+        };
+        self.render_all(&work, frames, talk)
+    }
+
+    fn render_all(&self, work: &Work<'_>, frames: usize, talk: Talk) -> anyhow::Result<()> {
+        let checkpoints: Vec<_> = (0..frames).map(|k| Checkpoint::beside(&self.frame_path(k))).collect();
+        if self.fresh {
+            checkpoints.iter().try_for_each(Checkpoint::discard)?;
+        }
+        ctrl_c::watch();
+        match self.animation_path() {
+            None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
+            Some(path) => {
+                let io = |source| RenderError::Io { path: path.clone(), source };
+                let in_file = |error| if let RenderError::Output(source) = error { io(source) } else { error };
+                let mut file = StagedWriter::new(&path).map_err(io)?;
+                let (width, height) = self.view.size();
+                let mut animation =
+                    AnimatedPng::new(&mut file, width, height, frames, SECONDS_PER_FRAME).map_err(in_file)?;
+                self.render_frames(work, &checkpoints, talk, &mut |picture, tone| {
+                    animation.add(picture, tone).map_err(in_file)
+                })?;
+                animation.finish().map_err(in_file)?;
+                file.finish().and_then(StagedFile::publish).map_err(io)?;
+            }
+        }
+        checkpoints.iter().for_each(Checkpoint::finish);
+        Ok(())
+    }
+
+    /// Renders and writes all pictures, one after the other; each is shown to `animate` and forgotten.
+    fn render_frames(
+        &self,
+        work: &Work<'_>,
+        checkpoints: &[Checkpoint],
+        talk: Talk,
+        animate: &mut dyn FnMut(&Picture, &Tone) -> Result<(), RenderError>,
+    ) -> anyhow::Result<()> {
+        let frames = checkpoints.len();
+        let (line, total, begin) = (talk.progress("render"), frames * STEPS, Instant::now());
+        let mut resumed = 0;
+        let mut tone = None;
+        for (k, checkpoint) in checkpoints.iter().enumerate() {
+            let turn = self.light.turn(k, frames);
+            let mut is_told = false;
+            let rendered = self.render(work, &turn, checkpoint, &mut |part| {
+                let steps = (part * STEPS as f64) as usize;
+                if !is_told && part > 0.0 {
+                    let text = format!("found; going on from {:.0} %", 100.0 * part);
+                    talk.note(&checkpoint.path().display().to_string(), &text);
+                    resumed += steps;
+                }
+                is_told = true;
+                let progress = Progress { done: k * STEPS + steps, total, resumed, rays: 0, elapsed: begin.elapsed() };
+                line.show(progress.done, total, None, progress.seconds_left());
+                ctrl_c::go_on()
+            });
+            let rendered = match rendered {
+                Err(RenderError::Cancelled) => bail!(self.stopped(k, frames)),
+                other => other?,
+            };
+            let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
+            self.write(&rendered, &tone, k, talk)?;
+            if let (0, Rendered::Shaded(shaded)) = (k, &rendered) {
+                self.note_ringing(shaded.below, talk);
+            }
+            animate(rendered.picture(), &tone)?;
+        }
+        Ok(())
+    }
+
+    /// Says so where the expansion of the light rings below zero and what it lights with it.
+    fn note_ringing(&self, below: f64, talk: Talk) {
+        if below > 0.0 {
+            let text = format!(
+                "{:.2} % of what is seen of the scene is below zero, because the light rings; --window, or a light from \
+                 lobe sh dering, stops that",
+                100.0 * below
+            );
+            talk.note(&self.output.display().to_string(), &text);
+        }
+    }
+
+    /// What is left when picture `k` was not finished.
+    fn stopped(&self, k: usize, frames: usize) -> String {
+        let complete =
+            if self.frames.is_some() { format!("after {k} of {frames} pictures") } else { "before the end".into() };
+        match self.mode {
+            Mode::Truth => {
+                format!("stopped {complete}; the same command goes on from there, --fresh starts anew")
+            }
+            _ if k > 0 => format!("stopped {complete}, which are kept; the same command starts anew"),
+            _ => format!("stopped {complete}; nothing is kept, and the same command starts anew"),
+        }
+    }
+
+    fn render(
+        &self,
+        work: &Work<'_>,
+        turn: &Rotation,
+        checkpoint: &Checkpoint,
+        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Rendered, RenderError> {
+        if self.mode == Mode::Truth {
+            let (width, height) = self.view.size();
+            let light = match &work.expansion {
+                Some(f) => DistantLight::from_expansion(f.clone()),
+                None => work.light.as_it_is(),
+            };
+            let options = TruthOptions {
+                width,
+                height,
+                count: SampleCount::of(self.samples.unwrap_or(PATHS)),
+                paths: self.path_options(),
+            };
+            let (Work { scene, bvh, camera, .. }, light) = (work, light.turned(turn));
+            let truth = render_truth_resumable(scene, bvh, camera, &light, &options, checkpoint.path(), progress)?;
+            return Ok(Rendered::Traced(Box::new(truth)));
+        }
+        let Some(f) = &work.expansion else { unreachable!("all modes but truth light with an expansion") };
+        let behind = match self.background.unwrap_or(Background::Env) {
+            Background::Env => work.light.as_it_is(),
+            Background::Light => DistantLight::from_expansion(f.clone()),
+        };
+        let behind = behind.turned(turn);
+        let f = turn.rotated(f);
+        let options = self.view_options();
+        let (scene, bvh, camera) = (work.scene, work.bvh, &work.camera);
+        let background = |s: Dir| behind.radiance(s);
+        let (seen, below) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let limit = -VISIBLY_BELOW * f.mean().luminance().abs();
+        let counted = |sent: Rgb<f64>| {
+            seen.fetch_add(1, Ordering::Relaxed);
+            below.fetch_add(usize::from(sent.r.min(sent.g).min(sent.b) < limit), Ordering::Relaxed);
+            sent
+        };
+        let picture = match work.transfer {
+            Some(transfer) => {
+                let lit = transfer.lit(scene, &f);
+                scene_picture(scene, bvh, camera, &options, background, |hit| counted(lit.radiance(hit)), progress)
+            }
+            None => {
+                let irradiance = convolved(&f, &Zonal::clamped_cosine(f.order()));
+                let matte = |hit: &SceneHit<'_>| counted((hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI));
+                scene_picture(scene, bvh, camera, &options, background, matte, progress)
+            }
+        }?;
+        let below = below.into_inner() as f64 / seen.into_inner().max(1) as f64;
+        Ok(Rendered::Shaded(Shaded { picture, below }))
+    }
+
+    /// What all modes but truth look with.
+    fn view_options(&self) -> ViewOptions {
+        let (width, height) = self.view.size();
+        let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
+        ViewOptions { width, height, rays }
+    }
+
+    fn path_options(&self) -> PathOptions {
+        let surfaces = match self.surfaces {
+            None | Some(SurfaceModel::Matte) => Surfaces::Matte,
+            Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
+        };
+        PathOptions {
+            bounces: self.bounces.unwrap_or(BOUNCES),
+            strategy: LightStrategy::Both,
+            surfaces,
+            seed: self.seed.unwrap_or(0),
+        }
+    }
+
+    /// What transfer the mode needs.
+    fn asked(&self) -> Option<Asked> {
+        let mode = match self.mode {
+            Mode::Truth | Mode::Irradiance => return None,
+            Mode::Unshadowed => lobe::prt::Mode::Unshadowed,
+            Mode::Shadowed => lobe::prt::Mode::Shadowed,
+            Mode::Interreflected | Mode::Glossy => lobe::prt::Mode::Interreflected,
+        };
+        let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
+        let (order, samples, file) = (self.light.order(), self.bake_samples, self.transfer.clone());
+        Some(Asked { mode, order, samples, bounces: self.bounces, lobe, file })
+    }
+
+    fn tone(&self, first: &Picture) -> Tone {
+        match self.exposure {
+            Some(exposure) => Tone { exposure: Exposure::Fixed(exposure), ..Tone::PHOTOGRAPH },
+            None => Tone::PHOTOGRAPH.fixed_for(first),
+        }
+    }
+
+    fn write(&self, rendered: &Rendered, tone: &Tone, k: usize, talk: Talk) -> anyhow::Result<()> {
+        let path = self.frame_path(k);
+        let name = path.display().to_string();
+        if self.is_png() {
+            rendered.picture().write_png(&path, tone)?;
+            if let (0, Exposure::Fixed(exposure), Curve::Reinhard { .. }) = (k, tone.exposure, tone.curve) {
+                talk.note(&name, &format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values"));
+            }
+            return Ok(());
+        }
+        match rendered {
+            Rendered::Traced(truth) => truth.write_exr(&path)?,
+            Rendered::Shaded(Shaded { picture, .. }) => {
+                let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
+                note_clamped(&name, write_env(&path, &pixels, &WriteOptions::default())?, talk);
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a picture that takes too much memory.
+    fn check_memory(&self) -> anyhow::Result<()> {
+        let (width, height) = self.view.size();
+        let each = if self.mode == Mode::Truth { TRACED_PIXEL } else { SHADED_PIXEL };
+        let bytes = each.saturating_mul((width * height) as u64);
+        self.memory.check(&format!("--size {width}x{height}"), bytes, "a smaller picture")
+    }
+
+    /// An option that would be ignored is a misunderstanding.
+    fn check_options(&self) -> anyhow::Result<()> {
+        let is_truth = self.mode == Mode::Truth;
+        let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance);
+        let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy);
+        let ignored = [
+            (self.bounces.is_some() && !bounces, "--bounces: only of --mode truth, interreflected and glossy"),
+            (self.surfaces.is_some() && !is_truth, "--surfaces: only of --mode truth; all others are matte"),
+            (self.seed.is_some() && !is_truth, "--seed: only --mode truth is random"),
+            (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
+            (self.transfer.is_some() && !bakes, "--transfer: only of modes with transfer"),
+            (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
+            (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
+            (self.fresh && !is_truth, "--fresh: only --mode truth keeps a checkpoint"),
+            (self.exposure.is_some() && !self.is_png() && self.frames.is_none(), "--exposure: only of .png pictures"),
+        ];
+        if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
+            bail!("{message}; leave the option out");
+        }
+        if !self.is_png() && !self.has_extension("exr") {
+            bail!("-o: expected a name that ends in .png or .exr, found {}", self.output.display());
+        }
+        Ok(())
+    }
+
+    fn is_png(&self) -> bool {
+        self.has_extension("png")
+    }
+
+    fn has_extension(&self, extension: &str) -> bool {
+        self.output.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+    }
+
+    /// Where picture `k` goes.
+    fn frame_path(&self, k: usize) -> PathBuf {
+        if self.frames.is_none() {
+            return self.output.clone();
+        }
+        let stem = self.output.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = if self.is_png() { "png" } else { "exr" };
+        self.output.with_file_name(format!("{stem}-{k:03}.{extension}"))
+    }
+
+    fn animation_path(&self) -> Option<PathBuf> {
+        self.frames.map(|_| self.output.with_extension("png"))
+    }
+}

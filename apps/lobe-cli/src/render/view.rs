@@ -1,0 +1,91 @@
+//! From where a scene is looked at, and how large its picture is.
+
+use std::str::FromStr;
+
+use anyhow::bail;
+use clap::Args;
+use lobe::render::{Camera, View};
+use lobe::scene::Scene;
+use lobe::sh::Dir;
+
+use crate::args::values;
+
+/// Where one looks from unless told: models of glTF face its +z, which is -y here; a little from the right and from above.
+const FRONT: [f64; 3] = [0.5, -1.0, 0.4];
+
+/// The most pixels on a side.
+const MAX_SIDE: usize = 16384;
+
+/// The camera and the picture.
+#[derive(Args)]
+pub(crate) struct ViewInput {
+    /// Columns and rows of the picture
+    #[arg(long, value_name = "WxH", default_value = "512x384")]
+    size: Size,
+    /// Where the eye is [default: where all of the scene is in view]
+    #[arg(long, value_name = "X,Y,Z", requires = "target", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
+    eye: Option<[f64; 3]>,
+    /// What it looks at, in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", requires = "eye", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
+    target: Option<[f64; 3]>,
+    /// The angle from the lower to the upper edge of the picture, above 0 and below 180 degrees
+    #[arg(long, value_name = "DEG", default_value = "40", value_parser = fov)]
+    fov: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Size {
+    width: usize,
+    height: usize,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("expected columns x rows, each from 1 to {MAX_SIDE}, such as 640x480");
+        let (width, height) = text.split_once('x').ok_or_else(expected)?;
+        let side = |text| values::whole(text, 1, MAX_SIDE, "a side").map_err(|_| expected());
+        Ok(Self { width: side(width)?, height: side(height)? })
+    }
+}
+
+fn fov(text: &str) -> Result<f64, String> {
+    match values::finite(text)? {
+        x if x > 0.0 && x < 180.0 => Ok(x),
+        x => Err(format!("expected an angle above 0 and below 180 degrees, found {x}")),
+    }
+}
+
+impl ViewInput {
+    pub(crate) fn size(&self) -> (usize, usize) {
+        (self.size.width, self.size.height)
+    }
+
+    pub(crate) fn camera(&self, scene: &Scene) -> anyhow::Result<Camera> {
+        let half_angle = 0.5 * self.fov.to_radians();
+        let (Some(eye), Some(target)) = (self.eye, self.target) else {
+            let bounds = scene.bounds();
+            let [min, max] = [bounds.min, bounds.max].map(|corner| corner.map(f64::from));
+            let Some(eye) = Dir::new(FRONT) else { unreachable!("the front is a direction") };
+            return Ok(Camera::framing(min, max, View::from_eye(eye), half_angle));
+        };
+        match Camera::look_at(eye, target, half_angle) {
+            Some(camera) => Ok(camera),
+            None => bail!("--eye and --target are one point, so there is no direction to look in; move one of them"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_two_numbers() {
+        assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }), "a size");
+        for bad in ["640", "640x", "x480", "0x4", "4x99999", "4X4", "-1x4", "4x4x4"] {
+            assert!(bad.parse::<Size>().is_err(), "{bad:?}");
+        }
+    }
+}

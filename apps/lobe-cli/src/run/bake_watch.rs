@@ -1,0 +1,252 @@
+//! Long work that is watched, stopped and continued.
+
+use std::cell::Cell;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, bail};
+use lobe::prt::{Progress, PrtError};
+
+use crate::run::ctrl_c;
+use crate::run::talk::{ProgressLine, Talk};
+
+/// What long work calls while it goes on.
+pub(crate) type OnProgress<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
+
+/// What a user can do about work that was stopped and has a checkpoint.
+pub(crate) const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
+
+/// Does work, with a line where somebody is watching, until it is done or somebody presses Ctrl-C: then how far it was is the
+/// inner error.
+pub(crate) fn watched<T>(
+    talk: Talk,
+    what: &'static str,
+    work: impl FnOnce(OnProgress<'_>) -> Result<T, PrtError>,
+) -> anyhow::Result<Result<T, Progress>> {
+    ctrl_c::watch();
+    let line = talk.progress(what);
+    let mut last = None;
+    let result = work(&mut |progress| {
+        last = Some(*progress);
+        show(&line, progress);
+        ctrl_c::go_on()
+    });
+    match (result, last) {
+        (Err(PrtError::Cancelled), Some(last)) => Ok(Err(last)),
+        (other, _) => Ok(Ok(other?)),
+    }
+}
+
+/// Says that an output is there although somebody has pressed Ctrl-C.
+pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
+    if ctrl_c::go_on().is_break() {
+        talk.note(&output.display().to_string(), "complete; Ctrl-C came too late to stop it");
+    }
+}
+
+/// Shows how far a bake is, or other work, which traces no rays.
+fn show(line: &ProgressLine, progress: &Progress) {
+    let pace = (progress.rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
+    line.show(progress.done, progress.total, pace.as_deref(), progress.seconds_left());
+}
+
+/// Where a bake keeps what is done so far: beside its output. Splitting before it has files of its own, one for each round.
+pub(crate) struct Checkpoint {
+    path: PathBuf,
+}
+
+impl Checkpoint {
+    pub(crate) fn beside(output: &Path) -> Self {
+        let mut name = output.to_path_buf().into_os_string();
+        name.push(".checkpoint");
+        Self { path: name.into() }
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The file of a round of splitting.
+    fn of_round(&self, round: usize) -> PathBuf {
+        let mut name = self.path.clone().into_os_string();
+        name.push(format!(".split-{round}"));
+        name.into()
+    }
+
+    /// The files of the rounds there are. They are made in their order and removed in the reverse one, so that there are no gaps.
+    fn rounds(&self) -> Vec<PathBuf> {
+        (0..).map(|round| self.of_round(round)).take_while(|path| path.exists()).collect()
+    }
+
+    /// Forgets earlier work.
+    pub(crate) fn discard(&self) -> anyhow::Result<()> {
+        let rounds = self.rounds();
+        for path in [&self.path].into_iter().chain(rounds.iter().rev()).filter(|path| path.exists()) {
+            fs::remove_file(path).with_context(|| format!("{}: cannot be removed", path.display()))?;
+        }
+        Ok(())
+    }
+
+    /// To be called when the results are safe.
+    pub(crate) fn finish(&self) {
+        // One that cannot be removed is found to be done by the next bake, which then takes no time.
+        let _ = fs::remove_file(&self.path);
+        for path in self.rounds().iter().rev() {
+            let _ = fs::remove_file(path);
+        }
+    }
+
+    /// Refuses to begin beside a checkpoint that cannot be of this bake, whose splitting, or else whose bake, would be in vain.
+    pub(crate) fn check_kind(&self, is_adaptive: bool) -> anyhow::Result<()> {
+        let first_round = self.of_round(0);
+        let (other, of) = match (is_adaptive, first_round.exists()) {
+            (true, false) if self.path.exists() => (&self.path, "without"),
+            (false, true) => (&first_round, "with"),
+            _ => return Ok(()),
+        };
+        bail!(
+            "{}: this checkpoint is of a bake {of} --adaptive; repeat that command to continue it, or start anew with --fresh",
+            other.display()
+        )
+    }
+
+    /// Bakes until it is done or somebody presses Ctrl-C.
+    pub(crate) fn watched<T>(
+        &self,
+        talk: Talk,
+        work: impl FnOnce(&Path, OnProgress<'_>) -> Result<T, PrtError>,
+    ) -> anyhow::Result<T> {
+        let mut is_told = false;
+        let result = watched(talk, "bake", |show| {
+            work(&self.path, &mut |progress| {
+                if !is_told && progress.resumed > 0 {
+                    let percent = 100 * progress.resumed / progress.total.max(1);
+                    talk.note(&self.path.display().to_string(), &format!("found; going on from {percent} %"));
+                }
+                is_told = true;
+                show(progress)
+            })
+        })?;
+        result.or_else(|at| bail!("stopped after {} of {} points; {GO_ON}", at.done, at.total))
+    }
+
+    /// Splits until it is done or somebody presses Ctrl-C. The work asks for the file of each round as the round begins.
+    pub(crate) fn watched_rounds<T>(
+        &self,
+        talk: Talk,
+        work: impl FnOnce(&dyn Fn(usize) -> PathBuf, OnProgress<'_>) -> Result<T, PrtError>,
+    ) -> anyhow::Result<T> {
+        let round = Cell::new(0);
+        let path_of = |k| {
+            round.set(k);
+            self.of_round(k)
+        };
+        let (mut is_resumed, mut is_told) = (false, false);
+        let result = watched(talk, "split", |show| {
+            work(&path_of, &mut |progress| {
+                is_resumed |= progress.resumed > 0;
+                if !is_told && progress.resumed < progress.total {
+                    is_told = true;
+                    if is_resumed {
+                        let percent = 100 * progress.resumed / progress.total.max(1);
+                        let text = format!("found; going on from {percent} % of round {} of splitting", round.get());
+                        talk.note(&self.path.display().to_string(), &text);
+                    }
+                }
+                show(progress)
+            })
+        })?;
+        result.or_else(|at| {
+            bail!("stopped in round {} of splitting after {} of {} points; {GO_ON}", round.get(), at.done, at.total)
+        })
+    }
+
+    /// Refuses to begin what could not be kept: an output of so many bytes beside a checkpoint of so many, of which it may have some.
+    pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64) -> anyhow::Result<()> {
+        Self::check_rest(output, bytes, checkpoint.saturating_sub(length(&self.path)))
+    }
+
+    /// The same before the scene is split, with files for the rounds that take so many bytes at least.
+    pub(crate) fn check_room_to_split(
+        &self,
+        output: &Path,
+        bytes: u64,
+        checkpoint: u64,
+        rounds: u64,
+    ) -> anyhow::Result<()> {
+        let there: u64 = self.rounds().iter().map(|path| length(path)).sum();
+        let rest = [checkpoint.saturating_sub(length(&self.path)), rounds.saturating_sub(there)];
+        Self::check_rest(output, bytes, rest[0].saturating_add(rest[1]))
+    }
+
+    /// `rest` is what the checkpoint will take beside what it takes now.
+    fn check_rest(output: &Path, bytes: u64, rest: u64) -> anyhow::Result<()> {
+        let folder = match output.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        // Where the system does not say how much is left, writing shows it.
+        let Ok(free) = fs4::available_space(folder) else { return Ok(()) };
+        let needed = bytes.saturating_add(rest);
+        if free < needed {
+            let [needed, free] = [needed, free].map(|bytes| bytes.div_ceil(1 << 20));
+            bail!(
+                "{}: expected {needed} MiB of free space for it and its checkpoint, found {free}: make room, or write \
+                 somewhere else",
+                output.display()
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Bytes of a file; none if it is not there.
+fn length(path: &Path) -> u64 {
+    fs::metadata(path).map_or(0, |found| found.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_all_rounds_are_found_refused_to_others_and_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("out.glb");
+        let checkpoint = Checkpoint::beside(&output);
+        let make = |names: &[&str]| names.iter().for_each(|name| fs::write(folder.path().join(name), "x").unwrap());
+        let rounds = ["out.glb.checkpoint.split-0", "out.glb.checkpoint.split-1"];
+        for is_adaptive in [false, true] {
+            assert!(checkpoint.check_kind(is_adaptive).is_ok(), "nothing is there");
+        }
+        make(&["out.glb.checkpoint"]);
+        let refusal = checkpoint.check_kind(true).unwrap_err().to_string();
+        assert!(refusal.contains("checkpoint: this checkpoint is of a bake without --adaptive; "), "{refusal}");
+        make(&rounds);
+        let refusal = checkpoint.check_kind(false).unwrap_err().to_string();
+        assert!(refusal.contains("split-0: this checkpoint is of a bake with --adaptive; "), "{refusal}");
+        assert!(checkpoint.check_kind(true).is_ok(), "its own files");
+        assert_eq!(checkpoint.rounds().len(), 2, "rounds");
+        for remove in [Checkpoint::finish, |checkpoint: &Checkpoint| checkpoint.discard().unwrap()] {
+            make(&["out.glb.checkpoint"]);
+            make(&rounds);
+            remove(&checkpoint);
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "files left");
+        }
+    }
+
+    #[test]
+    fn what_no_disk_has_room_for_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("out.glb");
+        let checkpoint = Checkpoint::beside(&output);
+        let huge = 1 << 60;
+        for (bytes, of_bake, of_rounds) in [(huge, 0, 0), (0, huge, 0), (0, 0, huge), (u64::MAX, u64::MAX, u64::MAX)] {
+            let refusal = checkpoint.check_room_to_split(&output, bytes, of_bake, of_rounds).unwrap_err().to_string();
+            assert!(refusal.contains("out.glb: expected ") && refusal.contains(" MiB of free space"), "{refusal}");
+        }
+        assert!(checkpoint.check_room_to_split(&output, 1, 1, 1).is_ok(), "three bytes");
+        assert!(checkpoint.check_room(&output, 0, huge).is_err(), "a checkpoint that is too large");
+    }
+}

@@ -1,0 +1,157 @@
+//! Results on their way from a checkpoint to their file.
+
+use std::cell::RefCell;
+use std::error::Error;
+use std::time::Instant;
+use std::{fmt, io};
+
+use anyhow::bail;
+use lobe::prt::{Channels, MatrixRows, Progress, PrtError, TransferRows};
+
+use crate::run::bake_watch::{GO_ON, OnProgress, watched};
+use crate::run::ctrl_c;
+use crate::run::talk::Talk;
+
+/// Transfer or matrices that are watched while they are read: somebody who presses Ctrl-C ends the writing.
+pub(crate) struct WatchedRows<'a, T: ?Sized> {
+    rows: &'a T,
+    state: RefCell<State<'a>>,
+}
+
+struct State<'a> {
+    read: usize,
+    begin: Instant,
+    on_progress: OnProgress<'a>,
+}
+
+/// The refusal of rows to somebody who has pressed Ctrl-C.
+#[derive(Debug)]
+struct Stopped;
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("stopped")
+    }
+}
+
+impl Error for Stopped {}
+
+impl<T: ?Sized> WatchedRows<'_, T> {
+    fn count(&self, read: usize, total: usize) -> io::Result<()> {
+        let mut state = self.state.borrow_mut();
+        // Some outputs take more than one look at a row.
+        state.read = (state.read + read).min(total);
+        let progress = Progress { done: state.read, total, resumed: 0, rays: 0, elapsed: state.begin.elapsed() };
+        if (state.on_progress)(&progress).is_break() { Err(io::Error::other(Stopped)) } else { Ok(()) }
+    }
+}
+
+impl<T: TransferRows + ?Sized> TransferRows for WatchedRows<'_, T> {
+    fn order(&self) -> usize {
+        self.rows.order()
+    }
+
+    fn channels(&self) -> Channels {
+        self.rows.channels()
+    }
+
+    fn receivers(&self) -> usize {
+        self.rows.receivers()
+    }
+
+    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
+        self.count(rows.len() / self.row_len(), self.receivers())?;
+        self.rows.read_rows(first, rows)
+    }
+}
+
+impl<T: MatrixRows + ?Sized> MatrixRows for WatchedRows<'_, T> {
+    fn order(&self) -> usize {
+        self.rows.order()
+    }
+
+    fn channels(&self) -> Channels {
+        self.rows.channels()
+    }
+
+    fn points(&self) -> usize {
+        self.rows.points()
+    }
+
+    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
+        self.count(rows.len() / self.row_len(), self.points())?;
+        self.rows.read_rows(first, rows)
+    }
+}
+
+/// Writes rows with a line that says how far it is. Ctrl-C ends it, and leaves the checkpoint and no output.
+pub(crate) fn write_watched<T: ?Sized>(
+    rows: &T,
+    talk: Talk,
+    write: impl FnOnce(&WatchedRows<'_, T>) -> Result<(), PrtError>,
+) -> anyhow::Result<()> {
+    watched(talk, "write", |on_progress| write_rows(rows, on_progress, write))?.or_else(|_| stopped())
+}
+
+fn write_rows<T: ?Sized>(
+    rows: &T,
+    on_progress: OnProgress<'_>,
+    write: impl FnOnce(&WatchedRows<'_, T>) -> Result<(), PrtError>,
+) -> Result<(), PrtError> {
+    let state = State { read: 0, begin: Instant::now(), on_progress };
+    match write(&WatchedRows { rows, state: RefCell::new(state) }) {
+        Err(PrtError::Io { source, .. }) if matches!(source.get_ref(), Some(inner) if inner.is::<Stopped>()) => {
+            Err(PrtError::Cancelled)
+        }
+        other => other,
+    }
+}
+
+/// What remains to be said when the bake is done, but not what follows it.
+pub(crate) fn stopped<T>() -> anyhow::Result<T> {
+    bail!("stopped after the bake, before its output was written; {GO_ON}")
+}
+
+/// Ends a command whose bake is done if somebody has pressed Ctrl-C, before an output that takes no time to write.
+pub(crate) fn stop_before_writing() -> anyhow::Result<()> {
+    if ctrl_c::go_on().is_break() { stopped() } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::ops::ControlFlow;
+
+    use lobe::prt::{Transfer, TransferMatrices, write_matrices, write_transfer};
+    use serde_json::Value;
+
+    use super::*;
+
+    #[test]
+    fn whoever_stops_while_rows_are_written_gets_no_file_and_nobody_else_loses_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.safetensors");
+        // Several times what is read at once.
+        let numbers: Vec<f32> = (0..3 << 20).map(|i| i as f32).collect();
+        let transfer = Transfer::new(1, Channels::Grey, numbers.clone()).unwrap();
+        let matrices = TransferMatrices::new(1, Channels::Grey, numbers).unwrap();
+        for stop_at in [1, 2, 3, 4] {
+            for is_transfer in [true, false] {
+                let mut calls = Vec::new();
+                let watch = &mut |progress: &Progress| {
+                    calls.push(progress.done);
+                    if calls.len() == stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                };
+                let written = match is_transfer {
+                    true => write_rows(&transfer, watch, |rows| write_transfer(&path, rows, &Value::Null)),
+                    false => write_rows(&matrices, watch, |rows| write_matrices(&path, rows, &Value::Null)),
+                };
+                let is_stopped = matches!(written, Err(PrtError::Cancelled));
+                assert_eq!(is_stopped, stop_at < 4, "{written:?}, stopped at call {stop_at}");
+                assert_eq!(calls, [1 << 20, 2 << 20, 3 << 20][..stop_at.min(3)], "rows read at each call");
+                assert_eq!(fs::read_dir(folder.path()).unwrap().count(), usize::from(!is_stopped), "files");
+                let _ = fs::remove_file(&path);
+            }
+        }
+    }
+}

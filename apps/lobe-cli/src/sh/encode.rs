@@ -1,0 +1,184 @@
+//! `lobe sh encode`: irradiance in a small encoding, as numbers.
+
+use std::f64::consts::FRAC_1_PI;
+use std::fmt::Write as _;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::sh::{
+    AxisPermutation, Coefficient, Dir, EncodedIrradiance, Expansion as _, FileCoefficients, IrradianceEncoding,
+    IrradianceMatrix, PackedIrradiance, Quantity, Rgb, ShVec, Zonal, convolved, tangent_frame,
+};
+use serde::Serialize;
+
+use crate::args::input::ShInput;
+use crate::args::output;
+use crate::args::values;
+
+const JSON_HELP: &str =
+    r#"Print {"encoding", "floats", "of": "E" or "E/pi", "up", "numbers": [{"name", "values"}]} instead of lines"#;
+
+#[derive(Args)]
+pub(crate) struct ShEncode {
+    /// The expansion of irradiance, or of radiance, whose irradiance is taken; a .sh.json file; - reads stdin
+    #[arg(value_name = "P")]
+    input: ShInput,
+    /// An encoding of lobe sh encodings; packed: the seven vectors cAr .. cC of Sloan's shader; matrix: the 4x4
+    /// matrices of Ramamoorthi and Hanrahan, row after row (both colours, three bands)
+    #[arg(long = "as", value_name = "NAME|packed|matrix", value_parser = form)]
+    form: Form,
+    /// For encodings of one side of a surface: its geometric normal
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true, value_parser = values::dir)]
+    normal: Dir,
+    /// Divide by π: not the irradiance E, but what a white matte surface leaves of it, as the shaders of Sloan's paper,
+    /// Direct3D and Unity expect
+    #[arg(long)]
+    over_pi: bool,
+    /// The axis that points up where the numbers are used: y for glTF, OpenGL, Unity; directions, that of --normal
+    /// too, are then (x, z, -y) of Lobe's
+    #[arg(long, value_enum, default_value = "z")]
+    up: Up,
+    #[arg(long, help = JSON_HELP)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Up {
+    Y,
+    Z,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    Encoding(IrradianceEncoding),
+    Packed,
+    Matrix,
+}
+
+fn form(text: &str) -> Result<Form, String> {
+    let encoding = IrradianceEncoding::ALL.into_iter().find(|encoding| encoding.name() == text);
+    match (text, encoding) {
+        ("packed", _) => Ok(Form::Packed),
+        ("matrix", _) => Ok(Form::Matrix),
+        (_, Some(encoding)) => Ok(Form::Encoding(encoding)),
+        _ => {
+            let names: Vec<&str> = IrradianceEncoding::ALL.into_iter().map(IrradianceEncoding::name).collect();
+            Err(format!("expected packed, matrix or one of {}; found '{text}'", names.join(", ")))
+        }
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Encoded {
+    encoding: &'static str,
+    floats: usize,
+    of: &'static str,
+    up: &'static str,
+    numbers: Vec<Row>,
+}
+
+/// Numbers that belong together: the channels of a coefficient, or a vector.
+#[derive(Serialize)]
+struct Row {
+    name: String,
+    values: Vec<f64>,
+}
+
+fn row(name: impl Into<String>, values: impl Into<Vec<f64>>) -> Row {
+    Row { name: name.into(), values: values.into() }
+}
+
+impl ShEncode {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        let file = self.input.read()?;
+        let encoded = match (file.quantity, file.coefficients) {
+            (Quantity::Irradiance, FileCoefficients::Scalar(f)) => self.encoded(&f),
+            (Quantity::Irradiance, FileCoefficients::Rgb(f)) => self.encoded(&f),
+            (Quantity::Radiance, FileCoefficients::Scalar(f)) => self.encoded(&irradiance_of(&f)),
+            (Quantity::Radiance, FileCoefficients::Rgb(f)) => self.encoded(&irradiance_of(&f)),
+            (found, _) => bail!("{}: expected radiance or irradiance, found {found}", self.input),
+        };
+        if self.json { output::print_json(&encoded) } else { output::print(&encoded.text()) }
+    }
+
+    fn encoded<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> Encoded {
+        let (of, factor) = if self.over_pi { ("E/pi", FRAC_1_PI) } else { ("E", 1.0) };
+        let scaled = irradiance.map(|e| e.scale(factor));
+        let (up, turned) = match self.up {
+            Up::Z => ("z", scaled),
+            Up::Y => ("y", AxisPermutation::Y_UP_FROM_Z_UP.applied(&scaled)),
+        };
+        let (encoding, floats, numbers) = self.numbers(&turned);
+        Encoded { encoding, floats, of, up, numbers }
+    }
+
+    /// The name of the encoding, how many floats it has, and them.
+    fn numbers<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> (&'static str, usize, Vec<Row>) {
+        let colours = || irradiance.map(|e| Rgb::from_channels(|c| e.channel(c % T::CHANNELS)));
+        match self.form {
+            Form::Packed => {
+                let PackedIrradiance { a, b, c } = PackedIrradiance::from_irradiance_sh(&colours());
+                let names = ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb"];
+                let mut numbers: Vec<Row> =
+                    names.into_iter().zip(a.into_iter().chain(b)).map(|(n, v)| row(n, v)).collect();
+                numbers.push(row("cC", c));
+                ("packed", 27, numbers)
+            }
+            Form::Matrix => {
+                let IrradianceMatrix { m } = IrradianceMatrix::from_irradiance_sh(&colours());
+                let numbers = ["Mr", "Mg", "Mb"].into_iter().zip(m).map(|(name, m)| row(name, m.concat())).collect();
+                ("matrix", 48, numbers)
+            }
+            Form::Encoding(encoding) => {
+                let numbers = numbers_of(&encoding.encode(irradiance, tangent_frame(self.normal)));
+                (encoding.name(), encoding.floats(T::CHANNELS), numbers)
+            }
+        }
+    }
+}
+
+fn irradiance_of<T: Coefficient>(radiance: &ShVec<T>) -> ShVec<T> {
+    convolved(radiance, &Zonal::clamped_cosine(radiance.order()))
+}
+
+fn numbers_of<T: Coefficient<Scalar = f64>>(encoded: &EncodedIrradiance<T>) -> Vec<Row> {
+    let channels = |value: T| -> Vec<f64> { (0..T::CHANNELS).map(|c| value.channel(c)).collect() };
+    let numbered = |name: &str, first: usize, all: &[T]| -> Vec<Row> {
+        all.iter().enumerate().map(|(k, value)| row(format!("{name}_{}", first + k), channels(*value))).collect()
+    };
+    match encoded {
+        EncodedIrradiance::Sh2(e) => numbered("E", 0, e.coefficients()),
+        EncodedIrradiance::Sh3(e) => numbered("E", 0, e.coefficients()),
+        EncodedIrradiance::NonLinearL1(e) => numbered("E", 0, e.linear.coefficients()),
+        EncodedIrradiance::Zh3(e) => {
+            let mut rows = numbered("E", 0, e.linear.coefficients());
+            rows.push(row("zonal", channels(e.zonal)));
+            rows
+        }
+        EncodedIrradiance::AmbientCube(e) => {
+            let faces = ["+x", "-x", "+y", "-y", "+z", "-z"];
+            faces.into_iter().zip(e.faces).map(|(name, value)| row(name, channels(value))).collect()
+        }
+        EncodedIrradiance::Ahd(e) => vec![
+            row("ambient", channels(e.ambient)),
+            row("highlight", channels(e.highlight)),
+            row("direction", e.direction.to_array()),
+        ],
+        EncodedIrradiance::HBasis4(e) => numbered("H", 1, &e.coefficients),
+        EncodedIrradiance::HBasis6(e) => numbered("H", 1, &e.coefficients),
+        EncodedIrradiance::Hl2(e) => numbered("c", 1, &e.colours),
+    }
+}
+
+impl Encoded {
+    fn text(&self) -> String {
+        let Self { encoding, floats, of, up, .. } = self;
+        let mut text = format!("{encoding}, {floats} floats, of {of}, {up} up\n");
+        for Row { name, values } in &self.numbers {
+            let values = values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ");
+            let _ = writeln!(text, "{name} {values}");
+        }
+        text
+    }
+}

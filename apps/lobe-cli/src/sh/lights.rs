@@ -1,0 +1,169 @@
+//! `lobe sh lights`: directional lights and ambient light in place of an expansion.
+
+use std::fmt::Write as _;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::sh::{
+    Coefficient, Expansion as _, FileCoefficients, LightChoice, LightFit, LightMetric, LightOptions, Quantity, ShVec,
+    directional_normalization, extract_light, extract_lights,
+};
+use serde::Serialize;
+
+use crate::args::input::ShInput;
+use crate::args::output;
+use crate::args::values;
+
+/// More lights than any expansion has maxima; asking for more is a slip of the finger.
+const MAX_LIGHTS: usize = 100;
+
+const UNITS: &str = "\
+Intensity 1 is the light of which a facing white matte surface leaves 1, as the bands of this order show it: what
+lobe light directional makes. Irradiance is that of a surface facing the light itself, what an engine's directional light
+has, in the unit of radiance times steradians (divide by π where it counts what white leaves).";
+
+#[derive(Args)]
+#[command(after_help = UNITS)]
+pub(crate) struct ShLights {
+    /// The expansion of radiance, a .sh.json file; - reads stdin
+    #[arg(value_name = "P")]
+    input: ShInput,
+    /// The most lights to find
+    #[arg(long, value_name = "K", default_value = "1", value_parser = count)]
+    count: usize,
+    /// Move the directions to where the lights explain most, together with the intensities
+    #[arg(long)]
+    refine: bool,
+    /// What the lights shall reproduce
+    #[arg(long, value_enum, default_value = "irradiance")]
+    metric: Metric,
+    /// Which of the maxima become lights
+    #[arg(long, value_enum, default_value = "residual")]
+    choose: Choose,
+    /// One light in closed form, from where the linear band points; light and ambient light may come out negative
+    #[arg(long, conflicts_with_all = ["count", "refine", "metric", "choose"])]
+    closed: bool,
+    /// Give every channel directions of its own, instead of those of the luminance to all
+    #[arg(long)]
+    per_channel: bool,
+    /// Print {"lights": [{"dir", "intensity", "irradiance"}], "ambient", "residual"} instead of lines; with --per-channel
+    /// {"channels": [..]} with one such object for each
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Metric {
+    /// What diffuse surfaces reflect
+    Irradiance,
+    /// The radiance itself
+    Radiance,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Choose {
+    /// One after the other the one that leaves least unexplained
+    Residual,
+    /// The highest
+    Height,
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, MAX_LIGHTS, "a number of lights")
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Lights {
+    lights: Vec<Found>,
+    ambient: Vec<f64>,
+    residual: Vec<f64>,
+}
+
+/// What `--json --per-channel` prints.
+#[derive(Serialize)]
+struct Channels {
+    channels: Vec<Lights>,
+}
+
+#[derive(Serialize)]
+struct Found {
+    dir: [f64; 3],
+    intensity: Vec<f64>,
+    irradiance: Vec<f64>,
+}
+
+impl ShLights {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        let file = self.input.read()?;
+        if file.quantity != Quantity::Radiance {
+            bail!("{}: lights are found in radiance, this is {}", self.input, file.quantity);
+        }
+        if self.per_channel {
+            return self.print_channels(&file.coefficients);
+        }
+        let lights = match file.coefficients {
+            FileCoefficients::Scalar(f) => self.find(&f),
+            FileCoefficients::Rgb(f) => self.find(&f),
+        }?;
+        if self.json { output::print_json(&lights) } else { output::print(&lights.text("")) }
+    }
+
+    fn print_channels(&self, coefficients: &FileCoefficients) -> anyhow::Result<()> {
+        let channels = match coefficients {
+            FileCoefficients::Scalar(f) => vec![self.find(f)?],
+            FileCoefficients::Rgb(f) => {
+                (0..3).map(|c| self.find(&f.map(|rgb| rgb.channel(c)))).collect::<anyhow::Result<_>>()?
+            }
+        };
+        if self.json {
+            return output::print_json(&Channels { channels });
+        }
+        let names: &[&str] = if channels.len() == 1 { &[""] } else { &["red: ", "green: ", "blue: "] };
+        output::print(&names.iter().zip(&channels).map(|(name, lights)| lights.text(name)).collect::<String>())
+    }
+
+    fn find<T: Coefficient>(&self, f: &ShVec<T>) -> anyhow::Result<Lights> {
+        let fit = if self.closed { extract_light(f) } else { extract_lights(f, &self.options()) };
+        let LightFit { lights, ambient, residual, .. } =
+            fit.map_err(|error| anyhow::anyhow!("{}: {error}", self.input))?;
+        let unit = directional_normalization(f.order());
+        let found = lights.iter().map(|l| Found {
+            dir: l.dir.to_array(),
+            intensity: channels(l.intensity),
+            irradiance: channels(l.intensity.scale(unit)),
+        });
+        Ok(Lights { lights: found.collect(), ambient: channels(ambient), residual: channels(residual) })
+    }
+
+    fn options(&self) -> LightOptions {
+        let metric = match self.metric {
+            Metric::Irradiance => LightMetric::Irradiance,
+            Metric::Radiance => LightMetric::Radiance,
+        };
+        let choice = match self.choose {
+            Choose::Residual => LightChoice::Residual,
+            Choose::Height => LightChoice::Height,
+        };
+        LightOptions { count: self.count, refine: self.refine, metric, choice, ..LightOptions::default() }
+    }
+}
+
+fn channels<T: Coefficient<Scalar = f64>>(value: T) -> Vec<f64> {
+    (0..T::CHANNELS).map(|c| value.channel(c)).collect()
+}
+
+impl Lights {
+    /// In lines, each after the name of its channel.
+    fn text(&self, name: &str) -> String {
+        let mut text = String::new();
+        let numbers = |values: &[f64]| values.iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(" ");
+        for light in &self.lights {
+            let [dir, intensity, irradiance] = [&light.dir[..], &light.intensity, &light.irradiance].map(numbers);
+            let _ = writeln!(text, "{name}light from {dir}  intensity {intensity}  irradiance {irradiance}");
+        }
+        let residual = self.residual.iter().map(|x| format!("{x:.3e}")).collect::<Vec<_>>().join(" ");
+        let _ = writeln!(text, "{name}ambient {}\n{name}residual energy {residual}", numbers(&self.ambient));
+        text
+    }
+}

@@ -1,0 +1,118 @@
+//! `lobe sh min`: the least value of an expansion over the sphere, with proof.
+
+use std::fmt::Write as _;
+
+use anyhow::bail;
+use clap::Args;
+use lobe::sh::{
+    Coefficient, Expansion as _, Extremum, FileCoefficients, ShVec, certified_minimum, conservative_minimum,
+};
+use serde::Serialize;
+
+use crate::args::input::ShInput;
+use crate::args::output;
+use crate::args::values;
+
+#[derive(Args)]
+pub(crate) struct ShMin {
+    /// The expansion, a .sh.json file; - reads stdin
+    #[arg(value_name = "P")]
+    input: ShInput,
+    /// The width of the interval that is proven to hold the least value, as a part of the root mean square
+    #[arg(long, value_name = "X", default_value = "1e-6", allow_hyphen_values = true, value_parser = values::positive)]
+    tolerance: f64,
+    /// Only the closed bound of Sloan 2017, below which no value of up to three bands lies, as his dering has it
+    #[arg(long, conflicts_with = "tolerance")]
+    bound: bool,
+    /// Print {"channels": [{"min", "lo", "hi", "dir"}]} instead of lines: no value is below lo, and the value towards
+    /// dir is min, at most hi; with --bound {"channels": [{"bound"}]}
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Minima {
+    channels: Vec<Channel>,
+}
+
+#[derive(Serialize)]
+struct Channel {
+    min: f64,
+    lo: f64,
+    hi: f64,
+    dir: [f64; 3],
+}
+
+/// What `--bound --json` prints.
+#[derive(Serialize)]
+struct Bounds {
+    channels: Vec<Bound>,
+}
+
+#[derive(Serialize)]
+struct Bound {
+    bound: f64,
+}
+
+/// The bands that the closed bound is for.
+const BOUND_BANDS: usize = 3;
+
+fn channel_names(count: usize) -> &'static [&'static str] {
+    if count == 1 { &["least"] } else { &["red", "green", "blue"] }
+}
+
+impl ShMin {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        let file = self.input.read()?;
+        if self.bound {
+            return match file.coefficients {
+                FileCoefficients::Scalar(f) => self.print_bounds(&f),
+                FileCoefficients::Rgb(f) => self.print_bounds(&f),
+            };
+        }
+        let minima = match file.coefficients {
+            FileCoefficients::Scalar(f) => self.find(&f),
+            FileCoefficients::Rgb(f) => self.find(&f),
+        };
+        if self.json { output::print_json(&minima) } else { output::print(&minima.text()) }
+    }
+
+    fn print_bounds<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>) -> anyhow::Result<()> {
+        if f.order() > BOUND_BANDS {
+            bail!("{}: --bound: expected up to three bands, found order {}; leave --bound out", self.input, f.order());
+        }
+        let bound = |c: usize| conservative_minimum(f.map(|value| value.channel(c)).coefficients());
+        let bounds: Vec<f64> = (0..T::CHANNELS).map(bound).collect();
+        if self.json {
+            return output::print_json(&Bounds { channels: bounds.into_iter().map(|bound| Bound { bound }).collect() });
+        }
+        let line = |(name, bound): (&&str, &f64)| format!("{name} {bound:?} or above, by the closed bound\n");
+        output::print(&channel_names(bounds.len()).iter().zip(&bounds).map(line).collect::<String>())
+    }
+
+    fn find<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>) -> Minima {
+        let channel = |c: usize| {
+            let channel = f.map(|value| value.channel(c));
+            let Extremum { lo, hi, dir } = certified_minimum(channel.coefficients(), self.tolerance);
+            // The interval allows for more rounding than this one sum has.
+            Channel { min: channel.eval(dir).clamp(lo, hi), lo, hi, dir: dir.to_array() }
+        };
+        Minima { channels: (0..T::CHANNELS).map(channel).collect() }
+    }
+}
+
+impl Minima {
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let names = channel_names(self.channels.len());
+        for (name, Channel { min, lo, dir: [x, y, z], .. }) in names.iter().zip(&self.channels) {
+            let below = min - lo;
+            let _ = writeln!(
+                text,
+                "{name} {min:?} towards {x:.6} {y:.6} {z:.6}, proven: nothing more than {below:.1e} below"
+            );
+        }
+        text
+    }
+}

@@ -1,0 +1,15 @@
+//! TODO room sh.
+
+pub(crate) mod convolve;
+pub(crate) mod dering;
+pub(crate) mod encode;
+pub(crate) mod encodings;
+pub(crate) mod eval;
+pub(crate) mod info;
+pub(crate) mod lights;
+pub(crate) mod min;
+pub(crate) mod peaks;
+pub(crate) mod plot;
+pub(crate) mod product;
+pub(crate) mod rotate;
+pub(crate) mod window;

@@ -1,0 +1,173 @@
+//! `lobe sh plot`: an expansion as a figure.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::render::{Balloon, CrossSection, CubeCross, Picture, PolarPlot, Tone};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShError, ShVec, write_atomically};
+
+use crate::args::input::ShInput;
+use crate::args::output;
+use crate::args::values;
+
+/// The largest figure: a balloon of that size takes half a minute.
+const MAX_SIZE: usize = 8192;
+
+#[derive(Args)]
+pub(crate) struct ShPlot {
+    /// The expansion, a .sh.json file; - reads stdin
+    #[arg(value_name = "P")]
+    input: ShInput,
+    /// The figure: .png, or .svg (polar as lines; the other styles as a picture inside)
+    #[arg(short, long, value_name = "F")]
+    output: Figure,
+    /// What to draw: red is positive, blue negative, always
+    #[arg(long, value_enum, default_value = "balloon")]
+    style: Style,
+    /// Which channel of a coloured expansion
+    #[arg(long, value_enum, default_value = "luminance")]
+    channel: Channel,
+    /// With --style polar: the plane of the cross-section
+    #[arg(long, value_enum)]
+    plane: Option<Plane>,
+    /// With --style polar: another expansion to draw beside it, dashed; may be given many times
+    #[arg(long = "beside", value_name = "Q")]
+    beside: Vec<ShInput>,
+    /// The value that reaches the rim of a balloon or the outermost ring, or that has the full colour on a cube [default: the
+    /// largest magnitude that occurs]
+    #[arg(long, value_name = "V", value_parser = values::positive)]
+    extent: Option<f64>,
+    /// The width in pixels, 16 to 8192
+    #[arg(long, value_name = "N", default_value = "512", value_parser = size)]
+    size: usize,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Style {
+    /// The surface at the distance |f| from the middle
+    Balloon,
+    /// The unfolded cube, with lines of equal values; the green one is zero
+    Cross,
+    /// A cross-section, at the distance |f| from the middle
+    Polar,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Channel {
+    Luminance,
+    Red,
+    Green,
+    Blue,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Plane {
+    /// +x to the right, +z upwards; the default
+    Xz,
+    /// +y to the right, +z upwards
+    Yz,
+    /// +x to the right, +y upwards
+    Xy,
+}
+
+/// A file of a figure.
+#[derive(Clone, Debug)]
+struct Figure {
+    path: PathBuf,
+    is_svg: bool,
+}
+
+impl FromStr for Figure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("png") => Ok(Self { path, is_svg: false }),
+            Some("svg") => Ok(Self { path, is_svg: true }),
+            _ => Err("expected a figure's name that ends in .png or .svg".to_owned()),
+        }
+    }
+}
+
+fn size(text: &str) -> Result<usize, String> {
+    values::whole(text, 16, MAX_SIZE, "a width in pixels")
+}
+
+impl ShPlot {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        self.check_options()?;
+        output::check_file(&self.output.path)?;
+        let f = self.function(&self.input)?;
+        let others = self.beside.iter().map(|input| self.function(input)).collect::<anyhow::Result<Vec<_>>>()?;
+        let bytes = self.figure(&f, &others)?;
+        let name = self.output.path.display().to_string();
+        write_atomically(&self.output.path, |file| file.write_all(&bytes))
+            .map_err(|source| ShError::Io { file: name, source })?;
+        Ok(())
+    }
+
+    /// An option that would be ignored is a misunderstanding.
+    fn check_options(&self) -> anyhow::Result<()> {
+        let is_polar = self.style == Style::Polar;
+        if self.plane.is_some() && !is_polar {
+            bail!("--plane: only --style polar is a cross-section; choose it, or leave the plane out");
+        }
+        if !self.beside.is_empty() && !is_polar {
+            bail!("--beside: only --style polar draws several functions; choose it, or leave the others out");
+        }
+        if [&self.input].into_iter().chain(&self.beside).filter(|input| **input == ShInput::Stdin).count() > 1 {
+            bail!("stdin: several inputs are -, but stdin can be read only once; name files for the others");
+        }
+        Ok(())
+    }
+
+    /// The channel that is drawn.
+    fn function(&self, input: &ShInput) -> anyhow::Result<ShVec<f64>> {
+        Ok(match input.read()?.coefficients {
+            FileCoefficients::Scalar(f) => f,
+            FileCoefficients::Rgb(f) => f.map(|c| match self.channel {
+                Channel::Luminance => c.luminance(),
+                Channel::Red => c.channel(0),
+                Channel::Green => c.channel(1),
+                Channel::Blue => c.channel(2),
+            }),
+        })
+    }
+
+    fn figure(&self, f: &ShVec<f64>, others: &[ShVec<f64>]) -> anyhow::Result<Vec<u8>> {
+        let value = |s: Dir| f.eval(s);
+        let picture = match self.style {
+            Style::Balloon => Balloon { extent: self.extent, ..Balloon::new(self.size) }.picture(value),
+            Style::Cross => CubeCross { full_scale: self.extent, ..CubeCross::new(self.size / 4) }.picture(value),
+            Style::Polar => {
+                let plot = PolarPlot { extent: self.extent, ..PolarPlot::new(self.size as f64, self.section()) };
+                let others: Vec<_> = others.iter().map(|g| move |s: Dir| g.eval(s)).collect();
+                let others: Vec<&dyn Fn(Dir) -> f64> = others.iter().map(|g| g as &dyn Fn(Dir) -> f64).collect();
+                if self.output.is_svg {
+                    return Ok(plot.svg(&value, &others).into_bytes());
+                }
+                plot.picture(&value, &others)
+            }
+        };
+        self.encoded(&picture)
+    }
+
+    fn section(&self) -> CrossSection {
+        match self.plane {
+            None | Some(Plane::Xz) => CrossSection::XZ,
+            Some(Plane::Yz) => CrossSection::YZ,
+            Some(Plane::Xy) => CrossSection::XY,
+        }
+    }
+
+    fn encoded(&self, picture: &Picture) -> anyhow::Result<Vec<u8>> {
+        Ok(if self.output.is_svg {
+            picture.to_svg(&Tone::PLAIN)?.into_bytes()
+        } else {
+            picture.to_png(&Tone::PLAIN)?
+        })
+    }
+}

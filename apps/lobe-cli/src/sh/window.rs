@@ -1,0 +1,163 @@
+//! `lobe sh window`: an expansion under a window, which trades ringing for blur.
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::sh::{Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, windowed};
+
+use crate::args::input::ShInput;
+use crate::args::output::ShOutput;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// The power of the sigma factors that is named by its own.
+const SINC4: f64 = 4.0;
+
+/// Bands that the window for punctual lights leaves.
+const PUNCTUAL_BANDS: usize = 3;
+
+#[derive(Args)]
+pub(crate) struct ShWindow {
+    /// The expansion, a .sh.json file; - reads stdin
+    #[arg(value_name = "P")]
+    input: ShInput,
+    /// The factors of the bands
+    #[arg(long, value_enum)]
+    kind: Kind,
+    /// hanning, lanczos, sinc4: the band at which the factors reach zero [default: the order, the first band that is
+    /// missing]; gauss: the standard deviation in degrees
+    #[arg(long, value_name = "W", allow_hyphen_values = true, value_parser = values::positive)]
+    width: Option<f64>,
+    /// laplacian: the weight of the squared Laplacian, 0 or more
+    #[arg(long, value_name = "L", allow_hyphen_values = true, value_parser = weight, conflicts_with = "keep")]
+    lambda: Option<f64>,
+    /// laplacian: the part of the squared Laplacian that is left, above 0 and up to 1, channels summed; finds the weight
+    #[arg(long, value_name = "F", allow_hyphen_values = true, value_parser = fraction)]
+    keep: Option<f64>,
+    /// Leave the function as it is towards its light, the direction of band 1, and let the window come in away from it
+    #[arg(long)]
+    content: bool,
+    /// With --content: the order that is written; the blend needs more bands than the input [default: that of the input]
+    #[arg(long, value_name = "N", value_parser = values::order, requires = "content")]
+    order: Option<usize>,
+    /// The expansion under the window, a .sh.json file; - writes to stdout
+    #[arg(short, long, value_name = "Q")]
+    output: ShOutput,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Kind {
+    /// A raised cosine
+    Hanning,
+    /// The sigma factors, sin(πl/W)/(πl/W)
+    Lanczos,
+    /// The heat kernel of the sphere, which never makes light negative
+    Gauss,
+    /// Least squares with the squared Laplacian as a penalty, 1/(1 + L l²(l+1)²)
+    Laplacian,
+    /// The sigma factors to the fourth power
+    Sinc4,
+    /// 1, 0.92, 0.73: for a point light before it is added to a probe of order 3
+    Punctual,
+}
+
+fn weight(text: &str) -> Result<f64, String> {
+    match values::finite(text)? {
+        x if x >= 0.0 => Ok(x),
+        x => Err(format!("expected a weight of 0 or more, found {x}")),
+    }
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    match values::finite(text)? {
+        x if x > 0.0 && x <= 1.0 => Ok(x),
+        x => Err(format!("expected a fraction above 0 and up to 1, found {x}")),
+    }
+}
+
+impl ShWindow {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        self.check_options()?;
+        self.output.check()?;
+        let file = self.input.read()?;
+        let coefficients: FileCoefficients = match file.coefficients {
+            FileCoefficients::Scalar(f) => self.windowed(&f, talk).into(),
+            FileCoefficients::Rgb(f) => self.windowed(&f, talk).into(),
+        };
+        self.output.write(&ShFile::new(file.quantity, coefficients))
+    }
+
+    /// An option that would be ignored is a misunderstanding.
+    fn check_options(&self) -> anyhow::Result<()> {
+        let has_width = !matches!(self.kind, Kind::Laplacian | Kind::Punctual);
+        if self.width.is_some() && !has_width {
+            bail!(
+                "--width: only hanning, lanczos, sinc4 and gauss have one; choose one of them, or leave the width out"
+            );
+        }
+        let is_laplacian = self.kind == Kind::Laplacian;
+        for (option, is_given) in [("--lambda", self.lambda.is_some()), ("--keep", self.keep.is_some())] {
+            if is_given && !is_laplacian {
+                bail!("{option}: only --kind laplacian has a weight; choose it, or leave {option} out");
+            }
+        }
+        if is_laplacian && self.lambda.is_none() && self.keep.is_none() {
+            bail!("--kind laplacian: expected a weight, --lambda L, or the fraction that is left, --keep F");
+        }
+        if self.kind == Kind::Gauss && self.width.is_none() {
+            bail!("--kind gauss: expected its standard deviation in degrees, --width W");
+        }
+        Ok(())
+    }
+
+    fn windowed<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>, talk: Talk) -> ShVec<T> {
+        let order = f.order();
+        let window = self.window(f, order);
+        let subject = self.input.to_string();
+        if let (Some(keep), Window::SquaredLaplacian { lambda }) = (self.keep, window) {
+            talk.note(&subject, &format!("--lambda {lambda} leaves {keep} of the squared Laplacian"));
+        }
+        if self.kind == Kind::Punctual && order > PUNCTUAL_BANDS {
+            let text = format!("order {order}; punctual is made for order {PUNCTUAL_BANDS}, later bands become zero");
+            talk.note(&subject, &text);
+        }
+        if self.content { self.blended(f, window, talk) } else { windowed(f, &window) }
+    }
+
+    /// The function towards its light, the window away from it, and what the order that is written loses of that.
+    fn blended<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>, window: Window, talk: Talk) -> ShVec<T> {
+        let subject = self.input.to_string();
+        let content = ContentWindow::of(f, window);
+        let order = self.order.unwrap_or(f.order());
+        let blend = content.project(f, order);
+        let Some(dir) = content.dir else {
+            talk.note(&subject, "--content: band 1 has no direction; the window is applied everywhere");
+            return blend;
+        };
+        let energy = content.energy(f);
+        let kept: f64 = (0..T::CHANNELS).map(|c| blend.dot(&blend).channel(c)).sum();
+        // Rounding can make it negative.
+        let lost = (1.0 - kept / energy).max(0.0).sqrt();
+        let [x, y, z] = dir.to_array();
+        let text = format!(
+            "as it is towards {x:.4},{y:.4},{z:.4}; order {order} leaves out {:.2} % of the root mean square",
+            100.0 * lost
+        );
+        talk.note(&subject, &text);
+        blend
+    }
+
+    fn window<T: Coefficient>(&self, f: &ShVec<T>, order: usize) -> Window {
+        let width = self.width.unwrap_or(order as f64);
+        match self.kind {
+            Kind::Hanning => Window::Hanning { width },
+            Kind::Lanczos => Window::Lanczos { width, power: 1.0 },
+            Kind::Sinc4 => Window::Lanczos { width, power: SINC4 },
+            Kind::Gauss => Window::Gauss { sigma: width.to_radians() },
+            Kind::Punctual => Window::PunctualLight,
+            Kind::Laplacian => match (self.lambda, self.keep) {
+                (None, Some(keep)) => Window::squared_laplacian_of(f.coefficients(), keep),
+                (lambda, _) => Window::SquaredLaplacian { lambda: lambda.unwrap_or(0.0) },
+            },
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Two small environment maps that come with Lobe, so that nothing needs to be downloaded.
+//!
+//! Both are from Poly Haven, CC0; `assets/README.md` of this crate gives source and facts.
+//!
+//! ```
+//! let sunset = lobe_env::bundled::sunset();
+//! let map = sunset.map();
+//! assert_eq!((sunset.name, map.width(), map.height()), ("sunset", 512, 256));
+//! ```
+
+use crate::{EnvMap, ReadOptions, read_env_bytes};
+
+/// An environment map inside the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Bundled {
+    /// A short name, without extension.
+    pub name: &'static str,
+    /// One line for a caption.
+    pub title: &'static str,
+    /// The OpenEXR file.
+    pub bytes: &'static [u8],
+}
+
+impl Bundled {
+    /// Decodes the map.
+    #[must_use]
+    pub fn map(&self) -> EnvMap {
+        match read_env_bytes(self.bytes, self.name, &ReadOptions::default()) {
+            Ok((map, _)) => map,
+            Err(error) => unreachable!("the test of the bundled maps reads this file: {error}"),
+        }
+    }
+}
+
+/// A square by the sea at sunset: a clear sky and a sun two texels wide 3° above the horizon, 36° to the right of the
+/// centre, its red channel up to 801.
+#[must_use]
+pub fn sunset() -> Bundled {
+    let title = "a square by the sea, the sun on the horizon";
+    Bundled { name: "sunset", title, bytes: include_bytes!("../../assets/sunset.exr") }
+}
+
+/// A dark photographer's studio with two bright lamps, the brighter one of radiance 3730.
+#[must_use]
+pub fn studio() -> Bundled {
+    let title = "a dark photographer's studio, two bright lamps";
+    Bundled { name: "studio", title, bytes: include_bytes!("../../assets/studio.exr") }
+}
+
+/// All bundled maps.
+#[must_use]
+pub fn all() -> [Bundled; 2] {
+    [sunset(), studio()]
+}

@@ -1,0 +1,179 @@
+//! A cube as six files, one for each face.
+
+use std::path::{Path, PathBuf};
+
+use lobe_sh::{StagedFile, check_writable};
+
+use crate::files::write;
+use crate::mapping::cube::FACES;
+use crate::read_raster;
+use crate::{CubeHandedness, CubeMap, EnvError, EnvMap, ReadOptions, ReadReport, WriteOptions, WriteReport};
+
+/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files.
+pub const FACE_NAMES: [&str; FACES] = ["px", "nx", "py", "ny", "pz", "nz"];
+
+/// The names that other programs give to the same faces; they are read, not written.
+const OTHER_NAMES: [[&str; FACES]; 2] =
+    [["posx", "negx", "posy", "negy", "posz", "negz"], ["right", "left", "top", "bottom", "front", "back"]];
+
+/// The file of each of the faces +X, -X, +Y, -Y, +Z, -Z of a cube in a folder: `px` to `nz` with the given extension, or
+/// `posx` to `negz`, or `right`, `left`, `top`, `bottom`, `front` and `back`, whichever has its first file there.
+#[must_use]
+pub fn cube_face_paths(folder: impl AsRef<Path>, extension: &str) -> [PathBuf; FACES] {
+    let paths = |names: &[&str; FACES]| names.map(|name| folder.as_ref().join(format!("{name}.{extension}")));
+    let own = paths(&FACE_NAMES);
+    if own[0].exists() {
+        return own;
+    }
+    OTHER_NAMES.iter().map(paths).find(|paths| paths[0].exists()).unwrap_or(own)
+}
+
+/// Reads a cube from the six files of a folder that [`cube_face_paths`] names, in any format of
+/// [`read_env`](crate::read_env); the reports are those of the faces.
+///
+/// # Errors
+/// As [`read_raster`]; [`EnvError::Invalid`] if a face is not square, or not of the size of the first.
+pub fn read_cube_faces(
+    folder: impl AsRef<Path>,
+    extension: &str,
+    handedness: CubeHandedness,
+    options: &ReadOptions,
+) -> Result<(CubeMap, [ReadReport; FACES]), EnvError> {
+    let mut faces = Vec::with_capacity(FACES);
+    let mut reports = Vec::with_capacity(FACES);
+    let mut size = 0;
+    for path in cube_face_paths(folder, extension) {
+        let (face, report) = read_raster(&path, options)?;
+        size = if faces.is_empty() { face.width } else { size };
+        if (face.width, face.height) != (size, size) {
+            let message = format!("a face of {size} x {size} expected, but this is {} x {}", face.width, face.height);
+            return Err(EnvError::Invalid { file: path.display().to_string(), message });
+        }
+        faces.push(face.texels);
+        reports.push(report);
+    }
+    let (Ok(faces), Ok(reports)) = (faces.try_into(), reports.try_into()) else { unreachable!("six files were read") };
+    Ok((CubeMap::from_handed_faces(size, &faces, handedness)?, reports))
+}
+
+/// Writes a cube as the files `px`, `nx`, `py`, `ny`, `pz` and `nz` of a folder, in a format of
+/// [`write_env`](crate::write_env); the report counts over all faces.
+///
+/// The files get their names when all six are on the disk: where one cannot be written, none is.
+///
+/// # Errors
+/// As [`write_env`](crate::write_env).
+pub fn write_cube_faces(
+    folder: impl AsRef<Path>,
+    extension: &str,
+    cube: &CubeMap,
+    handedness: CubeHandedness,
+    options: &WriteOptions,
+) -> Result<WriteReport, EnvError> {
+    let io = |path: &Path, source| EnvError::Io { file: path.display().to_string(), source };
+    let paths = FACE_NAMES.map(|name| folder.as_ref().join(format!("{name}.{extension}")));
+    for path in &paths {
+        check_writable(path).map_err(|e| io(path, e))?;
+    }
+    let mut report = WriteReport::default();
+    let mut staged = Vec::with_capacity(FACES);
+    for (path, face) in paths.iter().zip(cube.faces(handedness)) {
+        // The writer asks for a picture and does not look at directions.
+        let (bytes, found) = write::encode(path, &EnvMap::new(cube.size(), cube.size(), face)?, options)?;
+        report.clamped += found.clamped;
+        staged.push(StagedFile::write(path, |file| file.write_all(&bytes)).map_err(|e| io(path, e))?);
+    }
+    for (path, file) in paths.iter().zip(staged) {
+        file.publish().map_err(|e| io(path, e))?;
+    }
+    Ok(report)
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::Rgb;
+
+    use super::*;
+    use crate::write_env;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("lobe-cube-faces-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn six_files_come_back_as_they_went_out() {
+        let folder = folder("round-trip");
+        let cube = CubeMap::from_fn(5, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
+        for handedness in [CubeHandedness::Left, CubeHandedness::Right] {
+            let report = write_cube_faces(&folder, "exr", &cube, handedness, &WriteOptions::default()).unwrap();
+            assert_eq!(report.clamped, 0, "floats hold everything");
+            let (back, _) = read_cube_faces(&folder, "exr", handedness, &ReadOptions::default()).unwrap();
+            assert!(back == cube, "{handedness:?}: the cube changed");
+        }
+        let (other, _) = read_cube_faces(&folder, "exr", CubeHandedness::Left, &ReadOptions::default()).unwrap();
+        assert!(other != cube, "faces written as right-handed are no left-handed ones");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn where_one_face_cannot_be_written_none_is() {
+        let folder = folder("together");
+        let cubes = [1.0, 2.0].map(|light| CubeMap::from_fn(4, |_| Rgb::new(light, light, light)));
+        let write = |cube| write_cube_faces(&folder, "exr", cube, CubeHandedness::Right, &WriteOptions::default());
+        let read =
+            || read_cube_faces(&folder, "exr", CubeHandedness::Right, &ReadOptions::default()).map(|(cube, _)| cube);
+        write(&cubes[0]).unwrap();
+        // A folder in the place of the last face.
+        std::fs::remove_file(folder.join("nz.exr")).unwrap();
+        std::fs::create_dir(folder.join("nz.exr")).unwrap();
+        let message = write(&cubes[1]).unwrap_err().to_string();
+        assert!(message.contains("nz.exr") && !message.contains('\n'), "{message}");
+        let count = std::fs::read_dir(&folder).unwrap().count();
+        assert_eq!(count, 6, "nothing temporary is left");
+        let px = read_raster(folder.join("px.exr"), &ReadOptions::default()).unwrap().0;
+        assert_eq!(px.texels[0].g, 1.0, "the first face is still the old one");
+        std::fs::remove_dir(folder.join("nz.exr")).unwrap();
+        write(&cubes[1]).unwrap();
+        assert!(read().unwrap() == cubes[1], "then all are written");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn other_names_of_faces_are_read() {
+        let cube = CubeMap::from_fn(4, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
+        for (k, names) in OTHER_NAMES.iter().enumerate() {
+            let folder = folder(&format!("names-{k}"));
+            write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Right, &WriteOptions::default()).unwrap();
+            for (own, other) in FACE_NAMES.iter().zip(names) {
+                std::fs::rename(folder.join(format!("{own}.pfm")), folder.join(format!("{other}.pfm"))).unwrap();
+            }
+            let read = read_cube_faces(&folder, "pfm", CubeHandedness::Right, &ReadOptions::default());
+            assert!(read.unwrap().0 == cube, "{names:?}");
+            std::fs::remove_dir_all(folder).unwrap();
+        }
+    }
+
+    #[test]
+    fn faces_of_another_size_or_none_are_errors_of_one_line() {
+        let folder = folder("sizes");
+        let cube = CubeMap::from_fn(4, |_| Rgb::new(1.0, 1.0, 1.0));
+        write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Left, &WriteOptions::default()).unwrap();
+        let read = || read_cube_faces(&folder, "pfm", CubeHandedness::Left, &ReadOptions::default());
+        for (name, (w, h)) in [("py", (5, 5)), ("px", (4, 2)), ("nz", (2, 2))] {
+            let path = folder.join(format!("{name}.pfm"));
+            let kept = std::fs::read(&path).unwrap();
+            let map = EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 1.0, 1.0));
+            write_env(&path, &map, &WriteOptions::default()).unwrap();
+            let message = read().unwrap_err().to_string();
+            let expected = format!("a face of 4 x 4 expected, but this is {w} x {h}");
+            assert!(message.contains(&expected) && !message.contains('\n'), "{name}: {message}");
+            std::fs::write(&path, kept).unwrap();
+        }
+        std::fs::remove_file(folder.join("pz.pfm")).unwrap();
+        let message = read().unwrap_err().to_string();
+        assert!(message.contains("pz.pfm") && !message.contains('\n'), "{message}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -1,0 +1,185 @@
+//! The six faces of a cube in one picture, or in six, out and in.
+
+use lobe_sh::{Coefficient, Rgb};
+
+use crate::mapping::cube::FACES;
+use crate::{CubeMap, CubeMipChain, EnvError, Raster};
+
+/// In which world the faces are looked up.
+///
+/// Graphics interfaces define faces and their orientation once, for a direction `(X, Y, Z)` with Y up (see
+/// [`cube`](crate::cube)). Whether that direction is right- or left-handed is up to the program, and a cube made for one
+/// kind of program is the mirror image of the cube for the other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CubeHandedness {
+    /// For right-handed directions, `(X, Y, Z) = (x, z, -y)`: glTF, OpenGL, Vulkan, Filament. The faces are mirror
+    /// images of photographs. [`CubeMap`] itself is this one.
+    #[default]
+    Right,
+    /// For left-handed directions, `(X, Y, Z) = (-x, z, -y)`: Direct3D, and three.js, which turns X around before it
+    /// looks a cube up. The faces are photographs taken in the centre: letters can be read.
+    Left,
+}
+
+/// The faces of a cube in one picture.
+///
+/// The cube's own names of the faces. In all layouts every face stands upright, except that the vertical cross turns -Z
+/// by half a turn, as it is folded.
+///
+/// ```text
+///   HorizontalCross     VerticalCross    Row                          Column
+///
+///        +Y                  +Y          +X -X +Y -Y +Z -Z            +X
+///    -X  +Z  +X  -Z      -X  +Z  +X                                   -X
+///        -Y                  -Y                                       ..
+///                            -Z (turned)                              -Z
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum CubeLayout {
+    /// Four faces wide, three high.
+    HorizontalCross,
+    /// Three faces wide, four high.
+    VerticalCross,
+    /// Six faces side by side, in order.
+    Row,
+    /// Six faces below each other, in order.
+    Column,
+}
+
+impl CubeLayout {
+    /// All layouts.
+    pub const ALL: [Self; 4] = [Self::HorizontalCross, Self::VerticalCross, Self::Row, Self::Column];
+
+    /// Columns and rows, in faces.
+    #[must_use]
+    pub fn shape(self) -> (usize, usize) {
+        match self {
+            Self::HorizontalCross => (4, 3),
+            Self::VerticalCross => (3, 4),
+            Self::Row => (FACES, 1),
+            Self::Column => (1, FACES),
+        }
+    }
+
+    /// The layout of a picture, told by its proportions.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if no layout has them.
+    pub fn of_picture(width: usize, height: usize) -> Result<Self, EnvError> {
+        let fits = |layout: &Self| {
+            let (columns, rows) = layout.shape();
+            width > 0 && width.is_multiple_of(columns) && width / columns * rows == height
+        };
+        Self::ALL.into_iter().find(fits).ok_or_else(|| {
+            let shapes = "4:3 (horizontal cross), 3:4 (vertical cross), 6:1 (row) or 1:6 (column)";
+            EnvError::Options(format!("a picture of a cube is {shapes}, but this is {width} x {height}"))
+        })
+    }
+
+    /// Column, row and half turn of a face.
+    fn place(self, face: usize) -> (usize, usize, bool) {
+        match self {
+            Self::Row => (face, 0, false),
+            Self::Column => (0, face, false),
+            Self::HorizontalCross => {
+                let (column, row) = [(2, 1), (0, 1), (1, 0), (1, 2), (1, 1), (3, 1)][face];
+                (column, row, false)
+            }
+            Self::VerticalCross => {
+                let (column, row) = [(2, 1), (0, 1), (1, 0), (1, 2), (1, 1), (1, 3)][face];
+                (column, row, face == 5)
+            }
+        }
+    }
+}
+
+impl CubeMap {
+    /// The map with its faces as `handedness` wants them, or the map of faces that were made so: the way there is also
+    /// the way back. [`Left`](CubeHandedness::Left) turns X around, [`Right`](CubeHandedness::Right) changes nothing.
+    #[must_use]
+    pub fn of_handedness(mut self, handedness: CubeHandedness) -> Self {
+        if handedness == CubeHandedness::Left {
+            let size = self.size();
+            mirror(size, self.texels_mut());
+        }
+        self
+    }
+
+    /// The six faces in the order +X, -X, +Y, -Y, +Z, -Z, each row after row, for six files or a graphics interface.
+    #[must_use]
+    pub fn faces(&self, handedness: CubeHandedness) -> [Vec<Rgb<f32>>; FACES] {
+        let map = self.clone().of_handedness(handedness);
+        [0, 1, 2, 3, 4, 5].map(|face| map.face(face).to_vec())
+    }
+
+    /// The map of six faces, the inverse of [`faces`](Self::faces).
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if `size` is 0 or a face has any other length than `size²`.
+    pub fn from_handed_faces(
+        size: usize,
+        faces: &[Vec<Rgb<f32>>; FACES],
+        handedness: CubeHandedness,
+    ) -> Result<Self, EnvError> {
+        Ok(Self::from_faces(size, faces)?.of_handedness(handedness))
+    }
+
+    /// All faces in one picture; the corners of a cross are black.
+    #[must_use]
+    pub fn to_picture(&self, layout: CubeLayout, handedness: CubeHandedness) -> Raster {
+        let size = self.size();
+        let (columns, rows) = layout.shape();
+        let (width, height) = (columns * size, rows * size);
+        let mut texels = vec![Rgb::ZERO; width * height];
+        for (face, pixels) in self.faces(handedness).iter().enumerate() {
+            let (column, row, turned) = layout.place(face);
+            for (i, texel) in pixels.iter().enumerate() {
+                let i = if turned { size * size - 1 - i } else { i };
+                texels[(row * size + i / size) * width + column * size + i % size] = *texel;
+            }
+        }
+        Raster { width, height, texels }
+    }
+
+    /// The map in a picture of all faces, whose [layout](CubeLayout::of_picture) its proportions tell.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if the proportions or the number of texels are wrong.
+    pub fn from_picture(picture: &Raster, handedness: CubeHandedness) -> Result<Self, EnvError> {
+        let &Raster { width, height, ref texels } = picture;
+        if width.checked_mul(height) != Some(texels.len()) {
+            let found = texels.len();
+            return Err(EnvError::Options(format!("{width} x {height} texels expected, {found} given")));
+        }
+        let layout = CubeLayout::of_picture(width, height)?;
+        let size = width / layout.shape().0;
+        let faces = [0, 1, 2, 3, 4, 5].map(|face| {
+            let (column, row, turned) = layout.place(face);
+            let at = |i: usize| texels[(row * size + i / size) * width + column * size + i % size];
+            (0..size * size).map(|i| at(if turned { size * size - 1 - i } else { i })).collect()
+        });
+        Self::from_handed_faces(size, &faces, handedness)
+    }
+}
+
+impl CubeMipChain {
+    /// Every level as [`CubeMap::of_handedness`].
+    #[must_use]
+    pub fn of_handedness(mut self, handedness: CubeHandedness) -> Self {
+        if handedness == CubeHandedness::Left {
+            for level in self.levels_mut() {
+                let size = level.size();
+                mirror(size, level.texels_mut());
+            }
+        }
+        self
+    }
+}
+
+/// Turns X around: +X and -X change places, and every face its left and right.
+fn mirror(size: usize, texels: &mut [Rgb<f32>]) {
+    let (plus_x, rest) = texels.split_at_mut(size * size);
+    plus_x.swap_with_slice(&mut rest[..size * size]);
+    texels.chunks_exact_mut(size).for_each(<[_]>::reverse);
+}

@@ -1,0 +1,130 @@
+//! A cube map with its smaller versions.
+
+use crate::map::cube_average::averaged_to;
+use crate::{CubeMap, EnvError};
+
+/// A cube map in falling sizes: level `k` has faces of `max(1, size >> k)` texels.
+///
+/// What the levels mean is the caller's business: [`CubeMipChain::averaged`] makes smaller and smaller means, a
+/// prefiltered map holds one roughness in each level. There may be any number of levels from one to the last, which
+/// has a size of 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CubeMipChain {
+    levels: Vec<CubeMap>,
+}
+
+impl CubeMipChain {
+    /// A chain from its levels, the largest first.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if there is no level, or one whose size is not half of that before, rounded down.
+    pub fn new(levels: Vec<CubeMap>) -> Result<Self, EnvError> {
+        let Some(first) = levels.first() else {
+            return Err(EnvError::Options("a chain of cube maps needs at least one level".into()));
+        };
+        let most = level_count(first.size());
+        if levels.len() > most {
+            let message =
+                format!("a cube map of size {} has at most {most} levels, not {}", first.size(), levels.len());
+            return Err(EnvError::Options(message));
+        }
+        let expected = |k: usize| level_size(first.size(), k);
+        if let Some((k, level)) = levels.iter().enumerate().find(|(k, level)| level.size() != expected(*k)) {
+            let message = format!("level {k} must have a size of {}, not {}", expected(k), level.size());
+            return Err(EnvError::Options(message));
+        }
+        Ok(Self { levels })
+    }
+
+    /// The chain of one level.
+    #[must_use]
+    pub fn single(map: CubeMap) -> Self {
+        Self { levels: vec![map] }
+    }
+
+    /// The full chain down to a size of 1, each texel the mean of what it covers in the level before.
+    ///
+    /// Texels count with their solid angle, those of an odd size that are cut with that of each part, so the mean over the
+    /// sphere stays the same in every level.
+    #[must_use]
+    pub fn averaged(map: CubeMap) -> Self {
+        let mut levels = vec![map];
+        while let Some(last) = levels.last()
+            && last.size() > 1
+        {
+            levels.push(averaged_to(last, last.size() / 2));
+        }
+        Self { levels }
+    }
+
+    /// The levels, the largest first; at least one.
+    #[must_use]
+    pub fn levels(&self) -> &[CubeMap] {
+        &self.levels
+    }
+
+    /// The levels, to change their texels.
+    pub(crate) fn levels_mut(&mut self) -> &mut [CubeMap] {
+        &mut self.levels
+    }
+
+    /// The largest level.
+    #[must_use]
+    pub fn base(&self) -> &CubeMap {
+        &self.levels[0]
+    }
+
+    /// The largest level, without the others.
+    #[must_use]
+    pub fn into_base(mut self) -> CubeMap {
+        self.levels.swap_remove(0)
+    }
+}
+
+/// The size of level `k` below a map of size `size`.
+pub(crate) fn level_size(size: usize, k: usize) -> usize {
+    size.checked_shr(k as u32).unwrap_or(0).max(1)
+}
+
+/// The levels from `size` down to 1.
+pub(crate) fn level_count(size: usize) -> usize {
+    size.max(1).ilog2() as usize + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::Rgb;
+
+    use super::*;
+
+    fn map(size: usize) -> CubeMap {
+        CubeMap::from_fn(size, |s| Rgb::new(2.0 + s.x() as f32, 1.5 + s.y() as f32, (4.0 * s.z() as f32).exp()))
+    }
+
+    #[test]
+    fn the_mean_stays_the_same_in_every_level() {
+        // Texels are f32: each level may lose 2^-24 of it.
+        let tolerance = 1e-6;
+        for size in [64, 16, 1, 63, 24, 37, 5, 3] {
+            let chain = CubeMipChain::averaged(map(size));
+            let mean = chain.base().mean();
+            assert_eq!(chain.levels().len(), level_count(size), "levels of {size}");
+            for level in chain.levels() {
+                let error = (level.mean().b / mean.b - 1.0).abs().max((level.mean().r / mean.r - 1.0).abs());
+                assert!(error < tolerance, "{size} to {}: {:?} against {mean:?}", level.size(), level.mean());
+            }
+        }
+    }
+
+    #[test]
+    fn wrong_chains_are_refused() {
+        let refused =
+            |sizes: &[usize]| CubeMipChain::new(sizes.iter().map(|s| map(*s)).collect()).unwrap_err().to_string();
+        assert!(refused(&[]).contains("at least one"), "no level: {}", refused(&[]));
+        assert!(refused(&[4, 3]).contains("size of 2, not 3"), "wrong size: {}", refused(&[4, 3]));
+        assert!(refused(&[2, 1, 1]).contains("at most 2"), "too many: {}", refused(&[2, 1, 1]));
+        let sizes: Vec<_> =
+            CubeMipChain::new([9, 4, 2].map(map).into()).unwrap().levels().iter().map(CubeMap::size).collect();
+        assert_eq!(sizes, [9, 4, 2], "a part of a chain");
+    }
+}

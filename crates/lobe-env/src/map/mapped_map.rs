@@ -1,0 +1,273 @@
+//! The picture of everything around a point, in any mapping.
+
+use std::borrow::Cow;
+
+use lobe_sh::{Coefficient, Dir, Rgb};
+use rayon::prelude::*;
+
+use crate::mapping::cube::FACES;
+use crate::mapping::interpolate::Texels;
+use crate::mapping::solid_angles::SolidAngles;
+use crate::mapping::taps::Grid;
+use crate::{CubeMap, EnvError, EnvMap, Mapping};
+
+/// 48 GiB of texels, and an index of 32 bits for each.
+const MOST_TEXELS: usize = u32::MAX as usize;
+
+/// The radiance that arrives at a point from every direction, as a picture in any [`Mapping`].
+///
+/// An [`EnvMap`] and a [`CubeMap`] become one without copying a texel, and back. Where a texel shows only a part of the
+/// sphere, at the rim of a disc, its value is that part's; what shows nothing counts nowhere.
+///
+/// ```
+/// use lobe_env::{MappedMap, Mapping};
+/// use lobe_sh::Rgb;
+///
+/// let sky = MappedMap::from_fn(Mapping::Octahedral, 64, 64, |s| Rgb::new(0.5, 0.5, 1.0 + s.z() as f32));
+/// assert!((sky.mean().b - 1.0).abs() < 1e-6);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct MappedMap {
+    mapping: Mapping,
+    width: usize,
+    height: usize,
+    texels: Vec<Rgb<f32>>,
+}
+
+impl MappedMap {
+    /// A map from its texels, row after row.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if a side is 0, `texels` has any other length than `width * height` or a length of more than
+    /// `u32::MAX`, or a cube's picture is not six times as high as wide.
+    pub fn new(mapping: Mapping, width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Result<Self, EnvError> {
+        Self::check(mapping, width, height)?;
+        if width.checked_mul(height) != Some(texels.len()) {
+            let found = texels.len();
+            return Err(EnvError::Options(format!("{width} x {height} texels expected, {found} given")));
+        }
+        Ok(Self { mapping, width, height, texels })
+    }
+
+    /// The map whose texels have the value of `radiance` towards their centres; of a texel whose centre shows nothing,
+    /// towards the middle of what it shows.
+    ///
+    /// # Panics
+    /// If a side is 0, or a cube's picture is not six times as high as wide.
+    #[must_use]
+    pub fn from_fn(mapping: Mapping, width: usize, height: usize, radiance: impl Fn(Dir) -> Rgb<f32> + Sync) -> Self {
+        if let Err(error) = Self::check(mapping, width, height) {
+            panic!("{error}");
+        }
+        let mut texels = vec![Rgb::ZERO; width * height];
+        texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+            for (x, texel) in row.iter_mut().enumerate() {
+                if let Some(s) = centre(mapping, width, height, x, y) {
+                    *texel = radiance(s);
+                }
+            }
+        });
+        Self { mapping, width, height, texels }
+    }
+
+    /// Whether there can be a picture of this size.
+    pub(crate) fn check(mapping: Mapping, width: usize, height: usize) -> Result<(), EnvError> {
+        if width == 0 || height == 0 {
+            return Err(EnvError::Options(format!("an environment map needs texels, but {width} x {height} has none")));
+        }
+        if mapping == Mapping::Cube && width.checked_mul(FACES) != Some(height) {
+            let message = format!("a cube's picture is six times as high as wide, but {width} x {height} is not");
+            return Err(EnvError::Options(message));
+        }
+        if width.checked_mul(height).is_none_or(|texels| texels > MOST_TEXELS) {
+            let message = format!("a map has at most {MOST_TEXELS} texels, and {width} x {height} are more");
+            return Err(EnvError::Options(message));
+        }
+        Ok(())
+    }
+
+    /// A map of texels whose number was checked.
+    pub(crate) fn from_rows(mapping: Mapping, width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Self {
+        debug_assert!(width * height == texels.len() && !texels.is_empty(), "{width} x {height}: {}", texels.len());
+        Self { mapping, width, height, texels }
+    }
+
+    /// How the picture shows the sphere.
+    #[must_use]
+    pub fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    /// The number of columns, at least 1.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The number of rows, at least 1.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// All texels, row after row from the top.
+    #[must_use]
+    pub fn texels(&self) -> &[Rgb<f32>] {
+        &self.texels
+    }
+
+    /// All texels, to change.
+    #[must_use]
+    pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
+        &mut self.texels
+    }
+
+    /// All texels, as a vector.
+    #[must_use]
+    pub fn into_texels(self) -> Vec<Rgb<f32>> {
+        self.texels
+    }
+
+    /// The texels of row `y`.
+    ///
+    /// # Panics
+    /// If `y >= height`.
+    #[must_use]
+    pub fn row(&self, y: usize) -> &[Rgb<f32>] {
+        &self.texels[y * self.width..][..self.width]
+    }
+
+    /// The texel in column `x` of row `y`.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    #[must_use]
+    pub fn texel(&self, x: usize, y: usize) -> Rgb<f32> {
+        assert!(x < self.width, "no column {x} in a map of {}", self.width);
+        self.row(y)[x]
+    }
+
+    /// The direction of the centre of texel `(x, y)`; of a texel whose centre shows nothing, the middle of what it
+    /// shows; `None` if it shows nothing at all.
+    #[must_use]
+    pub fn dir(&self, x: usize, y: usize) -> Option<Dir> {
+        centre(self.mapping, self.width, self.height, x, y)
+    }
+
+    /// The column and the row of the texel that contains the direction `s`.
+    #[must_use]
+    pub fn texel_at(&self, s: Dir) -> (usize, usize) {
+        let index = self.view().nearest(s);
+        (index % self.width, index / self.width)
+    }
+
+    /// The exact solid angle of texel `(x, y)`.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    #[must_use]
+    pub fn solid_angle(&self, x: usize, y: usize) -> f64 {
+        self.mapping.solid_angle(self.width, self.height, x, y)
+    }
+
+    /// The radiance from direction `s`, interpolated bilinearly between texel centres and across every seam.
+    ///
+    /// Beyond an edge the map goes on with the texels that are neighbours on the sphere: around the seam of the lat-long
+    /// picture, across its poles, along the folds of the octahedron, from face to face of a cube and from rim to rim of
+    /// the discs. So the value is continuous, except at the poles of the lat-long picture and in the one direction of
+    /// the rim of a ball or an angular map, and there along every great circle (test
+    /// `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
+    #[must_use]
+    pub fn radiance(&self, s: Dir) -> Rgb<f32> {
+        self.view().radiance(s)
+    }
+
+    /// The mean over the sphere, every texel weighted with its solid angle.
+    #[must_use]
+    pub fn mean(&self) -> Rgb<f64> {
+        let solid_angles = SolidAngles::new(self.grid());
+        let rows: Vec<Rgb<f64>> = (0..self.height)
+            .into_par_iter()
+            .map(|y| {
+                let mut sum: Rgb<f64> = Rgb::ZERO;
+                for (x, texel) in self.row(y).iter().enumerate() {
+                    let solid_angle = solid_angles.get(x, y);
+                    // What shows nothing may hold anything.
+                    if solid_angle > 0.0 {
+                        sum += texel.widen().scale(solid_angle);
+                    }
+                }
+                sum
+            })
+            .collect();
+        rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row).scale(0.25 * std::f64::consts::FRAC_1_PI)
+    }
+
+    /// The texels with their shape, borrowed.
+    pub(crate) fn view(&self) -> Texels<'_> {
+        Texels { grid: self.grid(), texels: &self.texels }
+    }
+
+    /// The shape of the picture.
+    pub(crate) fn grid(&self) -> Grid {
+        Grid::new(self.mapping, self.width, self.height)
+    }
+
+    /// The lat-long map of the same texels.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if the mapping is another.
+    pub fn into_env_map(self) -> Result<EnvMap, EnvError> {
+        self.expect(Mapping::LatLong)?;
+        Ok(EnvMap::from_map(self))
+    }
+
+    /// The cube map of the same texels.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if the mapping is another.
+    pub fn into_cube_map(self) -> Result<CubeMap, EnvError> {
+        self.expect(Mapping::Cube)?;
+        Ok(CubeMap::from_map(self))
+    }
+
+    fn expect(&self, mapping: Mapping) -> Result<(), EnvError> {
+        if self.mapping == mapping {
+            return Ok(());
+        }
+        Err(EnvError::Options(format!("a {mapping} map expected, found a map that is {}: convert it", self.mapping)))
+    }
+}
+
+impl AsRef<Self> for MappedMap {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+impl<'a> From<&'a MappedMap> for Cow<'a, MappedMap> {
+    fn from(map: &'a MappedMap) -> Self {
+        Self::Borrowed(map)
+    }
+}
+
+impl From<MappedMap> for Cow<'_, MappedMap> {
+    fn from(map: MappedMap) -> Self {
+        Self::Owned(map)
+    }
+}
+
+/// The direction of the centre of a texel, or the middle of the part that shows something.
+fn centre(mapping: Mapping, width: usize, height: usize, x: usize, y: usize) -> Option<Dir> {
+    let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
+    mapping.dir_from_uv(u, v).or_else(|| {
+        let mut nodes = Vec::new();
+        let rule = lobe_sh::gauss_legendre(2);
+        crate::mapping::texel_quadrature::nodes_into(mapping, [width, height], [x, y], &rule, &mut nodes);
+        let sum = nodes.iter().fold([0.0; 3], |sum, (s, weight)| {
+            let s = s.to_array();
+            [0, 1, 2].map(|k| sum[k] + weight * s[k])
+        });
+        Dir::new(sum)
+    })
+}

@@ -1,0 +1,68 @@
+//! The solid angles of all texels of a picture, computed once.
+
+use rayon::prelude::*;
+
+use crate::Mapping;
+use crate::mapping::lat_long;
+use crate::mapping::taps::Grid;
+
+/// [`Mapping::solid_angle`] of every texel; only of a quarter of them, for every mapping is its own mirror image.
+pub(crate) struct SolidAngles {
+    /// Of the picture.
+    width: usize,
+    /// Of the table.
+    columns: usize,
+    /// Where in the table each row of the picture is.
+    rows: Vec<usize>,
+    table: Vec<f64>,
+}
+
+impl SolidAngles {
+    pub(crate) fn new(grid: Grid) -> Self {
+        let Grid { mapping, width, height } = grid;
+        let face = if mapping == Mapping::Cube { width } else { height };
+        let columns = if mapping == Mapping::LatLong { 1 } else { width.div_ceil(2) };
+        let mut table = vec![0.0; columns * face.div_ceil(2)];
+        table.par_chunks_exact_mut(columns).enumerate().for_each(|(y, row)| {
+            for (x, solid_angle) in row.iter_mut().enumerate() {
+                *solid_angle = match mapping {
+                    Mapping::LatLong => lat_long::solid_angle(width, height, y),
+                    _ => mapping.solid_angle(width, height, x, y),
+                };
+            }
+        });
+        let rows = (0..height).map(|y| y % face).map(|y| y.min(face - 1 - y) * columns).collect();
+        Self { width, columns, rows, table }
+    }
+
+    /// Of a picture of `width` x `height` texels.
+    pub(crate) fn of(mapping: Mapping, width: usize, height: usize) -> Self {
+        Self::new(Grid::new(mapping, width, height))
+    }
+
+    /// The solid angle of texel `(x, y)`.
+    #[inline]
+    pub(crate) fn get(&self, x: usize, y: usize) -> f64 {
+        let column = if self.columns == 1 { 0 } else { x.min(self.width - 1 - x) };
+        self.table[self.rows[y] + column]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_the_solid_angle_of_every_texel() {
+        for mapping in Mapping::ALL {
+            for (w, h) in [(1, 1), (2, 3), (7, 4), (8, 8), (13, 9)] {
+                let h = if mapping == Mapping::Cube { 6 * w } else { h };
+                let table = SolidAngles::of(mapping, w, h);
+                for i in 0..w * h {
+                    let (found, exact) = (table.get(i % w, i / w), mapping.solid_angle(w, h, i % w, i / w));
+                    assert!((found - exact).abs() < 1e-13, "{mapping} {w} x {h}, texel {i}: {found} against {exact}");
+                }
+            }
+        }
+    }
+}

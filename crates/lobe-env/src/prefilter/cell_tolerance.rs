@@ -1,0 +1,175 @@
+//! How finely a source must be looked at to be averaged with a lobe.
+
+use std::f64::consts::PI;
+
+use lobe_sh::gauss_legendre;
+use rayon::prelude::*;
+
+use crate::prefilter::brightness;
+use crate::prefilter::cell_tree::{SIDE, lagrange, nodes};
+use crate::reflection::specular_lobe::{Kernel, integral};
+
+/// Angles from the axis at which the errors are tabulated; they crowd towards the axis, `θ = π (i/512)²`.
+const BINS: usize = 512;
+
+/// Points between the nodes at which the error of the polynomial is measured.
+const PROBES: usize = 2 * SIDE + 1;
+
+/// Gauss-Legendre points along a texel, from which one is chosen.
+const RULES: [usize; 6] = [1, 2, 3, 4, 6, FilterCut::MOST_POINTS];
+
+/// Light this part of the tolerated error is left out.
+const NEGLIGIBLE: f64 = 0.1;
+
+/// For each angle from the axis of a kernel, what approximations of the kernel are good enough there.
+///
+/// An approximation is good enough for light so many times brighter than most of the map where its error is at most
+/// `tolerance (K(θ) + floor/brightness)` everywhere. Brightness comes in [steps](crate::brightness).
+pub(crate) struct FilterCut {
+    /// For each class of sides.
+    cells: Vec<Limits>,
+    /// For each of [`RULES`] on a texel.
+    rules: Vec<Limits>,
+    /// The points along a texel where fewer do not suffice.
+    most: usize,
+    /// For leaving out what is there.
+    nothing: Limits,
+}
+
+impl FilterCut {
+    /// The most points along a texel.
+    pub(crate) const MOST_POINTS: usize = 8;
+
+    /// Measures a kernel for cells down to the given depth, for texels of the given side, and for so many steps of
+    /// brightness.
+    pub(crate) fn new(kernel: &impl Kernel, tolerance: f64, depth: usize, texel: f64, steps: usize) -> Self {
+        let value = |theta: f64| {
+            // Beyond the axis and beyond the opposite point the angle falls again.
+            let theta = theta.abs();
+            let theta = if theta > PI { 2.0 * PI - theta } else { theta };
+            let sin = (0.5 * theta).sin();
+            kernel.exact(2.0 * sin * sin)
+        };
+        let floor = tolerance * floor(kernel);
+        // The brightness for which twice the difference, along both sides of a cell, is just good enough.
+        let limit = |found: f64, exact: f64| {
+            let beyond = 2.0 * (found - exact).abs() - tolerance * exact.abs();
+            if beyond > 0.0 { floor / beyond } else { f64::INFINITY }
+        };
+        let probes: [(f64, [f64; SIDE]); PROBES] = std::array::from_fn(|i| {
+            let t = 2.0 * i as f64 / (PROBES - 1) as f64 - 1.0;
+            (t, lagrange(t))
+        });
+        let cell_limit = |theta: f64, side: f64| {
+            let at_nodes = nodes().map(|t| value(theta + 0.5 * side * t));
+            let mut least = f64::INFINITY;
+            for (t, factors) in &probes {
+                let found = factors.iter().zip(at_nodes).map(|(factor, value)| factor * value).sum();
+                least = least.min(limit(found, value(theta + 0.5 * side * t)));
+                // Bad for every light.
+                if least < brightness::of_step(0) {
+                    break;
+                }
+            }
+            least
+        };
+        let reference = gauss_legendre(24);
+        let mean = |theta: f64, rule: &[(f64, f64)]| -> f64 {
+            rule.iter().map(|(x, weight)| 0.5 * weight * value(theta + 0.5 * texel * x)).sum()
+        };
+        let most = points_at_kinks(kernel, texel);
+        let of_rule = |points: usize| {
+            let rule = gauss_legendre(points);
+            Limits::new(steps, |theta| limit(mean(theta, &rule), mean(theta, &reference)))
+        };
+        Self {
+            cells: (0..2 * depth + 2)
+                .into_par_iter()
+                .map(|class| Limits::new(steps, |theta| cell_limit(theta, class_side(class))))
+                .collect(),
+            rules: RULES.par_iter().filter(|points| **points < most).map(|points| of_rule(*points)).collect(),
+            most,
+            nothing: Limits::new(steps, |theta| NEGLIGIBLE * floor / value(theta).abs()),
+        }
+    }
+
+    /// Whether a cell of some side may be replaced by its nodes, at all angles of a range from the axis.
+    pub(crate) fn cell_is_good(&self, class: usize, step: usize, angles: [f64; 2]) -> bool {
+        self.cells[class.min(self.cells.len() - 1)].allow(step, angles)
+    }
+
+    /// Whether nothing needed lies at angles of this range.
+    pub(crate) fn is_negligible(&self, step: usize, angles: [f64; 2]) -> bool {
+        self.nothing.allow(step, angles)
+    }
+
+    /// The points along a texel that suffice at angles of this range; the most there are if none do.
+    pub(crate) fn texel_points(&self, step: usize, angles: [f64; 2]) -> usize {
+        self.rules.iter().position(|rule| rule.allow(step, angles)).map_or(self.most, |i| RULES[i])
+    }
+
+    /// The depth at which every cell is good everywhere, if not deeper than `last`.
+    pub(crate) fn depth_needed(&self, steps: usize, last: usize) -> usize {
+        (0..last).find(|depth| self.cell_is_good(2 * depth, steps - 1, [0.0, PI])).unwrap_or(last)
+    }
+}
+
+/// Up to which brightness something is good enough, at each angle.
+struct Limits {
+    /// For each step of brightness and each bin, in how many bins before it it is not.
+    bad: Vec<Vec<u32>>,
+}
+
+impl Limits {
+    fn new(steps: usize, limit: impl Fn(f64) -> f64) -> Self {
+        let bins = (0..=BINS).map(|bin| bin as f64 / BINS as f64);
+        let limits: Vec<f64> = bins.map(|t| limit(PI * t * t)).collect();
+        let counted = |step: usize| {
+            let mut before = vec![0];
+            let mut count = 0;
+            for limit in &limits {
+                count += u32::from(*limit < brightness::of_step(step));
+                before.push(count);
+            }
+            before
+        };
+        Self { bad: (0..steps).map(counted).collect() }
+    }
+
+    /// Whether it is good enough in all bins of a range.
+    fn allow(&self, step: usize, angles: [f64; 2]) -> bool {
+        let bin = |angle: f64| (angle.clamp(0.0, PI) / PI).sqrt() * BINS as f64;
+        let (first, last) = (bin(angles[0]).floor() as usize, bin(angles[1]).ceil() as usize);
+        let before = &self.bad[step];
+        before[last + 1] == before[first]
+    }
+}
+
+/// The points along a texel that are enough at a kink, where no number of them would reach the tolerance.
+///
+/// Between points a kink, whose slope is about the peak over the lobe's width, is missed by up to an eighth of what the
+/// kernel changes from point to point: 1/512 of the peak with 64 points across the width, and half of that on average.
+fn points_at_kinks(kernel: &impl Kernel, texel: f64) -> usize {
+    let width = (integral(kernel).abs() / (PI * kernel.exact(0.0).abs())).sqrt();
+    let points = (64.0 * texel / width).ceil() as usize;
+    RULES.into_iter().find(|rule| *rule >= points).unwrap_or(FilterCut::MOST_POINTS)
+}
+
+/// The largest class whose cells are at least this wide.
+pub(crate) fn class_of(side: f64) -> usize {
+    (2.0 * (2.0 / side).log2() + 1e-9).floor().max(0.0) as usize
+}
+
+/// Classes are half octaves below the 2 rad of a face that was flat.
+fn class_side(class: usize) -> f64 {
+    2.0 * (-0.5 * class as f64).exp2()
+}
+
+/// The geometric mean of the kernel's peak and its mean over the sphere.
+///
+/// Compared with the peak alone the error would be small for a single light, but might show in a smooth sky under a
+/// narrow lobe; compared with the mean alone, far more cells would be looked at than anybody could see.
+fn floor(kernel: &impl Kernel) -> f64 {
+    let mean = integral(kernel).abs() / (4.0 * PI);
+    (mean * kernel.exact(0.0).abs()).sqrt()
+}

@@ -1,0 +1,205 @@
+//! Averages of a cube map with a lobe, by samples drawn from the lobe.
+
+use std::f64::consts::PI;
+
+use lobe_sh::{Coefficient, Dir, Rgb};
+use rayon::prelude::*;
+
+use crate::CubeMap;
+use crate::map::cube_mip_chain::{level_count, level_size};
+use crate::mapping::cube::{self, FACES};
+use crate::reflection::specular_lobe::{Kernel, integral};
+use crate::vec3::frame;
+
+/// Places between which the share of the lobe within an angle is interpolated.
+const STEPS: usize = 4096;
+
+/// The golden angle, which spreads points evenly over a disc.
+const GOLDEN_ANGLE: f64 = PI * (3.0 - 2.236_067_977_499_79);
+
+/// Each sample is read where texels have this many times the solid angle for which it stands: 1 leaves gaps and overlaps
+/// between samples, in which a small light is too dark or too bright by a quarter, and more
+/// would blur narrow lobes.
+const FOOTPRINT: f64 = 4.0;
+
+/// A source with its smaller versions, each face with a border of its neighbours' texels.
+pub(crate) struct ImportanceFilter {
+    levels: Vec<Bordered>,
+}
+
+struct Bordered {
+    size: usize,
+    texels: Vec<[f32; 3]>,
+}
+
+/// A sample about the axis z: its direction, and the level it is read from in the middle of a face.
+pub(crate) struct Sample {
+    s: [f32; 3],
+    level: f32,
+}
+
+impl ImportanceFilter {
+    /// Each level is the next finer one under a hat of twice its width: means of 2 x 2 texels would move a small light to
+    /// the middle of the texel that holds it, by up to one and a half texels of the source in level 2.
+    pub(crate) fn new(source: &CubeMap) -> Self {
+        let mut levels = vec![Bordered::new(source)];
+        for k in 1..level_count(source.size()) {
+            let coarse = levels[k - 1].halved(level_size(source.size(), k));
+            levels.push(Bordered::new(&coarse));
+        }
+        Self { levels }
+    }
+
+    /// The samples for a kernel, which all weigh the same.
+    ///
+    /// Sample `i` of `N` is at the angle within which `(i + ½)/N` of the kernel lie. It stands for the solid angle
+    /// `1/(N p)`, `p = K/∫K`, and is read where texels are [`FOOTPRINT`] times as large. Towards `s` a texel of a cube has
+    /// the solid angle `4 m³/size²`, `m` the largest of `|x|`, `|y|`, `|z|`.
+    pub(crate) fn table(&self, kernel: &impl Kernel, samples: usize) -> Vec<Sample> {
+        let base = self.levels[0].size as f64;
+        let texel = 4.0 / (base * base);
+        let total = integral(kernel);
+        let within = shares(kernel);
+        let mut step = 0;
+        (0..samples)
+            .map(|i| {
+                let share = (i as f64 + 0.5) / samples as f64;
+                while step + 2 < within.len() && within[step + 1].1 < share {
+                    step += 1;
+                }
+                let ((d0, p0), (d1, p1)) = (within[step], within[step + 1]);
+                let d = d0 + (d1 - d0) * if p1 > p0 { ((share - p0) / (p1 - p0)).clamp(0.0, 1.0) } else { 0.5 };
+                let own = total / (samples as f64 * kernel.exact(d).max(f64::MIN_POSITIVE));
+                let level = 0.5 * (FOOTPRINT * own.min(4.0 * PI) / texel).log2();
+                let (sin, cos) = (GOLDEN_ANGLE * i as f64).sin_cos();
+                let aside = (d * (2.0 - d)).max(0.0).sqrt();
+                let s = [aside * cos, aside * sin, 1.0 - d].map(|c| c as f32);
+                Sample { s, level: level as f32 }
+            })
+            .collect()
+    }
+
+    /// The average about `r`.
+    pub(crate) fn towards(&self, samples: &[Sample], r: Dir) -> Rgb<f32> {
+        let r = r.to_array();
+        let (u, v) = frame(r);
+        let axes = [u, v, r].map(|axis| axis.map(|c| c as f32));
+        let last = self.levels.len() - 1;
+        let mut sum = [0.0_f64; 3];
+        for sample in samples {
+            let s: [f32; 3] =
+                std::array::from_fn(|k| sample.s[0] * axes[0][k] + sample.s[1] * axes[1][k] + sample.s[2] * axes[2][k]);
+            let place = Place::new(s);
+            let level = (sample.level + place.finer).clamp(0.0, last as f32);
+            let below = (level as usize).min(last.saturating_sub(1));
+            let t = level - below as f32;
+            let fine = self.levels[below].at(&place);
+            let coarse = self.levels[(below + 1).min(last)].at(&place);
+            for c in 0..3 {
+                sum[c] += f64::from(fine[c] + t * (coarse[c] - fine[c]));
+            }
+        }
+        Rgb::narrow(Rgb::from(sum.map(|c| c / samples.len() as f64)))
+    }
+}
+
+/// A face and the point on it, in `[0, 1]`.
+struct Place {
+    face: usize,
+    s: f32,
+    t: f32,
+    /// By how many levels texels are smaller here than in the middle of the face: `-3/2 log₂ m`.
+    finer: f32,
+}
+
+impl Place {
+    /// As [`cube::face_from_dir`], in single precision, of a unit vector.
+    #[inline(always)]
+    fn new(v: [f32; 3]) -> Self {
+        let (face, major, a, b) = cube::major_face(v);
+        let half = 0.5 / major;
+        // -ln(1 - u) by its series: off by 0.01 levels in the corners.
+        let u = 1.0 - major;
+        let finer = 1.5 * std::f32::consts::LOG2_E * u * (1.0 + u * (0.5 + u * (1.0 / 3.0 + u * 0.25)));
+        Self { face, s: half * a + 0.5, t: half * b + 0.5, finer }
+    }
+}
+
+impl Bordered {
+    fn new(map: &CubeMap) -> Self {
+        let size = map.size();
+        let inside = |i: isize| (0..size as isize).contains(&i);
+        let get = |face: usize, x: isize, y: isize| {
+            let (face, x, y) =
+                if inside(x) && inside(y) { (face, x as usize, y as usize) } else { cube::neighbour(size, face, x, y) };
+            map.texel(face, x, y).widen()
+        };
+        let mut texels = Vec::with_capacity(FACES * (size + 2) * (size + 2));
+        for face in 0..FACES {
+            for y in -1..=size as isize {
+                for x in -1..=size as isize {
+                    let (near_x, near_y) = (x.clamp(0, size as isize - 1), y.clamp(0, size as isize - 1));
+                    let texel = if inside(x) || inside(y) {
+                        get(face, x, y)
+                    } else {
+                        // Three texels meet in a corner.
+                        let sum = get(face, near_x, near_y) + get(face, x, near_y) + get(face, near_x, y);
+                        Rgb::from(sum.to_array().map(|c| c / 3.0))
+                    };
+                    texels.push(texel.to_array().map(|c| c as f32));
+                }
+            }
+        }
+        Self { size, texels }
+    }
+
+    /// Every texel the mean of four places, between which hats along both axes weigh 1, 3, 3, 1.
+    fn halved(&self, size: usize) -> CubeMap {
+        let step = 1.0 / size as f32;
+        let texel = |i: usize| {
+            let (face, x, y) = (i / (size * size), i % size, i / size % size);
+            let mut sum = [0.0; 3];
+            for (right, down) in [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)] {
+                let at = |i: usize, aside: f32| (i as f32 + 0.5 + aside) * step;
+                let value = self.at(&Place { face, s: at(x, right), t: at(y, down), finer: 0.0 });
+                sum = [0, 1, 2].map(|c| sum[c] + 0.25 * value[c]);
+            }
+            Rgb::from(sum)
+        };
+        match CubeMap::new(size, (0..FACES * size * size).into_par_iter().map(texel).collect()) {
+            Ok(map) => map,
+            Err(error) => unreachable!("six faces of {size} were filled: {error}"),
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, place: &Place) -> [f32; 3] {
+        let size = self.size as f32;
+        let (x, y) = (place.s * size + 0.5, place.t * size + 0.5);
+        let (left, top) = ((x as usize).min(self.size), (y as usize).min(self.size));
+        let (s, t) = (x - left as f32, y - top as f32);
+        let stride = self.size + 2;
+        let at = (place.face * stride + top) * stride + left;
+        let (upper, lower) = (&self.texels[at..][..2], &self.texels[at + stride..][..2]);
+        std::array::from_fn(|c| {
+            let above = upper[0][c] + s * (upper[1][c] - upper[0][c]);
+            let below = lower[0][c] + s * (lower[1][c] - lower[0][c]);
+            above + t * (below - above)
+        })
+    }
+}
+
+/// Pairs of `d` and the share of the kernel between the axis and `d`, from 0 to 1; `d` crowds towards the axis.
+fn shares(kernel: &impl Kernel) -> Vec<(f64, f64)> {
+    let at = |i: usize| 2.0 * (i as f64 / STEPS as f64).powi(6);
+    let mut sum = 0.0;
+    let mut out = vec![(0.0, 0.0)];
+    for i in 0..STEPS {
+        let (start, end) = (at(i), at(i + 1));
+        let middle = kernel.exact(0.5 * (start + end));
+        sum += (end - start) / 6.0 * (kernel.exact(start) + 4.0 * middle + kernel.exact(end));
+        out.push((end, sum));
+    }
+    out.iter_mut().for_each(|entry| entry.1 /= sum);
+    out
+}

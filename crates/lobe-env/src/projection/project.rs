@@ -1,0 +1,122 @@
+//! Projection of an environment onto spherical harmonics.
+
+use std::f64::consts::PI;
+
+use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, index, len};
+use rayon::prelude::*;
+
+use crate::mapping::lat_long::sin_cos_pi;
+use crate::projection::row_dft::Azimuth;
+use crate::projection::row_legendre::{Polar, for_each_column};
+use crate::{EnvMap, MappedMap};
+
+/// Pairs of mirrored rows that share one pass over the tables of cosines.
+const PAIRS_TOGETHER: usize = 8;
+
+/// The most partial results held at once. The chunks depend on the height of the picture alone, never on the number
+/// of threads, so that the sum is the same on every machine.
+const MAX_CHUNKS: usize = 64;
+
+/// The coefficients of the environment in the basis of the given order.
+///
+/// ```text
+///   f_lm = ∫ L(s) y_lm(s) ds = Σ_y R_lm(y) Σ_x L(x, y) c_m(x)
+///
+///   R_lm(y) = ∫_{θ_y}^{θ_{y+1}} P̃_l^|m|(cos θ) sin θ dθ                       θ_y = π y/h
+///   c_m(x)  = ∫_column cos mφ dφ = (2/m) sin(mπ/w) cos mφ_x    (m > 0; sin mφ_x for -m; 2π/w for m = 0)
+/// ```
+///
+/// The map is taken as constant over each texel, and that function is projected **exactly**: the basis is integrated
+/// over every texel, not sampled at its centre. So the weights of the texels are their solid angles, a constant map
+/// of any size is its mean and nothing else, and a sun of one texel keeps its energy and its place wherever it is
+/// (tests `a_constant_map_of_any_size_has_only_a_mean`, `a_sun_of_one_texel_keeps_its_energy_and_its_direction`).
+///
+/// Order 0 has no coefficients. A texel that is not finite makes the coefficients NaN or infinite.
+///
+/// Both integrals separate, so the cost is `O(w h n)` for the sums along the rows and `O(h n²)` for the rest. Sums
+/// are in `f64` and the result has the same bits for any number of threads
+/// (`the_projection_has_the_same_bits_for_any_number_of_threads`).
+///
+/// ```
+/// use lobe_env::{EnvMap, project_env};
+/// use lobe_sh::{Expansion, Rgb};
+///
+/// let sky = EnvMap::from_fn(64, 32, |s| Rgb::new(0.5, 0.5, 1.0 + s.z() as f32));
+/// let light = project_env(&sky, 3);
+/// assert!((light.mean().b - 1.0).abs() < 1e-6);
+/// assert!(light[2].b > 0.0 && light[2].r.abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn project_env(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
+    project_rows(map.as_ref(), order)
+}
+
+/// [`project_env`] of a lat-long map.
+pub(crate) fn project_rows(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
+    if order == 0 {
+        return ShVec::zero(0);
+    }
+    let azimuth = Azimuth::new(map.width(), order);
+    let polar = Polar::integrals(order, map.height());
+    let columns = column_factors(map.width(), order);
+    let pairs = map.height().div_ceil(2);
+    let chunk = pairs.div_ceil(MAX_CHUNKS).max(PAIRS_TOGETHER);
+    let parts: Vec<ShVec<Rgb<f64>>> = (0..pairs.div_ceil(chunk))
+        .into_par_iter()
+        .map(|c| {
+            let mut part = ShVec::zero(order);
+            for first in (c * chunk..pairs.min((c + 1) * chunk)).step_by(PAIRS_TOGETHER) {
+                let last = pairs.min((c + 1) * chunk).min(first + PAIRS_TOGETHER);
+                add_pairs(map, first..last, &azimuth, &polar, &columns, &mut part);
+            }
+            part
+        })
+        .collect();
+    parts.iter().fold(ShVec::zero(order), |mut sum, part| {
+        sum += part;
+        sum
+    })
+}
+
+/// `∫_column cos mφ dφ / cos mφ_x` for every `m`.
+fn column_factors(width: usize, order: usize) -> Vec<f64> {
+    let w = width as f64;
+    (0..order)
+        .map(|m| match m {
+            0 => 2.0 * PI / w,
+            _ => 2.0 / m as f64 * sin_cos_pi((m % (2 * width)) as f64 / w).0,
+        })
+        .collect()
+}
+
+/// Adds what the rows `y` and `h - 1 - y` contribute, for all `y` in `pairs`.
+fn add_pairs(
+    map: &MappedMap,
+    pairs: std::ops::Range<usize>,
+    azimuth: &Azimuth,
+    polar: &Polar,
+    columns: &[f64],
+    part: &mut ShVec<Rgb<f64>>,
+) {
+    let order = columns.len();
+    let mirrored = |y: usize| map.height() - 1 - y;
+    let mut sums = vec![[Rgb::ZERO; 2]; 2 * pairs.len() * order];
+    let rows: Vec<_> = pairs.clone().flat_map(|y| [map.row(y), map.row(mirrored(y))]).collect();
+    azimuth.add_sums(&rows, &mut sums);
+    let mut integrals = vec![0.0; len(order)];
+    for (y, sums) in pairs.zip(sums.chunks_exact(2 * order)) {
+        polar.integrate_into(y, &mut integrals);
+        let (upper, lower) = sums.split_at(order);
+        // The middle row of an odd number is its own mirror image: count it once.
+        let lower_weight = if y == mirrored(y) { 0.0 } else { 1.0 };
+        let f = part.coefficients_mut();
+        for_each_column(order, |m, l, i| {
+            let parity = if (l + m) % 2 == 0 { lower_weight } else { -lower_weight };
+            let weight = integrals[i] * columns[m];
+            f[i] += (upper[m][0] + lower[m][0].scale(parity)).scale(weight);
+            if m > 0 {
+                f[index(l, -(m as isize))] += (upper[m][1] + lower[m][1].scale(parity)).scale(weight);
+            }
+        });
+    }
+}

@@ -1,0 +1,133 @@
+//! The expansion of a map of any mapping, from its own texels.
+
+use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, gauss_legendre, len};
+use rayon::prelude::*;
+
+use crate::projection::project::project_rows;
+use crate::{MappedMap, Mapping};
+
+/// The error of a texel's integral of one basis function, in parts of its solid angle, that the number of nodes aims at.
+const NODE_ERROR: f64 = 1e-10;
+/// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of two by two texels and order 64.
+const MAX_NODES: usize = 128;
+/// The longest side by which [`node_count`] describes the texel that is a whole face of a cube.
+const FLAT_SIDE: f64 = 2.9;
+/// Rows are summed in at most this many chunks, whatever the number of threads.
+const MAX_CHUNKS: usize = 64;
+
+/// The expansion of a map of any mapping, which is taken to be constant over each texel.
+///
+/// ```text
+///   f_lm = Σ_texels L ∫_texel y_lm(s) ds
+/// ```
+///
+/// No resampled copy comes in between. The integrals are Gauss-Legendre sums over each smooth piece of a texel, with as
+/// many nodes as keep the error of coefficients below 1e-9 of their norm (test
+/// `expansions_of_small_maps_are_right_to_the_stated_error`), and weights that sum to its exact solid angle: `f_0` is
+/// `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long map takes the exact separable way of [`project_env`](crate::project_env).
+/// In parallel over fixed chunks of rows; the same bits for any number of threads.
+///
+/// ```
+/// use lobe_env::{MappedMap, Mapping, project_map};
+/// use lobe_sh::{Expansion, Rgb};
+///
+/// let sky = MappedMap::from_fn(Mapping::Angular, 33, 33, |_| Rgb::new(1.0, 2.0, 4.0));
+/// let light = project_map(&sky, 3);
+/// assert!((light.mean().b - 4.0).abs() < 1e-12 && light[6].b.abs() < 1e-6);
+/// ```
+#[must_use]
+pub fn project_map(map: &impl AsRef<MappedMap>, order: usize) -> ShVec<Rgb<f64>> {
+    let map = map.as_ref();
+    if order == 0 {
+        return ShVec::zero(0);
+    }
+    if map.mapping() == Mapping::LatLong {
+        return project_rows(map, order);
+    }
+    let rule = gauss_legendre(node_count(map, order));
+    let basis = Basis::<f64>::new(order);
+    let chunk = map.height().div_ceil(MAX_CHUNKS);
+    let parts: Vec<Vec<Rgb<f64>>> = (0..map.height().div_ceil(chunk))
+        .into_par_iter()
+        .map(|c| {
+            let mut rows = Rows { map, rule: &rule, basis: &basis, nodes: Vec::new(), values: vec![0.0; len(order)] };
+            let mut part = vec![Rgb::ZERO; len(order)];
+            for y in c * chunk..map.height().min((c + 1) * chunk) {
+                rows.add(y, &mut part);
+            }
+            part
+        })
+        .collect();
+    let mut sum = ShVec::zero(order);
+    for part in parts {
+        for (f, p) in sum.coefficients_mut().iter_mut().zip(part) {
+            *f += p;
+        }
+    }
+    sum
+}
+
+/// What one thread needs to add rows.
+struct Rows<'a> {
+    map: &'a MappedMap,
+    rule: &'a [(f64, f64)],
+    basis: &'a Basis<f64>,
+    nodes: Vec<(Dir, f64)>,
+    values: Vec<f64>,
+}
+
+impl Rows<'_> {
+    fn add(&mut self, y: usize, part: &mut [Rgb<f64>]) {
+        let size = [self.map.width(), self.map.height()];
+        let mut integrals = vec![0.0; part.len()];
+        for (x, texel) in self.map.row(y).iter().enumerate() {
+            crate::mapping::texel_quadrature::nodes_into(self.map.mapping(), size, [x, y], self.rule, &mut self.nodes);
+            if self.nodes.is_empty() {
+                continue;
+            }
+            integrals.fill(0.0);
+            for (s, weight) in &self.nodes {
+                self.basis.eval_into(s.to_array(), &mut self.values);
+                for (integral, value) in integrals.iter_mut().zip(&self.values) {
+                    *integral += weight * value;
+                }
+            }
+            let texel = texel.widen();
+            for (f, integral) in part.iter_mut().zip(&integrals) {
+                *f += texel.scale(*integral);
+            }
+        }
+    }
+}
+
+// A function of band l over an interval of the angle h behaves like cos(l t), |t| <= h/2, at worst. The q-point rule
+// leaves about the first term of the series it does not integrate, (l h/2)^2q / (2q)!, times a number below 1.
+//
+// The directions of a flat picture have complex singularities about as far from it as it is wide: where the square root
+// of the distance from the centre of the cube vanishes. The q-point rule on a texel of half that width η leaves ρ^-2q,
+// ρ = (1 + √(1 + η²))/η.
+//
+// Texels are not squares: their longest side is at most about twice the root of their mean solid angle for pictures of
+// natural proportions, and longer by the root of the stretch for others.
+
+/// The number of nodes across a texel.
+fn node_count(map: &MappedMap, order: usize) -> usize {
+    let natural = map.mapping().height_for(map.width()) as f64 / map.height() as f64;
+    let stretch = natural.max(1.0 / natural);
+    let texels = map.width() as f64 * map.height() as f64;
+    let side = 2.0 * (4.0 * std::f64::consts::PI * stretch / texels).sqrt();
+    let half = 0.5 * (order - 1) as f64 * side.min(std::f64::consts::PI);
+    let mut error = 1.0;
+    let mut q = 0;
+    while error > NODE_ERROR && q < MAX_NODES {
+        q += 1;
+        error *= half * half / ((2 * q - 1) * 2 * q) as f64;
+    }
+    let part = side / FLAT_SIDE;
+    let rho = (1.0 + 1.0_f64.hypot(part)) / part;
+    let q = q.max((-0.5 * NODE_ERROR.ln() / rho.ln()).ceil() as usize).min(MAX_NODES);
+    // In a disc the azimuth runs over a quarter turn in the texels around the centre, however small they are.
+    let disc =
+        matches!(map.mapping(), Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid);
+    q.max(2) + if disc { 4 } else { 0 }
+}

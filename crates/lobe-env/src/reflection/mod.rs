@@ -1,0 +1,5 @@
+//! TODO room reflection.
+
+pub(crate) mod brdf;
+pub(crate) mod dfg;
+pub(crate) mod specular_lobe;

@@ -1,0 +1,304 @@
+//! Weights between two maps that keep both constants and the energy of every texel.
+//!
+//! ```text
+//!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))           V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
+//! ```
+
+use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
+
+use crate::MappedMap;
+use crate::mapping::solid_angles::SolidAngles;
+use crate::resample::even_light::EvenLight;
+use crate::resample::sample_points::Sampler;
+use crate::resample::undersampled;
+use crate::resample::weights::Weights;
+
+// W_ts = Σ_samples of t, weight × share of s in the interpolant there: a mean of the source over the target's texel. A
+// constant stays constant because the weights of a texel are normalised. The energy of a texel s in the target is
+//
+//     E_s = Σ_t Ω_t V_ts       and should be Ω_s
+//
+// and such factors c_s there are, unless texels share too little [Sinkhorn and Knopp 1967]. First, c_s is multiplied by
+// Ω_s/E_s a few times: that ends quickly where the samples merely beat against the texels, and slowly where energy has
+// to wander: at poles, rims and edges. So for those follow steps of Newton's method in a_s = ln c_s: E changes by
+//
+//     M a,   (M a)_s = Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)
+//
+// a graph's Laplacian, symmetric and positive but for constants, and M a = Ω - E is solved by conjugate gradients, as far
+// as the light of the map at hand needs it [Brauer et al. 2017]. For large maps, in which the beats average out, nothing
+// of that is done. q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as far as it is brighter
+// than the mean m_s of its neighbours: an even part of a map stays even, nothing becomes negative, and a sun, L_s >> m_s,
+// has
+//
+//     E_s (L_s + q_s (L_s - m_s)) = Ω_s L_s - (Ω_s - E_s) m_s
+//
+// its energy but for a part q_s m_s/L_s. So what the mean of the map lacks is, exactly, Σ (Ω_s - E_s) min(L_s, m_s): the
+// error by which all these steps are measured.
+
+/// The most passes over all samples that find out what each texel of the source is given.
+const MOST_PASSES: usize = 60;
+/// So many of them adjust each texel for itself.
+const OWN_PASSES: usize = 2;
+/// No more passes if the mean of no channel is off by more than this.
+const MEAN_ENOUGH: f64 = 5e-6;
+/// And if it would not be off by more than this were the signs of what texels miss random: texels then have their energy.
+const TEXELS_ENOUGH: f64 = 5e-5;
+/// No step changes a weight by more than this factor.
+const MOST_CHANGE: f32 = 2.0;
+
+/// The weights between two maps, and what they are balanced against.
+pub(crate) struct Balance<'a> {
+    weights: Weights<'a>,
+    /// Of the texels of the source.
+    solid_angles: SolidAngles,
+}
+
+/// What a texel of the source has in the target, and what it lacks there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    /// `E_s`.
+    energy: f32,
+    /// `Ω_s - E_s`.
+    missing: f32,
+}
+
+impl<'a> Balance<'a> {
+    /// Before it is balanced.
+    fn new(sampler: &'a Sampler) -> Self {
+        Self { weights: Weights::new(sampler), solid_angles: SolidAngles::new(sampler.source) }
+    }
+
+    /// Every texel of the target, from those of `map`, balanced as far as that map needs it.
+    pub(crate) fn resample(sampler: &'a Sampler, mut map: MappedMap) -> Vec<Rgb<f32>> {
+        let mut balance = Self::new(sampler);
+        let (energies, _) = balance.balance(&map);
+        // Those brighter than their neighbours with what they would lose.
+        balance.even_light().add_excess(&mut map, |x, y| {
+            let energy = balance.of_texel(&energies, x, y);
+            if energy > 0.0 { (balance.solid_angles.get(x, y) / energy - 1.0) as f32 } else { 0.0 }
+        });
+        drop(energies);
+        balance.weights.gather(map.texels())
+    }
+
+    /// Finds the factors; then `E_s` of every texel, and after how many passes.
+    fn balance(&mut self, map: &MappedMap) -> (Vec<f64>, usize) {
+        let mut passes = 0;
+        loop {
+            passes += 1;
+            let mut energies = self.weights.energies();
+            if passes == 1 {
+                let extras = undersampled::find(self.weights.sampler(), &self.solid_angles, &energies);
+                self.weights.add_extras(extras, &mut energies);
+            }
+            if passes >= MOST_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
+                return (energies, passes);
+            }
+            let seen = self.seen(&energies);
+            drop(energies);
+            if passes <= OWN_PASSES {
+                self.weights.scale(|s| {
+                    let Seen { energy, missing } = seen[s];
+                    let ratio = if energy > 0.0 { 1.0 + missing / energy } else { 1.0 };
+                    ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE)
+                });
+            } else {
+                let steps = self.newton(&seen, map, &mut passes);
+                self.weights.scale(|s| steps[s].clamp(-MOST_CHANGE.ln(), MOST_CHANGE.ln()).exp());
+            }
+        }
+    }
+
+    /// `a` with `M a = Ω - E`, by conjugate gradients in which each texel's own part of M is divided out.
+    fn newton(&self, seen: &[Seen], map: &MappedMap, passes: &mut usize) -> Vec<f32> {
+        // What one texel lacks others have too much; rounding and unseen texels must not leave a rest.
+        let sum = |value: fn(&Seen) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
+        let rest = sum(|s| s.missing) / sum(|s| s.energy);
+        let mut residual: Vec<f32> =
+            seen.iter().map(|s| (f64::from(s.missing) - rest * f64::from(s.energy)) as f32).collect();
+        let divided = |s: usize, residual: f32| if seen[s].energy > 0.0 { residual / seen[s].energy } else { 0.0 };
+        let dot = |residual: &[f32]| -> f64 {
+            residual.iter().enumerate().map(|(s, r)| f64::from(*r) * f64::from(divided(s, *r))).sum()
+        };
+        let mut found = vec![0.0_f32; seen.len()];
+        let mut step: Vec<f32> = residual.iter().enumerate().map(|(s, r)| divided(s, *r)).collect();
+        let mut size = dot(&residual);
+        while *passes < MOST_PASSES && size > 0.0 {
+            *passes += 1;
+            let change = self.weights.changes(&step);
+            let along: f64 = step.iter().zip(&change).map(|(a, b)| f64::from(*a) * b).sum();
+            if along <= 0.0 {
+                break;
+            }
+            let length = (size / along) as f32;
+            for (((found, residual), step), change) in found.iter_mut().zip(&mut residual).zip(&step).zip(&change) {
+                *found += length * step;
+                *residual -= length * *change as f32;
+            }
+            if self.is_enough(|x, y| f64::from(self.of_texel(&residual, x, y)), map) {
+                break;
+            }
+            let next = dot(&residual);
+            let kept = (next / size) as f32;
+            for (s, (step, residual)) in step.iter_mut().zip(&residual).enumerate() {
+                *step = divided(s, *residual) + kept * *step;
+            }
+            size = next;
+        }
+        found
+    }
+
+    /// That of the value of each texel of the source which belongs to texel `(x, y)`.
+    fn of_texel<T: Copy>(&self, values: &[T], x: usize, y: usize) -> T {
+        values[y * self.weights.sampler().source.width + x]
+    }
+
+    /// `Ω_s - E_s`; 0 if no sample sees the texel, which then shows so little that there is nothing to lose.
+    fn missing(&self, energies: &[f64], x: usize, y: usize) -> f64 {
+        let energy = self.of_texel(energies, x, y);
+        if energy > 0.0 { self.solid_angles.get(x, y) - energy } else { 0.0 }
+    }
+
+    /// What each texel of the source has and lacks, with its energy in the target.
+    fn seen(&self, energies: &[f64]) -> Vec<Seen> {
+        let width = self.weights.sampler().source.width;
+        let mut seen = vec![Seen::default(); energies.len()];
+        seen.par_chunks_mut(width).enumerate().for_each(|(y, seen)| {
+            for (x, seen) in seen.iter_mut().enumerate() {
+                let (energy, missing) = (self.of_texel(energies, x, y), self.missing(energies, x, y));
+                *seen = Seen { energy: energy as f32, missing: missing as f32 };
+            }
+        });
+        seen
+    }
+
+    fn even_light(&self) -> EvenLight<'_> {
+        EvenLight::new(self.weights.sampler().source, &self.solid_angles)
+    }
+
+    /// Whether even light has its energy, to the limits above, if texel `(x, y)` lacks the solid angle `missing(x, y)`.
+    fn is_enough(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> bool {
+        let sums = self.even_light().of_rows(map, |y, even| {
+            let (mut whole, mut net, mut squares): (Rgb<f64>, Rgb<f64>, f64) = (Rgb::ZERO, Rgb::ZERO, 0.0);
+            for (x, light) in even.iter().enumerate() {
+                let solid_angle = self.solid_angles.get(x, y);
+                // What shows nothing may hold anything.
+                if solid_angle > 0.0 {
+                    let light = light.widen();
+                    let lost = light.scale(missing(x, y));
+                    whole += light.scale(solid_angle);
+                    net += lost;
+                    squares += (lost.r + lost.g + lost.b).powi(2);
+                }
+            }
+            (whole, net, squares)
+        });
+        let nothing = (Rgb::ZERO, Rgb::ZERO, 0.0);
+        let (whole, net, squares) = sums.into_iter().fold(nothing, |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
+        let is_off = |net: f64, whole: f64| net.abs() > MEAN_ENOUGH * whole;
+        let [r, g, b] = [0, 1, 2].map(|c| is_off(net.channel(c), whole.channel(c)));
+        !(r || g || b || squares.sqrt() > TEXELS_ENOUGH * (whole.r + whole.g + whole.b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Mapping;
+    use crate::mapping::taps::Grid;
+
+    /// The most that may be missing of a texel after the passes, in parts of the mean texel: what then is added to it
+    /// alone if it is bright. Of a sliver at the rim of a disc it may be more than half.
+    const MOST_MISSING: f64 = 0.1;
+    /// And on average.
+    const MEAN_MISSING: f64 = 0.005;
+
+    fn grid(mapping: Mapping, texels: usize) -> Grid {
+        let aspect = mapping.height_for(12) as f64 / 12.0;
+        let width = (texels as f64 / aspect).sqrt().round() as usize;
+        Grid::new(mapping, width, mapping.height_for(width))
+    }
+
+    #[test]
+    fn hardly_anything_of_any_texel_is_left_to_be_added() {
+        for (from, to) in [(600, 600), (600, 100), (100, 600)] {
+            for (source, target) in Mapping::ALL.into_iter().flat_map(|s| Mapping::ALL.map(|t| (s, t))) {
+                let sampler = Sampler::new(grid(source, from), grid(target, to), None);
+                let grey = vec![Rgb::splat(1.0); sampler.source.len()];
+                let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, grey);
+                let mut balance = Balance::new(&sampler);
+                let (energies, passes) = balance.balance(&map);
+                let texel = 4.0 * std::f64::consts::PI / energies.len() as f64;
+                let missing = |s: usize| balance.missing(&energies, s % map.width(), s / map.width()).abs() / texel;
+                let missing: Vec<f64> = (0..energies.len()).map(missing).collect();
+                let worst = missing.iter().copied().fold(0.0, f64::max);
+                let mean = missing.iter().sum::<f64>() / missing.len() as f64;
+                println!(
+                    "{source} {from} {target} {to}: missing at most {worst:.1e}, on average {mean:.1e}, {passes} passes"
+                );
+                assert!(
+                    mean < MEAN_MISSING,
+                    "{source} of {from} to {target} of {to} texels: {mean} is missing of each"
+                );
+                assert!(worst < MOST_MISSING, "{source} of {from} to {target} of {to} texels: {worst} is missing");
+            }
+        }
+    }
+
+    #[test]
+    fn samples_that_are_not_kept_are_found_again() {
+        let sampler = Sampler::new(grid(Mapping::LatLong, 600), grid(Mapping::Cube, 300), None);
+        let mut random = lobe_testkit::Random::new(3);
+        let texels = (0..sampler.source.len()).map(|_| Rgb::new(random.unit() as f32, 0.0, 0.0)).collect();
+        let map = MappedMap::from_rows(Mapping::LatLong, sampler.source.width, sampler.source.height, texels);
+        let mut balance = Balance::new(&sampler);
+        balance.balance(&map);
+        let kept = balance.weights.gather(map.texels());
+        for all in [true, false] {
+            balance.weights.forget(all);
+            assert!(balance.weights.gather(map.texels()) == kept, "with nothing kept: {all}; else samples only");
+        }
+    }
+
+    /// What so many threads find through windows.
+    fn found_by(threads: usize, weights: &Weights<'_>, map: &MappedMap) -> (Vec<Rgb<f32>>, Vec<f64>) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| (weights.gather(map.texels()), weights.energies()))
+    }
+
+    #[test]
+    fn windows_show_what_is_there() {
+        // About as many texels, few for many, and many for few; coarse enough that what all see can be kept.
+        for (from, to) in [(500_000, 400_000), (2_000, 900_000), (900_000, 60_000)] {
+            let sampler = Sampler::new(grid(Mapping::LatLong, from), grid(Mapping::Cube, to), None);
+            let map = MappedMap::from_fn(Mapping::LatLong, sampler.source.width, sampler.source.height, |s| {
+                Rgb::new(1.5 + s.x() as f32, 1.0, 40.0 * s.z().max(0.0).powi(8) as f32)
+            });
+            let mut balance = Balance::new(&sampler);
+            let mut energies = balance.weights.energies();
+            let extras = undersampled::find(&sampler, &balance.solid_angles, &energies);
+            balance.weights.add_extras(extras, &mut energies);
+            let (kept, energies) = (balance.weights.gather(map.texels()), balance.weights.energies());
+            balance.weights.forget(true);
+            let in_windows = balance.weights.texels_in_windows();
+            assert!(2 * in_windows > kept.len(), "{from} to {to}: {in_windows} of {} texels in windows", kept.len());
+            let (light, sums) = found_by(3, &balance.weights, &map);
+            for (k, (found, kept)) in light.iter().zip(&kept).enumerate() {
+                let error = (*found - *kept).to_array().map(|e| e.abs() / 40.0);
+                assert!(error.iter().all(|e| *e < 1e-6), "{from} to {to}, texel {k}: {found:?}, not {kept:?}");
+                assert!(found.g == 1.0, "{from} to {to}, texel {k}: a channel of 1 became {}", found.g);
+            }
+            // Relative to a texel's solid angle; sums in single precision have errors, but no preference.
+            let texel = 4.0 * std::f64::consts::PI / energies.len() as f64;
+            let errors = || sums.iter().zip(&energies).map(|(found, kept)| (found - kept) / texel);
+            let worst = errors().map(f64::abs).fold(0.0, f64::max);
+            let mean = errors().sum::<f64>() / energies.len() as f64;
+            assert!(worst < 2e-5 && mean.abs() < 1e-6, "{from} to {to}: energies off by {worst}, on average {mean}");
+            assert!(
+                found_by(1, &balance.weights, &map) == (light, sums),
+                "{from} to {to}: one thread finds other bits"
+            );
+        }
+    }
+}

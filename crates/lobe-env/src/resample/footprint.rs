@@ -1,0 +1,128 @@
+//! What a texel of one picture sees of another.
+
+use lobe_sh::{Coefficient, Rgb};
+
+use crate::resample::patch::Tile;
+
+/// A texel, by its number in the picture, and its weight.
+pub(crate) type Share = (u32, f32);
+
+/// Four texels that are neighbours in the picture: `first` and the one to its right, and the two below, with weights.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quad {
+    pub(crate) first: u32,
+    pub(crate) weights: [f32; 4],
+}
+
+impl Quad {
+    /// The numbers of the texels in a picture of so many columns.
+    #[inline(always)]
+    pub(crate) fn texels(&self, width: usize) -> [usize; 4] {
+        let first = self.first as usize;
+        [first, first + 1, first + width, first + width + 1]
+    }
+
+    /// Each weight times the factor of its texel.
+    #[inline(always)]
+    pub(crate) fn scaled(&self, factors: &[f32], width: usize) -> Self {
+        let ([i, j, k, l], [a, b, c, d]) = (self.texels(width), self.weights);
+        Self { first: self.first, weights: [a * factors[i], b * factors[j], c * factors[k], d * factors[l]] }
+    }
+}
+
+/// What a texel of the target sees; a texel of the source may come several times.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub(crate) quads: &'a [Quad],
+    pub(crate) shares: &'a [Share],
+}
+
+impl View<'_> {
+    /// The sum of all weights.
+    #[inline(always)]
+    pub(crate) fn sum(&self) -> f64 {
+        // By the operations of `total`: light of 1 everywhere stays 1.
+        let quads: f64 =
+            self.quads.iter().map(|&Quad { weights: [a, b, c, d], .. }| f64::from((a + b) + (c + d))).sum();
+        quads + self.shares.iter().map(|(_, weight)| f64::from(*weight)).sum::<f64>()
+    }
+
+    /// The sum of the light of all that is seen, times its weights, and that of these; rows of the source are so wide.
+    #[inline(always)]
+    pub(crate) fn total(&self, light: &[Rgb<f32>], width: usize) -> (Rgb<f64>, f64) {
+        let mut total: Rgb<f64> = Rgb::ZERO;
+        for &Quad { first, weights: [a, b, c, d] } in self.quads {
+            let first = first as usize;
+            let ([p, q], [r, s]) = (pair(light, first), pair(light, first + width));
+            total += ((p.scale(a) + q.scale(b)) + (r.scale(c) + s.scale(d))).widen();
+        }
+        for &(source, weight) in self.shares {
+            total += light[source as usize].scale(weight).widen();
+        }
+        (total, self.sum())
+    }
+
+    /// Calls `each(texel of the source, weight)`; rows of the source are so wide.
+    #[inline(always)]
+    pub(crate) fn for_each(&self, width: usize, mut each: impl FnMut(usize, f64)) {
+        for quad in self.quads {
+            let ([i, j, k, l], [a, b, c, d]) = (quad.texels(width), quad.weights);
+            each(i, f64::from(a));
+            each(j, f64::from(b));
+            each(k, f64::from(c));
+            each(l, f64::from(d));
+        }
+        for &(source, weight) in self.shares {
+            each(source as usize, f64::from(weight));
+        }
+    }
+}
+
+/// Two neighbours.
+#[inline(always)]
+fn pair(light: &[Rgb<f32>], first: usize) -> &[Rgb<f32>; 2] {
+    let Some(pair) = light[first..].first_chunk() else { unreachable!("a quad lies inside the picture") };
+    pair
+}
+
+/// What several texels see.
+#[derive(Default)]
+pub(crate) struct Views {
+    /// Column and row of each texel, and where its quads and its shares end.
+    texels: Vec<[u32; 4]>,
+    pub(crate) quads: Vec<Quad>,
+    pub(crate) shares: Vec<Share>,
+}
+
+impl Views {
+    /// Ends the texel that sees what was added to `quads` and `shares` since the last one.
+    pub(crate) fn end_texel(&mut self, [x, y]: [usize; 2]) {
+        self.texels.push([x, y, self.quads.len(), self.shares.len()].map(|n| n as u32));
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.texels.clear();
+        self.quads.clear();
+        self.shares.clear();
+    }
+
+    /// All that was added, as of one texel.
+    #[inline(always)]
+    pub(crate) fn all(&self) -> View<'_> {
+        View { quads: &self.quads, shares: &self.shares }
+    }
+
+    /// Calls `texel(place, view)` for every texel that is wanted.
+    #[inline(always)]
+    pub(crate) fn for_each(&self, wants: impl Fn(Tile) -> bool, mut texel: impl FnMut([usize; 2], View<'_>)) {
+        let (mut first_quad, mut first_share) = (0, 0);
+        for texel_and_ends in &self.texels {
+            let [x, y, quads, shares] = texel_and_ends.map(|n| n as usize);
+            if wants(Tile::of_texel([x, y])) {
+                let view = View { quads: &self.quads[first_quad..quads], shares: &self.shares[first_share..shares] };
+                texel([x, y], view);
+            }
+            (first_quad, first_share) = (quads, shares);
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Any mapping to any other, at any size, turned by any rotation.
+
+use std::borrow::Cow;
+
+use lobe_sh::Rotation;
+
+use crate::mapping::taps::Grid;
+use crate::resample::balance::Balance;
+use crate::resample::sample_points::Sampler;
+use crate::{EnvError, MappedMap, Mapping};
+
+/// How far apart centres of texels, in texels, may be rounding of a rotation by quarter turns.
+const SAME_POINT: f64 = 1e-6;
+
+/// What a map shall become.
+#[derive(Clone, Debug)]
+pub struct Resample {
+    /// The mapping of the new map.
+    pub mapping: Mapping,
+    /// Its number of columns.
+    pub width: usize,
+    /// Its number of rows.
+    pub height: usize,
+    /// How the surroundings are turned: the new map shows towards `R s` what the old one shows towards `s`.
+    pub rotation: Option<Rotation>,
+}
+
+impl Resample {
+    /// To `width` x `height` texels of `mapping`, not turned.
+    #[must_use]
+    pub fn to(mapping: Mapping, width: usize, height: usize) -> Self {
+        Self { mapping, width, height, rotation: None }
+    }
+
+    /// Turned by `rotation`.
+    #[must_use]
+    pub fn rotated(self, rotation: Rotation) -> Self {
+        Self { rotation: Some(rotation), ..self }
+    }
+}
+
+/// The map in another mapping, of another size, or turned.
+///
+/// ```text
+///   L'_t = (1/Ω_t) ∫_{texel t} L(R⁻¹ s) ds
+/// ```
+///
+/// One rule for shrinking and enlarging: each texel is the mean of the source, interpolated bilinearly across every seam
+/// ([`MappedMap::radiance`]), over its solid angle Ω; and the weights are balanced so that each texel of the source keeps
+/// its energy wherever it lies:
+///
+/// ```text
+///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
+/// ```
+///
+/// with the mean `m_s` of the texel's neighbours in the picture; V is the interpolation's weights, with rows and columns
+/// scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until what q leaves of the light is below 5e-6. So
+///
+/// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
+/// * the mean of every channel is kept to 1e-4 through chains of ten and twelve conversions
+///   (`the_mean_is_kept_through_chains_of_mappings`, `the_mean_is_kept_through_any_chain`);
+/// * a sun of one texel keeps its energy to 1 %, and stays within the texel: its centre moves by no more than the
+///   farthest point of its texel, in the source or the target, lies from it
+///   (`a_sun_of_one_texel_keeps_energy_and_place_through_every_pair_of_mappings`);
+/// * interpolation blurs: with texels of the width δ, band l loses about l(l+1) δ²/8 in each conversion, more at the rim
+///   of a ball, whose texels are long (`band_limited_maps_keep_their_coefficients_through_every_pair`).
+///
+/// Where the two grids coincide, texels are copied: a map of the same mapping and size that is not turned, a cube turned
+/// by quarter turns about its axes. In parallel over fixed chunks: the same bits for any number of threads
+/// (`any_number_of_threads_gives_the_same_bits`).
+///
+/// A map that is given away, `resample(map, ..)`, is worked on in place; one that is lent, `resample(&map, ..)`, is copied.
+///
+/// Texels should be finite; one that is not spoils those it touches.
+///
+/// ```
+/// use lobe_env::{Mapping, Resample, bundled, resample};
+///
+/// let sunset = bundled::sunset().map();
+/// let cube = resample(&sunset, &Resample::to(Mapping::Cube, 32, 192))?;
+/// assert!((cube.mean().g / sunset.mean().g - 1.0).abs() < 1e-3);
+/// # Ok::<(), lobe_env::EnvError>(())
+/// ```
+///
+/// # Errors
+/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide.
+pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample) -> Result<MappedMap, EnvError> {
+    let map = map.into();
+    MappedMap::check(to.mapping, to.width, to.height)?;
+    let (source, target) = (map.grid(), Grid::new(to.mapping, to.width, to.height));
+    let sampler = Sampler::new(source, target, to.rotation.as_ref());
+    let texels = match copied(&sampler, to.rotation.is_some()) {
+        Some(numbers) => numbers.iter().map(|&k| map.texels()[k as usize]).collect(),
+        None => Balance::resample(&sampler, map.into_owned()),
+    };
+    Ok(MappedMap::from_rows(to.mapping, to.width, to.height, texels))
+}
+
+/// The map of the same mapping and size, turned: it shows towards `R s` what `map` shows towards `s`.
+#[must_use]
+pub fn rotate_map(map: &impl AsRef<MappedMap>, rotation: &Rotation) -> MappedMap {
+    let map = map.as_ref();
+    let to = Resample::to(map.mapping(), map.width(), map.height()).rotated(*rotation);
+    resample(map, &to).unwrap_or_else(|error| unreachable!("the size is that of a map: {error}"))
+}
+
+/// The numbers of the texels of the source that are those of the target, one for one, where the two grids coincide.
+fn copied(sampler: &Sampler, is_turned: bool) -> Option<Vec<u32>> {
+    let grid = sampler.target;
+    if sampler.source != grid {
+        return None;
+    }
+    if !is_turned {
+        return Some((0..grid.len() as u32).collect());
+    }
+    let number = |index: usize| {
+        let at = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        let centre =
+            grid.mapping.dir_from_uv(at(index % grid.width, grid.width), at(index / grid.width, grid.height))?;
+        let p = grid.point(sampler.to_source(centre));
+        let is_centre = p.iter().all(|c| (c - c.floor() - 0.5).abs() < SAME_POINT);
+        is_centre.then(|| grid.texel(p) as u32)
+    };
+    (0..grid.len()).map(number).collect()
+}

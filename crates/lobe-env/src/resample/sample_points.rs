@@ -1,0 +1,403 @@
+//! Where a map is looked at for each texel of another.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+use std::ops::Range;
+
+use lobe_sh::{Dir, Rotation};
+
+use crate::Mapping;
+use crate::mapping::cube;
+use crate::mapping::taps::Grid;
+use crate::resample::fast_atan::quick_atan2;
+use crate::resample::footprint::{View, Views};
+use crate::resample::patch::{Limits, Patch, Sample, Tile};
+
+/// How far samples are apart, in source texels.
+const SPACING: f64 = 1.0;
+/// The least density, in parts of the mean one, for which samples are set closer.
+const THINNEST: f64 = 1.0 / 64.0;
+/// Up to so many columns and rows of texels share a patch.
+const TILE: usize = 16;
+/// Fewer samples are found sooner one by one than with a patch.
+const LEAST_SAMPLES: usize = 32;
+/// Where a patch is right, along each side of its tile.
+const NODES: [f64; 3] = [0.0, 0.5, 1.0];
+/// Where it is checked: near where a term of the third degree is farthest off.
+const CHECKS: [f64; 2] = [0.25, 0.75];
+/// How far samples may lie beside their place there, in heights of a texel of the source, and be off in weight, in parts
+/// of it.
+const OFF_PATCH: f64 = 0.005;
+/// The fewest samples along a side of a texel.
+const LEAST: usize = 2;
+
+/// The samples of consecutive rows of the target.
+#[derive(Default)]
+pub(crate) struct Chunk {
+    patches: Vec<Patch>,
+    /// The other texels, and how many samples each has.
+    singles: Vec<([u32; 2], u32)>,
+    /// Theirs.
+    samples: Vec<Sample>,
+}
+
+impl Chunk {
+    /// Calls `each` for every texel of which a tile is wanted, or for whole patches that have a window and may be looked at
+    /// through it, in no order that matters.
+    #[inline(always)]
+    pub(crate) fn for_each(
+        &self,
+        source: Grid,
+        wants: impl Fn(Tile) -> bool,
+        opens: impl Fn(Tile) -> bool,
+        mut each: impl FnMut(Sight<'_>),
+    ) {
+        for patch in &self.patches {
+            match patch.window() {
+                Some(window) if opens(patch.tile()) => each(Sight::Patch(patch, window)),
+                _ => patch.for_each_texel(source, &wants, |place, view| each(Sight::Texel(place, view))),
+            }
+        }
+        let (mut samples, mut views) = (self.samples.as_slice(), Views::default());
+        for &(place, count) in &self.singles {
+            let (own, rest) = samples.split_at(count as usize);
+            samples = rest;
+            let place = place.map(|n| n as usize);
+            if wants(Tile::of_texel(place)) {
+                views.clear();
+                own.iter().for_each(|sample| sample.look(source, &mut views));
+                each(Sight::Texel(place, views.all()));
+            }
+        }
+    }
+}
+
+/// What part of the target sees what.
+pub(crate) enum Sight<'a> {
+    /// A texel at a place in the picture.
+    Texel([usize; 2], View<'a>),
+    /// All texels of a patch see what is in a window of the source.
+    Patch(&'a Patch, Tile),
+}
+
+/// A source and a target, and how the surroundings are turned between them.
+pub(crate) struct Sampler {
+    pub(crate) source: Grid,
+    pub(crate) target: Grid,
+    /// What becomes of the axes on the way from the target to the source.
+    turn: Option<[[f64; 3]; 3]>,
+    /// And back.
+    turn_back: Option<[[f64; 3]; 3]>,
+    /// Of the strips above the rows of a lat-long source, and of the one below the last.
+    bends: Vec<f64>,
+}
+
+impl Sampler {
+    pub(crate) fn new(source: Grid, target: Grid, rotation: Option<&Rotation>) -> Self {
+        let axes = |r: &Rotation| [Dir::X, Dir::Y, Dir::Z].map(|axis| r.rotate_dir(axis).to_array());
+        let turn = rotation.map(|r| axes(&r.inverse()));
+        let factor = source.cotangent_factor();
+        let bends = (0..source.height + 2).map(|y| factor * source.cotangent(y as f64 - 1.0)).collect();
+        Self { source, target, turn, turn_back: rotation.map(axes), bends }
+    }
+
+    /// The direction in the source of a direction in the target.
+    #[inline]
+    pub(crate) fn to_source(&self, s: Dir) -> Dir {
+        turned(self.turn.as_ref(), s)
+    }
+
+    /// The direction in the target of a direction in the source.
+    pub(crate) fn to_target(&self, s: Dir) -> Dir {
+        turned(self.turn_back.as_ref(), s)
+    }
+
+    /// About how many samples all texels have together.
+    pub(crate) fn estimate(&self) -> usize {
+        (LEAST * LEAST * self.target.len()).max((self.source.len() as f64 / (SPACING * SPACING)) as usize)
+    }
+
+    /// The samples of some rows.
+    pub(crate) fn chunk(&self, rows: Range<usize>) -> Chunk {
+        let width = self.target.width;
+        let (mut chunk, mut nodes) = (Chunk::default(), Vec::new());
+        for y in rows.clone().step_by(TILE) {
+            for x in (0..width).step_by(TILE) {
+                let tile = Tile { x, y, width: TILE.min(width - x), height: TILE.min(rows.end - y) };
+                self.add_tile(tile, &mut chunk, &mut nodes);
+            }
+        }
+        chunk
+    }
+
+    /// A patch, or patches for the quarters of the tile, or every texel for itself: at seams, poles and rims.
+    fn add_tile(&self, tile: Tile, chunk: &mut Chunk, nodes: &mut Vec<(Dir, f64)>) {
+        let cells = self.cells_of_tile(tile);
+        if let Some([nx, ny]) = cells
+            && nx * ny * tile.len() >= LEAST_SAMPLES
+            && let Some(patch) = self.patch(tile, [nx, ny])
+        {
+            chunk.patches.push(patch);
+        } else if tile.len() > 1 && cells.is_none_or(|[nx, ny]| nx * ny * tile.len() >= LEAST_SAMPLES) {
+            tile.quarters().for_each(|quarter| self.add_tile(quarter, chunk, nodes));
+        } else {
+            for texel in (0..tile.len()).map(|i| [tile.x + i % tile.width, tile.y + i / tile.width]) {
+                let before = chunk.samples.len();
+                if self.is_on_rim(texel) {
+                    self.add_nodes(texel, nodes, &mut chunk.samples);
+                } else {
+                    self.add_grid(texel, &mut chunk.samples);
+                }
+                chunk.singles.push((texel.map(|n| n as u32), (chunk.samples.len() - before) as u32));
+            }
+        }
+    }
+
+    /// How many columns and rows of cells the texels of a tile need; nothing if one may lie on a rim.
+    fn cells_of_tile(&self, tile: Tile) -> Option<[usize; 2]> {
+        tile.landmarks().into_iter().try_fold([0, 0], |[nx, ny], texel| {
+            let [x, y] = if self.is_on_rim(texel) { None } else { self.cells(texel) }?;
+            Some([nx.max(x), ny.max(y)])
+        })
+    }
+
+    /// A grid of cells for each texel of a tile, on a surface through nine of them; nothing where four others do not lie on
+    /// it.
+    fn patch(&self, tile: Tile, [nx, ny]: [usize; 2]) -> Option<Patch> {
+        let Grid { mapping, width, height } = self.target;
+        let area = 1.0 / (nx * ny * width * height) as f64;
+        let along = |start: usize, length: usize, n: usize, t: f64| {
+            let cell = 1.0 / n as f64;
+            start as f64 + 0.5 * cell + t * (length as f64 - cell)
+        };
+        let look = |t: f64, v: f64| {
+            let (x, y) = (along(tile.x, tile.width, nx, t), along(tile.y, tile.height, ny, v));
+            let s = mapping.dir_from_uv(x / width as f64, y / height as f64)?;
+            let [x, y] = self.source_point(self.to_source(s));
+            Some([x, y, area * mapping.density_towards(s)])
+        };
+        let mut values = [[[0.0; 3]; 3]; 3];
+        for (values, v) in values.iter_mut().zip(NODES) {
+            for (value, t) in values.iter_mut().zip(NODES) {
+                *value = look(t, v)?;
+            }
+        }
+        let [x, y, _] = values[1][1];
+        let patch = Patch::through(tile, [nx, ny], values, self.source, self.limits([x, y]));
+        let aside = OFF_PATCH * self.texels_across(y);
+        for (t, v) in CHECKS.into_iter().flat_map(|v| CHECKS.map(|t| (t, v))) {
+            let (found, expected) = (patch.at(t, v), look(t, v)?);
+            let is_near = |k: usize, most: f64| (found[k] - expected[k]).abs() < most;
+            if !(is_near(0, aside) && is_near(1, OFF_PATCH) && is_near(2, OFF_PATCH * expected[2])) {
+                return None;
+            }
+        }
+        Some(patch)
+    }
+
+    /// How many texels of row `y` of the source are as wide as high: more than 1 towards the poles of a lat-long map.
+    fn texels_across(&self, y: f64) -> f64 {
+        let Grid { mapping, height, .. } = self.source;
+        if mapping == Mapping::LatLong { 1.0 / (PI * y / height as f64).sin().max(1.0 / height as f64) } else { 1.0 }
+    }
+
+    /// How many columns and rows of cells a texel needs that shows something everywhere.
+    fn cells(&self, texel: [usize; 2]) -> Option<[usize; 2]> {
+        let (centre, lengths) = axes(self.target, texel)?;
+        let spacing = SPACING * self.source_pitch(centre);
+        Some(lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST)))
+    }
+
+    /// A grid of cells, each looked at in its middle.
+    fn add_grid(&self, [x, y]: [usize; 2], samples: &mut Vec<Sample>) {
+        let Grid { mapping, width, height } = self.target;
+        let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
+        let Some([nx, ny]) = self.cells([x, y]) else { return };
+        let (sx, sy) = (1.0 / nx as f64, 1.0 / ny as f64);
+        let area = sx * sy * w * h;
+        for j in 0..ny {
+            let v = (y as f64 + (j as f64 + 0.5) * sy) * h;
+            for i in 0..nx {
+                let u = (x as f64 + (i as f64 + 0.5) * sx) * w;
+                if let Some(s) = mapping.dir_from_uv(u, v) {
+                    samples.push(self.sample(s, area * mapping.density_towards(s)));
+                }
+            }
+        }
+    }
+
+    /// A texel that shows the rim of a disc: samples in the part that shows something, more of them along the radius,
+    /// where a ball's texels are long.
+    fn add_nodes(&self, texel: [usize; 2], nodes: &mut Vec<(Dir, f64)>, samples: &mut Vec<Sample>) {
+        let Grid { mapping, width, height } = self.target;
+        let few = midpoints(LEAST);
+        crate::mapping::texel_quadrature::nodes_into(mapping, [width, height], texel, &few, nodes);
+        let Some((first, _)) = nodes.first() else { return };
+        // The nodes lie half a cell from the ends: the texel reaches twice as far as they do.
+        let reach = nodes.iter().map(|(s, _)| s.angle_to(*first)).fold(0.0, f64::max) * LEAST as f64;
+        let spacing = SPACING * nodes.iter().map(|(s, _)| self.source_pitch(*s)).fold(PI, f64::min);
+        let across = nodes.iter().map(|(_, weight)| weight).sum::<f64>() / reach.max(spacing);
+        // The corners of a texel part it in two or more pieces.
+        let [n_across, n_along] = [0.5 * across, reach].map(|length| ((length / spacing).ceil() as usize).max(LEAST));
+        let rules = [midpoints(n_across), midpoints(n_along)];
+        crate::mapping::texel_quadrature::nodes_of_rules_into(
+            mapping,
+            [width, height],
+            texel,
+            [&rules[0], &rules[1]],
+            nodes,
+        );
+        samples.extend(nodes.iter().map(|(s, weight)| self.sample(*s, *weight)));
+    }
+
+    #[inline]
+    fn sample(&self, s: Dir, weight: f64) -> Sample {
+        let p = self.source_point(self.to_source(s));
+        Sample::new([p[0], p[1], weight], &self.limits(p))
+    }
+
+    /// The root of the solid angle of a texel of the source.
+    #[inline]
+    fn source_pitch(&self, s: Dir) -> f64 {
+        let density = self.source.mapping.density_towards(self.to_source(s)).max(4.0 * PI * THINNEST);
+        (density / self.source.len() as f64).sqrt()
+    }
+
+    #[inline]
+    fn source_point(&self, s: Dir) -> [f64; 2] {
+        let Grid { mapping, width, height } = self.source;
+        if mapping != Mapping::LatLong {
+            return self.source.point(s);
+        }
+        let (x, y) = (s.x(), s.y());
+        let u = 0.5 - 0.5 * FRAC_1_PI * quick_atan2(y, x);
+        let v = FRAC_1_PI * quick_atan2((x * x + y * y).sqrt(), s.z());
+        let row = v * height as f64;
+        [u * width as f64, self.source.fair_row(row, self.bends[(row + 0.5) as usize])]
+    }
+
+    /// The least and the largest coordinates of the face or disc of the source that shows a point: rounding must not
+    /// lead to the next one.
+    #[inline]
+    fn limits(&self, p: [f64; 2]) -> Limits {
+        let Grid { mapping, width, height } = self.source;
+        let (mut x, mut y) = ([0.0, width as f32], [0.0, height as f32]);
+        match mapping {
+            Mapping::Cube => {
+                let face = ((p[1] / width as f64) as usize).min(cube::FACES - 1);
+                y = [(face * width) as f32, (((face + 1) * width) as f32).next_down()];
+            }
+            Mapping::DualParaboloid => {
+                let middle = 0.5 * width as f32;
+                x = if p[0] < f64::from(middle) { [0.0, middle.next_down()] } else { [middle, x[1]] };
+            }
+            _ => {}
+        }
+        Limits { x, y }
+    }
+
+    /// Whether a part of the texel shows nothing, or it lies on two discs.
+    fn is_on_rim(&self, [x, y]: [usize; 2]) -> bool {
+        let Grid { mapping, width, height } = self.target;
+        let discs = match mapping {
+            Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular => 1,
+            Mapping::DualParaboloid => 2,
+            _ => return false,
+        };
+        // Twice the distance from the centre of the disc, in texels.
+        let disc = discs * x / width;
+        let across = |x: usize| (discs * 2 * x) as f64 / width as f64 - (2 * disc + 1) as f64;
+        let down = |y: usize| (2 * y) as f64 / height as f64 - 1.0;
+        let far = |[a, b]: [f64; 2]| a.abs().max(b.abs());
+        discs * (x + 1) > (disc + 1) * width
+            || far([across(x), across(x + 1)]).hypot(far([down(y), down(y + 1)])) >= 1.0
+    }
+}
+
+/// The direction of the centre of a texel that shows something everywhere, and about how long its two axes are, in
+/// radians.
+#[inline]
+pub(crate) fn axes(grid: Grid, [x, y]: [usize; 2]) -> Option<(Dir, [f64; 2])> {
+    let Grid { mapping, width, height } = grid;
+    let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
+    let (u, v) = ((x as f64 + 0.5) * w, (y as f64 + 0.5) * h);
+    let centre = mapping.dir_from_uv(u, v)?;
+    let lengths = match mapping {
+        Mapping::LatLong => [2.0 * PI * w * centre.x().hypot(centre.y()), PI * h],
+        Mapping::Cube => {
+            // Moving along an axis by da turns the direction by da √(1 + b²)/(1 + a² + b²), at most da/√(1 + a² + b²).
+            let [x, y, z] = centre.to_array().map(f64::abs);
+            [2.0 * w * x.max(y).max(z); 2]
+        }
+        _ => {
+            // Nearly from edge to edge: the middles of the edges may lie on a fold.
+            let across = |du: f64, dv: f64| {
+                let (a, b) = (mapping.dir_from_uv(u - du, v - dv), mapping.dir_from_uv(u + du, v + dv));
+                a.zip(b).map_or(PI, |(a, b)| a.angle_to(b))
+            };
+            [across(0.499 * w, 0.0), across(0.0, 0.499 * h)]
+        }
+    };
+    Some((centre, lengths))
+}
+
+#[inline]
+fn turned(turn: Option<&[[f64; 3]; 3]>, s: Dir) -> Dir {
+    let Some([a, b, c]) = turn else { return s };
+    Dir::from_unit([0, 1, 2].map(|k| s.x() * a[k] + s.y() * b[k] + s.z() * c[k]))
+}
+
+/// The midpoint rule on `[-1, 1]`.
+pub(crate) fn midpoints(n: usize) -> Vec<(f64, f64)> {
+    (0..n).map(|i| ((2 * i + 1) as f64 / n as f64 - 1.0, 2.0 / n as f64)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_of_patches_lie_where_they_belong() {
+        const STEP: usize = 7;
+        for (from, to) in [(Mapping::LatLong, Mapping::Cube), (Mapping::Cube, Mapping::LatLong)] {
+            let (source, target) =
+                (Grid::new(from, 960, from.height_for(960)), Grid::new(to, 1536, to.height_for(1536)));
+            let sampler = Sampler::new(source, target, None);
+            let tiles = (target.width / TILE) * (target.height / TILE);
+            let (mut patches, mut windows, mut looked) = (0, 0, 0);
+            for k in (0..tiles).step_by(STEP) {
+                looked += 1;
+                let (x, y) = (k % (target.width / TILE) * TILE, k / (target.width / TILE) * TILE);
+                let tile = Tile { x, y, width: TILE, height: TILE };
+                let cells = sampler.cells_of_tile(tile).unwrap();
+                let Some(patch) = sampler.patch(tile, cells) else { continue };
+                patches += 1;
+                if let Some(window) = patch.window() {
+                    windows += 1;
+                    patch.for_each_texel_in(window, &mut Vec::new(), |place, quads| {
+                        for first in quads.iter().map(|quad| quad.first as usize) {
+                            let (column, row) = (first % window.width, first / window.width);
+                            let is_inside = column + 1 < window.width && row + 1 < window.height;
+                            assert!(is_inside, "{from} to {to}, texel {place:?}: ({column}, {row}) in {window:?}");
+                        }
+                    });
+                }
+                let [nx, ny] = cells;
+                for (i, j) in (0..TILE * TILE).map(|k| (k % TILE, k / TILE)) {
+                    let mut k = 0;
+                    patch.for_each_sample([i, j], |sample| {
+                        let u = ((x + i) as f64 + ((k % nx) as f64 + 0.5) / nx as f64) / target.width as f64;
+                        let v = ((y + j) as f64 + ((k / nx) as f64 + 0.5) / ny as f64) / target.height as f64;
+                        let (p, found) = (sampler.source_point(to.dir_from_uv(u, v).unwrap()), sample.point());
+                        let across = sampler.texels_across(p[1]);
+                        let distance = ((found[0] - p[0]) / across).abs().max((found[1] - p[1]).abs());
+                        let place = (x + i, y + j);
+                        assert!(distance < 2.0 * OFF_PATCH, "{from} to {to}, texel {place:?}, sample {k}: {distance}");
+                        k += 1;
+                    });
+                }
+            }
+            assert!(2 * patches > looked, "{from} to {to}: only {patches} patches of {looked} tiles");
+            assert!(10 * windows > 9 * patches, "{from} to {to}: only {windows} windows for {patches} patches");
+        }
+    }
+}

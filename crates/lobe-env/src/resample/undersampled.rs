@@ -1,0 +1,52 @@
+//! Samples from the side of the source, where the target sees too little of it.
+
+use rayon::prelude::*;
+
+use crate::mapping::solid_angles::SolidAngles;
+use crate::resample::sample_points::{Sampler, midpoints};
+
+/// A texel of the source of which more than this part is not seen is sampled from its own side too.
+const HARDLY_SEEN: f64 = 0.5;
+
+/// A sample that belongs to a texel of the target and sees one texel of the source.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extra {
+    pub(crate) target: u32,
+    pub(crate) source: u32,
+    pub(crate) weight: f32,
+}
+
+/// Those for texels of the source of the given solid angles, of which the target sees `energies`.
+pub(crate) fn find(sampler: &Sampler, solid_angles: &SolidAngles, energies: &[f64]) -> Vec<Extra> {
+    let width = sampler.source.width;
+    let of_row = |(y, energies): (usize, &[f64])| {
+        let mut extras = Vec::new();
+        for (x, energy) in energies.iter().enumerate() {
+            let solid_angle = solid_angles.get(x, y);
+            if solid_angle - energy >= HARDLY_SEEN * solid_angle && solid_angle > 0.0 {
+                add(sampler, [x, y], 1.0 - energy / solid_angle, &mut extras);
+            }
+        }
+        extras
+    };
+    let found: Vec<Vec<Extra>> = energies.par_chunks(width).enumerate().map(of_row).collect();
+    found.concat()
+}
+
+/// `share` of a texel of the source, from four points in it.
+fn add(sampler: &Sampler, texel: [usize; 2], share: f64, extras: &mut Vec<Extra>) {
+    let (source, target) = (sampler.source, sampler.target);
+    let mut nodes = Vec::new();
+    crate::mapping::texel_quadrature::nodes_into(
+        source.mapping,
+        [source.width, source.height],
+        texel,
+        &midpoints(2),
+        &mut nodes,
+    );
+    for (s, weight) in nodes {
+        let index = target.texel(target.point(sampler.to_target(s)));
+        let number = texel[1] * source.width + texel[0];
+        extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
+    }
+}

@@ -1,0 +1,358 @@
+//! What each texel of one map sees of another.
+//!
+//! ```text
+//!   V_ts = r_t W_ts c_s        Σ_s V_ts = 1        W_ts = Σ_samples of t, weight × share of s in the interpolant there
+//! ```
+
+use std::ops::Range;
+
+use lobe_sh::{Coefficient, Rgb};
+use rayon::prelude::*;
+
+use crate::mapping::solid_angles::SolidAngles;
+use crate::resample::footprint::{View, Views};
+use crate::resample::patch::Tile;
+use crate::resample::sample_points::{Chunk, Sampler, Sight};
+use crate::resample::source_window::{WindowLight, WindowSums};
+use crate::resample::sparse_sum::{BLOCK, SparseSum};
+use crate::resample::undersampled::Extra;
+
+/// The target is worked on in about this many parts, whatever the number of threads.
+const CHUNKS: usize = 128;
+/// But none has fewer rows: what a part costs must not outweigh its samples.
+const LEAST_ROWS: usize = 8;
+/// The sums of so many parts are held at once; waiting for the last of them costs little if they are many.
+const CHUNKS_TOGETHER: usize = 32;
+/// Of more samples than this not what they see is kept from pass to pass, 20 bytes each, but where they lie.
+const MOST_VIEWS: usize = 1 << 22;
+/// And of more than this nothing is kept: up to 1.5 GiB, where no patches fit.
+const MOST_SAMPLES: usize = 1 << 27;
+
+/// What passes need not find again, for each chunk.
+enum Kept {
+    Views(Vec<Views>),
+    Samples(Vec<Chunk>),
+    Nothing,
+}
+
+/// The weights between two maps.
+pub(crate) struct Weights<'a> {
+    sampler: &'a Sampler,
+    /// Of the texels of the target.
+    solid_angles: SolidAngles,
+    kept: Kept,
+    extras: Vec<Extra>,
+    /// `c_s`; nothing while all are 1.
+    factors: Vec<f32>,
+}
+
+impl<'a> Weights<'a> {
+    /// With all factors 1.
+    pub(crate) fn new(sampler: &'a Sampler) -> Self {
+        let mut weights = Self {
+            sampler,
+            solid_angles: SolidAngles::new(sampler.target),
+            kept: Kept::Nothing,
+            extras: Vec::new(),
+            factors: Vec::new(),
+        };
+        let samples = sampler.estimate();
+        let chunks = 0..weights.chunks();
+        weights.kept = if samples <= MOST_VIEWS {
+            Kept::Views(chunks.into_par_iter().map(|chunk| weights.views(chunk)).collect())
+        } else if samples <= MOST_SAMPLES {
+            Kept::Samples(chunks.into_par_iter().map(|chunk| sampler.chunk(weights.rows(chunk))).collect())
+        } else {
+            Kept::Nothing
+        };
+        weights
+    }
+
+    pub(crate) fn sampler(&self) -> &Sampler {
+        self.sampler
+    }
+
+    /// Multiplies the factor of every texel of the source.
+    pub(crate) fn scale(&mut self, factor: impl Fn(usize) -> f32 + Sync) {
+        self.factors.resize(self.sampler.source.len(), 1.0);
+        self.factors.par_iter_mut().enumerate().for_each(|(s, own)| *own *= factor(s));
+    }
+
+    /// Every texel of the target, from the light of those of the source.
+    pub(crate) fn gather(&self, light: &[Rgb<f32>]) -> Vec<Rgb<f32>> {
+        let (source, target) = (self.sampler.source, self.sampler.target);
+        let mut out = vec![Rgb::ZERO; target.len()];
+        out.par_chunks_mut(self.chunk_rows() * target.width).enumerate().for_each(|(chunk, out)| {
+            let top = self.rows(chunk).start;
+            let mut set = |[x, y]: [usize; 2], (total, weight): (Rgb<f64>, f64)| {
+                if weight > 0.0 {
+                    out[(y - top) * target.width + x] = Rgb::narrow(total.scale(1.0 / weight));
+                }
+            };
+            let (mut window_light, mut quads) = (WindowLight::default(), Vec::new());
+            self.for_each_sight(chunk, |sight| match sight {
+                Sight::Texel(place, view) => set(place, view.total(light, source.width)),
+                Sight::Patch(patch, window) => {
+                    window_light.fill(window, light, source.width);
+                    patch.for_each_texel_in(window, &mut quads, |place, quads| set(place, window_light.total(quads)));
+                }
+            });
+        });
+        out
+    }
+
+    /// For each texel of the source `E_s = Σ_t Ω_t V_ts`, its energy in the target.
+    pub(crate) fn energies(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.sampler.source.len()];
+        self.spread_onto(&mut sums, |chunk, sums| {
+            let (mut window_sums, mut quads) = (WindowSums::default(), Vec::new());
+            self.for_each_sight(chunk, |sight| match sight {
+                Sight::Texel(place, view) => self.add_energy(place, view, 1.0, sums),
+                Sight::Patch(patch, window) => {
+                    window_sums.clear(window);
+                    patch.for_each_texel_in(window, &mut quads, |[x, y], quads| {
+                        let sum = View { quads, shares: &[] }.sum();
+                        if sum > 0.0 {
+                            window_sums.add(quads, (self.solid_angles.get(x, y) / sum) as f32);
+                        }
+                    });
+                    window_sums.add_to(sums, window, self.sampler.source.width);
+                }
+            });
+        });
+        sums
+    }
+
+    /// How the energies change with a change `a_s` of the logarithms of the factors: `Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)`.
+    pub(crate) fn changes(&self, a: &[f32]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.sampler.source.len()];
+        let width = self.sampler.source.width;
+        self.spread_onto(&mut sums, |chunk, sums| {
+            self.for_each_texel(chunk, |[x, y], view| {
+                let sum = view.sum();
+                if sum > 0.0 {
+                    let value = |source: usize| f64::from(a[source]);
+                    let mut mean = 0.0;
+                    view.for_each(width, |source, weight| mean += weight * value(source));
+                    mean /= sum;
+                    let scale = self.solid_angles.get(x, y) / sum;
+                    view.for_each(width, |source, weight| sums.add(source, scale * weight * (value(source) - mean)));
+                }
+            });
+        });
+        sums
+    }
+
+    /// Counts extras in, and corrects the energies that were found without them; no factor may have been changed.
+    pub(crate) fn add_extras(&mut self, mut extras: Vec<Extra>, energies: &mut [f64]) {
+        debug_assert!(self.factors.is_empty() && self.extras.is_empty(), "extras come first, and once");
+        if extras.is_empty() {
+            return;
+        }
+        extras.par_sort_by_key(|extra| extra.target);
+        self.extras = extras;
+        self.spread_onto(energies, |chunk, sums| {
+            self.for_each_with_extras(chunk, |place, without, with| {
+                self.add_energy(place, without, -1.0, sums);
+                self.add_energy(place, with, 1.0, sums);
+            });
+        });
+    }
+
+    /// Adds to the energies, times `sign`, what a texel of the target gives to all that it sees.
+    #[inline(always)]
+    fn add_energy(&self, [x, y]: [usize; 2], view: View<'_>, sign: f64, sums: &mut SparseSum) {
+        let (sum, width) = (view.sum(), self.sampler.source.width);
+        if sum <= 0.0 {
+            return;
+        }
+        let scale = sign * self.solid_angles.get(x, y) / sum;
+        for quad in view.quads {
+            let (first, [a, b, c, d]) = (quad.first as usize, quad.weights);
+            sums.add_pair(first, [scale * f64::from(a), scale * f64::from(b)]);
+            sums.add_pair(first + width, [scale * f64::from(c), scale * f64::from(d)]);
+        }
+        for &(source, weight) in view.shares {
+            sums.add(source as usize, scale * f64::from(weight));
+        }
+    }
+
+    /// Adds to the sums what `add(chunk, sums)` adds for every chunk.
+    fn spread_onto(&self, sums: &mut [f64], add: impl Fn(usize, &mut SparseSum) + Sync) {
+        let spread = |&chunk: &usize| {
+            let mut sums = SparseSum::new(self.sampler.source.len());
+            add(chunk, &mut sums);
+            sums
+        };
+        let chunks: Vec<usize> = (0..self.chunks()).collect();
+        for chunks in chunks.chunks(CHUNKS_TOGETHER) {
+            let parts: Vec<SparseSum> = chunks.par_iter().map(spread).collect();
+            sums.par_chunks_mut(BLOCK).enumerate().for_each(|(block, sums)| {
+                parts.iter().for_each(|part| part.add_block(block, sums));
+            });
+        }
+    }
+
+    /// How many rows of the target each chunk has.
+    fn chunk_rows(&self) -> usize {
+        self.sampler.target.height.div_ceil(CHUNKS).max(LEAST_ROWS)
+    }
+
+    fn chunks(&self) -> usize {
+        self.sampler.target.height.div_ceil(self.chunk_rows())
+    }
+
+    fn rows(&self, chunk: usize) -> Range<usize> {
+        let (rows, height) = (self.chunk_rows(), self.sampler.target.height);
+        chunk * rows..height.min((chunk + 1) * rows)
+    }
+
+    /// Calls `texel(place, view)` for the texels of a chunk.
+    fn for_each_texel(&self, chunk: usize, texel: impl FnMut([usize; 2], View<'_>)) {
+        self.for_each_balanced(chunk, false, only_texels(texel));
+    }
+
+    /// Calls `each` for all texels of a chunk, for those of patches together where nothing but samples count.
+    fn for_each_sight(&self, chunk: usize, each: impl FnMut(Sight<'_>)) {
+        self.for_each_balanced(chunk, self.factors.is_empty(), each);
+    }
+
+    fn for_each_balanced(&self, chunk: usize, through_windows: bool, mut each: impl FnMut(Sight<'_>)) {
+        let (source, extras) = (self.sampler.source, self.extras_of(chunk));
+        let opens = |tile| through_windows && self.extras_in(extras, tile).is_empty();
+        if extras.is_empty() && self.factors.is_empty() {
+            return self.for_each_seen(chunk, |_| true, opens, each);
+        }
+        let mut balanced = Views::default();
+        self.for_each_seen(
+            chunk,
+            |_| true,
+            opens,
+            |sight| {
+                let Sight::Texel(place, view) = sight else { return each(sight) };
+                let own = self.extras_in(extras, Tile::of_texel(place));
+                if own.is_empty() && self.factors.is_empty() {
+                    return each(sight);
+                }
+                let factor = |s: u32| self.factors.get(s as usize).copied().unwrap_or(1.0);
+                balanced.clear();
+                if self.factors.is_empty() {
+                    balanced.quads.extend_from_slice(view.quads);
+                } else {
+                    balanced.quads.extend(view.quads.iter().map(|quad| quad.scaled(&self.factors, source.width)));
+                }
+                balanced.shares.extend(view.shares.iter().map(|&(s, weight)| (s, weight * factor(s))));
+                balanced.shares.extend(own.iter().map(|extra| (extra.source, extra.weight * factor(extra.source))));
+                each(Sight::Texel(place, balanced.all()));
+            },
+        );
+    }
+
+    /// Calls `texel(place, view without its extras, view with them)` for the texels of a chunk that have any.
+    fn for_each_with_extras(&self, chunk: usize, mut texel: impl FnMut([usize; 2], View<'_>, View<'_>)) {
+        let extras = self.extras_of(chunk);
+        if extras.is_empty() {
+            return;
+        }
+        let mut all = Views::default();
+        self.for_each_seen(
+            chunk,
+            |tile| !self.extras_in(extras, tile).is_empty(),
+            |_| false,
+            only_texels(|place, view: View<'_>| {
+                let own = self.extras_in(extras, Tile::of_texel(place));
+                if !own.is_empty() {
+                    all.clear();
+                    all.quads.extend_from_slice(view.quads);
+                    all.shares.extend_from_slice(view.shares);
+                    all.shares.extend(own.iter().map(|extra| (extra.source, extra.weight)));
+                    texel(place, view, all.all());
+                }
+            }),
+        );
+    }
+
+    /// Calls `each` for the texels of the wanted tiles of a chunk with what their own samples see, or for whole patches whose
+    /// windows may be opened.
+    #[inline(always)]
+    fn for_each_seen(
+        &self,
+        chunk: usize,
+        wants: impl Fn(Tile) -> bool,
+        opens: impl Fn(Tile) -> bool,
+        mut each: impl FnMut(Sight<'_>),
+    ) {
+        let source = self.sampler.source;
+        match &self.kept {
+            Kept::Views(chunks) => chunks[chunk].for_each(wants, |place, view| each(Sight::Texel(place, view))),
+            Kept::Samples(chunks) => chunks[chunk].for_each(source, wants, opens, each),
+            Kept::Nothing => self.sampler.chunk(self.rows(chunk)).for_each(source, wants, opens, each),
+        }
+    }
+
+    /// What the texels of a chunk see.
+    fn views(&self, chunk: usize) -> Views {
+        let mut views = Views::default();
+        let keep = only_texels(|place, view: View<'_>| {
+            views.quads.extend_from_slice(view.quads);
+            views.shares.extend_from_slice(view.shares);
+            views.end_texel(place);
+        });
+        self.sampler.chunk(self.rows(chunk)).for_each(self.sampler.source, |_| true, |_| false, keep);
+        views
+    }
+
+    /// The extras of a chunk.
+    fn extras_of(&self, chunk: usize) -> &[Extra] {
+        let (rows, width) = (self.rows(chunk), self.sampler.target.width);
+        extras_between(&self.extras, rows.start * width..rows.end * width)
+    }
+
+    /// Of some extras those between the first and the last texel of a tile.
+    #[inline]
+    fn extras_in<'e>(&self, extras: &'e [Extra], Tile { x, y, width, height }: Tile) -> &'e [Extra] {
+        let first = y * self.sampler.target.width + x;
+        extras_between(extras, first..first + (height - 1) * self.sampler.target.width + width)
+    }
+
+    /// How many texels of the target are seen through windows.
+    #[cfg(test)]
+    pub(crate) fn texels_in_windows(&self) -> usize {
+        let mut count = 0;
+        for chunk in 0..self.chunks() {
+            self.for_each_sight(chunk, |sight| {
+                if let Sight::Patch(patch, _) = sight {
+                    count += patch.tile().len();
+                }
+            });
+        }
+        count
+    }
+
+    /// Forgets what was kept, or keeps no more than where samples lie.
+    #[cfg(test)]
+    pub(crate) fn forget(&mut self, all: bool) {
+        let samples = || (0..self.chunks()).map(|chunk| self.sampler.chunk(self.rows(chunk))).collect();
+        self.kept = if all { Kept::Nothing } else { Kept::Samples(samples()) };
+    }
+}
+
+/// Does so where no window is opened.
+fn only_texels(mut texel: impl FnMut([usize; 2], View<'_>)) -> impl FnMut(Sight<'_>) {
+    move |sight| match sight {
+        Sight::Texel(place, view) => texel(place, view),
+        Sight::Patch(..) => unreachable!("no window was opened"),
+    }
+}
+
+/// Those of some texels of the target, among extras in the order of their targets.
+#[inline]
+fn extras_between(extras: &[Extra], targets: Range<usize>) -> &[Extra] {
+    let (Some(first), Some(last)) = (extras.first(), extras.last()) else { return &[] };
+    // Of most chunks only a few rows have any.
+    if targets.end <= first.target as usize || targets.start > last.target as usize {
+        return &[];
+    }
+    let before = |end: usize| extras.partition_point(|e| (e.target as usize) < end);
+    &extras[before(targets.start)..before(targets.end)]
+}

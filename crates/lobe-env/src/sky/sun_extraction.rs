@@ -1,0 +1,346 @@
+//! Taking the sun out of a map, as a directional light.
+
+use std::f64::consts::PI;
+
+use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
+use rayon::prelude::*;
+
+use crate::mapping::texel_quadrature;
+use crate::{MappedMap, Mapping};
+
+// An expansion of low order cannot hold a sun: it rings. So the sun is taken out first and lights the scene by itself:
+//
+//     L = rest + sun        rest <= L, sun = L - rest >= 0 in a disc around the brightest texel, 0 elsewhere
+//
+// The rest is, inside the disc, a plane fitted to a ring around it, per channel, nowhere above L. What is taken is the
+// difference of the texels as they are stored, so the two parts always sum to the original.
+
+/// A texel belongs to the sun if it is at least this part as bright as the brightest: far above what surrounds a sun, far
+/// below what is left of it in a texel that it covers partly.
+const EDGE: f64 = 0.05;
+
+/// The ring around the sun, in texels beyond its edge: the first holds what the picture's own filter spread of the sun.
+const RING: [f64; 2] = [1.5, 5.5];
+
+/// Of a texel that is longer than this many with the mean solid angle, the ring is no wider than of one of that length: a
+/// plane is no sky far around, and at the rim of a ball's picture texels are 17° long.
+const LONGEST: f64 = 2.5;
+
+/// A normal matrix whose determinant is this part of the product of its diagonal has too lopsided a ring behind it.
+const LEAST_DETERMINANT: f64 = 1e-3;
+
+/// What counts as a sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SunOptions {
+    /// The largest angle from the centre to the edge of what may be a sun, in radians. Texels may make it larger: two
+    /// and a half of them always fit. Default: 2.5°.
+    pub max_radius: f64,
+    /// How many times as bright as the ring around it the brightest texel of a sun is at least. Default: 20.
+    pub min_contrast: f64,
+    /// How many times as bright as the mean of the whole map the brightest texel of a sun is at least. Default: 100.
+    pub min_peak: f64,
+}
+
+impl Default for SunOptions {
+    fn default() -> Self {
+        Self { max_radius: 2.5_f64.to_radians(), min_contrast: 20.0, min_peak: 100.0 }
+    }
+}
+
+/// A sun: a directional light of a small size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Towards the sun: the centre of its light.
+    pub direction: Dir,
+    /// `∫ (L - rest) ds` over its disc: the irradiance of a surface that faces it. Never includes `1/π`.
+    pub irradiance: Rgb<f64>,
+    /// The diameter, in radians, of the disc of constant radiance with the same `(∫ L)² / ∫ L²`, by luminance. Texels
+    /// limit it from below: a sun smaller than a texel seems as large as one.
+    pub angular_diameter: f64,
+    /// The number of texels that were changed.
+    pub texels: usize,
+}
+
+impl Sun {
+    /// The radiance of the disc of constant radiance.
+    #[must_use]
+    pub fn radiance(&self) -> Rgb<f64> {
+        let sin = (0.25 * self.angular_diameter).sin();
+        // 2π (1 - cos r) = 4π sin²(r/2)
+        Rgb::from(self.irradiance.to_array().map(|e| e / (4.0 * PI * sin * sin)))
+    }
+
+    /// The irradiance of a surface that faces `normal`.
+    #[must_use]
+    pub fn irradiance_at(&self, normal: Dir) -> Rgb<f64> {
+        self.irradiance.scale(self.direction.dot(normal).max(0.0))
+    }
+}
+
+/// A map's sun, and the map without it, in the same mapping and size.
+#[derive(Clone, Debug)]
+pub struct SunReport {
+    /// The light taken out.
+    pub sun: Sun,
+    /// The map with the sun's place filled from its surroundings, and black where it was negative beside the sun: the
+    /// traces of a filter that overshot, which count against the sun. All other texels are as they were. `4π` times its
+    /// mean plus the sun's irradiance is `4π` times the mean of the original (test `nothing_is_lost_when_a_sun_is_taken_out`).
+    pub rest: MappedMap,
+}
+
+/// Takes the brightest small light out of a map.
+///
+/// `None` unless all of this holds, by luminance, of the brightest texel and of all texels near it that are at least a
+/// twentieth as bright:
+///
+/// * they fit into a disc of [`SunOptions::max_radius`]: a window, a soft box or a bright cloud does not;
+/// * the brightest is [`SunOptions::min_contrast`] times as bright as the ring around that disc: a bright place in a
+///   bright sky is not;
+/// * it is [`SunOptions::min_peak`] times as bright as the mean of the map: nothing in an overcast sky is.
+///
+/// Towards the rim of a ball's picture texels are long: `4/(N sin(δ/2))`, of `N` across, at the angle `δ` from the
+/// direction behind the ball, and where in a texel its light comes from is not known. The energy is right to 2 % everywhere;
+/// with 192 texels across the direction is right to 0.2° from `δ = 35°` on, to 1° at 25°, and to 5.6° nearer (test
+/// `behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long`). At the rims of the other round pictures
+/// suns are found as anywhere.
+///
+/// What remains may be a lamp: a small one in a dark room cannot be told from a sun. Call it again on the rest for the
+/// next light.
+///
+/// ```
+/// use lobe_env::{SunOptions, bundled, extract_sun};
+///
+/// let map = bundled::sunset().map();
+/// let report = extract_sun(&map, &SunOptions::default()).ok_or("no sun")?;
+/// assert!(report.sun.direction.z() > 0.0 && report.sun.angular_diameter < 0.05);
+/// # Ok::<(), &str>(())
+/// ```
+#[must_use]
+pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<SunReport> {
+    let map = map.as_ref();
+    let peak = brightest(map)?;
+    let light = peak.luminance();
+    if light < options.min_peak * map.mean().luminance() {
+        return None;
+    }
+    let pitch = pitch(map, peak.at);
+    let reach = options.max_radius.max(2.5 * pitch);
+    // The brightest texel may lie at the sun's edge, so look twice as far and start again from the middle.
+    let near = texels_near(map, peak.centre, 2.0 * reach + RING[1] * pitch);
+    let bright: Vec<&Texel> = near.iter().filter(|texel| texel.luminance() >= EDGE * light).collect();
+    let centre = middle(&bright)?;
+    let angle = |texel: &Texel| texel.centre.angle_to(centre);
+    let radius = bright.iter().map(|texel| angle(texel)).fold(0.0, f64::max);
+    if radius > reach {
+        return None;
+    }
+    let width = (RING[1] - RING[0]) * pitch.min(LONGEST * usual_pitch(map));
+    let inner = radius + RING[0] * pitch;
+    let in_ring = |texel: &&Texel| angle(texel) > inner && angle(texel) <= inner + width;
+    let plane = Plane::fit(centre, near.iter().filter(in_ring))?;
+    if light < options.min_contrast * plane.at(centre).luminance() {
+        return None;
+    }
+    let (disc, around): (Vec<&Texel>, Vec<&Texel>) = near.iter().partition(|texel| angle(texel) <= inner);
+    let mut rest = map.clone();
+    let mut sun = take_out(&mut rest, &disc, &plane)?;
+    take_halo(&mut rest, &around, &mut sun);
+    Some(SunReport { sun, rest })
+}
+
+/// A texel and what is needed of it.
+#[derive(Clone, Copy)]
+struct Texel {
+    at: [usize; 2],
+    value: Rgb<f32>,
+    centre: Dir,
+    solid_angle: f64,
+}
+
+impl Texel {
+    /// `None` for a texel that shows nothing.
+    fn new(map: &MappedMap, x: usize, y: usize) -> Option<Self> {
+        let centre = map.dir(x, y)?;
+        let solid_angle = map.solid_angle(x, y);
+        (solid_angle > 0.0).then(|| Self { at: [x, y], value: map.texel(x, y), centre, solid_angle })
+    }
+
+    fn luminance(&self) -> f64 {
+        self.value.widen().luminance()
+    }
+}
+
+/// The texel of the largest luminance, the first of several; `None` if none is positive.
+fn brightest(map: &MappedMap) -> Option<Texel> {
+    let (mut best, mut largest) = (None, 0.0);
+    for (i, texel) in map.texels().iter().enumerate() {
+        let luminance = texel.luminance();
+        // What shows nothing may hold anything.
+        if luminance > largest
+            && let Some(texel) = Texel::new(map, i % map.width(), i / map.width())
+        {
+            (best, largest) = (Some(texel), luminance);
+        }
+    }
+    best
+}
+
+/// The angle from one texel to the next in the longer direction, at a texel; at a rim that cuts it, that of a whole one
+/// next to it.
+fn pitch(map: &MappedMap, [x, y]: [usize; 2]) -> f64 {
+    let [w, h] = [map.width() as f64, map.height() as f64];
+    let middle = [x as f64 + 0.5, y as f64 + 0.5];
+    let inwards = inwards(map, middle);
+    let at = |step: f64, dx: f64, dy: f64| {
+        let (u, v) = ((middle[0] + step * inwards[0] + dx) / w, (middle[1] + step * inwards[1] + dy) / h);
+        map.mapping().dir_from_uv(u, v)
+    };
+    let extents = |step: f64| {
+        // Half a texel, because the edges of one at the border of the picture may lie elsewhere on the sphere.
+        let extent = |dx: f64, dy: f64| Some(2.0 * at(step, -dx, -dy)?.angle_to(at(step, dx, dy)?));
+        Some(extent(0.25, 0.0)?.max(extent(0.0, 0.25)?))
+    };
+    // A step of three quarters of a diagonal leads from a texel that is nearly cut away to a whole one.
+    let whole = [0.0, 0.55, 1.1].into_iter().find_map(extents);
+    whole.unwrap_or(0.0).max(usual_pitch(map))
+}
+
+/// The side of a square texel of the mean solid angle.
+fn usual_pitch(map: &MappedMap) -> f64 {
+    (4.0 * PI / (map.width() * map.height()) as f64).sqrt()
+}
+
+/// The way from a point of the picture, in texels, to the middle of its disc, of length 1; none in pictures without.
+fn inwards(map: &MappedMap, p: [f64; 2]) -> [f64; 2] {
+    let [w, h] = [map.width() as f64, map.height() as f64];
+    let middle = match map.mapping() {
+        Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular => 0.5 * w,
+        Mapping::DualParaboloid if p[0] < 0.5 * w => 0.25 * w,
+        Mapping::DualParaboloid => 0.75 * w,
+        _ => return [0.0; 2],
+    };
+    let v = [middle - p[0], 0.5 * h - p[1]];
+    let length = v[0].hypot(v[1]);
+    if length > 0.0 { v.map(|c| c / length) } else { v }
+}
+
+/// The texels whose centres lie within an angle of a direction, in the order of the picture.
+fn texels_near(map: &MappedMap, centre: Dir, angle: f64) -> Vec<Texel> {
+    let limit = angle.min(PI).cos();
+    let is_near = |x: usize, y: usize| map.dir(x, y).is_some_and(|s| s.dot(centre) >= limit);
+    let row = |y: usize| {
+        (0..map.width()).filter(move |x| is_near(*x, y)).filter_map(move |x| Texel::new(map, x, y)).collect::<Vec<_>>()
+    };
+    (0..map.height()).into_par_iter().map(row).collect::<Vec<_>>().concat()
+}
+
+/// The middle of some texels, by solid angle.
+fn middle(texels: &[&Texel]) -> Option<Dir> {
+    let sum = texels.iter().fold([0.0; 3], |sum, texel| {
+        let s = texel.centre.to_array();
+        [0, 1, 2].map(|k| sum[k] + texel.solid_angle * s[k])
+    });
+    Dir::new(sum)
+}
+
+/// `a + b p + c q` in coordinates `(p, q)` of the tangent plane, per channel.
+struct Plane {
+    axes: [[f64; 3]; 2],
+    coefficients: [Rgb<f64>; 3],
+}
+
+impl Plane {
+    /// The least-squares plane through texels around `centre`, weighted with their solid angles; `None` if there are
+    /// fewer than three.
+    fn fit<'a>(centre: Dir, texels: impl Iterator<Item = &'a Texel>) -> Option<Self> {
+        let (p, q) = crate::vec3::frame(centre.to_array());
+        let axes = [p, q];
+        let mut matrix = [[0.0; 3]; 3];
+        let mut right = [Rgb::ZERO; 3];
+        let mut count = 0;
+        for texel in texels {
+            let row = terms(&axes, texel.centre);
+            for i in 0..3 {
+                for j in 0..3 {
+                    matrix[i][j] += texel.solid_angle * row[i] * row[j];
+                }
+                right[i] += texel.value.widen().scale(texel.solid_angle * row[i]);
+            }
+            count += 1;
+        }
+        // Around a small map's sun the ring may be too lopsided for a plane: then its mean must do.
+        let mean = [right[0].scale(1.0 / matrix[0][0]), Rgb::ZERO, Rgb::ZERO];
+        (count >= 3).then(|| Self { axes, coefficients: solve(matrix, right).unwrap_or(mean) })
+    }
+
+    fn at(&self, s: Dir) -> Rgb<f64> {
+        let row = terms(&self.axes, s);
+        let [a, b, c] = self.coefficients;
+        a + b.scale(row[1]) + c.scale(row[2])
+    }
+}
+
+fn terms(axes: &[[f64; 3]; 2], s: Dir) -> [f64; 3] {
+    let along = |axis: [f64; 3]| crate::vec3::dot(s.to_array(), axis);
+    [1.0, along(axes[0]), along(axes[1])]
+}
+
+/// Solves three equations by Cramer's rule; `None` if they are nearly dependent.
+fn solve(m: [[f64; 3]; 3], right: [Rgb<f64>; 3]) -> Option<[Rgb<f64>; 3]> {
+    let cofactor = |i: usize, j: usize| {
+        let (r, s, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+        m[r][c] * m[s][d] - m[r][d] * m[s][c]
+    };
+    let determinant = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum::<f64>();
+    if determinant <= LEAST_DETERMINANT * m[0][0] * m[1][1] * m[2][2] {
+        return None;
+    }
+    Some([0, 1, 2].map(|j| (0..3).fold(Rgb::ZERO, |sum, i| sum + right[i].scale(cofactor(i, j) / determinant))))
+}
+
+/// Makes what is negative around the disc black, and takes as much from the sun, which had it too much: a filter that
+/// resized the picture and overshot. A channel in which the sun has less than is missing stays as it is.
+fn take_halo(rest: &mut MappedMap, around: &[&Texel], sun: &mut Sun) {
+    let missing = around.iter().fold(Rgb::ZERO, |sum: Rgb<f64>, texel| {
+        sum + Rgb::from_channels(|c| texel.solid_angle * f64::from(texel.value.channel(c).min(0.0)))
+    });
+    let is_paid = [0, 1, 2].map(|c| sun.irradiance.channel(c) + missing.channel(c) >= 0.0);
+    let width = rest.width();
+    for texel in around {
+        let fill = Rgb::<f32>::from_channels(|c| {
+            let value = texel.value.channel(c);
+            if is_paid[c] && value < 0.0 { 0.0 } else { value }
+        });
+        let [x, y] = texel.at;
+        rest.texels_mut()[y * width + x] = fill;
+        sun.texels += usize::from(fill != texel.value);
+    }
+    sun.irradiance += Rgb::from_channels(|c| if is_paid[c] { missing.channel(c) } else { 0.0 });
+}
+
+/// Fills the disc, and adds up what was there beyond the fill.
+fn take_out(rest: &mut MappedMap, disc: &[&Texel], plane: &Plane) -> Option<Sun> {
+    let (mapping, size) = (rest.mapping(), [rest.width(), rest.height()]);
+    let rule = gauss_legendre(3);
+    let mut nodes = Vec::new();
+    let (mut irradiance, mut moment, mut squares, mut texels) = (Rgb::ZERO, [0.0; 3], 0.0, 0);
+    for texel in disc {
+        let [x, y] = texel.at;
+        let level = plane.at(texel.centre);
+        let fill = Rgb::<f32>::from_channels(|c| (level.channel(c) as f32).min(texel.value.channel(c)).max(0.0));
+        rest.texels_mut()[y * size[0] + x] = fill;
+        let taken = texel.value.widen() - fill.widen();
+        texels += usize::from(fill != texel.value);
+        irradiance += taken.scale(texel.solid_angle);
+        squares += taken.luminance() * taken.luminance() * texel.solid_angle;
+        texel_quadrature::nodes_into(mapping, size, texel.at, &rule, &mut nodes);
+        for (s, weight) in &nodes {
+            let s = s.to_array();
+            moment = [0, 1, 2].map(|k| moment[k] + taken.luminance() * weight * s[k]);
+        }
+    }
+    let solid_angle = irradiance.luminance() * irradiance.luminance() / squares;
+    let angular_diameter = 4.0 * (solid_angle / (4.0 * PI)).min(1.0).sqrt().asin();
+    Some(Sun { direction: Dir::new(moment)?, irradiance, angular_diameter, texels })
+}

@@ -1,0 +1,163 @@
+//! Transfer of matte receivers.
+
+use lobe_scene::{Bvh, Ray, Scene};
+use lobe_sh::{Dir, Expansion as _, Zonal};
+
+use crate::bake::basis_sum::BasisSum;
+use crate::bake::tracer::{End, Tracer};
+use crate::job::chunks::{Job, Tally};
+use crate::sampling::sobol::Sobol;
+use crate::sampling::warp::Frame;
+use crate::{BakeOptions, Channels, Mode, Receivers};
+
+/// Transfer vectors by sampling.
+///
+/// ```text
+///   Tᵢ = ρ/π ∫ max(n·s, 0) (path from s) ds ≈ ρ/N Σ_k w_k yᵢ(s_k),    paths k of N that escape
+/// ```
+///
+/// Each path starts in a cosine-weighted direction, leaves along `s_k` and has met the albedos whose product is `w_k`.
+#[derive(Debug)]
+pub(crate) struct Diffuse<'a> {
+    tracer: Tracer<'a>,
+    receivers: &'a Receivers,
+    options: &'a BakeOptions,
+    pub(crate) bounces: usize,
+    pub(crate) channels: Channels,
+    order: Vec<u32>,
+    cosine: Zonal,
+}
+
+/// What a thread keeps between receivers.
+pub(crate) struct Scratch {
+    sum: BasisSum,
+    directions: Vec<[f32; 3]>,
+    occluded: Vec<bool>,
+}
+
+impl<'a> Diffuse<'a> {
+    pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, receivers: &'a Receivers, options: &'a BakeOptions) -> Self {
+        Self {
+            tracer: Tracer::new(scene, bvh),
+            receivers,
+            options,
+            bounces: options.most_bounces(),
+            channels: options.channels_for(scene, receivers.is_grey()),
+            order: options.path_order(),
+            cosine: Zonal::clamped_cosine(options.order),
+        }
+    }
+
+    fn unshadowed(&self, receiver: usize, row: &mut [f32]) -> Tally {
+        let albedo = self.albedo(receiver);
+        let normal = Dir::from_f32(self.receivers.normals()[receiver]).unwrap_or(Dir::Z);
+        let cosine = self.cosine.towards(normal, std::f64::consts::FRAC_1_PI);
+        for (row, albedo) in row.chunks_exact_mut(self.bands()).zip(albedo) {
+            row.iter_mut().zip(cosine.coefficients()).for_each(|(t, c)| *t = (albedo * c) as f32);
+        }
+        Tally { rays: 0, energy: vec![mean(albedo)], left: 0.0 }
+    }
+
+    fn shadowed(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        let (sobol, frame, origin) = self.start(seed, receiver);
+        let Scratch { sum, directions, occluded } = scratch;
+        directions.clear();
+        directions.extend(self.order.iter().map(|&index| frame.cosine(sobol.point(index, 0))));
+        occluded.resize(directions.len(), false);
+        self.tracer.occluded_from_into(origin, directions, occluded);
+        let mut escaped = 0_u32;
+        for (direction, occluded) in directions.iter().zip(occluded) {
+            if !*occluded {
+                sum.push(*direction, [1.0; 3]);
+                escaped += 1;
+            }
+        }
+        let factors = self.factors(receiver);
+        let (first, others) = row.split_at_mut(self.bands());
+        sum.take_into([1.0; 3], first);
+        for (row, factor) in others.chunks_exact_mut(self.bands()).zip(&factors[1..]) {
+            row.iter_mut().zip(&*first).for_each(|(t, sum)| *t = (f64::from(*sum) * factor) as f32);
+        }
+        first.iter_mut().for_each(|t| *t = (f64::from(*t) * factors[0]) as f32);
+        let [escaped, met] = [escaped, self.options.samples - escaped].map(|n| f64::from(n) * mean(factors));
+        Tally { rays: u64::from(self.options.samples), energy: vec![escaped], left: met }
+    }
+
+    fn interreflected(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        let (sobol, frame, origin) = self.start(seed, receiver);
+        let factors = self.factors(receiver);
+        let energy = |weight: [f32; 3]| (0..3).map(|c| f64::from(weight[c]) * factors[c]).sum::<f64>() / 3.0;
+        let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
+        for &index in &self.order {
+            let ray = Ray::new(origin, frame.cosine(sobol.point(index, 0)));
+            match self.tracer.follow(ray, self.bounces, &sobol, index, &mut tally.rays) {
+                End::Escaped { direction, weight, bounce } => {
+                    scratch.sum.push(direction, weight);
+                    tally.energy[bounce] += energy(weight);
+                }
+                End::Left { weight } => tally.left += energy(weight),
+                End::Absorbed => {}
+            }
+        }
+        scratch.sum.take_into(factors, row);
+        tally
+    }
+
+    /// The sequences, the axes and the origin of a receiver's paths.
+    fn start(&self, seed: u64, receiver: usize) -> (Sobol, Frame, [f32; 3]) {
+        let (position, normal) = (self.receivers.positions()[receiver], self.receivers.normals()[receiver]);
+        let sobol = Sobol::at_place(seed, position.into_iter().chain(normal), self.bounces);
+        (sobol, Frame::about(normal), self.tracer.origin_above(position, normal))
+    }
+
+    fn albedo(&self, receiver: usize) -> [f64; 3] {
+        self.receivers.albedos()[receiver].map(f64::from)
+    }
+
+    /// What a path that escapes is worth.
+    fn factors(&self, receiver: usize) -> [f64; 3] {
+        self.albedo(receiver).map(|rho| rho / f64::from(self.options.samples))
+    }
+
+    fn bands(&self) -> usize {
+        self.options.order * self.options.order
+    }
+}
+
+fn mean(channels: [f64; 3]) -> f64 {
+    channels.iter().sum::<f64>() / 3.0
+}
+
+impl Job for Diffuse<'_> {
+    type Scratch = Scratch;
+
+    fn receivers(&self) -> usize {
+        self.receivers.len()
+    }
+
+    fn row(&self) -> usize {
+        self.bands() * self.channels.count()
+    }
+
+    fn paths(&self) -> usize {
+        self.order.len()
+    }
+
+    fn scratch(&self) -> Scratch {
+        // What is only stopped is so in all colours alike.
+        let channels = if self.options.mode == Mode::Interreflected { self.channels.count() } else { 1 };
+        Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
+    }
+
+    fn seed(&self) -> u64 {
+        self.options.seed
+    }
+
+    fn work(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        match self.options.mode {
+            Mode::Unshadowed => self.unshadowed(receiver, row),
+            Mode::Shadowed => self.shadowed(seed, receiver, scratch, row),
+            Mode::Interreflected => self.interreflected(seed, receiver, scratch, row),
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! What to bake, and what it cost.
+
+use std::time::Duration;
+
+use lobe_scene::Scene;
+
+use crate::sampling::sobol::coherent_order;
+use crate::transfer::transfer::check_order;
+use crate::{Channels, PrtError};
+
+/// What the light may do on its way to a receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Mode {
+    /// It meets nothing: the closed form.
+    Unshadowed,
+    /// The scene stops it.
+    Shadowed,
+    /// The scene stops it and sends it on.
+    Interreflected,
+}
+
+/// How transfer is baked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// What the light may do.
+    pub mode: Mode,
+    /// Number of bands, 1 to 8.
+    pub order: usize,
+    /// Paths from each receiver, at most 2²⁴. Powers of two are distributed best.
+    pub samples: u32,
+    /// Reflections at most, for [`Mode::Interreflected`]; at most 255.
+    pub bounces: usize,
+    /// Bounces that carry less than this part of the energy are left out, see [`BakeReport::energy_per_bounce`]; 0 keeps
+    /// all.
+    pub energy_stop: f64,
+    /// Bakes with different seeds have independent errors.
+    pub seed: u64,
+    /// Vectors for each receiver. Without a choice there is one if everything the light meets is grey, else three.
+    pub channels: Option<Channels>,
+}
+
+impl Default for BakeOptions {
+    /// Interreflected transfer of order 4 from 1024 paths with up to 3 bounces, of which those below 0.1 % are left out.
+    fn default() -> Self {
+        Self {
+            mode: Mode::Interreflected,
+            order: 4,
+            samples: 1024,
+            bounces: 3,
+            energy_stop: 1e-3,
+            seed: 0,
+            channels: None,
+        }
+    }
+}
+
+impl BakeOptions {
+    pub(crate) fn check(&self) -> Result<(), PrtError> {
+        let refuse = |message: String| Err(PrtError::Options(message));
+        check_order(self.order)?;
+        if !(1..=1 << 24).contains(&self.samples) {
+            return refuse(format!("expected 1 to 2^24 samples, found {}", self.samples));
+        }
+        if self.bounces > 255 {
+            return refuse(format!("expected at most 255 bounces, found {}", self.bounces));
+        }
+        if !(0.0..1.0).contains(&self.energy_stop) {
+            return refuse(format!("expected an energy to stop at in [0, 1), found {}", self.energy_stop));
+        }
+        Ok(())
+    }
+
+    /// The vectors of each receiver: as asked for, else one if neither the receivers nor what light meets has a hue.
+    #[must_use]
+    pub fn channels_for(&self, scene: &Scene, receivers_are_grey: bool) -> Channels {
+        let is_grey = receivers_are_grey && (self.most_bounces() == 0 || scene.is_grey());
+        self.channels.unwrap_or(if is_grey { Channels::Grey } else { Channels::Rgb })
+    }
+
+    /// The numbers of the paths from each receiver, so that neighbours follow each other; none where none is needed.
+    pub(crate) fn path_order(&self) -> Vec<u32> {
+        if self.mode == Mode::Unshadowed { Vec::new() } else { coherent_order(self.samples) }
+    }
+
+    /// The most reflections of a path.
+    pub(crate) fn most_bounces(&self) -> usize {
+        if self.mode == Mode::Interreflected { self.bounces } else { 0 }
+    }
+}
+
+/// What a bake did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeReport {
+    /// Number of receivers.
+    pub receivers: usize,
+    /// Rays traced for the results, those of work done before a resumption included.
+    pub rays: u64,
+    /// How long it took since it was started or resumed.
+    pub seconds: f64,
+    /// Bounces baked: no more than asked for, less where the energy said so.
+    pub bounces: usize,
+    /// The mean exit radiance of all receivers and channels under a constant sky of radiance 1, by the number of
+    /// reflections of the light before it reached the receiver.
+    pub energy_per_bounce: Vec<f64>,
+    /// What light that was reflected once more than was baked would at most add to the sum of
+    /// [`BakeReport::energy_per_bounce`]: the weight of all paths that met a surface at their end. Where no light is
+    /// absorbed, both together are the mean albedo of the receivers.
+    pub energy_left: f64,
+    /// The standard error of the constant coefficient, relative to its mean: from 8 to 64 receivers baked with eight other
+    /// seeds each; from fewer, but at least two, where they have more than 2¹⁶ paths. 0 where none of these sees any light, whose
+    /// mean is 0 too.
+    pub stderr_dc: f64,
+}
+
+/// How far long work is: a bake, or what is done to its results, whose steps take the place of receivers and which traces no
+/// rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Receivers that are done.
+    pub done: usize,
+    /// All receivers.
+    pub total: usize,
+    /// Receivers that were done before the bake was resumed.
+    pub resumed: usize,
+    /// Rays traced since it was started or resumed.
+    pub rays: u64,
+    /// How long that took.
+    pub elapsed: Duration,
+}
+
+impl Progress {
+    /// Rays in a second.
+    #[must_use]
+    pub fn rays_per_second(&self) -> f64 {
+        self.rays as f64 / self.elapsed.as_secs_f64().max(1e-9)
+    }
+
+    /// Time left if receivers go on to take as long as before; none before the first is done.
+    #[must_use]
+    pub fn seconds_left(&self) -> Option<f64> {
+        let done = self.done - self.resumed;
+        (done > 0).then(|| self.elapsed.as_secs_f64() / done as f64 * (self.total - self.done) as f64)
+    }
+}

@@ -1,0 +1,101 @@
+//! Ways of light through a scene, followed backwards.
+
+use glam::Vec3;
+use lobe_scene::{Bvh, Hit, Ray, Scene};
+
+use crate::sampling::sobol::Sobol;
+use crate::sampling::warp::Frame;
+
+/// Follows paths through a scene.
+///
+/// Where a path meets a surface, the side is that of the geometric normal. A back side that is not double-sided reflects
+/// nothing. Otherwise both normals are turned to the side met, and the path goes on, cosine-weighted about the normal to
+/// shade with, from above the surface; a direction below the surface brings nothing. Its weight is multiplied by the
+/// albedo: density and cosine cancel,
+///
+/// ```text
+///   L(x, -d) = ρ/π ∫ L_in(s) max(n·s, 0) ds = ρ E[L_in(s)],    s of density max(n·s, 0)/π
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tracer<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    has_masks: bool,
+}
+
+/// How a path ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum End {
+    /// It left the scene along `direction` after `bounce` reflections, by which its weight was multiplied.
+    Escaped { direction: [f32; 3], weight: [f32; 3], bounce: usize },
+    /// It met a surface after its last reflection.
+    Left { weight: [f32; 3] },
+    /// It met what reflects nothing.
+    Absorbed,
+}
+
+impl<'a> Tracer<'a> {
+    pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
+        Self { scene, bvh, has_masks: scene.has_masks() }
+    }
+
+    /// Where rays from a receiver start.
+    pub(crate) fn origin_above(&self, position: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
+        self.bvh.origin_above(position, normal)
+    }
+
+    fn is_occluded(&self, ray: &Ray) -> bool {
+        if self.has_masks {
+            self.bvh.is_occluded_where(ray, |hit| self.scene.is_solid(&hit))
+        } else {
+            self.bvh.is_occluded(ray)
+        }
+    }
+
+    fn closest(&self, ray: &Ray) -> Option<Hit> {
+        if self.has_masks { self.bvh.closest_where(ray, |hit| self.scene.is_solid(hit)) } else { self.bvh.closest(ray) }
+    }
+
+    /// Which of many rays from one point meet anything.
+    pub(crate) fn occluded_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], occluded: &mut [bool]) {
+        if self.has_masks {
+            for (direction, occluded) in directions.iter().zip(occluded) {
+                *occluded = self.is_occluded(&Ray::new(origin, *direction));
+            }
+        } else {
+            self.bvh.occluded_from_into(origin, directions, occluded);
+        }
+    }
+
+    /// Follows a path for at most `bounces` reflections, which are those of point `index` of the sequences. Counts its rays.
+    pub(crate) fn follow(&self, ray: Ray, bounces: usize, sobol: &Sobol, index: u32, rays: &mut u64) -> End {
+        let mut ray = ray;
+        let mut weight = [1.0; 3];
+        for bounce in 0..bounces {
+            *rays += 1;
+            let Some(hit) = self.closest(&ray) else {
+                return End::Escaped { direction: ray.direction, weight, bounce };
+            };
+            let surface = self.scene.surface(&hit);
+            let towards = Vec3::from(surface.geometric_normal).dot(Vec3::from(ray.direction));
+            if towards >= 0.0 && !self.scene.material(surface.mesh).double_sided {
+                return End::Absorbed;
+            }
+            (0..3).for_each(|c| weight[c] *= surface.base_color[c]);
+            let side = if towards < 0.0 { 1.0 } else { -1.0 };
+            let geometric = surface.geometric_normal.map(|c| c * side);
+            let shading = surface.shading_normal.map(|c| c * side);
+            let direction = Frame::about(shading).cosine(sobol.point(index, bounce + 1));
+            if weight == [0.0; 3] || Vec3::from(direction).dot(Vec3::from(geometric)) <= 0.0 {
+                return End::Absorbed;
+            }
+            ray = Ray::new(self.bvh.origin_above(surface.position, geometric), direction);
+        }
+        *rays += 1;
+        if self.is_occluded(&ray) {
+            End::Left { weight }
+        } else {
+            End::Escaped { direction: ray.direction, weight, bounce: bounces }
+        }
+    }
+}

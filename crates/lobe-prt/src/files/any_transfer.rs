@@ -1,0 +1,122 @@
+//! Diffuse transfer in whichever form a file holds it.
+
+use std::path::Path;
+
+use lobe_sh::Rgb;
+use serde_json::Value;
+
+use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of_bytes, zonal_of_bytes};
+use crate::files::tensor_file::{format_of, load};
+use crate::files::transfer_file::transfer_of_bytes;
+use crate::{CompressedTransfer, PrtError, Transfer, ZonalTransfer};
+
+/// Transfer vectors as they are, compressed, or as lobes; each is lit in its own form, without being expanded.
+#[derive(Clone, Debug)]
+pub enum AnyTransfer {
+    /// All coefficients of each receiver.
+    Plain(Transfer),
+    /// Clusters of receivers with components in common.
+    Compressed(CompressedTransfer),
+    /// Lobes of each receiver.
+    Zonal(ZonalTransfer),
+}
+
+impl AnyTransfer {
+    /// The number of bands.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        match self {
+            Self::Plain(transfer) => transfer.order(),
+            Self::Compressed(transfer) => transfer.order(),
+            Self::Zonal(transfer) => transfer.order(),
+        }
+    }
+
+    /// The number of receivers.
+    #[must_use]
+    pub fn receivers(&self) -> usize {
+        match self {
+            Self::Plain(transfer) => transfer.receivers(),
+            Self::Compressed(transfer) => transfer.receivers(),
+            Self::Zonal(transfer) => transfer.receivers(),
+        }
+    }
+
+    /// What each receiver sends back of the light with these coefficients: see [`Transfer::exit_radiance`].
+    ///
+    /// # Panics
+    /// As that does.
+    #[must_use]
+    pub fn exit_radiance(&self, light: &[Rgb<f64>]) -> Vec<Rgb<f32>> {
+        match self {
+            Self::Plain(transfer) => transfer.exit_radiance(light),
+            Self::Compressed(transfer) => transfer.exit_radiance(light),
+            Self::Zonal(transfer) => transfer.exit_radiance(light),
+        }
+    }
+}
+
+impl From<Transfer> for AnyTransfer {
+    fn from(transfer: Transfer) -> Self {
+        Self::Plain(transfer)
+    }
+}
+
+/// Reads what [`write_transfer`](crate::write_transfer), [`write_compressed_transfer`](crate::write_compressed_transfer) or
+/// [`write_zonal_transfer`](crate::write_zonal_transfer) wrote: the transfer and its recipe.
+///
+/// # Errors
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version, [`PrtError::Invalid`] if it
+/// is none of these or contradicts itself.
+pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Value), PrtError> {
+    let path = path.as_ref();
+    let (bytes, name) = (load(path)?, path.display().to_string());
+    match format_of(&bytes).as_deref() {
+        Some(COMPRESSED) => {
+            compressed_of_bytes(&bytes, name).map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe))
+        }
+        Some(ZONAL) => zonal_of_bytes(&bytes, name).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe)),
+        _ => transfer_of_bytes(&bytes, name).map(|(transfer, recipe)| (transfer.into(), recipe)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::Coefficient as _;
+    use lobe_testkit::Random;
+    use serde_json::json;
+
+    use super::*;
+    use crate::{
+        Channels, CompressOptions, ZonalFitOptions, fit_zonal, write_compressed_transfer, write_transfer,
+        write_zonal_transfer,
+    };
+
+    #[test]
+    fn every_form_is_read_for_what_it_is_and_lit_as_itself() {
+        let mut random = Random::new(5);
+        let numbers = random.signed_vec(12 * 9).iter().map(|x| *x as f32).collect();
+        let plain = Transfer::new(3, Channels::Grey, numbers).unwrap();
+        let compressed = CompressedTransfer::new(&plain, &CompressOptions::default()).unwrap().0;
+        let zonal = fit_zonal(&plain, &ZonalFitOptions::default()).unwrap().0;
+        let light: Vec<Rgb<f64>> = random.signed_vec(9).into_iter().map(Rgb::splat).collect();
+        let (folder, recipe) = (tempfile::tempdir().unwrap(), json!({"samples": 7}));
+        let path = |name: &str| folder.path().join(name);
+        write_transfer(path("p"), &plain, &recipe).unwrap();
+        write_compressed_transfer(&path("c"), &compressed, &recipe).unwrap();
+        write_zonal_transfer(&path("z"), &zonal, &recipe).unwrap();
+        let expected = [
+            ("p", plain.exit_radiance(&light)),
+            ("c", compressed.exit_radiance(&light)),
+            ("z", zonal.exit_radiance(&light)),
+        ];
+        for (name, expected) in expected {
+            let (found, read) = read_any_transfer(path(name)).unwrap();
+            assert_eq!((found.order(), found.receivers(), &read), (3, 12, &recipe), "{name}: shape and recipe");
+            assert!(found.exit_radiance(&light) == expected, "{name}: the light that is sent back");
+        }
+        std::fs::write(path("n"), b"no tensors").unwrap();
+        let error = read_any_transfer(path("n")).unwrap_err().to_string();
+        assert!(error.contains("expected safetensors"), "{error}");
+    }
+}

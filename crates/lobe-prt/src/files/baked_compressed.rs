@@ -1,0 +1,132 @@
+//! Compressed transfer at the vertices of a baked scene.
+
+use std::io;
+use std::ops::Range;
+
+use lobe_scene::{GltfAttributes, Mesh};
+use serde_json::{Value, json};
+
+use crate::files::baked_layout::{Attribute, VertexData};
+use crate::files::read_baked::read_column;
+use crate::{Channels, CompressedTable, CompressedTransfer, PrtError, Weights};
+
+/// The number that glTF gives a type of components, by the name that `extras.lobe` gives it.
+const WEIGHT_TYPES: [(&str, u32, usize); 3] = [("f32", 5126, 4), ("u16", 5123, 2), ("u8", 5121, 1)];
+const UNSIGNED_SHORT: u32 = 5123;
+
+/// Compressed transfer as attributes, see [`crate::BakedGlb::write_compressed`].
+pub(crate) struct Compressed<'a>(pub(crate) &'a CompressedTransfer);
+
+impl Compressed<'_> {
+    fn weight_type(&self) -> (&'static str, u32, usize) {
+        WEIGHT_TYPES[match self.0.table().weights() {
+            Weights::F32(_) => 0,
+            Weights::U16(_) => 1,
+            Weights::U8(_) => 2,
+        }]
+    }
+
+    fn push_weight(&self, receiver: usize, j: usize, bytes: &mut Vec<u8>) {
+        let table = self.0.table();
+        let at = (j < table.components()).then(|| receiver * table.components() + j);
+        match table.weights() {
+            Weights::F32(w) => bytes.extend(at.map_or(0.0, |at| w[at]).to_le_bytes()),
+            Weights::U16(w) => bytes.extend(at.map_or(0, |at| w[at]).to_le_bytes()),
+            Weights::U8(w) => bytes.push(at.map_or(0, |at| w[at])),
+        }
+    }
+}
+
+impl VertexData for Compressed<'_> {
+    fn vertices(&self) -> usize {
+        self.0.receivers()
+    }
+
+    fn attributes(&self) -> Vec<Attribute> {
+        let (_, component, bytes) = self.weight_type();
+        let cluster = Attribute {
+            name: "_CLUSTER".to_string(),
+            kind: "SCALAR",
+            component: UNSIGNED_SHORT,
+            normalized: false,
+            bytes: 4,
+        };
+        let weights = (0..self.0.table().components().div_ceil(4)).map(|j| Attribute {
+            name: format!("_WEIGHTS_{j}"),
+            kind: "VEC4",
+            component,
+            normalized: bytes < 4,
+            bytes: 4 * bytes,
+        });
+        std::iter::once(cluster).chain(weights).collect()
+    }
+
+    fn push_bytes(&self, vertices: Range<usize>, attributes: Range<usize>, bytes: &mut Vec<u8>) -> io::Result<()> {
+        for receiver in vertices {
+            for attribute in attributes.clone() {
+                match attribute.checked_sub(1) {
+                    None => {
+                        bytes.extend(self.0.table().clusters()[receiver].to_le_bytes());
+                        bytes.extend([0; 2]);
+                    }
+                    Some(k) => (4 * k..4 * k + 4).for_each(|j| self.push_weight(receiver, j, bytes)),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn about(&self) -> Value {
+        let (weights, ..) = self.weight_type();
+        let table = self.0.table();
+        json!({
+            "quantity": "transfer", "order": self.0.order(), "channels": self.0.channels().count(),
+            "compression": {
+                "clusters": table.cluster_count(), "components": table.components(), "weights": weights,
+            },
+        })
+    }
+
+    fn shared(&self) -> Option<(&'static str, Vec<u8>)> {
+        Some(("bases", self.0.table().bases().iter().flat_map(|c| c.to_le_bytes()).collect()))
+    }
+}
+
+/// Reads what [`Compressed`] wrote of all meshes.
+pub(crate) fn read_compressed(
+    meshes: &[Mesh],
+    attributes: &GltfAttributes,
+    (order, channels): (usize, Channels),
+    name: &str,
+) -> Result<CompressedTransfer, PrtError> {
+    let lobe = &attributes.asset_extras()["lobe"];
+    let said = &lobe["compression"];
+    let wrong = || PrtError::invalid(name, format!("expected components and weights of f32, u16 or u8, found {said}"));
+    let components = said["components"].as_u64().and_then(|n| usize::try_from(n).ok()).ok_or_else(wrong)?;
+    let view = lobe["bases"].as_u64().and_then(|view| u32::try_from(view).ok());
+    let view =
+        view.ok_or_else(|| PrtError::invalid(name, format!("expected a buffer view, found {}", lobe["bases"])))?;
+    let bases = attributes.buffer_view(view)?.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    let (mut clusters, mut weights) = (Vec::new(), Vec::new());
+    for mesh in meshes {
+        let count = mesh.positions().len();
+        clusters.extend(read_column::<1>(attributes, mesh, "_CLUSTER", name)?.iter().map(|[k]| *k as u16));
+        let columns: Vec<Vec<[f32; 4]>> = (0..components.div_ceil(4))
+            .map(|j| read_column(attributes, mesh, &format!("_WEIGHTS_{j}"), name))
+            .collect::<Result<_, _>>()?;
+        for vertex in 0..count {
+            weights.extend(columns.iter().flat_map(|column| column[vertex]).take(components));
+        }
+    }
+    // A fraction of u16 or u8 in f32 is the whole number again when it is multiplied and rounded.
+    let weights = match said["weights"].as_str() {
+        Some("f32") => Weights::F32(weights),
+        Some("u16") => Weights::U16(weights.iter().map(|w| (w * 65535.0).round() as u16).collect()),
+        Some("u8") => Weights::U8(weights.iter().map(|w| (w * 255.0).round() as u8).collect()),
+        _ => return Err(wrong()),
+    };
+    let width = order * order * channels.count();
+    let table = CompressedTable::new(width, components, clusters, weights, bases);
+    let table = table.map_err(|error| error.within(name))?;
+    CompressedTransfer::from_table(order, channels, table).map_err(|error| error.within(name))
+}

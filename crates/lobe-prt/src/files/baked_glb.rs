@@ -1,0 +1,389 @@
+//! Writes a scene whose vertices carry transfer.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, Write};
+use std::path::Path;
+
+use lobe_scene::{GltfDocument, LOBE_EXTRAS_VERSION, Mesh, MeshSource, Scene};
+use lobe_sh::write_atomically;
+use serde_json::{Map, Value, json};
+
+use crate::files::baked_compressed::Compressed;
+use crate::files::baked_layout::{
+    Attribute, AttributeGroup, PlainTransfer, VertexData, attribute_groups, attributes_per_channel,
+};
+use crate::{Channels, CompressedTransfer, PrtError, TransferRows};
+
+/// How many vertices are in memory at a time while their transfer is written.
+const VERTICES_AT_ONCE: usize = 4096;
+
+/// Attributes of vertices that a bake writes; those of an earlier bake give way.
+const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
+
+/// A .glb that waits for its transfer: everything is checked and laid out before the bake.
+///
+/// ```text
+///   attribute _TRANSFER_k, k = c ⌈n²/4⌉ + j, VEC4 of floats:  T_c,4j .. T_c,4j+3,  zeros from n² on
+/// ```
+///
+/// Every primitive with triangles has these attributes for its vertices, in index order; c is 0, or 0 to 2 for red, green and
+/// blue. Both its mesh and `asset` say `version`, `quantity` ("transfer"), `order` and `channels` under `extras.lobe`, and
+/// `asset` the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex belongs to.
+#[derive(Clone, Debug)]
+pub struct BakedGlb {
+    document: GltfDocument,
+    /// For each mesh of the scene: which primitive carries its transfer, and its number of vertices.
+    places: Vec<Place>,
+    notes: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    mesh: usize,
+    primitive: usize,
+    vertices: usize,
+}
+
+impl BakedGlb {
+    /// The file a scene was read from, with all that it holds beside the scene.
+    ///
+    /// A mesh that several nodes show has different transfer at each: further nodes get a copy of the mesh that shares its data. Meshes
+    /// that only nodes outside of the scene show stay without transfer, and transfer of an earlier bake is taken out.
+    ///
+    /// # Errors
+    /// [`PrtError::Scene`] if the file cannot be read as glTF, [`PrtError::Options`] if the scene is not this file's.
+    pub fn of_file(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, PrtError> {
+        let path = path.as_ref();
+        let (mut document, notes) = GltfDocument::read(path)?;
+        let foreign = || {
+            let path = path.display();
+            PrtError::Options(format!("{path}: expected the file that the scene was read from; write the scene itself"))
+        };
+        let sources: Option<Vec<MeshSource>> = scene.meshes().iter().map(Mesh::source).collect();
+        let sources = sources.ok_or_else(foreign)?;
+        remove_earlier_transfer(&mut document);
+        let own = give_nodes_own_meshes(&mut document.json, &sources);
+        let mut places = Vec::new();
+        for (mesh, source) in scene.meshes().iter().zip(&sources) {
+            let place = Place {
+                mesh: own.get(&source.node).copied().unwrap_or(source.mesh),
+                primitive: source.primitive,
+                vertices: mesh.positions().len(),
+            };
+            if vertices_in_file(&document.json, place) != Some(place.vertices as u64) {
+                return Err(foreign());
+            }
+            places.push(place);
+        }
+        Ok(Self { document, places, notes })
+    }
+
+    /// A scene that is in no glTF file as it is: one that was split, made by a formula or read from another kind of file.
+    #[must_use]
+    pub fn of_scene(scene: &Scene) -> Self {
+        let place = |(i, mesh): (usize, &Mesh)| Place { mesh: i, primitive: 0, vertices: mesh.positions().len() };
+        Self {
+            document: GltfDocument::of_scene(scene),
+            places: scene.meshes().iter().enumerate().map(place).collect(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// What could not be embedded, a line each.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// How many bytes the file will have, but for its JSON: a few hundred for each mesh and attribute.
+    #[must_use]
+    pub fn size(&self, order: usize, channels: Channels) -> u64 {
+        let floats = 4 * channels.count() * attributes_per_channel(order);
+        (self.document.bytes.len() + self.vertices() * floats * 4) as u64
+    }
+
+    /// Refuses transfer that a .glb cannot hold, before it is baked.
+    ///
+    /// # Errors
+    /// [`PrtError::Options`] if the file would have 4 GiB or more, which its header cannot say.
+    pub fn check_size(&self, order: usize, channels: Channels) -> Result<(), PrtError> {
+        check_length(self.size(order, channels))
+    }
+
+    /// Writes the file, a few vertices at a time; until all is written, nothing has its name.
+    ///
+    /// `recipe` is kept as it is under `asset.extras.lobe.recipe`: the options and versions that made the transfer.
+    ///
+    /// # Errors
+    /// [`PrtError::Options`] if the transfer is not that of the scene's vertices or too large for a .glb, [`PrtError::Io`] if
+    /// the system refuses.
+    pub fn write(&self, path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
+        self.write_data(path.as_ref(), &PlainTransfer(transfer), recipe)
+    }
+
+    /// [`BakedGlb::write`] for compressed transfer.
+    ///
+    /// ```text
+    ///   _CLUSTER: k,  SCALAR, u16        _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalised u16 or u8, zeros at the end
+    /// ```
+    ///
+    /// Means and directions, floats, are the buffer view that `asset.extras.lobe.bases` names: those of cluster k begin at
+    /// `k (1 + components) · channels · n²`, the mean first.
+    ///
+    /// # Errors
+    /// As [`BakedGlb::write`].
+    pub fn write_compressed(
+        &self,
+        path: impl AsRef<Path>,
+        transfer: &CompressedTransfer,
+        recipe: &Value,
+    ) -> Result<(), PrtError> {
+        self.write_data(path.as_ref(), &Compressed(transfer), recipe)
+    }
+
+    fn vertices(&self) -> usize {
+        self.places.iter().map(|place| place.vertices).sum()
+    }
+
+    fn write_data(&self, path: &Path, data: &dyn VertexData, recipe: &Value) -> Result<(), PrtError> {
+        let (expected, found) = (self.vertices(), data.vertices());
+        if expected != found {
+            let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
+            return Err(PrtError::Options(message));
+        }
+        let groups = attribute_groups(&data.attributes());
+        let shared = data.shared();
+        let (json, length) = self.laid_out(data, &groups, shared.as_ref(), recipe);
+        let json = padded_json(&json);
+        let total = 12 + 8 + json.len() as u64 + 8 + length as u64;
+        check_length(total)?;
+        write_atomically(path, |out| {
+            out.write_all(b"glTF")?;
+            write_words(out, &[2, total as u32, json.len() as u32, u32::from_le_bytes(*b"JSON")])?;
+            out.write_all(&json)?;
+            write_words(out, &[length as u32, u32::from_le_bytes(*b"BIN\0")])?;
+            out.write_all(&self.document.bytes)?;
+            out.write_all(&[0; 3][..padding(self.document.bytes.len())])?;
+            self.write_vertices(out, data, &groups)?;
+            let shared = shared.as_ref().map_or(&[][..], |(_, bytes)| bytes);
+            out.write_all(shared)?;
+            out.write_all(&[0; 3][..padding(shared.len())])
+        })
+        .map_err(|source| PrtError::Io { file: path.display().to_string(), source })
+    }
+
+    /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.
+    fn laid_out(
+        &self,
+        data: &dyn VertexData,
+        groups: &[AttributeGroup],
+        shared: Option<&(&'static str, Vec<u8>)>,
+        recipe: &Value,
+    ) -> (Value, usize) {
+        let mut json = self.document.json.clone();
+        let mut length = self.document.bytes.len() + padding(self.document.bytes.len());
+        let attributes = data.attributes();
+        let mut about = data.about();
+        about["version"] = json!(LOBE_EXTRAS_VERSION);
+        for place in &self.places {
+            for group in groups {
+                add_group(&mut json, *place, &attributes[group.attributes.clone()], length);
+                length += place.vertices * group.stride;
+            }
+            put_extras(&mut json["meshes"][place.mesh], about.clone());
+        }
+        if let Some((member, bytes)) = shared {
+            let view = json!({"buffer": 0, "byteOffset": length, "byteLength": bytes.len()});
+            about[*member] = json!(push(&mut json, "bufferViews", view));
+            length += bytes.len().next_multiple_of(4);
+        }
+        about["generator"] = json!(concat!("Lobe ", env!("CARGO_PKG_VERSION")));
+        about["recipe"] = recipe.clone();
+        put_extras(&mut json["asset"], about);
+        let first = json["buffers"].get(0).cloned();
+        let mut buffer = first.unwrap_or_else(|| Value::Object(Map::new()));
+        buffer["byteLength"] = json!(length);
+        json["buffers"] = json!([buffer]);
+        (json, length)
+    }
+
+    fn write_vertices(&self, out: &mut dyn Write, data: &dyn VertexData, groups: &[AttributeGroup]) -> io::Result<()> {
+        let mut bytes = Vec::new();
+        let mut first = 0;
+        for place in &self.places {
+            for group in groups {
+                for start in (0..place.vertices).step_by(VERTICES_AT_ONCE) {
+                    let end = (start + VERTICES_AT_ONCE).min(place.vertices);
+                    bytes.clear();
+                    data.push_bytes(first + start..first + end, group.attributes.clone(), &mut bytes)?;
+                    out.write_all(&bytes)?;
+                }
+            }
+            first += place.vertices;
+        }
+        Ok(())
+    }
+}
+
+/// Adds a buffer view at `offset` for attributes of a primitive that lie side by side.
+fn add_group(json: &mut Value, place: Place, attributes: &[Attribute], offset: usize) {
+    let stride: usize = attributes.iter().map(|attribute| attribute.bytes).sum();
+    let view = json!({
+        "buffer": 0, "byteOffset": offset, "byteLength": place.vertices * stride, "byteStride": stride, "target": 34962,
+    });
+    let view = push(json, "bufferViews", view);
+    let mut offset = 0;
+    for attribute in attributes {
+        let mut accessor = json!({
+            "bufferView": view, "byteOffset": offset,
+            "componentType": attribute.component, "count": place.vertices, "type": attribute.kind,
+        });
+        if attribute.normalized {
+            accessor["normalized"] = json!(true);
+        }
+        let accessor = push(json, "accessors", accessor);
+        json["meshes"][place.mesh]["primitives"][place.primitive]["attributes"][&attribute.name] = json!(accessor);
+        offset += attribute.bytes;
+    }
+}
+
+/// The header of a .glb has 32 bits for its length.
+fn check_length(bytes: u64) -> Result<(), PrtError> {
+    if u32::try_from(bytes).is_ok() {
+        return Ok(());
+    }
+    Err(PrtError::Options(format!(
+        "expected less than 4 GiB, the most a .glb holds, found {bytes} bytes: write .safetensors, or a lower order"
+    )))
+}
+
+/// What is missing to a multiple of four.
+fn padding(length: usize) -> usize {
+    length.next_multiple_of(4) - length
+}
+
+fn padded_json(json: &Value) -> Vec<u8> {
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    text
+}
+
+fn write_words(out: &mut dyn Write, words: &[u32]) -> io::Result<()> {
+    words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))
+}
+
+fn push(json: &mut Value, array: &str, item: Value) -> usize {
+    match &mut json[array] {
+        Value::Array(items) => items.push(item),
+        missing => *missing = json!([item]),
+    }
+    json[array].as_array().map_or(0, |items| items.len() - 1)
+}
+
+/// Puts `lobe` into the extras of an object, beside what others have put there.
+fn put_extras(object: &mut Value, lobe: Value) {
+    match &mut object["extras"] {
+        Value::Object(extras) => drop(extras.insert("lobe".to_string(), lobe)),
+        Value::Null => object["extras"] = json!({"lobe": lobe}),
+        // Extras may be any JSON; what is no object gets a place in one.
+        other => *other = json!({"lobe": lobe, "extras": other.take()}),
+    }
+}
+
+fn vertices_in_file(json: &Value, place: Place) -> Option<u64> {
+    let position = json["meshes"][place.mesh]["primitives"][place.primitive]["attributes"]["POSITION"].as_u64()?;
+    json["accessors"][usize::try_from(position).ok()?]["count"].as_u64()
+}
+
+/// Sees to it that no two nodes of the scene, and no node of the scene and one outside, show the same mesh; the new mesh of each
+/// node that got one.
+fn give_nodes_own_meshes(json: &mut Value, sources: &[MeshSource]) -> BTreeMap<usize, usize> {
+    let shown: BTreeSet<usize> = sources.iter().map(|source| source.node).collect();
+    let mesh_of = |node: &Value| node.get("mesh").and_then(Value::as_u64).map(|mesh| mesh as usize);
+    let nodes = json["nodes"].as_array().map_or(&[][..], Vec::as_slice);
+    let outside = nodes.iter().enumerate().filter(|(node, _)| !shown.contains(node));
+    let mut taken: BTreeSet<usize> = outside.filter_map(|(_, node)| mesh_of(node)).collect();
+    let mut own = BTreeMap::new();
+    for node in shown {
+        let Some(mesh) = mesh_of(&json["nodes"][node]) else { continue };
+        if !taken.insert(mesh) {
+            let copy = json["meshes"][mesh].clone();
+            let copy = push(json, "meshes", copy);
+            json["nodes"][node]["mesh"] = json!(copy);
+            own.insert(node, copy);
+        }
+    }
+    own
+}
+
+/// Takes out the attributes and extras of an earlier bake; their data too, where they are the last of the file and used by nobody
+/// else, as they are where a bake wrote them.
+fn remove_earlier_transfer(document: &mut GltfDocument) {
+    let json = &mut document.json;
+    let (mut ours, mut others) = (BTreeSet::new(), BTreeSet::new());
+    for mesh in json["meshes"].as_array_mut().into_iter().flatten() {
+        let mut had_transfer = false;
+        for primitive in mesh.get_mut("primitives").and_then(Value::as_array_mut).into_iter().flatten() {
+            others.extend(primitive["indices"].as_u64());
+            let Some(Value::Object(attributes)) = primitive.get_mut("attributes") else { continue };
+            attributes.retain(|name, accessor| {
+                let is_ours = OUR_ATTRIBUTES.iter().any(|ours| name.starts_with(ours));
+                had_transfer |= is_ours;
+                if is_ours { &mut ours } else { &mut others }.extend(accessor.as_u64());
+                !is_ours
+            });
+        }
+        if had_transfer && let Some(Value::Object(extras)) = mesh.get_mut("extras") {
+            extras.remove("lobe");
+        }
+    }
+    let lobe = &json["asset"]["extras"]["lobe"];
+    if lobe.is_object() && ours.is_disjoint(&others) {
+        let bases = lobe["bases"].as_u64();
+        remove_data(document, &ours, bases);
+    }
+}
+
+fn remove_data(document: &mut GltfDocument, accessors: &BTreeSet<u64>, bases: Option<u64>) {
+    let json = &mut document.json;
+    let Some(mut views) = remove_tail(json, "accessors", accessors, |accessor| accessor["bufferView"].as_u64()) else {
+        return;
+    };
+    views.extend(bases);
+    let Some(offsets) = remove_tail(json, "bufferViews", &views, |view| view["byteOffset"].as_u64()) else { return };
+    let end_of = |view: &Value| Some(view["byteOffset"].as_u64().unwrap_or(0) + view["byteLength"].as_u64()?);
+    let end = json["bufferViews"].as_array().into_iter().flatten().filter_map(end_of).max().unwrap_or(0);
+    if let Some(&first) = offsets.first()
+        && first >= end
+    {
+        document.bytes.truncate(first as usize);
+    }
+}
+
+/// Removes these items of an array if they are its last ones; what `inner` says of them.
+fn remove_tail(
+    json: &mut Value,
+    array: &str,
+    indices: &BTreeSet<u64>,
+    inner: impl Fn(&Value) -> Option<u64>,
+) -> Option<BTreeSet<u64>> {
+    let items = json.get_mut(array)?.as_array_mut()?;
+    let (first, last) = (*indices.first()?, *indices.last()?);
+    let is_tail = last + 1 == items.len() as u64 && last - first + 1 == indices.len() as u64;
+    is_tail.then(|| items.drain(first as usize..).filter_map(|item| inner(&item)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_are_too_long_for_their_header_are_refused() {
+        assert!(check_length(u64::from(u32::MAX)).is_ok(), "the longest");
+        let message = check_length(1 << 32).unwrap_err().to_string();
+        assert!(
+            message.starts_with("expected less than 4 GiB, the most a .glb holds, found 4294967296 bytes"),
+            "{message}"
+        );
+    }
+}

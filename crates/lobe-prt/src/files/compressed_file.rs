@@ -1,0 +1,230 @@
+//! Compressed and zonal transfer in files.
+
+use std::path::Path;
+
+use safetensors::Dtype;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::files::tensor_file::{Tensor, TensorFile, checked_channels, f32s, load, u16s, write};
+use crate::{CompressedTable, CompressedTransfer, PrtError, Weights, ZonalTransfer};
+
+pub(crate) const COMPRESSED: &str = "lobe-compressed-transfer";
+pub(crate) const ZONAL: &str = "lobe-zonal-transfer";
+const VERSION: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+struct CompressedHeader {
+    format: String,
+    version: u32,
+    order: usize,
+    channels: usize,
+    clusters: usize,
+    components: usize,
+    #[serde(default)]
+    recipe: Value,
+}
+
+#[derive(Serialize, Deserialize)]
+struct ZonalHeader {
+    format: String,
+    version: u32,
+    order: usize,
+    channels: usize,
+    lobes: usize,
+    #[serde(default)]
+    recipe: Value,
+}
+
+/// Writes compressed transfer as safetensors.
+///
+/// ```text
+///   clusters  U16             [receivers]
+///   weights   U8, U16 or F32  [receivers, components]                        q/255, q/65535, or as they are
+///   bases     F32             [clusters, 1 + components, channels, order²]   the mean, then the directions
+/// ```
+///
+/// The metadata's entry `lobe` is JSON: format `lobe-compressed-transfer`, version 1, order, channels, clusters, components, recipe.
+///
+/// # Errors
+/// [`PrtError::Io`] if the file cannot be written.
+pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer, recipe: &Value) -> Result<(), PrtError> {
+    let table = transfer.table();
+    let header = CompressedHeader {
+        format: COMPRESSED.to_owned(),
+        version: VERSION,
+        order: transfer.order(),
+        channels: transfer.channels().count(),
+        clusters: table.cluster_count(),
+        components: table.components(),
+        recipe: recipe.clone(),
+    };
+    let shape = vec![table.rows(), table.components()];
+    let weights = match table.weights() {
+        Weights::F32(w) => Tensor::f32("weights", shape, w.iter().copied()),
+        Weights::U16(w) => Tensor::u16("weights", shape, w),
+        Weights::U8(w) => Tensor { name: "weights", dtype: Dtype::U8, shape, bytes: w.clone() },
+    };
+    let vectors = vec![header.clusters, 1 + header.components, header.channels, header.order * header.order];
+    let tensors = [
+        Tensor::u16("clusters", vec![table.rows()], table.clusters()),
+        weights,
+        Tensor::f32("bases", vectors, table.bases().iter().copied()),
+    ];
+    write(path, &header, &tensors)
+}
+
+/// Reads what [`write_compressed_transfer`] wrote, checked completely: the transfer and its recipe.
+///
+/// # Errors
+/// [`PrtError::Io`], [`PrtError::Invalid`] and [`PrtError::Unsupported`] for files that cannot be read, are broken or not of this
+/// kind, or of a later version.
+pub fn read_compressed_transfer(path: &Path) -> Result<(CompressedTransfer, Value), PrtError> {
+    compressed_of_bytes(&load(path)?, path.display().to_string())
+}
+
+pub(crate) fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<(CompressedTransfer, Value), PrtError> {
+    let file = TensorFile::<CompressedHeader>::parse(bytes, name, COMPRESSED, VERSION)?;
+    let CompressedHeader { order, channels, clusters, components, .. } = file.header;
+    let channels = checked_channels(order, channels, file.name())?;
+    let n = order * order;
+    let vectors = components.saturating_add(1);
+    let bases = file.f32("bases", &[Some(clusters), Some(vectors), Some(channels.count()), Some(n)])?;
+    let (dtype, view) = file.tensor("clusters", &[None])?;
+    file.expect("clusters", dtype, Dtype::U16)?;
+    let of_receiver = u16s(view.data());
+    let (dtype, view) = file.tensor("weights", &[Some(of_receiver.len()), Some(components)])?;
+    let weights = match dtype {
+        Dtype::U8 => Weights::U8(view.data().to_vec()),
+        Dtype::U16 => Weights::U16(u16s(view.data())),
+        other => {
+            file.expect("weights", other, Dtype::F32)?;
+            Weights::F32(f32s(view.data()))
+        }
+    };
+    let table = CompressedTable::new(n * channels.count(), components, of_receiver, weights, bases);
+    let transfer = table.and_then(|table| CompressedTransfer::from_table(order, channels, table));
+    let transfer = transfer.map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
+    Ok((transfer, file.header.recipe))
+}
+
+/// Writes zonal transfer as safetensors.
+///
+/// ```text
+///   axes          F32  [receivers, lobes, 3]
+///   coefficients  F32  [receivers, lobes, channels, order]
+/// ```
+///
+/// The metadata's entry `lobe` is JSON: format `lobe-zonal-transfer`, version 1, order, channels, lobes, recipe.
+///
+/// # Errors
+/// [`PrtError::Io`] if the file cannot be written.
+pub fn write_zonal_transfer(path: &Path, transfer: &ZonalTransfer, recipe: &Value) -> Result<(), PrtError> {
+    let (order, channels, lobes) = (transfer.order(), transfer.channels().count(), transfer.lobes());
+    let recipe = recipe.clone();
+    let header = ZonalHeader { format: ZONAL.to_owned(), version: VERSION, order, channels, lobes, recipe };
+    let receivers = transfer.receivers();
+    let tensors = [
+        Tensor::f32("axes", vec![receivers, lobes, 3], transfer.axes().iter().flatten().copied()),
+        Tensor::f32("coefficients", vec![receivers, lobes, channels, order], transfer.coefficients().iter().copied()),
+    ];
+    write(path, &header, &tensors)
+}
+
+/// Reads what [`write_zonal_transfer`] wrote, checked completely: the transfer and its recipe.
+///
+/// # Errors
+/// As for [`read_compressed_transfer`].
+pub fn read_zonal_transfer(path: &Path) -> Result<(ZonalTransfer, Value), PrtError> {
+    zonal_of_bytes(&load(path)?, path.display().to_string())
+}
+
+pub(crate) fn zonal_of_bytes(bytes: &[u8], name: String) -> Result<(ZonalTransfer, Value), PrtError> {
+    let file = TensorFile::<ZonalHeader>::parse(bytes, name, ZONAL, VERSION)?;
+    let ZonalHeader { order, channels, lobes, .. } = file.header;
+    let channels = checked_channels(order, channels, file.name())?;
+    let axes = file.f32("axes", &[None, Some(lobes), Some(3)])?;
+    let axes = axes.as_chunks::<3>().0.to_vec();
+    let coefficients = file.f32("coefficients", &[None, Some(lobes), Some(channels.count()), Some(order)])?;
+    let transfer = ZonalTransfer::new(order, channels, lobes, axes, coefficients)
+        .map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
+    Ok((transfer, file.header.recipe))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::{Channels, CompressOptions, Transfer, WeightBits, ZonalFitOptions, fit_zonal};
+    use lobe_testkit::Random;
+    use serde_json::json;
+
+    fn transfer(channels: Channels) -> Transfer {
+        let numbers = Random::new(1).signed_vec(20 * 9 * channels.count());
+        Transfer::new(3, channels, numbers.iter().map(|x| *x as f32).collect()).unwrap()
+    }
+
+    #[test]
+    fn compressed_transfer_comes_back_bit_by_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, again] = ["a.safetensors", "b.safetensors"].map(|name| folder.path().join(name));
+        for channels in [Channels::Grey, Channels::Rgb] {
+            for (weights, components) in
+                [(WeightBits::F32, 2), (WeightBits::U16, 3), (WeightBits::U8, 1), (WeightBits::U8, 0)]
+            {
+                let options = CompressOptions { clusters: 3, components, weights, ..CompressOptions::default() };
+                let (written, _) = CompressedTransfer::new(&transfer(channels), &options).unwrap();
+                let recipe = json!({"samples": 1024, "clusters": 3});
+                write_compressed_transfer(&path, &written, &recipe).unwrap();
+                write_compressed_transfer(&again, &written, &recipe).unwrap();
+                assert_eq!(read_compressed_transfer(&path).unwrap(), (written, recipe), "{channels:?}, {weights:?}");
+                assert_eq!(fs::read(&path).unwrap(), fs::read(&again).unwrap(), "the same bytes every time");
+            }
+        }
+    }
+
+    #[test]
+    fn zonal_transfer_comes_back_bit_by_bit() {
+        let path = tempfile::tempdir().unwrap().keep().join("z.safetensors");
+        for lobes in [1, 3] {
+            let (written, _) =
+                fit_zonal(&transfer(Channels::Rgb), &ZonalFitOptions { lobes, ..ZonalFitOptions::default() }).unwrap();
+            let recipe = json!({"samples": 1024, "lobes": lobes});
+            write_zonal_transfer(&path, &written, &recipe).unwrap();
+            assert_eq!(read_zonal_transfer(&path).unwrap(), (written, recipe), "{lobes} lobes");
+        }
+        fs::remove_dir_all(path.parent().unwrap()).unwrap();
+    }
+
+    #[test]
+    fn broken_and_foreign_files_are_refused_in_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("c.safetensors");
+        let (written, _) = CompressedTransfer::new(&transfer(Channels::Grey), &CompressOptions::default()).unwrap();
+        write_compressed_transfer(&path, &written, &Value::Null).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let refusal = |bytes: &[u8]| compressed_of_bytes(bytes, "c".into()).unwrap_err().to_string();
+        for end in 0..bytes.len() {
+            let message = refusal(&bytes[..end]);
+            assert!(message.starts_with("c: ") && !message.contains('\n'), "cut at {end}: {message}");
+        }
+        let replaced = |old: &str, new: &str| {
+            assert_eq!(old.len(), new.len(), "the header keeps its length");
+            let at = bytes.windows(old.len()).position(|w| w == old.as_bytes()).unwrap();
+            let mut changed = bytes.clone();
+            changed[at..at + old.len()].copy_from_slice(new.as_bytes());
+            refusal(&changed)
+        };
+        let newer = "expected version 1 of lobe-compressed-transfer, found 7; take a Lobe as new as the file";
+        assert_eq!(replaced(r#"version\":1"#, r#"version\":7"#), format!("c: {newer}"), "newer");
+        let order = "c: expected an order of 1 to 8, found 9";
+        assert_eq!(replaced(r#"order\":3"#, r#"order\":9"#), order, "order");
+        assert!(replaced(r#"order\":3"#, r#"order\":4"#).contains("expected a tensor bases of shape"), "shape");
+        assert_eq!(replaced(r#""weights""#, r#""weighty""#), "c: expected a tensor weights, found none", "missing");
+        let foreign = zonal_of_bytes(&bytes, "c".into()).unwrap_err().to_string();
+        assert_eq!(foreign, "c: expected lobe-zonal-transfer, found lobe-compressed-transfer", "another kind");
+        let missing = read_zonal_transfer(&folder.path().join("none")).unwrap_err();
+        assert!(matches!(missing, PrtError::Io { .. }), "{missing}");
+    }
+}

@@ -1,0 +1,266 @@
+//! Lightmaps of transfer as OpenEXR pictures.
+
+use std::fs;
+use std::io::{self, Cursor};
+use std::path::Path;
+
+use exr::meta::MetaData;
+use exr::meta::attribute::Compression;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels as _,
+    ReadLayers as _, SmallVec, Text, WritableImage as _,
+};
+use lobe_sh::write_atomically;
+use serde_json::{Value, json};
+
+use crate::job::stored_rows::rows_at_once;
+use crate::{Channels, PrtError, Transfer, TransferRows};
+
+/// The version of the attribute. Files with a higher one are refused.
+const VERSION: u64 = 1;
+const FORMAT: &str = "lobe-lightmap";
+
+/// The attribute that says what the picture is.
+const ATTRIBUTE: &str = "lobe";
+
+/// The most bytes that one byte of a file compressed by deflate can stand for.
+const MOST_BYTES_PER_BYTE: usize = 1032;
+
+/// The channels of a layer.
+const fn names(channels: Channels) -> &'static [&'static str] {
+    match channels {
+        Channels::Grey => &["Y"],
+        Channels::Rgb => &["R", "G", "B"],
+    }
+}
+
+/// The name of a channel: its layer is the number of the coefficient, of two digits, so that files list them in order.
+fn channel(coefficient: usize, name: &str) -> String {
+    format!("sh{coefficient:02}.{name}")
+}
+
+/// Writes the transfer of a square lightmap, row 0 at the top where v is 0, as an OpenEXR file of one part, 32-bit floats.
+///
+/// Each coefficient `i = l (l + 1) + m` is a layer: its channels are `sh00.R`, `sh00.G`, `sh00.B` for coloured transfer and
+/// `sh00.Y` for grey, up to `sh63` at order 8. The attribute `lobe` is a string of JSON: format `lobe-lightmap`, version 1,
+/// quantity, order, channels, recipe. Until all is written, nothing has the file's name. Memory holds all numbers, and the file in
+/// the making.
+///
+/// # Errors
+/// [`PrtError::Invalid`] if the receivers are no square, [`PrtError::Io`] if the system refuses.
+pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
+    let path = path.as_ref();
+    let file = path.display().to_string();
+    let receivers = transfer.receivers();
+    let width = receivers.isqrt();
+    if width * width != receivers {
+        return Err(PrtError::invalid(
+            &file,
+            format!("expected transfer of a square picture, found {receivers} points"),
+        ));
+    }
+    let about = json!({
+        "format": FORMAT,
+        "version": VERSION,
+        "quantity": "transfer",
+        "order": transfer.order(),
+        "channels": transfer.channels().count(),
+        "recipe": recipe,
+    });
+    let mut planes = planes(transfer).map_err(|source| PrtError::Io { file: file.clone(), source })?.into_iter();
+    let mut list: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
+    for name in names(transfer.channels()) {
+        for (i, plane) in planes.by_ref().take(transfer.order().pow(2)).enumerate() {
+            list.push(AnyChannel::new(channel(i, name).as_str(), FlatSamples::F32(plane)));
+        }
+    }
+    let mut attributes = LayerAttributes::default();
+    let about = Text::from_slice_unchecked(about.to_string().as_bytes());
+    attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(about));
+    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
+    let image = Image::from_layer(Layer::new((width, width), attributes, encoding, AnyChannels::sort(list)));
+    // As much as the numbers take: a vector that grows holds up to three times as much for a while.
+    let mut bytes = Cursor::new(Vec::with_capacity(4 * receivers * transfer.row_len()));
+    image.write().to_buffered(&mut bytes).map_err(|error| PrtError::invalid(&file, error.to_string()))?;
+    write_atomically(path, |out| out.write_all(bytes.get_ref())).map_err(|source| PrtError::Io { file, source })
+}
+
+/// The pictures of all coefficients, channel by channel.
+fn planes(transfer: &dyn TransferRows) -> io::Result<Vec<Vec<f32>>> {
+    let (receivers, row) = (transfer.receivers(), transfer.row_len());
+    let mut planes: Vec<Vec<f32>> = (0..row).map(|_| Vec::with_capacity(receivers)).collect();
+    let mut rows = vec![0.0; row * rows_at_once(row).min(receivers)];
+    for first in (0..receivers).step_by(rows_at_once(row)) {
+        let rows = &mut rows[..row * rows_at_once(row).min(receivers - first)];
+        transfer.read_rows(first, rows)?;
+        for (k, plane) in planes.iter_mut().enumerate() {
+            plane.extend(rows[k..].iter().step_by(row));
+        }
+    }
+    Ok(planes)
+}
+
+/// Reads what [`write_lightmap`] wrote: the transfer and its recipe.
+///
+/// # Errors
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a newer version, [`PrtError::Invalid`] if
+/// it is none of ours or contradicts itself.
+pub fn read_lightmap(path: impl AsRef<Path>) -> Result<(Transfer, Value), PrtError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let bytes = fs::read(path).map_err(|source| PrtError::Io { file: name.clone(), source })?;
+    lightmap_of_bytes(&bytes, &name)
+}
+
+fn lightmap_of_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Value), PrtError> {
+    let invalid = |message: String| PrtError::invalid(name, message.replace(['\n', '\r'], " "));
+    let broken = |error: exr::error::Error| invalid(format!("expected an OpenEXR picture: {error}"));
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+    let [header] = &meta.headers[..] else {
+        return Err(invalid(format!("expected one part, found {}", meta.headers.len())));
+    };
+    let about = match header.own_attributes.other.get(&Text::from(ATTRIBUTE)) {
+        Some(AttributeValue::Text(text)) => serde_json::from_slice(text.bytes()).ok(),
+        _ => None,
+    };
+    let about: Value = about.ok_or_else(|| invalid(format!("expected JSON as the attribute {ATTRIBUTE}")))?;
+    let (order, channels) = order_and_channels(&about, name)?;
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    let numbers = width.saturating_mul(height).saturating_mul(order * order * channels.count());
+    // Before anything is allocated.
+    if width != height || numbers > bytes.len().saturating_mul(MOST_BYTES_PER_BYTE) {
+        return Err(invalid(format!("expected a square picture, all of it, found {width} x {height} texels")));
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(broken)?;
+    let list = &image.layer_data.channel_data.list;
+    let mut planes = Vec::new();
+    for c in names(channels) {
+        for i in 0..order * order {
+            let wanted = channel(i, c);
+            let found = list.iter().find(|channel| channel.name == *wanted.as_str());
+            let Some(AnyChannel { sample_data: FlatSamples::F32(values), .. }) = found else {
+                return Err(invalid(format!("expected a channel {wanted} of 32-bit floats")));
+            };
+            planes.push(values);
+        }
+    }
+    let coefficients = (0..width * height).flat_map(|texel| planes.iter().map(move |plane| plane[texel])).collect();
+    let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?;
+    Ok((transfer, about["recipe"].clone()))
+}
+
+fn order_and_channels(about: &Value, name: &str) -> Result<(usize, Channels), PrtError> {
+    let expected = |what: &str, member: &str| {
+        let message = format!("expected {what} as {member} in the attribute {ATTRIBUTE}, found {}", about[member]);
+        PrtError::invalid(name, message)
+    };
+    if about["format"] != FORMAT {
+        return Err(expected(FORMAT, "format"));
+    }
+    match about["version"].as_u64() {
+        Some(VERSION) => {}
+        Some(version) if version > VERSION => {
+            let message = format!("written by a newer Lobe: expected version {VERSION}, found {version}: update Lobe");
+            return Err(PrtError::Unsupported { place: name.to_owned(), message });
+        }
+        _ => return Err(expected("version 1", "version")),
+    }
+    let channels = match about["channels"].as_u64() {
+        Some(1) => Channels::Grey,
+        Some(3) => Channels::Rgb,
+        _ => return Err(expected("1 or 3", "channels")),
+    };
+    match about["order"].as_u64() {
+        Some(order @ 1..=8) => Ok((order as usize, channels)),
+        _ => Err(expected("1 to 8", "order")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(transfer: &Transfer) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.exr");
+        write_lightmap(&path, transfer, &json!({"scene": "Gießerei"})).unwrap();
+        fs::read(path).unwrap()
+    }
+
+    fn numbered(order: usize, channels: Channels, texels: usize) -> Transfer {
+        let count = order * order * channels.count() * texels;
+        Transfer::new(order, channels, (0..count).map(|i| (i as f32).sqrt() - 3.0).collect()).unwrap()
+    }
+
+    #[test]
+    fn what_is_written_is_read_bit_for_bit() {
+        for (order, channels, texels) in [(1, Channels::Grey, 1), (3, Channels::Rgb, 49), (8, Channels::Grey, 400)] {
+            let transfer = numbered(order, channels, texels);
+            let (found, recipe) = lightmap_of_bytes(&written(&transfer), "t").unwrap();
+            assert!(found == transfer, "order {order}, {channels:?}");
+            assert_eq!(recipe, json!({"scene": "Gießerei"}), "recipe");
+        }
+    }
+
+    #[test]
+    fn every_coefficient_is_a_layer_in_its_place() {
+        // As any reader of the format sees it: channel sh05.G, row 1, column 2.
+        let transfer = numbered(3, Channels::Rgb, 16);
+        let all = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+        let image = all.all_attributes().from_buffered(Cursor::new(written(&transfer))).unwrap();
+        let layer = &image.layer_data;
+        let names: Vec<String> = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
+        assert_eq!(
+            (names.len(), &names[..4]),
+            (27, &["sh00.B", "sh00.G", "sh00.R", "sh01.B"].map(String::from)[..]),
+            "names"
+        );
+        let plane = layer.channel_data.list.iter().find(|c| c.name == *"sh05.G").unwrap();
+        let found = plane.sample_data.values_as_f32().nth(6).unwrap();
+        assert_eq!(found, transfer.vector(6, 1)[5], "texel 2, 1");
+    }
+
+    #[test]
+    fn what_is_no_lightmap_is_refused_in_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = write_lightmap(folder.path().join("t.exr"), &numbered(1, Channels::Grey, 5), &json!(null));
+        assert!(
+            refused.unwrap_err().to_string().ends_with("expected transfer of a square picture, found 5 points"),
+            "5"
+        );
+        let bytes = written(&numbered(2, Channels::Grey, 9));
+        let changed = |from: &str, to: &str| {
+            assert_eq!(from.len(), to.len(), "the length of an attribute stands before it");
+            let at = bytes.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
+            let mut bad = bytes.clone();
+            bad[at..at + from.len()].copy_from_slice(to.as_bytes());
+            lightmap_of_bytes(&bad, "t").unwrap_err().to_string()
+        };
+        for (from, to, expected) in [
+            ("\"version\":1", "\"version\":7", "t: written by a newer Lobe: expected version 1, found 7: update Lobe"),
+            ("\"order\":2", "\"order\":9", "t: expected 1 to 8 as order in the attribute lobe, found 9"),
+            ("\"order\":2", "\"order\":3", "t: expected a channel sh04.Y of 32-bit floats"),
+            ("\"channels\":1", "\"channels\":2", "t: expected 1 or 3 as channels in the attribute lobe, found 2"),
+            (
+                "lobe-lightmap",
+                "lobe-nightmap",
+                "t: expected lobe-lightmap as format in the attribute lobe, found \"lobe-nightmap\"",
+            ),
+            ("{\"channels", "?\"channels", "t: expected JSON as the attribute lobe"),
+        ] {
+            assert_eq!(changed(from, to), expected, "{from} as {to}");
+        }
+        for length in (0..bytes.len()).step_by(7) {
+            let error = lightmap_of_bytes(&bytes[..length], "t").unwrap_err().to_string();
+            assert!(error.starts_with("t: ") && !error.contains('\n'), "cut off after {length}: {error}");
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Transfer matrices as safetensors.
+
+use std::path::Path;
+
+use lobe_scene::Bounds;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
+use crate::{Grid, MatrixRows, Neighbourhood, PrtError, TransferMatrices};
+
+/// The version of both headers.
+const VERSION: u32 = 1;
+const MATRICES: &str = "lobe-transfer-matrices";
+const NEIGHBOURHOOD: &str = "lobe-neighbourhood-transfer";
+const TENSOR: &str = "matrices";
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    format: String,
+    version: u32,
+    order: usize,
+    channels: usize,
+    /// Of a neighbourhood: the corners of its box, and its points along x, y and z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
+    recipe: Value,
+}
+
+/// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by row.
+///
+/// The metadata's entry `lobe` is JSON: format `lobe-transfer-matrices`, version 1, order, channels, recipe.
+/// The matrices are read a few points at a time; until all is written, nothing has the file's name.
+///
+/// # Errors
+/// [`PrtError::Io`] if the system refuses.
+pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe: &Value) -> Result<(), PrtError> {
+    write_with(path.as_ref(), matrices, MATRICES, None, recipe)
+}
+
+/// Reads what [`write_matrices`] wrote: the matrices and their recipe.
+///
+/// # Errors
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a later version, [`PrtError::Invalid`] if it
+/// is none of ours or contradicts itself.
+pub fn read_matrices(path: impl AsRef<Path>) -> Result<(TransferMatrices, Value), PrtError> {
+    let (matrices, header) = read_with(path.as_ref(), MATRICES)?;
+    Ok((matrices, header.recipe))
+}
+
+/// Writes neighbourhood transfer as [`write_matrices`] does, x fastest; the entry `lobe` has format
+/// `lobe-neighbourhood-transfer` and `grid`: the corners of the box, and the numbers of points along x, y and z.
+///
+/// # Errors
+/// As [`write_matrices`], and [`PrtError::Invalid`] if the matrices are not those of the grid's points.
+pub fn write_neighbourhood(
+    path: impl AsRef<Path>,
+    grid: &Grid,
+    matrices: &dyn MatrixRows,
+    recipe: &Value,
+) -> Result<(), PrtError> {
+    grid.check_points(matrices.points())?;
+    let Bounds { min, max } = grid.bounds();
+    write_with(path.as_ref(), matrices, NEIGHBOURHOOD, Some((min, max, grid.counts())), recipe)
+}
+
+/// Reads what [`write_neighbourhood`] wrote.
+///
+/// # Errors
+/// As [`read_matrices`].
+pub fn read_neighbourhood(path: impl AsRef<Path>) -> Result<(Neighbourhood, Value), PrtError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let (matrices, header) = read_with(path, NEIGHBOURHOOD)?;
+    let (min, max, counts) = header.grid.ok_or_else(|| PrtError::invalid(&name, "expected a grid, found none"))?;
+    let grid = Grid::new(Bounds { min, max }, counts).map_err(|error| PrtError::invalid(&name, error.to_string()))?;
+    let neighbourhood = Neighbourhood::new(grid, matrices).map_err(|error| error.within(&name))?;
+    Ok((neighbourhood, header.recipe))
+}
+
+fn write_with(
+    path: &Path,
+    matrices: &dyn MatrixRows,
+    format: &str,
+    grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
+    recipe: &Value,
+) -> Result<(), PrtError> {
+    let (order, channels) = (matrices.order(), matrices.channels().count());
+    let shape = vec![matrices.points(), channels, order * order, order * order];
+    let header = Header { format: format.to_owned(), version: VERSION, order, channels, grid, recipe: recipe.clone() };
+    let read_rows = |first: usize, rows: &mut [f32]| matrices.read_rows(first, rows);
+    write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows })
+}
+
+fn read_with(path: &Path, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
+    let bytes = load(path)?;
+    let file: TensorFile<'_, Header> = TensorFile::parse(&bytes, path.display().to_string(), format, VERSION)?;
+    let order = file.header.order;
+    let channels = checked_channels(order, file.header.channels, file.name())?;
+    let bands = Some(order * order);
+    let numbers = file.f32(TENSOR, &[None, Some(channels.count()), bands, bands])?;
+    let matrices = TransferMatrices::new(order, channels, numbers).map_err(|error| error.within(file.name()))?;
+    Ok((matrices, file.header))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Channels;
+    use crate::files::tensor_file::{Tensor, write};
+    use serde_json::json;
+
+    fn matrices(points: usize) -> TransferMatrices {
+        let count = points * 3 * 16;
+        TransferMatrices::new(2, Channels::Rgb, (0..count).map(|i| i as f32).collect()).unwrap()
+    }
+
+    #[test]
+    fn what_is_written_is_read_and_kinds_are_not_mixed_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["a.safetensors", "b.safetensors"].map(|name| folder.path().join(name));
+        write_matrices(&a, &matrices(5), &json!({"seed": 3})).unwrap();
+        assert_eq!(read_matrices(&a).unwrap(), (matrices(5), json!({"seed": 3})), "matrices");
+        let grid = Grid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
+        let neighbourhood = Neighbourhood::new(grid, matrices(12)).unwrap();
+        write_neighbourhood(&b, &grid, neighbourhood.matrices(), &Value::Null).unwrap();
+        assert_eq!(read_neighbourhood(&b).unwrap(), (neighbourhood, Value::Null), "neighbourhood");
+        let error = read_matrices(&b).unwrap_err().to_string();
+        assert!(error.ends_with("expected lobe-transfer-matrices, found lobe-neighbourhood-transfer"), "{error}");
+        let error = read_neighbourhood(&a).unwrap_err().to_string();
+        assert!(error.ends_with("expected lobe-neighbourhood-transfer, found lobe-transfer-matrices"), "{error}");
+    }
+
+    #[test]
+    fn headers_that_do_not_fit_their_numbers_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.safetensors");
+        let grid = Some(([0.0; 3], [1.0; 3], [2, 2, 3]));
+        for (order, channels, grid, part) in [
+            (9, 3, grid, "expected an order of 1 to 8, found 9"),
+            (2, 2, grid, "expected 1 or 3 channels, found 2"),
+            (3, 3, grid, "expected a tensor matrices of shape [any, 3, 9, 9], found [5, 3, 4, 4]"),
+            (2, 3, None, "expected a grid, found none"),
+            (2, 3, grid, "expected matrices of 12 points, found 5"),
+            (2, 3, Some(([0.0; 3], [0.0; 3], [2, 2, 2])), "expected a box with a volume"),
+        ] {
+            let header =
+                Header { format: NEIGHBOURHOOD.into(), version: 1, order, channels, grid, recipe: Value::Null };
+            let numbers = matrices(5).coefficients().to_vec();
+            write(&path, &header, &[Tensor::f32(TENSOR, vec![5, 3, 4, 4], numbers)]).unwrap();
+            let error = read_neighbourhood(&path).unwrap_err().to_string();
+            assert!(error.contains(part) && !error.contains('\n'), "{part}: {error}");
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Reads scenes whose vertices carry transfer.
+
+use std::path::Path;
+
+use lobe_scene::{GltfAttributes, Mesh, ReadOptions, ReadReport, Scene, read_scene_and_attributes};
+use serde_json::Value;
+
+use crate::files::baked_compressed::read_compressed;
+use crate::files::baked_layout::attributes_per_channel;
+use crate::{Channels, CompressedTransfer, PrtError, Transfer};
+
+/// A baked scene, as it was read.
+#[derive(Clone, Debug)]
+pub struct Baked {
+    /// The scene.
+    pub scene: Scene,
+    /// The transfer of its vertices, mesh by mesh.
+    pub transfer: Transfer,
+    /// The compressed form, of which `transfer` is made, if the file has that.
+    pub compressed: Option<CompressedTransfer>,
+    /// The options and versions that made the transfer.
+    pub recipe: Value,
+    /// What else was found in the file.
+    pub report: ReadReport,
+}
+
+/// Reads a scene that [`BakedGlb`](crate::BakedGlb) wrote.
+///
+/// # Errors
+/// [`PrtError::Scene`] if the file is no scene, or of a newer version; [`PrtError::Invalid`] if it carries no transfer, or not at
+/// every vertex, or of another type than it says.
+pub fn read_baked(path: impl AsRef<Path>) -> Result<Baked, PrtError> {
+    read_baked_within(path, &ReadOptions::default())
+}
+
+/// [`read_baked`] with limits of the caller's.
+///
+/// # Errors
+/// Those of [`read_baked`].
+pub fn read_baked_within(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Baked, PrtError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let is_gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
+    if !is_gltf {
+        return Err(PrtError::Unsupported {
+            place: name,
+            message: "expected a baked .glb; bake the scene first".into(),
+        });
+    }
+    let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
+    let lobe = &attributes.asset_extras()["lobe"];
+    let (order, channels) = check_extras(lobe, &name)?;
+    let (transfer, compressed) = if lobe["compression"].is_object() {
+        let compressed = read_compressed(scene.meshes(), &attributes, (order, channels), &name)?;
+        (compressed.to_transfer(), Some(compressed))
+    } else {
+        let mut coefficients = Vec::new();
+        for mesh in scene.meshes() {
+            read_mesh(mesh, &attributes, (order, channels), &name, &mut coefficients)?;
+        }
+        (Transfer::new(order, channels, coefficients).map_err(|error| error.within(&name))?, None)
+    };
+    Ok(Baked { recipe: lobe["recipe"].clone(), scene, transfer, compressed, report })
+}
+
+/// Order and channels that `asset.extras.lobe` states.
+fn check_extras(lobe: &Value, name: &str) -> Result<(usize, Channels), PrtError> {
+    if lobe.is_null() {
+        return Err(PrtError::invalid(name, "carries no transfer: bake it first, with `lobe bake`"));
+    }
+    let invalid = |what: &str, found: &Value| {
+        Err(PrtError::invalid(name, format!("expected {what} in asset.extras.lobe, found {found}")))
+    };
+    if lobe["quantity"] != "transfer" {
+        return invalid("the quantity \"transfer\"", &lobe["quantity"]);
+    }
+    let order = match lobe["order"].as_u64() {
+        Some(order @ 1..=8) => order as usize,
+        _ => return invalid("an order of 1 to 8", &lobe["order"]),
+    };
+    match lobe["channels"].as_u64() {
+        Some(1) => Ok((order, Channels::Grey)),
+        Some(3) => Ok((order, Channels::Rgb)),
+        _ => invalid("1 or 3 channels", &lobe["channels"]),
+    }
+}
+
+fn read_mesh(
+    mesh: &Mesh,
+    attributes: &GltfAttributes,
+    (order, channels): (usize, Channels),
+    name: &str,
+    coefficients: &mut Vec<f32>,
+) -> Result<(), PrtError> {
+    let per_channel = attributes_per_channel(order);
+    let columns: Vec<Vec<[f32; 4]>> = (0..channels.count() * per_channel)
+        .map(|k| read_column(attributes, mesh, &format!("_TRANSFER_{k}"), name))
+        .collect::<Result<_, _>>()?;
+    for vertex in 0..mesh.positions().len() {
+        for channel in columns.chunks_exact(per_channel) {
+            let padded = channel.iter().flat_map(|column| column[vertex]);
+            coefficients.extend(padded.take(order * order));
+        }
+    }
+    Ok(())
+}
+
+/// The values of an attribute at all vertices of a mesh, in the file called `name`.
+pub(crate) fn read_column<const N: usize>(
+    attributes: &GltfAttributes,
+    mesh: &Mesh,
+    attribute: &str,
+    name: &str,
+) -> Result<Vec<[f32; N]>, PrtError> {
+    let Some(at) = mesh.source() else {
+        unreachable!("every mesh of a glTF file comes from one of its primitives");
+    };
+    let vertices = mesh.positions().len();
+    let place = format!("mesh {}, primitive {}", at.mesh, at.primitive);
+    match attributes.vectors(at, attribute)? {
+        Some(column) if column.len() == vertices => Ok(column),
+        Some(column) => {
+            let found = column.len();
+            Err(PrtError::invalid(name, format!("{place}: expected {vertices} values of {attribute}, found {found}")))
+        }
+        None => Err(PrtError::invalid(name, format!("{place}: expected the attribute {attribute}, found none"))),
+    }
+}

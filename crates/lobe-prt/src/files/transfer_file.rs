@@ -1,0 +1,164 @@
+//! Transfer as safetensors.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
+use crate::{PrtError, Transfer, TransferRows};
+
+const VERSION: u32 = 1;
+const FORMAT: &str = "lobe-transfer";
+const QUANTITY: &str = "transfer";
+const TENSOR: &str = "transfer";
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    format: String,
+    version: u32,
+    quantity: String,
+    order: usize,
+    channels: usize,
+    recipe: Value,
+}
+
+/// Writes transfer as a safetensors file: one tensor `transfer` of `[receivers, channels, n²]` floats.
+///
+/// The metadata's entry `lobe` is JSON: format `lobe-transfer`, version 1, quantity, order, channels, recipe.
+/// The transfer is read a few receivers at a time; until all is written, nothing has the file's name.
+///
+/// # Errors
+/// [`PrtError::Io`] if the system refuses.
+pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
+    let (receivers, channels, bands) =
+        (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
+    let header = Header {
+        format: FORMAT.to_owned(),
+        version: VERSION,
+        quantity: QUANTITY.to_owned(),
+        order: transfer.order(),
+        channels,
+        recipe: recipe.clone(),
+    };
+    let read_rows = |first: usize, rows: &mut [f32]| transfer.read_rows(first, rows);
+    write_streamed(
+        path.as_ref(),
+        &header,
+        &Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows },
+    )
+}
+
+/// Reads what [`write_transfer`] wrote: the transfer and its recipe.
+///
+/// # Errors
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version, [`PrtError::Invalid`] if it
+/// is none of ours or contradicts itself.
+pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Value), PrtError> {
+    let path = path.as_ref();
+    transfer_of_bytes(&load(path)?, path.display().to_string())
+}
+
+/// The transfer in the bytes of a file. Nothing is allocated that is larger than they are.
+pub(crate) fn transfer_of_bytes(bytes: &[u8], name: String) -> Result<(Transfer, Value), PrtError> {
+    let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, FORMAT, VERSION)?;
+    let Header { order, channels, quantity, .. } = &file.header;
+    let channels = checked_channels(*order, *channels, file.name())?;
+    if quantity != QUANTITY {
+        return Err(PrtError::invalid(file.name(), format!("expected the quantity {QUANTITY}, found {quantity:?}")));
+    }
+    let coefficients = file.f32(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
+    let transfer = Transfer::new(*order, channels, coefficients).map_err(|error| error.within(file.name()))?;
+    Ok((transfer, file.header.recipe))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use serde_json::json;
+
+    use super::*;
+    use crate::Channels;
+
+    fn file() -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.safetensors");
+        let transfer = Transfer::new(2, Channels::Rgb, (0..24).map(|i| i as f32).collect()).unwrap();
+        write_transfer(&path, &transfer, &json!({"samples": 1024})).unwrap();
+        fs::read(path).unwrap()
+    }
+
+    /// The file with a text of its header replaced, the header's length put right.
+    fn changed(from: &str, to: &str) -> String {
+        let bytes = file();
+        let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+        let header = String::from_utf8(bytes[8..8 + length].to_vec()).unwrap();
+        assert!(header.contains(from), "{header} has {from}");
+        let header = header.replace(from, to);
+        let mut bad = (header.len() as u64).to_le_bytes().to_vec();
+        bad.extend(header.as_bytes());
+        bad.extend(&bytes[8 + length..]);
+        transfer_of_bytes(&bad, "t".into()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (transfer, recipe) = transfer_of_bytes(&file(), "t".into()).unwrap();
+        assert_eq!((transfer.order(), transfer.channels(), transfer.receivers()), (2, Channels::Rgb, 2), "shape");
+        assert_eq!(transfer.coefficients(), (0..24).map(|i| i as f32).collect::<Vec<_>>(), "numbers");
+        assert_eq!(recipe, json!({"samples": 1024}), "recipe");
+    }
+
+    #[test]
+    fn hostile_headers_are_refused_in_one_line() {
+        for (from, to, expected) in [
+            (
+                r#"\"version\":1"#,
+                r#"\"version\":2"#,
+                "t: expected version 1 of lobe-transfer, found 2; take a Lobe as new as the file",
+            ),
+            ("lobe-transfer", "lobe", "t: expected lobe-transfer, found lobe"),
+            (r#"\"order\":2"#, r#"\"order\":9"#, "t: expected an order of 1 to 8, found 9"),
+            (r#"\"order\":2"#, r#"\"order\":3"#, "t: expected a tensor transfer of shape [any, 3, 9], found [2, 3, 4]"),
+            (r#"\"channels\":3"#, r#"\"channels\":2"#, "t: expected 1 or 3 channels, found 2"),
+            (
+                r#"\"quantity\":\"transfer\""#,
+                r#"\"quantity\":\"light\""#,
+                "t: expected the quantity transfer, found \"light\"",
+            ),
+            ("\"lobe\":", "\"else\":", "t: expected tensors of lobe-transfer, found none of Lobe's"),
+            ("\"F32\"", "\"I32\"", "t: expected a tensor transfer of F32, found I32"),
+            ("\"transfer\":{", "\"other\":{", "t: expected a tensor transfer, found none"),
+        ] {
+            assert_eq!(changed(from, to), expected, "{from} as {to}");
+        }
+        for (from, to) in [
+            ("[0,96]", "[0,9999999999]"),
+            ("[0,96]", "[96,0]"),
+            ("[2,3,4]", "[18446744073709551615,3,4]"),
+            ("{", "["),
+            (r#"\"version\":1"#, r#"\"version\":-1"#),
+            (r#"\"order\":2"#, r#"\"order\":\"\n\""#),
+        ] {
+            let message = changed(from, to);
+            assert!(message.starts_with("t: ") && !message.contains('\n'), "{from} as {to}: {message}");
+        }
+        let mut endless = file();
+        endless[..8].copy_from_slice(&u64::MAX.to_le_bytes());
+        let error = transfer_of_bytes(&endless, "t".into()).unwrap_err().to_string();
+        assert!(error.starts_with("t: expected safetensors, found "), "{error}");
+        for length in 0..file().len() {
+            assert!(transfer_of_bytes(&file()[..length], "t".into()).is_err(), "cut off after {length} bytes");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_refused() {
+        let mut bytes = file();
+        let end = bytes.len();
+        bytes[end - 4..].copy_from_slice(&f32::NAN.to_le_bytes());
+        let error = transfer_of_bytes(&bytes, "t".into()).unwrap_err().to_string();
+        assert_eq!(error, "t: transfer: expected finite coefficients, found NaN at receiver 1", "NaN");
+    }
+}

@@ -1,0 +1,179 @@
+//! The points that transfer is baked for.
+
+use glam::Vec3;
+use lobe_scene::Scene;
+
+use crate::PrtError;
+use crate::receivers::inset::inset_positions;
+
+/// How far the length of a normal may be from 1: it was rounded, not scaled.
+const UNIT_TOLERANCE: f32 = 1e-3;
+
+/// Points that receive light and send it back: each has a unit normal on its lit side and an albedo.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Receivers {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    albedos: Vec<[f32; 3]>,
+}
+
+impl Receivers {
+    /// Receivers with these positions, unit normals and linear albedos.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if there are none, the lengths differ, a number is not finite, a normal is not of unit
+    /// length to 1e-3, or an albedo is negative.
+    pub fn new(positions: Vec<[f32; 3]>, normals: Vec<[f32; 3]>, albedos: Vec<[f32; 3]>) -> Result<Self, PrtError> {
+        let invalid = |message: String| Err(PrtError::invalid("receivers", message));
+        let (count, n, a) = (positions.len(), normals.len(), albedos.len());
+        if count == 0 {
+            return invalid("expected at least one, found none".to_string());
+        }
+        if n != count || a != count {
+            return invalid(format!("expected a normal and an albedo for each of {count}, found {n} and {a}"));
+        }
+        for i in 0..count {
+            let finite = |v: [f32; 3]| v.iter().all(|c| c.is_finite());
+            let (position, normal, albedo) = (positions[i], normals[i], albedos[i]);
+            if !finite(position) {
+                return invalid(format!("expected finite positions, found {position:?} at {i}"));
+            }
+            if !finite(normal) || (Vec3::from(normal).length() - 1.0).abs() > UNIT_TOLERANCE {
+                return invalid(format!("expected unit normals, found {normal:?} at {i}"));
+            }
+            if !finite(albedo) || albedo.iter().any(|&c| c < 0.0) {
+                return invalid(format!("expected finite albedos of at least 0, found {albedo:?} at {i}"));
+            }
+        }
+        Ok(Self { positions, normals, albedos })
+    }
+
+    /// The vertices of all meshes in their order, with the normals to shade with. The albedo is the base colour: factor,
+    /// texture and vertex colour multiplied; metals are taken as matte.
+    ///
+    /// Vertices at the border of a mesh are moved into it by 2⁻¹⁷ of the largest coordinate of the scene: where a floor ends
+    /// at a wall, its last vertices would else lie in the wall and see what is behind it.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if a vertex colour is negative.
+    pub fn at_vertices(scene: &Scene) -> Result<Self, PrtError> {
+        let (mut normals, mut albedos) = (Vec::new(), Vec::new());
+        for (m, mesh) in scene.meshes().iter().enumerate() {
+            normals.extend_from_slice(mesh.normals());
+            let albedo = |v| {
+                let [r, g, b, _] = scene.vertex_base_color(m, v);
+                [r, g, b]
+            };
+            albedos.extend((0..mesh.positions().len()).map(albedo));
+        }
+        Self::new(inset_positions(scene), normals, albedos)
+    }
+
+    /// The other sides of the same vertices: [`Receivers::at_vertices`] with all normals turned round, for open meshes that
+    /// are seen from both sides.
+    ///
+    /// # Errors
+    /// As [`Receivers::at_vertices`].
+    pub fn back_of_vertices(scene: &Scene) -> Result<Self, PrtError> {
+        let front = Self::at_vertices(scene)?;
+        front.backs(&(0..front.len()).collect::<Vec<_>>())
+    }
+
+    /// The other sides of some of them, in this order: their normals turned round.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if `which` is empty.
+    ///
+    /// # Panics
+    /// If there is no such receiver.
+    pub fn backs(&self, which: &[usize]) -> Result<Self, PrtError> {
+        Self::new(
+            which.iter().map(|&i| self.positions[i]).collect(),
+            which.iter().map(|&i| self.normals[i].map(|c| -c)).collect(),
+            which.iter().map(|&i| self.albedos[i]).collect(),
+        )
+    }
+
+    /// How many there are; at least one.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "there is at least one")]
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Where they are.
+    #[must_use]
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
+    /// Unit vectors towards their lit side.
+    #[must_use]
+    pub fn normals(&self) -> &[[f32; 3]] {
+        &self.normals
+    }
+
+    /// The part of the light that each sends back, by channel.
+    #[must_use]
+    pub fn albedos(&self) -> &[[f32; 3]] {
+        &self.albedos
+    }
+
+    /// Whether all albedos are grey.
+    #[must_use]
+    pub fn is_grey(&self) -> bool {
+        self.albedos.iter().all(|[r, g, b]| r == g && g == b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_scene::built_in;
+
+    #[test]
+    fn vertices_come_in_the_order_of_the_meshes() {
+        let scene = built_in::ball_over_ground(8);
+        let receivers = Receivers::at_vertices(&scene).unwrap();
+        assert_eq!(receivers.len(), scene.vertex_count(), "all vertices");
+        let ground = scene.meshes()[0].positions().len();
+        assert_eq!(receivers.albedos()[0], [0.6; 3], "the ground first");
+        assert_eq!(receivers.albedos()[ground], [0.7, 0.25, 0.2], "then the ball");
+        assert_eq!(receivers.positions()[ground], inset_positions(&scene)[ground], "its first vertex");
+        assert!(!receivers.is_grey(), "the ball is red");
+        let back = Receivers::back_of_vertices(&scene).unwrap();
+        assert_eq!(back.normals()[0], [0.0, 0.0, -1.0], "the ground from below");
+        let some = receivers.backs(&[ground, 0]).unwrap();
+        assert_eq!((some.len(), some.albedos()[1]), (2, [0.6; 3]), "the ground second");
+        assert_eq!(some.positions()[0], receivers.positions()[ground], "the ball first");
+        assert_eq!(some.normals()[0], receivers.normals()[ground].map(|c| -c), "from inside");
+        assert!(receivers.backs(&[]).is_err(), "none");
+    }
+
+    #[test]
+    fn what_cannot_receive_is_refused_in_one_line() {
+        let refusal = |p: f32, n: f32, a: f32| {
+            let new = Receivers::new(vec![[p; 3]], vec![[0.0, 0.0, n]], vec![[a; 3]]);
+            new.unwrap_err().to_string()
+        };
+        let cases = [
+            (refusal(f32::NAN, 1.0, 1.0), "receivers: expected finite positions, found [NaN, NaN, NaN] at 0"),
+            (refusal(0.0, 0.9, 1.0), "receivers: expected unit normals, found [0.0, 0.0, 0.9] at 0"),
+            (
+                refusal(0.0, 1.0, -1.0),
+                "receivers: expected finite albedos of at least 0, found [-1.0, -1.0, -1.0] at 0",
+            ),
+            (
+                Receivers::new(vec![], vec![], vec![]).unwrap_err().to_string(),
+                "receivers: expected at least one, found none",
+            ),
+            (
+                Receivers::new(vec![[0.0; 3]], vec![], vec![]).unwrap_err().to_string(),
+                "receivers: expected a normal and an albedo for each of 1, found 0 and 0",
+            ),
+        ];
+        for (found, expected) in cases {
+            assert_eq!(found, expected, "refusal");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Receivers at the texels of a lightmap.
+
+use std::collections::VecDeque;
+
+use glam::{DVec2, DVec3};
+use lobe_scene::{Hit, Scene};
+
+use crate::receivers::inset::{inset_distance, step};
+use crate::receivers::lightmap::lightmap_uvs;
+use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
+
+/// The widest lightmap.
+const MOST_TEXELS: usize = 1 << 14;
+
+/// A centre lies within a triangle if it is so far from its edges, in texels: more than what rounding moves the texture
+/// coordinates of an edge. No centre lies within two triangles.
+const OVERLAP: f64 = 0.01;
+
+/// Triangles this near to the centre of a texel may show in it: half the diagonal.
+const REACH: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// How far texture coordinates may be outside of the unit square: rounding.
+const OUTSIDE: f32 = 1e-4;
+
+/// Receivers at the texels of a square picture that the triangles of a scene are unfolded into.
+///
+/// A texel whose centre is in a triangle takes that place; one that only touches triangles takes the nearest place of the
+/// nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in
+/// their texture coordinates of set 1, or of set 0 where they have no set 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TexelReceivers {
+    width: usize,
+    texels: Vec<u32>,
+    triangles: Vec<u32>,
+    receivers: Receivers,
+}
+
+/// The place that a texel shows.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// From the centre of the texel, in texels; 0 if it is inside.
+    distance: f64,
+    /// How far inside the centre is; 0 if it is outside.
+    depth: f64,
+    triangle: u32,
+    u: f32,
+    v: f32,
+}
+
+impl TexelReceivers {
+    /// The receivers of a picture of `width` × `width` texels.
+    ///
+    /// # Errors
+    /// [`PrtError::Options`] if the width is not 1 to 2¹⁴; [`PrtError::Invalid`] if a mesh has no texture coordinates, they
+    /// leave the unit square, or the centre of a texel is in two triangles.
+    pub fn new(scene: &Scene, width: usize) -> Result<Self, PrtError> {
+        if !(1..=MOST_TEXELS).contains(&width) {
+            return Err(PrtError::Options(format!("expected a width of 1 to {MOST_TEXELS} texels, found {width}")));
+        }
+        let mut places: Vec<Option<Place>> = vec![None; width * width];
+        let mut first = 0;
+        for mesh in scene.meshes() {
+            let uvs = lightmap_uvs(mesh);
+            let place = || format!("mesh `{}`", mesh.name());
+            if uvs.is_empty() {
+                let message = "it has no texture coordinates for a lightmap; unfold it into a set of its own";
+                return Err(PrtError::invalid(&place(), message));
+            }
+            for (t, triangle) in mesh.triangles().iter().enumerate() {
+                let corners = triangle.map(|i| uvs[i as usize]);
+                let is_inside = |c: &f32| (-OUTSIDE..=1.0 + OUTSIDE).contains(c);
+                if !corners.as_flattened().iter().all(is_inside) {
+                    let message = format!("expected texture coordinates in the unit square, found {corners:?}");
+                    return Err(PrtError::invalid(&place(), message));
+                }
+                draw(&mut places, width, corners, (first + t) as u32).map_err(|(x, y)| {
+                    let message = format!("triangles overlap in the lightmap at texel {x}, {y}; unfold them apart");
+                    PrtError::invalid(&place(), message)
+                })?;
+            }
+            first += mesh.triangles().len();
+        }
+        Self::at(scene, width, &places)
+    }
+
+    fn at(scene: &Scene, width: usize, places: &[Option<Place>]) -> Result<Self, PrtError> {
+        let distance = inset_distance(scene);
+        // No more memory than is needed: there may be very many.
+        let count = places.iter().flatten().count();
+        let (mut texels, mut triangles) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let [mut positions, mut normals, mut albedos] = [0; 3].map(|_| Vec::with_capacity(count));
+        for (texel, place) in places.iter().enumerate() {
+            let Some(Place { depth, triangle, u, v, .. }) = *place else { continue };
+            let surface = scene.surface(&Hit { t: 0.0, triangle, u, v });
+            let (mesh, number) = scene.locate(triangle as usize);
+            let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+            let middle = scene.meshes()[mesh].corners(number).map(wide).iter().sum::<DVec3>() / 3.0;
+            let position = wide(surface.position);
+            texels.push(texel as u32);
+            triangles.push(triangle);
+            // At the edge of a triangle it may lie in a wall, as vertices may.
+            let moved = if depth < OVERLAP { step(position, middle - position, distance) } else { surface.position };
+            positions.push(moved);
+            normals.push(surface.shading_normal);
+            albedos.push([0, 1, 2].map(|c| surface.base_color[c]));
+        }
+        Ok(Self { width, texels, triangles, receivers: Receivers::new(positions, normals, albedos)? })
+    }
+
+    /// Width and height of the picture in texels.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// What is to be baked, one for each texel of [`TexelReceivers::texels`].
+    #[must_use]
+    pub fn receivers(&self) -> &Receivers {
+        &self.receivers
+    }
+
+    /// The texels that triangles touch, `y · width + x`, row 0 at the top where v is 0.
+    #[must_use]
+    pub fn texels(&self) -> &[u32] {
+        &self.texels
+    }
+
+    /// The triangle that each of these texels shows, by its number in the scene.
+    #[must_use]
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
+
+    /// For every texel of the picture, row by row, the receiver it shows: its own, or that of a nearest texel that has one,
+    /// counted in steps to the eight neighbours.
+    #[must_use]
+    pub fn dilated(&self) -> Vec<u32> {
+        const NONE: u32 = u32::MAX;
+        let width = self.width;
+        let mut shown = vec![NONE; width * width];
+        let mut queue = VecDeque::with_capacity(self.texels.len());
+        for (receiver, &texel) in self.texels.iter().enumerate() {
+            shown[texel as usize] = receiver as u32;
+            queue.push_back(texel);
+        }
+        while let Some(texel) = queue.pop_front() {
+            let texel = texel as usize;
+            let (x, y) = (texel % width, texel / width);
+            for row in y.saturating_sub(1)..(y + 2).min(width) {
+                for column in x.saturating_sub(1)..(x + 2).min(width) {
+                    let next = row * width + column;
+                    if shown[next] == NONE {
+                        shown[next] = shown[texel];
+                        queue.push_back(next as u32);
+                    }
+                }
+            }
+        }
+        shown
+    }
+
+    /// The transfer of every texel of the picture, row by row, from that of the receivers, which it is read from.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if the transfer is of another number of receivers.
+    pub fn rows<'a>(&self, transfer: &'a dyn TransferRows) -> Result<TexelRows<'a>, PrtError> {
+        let (expected, found) = (self.receivers.len(), transfer.receivers());
+        if expected != found {
+            let message = format!("expected transfer of {expected} texels, found {found}");
+            return Err(PrtError::invalid("lightmap", message));
+        }
+        Ok(TexelRows::new(self.dilated(), transfer))
+    }
+
+    /// [`TexelReceivers::rows`], all of them in memory.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn picture(&self, transfer: &Transfer) -> Result<Transfer, PrtError> {
+        let rows = self.rows(transfer)?;
+        let mut coefficients = vec![0.0; rows.receivers() * rows.row_len()];
+        let read = rows.read_rows(0, &mut coefficients);
+        read.map_err(|source| PrtError::Io { file: "lightmap".to_owned(), source })?;
+        Transfer::new(transfer.order(), transfer.channels(), coefficients)
+    }
+}
+
+/// Gives all texels near a triangle their place on it, where they have no nearer one. An error at a texel that is inside of
+/// another already.
+fn draw(
+    places: &mut [Option<Place>],
+    width: usize,
+    corners: [[f32; 2]; 3],
+    triangle: u32,
+) -> Result<(), (usize, usize)> {
+    let corners = corners.map(|c| DVec2::from(c.map(f64::from)) * width as f64);
+    let range = |k: usize| {
+        let (min, max) = corners.iter().fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(c[k]), b.max(c[k])));
+        // Centres are at halves.
+        let first = (min - REACH - 0.5).ceil().max(0.0) as usize;
+        first..((max + REACH + 0.5).floor().max(0.0) as usize).min(width)
+    };
+    for y in range(1) {
+        for x in range(0) {
+            let found = nearest(corners, DVec2::new(x as f64 + 0.5, y as f64 + 0.5), triangle);
+            let place = &mut places[y * width + x];
+            if let Some(other) = place
+                && found.depth > OVERLAP
+                && other.depth > OVERLAP
+            {
+                return Err((x, y));
+            }
+            let is_nearer = place.is_none_or(|other| (found.distance, -found.depth) < (other.distance, -other.depth));
+            if found.distance <= REACH && is_nearer {
+                *place = Some(found);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The place of a triangle that is nearest to a point.
+fn nearest([a, b, c]: [DVec2; 3], point: DVec2, triangle: u32) -> Place {
+    let area = (b - a).perp_dot(c - a);
+    // Distances from the edges, positive inside, and the weights of the corners opposite of them.
+    let edges = [(b, c), (c, a), (a, b)];
+    let signed = edges.map(|(p, q)| (q - p).perp_dot(point - p) * area.signum());
+    if area != 0.0 && signed.iter().all(|&s| s >= 0.0) {
+        let depth = (0..3).map(|k| signed[k] / edges[k].0.distance(edges[k].1)).fold(f64::MAX, f64::min);
+        let (u, v) = (signed[1] / area.abs(), signed[2] / area.abs());
+        return Place { distance: 0.0, depth, triangle, u: u as f32, v: v as f32 };
+    }
+    let on_edge = |k: usize| {
+        let (p, q) = edges[k];
+        let part = ((point - p).dot(q - p) / (q - p).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        // Edge k goes from corner k + 1 to corner k + 2.
+        let mut weights = [0.0; 3];
+        weights[(k + 1) % 3] = 1.0 - part;
+        weights[(k + 2) % 3] = part;
+        let distance = p.lerp(q, part).distance(point);
+        Place { distance, depth: 0.0, triangle, u: weights[1] as f32, v: weights[2] as f32 }
+    };
+    [on_edge(1), on_edge(2)].into_iter().fold(on_edge(0), |best, p| if p.distance < best.distance { p } else { best })
+}

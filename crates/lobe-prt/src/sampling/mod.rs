@@ -1,0 +1,4 @@
+//! TODO room sampling.
+
+pub(crate) mod sobol;
+pub(crate) mod warp;

@@ -1,0 +1,252 @@
+//! Scalar products of many rows with one light, in explicit lanes.
+//!
+//! Every sum has an order that neither the width of the machine's registers nor the number of threads changes, and nothing
+//! is fused, so the bytes are the same everywhere. Wider instructions are taken where the machine has them.
+
+use lobe_sh::Rgb;
+use rayon::prelude::*;
+
+use crate::transfer::simd4::{FOUR, Lanes, Machine, Work};
+
+/// Receivers that a thread takes at a time: their rows fit the second-level cache, and handing them out costs nothing.
+const CHUNK: usize = 4096;
+
+/// Receivers shaded together, so that the additions of one need not wait for another's.
+const TOGETHER: usize = 4;
+
+/// The light's coefficients of the first `len` places, black beyond its own.
+pub(crate) fn light_of_len(light: &[Rgb<f64>], len: usize) -> Vec<Rgb<f32>> {
+    let narrow = |l: &Rgb<f64>| Rgb::new(l.r as f32, l.g as f32, l.b as f32);
+    let mut light: Vec<_> = light.iter().take(len).map(narrow).collect();
+    light.resize(len, Rgb::new(0.0, 0.0, 0.0));
+    light
+}
+
+/// The exit radiance of rows of `channels · order²` numbers; see [`Transfer::exit_radiance`](crate::Transfer::exit_radiance).
+///
+/// # Panics
+/// If the order is not 1 to 8, or `out` has not one place for each row.
+pub(crate) fn exit_radiance(rows: &[f32], order: usize, channels: usize, light: &[Rgb<f64>], out: &mut [Rgb<f32>]) {
+    let width = order * order * channels;
+    assert_eq!(rows.len(), width * out.len(), "one place for each receiver");
+    let light = light_of_len(light, order * order);
+    let machine = Machine::detect();
+    let chunks = rows.par_chunks(CHUNK * width).zip(out.par_chunks_mut(CHUNK));
+    chunks.for_each(|(rows, out)| machine.run(RowsOfChunk { rows, order, channels, light: &light, out }));
+}
+
+struct RowsOfChunk<'a> {
+    rows: &'a [f32],
+    order: usize,
+    channels: usize,
+    light: &'a [Rgb<f32>],
+    out: &'a mut [Rgb<f32>],
+}
+
+impl Work for RowsOfChunk<'_> {
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) {
+        let Self { rows, order, channels, light, out } = self;
+        macro_rules! by_order {
+            ($($order:literal)*) => {
+                match (order, channels) {
+                    $(($order, 1) => grey_rows::<L, { $order * $order }>(lanes, rows, light, out),
+                    ($order, 3) => rgb_rows::<L, { $order * $order }>(lanes, rows, light, out),)*
+                    _ => unreachable!("transfer of order {order} in {channels} channels"),
+                }
+            };
+        }
+        by_order!(1 2 3 4 5 6 7 8);
+    }
+}
+
+/// One vector for all colours: `out[r] = Σ_i rows[r N + i] light[i]`, summed in the order of `i`, a colour in the lanes.
+#[inline(always)]
+fn grey_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
+    let light: [L::Vector; N] = std::array::from_fn(|i| lanes.load([light[i].r, light[i].g, light[i].b, 0.0]));
+    let (four_rows, last_rows) = rows.as_chunks::<N>().0.as_chunks::<TOGETHER>();
+    let (four_outs, last_outs) = out.as_chunks_mut::<TOGETHER>();
+    for (rows, outs) in four_rows.iter().zip(four_outs) {
+        grey_together(lanes, rows, &light, outs);
+    }
+    for (row, out) in last_rows.iter().zip(last_outs) {
+        grey_together(lanes, &[*row], &light, std::slice::from_mut(out));
+    }
+}
+
+/// The sums of `K` rows side by side.
+#[inline(always)]
+fn grey_together<L: Lanes, const N: usize, const K: usize>(
+    lanes: L,
+    rows: &[[f32; N]; K],
+    light: &[L::Vector; N],
+    out: &mut [Rgb<f32>],
+) {
+    let mut sums = [lanes.splat(0.0); K];
+    for i in 0..N {
+        for k in 0..K {
+            sums[k] = lanes.add_product(sums[k], lanes.splat(rows[k][i]), light[i]);
+        }
+    }
+    for (out, sum) in out.iter_mut().zip(sums) {
+        *out = colour(lanes, sum);
+    }
+}
+
+#[inline(always)]
+fn colour<L: Lanes>(lanes: L, sum: L::Vector) -> Rgb<f32> {
+    let [r, g, b, _] = lanes.store(sum);
+    Rgb::new(r, g, b)
+}
+
+/// A vector for each colour: `out[r].c = Σ_i rows[r][c][i] light[i].c`.
+#[inline(always)]
+fn rgb_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
+    let planes: [[f32; N]; 3] =
+        std::array::from_fn(|c| std::array::from_fn(|i| [light[i].r, light[i].g, light[i].b][c]));
+    let rows = rows.as_chunks::<N>().0.as_chunks::<3>().0;
+    for (row, out) in rows.iter().zip(out) {
+        let [r, g, b] = std::array::from_fn(|c| dot(lanes, &row[c], &planes[c]));
+        *out = Rgb::new(r, g, b);
+    }
+}
+
+/// A scalar product, in four partial sums over every fourth place. `N = n²` is a multiple of four or one more; the one more is
+/// the first.
+#[inline(always)]
+fn dot<L: Lanes, const N: usize>(lanes: L, row: &[f32; N], plane: &[f32; N]) -> f32 {
+    let (first, rest) = row.split_at(N % FOUR);
+    let (light_first, light_rest) = plane.split_at(N % FOUR);
+    let mut sums = lanes.splat(0.0);
+    for (t, l) in rest.as_chunks::<FOUR>().0.iter().zip(light_rest.as_chunks::<FOUR>().0) {
+        sums = lanes.add_product(sums, lanes.load(*t), lanes.load(*l));
+    }
+    let mut start = 0.0;
+    for (t, l) in first.iter().zip(light_first) {
+        start += t * l;
+    }
+    let sums = lanes.store(sums);
+    start + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
+}
+
+/// Weighted sums out of a small table of colours: `out[r] = table[k][0] + Σ_j weights[r n' + j] table[k][j+1]`, with `k =
+/// clusters[r]`, summed in the order of `j`.
+///
+/// `table` has `n' + 1` entries for each cluster.
+pub(crate) fn weighted<W: Copy + Into<f32> + Sync>(
+    clusters: &[u16],
+    weights: &[W],
+    components: usize,
+    table: &[[f32; 4]],
+    out: &mut [Rgb<f32>],
+) {
+    assert_eq!(clusters.len(), out.len(), "one place for each receiver");
+    assert_eq!(weights.len(), components * out.len(), "the weights of every receiver");
+    let machine = Machine::detect();
+    out.par_chunks_mut(CHUNK).enumerate().for_each(|(at, out)| {
+        let clusters = &clusters[at * CHUNK..at * CHUNK + out.len()];
+        let weights = &weights[at * CHUNK * components..(at * CHUNK + out.len()) * components];
+        machine.run(WeightsOfChunk { clusters, weights, components, table, out });
+    });
+}
+
+struct WeightsOfChunk<'a, W> {
+    clusters: &'a [u16],
+    weights: &'a [W],
+    components: usize,
+    table: &'a [[f32; 4]],
+    out: &'a mut [Rgb<f32>],
+}
+
+impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) {
+        let Self { clusters, weights, components, table, out } = self;
+        for (r, (k, out)) in clusters.iter().zip(out).enumerate() {
+            let start = usize::from(*k) * (components + 1);
+            let entries = &table[start..=start + components];
+            let mut sum = lanes.load(entries[0]);
+            for (entry, w) in entries[1..].iter().zip(&weights[r * components..(r + 1) * components]) {
+                sum = lanes.add_product(sum, lanes.splat((*w).into()), lanes.load(*entry));
+            }
+            *out = colour(lanes, sum);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_testkit::Random;
+
+    /// The same sums one after the other, in `f64`.
+    fn slowly(rows: &[f32], n: usize, channels: usize, light: &[Rgb<f64>]) -> Vec<Rgb<f64>> {
+        let one = |row: &[f32]| {
+            let channel = |c: usize, of: fn(&Rgb<f64>) -> f64| {
+                let vector = &row[c.min(channels - 1) * n..][..n];
+                vector.iter().zip(light).map(|(t, l)| f64::from(*t) * of(l)).sum::<f64>()
+            };
+            Rgb::new(channel(0, |l| l.r), channel(1, |l| l.g), channel(2, |l| l.b))
+        };
+        rows.chunks(n * channels).map(one).collect()
+    }
+
+    #[test]
+    fn fast_sums_are_the_slow_ones_for_every_order_and_count() {
+        let mut random = Random::new(1);
+        for order in 1..=8 {
+            for channels in [1, 3] {
+                for count in [0, 1, 3, 4, 9, CHUNK + 5] {
+                    let n = order * order;
+                    let rows: Vec<f32> = random.signed_vec(n * channels * count).iter().map(|x| *x as f32).collect();
+                    let light: Vec<_> =
+                        (0..n).map(|_| Rgb::new(random.signed(), random.signed(), random.signed())).collect();
+                    let mut out = vec![Rgb::new(f32::NAN, f32::NAN, f32::NAN); count];
+                    exit_radiance(&rows, order, channels, &light, &mut out);
+                    for (k, (found, expected)) in out.iter().zip(slowly(&rows, n, channels, &light)).enumerate() {
+                        let pairs = [(found.r, expected.r), (found.g, expected.g), (found.b, expected.b)];
+                        let error = pairs.map(|(a, b)| (f64::from(a) - b).abs()).into_iter().fold(0.0, f64::max);
+                        // n roundings of sums below n.
+                        assert!(error < 1e-7 * n as f64, "order {order}, {channels} channels, receiver {k}: {error}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_bytes_do_not_depend_on_the_instructions() {
+        let mut random = Random::new(2);
+        for (order, channels) in [(3, 1), (4, 3), (5, 3), (6, 1)] {
+            let (n, count) = (order * order, 101);
+            let rows: Vec<f32> = random.signed_vec(n * channels * count).iter().map(|x| *x as f32).collect();
+            let light: Vec<_> = (0..n).map(|_| Rgb::new(random.signed(), random.signed(), random.signed())).collect();
+            let black = vec![Rgb::new(0.0, 0.0, 0.0); count];
+            let (mut wide, mut plain) = (black.clone(), black);
+            exit_radiance(&rows, order, channels, &light, &mut wide);
+            let light = light_of_len(&light, n);
+            Machine::Plain.run(RowsOfChunk { rows: &rows, order, channels, light: &light, out: &mut plain });
+            assert_eq!(wide, plain, "order {order}, {channels} channels");
+        }
+    }
+
+    #[test]
+    fn weighted_sums_are_those_of_their_formula() {
+        let mut random = Random::new(3);
+        for components in [0, 1, 4, 9, 16, 17] {
+            let table: Vec<[f32; 4]> =
+                (0..3 * (components + 1)).map(|_| std::array::from_fn(|_| random.signed() as f32)).collect();
+            let clusters: Vec<u16> = (0..50).map(|r| r % 3).collect();
+            let weights: Vec<u8> = (0..50 * components).map(|_| random.next_u64() as u8).collect();
+            let mut out = vec![Rgb::new(0.0, 0.0, 0.0); 50];
+            weighted(&clusters, &weights, components, &table, &mut out);
+            for (r, found) in out.iter().enumerate() {
+                let start = usize::from(clusters[r]) * (components + 1);
+                let term = |j: usize| f64::from(weights[r * components + j]) * f64::from(table[start + 1 + j][1]);
+                let expected = f64::from(table[start][1]) + (0..components).map(term).sum::<f64>();
+                let error = (f64::from(found.g) - expected).abs();
+                assert!(error < 1e-3, "{components} components, receiver {r}: {} against {expected}", found.g);
+            }
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Light from infinitely far away.
+
+use lobe_env::EnvMap;
+use lobe_prt::Fingerprint;
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec};
+
+use crate::path_tracer::sphere_table::{SphereTable, cell};
+
+/// Light that depends on direction alone: an environment map or an expansion, turned.
+///
+/// A map is constant over each texel, as it is wherever Lobe integrates it, so light and its expansion by
+/// [`project_env`](lobe_env::project_env) are of one function; seen directly, texels have edges. An expansion is evaluated
+/// exactly, its negative values are kept.
+///
+/// Directions are drawn with a density that is constant over each cell of a lat-long grid:
+///
+/// ```text
+///   map         p ∝ 0.2126 |r| + 0.7152 |g| + 0.0722 |b|         over its own texels: zero only where the map is black
+///   expansion   p ∝ max |channel| at the cell's centre + 0.1 mean over 64 x 32 cells: zero nowhere
+/// ```
+pub struct DistantLight {
+    source: Source,
+    /// What to draw directions from; none if no light is there to be drawn.
+    table: Option<SphereTable>,
+    world_from_light: Rotation,
+    light_from_world: Rotation,
+}
+
+enum Source {
+    Map(EnvMap),
+    Expansion(ShVec<Rgb<f64>>),
+}
+
+/// A direction drawn from a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightSample {
+    pub(crate) towards: Dir,
+    pub(crate) radiance: Rgb<f64>,
+    /// Density in sr⁻¹.
+    pub(crate) density: f64,
+}
+
+/// Rows of the grid that directions are drawn from under an expansion: a band-limited function of order 8 changes little
+/// within 6°.
+const ROWS: usize = 32;
+
+/// The part of its mean that is added to the density of an expansion, so that it is zero nowhere.
+const EVERYWHERE: f64 = 0.1;
+
+impl DistantLight {
+    /// The light of an environment map.
+    #[must_use]
+    pub fn from_map(map: EnvMap) -> Self {
+        let weight = |texel: &Rgb<f32>| Rgb::from(texel.widen().to_array().map(f64::abs)).luminance();
+        let weights: Vec<f64> = map.texels().iter().map(weight).collect();
+        let table = SphereTable::new(map.width(), map.height(), &weights);
+        Self::new(Source::Map(map), table)
+    }
+
+    /// The light of an expansion of radiance, of any order.
+    #[must_use]
+    pub fn from_expansion(radiance: ShVec<Rgb<f64>>) -> Self {
+        let grid = EnvMap::from_fn(2 * ROWS, ROWS, |s| Rgb::narrow(radiance.eval(s)));
+        let largest = |c: &Rgb<f32>| f64::from(c.r.abs().max(c.g.abs()).max(c.b.abs()));
+        let mut weights: Vec<f64> = grid.texels().iter().map(largest).collect();
+        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+        weights.iter_mut().for_each(|weight| *weight += EVERYWHERE * mean);
+        let table = SphereTable::new(2 * ROWS, ROWS, &weights);
+        Self::new(Source::Expansion(radiance), table)
+    }
+
+    fn new(source: Source, table: Option<SphereTable>) -> Self {
+        let none = Rotation::from_axis_angle(Dir::Z, 0.0);
+        Self { source, table, world_from_light: none, light_from_world: none }
+    }
+
+    /// This light turned, after all turns before: what was towards `s` is towards `R s`.
+    #[must_use]
+    pub fn turned(self, rotation: &Rotation) -> Self {
+        let world_from_light = self.world_from_light.then(*rotation);
+        Self { world_from_light, light_from_world: world_from_light.inverse(), ..self }
+    }
+
+    /// The radiance that arrives from direction `s`.
+    #[must_use]
+    pub fn radiance(&self, s: Dir) -> Rgb<f64> {
+        let s = self.light_from_world.rotate_dir(s);
+        match &self.source {
+            Source::Map(map) => map.texels()[cell(map.width(), map.height(), s)].widen(),
+            Source::Expansion(f) => f.eval(s),
+        }
+    }
+
+    /// Writes all that tells this light from others.
+    pub(crate) fn write_into(&self, all: &mut Fingerprint) {
+        match &self.source {
+            Source::Map(map) => {
+                all.word(map.width() as u64);
+                for row in map.texels().chunks(map.width()) {
+                    let numbers: Vec<f32> = row.iter().flat_map(|texel| texel.to_array()).collect();
+                    all.floats(&numbers);
+                }
+            }
+            Source::Expansion(f) => {
+                all.word(f.order() as u64);
+                f.coefficients().iter().flat_map(|c| c.to_array()).for_each(|c| all.word(c.to_bits()));
+            }
+        }
+        for axis in [Dir::X, Dir::Z] {
+            self.light_from_world.rotate_dir(axis).to_array().iter().for_each(|c| all.word(c.to_bits()));
+        }
+    }
+
+    /// A direction drawn with two numbers in `(0, 1)`; none under a black light.
+    pub(crate) fn sample(&self, numbers: [f64; 2]) -> Option<LightSample> {
+        let (s, cell, density) = self.table.as_ref()?.sample(numbers);
+        let radiance = match &self.source {
+            Source::Map(map) => map.texels()[cell].widen(),
+            Source::Expansion(f) => f.eval(s),
+        };
+        Some(LightSample { towards: self.world_from_light.rotate_dir(s), radiance, density })
+    }
+
+    /// The density in sr⁻¹ with which [`DistantLight::sample`] draws `s`.
+    pub(crate) fn density(&self, s: Dir) -> f64 {
+        self.table.as_ref().map_or(0.0, |table| table.density(self.light_from_world.rotate_dir(s)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_env::{bundled, project_env};
+    use lobe_testkit::Random;
+
+    use super::*;
+
+    fn turn() -> Rotation {
+        Rotation::from_euler_zyz(0.4, 1.1, -2.0)
+    }
+
+    #[test]
+    fn samples_estimate_the_integral_of_the_light() {
+        let map = bundled::sunset().map();
+        let expected = map.mean().scale(4.0 * std::f64::consts::PI);
+        let lights = [
+            ("map", DistantLight::from_map(map.clone()), 2e-3),
+            ("expansion", DistantLight::from_expansion(project_env(&map, 5)), 1e-2),
+        ];
+        for (name, light, allowed) in lights {
+            let light = light.turned(&turn());
+            let mut random = Random::new(1);
+            let (mut sum, count) = (Rgb::<f64>::ZERO, 20_000);
+            for _ in 0..count {
+                let sample = light.sample([random.unit(), random.unit()]).unwrap();
+                sum += sample.radiance.scale(1.0 / (sample.density * f64::from(count)));
+                let found = light.density(sample.towards);
+                assert!((found / sample.density - 1.0).abs() < 1e-12, "{name}: density {found}, {}", sample.density);
+            }
+            let error = (sum.luminance() / expected.luminance() - 1.0).abs();
+            assert!(error < allowed, "{name}: {sum:?} against {expected:?}");
+        }
+    }
+
+    #[test]
+    fn a_turned_light_shows_what_it_showed_elsewhere() {
+        let map = bundled::sunset().map();
+        let (light, turned) = (DistantLight::from_map(map.clone()), DistantLight::from_map(map).turned(&turn()));
+        for v in lobe_testkit::directions() {
+            let s = Dir::new(v).unwrap();
+            let (a, b) = (light.radiance(turn().inverse().rotate_dir(s)), turned.radiance(s));
+            assert_eq!(a, b, "towards {s:?}");
+        }
+    }
+
+    #[test]
+    fn black_light_has_nothing_to_draw() {
+        let light = DistantLight::from_map(EnvMap::from_fn(4, 2, |_| Rgb::ZERO));
+        assert!(light.sample([0.5, 0.5]).is_none() && light.density(Dir::X) == 0.0, "black");
+    }
+}

@@ -1,0 +1,241 @@
+//! Pictures by the path tracer, with what is known about each pixel.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use lobe_prt::Fingerprint;
+use lobe_scene::{Bvh, Ray, Scene};
+use lobe_sh::{Coefficient as _, Dir, Rgb};
+
+use crate::path_tracer::estimate::{SampleCount, Spread};
+use crate::path_tracer::path_tracer::{FIRST_PURPOSE, Seen};
+use crate::path_tracer::progressive::in_portions;
+use crate::path_tracer::sampler::SampleSet;
+use crate::path_tracer::truth_checkpoint::TruthCheckpoint;
+use crate::{Camera, DistantLight, PathOptions, PathTracer, Picture, RenderError};
+
+/// How a picture is traced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthOptions {
+    /// Columns, at least 1.
+    pub width: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// Paths for each pixel.
+    pub count: SampleCount,
+    /// What the paths are made of.
+    pub paths: PathOptions,
+}
+
+/// A traced picture. Pixels are means over their square, the light showing where rays escape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// Radiance.
+    pub mean: Picture,
+    /// The variance of [`mean`](Truth::mean), pixel by pixel and channel by channel: the square of its standard error.
+    pub variance: Picture,
+    /// How many differences the variance was estimated from: the number of sets less one.
+    pub degrees_of_freedom: usize,
+    /// Base colour of what is seen first; black where nothing is.
+    pub albedo: Picture,
+    /// Unit normal to shade with, its components as channels, each from -1 to 1; its mean over the pixel.
+    pub normal: Picture,
+    /// Mean distance from the eye of what is seen, row by row; infinite where nothing is.
+    pub depth: Vec<f32>,
+    /// Which part of the pixel shows a surface, 0 to 1.
+    pub coverage: Vec<f32>,
+}
+
+/// What is known about a pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pixel {
+    mean: Rgb<f32>,
+    variance: Rgb<f32>,
+    albedo: Rgb<f32>,
+    normal: Rgb<f32>,
+    depth: f32,
+    coverage: f32,
+}
+
+impl Pixel {
+    pub(crate) fn to_numbers(self) -> [f32; 14] {
+        let Self { mean: m, variance: v, albedo: a, normal: n, depth, coverage } = self;
+        [m.r, m.g, m.b, v.r, v.g, v.b, a.r, a.g, a.b, n.r, n.g, n.b, depth, coverage]
+    }
+
+    pub(crate) fn from_numbers(x: [f32; 14]) -> Self {
+        let [mean, variance, albedo, normal] = [0, 3, 6, 9].map(|k| Rgb::new(x[k], x[k + 1], x[k + 2]));
+        Self { mean, variance, albedo, normal, depth: x[12], coverage: x[13] }
+    }
+}
+
+/// The kind of this work among fingerprints.
+const KIND: u64 = 16;
+
+/// Traces a picture of `scene`, whose tree is `bvh`, under `light`.
+///
+/// `progress` is told the part that is done, from 0 to 1, some times a second, and says whether to go on. The same bits for
+/// any number of threads.
+///
+/// # Errors
+/// [`RenderError::Options`] if the picture has no pixels or fewer than two sets of paths, [`RenderError::Cancelled`] if
+/// `progress` said to stop.
+pub fn render_truth(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    light: &DistantLight,
+    options: &TruthOptions,
+    progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Truth, RenderError> {
+    trace(scene, bvh, camera, light, options, None, progress)
+}
+
+/// As [`render_truth`], with the pixels that are done kept in a file: stopped or killed, the same call continues to the same
+/// bits and loses some seconds' work at most.
+///
+/// Pixels do not depend on each other, so a picture that was stopped has all paths of some pixels and none of the others. The
+/// file remains; remove it when the picture is safe.
+///
+/// # Errors
+/// Those of [`render_truth`], [`RenderError::Invalid`] if the file is that of another picture, or none, or in use,
+/// [`RenderError::Io`] if it cannot be read or written.
+pub fn render_truth_resumable(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    light: &DistantLight,
+    options: &TruthOptions,
+    checkpoint: &Path,
+    progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Truth, RenderError> {
+    trace(scene, bvh, camera, light, options, Some(checkpoint), progress)
+}
+
+fn trace(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    light: &DistantLight,
+    options: &TruthOptions,
+    checkpoint: Option<&Path>,
+    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Truth, RenderError> {
+    let TruthOptions { width, height, count, paths } = *options;
+    let pixels = options.check()?;
+    let (mut checkpoint, known) = match checkpoint {
+        None => (None, Vec::new()),
+        Some(path) => {
+            let (checkpoint, known) = TruthCheckpoint::open(path, fingerprint(scene, camera, light, options), pixels)?;
+            (Some(checkpoint), known)
+        }
+    };
+    let tracer = PathTracer::new(scene, bvh, light, paths);
+    let of = |i| trace_pixel(&tracer, camera, light, options, i);
+    let traced = in_portions(known, pixels, of, |done| {
+        // What is complete is not stopped.
+        let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.keep(done, is_stopped || done.len() == pixels)?;
+        }
+        if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
+    })?;
+    let picture = |of: fn(&Pixel) -> Rgb<f32>| Picture::new(width, height, traced.iter().map(of).collect());
+    Ok(Truth {
+        mean: picture(|p| p.mean)?,
+        variance: picture(|p| p.variance)?,
+        degrees_of_freedom: count.sets - 1,
+        albedo: picture(|p| p.albedo)?,
+        normal: picture(|p| p.normal)?,
+        depth: traced.iter().map(|p| p.depth).collect(),
+        coverage: traced.iter().map(|p| p.coverage).collect(),
+    })
+}
+
+impl TruthOptions {
+    /// The number of pixels.
+    fn check(&self) -> Result<usize, RenderError> {
+        let Self { width, height, count: SampleCount { sets, per_set }, .. } = *self;
+        if sets < 2 || per_set < 1 {
+            return Err(RenderError::Options(format!(
+                "expected at least 2 sets of 1 path, found {sets} of {per_set}: a single one has no variance"
+            )));
+        }
+        let none = || RenderError::Options(format!("expected a picture with pixels, found {width} x {height}"));
+        width.checked_mul(height).filter(|&n| n > 0).ok_or_else(none)
+    }
+}
+
+/// What tells this picture from all others.
+fn fingerprint(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Fingerprint {
+    let TruthOptions { width, height, count, paths } = *options;
+    let mut all = Fingerprint::of_kind(KIND);
+    all.scene(scene);
+    scene.materials().iter().for_each(|material| all.floats(&[material.metallic, material.roughness]));
+    // Three rays tell a camera.
+    for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+        let (origin, towards) = camera.ray(right, up);
+        origin.into_iter().chain(towards.to_array()).for_each(|c| all.word(c.to_bits()));
+    }
+    light.write_into(&mut all);
+    for number in [width, height, count.sets, count.per_set, paths.bounces] {
+        all.word(number as u64);
+    }
+    for number in [paths.strategy as u64, paths.surfaces as u64, paths.seed] {
+        all.word(number);
+    }
+    all
+}
+
+fn trace_pixel(
+    tracer: &PathTracer<'_>,
+    camera: &Camera,
+    light: &DistantLight,
+    options: &TruthOptions,
+    index: usize,
+) -> Pixel {
+    let TruthOptions { width, height, count, paths } = *options;
+    let (x, y) = ((index % width) as f64, (index / width) as f64);
+    let mut spread = Spread::default();
+    let (mut albedo, mut normal) = (Rgb::<f64>::ZERO, Rgb::<f64>::ZERO);
+    let (mut depth, mut hits) = (0.0, 0.0);
+    for set in 0..count.sets {
+        let samples = SampleSet::new(paths.seed, index as u64, set as u64);
+        let mut sum = Rgb::<f64>::ZERO;
+        for path in 0..count.per_set {
+            let numbers = samples.path(path);
+            let [dx, dy] = numbers.pair(FIRST_PURPOSE);
+            let (ray, towards) = eye_ray(camera, width, height, x + dx, y + dy);
+            match tracer.see(&ray) {
+                None => sum += light.radiance(towards),
+                Some(Seen { albedo: a, normal: n, distance, node }) => {
+                    albedo += a.widen();
+                    normal += Rgb::from(n).widen();
+                    depth += distance;
+                    hits += 1.0;
+                    if let Some(node) = node {
+                        sum += tracer.radiance_of(&node, numbers, paths.bounces);
+                    }
+                }
+            }
+        }
+        spread.add(sum.scale((count.per_set as f64).recip()));
+    }
+    let estimate = spread.estimate();
+    let part = (count.total() as f64).recip();
+    Pixel {
+        mean: Rgb::narrow(estimate.mean),
+        variance: Rgb::narrow(estimate.variance),
+        albedo: Rgb::narrow(albedo.scale(part)),
+        normal: Rgb::narrow(normal.scale(part)),
+        depth: if hits > 0.0 { (depth / hits) as f32 } else { f32::INFINITY },
+        coverage: (hits * part) as f32,
+    }
+}
+
+/// The ray through a point of a picture, in pixels from its top left corner, and its direction.
+pub(crate) fn eye_ray(camera: &Camera, width: usize, height: usize, x: f64, y: f64) -> (Ray, Dir) {
+    let half = 0.5 * height as f64;
+    let (origin, towards) = camera.ray((x - 0.5 * width as f64) / half, (half - y) / half);
+    (Ray::new(origin.map(|c| c as f32), towards.to_array().map(|c| c as f32)), towards)
+}

@@ -1,0 +1,64 @@
+//! Eight boxes and many rays from one point whose directions have the same signs.
+
+use crate::bvh::lanes::{Lanes, WIDTH};
+use crate::bvh::ray_frame::RayOrigin;
+use crate::bvh::ray_stream::{BundledRay, numbers};
+use crate::bvh::wide_node::{LARGEST, Node, SMALLEST};
+
+/// What rays of one octant from one point bring along to be tested against boxes.
+///
+/// ```text
+///   t = (b - (o ± e)) r,   r = 1 / d
+/// ```
+///
+/// The rays meet the same plane of each pair first, so the difference is taken once for all of them. `e` is the room of
+/// [`SlabRay`](crate::bvh::wide_node::SlabRay) for the ray whose axes have the largest; the difference, `r` and the product
+/// round once each, one time less than there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OctantSlabs<L: Lanes> {
+    /// Rows of [`Node`] of the planes that are met first and last, and `o ± e` for them.
+    near_row: [usize; 3],
+    far_row: [usize; 3],
+    near_shift: [L::Vector; 3],
+    far_shift: [L::Vector; 3],
+}
+
+impl<L: Lanes> OctantSlabs<L> {
+    /// The bits of `octant` are set where x (4), y (2) and z (1) of the directions are below 0.
+    #[inline(always)]
+    pub(crate) fn new(lanes: L, start: &RayOrigin, octant: usize) -> Self {
+        let is_backwards = [octant & 4 != 0, octant & 2 != 0, octant & 1 != 0];
+        let low = |k: usize| start.origin[k] + start.widest(k);
+        let high = |k: usize| start.origin[k] - start.widest(k);
+        let either = |k: usize, is_low: bool| {
+            if is_low { (SMALLEST[k], lanes.splat(low(k))) } else { (LARGEST[k], lanes.splat(high(k))) }
+        };
+        let near = |k: usize| either(k, !is_backwards[k]);
+        let far = |k: usize| either(k, is_backwards[k]);
+        Self {
+            near_row: std::array::from_fn(|k| near(k).0),
+            far_row: std::array::from_fn(|k| far(k).0),
+            near_shift: std::array::from_fn(|k| near(k).1),
+            far_shift: std::array::from_fn(|k| far(k).1),
+        }
+    }
+
+    /// For each box the rays of a set that meet it.
+    #[inline(always)]
+    pub(crate) fn meets(&self, lanes: L, node: &Node, rays: &[BundledRay], set: u64) -> [u64; WIDTH] {
+        let plane = |row: usize, shift| lanes.sub(node.row(lanes, row), shift);
+        let near: [L::Vector; 3] = std::array::from_fn(|k| plane(self.near_row[k], self.near_shift[k]));
+        let far: [L::Vector; 3] = std::array::from_fn(|k| plane(self.far_row[k], self.far_shift[k]));
+        let zero = lanes.splat(0.0);
+        let mut sets = lanes.empty_sets();
+        for number in numbers(set) {
+            let r = rays[number].reciprocal.map(|r| lanes.splat(r));
+            let enter = |k: usize| lanes.mul(near[k], r[k]);
+            let leave = |k: usize| lanes.mul(far[k], r[k]);
+            let first = lanes.max(lanes.max(enter(0), enter(1)), lanes.max(enter(2), zero));
+            let last = lanes.min(lanes.min(leave(0), leave(1)), leave(2));
+            sets = lanes.insert_where(sets, first, last, number);
+        }
+        lanes.store_sets(sets)
+    }
+}

@@ -1,0 +1,209 @@
+//! Many rays from one point at once: each node and block is read once for all rays that come to it.
+
+use crate::Ray;
+use crate::bvh::edge_planes::EdgePlanes;
+use crate::bvh::lanes::{Lanes, WIDTH, Work};
+use crate::bvh::octant_slabs::OctantSlabs;
+use crate::bvh::ray_frame::RayOrigin;
+use crate::bvh::traverse::{AnyHit, Stack, Tree};
+use crate::bvh::watertight::ShearedRay;
+use crate::bvh::wide_node::{BLOCK_BIT, Block};
+
+/// Which of many rays from one point hit anything.
+///
+/// ```text
+///   rays of the point ─ by the signs of their directions ─→ octants ─→ bundles of at most 64
+///   bundle: one way through the tree, each child on the stack with the set of rays that meet its box
+/// ```
+///
+/// Sets of rays that go through the tree together are the streams of [Barringer and Akenine-Möller 2014]; that they have
+/// their origin in common is used here besides. Rays of an octant meet the planes of every box in the same order, so a node is prepared once for all of them; edge
+/// functions of triangles need three products each once the planes through the origin are known ([`EdgePlanes`]). The
+/// tests of the rays at a node do not wait for each other, as the nodes of one ray do.
+///
+/// A set is 64 bits. Rays that have hit leave all sets that wait on the stack. Boxes and planes err on the side of too many
+/// rays, and where planes cannot tell, [`ShearedRay::hit`] decides: the answers are those of one ray at a time, bit by
+/// bit, whatever the instructions and however rays are bundled.
+pub(crate) struct RayStream<'a, 'r> {
+    pub(crate) tree: Tree<'a>,
+    pub(crate) origin: [f32; 3],
+    pub(crate) directions: &'r [[f32; 3]],
+    pub(crate) occluded: &'r mut [bool],
+}
+
+/// A ray in a bundle.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
+pub(crate) struct BundledRay {
+    /// As in [`RayFrame`](crate::bvh::ray_frame::RayFrame).
+    pub(crate) reciprocal: [f32; 3],
+    /// With its longest component scaled to ±1.
+    pub(crate) direction: [f32; 3],
+    /// Which of a batch it is.
+    pub(crate) place: u32,
+    pub(crate) key: u32,
+}
+
+/// How many rays are sorted at once: 16 KiB of them.
+const BATCH: usize = 256;
+
+/// Most rays of a bundle: the bits of a set.
+const BUNDLE: usize = 64;
+
+/// Keys are three bits of signs and two of the longest axis, so that the parts of a large octant are compact; the last key
+/// is of rays that have to go alone.
+const KEYS: usize = 33;
+const SINGLE: u32 = KEYS as u32 - 1;
+
+/// Longer directions go alone: the depth of a hit that planes are sure of, over this, is above 0 in `f32` still.
+const LONGEST: f32 = 1e18;
+
+/// Origins farther from a part of the scene have their rays go alone: squares of larger numbers are infinite.
+const FARTHEST: f32 = 1e18;
+
+impl Work for RayStream<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) {
+        let start = RayOrigin::new(self.origin, self.tree.bounds);
+        let mut stack = Stack::new();
+        for (directions, occluded) in self.directions.chunks(BATCH).zip(self.occluded.chunks_mut(BATCH)) {
+            let mut rays = [BundledRay::default(); BATCH];
+            let ends = sort(&start, directions, &mut rays);
+            for octant in 0..8 {
+                let first = if octant == 0 { 0 } else { ends[4 * octant - 1] };
+                let rays = &rays[first..ends[4 * octant + 3]];
+                let slabs = OctantSlabs::new(lanes, &start, octant);
+                let parts = rays.len().div_ceil(BUNDLE);
+                for part in 0..parts {
+                    let rays = &rays[part * rays.len() / parts..(part + 1) * rays.len() / parts];
+                    let bundle = Bundle { tree: &self.tree, start: &start, directions, rays, slabs: &slabs };
+                    let hit = bundle.trace(lanes, &mut stack);
+                    for (k, ray) in rays.iter().enumerate() {
+                        occluded[ray.place as usize] = hit >> k & 1 != 0;
+                    }
+                }
+            }
+            for ray in &rays[ends[KEYS - 2]..directions.len()] {
+                let place = ray.place as usize;
+                let ray = Ray::new(self.origin, directions[place]);
+                occluded[place] = AnyHit { tree: self.tree, ray: &ray, accept: |_| true }.work(lanes);
+            }
+        }
+    }
+}
+
+/// Puts the rays in the order of their keys; where those of each key end.
+#[inline(always)]
+fn sort(start: &RayOrigin, directions: &[[f32; 3]], sorted: &mut [BundledRay; BATCH]) -> [usize; KEYS] {
+    let mut rays = [BundledRay::default(); BATCH];
+    let is_near = start.farthest() <= FARTHEST;
+    for (ray, &direction) in rays.iter_mut().zip(directions) {
+        let frame = start.frame(direction);
+        let [x, y, z] = frame.reciprocal.map(|r| u32::from(r < 0.0));
+        let is_usual = is_near & (frame.longest > 0.0) & (frame.longest <= LONGEST);
+        let key = if is_usual { x << 4 | y << 3 | z << 2 | frame.kz } else { SINGLE };
+        *ray = BundledRay { reciprocal: frame.reciprocal, direction: frame.direction, place: 0, key };
+    }
+    let rays = &rays[..directions.len()];
+    let mut ends = [0; KEYS];
+    for ray in rays {
+        ends[ray.key as usize] += 1;
+    }
+    for k in 1..KEYS {
+        ends[k] += ends[k - 1];
+    }
+    let mut places = [0; KEYS];
+    places[1..].copy_from_slice(&ends[..KEYS - 1]);
+    for (place, ray) in rays.iter().enumerate() {
+        let next = &mut places[ray.key as usize];
+        sorted[*next] = BundledRay { place: place as u32, ..*ray };
+        *next += 1;
+    }
+    ends
+}
+
+/// Up to 64 rays of one octant.
+struct Bundle<'a, L: Lanes> {
+    tree: &'a Tree<'a>,
+    start: &'a RayOrigin,
+    directions: &'a [[f32; 3]],
+    rays: &'a [BundledRay],
+    slabs: &'a OctantSlabs<L>,
+}
+
+impl<L: Lanes> Bundle<'_, L> {
+    /// The set of rays that hit anything.
+    #[inline(always)]
+    fn trace(&self, lanes: L, stack: &mut Stack<(u32, u64)>) -> u64 {
+        let all = !0 >> (BUNDLE - self.rays.len());
+        let mut free = all;
+        stack.clear();
+        let mut next = Some((0, all));
+        while let Some((item, set)) = next {
+            let set = set & free;
+            if set == 0 {
+                // All of them have hit something since.
+            } else if item & BLOCK_BIT == 0 {
+                let node = &self.tree.nodes[item as usize];
+                let sets = self.slabs.meets(lanes, node, self.rays, set);
+                let mut met = (0..WIDTH).fold(0_u32, |met, k| met | u32::from(sets[k] != 0) << k);
+                while met != 0 {
+                    let slot = met.trailing_zeros() as usize % WIDTH;
+                    met &= met - 1;
+                    self.prefetch(lanes, node.child(slot));
+                    stack.push((node.child(slot), sets[slot]));
+                }
+            } else {
+                free &= !self.hits(lanes, &self.tree.blocks[(item & !BLOCK_BIT) as usize], set);
+            }
+            next = stack.pop();
+        }
+        all & !free
+    }
+
+    /// Which rays of a set hit a triangle of a block.
+    #[inline(always)]
+    fn hits(&self, lanes: L, block: &Block, set: u64) -> u64 {
+        let planes = EdgePlanes::new(lanes, block.corners(), self.start.origin);
+        let (mut hit, unsure) = planes.hits(lanes, self.rays, set);
+        for (lane, unsure) in unsure.into_iter().enumerate() {
+            for k in numbers(unsure) {
+                if hit >> k & 1 == 0 && self.is_hit(block, lane, k) {
+                    hit |= 1 << k;
+                }
+            }
+        }
+        hit
+    }
+
+    /// Whether a ray hits a triangle.
+    #[cold]
+    fn is_hit(&self, block: &Block, lane: usize, k: usize) -> bool {
+        let ray = Ray::new(self.start.origin, self.directions[self.rays[k].place as usize]);
+        let hit = |frame| block.hit(&ShearedRay::new(ray.origin, &frame, ray.t_max), lane);
+        self.start.frame_of(&ray).and_then(hit).is_some()
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, lanes: L, item: u32) {
+        let index = (item & !BLOCK_BIT) as usize;
+        if item & BLOCK_BIT == 0 {
+            lanes.prefetch(&self.tree.nodes[index]);
+        } else {
+            lanes.prefetch(&self.tree.blocks[index]);
+        }
+    }
+}
+
+/// The numbers in a set.
+#[inline(always)]
+pub(crate) fn numbers(set: u64) -> impl Iterator<Item = usize> {
+    let mut rest = set;
+    std::iter::from_fn(move || {
+        let number = (rest != 0).then(|| rest.trailing_zeros() as usize);
+        rest &= rest.wrapping_sub(1);
+        number
+    })
+}

@@ -1,0 +1,189 @@
+//! The way of a ray through the tree.
+
+use crate::bvh::lanes::{Lanes, WIDTH, Work};
+use crate::bvh::ray_frame::{RayFrame, RayOrigin};
+use crate::bvh::watertight::ShearedRay;
+use crate::bvh::wide_node::{BLOCK_BIT, Block, Node, SlabRay};
+use crate::{Bounds, Hit, Ray};
+
+/// Relative room for the rounding of a ray's end, and of the distance of a hit, beside boxes.
+const END_ROOM: f32 = 1.0 + 1e-6;
+
+/// The parts of a tree that rays meet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tree<'a> {
+    pub(crate) nodes: &'a [Node],
+    pub(crate) blocks: &'a [Block],
+    pub(crate) bounds: &'a Bounds,
+}
+
+/// The children that wait to be looked at. Its first part needs no allocation.
+pub(crate) struct Stack<T> {
+    near: [T; STACK],
+    far: Vec<T>,
+    count: usize,
+}
+
+const STACK: usize = 128;
+
+impl<T: Copy + Default> Stack<T> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Self { near: [T::default(); STACK], far: Vec::new(), count: 0 }
+    }
+
+    #[inline(always)]
+    pub(crate) fn push(&mut self, item: T) {
+        if self.count < STACK {
+            self.near[self.count] = item;
+            self.count += 1;
+        } else {
+            self.far.push(item);
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.far.clear();
+        self.count = 0;
+    }
+
+    /// Pushes the first `count` items, the last of them on top.
+    #[inline(always)]
+    fn push_front(&mut self, items: &[T; WIDTH], count: usize) {
+        if let Some(place) = self.near.get_mut(self.count..self.count + WIDTH)
+            && self.far.is_empty()
+        {
+            place.copy_from_slice(items);
+            self.count += count;
+        } else {
+            items[..count].iter().for_each(|&item| self.push(item));
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> Option<T> {
+        if let Some(item) = self.far.pop() {
+            return Some(item);
+        }
+        self.count = self.count.checked_sub(1)?;
+        Some(self.near[self.count % STACK])
+    }
+}
+
+/// Whether any hit is accepted.
+pub(crate) struct AnyHit<'a, 'r, F> {
+    pub(crate) tree: Tree<'a>,
+    pub(crate) ray: &'r Ray,
+    pub(crate) accept: F,
+}
+
+impl<F: FnMut(Hit) -> bool> Work for AnyHit<'_, '_, F> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn work<L: Lanes>(mut self, lanes: L) -> bool {
+        let Ray { origin, t_max, .. } = *self.ray;
+        let start = RayOrigin::new(origin, self.tree.bounds);
+        start.frame_of(self.ray).is_some_and(|frame| {
+            let ray = ShearedRay::new(origin, &frame, t_max);
+            any_hit(lanes, &self.tree, &frame, &ray, t_max, &mut self.accept)
+        })
+    }
+}
+
+/// Whether any hit is accepted.
+///
+/// Blocks stand behind inner nodes in every node, so they come off the stack first: one hit is enough.
+#[inline(always)]
+fn any_hit<L: Lanes>(
+    lanes: L,
+    tree: &Tree<'_>,
+    frame: &RayFrame,
+    ray: &ShearedRay,
+    t_max: f32,
+    accept: &mut impl FnMut(Hit) -> bool,
+) -> bool {
+    let slabs = SlabRay::new(lanes, frame);
+    let t_max = lanes.splat(t_max * frame.longest * END_ROOM);
+    let mut stack = Stack::new();
+    let mut next = Some(0_u32);
+    while let Some(item) = next {
+        if item & BLOCK_BIT == 0 {
+            let node = &tree.nodes[item as usize];
+            let (mask, _) = slabs.meets(lanes, node, t_max);
+            stack.push_front(&lanes.compress(&node.children(), mask), mask.count_ones() as usize);
+        } else if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, ray, &mut *accept) {
+            return true;
+        }
+        next = stack.pop();
+    }
+    false
+}
+
+/// The accepted hit that is closest; of equally close ones that of the triangle with the smallest number.
+pub(crate) struct Closest<'a, 'r, F> {
+    pub(crate) tree: Tree<'a>,
+    pub(crate) ray: &'r Ray,
+    pub(crate) accept: F,
+}
+
+impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn work<L: Lanes>(mut self, lanes: L) -> Option<Hit> {
+        let ray = self.ray;
+        let frame = RayOrigin::new(ray.origin, self.tree.bounds).frame_of(ray)?;
+        let sheared = ShearedRay::new(ray.origin, &frame, ray.t_max);
+        let slabs = SlabRay::new(lanes, &frame);
+        let end_of = |t: f32| t * frame.longest * END_ROOM;
+        let mut best: Option<Hit> = None;
+        let mut end = end_of(ray.t_max);
+        let mut stack = Stack::new();
+        let mut next = Some((0.0, 0_u32));
+        while let Some((enter, item)) = next {
+            if enter > end {
+                // Something closer was found since.
+            } else if item & BLOCK_BIT != 0 {
+                self.tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, &sheared, |hit| {
+                    let is_closer = best.is_none_or(|best| (hit.t, hit.triangle) < (best.t, best.triangle));
+                    if is_closer && (self.accept)(&hit) {
+                        best = Some(hit);
+                        end = end_of(hit.t);
+                    }
+                    false
+                });
+            } else {
+                let node = &self.tree.nodes[item as usize];
+                let (mask, enters) = slabs.meets(lanes, node, lanes.splat(end));
+                push_farthest_first(node, mask, &lanes.store(enters), &mut stack);
+            }
+            next = stack.pop();
+        }
+        best
+    }
+}
+
+/// Pushes the children of a mask so that the nearest comes out first.
+#[inline(always)]
+fn push_farthest_first(node: &Node, mask: u32, enters: &[f32; WIDTH], stack: &mut Stack<(f32, u32)>) {
+    let mut sorted = [(0.0_f32, 0_u32); WIDTH];
+    let mut count = 0;
+    let mut mask = mask;
+    while mask != 0 {
+        let slot = mask.trailing_zeros() as usize % WIDTH;
+        mask &= mask - 1;
+        // Insertion from the far end: most masks have two or three children.
+        let mut place = count;
+        while place > 0 && sorted[place - 1].0 < enters[slot] {
+            sorted[place] = sorted[place - 1];
+            place -= 1;
+        }
+        sorted[place] = (enters[slot], node.child(slot));
+        count += 1;
+    }
+    for &item in &sorted[..count] {
+        stack.push(item);
+    }
+}

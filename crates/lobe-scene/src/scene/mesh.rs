@@ -1,0 +1,303 @@
+//! Triangles that share a material.
+
+use glam::{DVec3, Vec3};
+
+use crate::SceneError;
+use crate::scene::vertex_normals::angle_weighted_normals;
+
+/// What a [`Mesh`] is made of. Vectors that are empty stand for attributes the mesh has not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshParts {
+    /// What the mesh is called in messages.
+    pub name: String,
+    /// Points in the world, z up.
+    pub positions: Vec<[f32; 3]>,
+    /// Three indices of `positions` for each triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Directions of any length, one for each position. Made from the angles at each vertex where missing or zero.
+    pub normals: Vec<[f32; 3]>,
+    /// Two sets of texture coordinates, one pair for each position; (0, 0) is the top left corner of a texture.
+    pub uvs: [Vec<[f32; 2]>; 2],
+    /// Linear colour and alpha for each position, factors of the material's base colour.
+    pub colors: Vec<[f32; 4]>,
+    /// Index into the materials of the scene. Without one a mesh is white and seen from both sides.
+    pub material: Option<usize>,
+    /// Where in its file the mesh comes from.
+    pub source: Option<MeshSource>,
+}
+
+/// The place of a mesh in a glTF file: one primitive, as one node shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MeshSource {
+    /// Index of the node. A mesh that several nodes show becomes several meshes of the scene.
+    pub node: usize,
+    /// Index of the mesh.
+    pub mesh: usize,
+    /// Index of the primitive within the mesh.
+    pub primitive: usize,
+}
+
+/// Triangles in the world that share a material. Everything is finite and every index in range.
+///
+/// Vertices stay as they came, in number and order, duplicates and unused ones included, so that what is computed for
+/// them can be written back to where they came from. Triangles without area are dropped and counted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    parts: MeshParts,
+    dropped: usize,
+    made_normals: usize,
+}
+
+impl Mesh {
+    /// Checks the parts, drops triangles without area, makes missing normals and normalises the others.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] if a number is not finite, an index out of range, an attribute not as long as the
+    /// positions, or no triangle has an area.
+    pub fn new(parts: MeshParts) -> Result<Self, SceneError> {
+        let mut parts = parts;
+        if let Err(message) = check(&parts) {
+            return Err(SceneError::Invalid { place: place_of(&parts), message });
+        }
+        let before = parts.triangles.len();
+        let positions = &parts.positions;
+        parts.triangles.retain(|&t| double_area(t.map(|i| positions[i as usize])) > 0.0);
+        let dropped = before - parts.triangles.len();
+        if parts.triangles.is_empty() {
+            let message = match before {
+                0 => "expected triangles, found none".to_string(),
+                _ => format!("expected triangles with an area, found {before} without"),
+            };
+            return Err(SceneError::Invalid { place: place_of(&parts), message });
+        }
+        let made_normals = complete_normals(&mut parts);
+        Ok(Self { parts, dropped, made_normals })
+    }
+
+    /// What the mesh is called in messages.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.parts.name
+    }
+
+    /// Points in the world, z up.
+    #[must_use]
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.parts.positions
+    }
+
+    /// A unit vector for each position, to shade with.
+    #[must_use]
+    pub fn normals(&self) -> &[[f32; 3]] {
+        &self.parts.normals
+    }
+
+    /// Three indices for each triangle.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.parts.triangles
+    }
+
+    /// Texture coordinates of set 0 or 1; empty where the mesh has none.
+    ///
+    /// # Panics
+    /// If `set` is above 1.
+    #[must_use]
+    pub fn uvs(&self, set: usize) -> &[[f32; 2]] {
+        &self.parts.uvs[set]
+    }
+
+    /// Linear colour and alpha for each position; empty where the mesh has none.
+    #[must_use]
+    pub fn colors(&self) -> &[[f32; 4]] {
+        &self.parts.colors
+    }
+
+    /// Index into the materials of the scene.
+    #[must_use]
+    pub fn material(&self) -> Option<usize> {
+        self.parts.material
+    }
+
+    /// Where in its file the mesh comes from.
+    #[must_use]
+    pub fn source(&self) -> Option<MeshSource> {
+        self.parts.source
+    }
+
+    /// How many triangles had no area and were dropped.
+    #[must_use]
+    pub fn dropped_triangles(&self) -> usize {
+        self.dropped
+    }
+
+    /// How many normals were missing or zero and were made.
+    #[must_use]
+    pub fn made_normals(&self) -> usize {
+        self.made_normals
+    }
+
+    /// The corners of one triangle.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn corners(&self, triangle: usize) -> [[f32; 3]; 3] {
+        self.parts.triangles[triangle].map(|i| self.parts.positions[i as usize])
+    }
+
+    /// The same mesh with other positions, which keep the area of every triangle.
+    pub(crate) fn with_positions(&self, position: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+        let mut moved = self.clone();
+        moved.parts.positions.iter_mut().for_each(|p| *p = position(*p));
+        moved
+    }
+
+    /// What the mesh is made of, to be changed and made into another mesh.
+    #[must_use]
+    pub fn into_parts(self) -> MeshParts {
+        self.parts
+    }
+}
+
+/// The largest coordinate of a mesh: areas and edge functions of `f32` stay far from infinity.
+pub(crate) const LARGEST_COORDINATE: f32 = 1e15;
+
+fn place_of(parts: &MeshParts) -> String {
+    if parts.name.is_empty() { "mesh".to_string() } else { format!("mesh `{}`", parts.name) }
+}
+
+/// Everything that has to hold before an index is used.
+fn check(parts: &MeshParts) -> Result<(), String> {
+    let count = parts.positions.len();
+    if u32::try_from(count).is_err() {
+        return Err(format!("expected at most {} vertices, found {count}", u32::MAX));
+    }
+    check_attribute("positions", &parts.positions, count)?;
+    if let Some(i) = parts.positions.iter().position(|p| p.iter().any(|c| c.abs() > LARGEST_COORDINATE)) {
+        let p = parts.positions[i];
+        return Err(format!("expected coordinates of at most {LARGEST_COORDINATE:e}, found {p:?} at vertex {i}"));
+    }
+    check_attribute("normals", &parts.normals, count)?;
+    check_attribute("texture coordinates of set 0", &parts.uvs[0], count)?;
+    check_attribute("texture coordinates of set 1", &parts.uvs[1], count)?;
+    check_attribute("colours", &parts.colors, count)?;
+    if let Some(i) = parts.colors.iter().position(|color| color.iter().any(|c| !(0.0..=1.0).contains(c))) {
+        return Err(format!("expected colours from 0 to 1, found {:?} at vertex {i}", parts.colors[i]));
+    }
+    for (t, triangle) in parts.triangles.iter().enumerate() {
+        if let Some(i) = triangle.iter().find(|&&i| i as usize >= count) {
+            return Err(format!("triangle {t} uses vertex {i}, but there are {count} vertices"));
+        }
+    }
+    Ok(())
+}
+
+fn check_attribute<const N: usize>(what: &str, values: &[[f32; N]], count: usize) -> Result<(), String> {
+    if !values.is_empty() && values.len() != count {
+        return Err(format!("expected {count} {what}, one for each vertex, found {}", values.len()));
+    }
+    match values.iter().position(|value| !value.iter().all(|c| c.is_finite())) {
+        None => Ok(()),
+        Some(i) => Err(format!("expected finite {what}, found {:?} at vertex {i}", values[i])),
+    }
+}
+
+/// Twice the area of a triangle, in `f64`, where neither the products overflow nor small ones vanish.
+pub(crate) fn double_area(corners: [[f32; 3]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|p| Vec3::from(p).as_dvec3());
+    (b - a).cross(c - a).length()
+}
+
+/// Makes missing normals and gives all of them unit length; how many were made.
+fn complete_normals(parts: &mut MeshParts) -> usize {
+    let unit = |n: [f32; 3]| Vec3::from(n).as_dvec3().try_normalize();
+    let given: Vec<Option<DVec3>> = match parts.normals.len() {
+        0 => vec![None; parts.positions.len()],
+        _ => parts.normals.iter().map(|&n| unit(n)).collect(),
+    };
+    let missing = given.iter().filter(|n| n.is_none()).count();
+    let made = if missing > 0 { angle_weighted_normals(&parts.positions, &parts.triangles) } else { Vec::new() };
+    let complete = given.iter().enumerate().map(|(i, n)| n.map_or_else(|| made[i], |n| n.as_vec3().to_array()));
+    parts.normals = complete.collect();
+    missing
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quad() -> MeshParts {
+        MeshParts {
+            name: "quad".into(),
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..MeshParts::default()
+        }
+    }
+
+    fn refusal(change: impl FnOnce(&mut MeshParts)) -> String {
+        let mut parts = quad();
+        change(&mut parts);
+        Mesh::new(parts).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn triangles_without_area_are_dropped_and_counted_and_vertices_stay() {
+        let mut parts = quad();
+        parts.positions.extend([[0.0, 0.0, 0.0], [2.0, 2.0, 0.0]]);
+        // Two equal indices, two equal positions, three points on a line.
+        parts.triangles.extend([[0, 0, 1], [0, 4, 1], [0, 2, 5]]);
+        let mesh = Mesh::new(parts).unwrap();
+        assert_eq!(mesh.dropped_triangles(), 3, "dropped");
+        assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3]], "kept");
+        assert_eq!(mesh.positions().len(), 6, "duplicates and unused vertices stay");
+    }
+
+    #[test]
+    fn tiny_triangles_are_no_degenerate_ones() {
+        let mut parts = quad();
+        for p in &mut parts.positions {
+            *p = p.map(|c| c * 1e-30);
+        }
+        let mesh = Mesh::new(parts).unwrap();
+        assert_eq!(mesh.dropped_triangles(), 0, "a square of 1e-30");
+        assert_eq!(mesh.normals()[0], [0.0, 0.0, 1.0], "its normal");
+    }
+
+    #[test]
+    fn given_normals_are_normalised_and_zero_ones_are_made() {
+        let mut parts = quad();
+        parts.normals = vec![[0.0, 3.0, 4.0], [0.0; 3], [2.0, 0.0, 0.0], [0.0, 0.0, -1e-20]];
+        let mesh = Mesh::new(parts).unwrap();
+        assert_eq!(mesh.normals(), [[0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]], "unit");
+        assert_eq!(mesh.made_normals(), 1, "made");
+    }
+
+    #[test]
+    fn what_cannot_be_a_mesh_is_refused_in_one_line() {
+        let cases = [
+            (refusal(|p| p.triangles[1][2] = 4), "mesh `quad`: triangle 1 uses vertex 4, but there are 4 vertices"),
+            (
+                refusal(|p| p.positions[2][1] = f32::NAN),
+                "mesh `quad`: expected finite positions, found [1.0, NaN, 0.0] at vertex 2",
+            ),
+            (refusal(|p| p.triangles.clear()), "mesh `quad`: expected triangles, found none"),
+            (
+                refusal(|p| p.triangles = vec![[0, 0, 1]; 1_000_000]),
+                "mesh `quad`: expected triangles with an area, found 1000000 without",
+            ),
+            (
+                refusal(|p| p.colors = vec![[1.0; 4]; 3]),
+                "mesh `quad`: expected 4 colours, one for each vertex, found 3",
+            ),
+            (
+                refusal(|p| p.uvs[1] = vec![[f32::INFINITY, 0.0]; 4]),
+                "mesh `quad`: expected finite texture coordinates of set 1, found [inf, 0.0] at vertex 0",
+            ),
+        ];
+        for (found, expected) in cases {
+            assert_eq!(found, expected, "refusal");
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Smaller triangles without cracks.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::scene::mesh::double_area;
+use crate::{Mesh, MeshParts, Scene, SceneError};
+
+/// A scene may grow to this many triangles.
+const MOST_TRIANGLES: usize = 1 << 26;
+
+/// The end points of an edge, the one with the smaller coordinates first: the same for all triangles that have it.
+type Edge = ([f32; 3], [f32; 3]);
+
+impl Scene {
+    /// The scene with edges split until none is longer than `max_edge`, so that light at vertices has vertices enough.
+    ///
+    /// Longest edges are halved first. Whether an edge is split, and where, follows from its two end points alone, so it is
+    /// split alike in all triangles that have it, in other meshes too: no triangle's corner comes to lie on another's
+    /// edge, and what was watertight stays so. New vertices take the mean of all attributes; the first vertices of
+    /// each mesh are those it had, in their order.
+    ///
+    /// # Errors
+    /// [`SceneError::Options`] if `max_edge` is not above zero, or the scene would have more than 2²⁶ triangles.
+    pub fn split_edges(&self, max_edge: f32) -> Result<Self, SceneError> {
+        if !(max_edge > 0.0 && max_edge.is_finite()) {
+            return Err(SceneError::Options(format!("expected a longest edge above zero, found {max_edge}")));
+        }
+        let limit = f64::from(max_edge) * f64::from(max_edge);
+        // No triangle without a longer edge is larger than the equilateral one.
+        let area: f64 = self.corners().map(|corners| 0.5 * double_area(corners)).sum();
+        if area > MOST_TRIANGLES as f64 * 0.75_f64.sqrt() / 2.0 * limit {
+            return Err(too_many(&format!("edges of at most {max_edge}")));
+        }
+        self.split_where(&|edge| squared_length(edge) > limit, &format!("edges of at most {max_edge}"))
+    }
+
+    /// The scene with chosen edges halved once, and those that have to go with them: the longest edge of each triangle that
+    /// loses another, so that triangles keep their shape however often they are split [Rivara 1984].
+    ///
+    /// `is_chosen` is asked for each triangle's edges by mesh and vertices. What it chooses for one is done to all triangles
+    /// with an edge at that place, in other meshes too, as in [`Scene::split_edges`].
+    ///
+    /// # Errors
+    /// [`SceneError::Options`] if the scene would have more than 2²⁶ triangles.
+    pub fn halve_edges(&self, is_chosen: impl Fn(usize, [u32; 2]) -> bool) -> Result<Self, SceneError> {
+        let mut chosen = HashSet::new();
+        for (m, mesh) in self.meshes().iter().enumerate() {
+            for &t in mesh.triangles() {
+                let edges = (0..3).filter(|&k| is_chosen(m, [t[k], t[(k + 1) % 3]]));
+                chosen.extend(edges.map(|k| place(edge(mesh.positions(), t, k))));
+            }
+        }
+        self.add_longest_edges(&mut chosen);
+        self.split_where(&|edge| chosen.contains(&place(edge)), "halves of the chosen edges")
+    }
+
+    /// Adds the longest edge of each triangle with an edge that is chosen, until nothing changes.
+    fn add_longest_edges(&self, chosen: &mut HashSet<[u32; 6]>) {
+        loop {
+            let before = chosen.len();
+            for mesh in self.meshes() {
+                for &t in mesh.triangles() {
+                    let of = |k| place(edge(mesh.positions(), t, k));
+                    if (0..3).any(|k| chosen.contains(&of(k))) {
+                        chosen.extend(longest_edge(mesh.positions(), t, &|_| true).map(of));
+                    }
+                }
+            }
+            if chosen.len() == before {
+                return;
+            }
+        }
+    }
+
+    /// `goal` says what takes too many triangles, if it does.
+    fn split_where(&self, is_to_be_split: &dyn Fn(Edge) -> bool, goal: &str) -> Result<Self, SceneError> {
+        let mut budget = MOST_TRIANGLES;
+        let mut meshes = Vec::new();
+        for mesh in self.meshes() {
+            let Some(parts) = split(mesh.clone().into_parts(), is_to_be_split, &mut budget) else {
+                return Err(too_many(goal));
+            };
+            meshes.push(Mesh::new(parts)?);
+        }
+        Self::new(meshes, self.materials().to_vec(), self.textures().to_vec())
+    }
+}
+
+fn too_many(goal: &str) -> SceneError {
+    SceneError::Options(format!("{goal} would take more than {MOST_TRIANGLES} triangles: allow longer ones"))
+}
+
+// Every triangle is cut at the middle of its longest edge among those to be split, and so are the two pieces, until none is
+// left. A middle belongs to an edge and not to a triangle: the squared length and the middle are computed from the end points
+// in an order that does not depend on the triangle. Cracks cannot appear: an edge is halved in all of its triangles or
+// in none. The only decision is whether it is to be split, which is a property of the edge, and a triangle is finished
+// only when all its edges say no. That the longest goes first decides the shape of the pieces alone. Of equally long edges
+// the one whose end points come first in order of their coordinates goes first, so that duplicates are cut alike.
+// None if the budget of triangles does not suffice.
+fn split(mut parts: MeshParts, is_to_be_split: &dyn Fn(Edge) -> bool, budget: &mut usize) -> Option<MeshParts> {
+    let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut finished = Vec::with_capacity(parts.triangles.len());
+    let mut open = Vec::new();
+    for triangle in std::mem::take(&mut parts.triangles) {
+        open.push(triangle);
+        while let Some(t) = open.pop() {
+            let Some(k) = longest_edge(&parts.positions, t, is_to_be_split) else {
+                *budget = budget.checked_sub(1)?;
+                finished.push(t);
+                continue;
+            };
+            let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+            let middle = *middles.entry((a.min(b), a.max(b))).or_insert_with(|| parts.middle(a, b));
+            if [a, b].iter().any(|&i| parts.positions[i as usize] == parts.positions[middle as usize]) {
+                // Neighbours in f32: there is nothing between them.
+                finished.push(t);
+                continue;
+            }
+            open.extend([[a, middle, c], [middle, b, c]]);
+        }
+    }
+    parts.triangles = finished;
+    Some(parts)
+}
+
+/// Which edge of a triangle is to be split first: the longest of those that are to be split.
+fn longest_edge(positions: &[[f32; 3]], triangle: [u32; 3], is_to_be_split: &dyn Fn(Edge) -> bool) -> Option<usize> {
+    let mut best = None;
+    for k in 0..3 {
+        let edge = edge(positions, triangle, k);
+        let rank = (squared_length(edge), edge);
+        if is_to_be_split(edge) && best.is_none_or(|(_, other)| rank > other) {
+            best = Some((k, rank));
+        }
+    }
+    best.map(|(k, _)| k)
+}
+
+/// The edge from a corner of a triangle to the next.
+fn edge(positions: &[[f32; 3]], triangle: [u32; 3], k: usize) -> Edge {
+    let [p, q] = [k, (k + 1) % 3].map(|k| positions[triangle[k] as usize]);
+    if p <= q { (p, q) } else { (q, p) }
+}
+
+fn squared_length((p, q): Edge) -> f64 {
+    (0..3).map(|i| (f64::from(p[i]) - f64::from(q[i])).powi(2)).sum()
+}
+
+/// The coordinates of an edge as something to look up, -0 and 0 being one place.
+fn place((p, q): Edge) -> [u32; 6] {
+    std::array::from_fn(|i| (if i < 3 { p[i] } else { q[i - 3] } + 0.0).to_bits())
+}
+
+impl MeshParts {
+    /// Adds a vertex halfway between two.
+    fn middle(&mut self, a: u32, b: u32) -> u32 {
+        let (a, b) = (a as usize, b as usize);
+        push_mean(&mut self.positions, a, b);
+        push_mean(&mut self.normals, a, b);
+        self.uvs.iter_mut().for_each(|uvs| push_mean(uvs, a, b));
+        push_mean(&mut self.colors, a, b);
+        (self.positions.len() - 1) as u32
+    }
+}
+
+/// The mean of two values: addition of two numbers does not depend on their order.
+fn push_mean<const N: usize>(values: &mut Vec<[f32; N]>, a: usize, b: usize) {
+    if let (Some(p), Some(q)) = (values.get(a).copied(), values.get(b).copied()) {
+        values.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+    }
+}

@@ -1,0 +1,500 @@
+//! The real spherical-harmonic basis of any order.
+
+use std::sync::OnceLock;
+
+use crate::basis::index::{index, len, order_of, order_of_slice};
+use crate::{Coefficient, Dir, MAX_ORDER, Real};
+
+/// Directions handled together by the batched kernels: one AVX-512 register of `f32`, two of AVX2.
+const BLOCK: usize = 16;
+
+/// The real orthonormal basis `y_i`, orders 1 to `order`, ready to be evaluated.
+///
+/// ```text
+///   y_l^m(s) = P̄_l^m(z) C_m(x, y)         m >= 0        C_m + i S_m = (x + i y)^m
+///   y_l^-m(s) = P̄_l^m(z) S_m(x, y)        m > 0
+///
+///   P̄_0^0 = 1/√(4π)      P̄_1^1 = -√3 P̄_0^0      P̄_m^m = -√((2m+1)/(2m)) P̄_{m-1}^{m-1}
+///   P̄_l^m = a z P̄_{l-1}^m - b P̄_{l-2}^m,      a = √((4l² - 1)/(l² - m²)),      b = a_l^m / a_{l-1}^m
+///
+///   computed for z >= 0 as      D_l = b D_{l-1} + (g + a w) P̄_{l-1},      P̄_l = P̄_{l-1} + D_l
+///                               w = z - 1,      g = a - 1 - b
+///   for z < 0 by                P̄_l^m(-z) = (-1)^{l+m} P̄_l^m(z)
+/// ```
+///
+/// `P̄` is the associated Legendre function with its normalisation and the `√2` of the real basis folded in and
+/// `sin^m θ` taken out; `(x + iy)^m` puts it back, so nothing divides by `sin θ` and the poles need no special
+/// case. The Condon-Shortley phase is kept: `y_1 = √(3/4π) (-y, z, -x)`.
+///
+/// The structure is that of [Sloan 2013]; unnormalised, the recurrences are those of [Sloan 2008] A1, where
+/// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. The step by differences `D` is Reinsch's modification of
+/// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the poles,
+/// where neighbouring `P̄` differ little, `w` is exact and the small difference does not drown in the rounding of
+/// `a z` and `b`: at order 20 in `f32` the plain recurrence is up to 1.1e-5 off there.
+///
+/// Errors measured by the tests `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and
+/// `f32_stays_close_to_f64` (1.5e-6 at order 20).
+///
+/// `(x + iy)^m` is tiny where `P̄` is large. Both stay in range to order 180 in `f32` and 1400 in `f64` (test
+/// `the_factors_stay_in_range_at_high_orders`); beyond, values near the poles become NaN.
+///
+/// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
+/// [Sloan 2013]: https://jcgt.org/published/0002/02/06/
+#[derive(Clone, Debug)]
+pub struct Basis<S> {
+    order: usize,
+    /// `P̄_m^m` for every `m`.
+    diagonal: Vec<S>,
+    /// For `l` from `m+1` to `order-1`, column after column.
+    recurrence: Vec<Step<S>>,
+}
+
+/// The constants of the step to band `l` of one column; see [`Basis`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step<S> {
+    pub(crate) a: S,
+    pub(crate) b: S,
+    pub(crate) g: S,
+}
+
+impl<S: Real> Basis<S> {
+    /// The constants of the recurrence for bands `0..order`. Computed in `f64` and rounded once.
+    #[must_use]
+    pub fn new(order: usize) -> Self {
+        let mut diagonal = Vec::with_capacity(order);
+        let mut recurrence = Vec::with_capacity(order * order.saturating_sub(1) / 2);
+        let mut d = (4.0 * std::f64::consts::PI).sqrt().recip();
+        for m in 0..order {
+            let mf = m as f64;
+            match m {
+                0 => {}
+                1 => d *= -(3.0_f64.sqrt()),
+                _ => d *= -((2.0 * mf + 1.0) / (2.0 * mf)).sqrt(),
+            }
+            diagonal.push(S::from_f64(d));
+            let mut a_before = f64::INFINITY;
+            for l in m + 1..order {
+                let lf = l as f64;
+                let a = ((4.0 * lf * lf - 1.0) / ((lf - mf) * (lf + mf))).sqrt();
+                let b = a / a_before;
+                recurrence.push(Step { a: S::from_f64(a), b: S::from_f64(b), g: S::from_f64(a - 1.0 - b) });
+                a_before = a;
+            }
+        }
+        Self { order, diagonal, recurrence }
+    }
+
+    /// The number of bands the constants reach.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// `P̄_m^m`.
+    pub(crate) fn diagonal(&self, m: usize) -> S {
+        self.diagonal[m]
+    }
+
+    /// The step to band `l > m` in column `m`.
+    pub(crate) fn recurrence(&self, m: usize, l: usize) -> Step<S> {
+        self.recurrence[self.column_start(m) + l - m - 1]
+    }
+
+    /// Where column `m` begins: after `m` columns of `order-1`, `order-2`, .. entries.
+    fn column_start(&self, m: usize) -> usize {
+        m * (2 * self.order - 1 - m) / 2
+    }
+
+    /// The values of all basis functions towards the unit vector `s`, in index order. `out` has `n²` places.
+    ///
+    /// # Panics
+    /// If `out.len()` is no perfect square or its order is above that of the basis.
+    pub fn eval_into(&self, s: [S; 3], out: &mut [S]) {
+        self.for_each(s, order_of_slice(out), |i, y| out[i] = y);
+    }
+
+    /// The values towards many unit vectors: `out[i * count + k]` is `y_i` towards vector `k`.
+    ///
+    /// # Panics
+    /// If the components differ in length, or `out` is not `n²` times as long for an order of this basis.
+    /// Without directions `out` is empty.
+    pub fn eval_many_into(&self, [x, y, z]: [&[S]; 3], out: &mut [S]) {
+        let count = x.len();
+        assert!(y.len() == count && z.len() == count, "components differ in length");
+        if count == 0 {
+            assert!(out.is_empty(), "no directions have no values, not {}", out.len());
+            return;
+        }
+        let order = match order_of(out.len() / count) {
+            Some(order) if len(order) * count == out.len() => order,
+            _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
+        };
+        let blocks = count / BLOCK;
+        for block in 0..blocks {
+            let start = block * BLOCK;
+            self.for_each_in_block([x, y, z].map(|c| block_of(c, start)), order, |i, y| {
+                // An array, not a slice: its length is known at compile time and needs no call.
+                if let Some(out) = out[i * count + start..].first_chunk_mut() {
+                    *out = *y;
+                }
+            });
+        }
+        for k in blocks * BLOCK..count {
+            self.for_each([x[k], y[k], z[k]], order, |i, y| out[i * count + k] = y);
+        }
+    }
+
+    /// The values of one expansion towards many unit vectors.
+    ///
+    /// # Panics
+    /// If the slices differ in length or the order of `coefficients` is above that of the basis.
+    pub fn eval_expansion_into<T: Coefficient<Scalar = S>>(
+        &self,
+        coefficients: &[T],
+        [x, y, z]: [&[S]; 3],
+        out: &mut [T],
+    ) {
+        let order = order_of_slice(coefficients);
+        assert!(
+            x.len() == out.len() && y.len() == out.len() && z.len() == out.len(),
+            "components and out differ in length"
+        );
+        let blocks = out.len() / BLOCK;
+        for block in 0..blocks {
+            let start = block * BLOCK;
+            let mut sum = [T::ZERO; BLOCK];
+            self.for_each_in_block([x, y, z].map(|c| block_of(c, start)), order, |i, y| {
+                for (sum, y) in sum.iter_mut().zip(y) {
+                    *sum += coefficients[i].scale(*y);
+                }
+            });
+            out[start..][..BLOCK].copy_from_slice(&sum);
+        }
+        for k in blocks * BLOCK..out.len() {
+            out[k] = T::ZERO;
+            self.for_each([x[k], y[k], z[k]], order, |i, y| out[k] += coefficients[i].scale(y));
+        }
+    }
+
+    /// Calls `emit(i, y_i(s))` once for every basis function of `order`, column by column of equal `|m|`.
+    #[inline(always)]
+    pub(crate) fn for_each(&self, s: [S; 3], order: usize, mut emit: impl FnMut(usize, S)) {
+        self.for_each_in_block(s.map(|c| [c]), order, |i, [y]| emit(i, *y));
+    }
+
+    /// The kernel: `W` directions at once, in structure-of-arrays form.
+    #[inline(always)]
+    fn for_each_in_block<const W: usize>(
+        &self,
+        [x, y, z]: [[S; W]; 3],
+        order: usize,
+        mut emit: impl FnMut(usize, &[S; W]),
+    ) {
+        assert!(order <= self.order, "this basis reaches order {}, not {order}", self.order);
+        let side: [S; W] = lanes(|k| if z[k] < S::ZERO { -S::ONE } else { S::ONE });
+        let w: [S; W] = lanes(|k| z[k] * side[k] - S::ONE);
+        let mut cos = [S::ONE; W];
+        let mut sin = [S::ZERO; W];
+        for m in 0..order {
+            // Below the equator the functions of odd l - m change sign.
+            let cos_odd: [S; W] = lanes(|k| cos[k] * side[k]);
+            let sin_odd: [S; W] = lanes(|k| sin[k] * side[k]);
+            let mut p = [self.diagonal[m]; W];
+            let mut difference = [S::ZERO; W];
+            let recurrence = &self.recurrence[self.column_start(m)..][..order - 1 - m];
+            for l in m..order {
+                let (c, s) = if (l - m).is_multiple_of(2) { (&cos, &sin) } else { (&cos_odd, &sin_odd) };
+                emit(index(l, m as isize), &lanes(|k| p[k] * c[k]));
+                if m > 0 {
+                    emit(index(l, -(m as isize)), &lanes(|k| p[k] * s[k]));
+                }
+                if let Some(&Step { a, b, g }) = recurrence.get(l - m) {
+                    difference = lanes(|k| b * difference[k] + (g + a * w[k]) * p[k]);
+                    p = lanes(|k| p[k] + difference[k]);
+                }
+            }
+            (cos, sin) = (lanes(|k| x[k] * cos[k] - y[k] * sin[k]), lanes(|k| x[k] * sin[k] + y[k] * cos[k]));
+        }
+    }
+}
+
+/// One value for each lane.
+#[inline(always)]
+fn lanes<S: Real, const W: usize>(mut f: impl FnMut(usize) -> S) -> [S; W] {
+    let mut out = [S::ZERO; W];
+    for (k, out) in out.iter_mut().enumerate() {
+        *out = f(k);
+    }
+    out
+}
+
+/// `BLOCK` components from `start`.
+#[inline(always)]
+fn block_of<S: Real>(component: &[S], start: usize) -> [S; BLOCK] {
+    lanes(|k| component[start + k])
+}
+
+/// The values of the basis functions of bands `0..order` towards `s`, in index order.
+///
+/// ```
+/// use lobe_sh::{Dir, eval_basis};
+///
+/// let y = eval_basis(Dir::Z, 2);
+/// assert!((y[0] - 0.282094791773878).abs() < 1e-15);
+/// assert!((y[2] - 0.488602511902920).abs() < 1e-15);
+/// ```
+#[must_use]
+pub fn eval_basis(s: Dir, order: usize) -> Vec<f64> {
+    let mut out = vec![0.0; len(order)];
+    eval_basis_into(s.to_array(), &mut out);
+    out
+}
+
+/// The values of the basis functions towards the unit vector `s`, for the order that `out` has room for.
+///
+/// Up to [`MAX_ORDER`] the constants are shared by the whole process; above, each call computes them anew: keep a
+/// [`Basis`] instead.
+///
+/// # Panics
+/// If `out.len()` is no perfect square.
+pub fn eval_basis_into<S: Real>(s: [S; 3], out: &mut [S]) {
+    S::with_shared_basis(order_of_slice(out), |basis| basis.eval_into(s, out));
+}
+
+/// Calls `f` with a basis of at least `order`: the one shared by the whole process up to [`MAX_ORDER`], a new
+/// one above.
+pub(crate) fn with_shared<S: Real, R>(
+    shared: &'static OnceLock<Basis<S>>,
+    order: usize,
+    f: impl FnOnce(&Basis<S>) -> R,
+) -> R {
+    if order <= MAX_ORDER { f(shared.get_or_init(|| Basis::new(MAX_ORDER))) } else { f(&Basis::new(order)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expansion::zonal::zonal_norm;
+    use crate::{SphereQuadrature, band_and_m, band_range};
+    use lobe_testkit::{directions, golden_f64s};
+
+    #[test]
+    fn the_basis_has_its_golden_values() {
+        let dir = golden_f64s("/basis_dir/dir");
+        let y = eval_basis(Dir::new([dir[0], dir[1], dir[2]]).unwrap(), 10);
+        for (i, (y, golden)) in y.iter().zip(golden_f64s("/basis_dir/order10")).enumerate() {
+            assert!((y - golden).abs() < 1e-14, "y_{i}: {y} against {golden}");
+        }
+    }
+
+    #[test]
+    fn low_bands_are_their_polynomials() {
+        let c = std::f64::consts::PI.sqrt().recip();
+        for v in directions() {
+            let [x, y, z] = v;
+            let (c1, c2) = (0.75_f64.sqrt() * c, 0.5 * 15.0_f64.sqrt() * c);
+            let expected = [
+                0.5 * c,
+                -c1 * y,
+                c1 * z,
+                -c1 * x,
+                c2 * x * y,
+                -c2 * y * z,
+                0.25 * 5.0_f64.sqrt() * c * (3.0 * z * z - 1.0),
+                -c2 * x * z,
+                0.5 * c2 * (x * x - y * y),
+            ];
+            for (i, (a, b)) in eval_basis(Dir::from_unit(v), 3).iter().zip(expected).enumerate() {
+                assert!((a - b).abs() < 1e-15, "y_{i} towards {v:?}: {a} against {b}");
+            }
+        }
+    }
+
+    /// All `64² × 64²` integrals `∫ y_i y_j ds`, by a rule that is exact for them.
+    ///
+    /// The kernel is evaluated at every point of the rule. First each value is found to be the row's value at
+    /// `φ = 0` times `cos mφ` or `sin mφ`; the sum over a row of two functions of different `|m|`, or of a cosine
+    /// and a sine, is then zero by the orthogonality of the discrete Fourier basis, which leaves the sums over rows
+    /// of equal `m`.
+    #[test]
+    fn the_basis_is_orthonormal_to_order_64() {
+        let order = MAX_ORDER;
+        let rule = SphereQuadrature::of_degree(2 * (order - 1));
+        let mut y = vec![0.0; len(order)];
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        for (k, (s, _)) in rule.points().enumerate() {
+            eval_basis_into(s.to_array(), &mut y);
+            if k % rule.azimuths() == 0 {
+                rows.push(y.clone());
+            }
+            let row = &rows[rows.len() - 1];
+            let phi = 2.0 * std::f64::consts::PI * (k % rule.azimuths()) as f64 / rule.azimuths() as f64;
+            for (i, y) in y.iter().enumerate() {
+                let (l, m) = band_and_m(i);
+                let angle = m.unsigned_abs() as f64 * phi;
+                let turned = if m < 0 { angle.sin() } else { angle.cos() };
+                let expected = row[index(l, m.abs())] * turned;
+                assert!((y - expected).abs() < 1e-12, "y_{i} towards {s:?}: {y} against {expected}");
+            }
+        }
+        for m in 0..order {
+            let circle = if m == 0 { 2.0 } else { 1.0 } * std::f64::consts::PI;
+            for l in m..order {
+                for k in m..=l {
+                    let (i, j) = (index(l, m as isize), index(k, m as isize));
+                    let sum: f64 =
+                        rule.rows().iter().zip(&rows).map(|((_, w), row)| circle * w * row[i] * row[j]).sum();
+                    let expected = f64::from(u8::from(k == l));
+                    assert!((sum - expected).abs() < 1e-12, "⟨y_{i}, y_{j}⟩ = {sum}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn squares_of_a_band_sum_to_a_constant() {
+        for v in directions() {
+            let y = eval_basis(Dir::from_unit(v), MAX_ORDER);
+            for l in 0..MAX_ORDER {
+                let sum: f64 = y[band_range(l)].iter().map(|y| y * y).sum();
+                let expected = zonal_norm(l).powi(2);
+                assert!((sum / expected - 1.0).abs() < 1e-12, "band {l} towards {v:?}: {sum} against {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_zonal_functions_survive_at_the_poles() {
+        for (pole, sign) in [(Dir::Z, 1.0), (-Dir::Z, -1.0_f64)] {
+            for (i, y) in eval_basis(pole, MAX_ORDER).iter().enumerate() {
+                let (l, m) = band_and_m(i);
+                let expected = if m == 0 { sign.powi(l as i32) * zonal_norm(l) } else { 0.0 };
+                assert!((y - expected).abs() < 1e-13, "y_{i} towards {pole:?}: {y} against {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn f32_stays_close_to_f64() {
+        let mut single = vec![0.0_f32; len(20)];
+        let mut double = vec![0.0_f64; len(20)];
+        let mut random = lobe_testkit::Random::new(20);
+        // The error is largest near the poles: most directions lie there.
+        let near_poles = (0..20_000).map(|_| {
+            let [x, y, z] = random.direction();
+            Dir::new([0.05 * x, 0.05 * y, z.signum()]).unwrap().to_array()
+        });
+        for v in directions().into_iter().chain(lobe_testkit::fibonacci_sphere(10_000)).chain(near_poles) {
+            let s = v.map(|c| c as f32);
+            eval_basis_into(s, &mut single);
+            eval_basis_into(s.map(f64::from), &mut double);
+            for (i, (a, b)) in single.iter().zip(&double).enumerate() {
+                assert!((f64::from(*a) - b).abs() < 1.5e-6, "y_{i} towards {v:?}: {a} against {b}");
+            }
+        }
+    }
+
+    /// The worst of `|4π/(2l+1) Σ_m y_lm² - 1|` over all bands, from a pole to the equator.
+    fn worst_sum_of_squares<S: Real>(order: usize) -> f64 {
+        let basis = Basis::<S>::new(order);
+        let mut y = vec![S::ZERO; len(order)];
+        let mut worst = 0.0_f64;
+        for theta in [0.0, 1e-12, 1e-6, 1e-3, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.57] {
+            basis.eval_into(Dir::from_angles(theta, 2.0 + theta).to_array().map(S::from_f64), &mut y);
+            for l in 0..order {
+                let sum: f64 = y[band_range(l)].iter().map(|y| y.to_f64().powi(2)).sum();
+                let error = (sum / zonal_norm(l).powi(2) - 1.0).abs();
+                worst = if error > worst || error.is_nan() { error } else { worst };
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn the_factors_stay_in_range_at_high_orders() {
+        let (single, double) = (worst_sum_of_squares::<f32>(180), worst_sum_of_squares::<f64>(1400));
+        assert!(single < 1e-3, "f32 at order 180 is off by {single}");
+        // Not NaN is the point; a thousand steps of the recurrence next to the pole cost some digits.
+        assert!(double < 1e-9, "f64 at order 1400 is off by {double}");
+    }
+
+    #[test]
+    fn no_directions_and_order_zero_have_no_values() {
+        let basis = Basis::<f32>::new(0);
+        basis.eval_many_into([&[], &[], &[]], &mut []);
+        basis.eval_many_into([&[0.0; 17], &[0.0; 17], &[1.0; 17]], &mut []);
+        let mut sums = [7.0_f32; 17];
+        basis.eval_expansion_into::<f32>(&[], [&[0.0; 17], &[0.0; 17], &[1.0; 17]], &mut sums);
+        assert_eq!(sums, [0.0; 17], "an expansion of order 0 is zero");
+        assert!(eval_basis(Dir::X, 0).is_empty(), "order 0");
+    }
+
+    #[test]
+    #[should_panic(expected = "no directions have no values, not 4")]
+    fn values_of_no_directions_are_refused() {
+        Basis::<f64>::new(2).eval_many_into([&[], &[], &[]], &mut [0.0; 4]);
+    }
+
+    #[test]
+    fn blocks_of_directions_equal_single_ones() {
+        let all = directions();
+        let component = |k: usize| all.iter().map(|v| v[k] as f32).collect::<Vec<f32>>();
+        let (x, y, z) = (component(0), component(1), component(2));
+        for order in [1, 2, 6, 17] {
+            for count in [1, BLOCK - 1, BLOCK, BLOCK + 1, all.len()] {
+                let mut many = vec![0.0_f32; len(order) * count];
+                let basis = Basis::new(order);
+                basis.eval_many_into([&x[..count], &y[..count], &z[..count]], &mut many);
+                let mut one = vec![0.0_f32; len(order)];
+                for k in 0..count {
+                    basis.eval_into([x[k], y[k], z[k]], &mut one);
+                    for i in 0..len(order) {
+                        assert_eq!(many[i * count + k], one[i], "order {order}, y_{i}, direction {k} of {count}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_expansion_has_one_value_by_every_route() {
+        use crate::Expansion as _;
+        let f = crate::ShVec::from_vec(lobe_testkit::Random::new(9).signed_vec(100)).unwrap();
+        let all = directions();
+        let component = |k: usize| all.iter().map(|v| v[k]).collect::<Vec<f64>>();
+        let mut many = vec![0.0; all.len()];
+        f.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
+        for (v, value) in all.iter().zip(many) {
+            let s = Dir::from_unit(*v);
+            let by_basis: f64 = eval_basis(s, 10).iter().zip(f.coefficients()).map(|(y, c)| y * c).sum();
+            assert!((value - by_basis).abs() < 1e-12, "towards {v:?}: {value} against {by_basis}");
+            assert!((f.eval(s) - by_basis).abs() < 1e-12, "towards {v:?}: {} against {by_basis}", f.eval(s));
+        }
+    }
+
+    #[test]
+    fn many_directions_give_f32_and_colours_their_values() {
+        use crate::{Expansion as _, Rgb};
+        let f = crate::ShVec::from_vec(lobe_testkit::Random::new(10).signed_vec(36)).unwrap();
+        let colour = f.map(|c| Rgb::new(c as f32, -2.0 * c as f32, 0.0));
+        let all = directions();
+        let component = |k: usize| all.iter().map(|v| v[k] as f32).collect::<Vec<f32>>();
+        let mut many = vec![Rgb::default(); all.len()];
+        colour.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
+        for (v, value) in all.iter().zip(many) {
+            let expected = f.eval(Dir::from_unit(*v));
+            // 36 terms of size 1, each with the rounding of its basis function and of the direction.
+            assert!((f64::from(value.r) - expected).abs() < 1e-5, "towards {v:?}: {} against {expected}", value.r);
+            assert!((value.g + 2.0 * value.r).abs() < 1e-5 && value.b == 0.0, "channels towards {v:?}: {value:?}");
+        }
+    }
+
+    #[test]
+    fn orders_above_the_shared_basis_work_too() {
+        let s = Dir::from_angles(0.4, 2.0);
+        let y = eval_basis(s, 100);
+        let sum: f64 = y[band_range(99)].iter().map(|y| y * y).sum();
+        assert!((sum / zonal_norm(99).powi(2) - 1.0).abs() < 1e-11, "band 99: {sum}");
+        assert_eq!(y[..4096], eval_basis(s, 64)[..], "the lower bands");
+    }
+}

@@ -1,0 +1,131 @@
+//! What every expansion can do, whether its order is known at compile time or at run time.
+
+use crate::basis::index::{band_range, order_of_slice};
+use crate::{Coefficient, Dir, Real};
+
+/// A function on the sphere, `f(s) = Σ_i f_i y_i(s)`, given by its coefficients in index order `i = l(l+1) + m`.
+///
+/// Implemented by [`Sh`](crate::Sh) (order known at compile time) and [`ShVec`](crate::ShVec) (at run time).
+pub trait Expansion<T: Coefficient>: Clone {
+    /// The coefficients, `n²` of them.
+    fn coefficients(&self) -> &[T];
+
+    /// The coefficients, to change.
+    fn coefficients_mut(&mut self) -> &mut [T];
+
+    /// The order `n`: the number of bands, one more than the highest band.
+    fn order(&self) -> usize {
+        order_of_slice(self.coefficients())
+    }
+
+    /// The `2l+1` coefficients of band `l`, `m` from `-l` to `l`.
+    ///
+    /// # Panics
+    /// If `l >= order`.
+    fn band(&self, l: usize) -> &[T] {
+        &self.coefficients()[band_range(l)]
+    }
+
+    /// The coefficients of band `l`, to change.
+    ///
+    /// # Panics
+    /// If `l >= order`.
+    fn band_mut(&mut self, l: usize) -> &mut [T] {
+        &mut self.coefficients_mut()[band_range(l)]
+    }
+
+    /// The integral over the sphere of the product of two functions, channel by channel.
+    ///
+    /// ```text
+    ///   ∫ f g ds = Σ_i f_i g_i
+    /// ```
+    ///
+    /// Where the orders differ, the missing coefficients of the shorter one are zero. Summed in `f64`.
+    fn dot(&self, other: &impl Expansion<T>) -> T {
+        dot(self.coefficients(), other.coefficients())
+    }
+
+    /// The value `f(s)` towards `s`, summed in `f64`.
+    fn eval(&self, s: Dir) -> T {
+        let mut sum = T::Wide::ZERO;
+        f64::with_shared_basis(self.order(), |basis| {
+            basis.for_each(s.to_array(), self.order(), |i, y| sum += self.coefficients()[i].widen().scale(y));
+        });
+        T::narrow(sum)
+    }
+
+    /// The values towards many directions, given as slices of their x, y and z, one value each in `out`.
+    ///
+    /// Computed in the coefficients' own precision, a block of directions at a time.
+    ///
+    /// # Panics
+    /// If the four slices differ in length.
+    fn eval_many_into(&self, components: [&[T::Scalar]; 3], out: &mut [T]) {
+        T::Scalar::with_shared_basis(self.order(), |basis| {
+            basis.eval_expansion_into(self.coefficients(), components, out);
+        });
+    }
+
+    /// The energy of every band, `Σ_m f_lm²`, channel by channel; it does not change under rotation.
+    fn band_energies(&self) -> Vec<T> {
+        (0..self.order()).map(|l| dot(self.band(l), self.band(l))).collect()
+    }
+
+    /// The mean over the sphere, `f_00 / √(4π)`; zero for order 0.
+    fn mean(&self) -> T {
+        let y_00 = (4.0 * std::f64::consts::PI).sqrt().recip();
+        self.coefficients().first().map_or(T::ZERO, |c| T::narrow(c.widen().scale(y_00)))
+    }
+}
+
+/// `Σ_i a_i b_i` over the common length, in `f64`.
+fn dot<T: Coefficient>(a: &[T], b: &[T]) -> T {
+    let mut sum = T::Wide::ZERO;
+    for (a, b) in a.iter().zip(b) {
+        sum += a.widen() * b.widen();
+    }
+    T::narrow(sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Rgb, ShL2, ShVec, SphereQuadrature};
+    use lobe_testkit::Random;
+
+    fn random(order: usize, seed: u64) -> ShVec<f64> {
+        ShVec::from_vec(Random::new(seed).signed_vec(order * order)).unwrap()
+    }
+
+    #[test]
+    fn dot_energy_and_mean_are_their_integrals() {
+        let (f, g) = (random(6, 1), random(4, 2));
+        let rule = SphereQuadrature::of_degree(10);
+        let close = |what: &str, found: f64, integral: f64| {
+            assert!((found - integral).abs() < 1e-12, "{what}: {found} against {integral}");
+        };
+        close("dot", f.dot(&g), rule.integrate(|s| f.eval(s) * g.eval(s)));
+        close("the other way", g.dot(&f), f.dot(&g));
+        close("energy", f.band_energies().iter().sum(), rule.integrate(|s| f.eval(s) * f.eval(s)));
+        close("mean", f.mean(), rule.integrate(|s| f.eval(s)) / (4.0 * std::f64::consts::PI));
+    }
+
+    #[test]
+    fn bands_are_their_coefficients() {
+        let mut f = ShL2::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0_f32]);
+        assert_eq!(
+            (f.band(0), f.band(1), f.band(2)),
+            (&[0.0][..], &[1.0, 2.0, 3.0][..], &[4.0, 5.0, 6.0, 7.0, 8.0][..])
+        );
+        f.band_mut(1).fill(-1.0);
+        assert_eq!(f.coefficients()[..5], [0.0, -1.0, -1.0, -1.0, 4.0], "after a change of band 1");
+        assert_eq!(f.band_energies(), [0.0, 3.0, 190.0], "energies");
+    }
+
+    #[test]
+    fn the_mean_of_a_constant_is_the_constant() {
+        let colour = Rgb::new(0.25_f32, 1.0, 3.0);
+        let mean = ShL2::constant(colour).mean();
+        assert!((mean - colour).to_array().iter().all(|d| d.abs() < 1e-6), "{mean:?}");
+    }
+}

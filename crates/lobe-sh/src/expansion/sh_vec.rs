@@ -1,0 +1,247 @@
+//! An expansion whose order is known at run time.
+
+use std::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use serde::de::{Deserialize, Deserializer, Error as _};
+use serde::{Serialize, Serializer};
+
+use crate::basis::index::{len, order_of};
+use crate::{Coefficient, Dir, Expansion, Sh, eval_basis};
+
+/// An expansion of any order, its `n²` coefficients in index order `i = l(l+1) + m`.
+///
+/// Operators need equal orders; [`ShVec::resized`] makes them equal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShVec<T = f32> {
+    coefficients: Vec<T>,
+}
+
+impl<T: Coefficient> ShVec<T> {
+    /// The function of order `n` that is zero everywhere.
+    #[must_use]
+    pub fn zero(order: usize) -> Self {
+        Self { coefficients: vec![T::ZERO; len(order)] }
+    }
+
+    /// The function of order `n` that is `value` everywhere: `f_00 = √(4π) value`.
+    ///
+    /// # Panics
+    /// If `order` is 0.
+    #[must_use]
+    pub fn constant(order: usize, value: T) -> Self {
+        assert!(order > 0, "a constant needs order 1 at least");
+        let mut f = Self::zero(order);
+        f.coefficients[0] = T::narrow(value.widen().scale((4.0 * std::f64::consts::PI).sqrt()));
+        f
+    }
+
+    /// The basis functions towards `s` times `value`: the projection of a unit impulse of that strength.
+    #[must_use]
+    pub fn impulse(order: usize, s: Dir, value: T) -> Self {
+        let y = eval_basis(s, order);
+        Self { coefficients: y.into_iter().map(|y| T::narrow(value.widen().scale(y))).collect() }
+    }
+
+    /// The expansion of these coefficients; `None` if their number is no perfect square.
+    #[must_use]
+    pub fn from_vec(coefficients: Vec<T>) -> Option<Self> {
+        order_of(coefficients.len()).map(|_| Self { coefficients })
+    }
+
+    /// The coefficients.
+    #[must_use]
+    pub fn into_vec(self) -> Vec<T> {
+        self.coefficients
+    }
+
+    /// The expansion with another order: cut off, or filled up with zeros.
+    #[must_use]
+    pub fn resized(&self, order: usize) -> Self {
+        let mut coefficients = self.coefficients.clone();
+        coefficients.resize(len(order), T::ZERO);
+        Self { coefficients }
+    }
+
+    /// The expansion with every coefficient changed by `f`, for example to another number type.
+    #[must_use]
+    pub fn map<U: Coefficient>(&self, f: impl FnMut(T) -> U) -> ShVec<U> {
+        ShVec { coefficients: self.coefficients.iter().copied().map(f).collect() }
+    }
+
+    fn assert_same_order(&self, other: &Self) {
+        assert_eq!(self.order(), other.order(), "the orders of two expansions differ; resize one");
+    }
+}
+
+impl<T: Coefficient> Expansion<T> for ShVec<T> {
+    fn coefficients(&self) -> &[T] {
+        &self.coefficients
+    }
+
+    fn coefficients_mut(&mut self) -> &mut [T] {
+        &mut self.coefficients
+    }
+}
+
+impl<const N: usize, T: Coefficient> From<Sh<N, T>> for ShVec<T> {
+    fn from(f: Sh<N, T>) -> Self {
+        Self { coefficients: f.to_array().to_vec() }
+    }
+}
+
+impl<T> Index<usize> for ShVec<T> {
+    type Output = T;
+
+    fn index(&self, i: usize) -> &T {
+        &self.coefficients[i]
+    }
+}
+
+impl<T> IndexMut<usize> for ShVec<T> {
+    fn index_mut(&mut self, i: usize) -> &mut T {
+        &mut self.coefficients[i]
+    }
+}
+
+impl<T: Coefficient> AddAssign<&Self> for ShVec<T> {
+    fn add_assign(&mut self, other: &Self) {
+        self.assert_same_order(other);
+        for (a, b) in self.coefficients.iter_mut().zip(&other.coefficients) {
+            *a += *b;
+        }
+    }
+}
+
+impl<T: Coefficient> SubAssign<&Self> for ShVec<T> {
+    fn sub_assign(&mut self, other: &Self) {
+        self.assert_same_order(other);
+        for (a, b) in self.coefficients.iter_mut().zip(&other.coefficients) {
+            *a -= *b;
+        }
+    }
+}
+
+/// Scales the function.
+impl<T: Coefficient<Scalar = S>, S: Copy> MulAssign<S> for ShVec<T> {
+    fn mul_assign(&mut self, s: S) {
+        for c in &mut self.coefficients {
+            *c = c.scale(s);
+        }
+    }
+}
+
+impl<T: Coefficient> Add for &ShVec<T> {
+    type Output = ShVec<T>;
+
+    fn add(self, other: Self) -> ShVec<T> {
+        let mut sum = self.clone();
+        sum += other;
+        sum
+    }
+}
+
+impl<T: Coefficient> Sub for &ShVec<T> {
+    type Output = ShVec<T>;
+
+    fn sub(self, other: Self) -> ShVec<T> {
+        let mut difference = self.clone();
+        difference -= other;
+        difference
+    }
+}
+
+impl<T: Coefficient> Neg for &ShVec<T> {
+    type Output = ShVec<T>;
+
+    fn neg(self) -> ShVec<T> {
+        self.map(|c| -c)
+    }
+}
+
+/// Scales the function; for the product of two functions see [`product_into`](crate::product_into).
+impl<T: Coefficient<Scalar = S>, S: Copy> Mul<S> for &ShVec<T> {
+    type Output = ShVec<T>;
+
+    fn mul(self, s: S) -> ShVec<T> {
+        self.map(|c| c.scale(s))
+    }
+}
+
+impl<T: Coefficient + Serialize> Serialize for ShVec<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.coefficients.serialize(serializer)
+    }
+}
+
+impl<'de, T: Coefficient + Deserialize<'de>> Deserialize<'de> for ShVec<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let coefficients = Vec::<T>::deserialize(deserializer)?;
+        let len = coefficients.len();
+        Self::from_vec(coefficients).ok_or_else(|| D::Error::custom(format!("expected n² coefficients, found {len}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rgb;
+    use lobe_testkit::{Random, directions};
+
+    fn random(order: usize, seed: u64) -> ShVec<f64> {
+        ShVec { coefficients: Random::new(seed).signed_vec(len(order)) }
+    }
+
+    #[test]
+    fn arithmetic_is_that_of_the_functions() {
+        let (f, g) = (random(5, 1), random(5, 2));
+        let mut h = &(&f + &(&g * 0.5)) - &-&f;
+        h *= 2.0;
+        for v in directions() {
+            let s = Dir::from_unit(v);
+            let expected = 4.0 * f.eval(s) + g.eval(s);
+            assert!((h.eval(s) - expected).abs() < 1e-12, "towards {v:?}: {} against {expected}", h.eval(s));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "the orders of two expansions differ")]
+    fn expansions_of_different_orders_do_not_add() {
+        let _ = &random(2, 1) + &random(3, 1);
+    }
+
+    #[test]
+    fn constants_and_impulses_are_those_of_fixed_order() {
+        let value = Rgb::new(1.0_f32, 0.5, -2.0);
+        assert_eq!(ShVec::constant(3, value), crate::ShL2::constant(value).into(), "constant");
+        for v in directions() {
+            let s = Dir::from_unit(v);
+            assert_eq!(ShVec::impulse(3, s, value), crate::ShL2::impulse(s, value).into(), "impulse towards {v:?}");
+        }
+    }
+
+    #[test]
+    fn only_perfect_squares_are_expansions() {
+        assert_eq!(ShVec::from_vec(vec![1.0; 8]), None, "8 coefficients");
+        assert_eq!(ShVec::from_vec(vec![1.0; 9]).map(|f| f.order()), Some(3), "9 coefficients");
+        let f = random(4, 3);
+        assert_eq!(f.resized(6).resized(4), f, "longer and back");
+        assert_eq!(f.resized(2).coefficients(), &f.coefficients()[..4], "cut off");
+    }
+
+    #[test]
+    fn order_zero_is_the_zero_function() {
+        let none = ShVec::<f64>::zero(0);
+        assert_eq!((none.order(), none.eval(Dir::X), none.mean()), (0, 0.0, 0.0), "order, value, mean");
+        assert_eq!((none.dot(&random(3, 1)), none.band_energies()), (0.0, vec![]), "dot and energies");
+    }
+
+    #[cfg(feature = "json")]
+    #[test]
+    fn serialisation_round_trips_and_checks_the_length() {
+        let f = random(3, 4);
+        let text = serde_json::to_string(&f).unwrap();
+        assert_eq!(serde_json::from_str::<ShVec<f64>>(&text).unwrap(), f, "{text}");
+        let error = serde_json::from_str::<ShVec<f64>>("[1, 2, 3]").unwrap_err().to_string();
+        assert!(error.contains("expected n² coefficients, found 3"), "{error}");
+    }
+}

@@ -1,0 +1,334 @@
+//! Where a function on the sphere is least, with proof.
+
+use std::collections::BinaryHeap;
+
+use crate::basis::index::{len, order_of_slice};
+use crate::basis::second_order::{Local, second_order};
+use crate::extrema::cap_bound::{SmoothFunction, least_of_disc};
+use crate::extrema::quadratic_form::Quadric;
+use crate::extrema::taylor::{PoleDerivatives, Taylor};
+use crate::sphere::triangulation::{Triangle, triangulation};
+use crate::{Dir, Real};
+
+/// An interval that holds the least value of a function ([`certified_minimum`]) or its greatest
+/// ([`certified_maximum`]), and a direction towards which the function has a value in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extremum {
+    /// The extreme value is not below this.
+    pub lo: f64,
+    /// The extreme value is not above this.
+    pub hi: f64,
+    /// Where it was found; of several equal ones one.
+    pub dir: Dir,
+}
+
+impl Extremum {
+    /// The extreme value of a function with a coefficient that is not a finite number: nothing is known.
+    const UNKNOWN: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, dir: Dir::Z };
+}
+
+/// Newton steps that polish a minimum: from a good start four suffice, from a saddle it takes a few to leave.
+const POLISH_STEPS: usize = 12;
+
+/// The least interval, in rounding errors of a value, that subdivision can still reach.
+const RESOLUTION: f64 = 16.0;
+
+/// The fourth order is tried where its remainder is below this part of what the second leaves open.
+const WORTH: f64 = 0.05;
+
+/// The least value over the sphere of the function of one channel, to `tolerance` times its root mean square `√(Σ
+/// f_i²/4π)`.
+///
+/// `lo <= min f <= hi` is proven (see the derivation in the source) but for rounding, for which four times the largest
+/// error that was measured is allowed (tests `rounding_errors_stay_within_their_bound` and
+/// `forms_are_evaluated_within_their_bound`); and `hi - lo <= tolerance · rms` unless the tolerance asks for more than
+/// rounding leaves, `4e-12` at order 10. 1e-6 is a good choice. Functions of up to three bands are quadratic forms and
+/// solved exactly; more bands are searched by branch and bound, which ends for every function. The slowest are those
+/// that are almost level along circles or areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
+///
+/// Order 0 and the zero function have the minimum 0 at +z. A coefficient that is not finite gives the interval
+/// from -∞ to ∞.
+///
+/// The maximum of `f` is minus the minimum of `-f`: see [`certified_maximum`].
+///
+/// ```
+/// use lobe_sh::{Dir, Expansion as _, ShVec, certified_minimum};
+///
+/// // The order 3 truncation of an impulse rings to a minimum of -1/(4π) · 9/5 all around its axis.
+/// let f = ShVec::impulse(3, Dir::X, 1.0);
+/// let min = certified_minimum(f.coefficients(), 1e-9);
+/// assert!(min.lo <= f.eval(min.dir) && min.hi - min.lo < 1e-7);
+/// # assert!((min.hi * 4.0 * std::f64::consts::PI + 1.8).abs() < 1e-6, "{min:?}");
+/// ```
+///
+/// # Panics
+/// If `coefficients` are not `n²`.
+#[must_use]
+pub fn certified_minimum<T: Real>(coefficients: &[T], tolerance: f64) -> Extremum {
+    let wide: Vec<f64> = coefficients.iter().map(|c| c.to_f64()).collect();
+    minimum_of(&wide, tolerance, None)
+}
+
+/// The greatest value over the sphere, as an interval: `lo <= f(dir) <= max f <= hi`.
+///
+/// Otherwise as [`certified_minimum`].
+///
+/// # Panics
+/// If `coefficients` are not `n²`.
+#[must_use]
+pub fn certified_maximum<T: Real>(coefficients: &[T], tolerance: f64) -> Extremum {
+    let negative: Vec<f64> = coefficients.iter().map(|c| -c.to_f64()).collect();
+    let Extremum { lo, hi, dir } = minimum_of(&negative, tolerance, None);
+    Extremum { lo: -hi, hi: -lo, dir }
+}
+
+/// [`certified_minimum`]; with a `level` it ends as soon as it is known on which side of it the minimum lies.
+pub(crate) fn minimum_of(coefficients: &[f64], tolerance: f64, level: Option<f64>) -> Extremum {
+    let order = order_of_slice(coefficients);
+    let largest = coefficients.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+    if !coefficients.iter().all(|c| c.is_finite()) {
+        return Extremum::UNKNOWN;
+    }
+    // By a power of two, which rounds nothing, so that no square and no cube leaves the range of numbers.
+    let scale = 2.0_f64.powi((-largest.max(f64::MIN_POSITIVE).log2().floor()).min(1000.0) as i32);
+    let scaled: Vec<f64> = coefficients.iter().map(|c| c * scale).collect();
+    let found = if order <= 3 {
+        Quadric::new(&scaled, 0).minimum([1.0, 1.0])
+    } else {
+        // Bands that are zero at the top would only slow down; at least the four of a generic function stay.
+        let order = (4..=order).rev().find(|&n| scaled[len(n - 1)..len(n)].iter().any(|c| *c != 0.0)).unwrap_or(3);
+        let scaled = &scaled[..len(order)];
+        if order <= 3 {
+            Quadric::new(scaled, 0).minimum([1.0, 1.0])
+        } else {
+            branch_and_bound(scaled, tolerance, level.map(|level| level * scale))
+        }
+    };
+    Extremum { lo: found.lo / scale, hi: found.hi / scale, dir: found.dir }
+}
+
+/// A triangle of the sphere with a lower bound of the function on it, ordered so that a heap gives the lowest first.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    lower: f64,
+    triangle: Triangle,
+}
+
+impl PartialEq for Cell {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Cell {}
+
+impl PartialOrd for Cell {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cell {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        other.lower.total_cmp(&self.lower)
+    }
+}
+
+/// The state of a search.
+struct Search {
+    f: SmoothFunction,
+    /// How wide the interval may be.
+    width: f64,
+    level: Option<f64>,
+    heap: BinaryHeap<Cell>,
+    /// The least lower bound of all cells that were set aside for good.
+    floor: f64,
+    hi: f64,
+    dir: [f64; 3],
+}
+
+/// Branch and bound over spherical triangles, the lowest bound first.
+///
+/// Every triangle lies in the cap of [`Triangle`]; [`SmoothFunction::lower_bound`] bounds the function there from below
+/// with an error that falls with the third power of the radius. A cell whose bound is within the width of the best
+/// value found is set aside, all others are divided into four. Because the bound tends to the values in the cell, cells
+/// of a certain size are always set aside: it ends.
+pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Option<f64>) -> Extremum {
+    let order = order_of_slice(coefficients);
+    f64::with_shared_basis(order, |basis| {
+        let f = SmoothFunction::new(coefficients);
+        let square: f64 = coefficients.iter().map(|c| c * c).sum();
+        let rms = (square / (4.0 * std::f64::consts::PI)).sqrt();
+        // Both ends move by the rounding of a value besides.
+        let width = (tolerance.max(0.0) * rms - 2.0 * f.rounding()).max(RESOLUTION * f.rounding());
+        let mut search = Search {
+            f,
+            width,
+            level,
+            heap: BinaryHeap::new(),
+            floor: f64::INFINITY,
+            hi: f64::INFINITY,
+            dir: [0.0, 0.0, 1.0],
+        };
+        let evaluate = |directions: &[[f64; 3]; 4]| second_order(basis, coefficients, directions);
+        let polish = |local: Local| polished(local, order, |s| second_order(basis, coefficients, &[s])[0]);
+        PoleDerivatives::with_shared(order, |table| {
+            let mut work = vec![0.0; coefficients.len()];
+            let expand = |s: [f64; 3]| Taylor::new(table, coefficients, s, &mut work);
+            search.run(triangulation(order), evaluate, polish, expand);
+        });
+        let rounding = search.f.rounding();
+        let hi = search.hi + rounding;
+        Extremum { lo: search.floor.min(search.hi) - rounding, hi, dir: Dir::from_unit(search.dir) }
+    })
+}
+
+impl Search {
+    fn run(
+        &mut self,
+        start: &[Triangle],
+        evaluate: impl Fn(&[[f64; 3]; 4]) -> [Local; 4],
+        polish: impl Fn(Local) -> Local,
+        mut expand: impl FnMut([f64; 3]) -> Taylor,
+    ) {
+        // All centres first: the best of them, polished, sets most cells aside at once.
+        let centres: Vec<Local> =
+            start.as_chunks::<4>().0.iter().flat_map(|four| evaluate(&four.map(|t| t.centre))).collect();
+        if let Some(best) = centres.iter().min_by(|a, b| a.value.total_cmp(&b.value)) {
+            self.lower_to(polish(*best));
+        }
+        for (triangle, local) in start.iter().zip(&centres) {
+            self.add(*triangle, local, &polish);
+        }
+        while let Some(cell) = self.heap.pop() {
+            if cell.lower >= self.enough() || self.is_below_level() {
+                self.floor = self.floor.min(cell.lower);
+                break;
+            }
+            let Triangle { centre, radius, .. } = cell.triangle;
+            if self.f.remainder(radius) < WORTH * (self.hi - cell.lower) {
+                let lower = self.f.lower_bound_of_valley(&expand(centre), radius);
+                if lower >= self.enough() {
+                    self.floor = self.floor.min(lower);
+                    continue;
+                }
+            }
+            let quarters = cell.triangle.quarters();
+            for (triangle, local) in quarters.into_iter().zip(evaluate(&quarters.map(|t| t.centre))) {
+                self.add(triangle, &local, &polish);
+            }
+        }
+    }
+
+    /// A lower bound that needs no further division.
+    fn enough(&self) -> f64 {
+        let enough = self.hi - self.width;
+        self.level.map_or(enough, |level| enough.min(level))
+    }
+
+    fn is_below_level(&self) -> bool {
+        self.level.is_some_and(|level| self.hi < level)
+    }
+
+    fn lower_to(&mut self, local: Local) {
+        if local.value < self.hi {
+            (self.hi, self.dir) = (local.value, local.s);
+        }
+    }
+
+    fn add(&mut self, triangle: Triangle, local: &Local, polish: impl Fn(Local) -> Local) {
+        if local.value < self.hi {
+            self.lower_to(*local);
+            self.lower_to(polish(*local));
+        }
+        let lower = self.f.lower_bound(local, triangle.radius, least_of_disc);
+        if lower >= self.enough() {
+            self.floor = self.floor.min(lower);
+        } else {
+            self.heap.push(Cell { lower, triangle });
+        }
+    }
+}
+
+/// Newton's method on the sphere, made safe: the curvature along each principal axis counts by its absolute value,
+/// steps are at most `1/n` long, and only those that go down are taken.
+pub(crate) fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -> Local) -> Local {
+    let longest = 1.0 / order as f64;
+    let mut best = start;
+    for _ in 0..POLISH_STEPS {
+        let (curvatures, slopes, axes) = principal(&best);
+        let small = 1e-12 * (curvatures[0].abs() + curvatures[1].abs()) + f64::MIN_POSITIVE;
+        let steps = [0, 1].map(|k| -slopes[k] / curvatures[k].abs().max(small));
+        let length = steps[0].hypot(steps[1]);
+        let shrink = if length > longest { longest / length } else { 1.0 };
+        let step = [0, 1].map(|k| shrink * (steps[0] * axes[0][k] + steps[1] * axes[1][k]));
+        let next = evaluate(best.step(step));
+        if next.value >= best.value || next.value.is_nan() {
+            break;
+        }
+        best = next;
+    }
+    best
+}
+
+/// The principal curvatures, the lower first, the slopes along their axes, and the axes in the frame of tangents.
+pub(crate) fn principal(local: &Local) -> ([f64; 2], [f64; 2], [[f64; 2]; 2]) {
+    let [xx, xy, yy] = local.hessian;
+    let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    let radius = half.hypot(xy);
+    // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no cancellation.
+    let (a, b) = if half >= 0.0 { (radius + half, xy) } else { (xy, radius - half) };
+    let length = a.hypot(b);
+    let high = if length > 0.0 { [a / length, b / length] } else { [1.0, 0.0] };
+    let low = [-high[1], high[0]];
+    let [g0, g1] = local.gradient;
+    let slopes = [low, high].map(|v| v[0] * g0 + v[1] * g1);
+    ([mean - radius, mean + radius], slopes, [low, high])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Expansion as _, ShVec, Zonal};
+    use lobe_testkit::Random;
+
+    /// Two routes that share nothing: the quadratic form, and the search.
+    #[test]
+    fn the_search_finds_the_exact_minimum_of_three_bands() {
+        let mut random = Random::new(21);
+        for case in 0..300 {
+            let f = random.signed_vec(9);
+            let exact = Quadric::new(&f, 0).minimum([1.0, 1.0]);
+            let found = branch_and_bound(&f, 1e-8, None);
+            let close = found.lo <= exact.hi && exact.lo <= found.hi && found.hi - found.lo < 1e-7;
+            assert!(close, "case {case}: {found:?} against {exact:?}");
+        }
+    }
+
+    #[test]
+    fn a_level_ends_the_search_on_the_right_side() {
+        let f = ShVec::from_vec(Random::new(22).signed_vec(36)).unwrap();
+        let min = minimum_of(f.coefficients(), 1e-9, None);
+        for distance in [1e-3, 1e-1, 1.0] {
+            let above = minimum_of(f.coefficients(), 1e-9, Some(min.hi - distance));
+            assert!(above.lo >= min.hi - distance - 1e-12, "{distance} above the level: {above:?}, {min:?}");
+            let below = minimum_of(f.coefficients(), 1e-9, Some(min.hi + distance));
+            assert!(below.hi < min.hi + distance, "{distance} below the level: {below:?}, {min:?}");
+        }
+    }
+
+    #[test]
+    fn principal_axes_diagonalise() {
+        let f = Zonal::new(vec![0.1, -0.4, 0.8, 0.3]).towards(Dir::from_angles(1.0, 1.0), 1.0);
+        f64::with_shared_basis(4, |basis| {
+            for v in lobe_testkit::directions() {
+                let [local] = second_order(basis, f.coefficients(), &[v]);
+                let ([low, high], _, [a, b]) = principal(&local);
+                let [xx, xy, yy] = local.hessian;
+                let form = |p: [f64; 2], q: [f64; 2]| p[0] * (xx * q[0] + xy * q[1]) + p[1] * (xy * q[0] + yy * q[1]);
+                let errors = [form(a, a) - low, form(b, b) - high, form(a, b)].map(f64::abs);
+                assert!(low <= high && errors.iter().all(|e| *e < 1e-12), "at {v:?}: {errors:?}");
+            }
+        });
+    }
+}

@@ -1,0 +1,216 @@
+//! Lights out of an expansion: one in closed form, several by least squares.
+
+use crate::expansion::luminance::{luminance, luminance_of};
+use crate::light_extraction::light_fit::{LightProblem, total};
+use crate::light_extraction::refine::refine;
+use crate::{
+    Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
+};
+
+/// When so little of the energy is left, nothing but rounding is.
+const NOTHING_LEFT: f64 = 1e-28;
+
+/// A further light must take away this part of what is left.
+const WORTH_IT: f64 = 1e-9;
+
+/// The optimal linear direction: where band 1 points, of colours that of their luminance.
+///
+/// ```text
+///   d = (-f_3, -f_1, f_2) / |..|
+/// ```
+///
+/// `None` below order 2, where band 1 is zero and where it is not finite.
+#[must_use]
+pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
+    match f.coefficients() {
+        [_, y, z, x, ..] => {
+            let [x, y, z] = [*x, *y, *z].map(|c| luminance(c.widen()));
+            Dir::new([-x, -y, z])
+        }
+        _ => None,
+    }
+}
+
+/// One directional light and ambient light in place of `f`, in closed form, the channels sharing the direction of the
+/// luminance.
+///
+/// Of all intensities `c` and `a` they make diffuse surfaces of all normals reflect most nearly what `f` makes them
+/// reflect ([Sloan 2008] A5), from the [`optimal_linear_direction`] `d`:
+///
+/// ```text
+///   c = Σ_{l>=1} w_l² Σ_m f_lm N y_lm(d) / Σ_{l>=1} w_l² N² (2l+1)/4π        w_l = A_l/π
+///   a = (f_00 - c N/(2√π)) / (2√π)
+/// ```
+///
+/// `N` is [`directional_normalization`](crate::directional_normalization). The first denominator is `16π/27, 316π/867,
+/// 316π/867` for orders 2, 3, 4, `N/(2√π)` is `2√π/3, 8√π/17, 8√π/17`. (One print of the paper has `√π/2` in place of
+/// `1/(2√π)`.)
+///
+/// Either may be negative; [`extract_lights`] keeps them from it. An expansion without a linear part has no light, only
+/// ambient.
+///
+/// # Errors
+/// [`ShError::Options`] below order 2 and for coefficients that are not finite.
+///
+/// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
+///
+/// ```
+/// use lobe_sh::{Dir, Light, Normalization, Rgb, extract_light};
+///
+/// let colour = Rgb::new(3.0, 2.0, 1.0);
+/// let sun = Light::Directional { dir: Dir::Y, colour }.project(3, Normalization::Projected)?;
+/// let found = extract_light(&sun)?;
+/// assert!(found.lights[0].dir.angle_to(Dir::Y) < 1e-12 && (found.lights[0].intensity.r - 3.0).abs() < 1e-12);
+/// # Ok::<(), lobe_sh::ShError>(())
+/// ```
+pub fn extract_light<T: Coefficient>(f: &impl Expansion<T>) -> Result<LightFit<T::Wide>, ShError> {
+    let problem = LightProblem::<T>::new(f, LightMetric::Irradiance, false)?;
+    let dir = optimal_linear_direction(&problem.f);
+    let mut fit = problem.solve(dir.as_slice());
+    LightProblem::<T>::tidy(&mut fit);
+    Ok(fit)
+}
+
+/// [`extract_light`] for every channel by itself, each with its own direction.
+///
+/// # Errors
+/// As for [`extract_light`].
+pub fn extract_light_per_channel<T: Coefficient>(f: &impl Expansion<T>) -> Result<Vec<LightFit<f64>>, ShError> {
+    let channel = |c: usize| {
+        let values = f.coefficients().iter().map(|f| f.widen().channel(c)).collect();
+        extract_light(&ShVec::from_vec(values).unwrap_or_else(|| unreachable!("an expansion has n² coefficients")))
+    };
+    (0..T::CHANNELS).map(channel).collect()
+}
+
+/// How [`extract_lights`] chooses among the maxima.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightChoice {
+    /// One after the other the maximum that, as a light, leaves least unexplained together with those chosen before. A
+    /// side lobe of a bright light is never worth much.
+    #[default]
+    Residual,
+    /// The highest, as [Sloan 2008] has it.
+    ///
+    /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
+    Height,
+}
+
+/// What [`extract_lights`] is to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightOptions {
+    /// The most lights to find.
+    pub count: usize,
+    /// Whether the directions move to where least is left unexplained, together with the intensities.
+    pub refine: bool,
+    /// What least squares compare.
+    pub metric: LightMetric,
+    /// Which maxima are taken.
+    pub choice: LightChoice,
+    /// How the maxima are found.
+    pub search: PeakSearch,
+    /// Whether intensities and ambient light are kept from being negative.
+    pub non_negative: bool,
+}
+
+impl Default for LightOptions {
+    fn default() -> Self {
+        Self {
+            count: 1,
+            refine: false,
+            metric: LightMetric::default(),
+            choice: LightChoice::default(),
+            search: PeakSearch::default(),
+            non_negative: true,
+        }
+    }
+}
+
+/// Several directional lights and ambient light in place of `f` ([Sloan 2008], "Extracting multiple lights").
+///
+/// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light are
+/// those of least squares, channel by channel, none negative unless the options allow it. With `refine` the directions
+/// then move by the method of Levenberg and Marquardt, and further lights are looked for among the maxima of what is
+/// left; so one broad peak may give two lights.
+///
+/// There are fewer lights than asked for if there are fewer maxima, or if no further light lowers the residual. A
+/// constant or zero expansion has none, only ambient light.
+///
+/// # Errors
+/// [`ShError::Options`] below order 2 and for coefficients that are not finite.
+///
+/// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
+pub fn extract_lights<T: Coefficient>(
+    f: &impl Expansion<T>,
+    options: &LightOptions,
+) -> Result<LightFit<T::Wide>, ShError> {
+    let problem = LightProblem::<T>::new(f, options.metric, options.non_negative)?;
+    let peaks: Vec<Dir> =
+        local_maxima(&luminance_of(&problem.f), options.search).into_iter().map(|peak| peak.dir).collect();
+    let mut fit = match options.choice {
+        LightChoice::Height => problem.solve(&peaks[..options.count.min(peaks.len())]),
+        LightChoice::Residual => chosen_by_residual(&problem, &peaks, options.count),
+    };
+    if options.refine {
+        let together = refine(&problem, fit);
+        let one_by_one = refined_one_by_one(&problem, options);
+        fit = if total(one_by_one.residual) < total(together.residual) { one_by_one } else { together };
+    }
+    LightProblem::<T>::tidy(&mut fit);
+    Ok(fit)
+}
+
+/// The intensities of least squares of lights in given directions, and the ambient light.
+///
+/// Lights of no intensity stay, and all keep their order. Equal directions share their light.
+///
+/// # Errors
+/// As for [`extract_lights`].
+pub fn fit_lights<T: Coefficient>(
+    f: &impl Expansion<T>,
+    dirs: &[Dir],
+    options: &LightOptions,
+) -> Result<LightFit<T::Wide>, ShError> {
+    Ok(LightProblem::<T>::new(f, options.metric, options.non_negative)?.solve(dirs))
+}
+
+/// Adds to `dirs` the one of `candidates` that leaves least; `None` if none takes enough away.
+fn with_best<T: Coefficient>(
+    problem: &LightProblem<T>,
+    before: &LightFit<T::Wide>,
+    candidates: &[Dir],
+) -> Option<LightFit<T::Wide>> {
+    let fits = candidates.iter().map(|candidate| problem.solve(&dirs_and(before, *candidate)));
+    let best = fits.min_by(|a, b| total(a.residual).total_cmp(&total(b.residual)))?;
+    let (after, left) = (total(best.residual), total(before.residual));
+    (after < (1.0 - WORTH_IT) * left && left > NOTHING_LEFT * total(before.energy)).then_some(best)
+}
+
+fn dirs_and<T>(fit: &LightFit<T>, further: Dir) -> Vec<Dir> {
+    let known = fit.lights.iter().map(|light: &DirectionalLight<T>| light.dir);
+    known.chain([further]).collect()
+}
+
+fn chosen_by_residual<T: Coefficient>(problem: &LightProblem<T>, peaks: &[Dir], count: usize) -> LightFit<T::Wide> {
+    let mut left = peaks.to_vec();
+    let mut fit = problem.solve(&[]);
+    while fit.lights.len() < count {
+        let Some(better) = with_best(problem, &fit, &left) else { break };
+        fit = better;
+        let taken = fit.lights.last().map(|light| light.dir);
+        left.retain(|dir| Some(*dir) != taken);
+    }
+    fit
+}
+
+/// One light after the other from the maxima of what is left, all of them refined after each.
+fn refined_one_by_one<T: Coefficient>(problem: &LightProblem<T>, options: &LightOptions) -> LightFit<T::Wide> {
+    let mut fit = problem.solve(&[]);
+    while fit.lights.len() < options.count {
+        let left = luminance_of(&problem.left_of(&fit));
+        let peaks: Vec<Dir> = local_maxima(&left, options.search).into_iter().map(|peak| peak.dir).collect();
+        let Some(better) = with_best(problem, &fit, &peaks) else { break };
+        fit = refine(problem, better);
+    }
+    fit
+}

@@ -1,0 +1,205 @@
+//! Directional lights and ambient light in place of an expansion.
+
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::basis::legendre::legendre_all;
+use crate::expansion::luminance::luminance;
+use crate::expansion::zonal::zonal_norm;
+use crate::solver::nnls::{Normal, least_squares_solution, non_negative_solution};
+use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
+
+/// A light from one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionalLight<T> {
+    /// Towards the light.
+    pub dir: Dir,
+    /// What a white diffuse surface that faces it leaves, by the truncated expansion: that of
+    /// [`Normalization::Projected`](crate::Normalization::Projected).
+    pub intensity: T,
+}
+
+/// Lights found in an expansion, and what they leave unexplained.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightFit<T> {
+    /// The order of the expansion; the unit of the intensities depends on it.
+    pub order: usize,
+    /// The lights, the brightest first; those of [`fit_lights`](crate::fit_lights) in the order of their directions.
+    pub lights: Vec<DirectionalLight<T>>,
+    /// The radiance from everywhere.
+    pub ambient: T,
+    /// What is left of [`LightFit::energy`] once the lights are taken out.
+    pub residual: T,
+    /// The sum of the squared coefficients, weighted as the [`LightMetric`] has it.
+    pub energy: T,
+}
+
+impl<T: Coefficient<Scalar = f64>> LightFit<T> {
+    /// The expansion of the lights and the ambient light.
+    #[must_use]
+    pub fn to_sh(&self) -> ShVec<T> {
+        let mut f = ShVec::zero(self.order);
+        if let Some(first) = Expansion::coefficients_mut(&mut f).first_mut() {
+            *first = self.ambient.scale((4.0 * PI).sqrt());
+        }
+        let normalization = directional_normalization(self.order);
+        for light in &self.lights {
+            f += &ShVec::impulse(self.order, light.dir, light.intensity.scale(normalization));
+        }
+        f
+    }
+}
+
+/// In what sense lights are like the expansion they replace.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightMetric {
+    /// What diffuse surfaces of all normals reflect: band `l` weighs `(A_l/π)²`, so bands 3, 5, 7 .. do not count.
+    #[default]
+    Irradiance,
+    /// The radiance itself: all bands weigh 1.
+    Radiance,
+}
+
+/// The least-squares problem of lights in given directions, for one expansion.
+///
+/// With `L_d = N Σ_i y_i(d) y_i` the normalised light, `w_l` the weight of the metric and the DC term kept apart,
+///
+/// ```text
+///   L_d · L_e = N² Σ_l w_l² (2l+1)/4π P_l(d·e)        L_d · f = N Σ_i w_l² f_i y_i(d)
+///   L_d · L_a = N w_0²                                L_a · L_a = 4π w_0²        L_a · f = 2√π w_0² f_0
+/// ```
+pub(crate) struct LightProblem<T: Coefficient> {
+    pub(crate) f: ShVec<T::Wide>,
+    pub(crate) normalization: f64,
+    /// `w_l²`.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) non_negative: bool,
+}
+
+impl<T: Coefficient> LightProblem<T> {
+    /// # Errors
+    /// [`ShError::Options`] below order 2 and for coefficients that are not finite.
+    pub(crate) fn new(f: &impl Expansion<T>, metric: LightMetric, non_negative: bool) -> Result<Self, ShError> {
+        let order = f.order();
+        if order < 2 {
+            return Err(ShError::Options(format!(
+                "lights have a direction from order 2 on, this expansion has order {order}"
+            )));
+        }
+        for (i, c) in f.coefficients().iter().enumerate() {
+            if let Some(bad) = (0..T::CHANNELS).map(|k| c.channel(k).to_f64()).find(|x| !x.is_finite()) {
+                return Err(ShError::Options(format!(
+                    "coefficient {i} of the expansion is {bad}; lights need finite ones"
+                )));
+            }
+        }
+        let weights = match metric {
+            LightMetric::Irradiance => {
+                Zonal::clamped_cosine(order).convolution_factors().iter().map(|a| (a / PI).powi(2)).collect()
+            }
+            LightMetric::Radiance => vec![1.0; order],
+        };
+        let wide = f.coefficients().iter().map(|c| c.widen()).collect();
+        let f = ShVec::from_vec(wide).unwrap_or_else(|| unreachable!("an expansion has n² coefficients"));
+        Ok(Self { f, normalization: directional_normalization(order), weights, non_negative })
+    }
+
+    pub(crate) fn order(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// The weight of every coefficient, `w_l²`.
+    pub(crate) fn coefficient_weights(&self) -> impl Iterator<Item = f64> + '_ {
+        self.weights.iter().enumerate().flat_map(|(l, w)| std::iter::repeat_n(*w, 2 * l + 1))
+    }
+
+    /// `L_d · L_e` without DC, from `d·e`.
+    fn light_by_light(&self, cosine: f64) -> f64 {
+        let bands = legendre_all(self.order(), cosine).zip(&self.weights).enumerate().skip(1);
+        self.normalization.powi(2) * bands.map(|(l, (p, w))| w * zonal_norm(l).powi(2) * p).sum::<f64>()
+    }
+
+    /// `L_d · f` without DC.
+    fn light_by_function(&self, d: Dir) -> T::Wide {
+        let y = eval_basis(d, self.order());
+        let mut sum = T::Wide::ZERO;
+        let terms = self.f.coefficients().iter().zip(y).zip(self.coefficient_weights());
+        for ((f, y), w) in terms.skip(1) {
+            sum += f.scale(w * y);
+        }
+        sum.scale(self.normalization)
+    }
+
+    /// `Σ w_l² f_i²`, channel by channel.
+    pub(crate) fn energy_of(&self, f: &ShVec<T::Wide>) -> T::Wide {
+        let mut sum = T::Wide::ZERO;
+        for (f, w) in f.coefficients().iter().zip(self.coefficient_weights()) {
+            sum += (*f * *f).scale(w);
+        }
+        sum
+    }
+
+    /// The intensities and the ambient light of least squares for these directions, lights of no intensity included, in
+    /// the order given.
+    ///
+    /// If nothing is kept from being negative, the ambient light takes up all of the DC term, and the other bands
+    /// alone determine the lights.
+    pub(crate) fn solve(&self, dirs: &[Dir]) -> LightFit<T::Wide> {
+        let count = dirs.len();
+        // The DC terms of a light and of ambient light of radiance 1, whose diagonal element is 4π.
+        let dc = self.normalization * zonal_norm(0);
+        let ambient_unit = (4.0 * PI).sqrt();
+        let w_0 = self.weights[0];
+        let gram = DMatrix::from_fn(count + 1, count + 1, |i, j| match (i < count, j < count) {
+            (true, true) => self.light_by_light(dirs[i].dot(dirs[j]).clamp(-1.0, 1.0)) + w_0 * dc * dc,
+            (false, false) => w_0 * ambient_unit * ambient_unit,
+            _ => w_0 * dc * ambient_unit,
+        });
+        let lights: Vec<T::Wide> = dirs.iter().map(|d| self.light_by_function(*d)).collect();
+        let channels: Vec<DVector<f64>> = (0..T::CHANNELS)
+            .map(|c| {
+                let f_0 = self.f[0].channel(c);
+                if self.non_negative {
+                    let right = DVector::from_fn(count + 1, |i, _| {
+                        let own_dc = if i < count { dc } else { ambient_unit };
+                        lights.get(i).map_or(0.0, |x| x.channel(c)) + w_0 * own_dc * f_0
+                    });
+                    DVector::from_vec(non_negative_solution(&Normal { gram: &gram, right: &right }))
+                } else {
+                    let bands = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
+                    let x = least_squares_solution(&bands, &DVector::from_fn(count, |i, _| lights[i].channel(c)));
+                    let ambient = (f_0 - dc * x.sum()) / ambient_unit;
+                    x.push(ambient)
+                }
+            })
+            .collect();
+        let unknown = |i: usize| T::Wide::from_channels(|c| channels[c][i]);
+        let lights = dirs.iter().enumerate().map(|(i, dir)| DirectionalLight { dir: *dir, intensity: unknown(i) });
+        let mut fit = LightFit {
+            order: self.order(),
+            lights: lights.collect(),
+            ambient: unknown(count),
+            residual: T::Wide::ZERO,
+            energy: self.energy_of(&self.f),
+        };
+        fit.residual = self.energy_of(&self.left_of(&fit));
+        fit
+    }
+
+    /// What the lights leave unexplained.
+    pub(crate) fn left_of(&self, fit: &LightFit<T::Wide>) -> ShVec<T::Wide> {
+        &self.f - &fit.to_sh()
+    }
+
+    /// Lights of no intensity dropped, the brightest first.
+    pub(crate) fn tidy(fit: &mut LightFit<T::Wide>) {
+        fit.lights.retain(|light| light.intensity != T::Wide::ZERO);
+        fit.lights.sort_by(|a, b| luminance(b.intensity).total_cmp(&luminance(a.intensity)));
+    }
+}
+
+/// All channels together.
+pub(crate) fn total<T: Coefficient<Scalar = f64>>(value: T) -> f64 {
+    (0..T::CHANNELS).map(|c| value.channel(c)).sum()
+}

@@ -1,0 +1,422 @@
+//! Removing ringing: the window that makes a function non-negative.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::basis::index::{band_range, len, order_of_slice};
+use crate::extrema::branch_and_bound::minimum_of;
+use crate::extrema::quadratic_form::Quadric;
+use crate::filter::convolve::convolve_in_place;
+use crate::filter::window::band_energies;
+use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
+use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
+use crate::ringing::sloan_table::{dering_table_factors, table_place};
+use crate::{Coefficient, Expansion, Extremum, Real, Window, Zonal, eval_basis_into, scale_bands_in_place};
+
+/// How far below zero, relative to the mean, a function may be and still count as non-negative: rounding of
+/// coefficients to `f32` does as much to a function whose minimum is exactly 0.
+pub const DERING_ALLOWED: f64 = 5e-7;
+
+/// The width of the reported minima relative to the mean.
+const REPORTED: f64 = 4e-7;
+
+/// Halvings of the interval of a family's strength.
+const HALVINGS: usize = 30;
+
+/// Windows of one parameter, from none to one that leaves only the mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum WindowFamily {
+    /// [`Window::Hanning`] of any width.
+    Hanning,
+    /// [`Window::Lanczos`] of any width.
+    Lanczos {
+        /// The power.
+        power: f64,
+    },
+    /// [`Window::Gauss`] of any width.
+    Gauss,
+    /// [`Window::SquaredLaplacian`] of any weight.
+    SquaredLaplacian,
+}
+
+impl WindowFamily {
+    /// The window of a strength: 0 is none, and any function with a positive mean becomes non-negative at some
+    /// strength.
+    fn window(self, strength: f64) -> Window {
+        match self {
+            Self::Hanning => Window::Hanning { width: 1.0 / strength },
+            Self::Lanczos { power } => Window::Lanczos { width: 1.0 / strength, power },
+            Self::Gauss => Window::Gauss { sigma: strength },
+            Self::SquaredLaplacian => Window::SquaredLaplacian { lambda: strength },
+        }
+    }
+
+    /// The strength that the search for an upper end begins with, and by what it grows.
+    fn first(self) -> (f64, f64) {
+        match self {
+            // At strength 1 the window is zero from band 1 on.
+            Self::Hanning | Self::Lanczos { .. } => (1.0, 2.0),
+            Self::Gauss => (0.1, 2.0),
+            Self::SquaredLaplacian => (1e-6, 8.0),
+        }
+    }
+}
+
+/// How a function is made non-negative.
+///
+/// In text: `least-change`, `table`, or the name of a family, `hanning`, `lanczos:4`, `gauss`, `squared-laplacian`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum DeringMethod {
+    /// One factor for each band, such that the norm of the change is least.
+    ///
+    /// ```text
+    ///   minimise Σ_l E_l (1 - w_l)²   subject to   Σ_l w_l f_l >= 0 everywhere,   w_0 = 1,   0 <= w_l <= 1
+    /// ```
+    #[default]
+    LeastChange,
+    /// Sloan's table and bound, for functions of up to three bands: irradiance. Stronger than needed, because both the
+    /// bound and the table are conservative; the published way, for comparison.
+    Table,
+    /// The weakest window of a family. (The last strength that fails and the first that succeeds are found by halving;
+    /// where a minimum does not rise all the way with the strength, a weaker one might succeed too.)
+    Family(WindowFamily),
+}
+
+impl fmt::Display for DeringMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LeastChange => write!(f, "least-change"),
+            Self::Table => write!(f, "table"),
+            Self::Family(WindowFamily::Hanning) => write!(f, "hanning"),
+            Self::Family(WindowFamily::Lanczos { power }) => write!(f, "lanczos:{power}"),
+            Self::Family(WindowFamily::Gauss) => write!(f, "gauss"),
+            Self::Family(WindowFamily::SquaredLaplacian) => write!(f, "squared-laplacian"),
+        }
+    }
+}
+
+impl FromStr for DeringMethod {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, power) = text.split_once(':').map_or((text, None), |(name, power)| (name, Some(power)));
+        match (name, power.map(str::parse::<f64>)) {
+            ("least-change", None) => Ok(Self::LeastChange),
+            ("table", None) => Ok(Self::Table),
+            ("hanning", None) => Ok(Self::Family(WindowFamily::Hanning)),
+            ("gauss", None) => Ok(Self::Family(WindowFamily::Gauss)),
+            ("squared-laplacian", None) => Ok(Self::Family(WindowFamily::SquaredLaplacian)),
+            ("lanczos", None) => Ok(Self::Family(WindowFamily::Lanczos { power: 1.0 })),
+            ("lanczos", Some(Ok(power))) if power > 0.0 && power.is_finite() => {
+                Ok(Self::Family(WindowFamily::Lanczos { power }))
+            }
+            _ => Err(format!(
+                "expected least-change, table, hanning, lanczos[:POWER], gauss or squared-laplacian, found '{text}'"
+            )),
+        }
+    }
+}
+
+/// What to make non-negative, and how.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Dering {
+    /// The method.
+    pub method: DeringMethod,
+    /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
+    /// [`Zonal::clamped_cosine`], radiance is left as negative as it is as long as its irradiance is not. The factors
+    /// are applied to the function that was given.
+    pub kernel: Option<Zonal>,
+}
+
+/// Whether a function was changed, and if not, why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DeringOutcome {
+    /// It was not negative (down to [`DERING_ALLOWED`]), and is bit for bit what it was.
+    Unchanged,
+    /// It was negative somewhere and is not any more.
+    Windowed,
+    /// The mean of a channel is not positive though the channel is not zero: no window makes such a function
+    /// non-negative. It is bit for bit what it was.
+    MeanNotPositive {
+        /// The first such channel.
+        channel: usize,
+    },
+    /// A coefficient is not a finite number. The function is bit for bit what it was.
+    NotFinite,
+    /// [`DeringMethod::Table`] was asked for a function of more than three bands, or one that the strongest window of
+    /// the table does not suffice for (no light does that). The function is bit for bit what it was.
+    BeyondTable,
+}
+
+/// What [`dering_in_place`] did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeringReport {
+    /// Whether the function was changed.
+    pub outcome: DeringOutcome,
+    /// The least value of every channel before, of the function under [`Dering::kernel`].
+    pub before: Vec<Extremum>,
+    /// The same after.
+    pub after: Vec<Extremum>,
+    /// The factor of every band; all are 1 if nothing was changed.
+    pub factors: Vec<f64>,
+    /// The window, if a family was searched and the function changed.
+    pub window: Option<Window>,
+    /// The part of its energy that every band lost, `1 - w_l²`.
+    pub removed: Vec<f64>,
+    /// The part of the whole energy that was lost, mean included, channels summed, under [`Dering::kernel`].
+    pub energy_removed: f64,
+    /// For [`DeringMethod::LeastChange`]: the norm of the change exceeds that by the best factors by at most this part
+    /// of it.
+    ///
+    /// That is proven: in some directions the function must not be negative, and the factors that see to that alone, a
+    /// small quadratic program, change it less than any that see to all. Times the change it is below 1e-5 of the norm
+    /// of the function, part of which is for rounding the coefficients (tests
+    /// `random_probes_of_order_4_have_no_point_below_zero` and the like).
+    pub excess: Option<f64>,
+}
+
+/// Makes a function non-negative by a window that all its channels share: the worst decides, so that no colour shifts.
+///
+/// The least value is not sampled but certified ([`certified_minimum`](crate::certified_minimum)), and what rounding
+/// the coefficients may take away is kept as a margin. A function that was as good as non-negative stays as it is, so
+/// what holds of every result is: nowhere below `-`[`DERING_ALLOWED`] times the mean. The mean never changes. It does
+/// not matter where the light comes from: nothing is rotated, and there is no frame to degenerate.
+///
+/// Zero stays zero, and what cannot be made non-negative says so in [`DeringReport::outcome`].
+///
+/// Source: the idea, and that the worst channel decides, [Sloan 2017]; the methods are described at [`DeringMethod`].
+///
+/// ```
+/// use lobe_sh::{Dering, Dir, Expansion as _, ShL2, Zonal, convolved, dering_in_place};
+///
+/// // The irradiance of a sun rings below zero on the far side.
+/// let mut e = convolved(&ShL2::<f64>::impulse(Dir::Z, 1.0), &Zonal::clamped_cosine(3));
+/// assert!(e.eval(Dir::from_angles(2.1, 0.0)) < -0.03);
+/// let report = dering_in_place(e.coefficients_mut(), &Dering::default());
+/// assert!(report.after[0].lo > -1e-9 && report.energy_removed < 0.17, "{report:?}");
+/// ```
+///
+/// # Panics
+/// If `coefficients` are not `n²`.
+///
+/// [Sloan 2017]: https://www.ppsloan.org/publications/shdering.pdf
+pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &Dering) -> DeringReport {
+    let order = order_of_slice(coefficients);
+    let mut examined: Vec<T::Wide> = coefficients.iter().map(|c| c.widen()).collect();
+    if let Some(kernel) = &dering.kernel {
+        convolve_in_place(&mut examined, kernel);
+    }
+    let before = minima(&examined);
+    let energy_before: f64 = band_energies(&examined).iter().sum();
+    let Solution { outcome, factors, window, excess } = match refusal(&examined, &before) {
+        Some(outcome) => Solution::none(outcome),
+        None => solve(&examined, &dering.method, unit_roundoff::<T::Scalar>()),
+    };
+    let mut after = before.clone();
+    if let Some(factors) = &factors {
+        scale_bands_in_place(coefficients, factors);
+        examined = coefficients.iter().map(|c| c.widen()).collect();
+        if let Some(kernel) = &dering.kernel {
+            convolve_in_place(&mut examined, kernel);
+        }
+        after = minima(&examined);
+    }
+    let energy_removed = match factors {
+        Some(_) => 1.0 - band_energies(&examined).iter().sum::<f64>() / energy_before,
+        None => 0.0,
+    };
+    let factors = factors.unwrap_or_else(|| vec![1.0; order]);
+    let removed = factors.iter().map(|w| 1.0 - w * w).collect();
+    DeringReport { outcome, before, after, factors, window, removed, energy_removed, excess }
+}
+
+/// The function `f` made non-negative; see [`dering_in_place`].
+#[must_use]
+pub fn deringed<T: Coefficient, E: Expansion<T>>(f: &E, dering: &Dering) -> (E, DeringReport) {
+    let mut g = f.clone();
+    let report = dering_in_place(g.coefficients_mut(), dering);
+    (g, report)
+}
+
+/// The coefficients of one channel.
+fn channel<T: Coefficient>(coefficients: &[T], c: usize) -> Vec<f64> {
+    coefficients.iter().map(|f| f.channel(c).to_f64()).collect()
+}
+
+/// The mean over the sphere.
+fn mean(f: &[f64]) -> f64 {
+    f.first().map_or(0.0, |c| c / (4.0 * std::f64::consts::PI).sqrt())
+}
+
+/// The certified minimum of every channel.
+fn minima<T: Coefficient>(coefficients: &[T]) -> Vec<Extremum> {
+    (0..T::CHANNELS).map(|c| minimum_to(&channel(coefficients, c), REPORTED, None)).collect()
+}
+
+/// A minimum to a width relative to the mean, or to the root mean square where the mean is not positive.
+fn minimum_to(f: &[f64], width: f64, level: Option<f64>) -> Extremum {
+    let rms = f.iter().map(|c| c * c).sum::<f64>().sqrt() / (4.0 * std::f64::consts::PI).sqrt();
+    let part = if mean(f) > 0.0 && rms.is_finite() { mean(f) / rms } else { 1.0 };
+    minimum_of(f, width * part, level)
+}
+
+/// Why a function stays as it is.
+fn refusal<T: Coefficient>(examined: &[T], before: &[Extremum]) -> Option<DeringOutcome> {
+    let mut unchanged = true;
+    let mut refusal = None;
+    for (c, min) in before.iter().enumerate() {
+        if !min.hi.is_finite() {
+            return Some(DeringOutcome::NotFinite);
+        }
+        let f = channel(examined, c);
+        if mean(&f) <= 0.0 && f.iter().any(|c| *c != 0.0) {
+            refusal = refusal.or(Some(DeringOutcome::MeanNotPositive { channel: c }));
+        }
+        unchanged &= min.hi >= -DERING_ALLOWED * mean(&f);
+    }
+    refusal.or(unchanged.then_some(DeringOutcome::Unchanged))
+}
+
+/// What a method found.
+struct Solution {
+    outcome: DeringOutcome,
+    factors: Option<Vec<f64>>,
+    window: Option<Window>,
+    excess: Option<f64>,
+}
+
+impl Solution {
+    fn none(outcome: DeringOutcome) -> Self {
+        Self { outcome, factors: None, window: None, excess: None }
+    }
+
+    fn factors(factors: Vec<f64>) -> Self {
+        Self { outcome: DeringOutcome::Windowed, factors: Some(factors), window: None, excess: None }
+    }
+}
+
+/// The factors for a function of which every channel is zero or has a positive mean.
+fn solve<T: Coefficient>(examined: &[T], method: &DeringMethod, roundoff: f64) -> Solution {
+    let order = order_of_slice(examined);
+    let channels: Vec<Vec<f64>> = (0..T::CHANNELS).map(|c| channel(examined, c)).filter(|f| mean(f) > 0.0).collect();
+    let margin = |factors: &[f64]| channels.iter().map(|f| rounding_margin(f, factors, roundoff)).fold(0.0, f64::max);
+    match method {
+        DeringMethod::LeastChange if order <= 3 => {
+            let found = least_change_order_3(examined);
+            if found.outcome != DeringOutcome::Windowed {
+                return Solution::none(found.outcome);
+            }
+            // The margin of the report's own number type.
+            let extra = 1.0 - margin(&found.factors[..order]);
+            let [_, w1, w2] = found.factors;
+            let factors = [1.0, extra * w1, extra * w2][..order].to_vec();
+            let excess = excess_at(&channels, &factors, &lowest_directions(&channels, &factors));
+            Solution { excess: Some(excess), ..Solution::factors(factors) }
+        }
+        DeringMethod::LeastChange => {
+            let LeastChange { factors, excess } = least_change(&channels, order, margin(&vec![1.0; order]));
+            Solution { excess: Some(excess), ..Solution::factors(factors) }
+        }
+        DeringMethod::Table => match by_table(&channels, order, margin(&vec![1.0; order])) {
+            Some(factors) => Solution::factors(factors),
+            None => Solution::none(DeringOutcome::BeyondTable),
+        },
+        DeringMethod::Family(family) => {
+            let window = weakest(*family, &channels, margin(&vec![1.0; order]));
+            Solution { window: Some(window), ..Solution::factors(window.factors(order)) }
+        }
+    }
+}
+
+/// Where each channel is lowest under a window.
+fn lowest_directions(channels: &[Vec<f64>], factors: &[f64]) -> Vec<[f64; 3]> {
+    let lowest = |f: &Vec<f64>| {
+        let mut windowed = f.clone();
+        scale_bands_in_place(&mut windowed, factors);
+        minimum_to(&windowed, REPORTED, None).dir.to_array()
+    };
+    channels.iter().map(lowest).collect()
+}
+
+/// What rounding each coefficient to the caller's number type can take from a value, relative to the mean.
+fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
+    let bound: f64 = factors
+        .iter()
+        .enumerate()
+        .map(|(l, w)| {
+            let energy: f64 = f[band_range(l)].iter().map(|c| c * c).sum();
+            w * ((2 * l + 1) as f64 * energy / (4.0 * std::f64::consts::PI)).sqrt()
+        })
+        .sum();
+    2.0 * roundoff * bound / mean(f)
+}
+
+/// Sloan's search for a bound of at least `margin` times each mean; `None` if the function has more than three bands or
+/// is beyond the strongest window.
+fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>> {
+    if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
+        return None;
+    }
+    let quadrics: Vec<Quadric> = channels.iter().map(|f| Quadric::new(&f[..f.len().min(len(3))], 0)).collect();
+    let place = table_place(&quadrics, margin)?;
+    let factors = dering_table_factors(place);
+    Some((0..order).map(|l| factors[l.min(3)]).collect())
+}
+
+/// The weakest window of a family under which no channel is below `margin` times its mean.
+fn weakest(family: WindowFamily, channels: &[Vec<f64>], margin: f64) -> Window {
+    // Directions that have shown a window to be too weak: most others fail there as well, which costs no search.
+    let mut witnesses: Vec<Vec<Vec<f64>>> = vec![Vec::new(); channels.len()];
+    let mut holds = |window: Window| {
+        let order = order_of_slice(&channels[0]);
+        let factors = window.factors(order);
+        let low = |bands: &Vec<f64>| bands.iter().zip(&factors).map(|(b, w)| b * w).sum::<f64>() < 0.0;
+        if witnesses.iter().any(|seen| seen.iter().any(low)) {
+            return false;
+        }
+        for (f, seen) in channels.iter().zip(&mut witnesses) {
+            let mut scaled = f.clone();
+            scale_bands_in_place(&mut scaled, &factors);
+            let level = margin * mean(f);
+            let min = minimum_to(&scaled, REPORTED, Some(level));
+            if min.lo < level {
+                let mut y = vec![0.0; f.len()];
+                eval_basis_into(min.dir.to_array(), &mut y);
+                seen.push((0..order).map(|l| band_range(l).map(|i| y[i] * f[i]).sum()).collect());
+                return false;
+            }
+        }
+        true
+    };
+    let (mut high, growth) = family.first();
+    let mut low = 0.0;
+    // Ends where the window has become zero from band 1 on: at the latest after some hundred steps.
+    while !holds(family.window(high)) && family.window(high).factor(1) > 0.0 {
+        (low, high) = (high, high * growth);
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if holds(family.window(middle)) { high = middle } else { low = middle }
+    }
+    family.window(high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_are_read_as_they_are_written() {
+        for text in ["least-change", "table", "hanning", "lanczos:4", "gauss", "squared-laplacian"] {
+            let method: DeringMethod = text.parse().unwrap();
+            assert_eq!(method.to_string(), text, "there and back");
+        }
+        for text in ["", "lanczos:", "lanczos:0", "lanczos:x", "hanning:3", "auto"] {
+            let message = text.parse::<DeringMethod>().unwrap_err();
+            assert!(message.contains("expected least-change") && !message.contains('\n'), "'{text}': {message}");
+        }
+    }
+}
