@@ -18,10 +18,10 @@ const MAX_THREADS: usize = 1024;
 const EXAMPLES: &str = "\
 Examples:
   lobe demo                                          all that follows in pictures, in the folder demo/
-  lobe project sky.exr -o sky.sh.json --order 6      a photograph of a sky as 36 colours
+  lobe project sky.exr -o sky.sh.json --order 6      a photograph of a sky as 36 colors
   lobe sh convolve sky.sh.json --kernel cosine -o - | lobe sh eval - --dir 0,0,1
                                                      the irradiance of the ground under that sky
-  lobe env reconstruct sky.sh.json -o sky.png        what 36 colours keep of it
+  lobe env reconstruct sky.sh.json -o sky.png        what 36 colors keep of it
   lobe bake room.glb -o baked.glb                    the same room, its vertices knowing shadows and reflections
 
 bundled:sunset and bundled:studio name the two environment maps that come with the program.

@@ -20,13 +20,13 @@ enum Shape {
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
         dir: Dir,
         #[command(flatten)]
-        colour: Colour,
+        color: Color,
         #[command(flatten)]
         common: Common,
     },
     /// A luminous ball
     Sphere {
-        /// Where its centre is, a vector of any length but 0 (+z is up)
+        /// Where its center is, a vector of any length but 0 (+z is up)
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
         dir: Dir,
         #[command(flatten)]
@@ -35,7 +35,7 @@ enum Shape {
         #[arg(long, value_name = "R", requires = "distance", allow_hyphen_values = true, value_parser = values::finite)]
         radius: Option<f64>,
         #[command(flatten)]
-        colour: Colour,
+        color: Color,
         #[command(flatten)]
         common: Common,
     },
@@ -52,37 +52,37 @@ enum Shape {
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
         horizon: Option<Dir>,
         #[command(flatten)]
-        colour: Colour,
+        color: Color,
         #[command(flatten)]
         common: Common,
     },
-    /// One colour above, one below, and all between
+    /// One color above, one below, and all between
     Hemisphere {
         /// The zenith
         #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true, value_parser = values::dir)]
         up: Dir,
-        /// The colour of the zenith
-        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::colour)]
+        /// The color of the zenith
+        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
         sky: Rgb<f64>,
-        /// The colour of the nadir
-        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::colour)]
+        /// The color of the nadir
+        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
         ground: Rgb<f64>,
         #[command(flatten)]
         common: Common,
     },
-    /// A sky of three colours: zenith, horizon and ground, all of them radiance
+    /// A sky of three colors: zenith, horizon and ground, all of them radiance
     Gradient {
         /// The zenith
         #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true, value_parser = values::dir)]
         up: Dir,
-        /// The colour of the zenith
-        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::colour)]
+        /// The color of the zenith
+        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
         zenith: Rgb<f64>,
-        /// The colour of the horizon
-        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::colour)]
+        /// The color of the horizon
+        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
         horizon: Rgb<f64>,
-        /// The colour of the nadir
-        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::colour)]
+        /// The color of the nadir
+        #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
         ground: Rgb<f64>,
         #[command(flatten)]
         common: Common,
@@ -90,7 +90,7 @@ enum Shape {
     /// The same light from everywhere
     Ambient {
         #[command(flatten)]
-        colour: Colour,
+        color: Color,
         #[command(flatten)]
         common: Common,
     },
@@ -98,14 +98,14 @@ enum Shape {
 
 #[derive(Args)]
 struct Disc {
-    /// Where its centre is, a vector of any length but 0 (+z is up)
+    /// Where its center is, a vector of any length but 0 (+z is up)
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
     dir: Dir,
-    /// From the centre to the edge, above 0 and up to 180 degrees
+    /// From the center to the edge, above 0 and up to 180 degrees
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
     half_angle: f64,
     #[command(flatten)]
-    colour: Colour,
+    color: Color,
     #[command(flatten)]
     common: Common,
 }
@@ -114,24 +114,24 @@ struct Disc {
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct SphereSize {
-    /// From its centre to its edge as it is seen, above 0 and up to 90 degrees
+    /// From its center to its edge as it is seen, above 0 and up to 90 degrees
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
     half_angle: Option<f64>,
-    /// How far its centre is, in the unit of --radius
+    /// How far its center is, in the unit of --radius
     #[arg(long, value_name = "D", requires = "radius", allow_hyphen_values = true, value_parser = values::finite)]
     distance: Option<f64>,
 }
 
 #[derive(Args)]
-struct Colour {
-    /// The colour; what it stands for --normalize says
-    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", allow_hyphen_values = true, value_parser = values::colour)]
+struct Color {
+    /// The color; what it stands for --normalize says
+    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", allow_hyphen_values = true, value_parser = values::color)]
     color: Rgb<f64>,
 }
 
 #[derive(Args)]
 struct Common {
-    /// What a colour of 1 stands for
+    /// What a color of 1 stands for
     #[arg(long, value_enum, default_value = "projected")]
     normalize: Normalize,
     /// The order (number of bands), 1 to 64: n² coefficients
@@ -177,16 +177,14 @@ impl LightCommand {
 impl Shape {
     fn light(&self) -> anyhow::Result<(Light, &Common)> {
         Ok(match self {
-            Self::Directional { dir, colour, common } => {
-                (Light::Directional { dir: *dir, colour: colour.color }, common)
-            }
-            Self::Sphere { dir, size, radius, colour, common } => {
+            Self::Directional { dir, color, common } => (Light::Directional { dir: *dir, color: color.color }, common),
+            Self::Sphere { dir, size, radius, color, common } => {
                 let light = match (size, radius) {
                     (SphereSize { distance: Some(distance), .. }, Some(radius)) => {
-                        Light::sphere(*dir, *distance, *radius, colour.color)?
+                        Light::sphere(*dir, *distance, *radius, color.color)?
                     }
                     (SphereSize { half_angle: Some(degrees), .. }, None) if *degrees <= 90.0 => {
-                        Light::Cone { dir: *dir, half_angle: degrees.to_radians(), colour: colour.color }
+                        Light::Cone { dir: *dir, half_angle: degrees.to_radians(), color: color.color }
                     }
                     (SphereSize { half_angle: Some(degrees), .. }, None) => {
                         anyhow::bail!(
@@ -197,16 +195,16 @@ impl Shape {
                 };
                 (light, common)
             }
-            Self::Cone(Disc { dir, half_angle, colour, common }) => {
-                (Light::Cone { dir: *dir, half_angle: half_angle.to_radians(), colour: colour.color }, common)
+            Self::Cone(Disc { dir, half_angle, color, common }) => {
+                (Light::Cone { dir: *dir, half_angle: half_angle.to_radians(), color: color.color }, common)
             }
-            Self::SoftCone(Disc { dir, half_angle, colour, common }) => {
-                (Light::SoftCone { dir: *dir, half_angle: half_angle.to_radians(), colour: colour.color }, common)
+            Self::SoftCone(Disc { dir, half_angle, color, common }) => {
+                (Light::SoftCone { dir: *dir, half_angle: half_angle.to_radians(), color: color.color }, common)
             }
-            Self::Polygon { vertices, horizon, colour, common } => {
+            Self::Polygon { vertices, horizon, color, common } => {
                 let whole = SphericalPolygon::new(vertices.0.clone())?;
                 let polygon = horizon.map_or_else(|| whole.clone(), |up| whole.above(up));
-                (Light::Polygon { polygon, colour: colour.color }, common)
+                (Light::Polygon { polygon, color: color.color }, common)
             }
             Self::Hemisphere { up, sky, ground, common } => {
                 (Light::Hemisphere { up: *up, sky: *sky, ground: *ground }, common)
@@ -214,7 +212,7 @@ impl Shape {
             Self::Gradient { up, zenith, horizon, ground, common } => {
                 (Light::Gradient { up: *up, zenith: *zenith, horizon: *horizon, ground: *ground }, common)
             }
-            Self::Ambient { colour, common } => (Light::Ambient { colour: colour.color }, common),
+            Self::Ambient { color, common } => (Light::Ambient { color: color.color }, common),
         })
     }
 }

@@ -13,7 +13,7 @@
 //! # Ok::<(), lobe_env::EnvError>(())
 //! ```
 //!
-//! Nine numbers for each colour tell how much light falls on a surface, whichever way it faces:
+//! Nine numbers for each color tell how much light falls on a surface, whichever way it faces:
 //!
 //! ```
 //! use lobe_env::{bundled, irradiance_at, irradiance_sh};
@@ -67,7 +67,7 @@
 //!
 //! # A map is constant over each texel
 //!
-//! The texels of a file can be read as samples at their centres, or as a function that is constant over each of them.
+//! The texels of a file can be read as samples at their centers, or as a function that is constant over each of them.
 //! Wherever a map is integrated, here it is the second, and that function is integrated exactly.
 //!
 //! Point samples would cost less: one evaluation of the basis for each row instead of five or so. But their error
@@ -76,7 +76,7 @@
 //! at: with few rows or high orders, anything. Exact integrals leave none of this at any size, down to a map of a
 //! single texel; energy is kept, and a test can ask for equality up to rounding instead of for a tolerance. The cost
 //! is that of the rows alone, and vanishes beside the sum over the texels. What remains is that a texel is not the
-//! world: a smooth sky that was sampled at centres is projected with an error of the square of the texel's size (see
+//! world: a smooth sky that was sampled at centers is projected with an error of the square of the texel's size (see
 //! [`reconstruct()`]).
 //!
 //! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.

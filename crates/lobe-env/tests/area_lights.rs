@@ -54,12 +54,12 @@ fn cap_by_quadrature(c: Dir, sigma: f64, n: Dir) -> f64 {
 
 #[test]
 fn a_sphere_equals_quadrature_for_every_normal() {
-    for (centre, radius) in
+    for (center, radius) in
         [([0.3, -1.0, 2.0], 0.7), ([0.0, 0.0, 5.0], 0.01), ([-1.0, 0.1, 0.2], 1.0), ([2.0, 0.0, 0.0], 2.0)]
     {
-        let light = SphereLight { centre, radius };
-        let sigma = (radius / dot(centre, centre).sqrt()).asin();
-        let c = Dir::new(centre).unwrap();
+        let light = SphereLight { center, radius };
+        let sigma = (radius / dot(center, center).sqrt()).asin();
+        let c = Dir::new(center).unwrap();
         for n in normals() {
             let (found, expected) = (light.irradiance(ORIGIN, n), cap_by_quadrature(c, sigma, n));
             assert!((found - expected).abs() < LIMIT, "{light:?} facing {n:?}: {found} against {expected}");
@@ -71,16 +71,16 @@ fn a_sphere_equals_quadrature_for_every_normal() {
 fn a_sphere_at_the_horizon_has_its_known_value() {
     // Cut in half: σ - sin σ cos σ. With the receiver on it: the integral over the common part of two hemispheres.
     for sigma in [1e-4, 0.1, 0.8, FRAC_PI_2] {
-        let light = SphereLight { centre: [1.0, 0.0, 0.0], radius: sigma.sin() };
+        let light = SphereLight { center: [1.0, 0.0, 0.0], radius: sigma.sin() };
         let (found, expected) = (light.irradiance(ORIGIN, Dir::Z), sigma - sigma.sin() * sigma.cos());
         assert!((found - expected).abs() < 1e-15 + 1e-10 * expected, "σ = {sigma}: {found} against {expected}");
     }
 }
 
-/// A flat light for quadrature: the plane `centre + t x + y (w × x)`, its normal, and for each direction `x` in the
+/// A flat light for quadrature: the plane `center + t x + y (w × x)`, its normal, and for each direction `x` in the
 /// plane the places where the chords at `t` change, and those chords.
 struct Flat<'a> {
-    centre: [f64; 3],
+    center: [f64; 3],
     normal: Dir,
     breaks: &'a dyn Fn([f64; 3]) -> Vec<f64>,
     chords: &'a dyn Fn([f64; 3], f64) -> Vec<[f64; 2]>,
@@ -99,7 +99,7 @@ fn flat_by_quadrature(flat: &Flat<'_>, n: Dir) -> f64 {
         Dir::new(cross(m, any)).unwrap().to_array()
     };
     let y = cross(m, x);
-    let height = dot(n, flat.centre);
+    let height = dot(n, flat.center);
     let horizon = if steep > 1e-9 { -height / steep } else { height.signum() * -1e9 };
     let mut breaks = (flat.breaks)(x);
     breaks.push(horizon);
@@ -107,7 +107,7 @@ fn flat_by_quadrature(flat: &Flat<'_>, n: Dir) -> f64 {
     let panels = breaks.windows(2).filter(|pair| pair[0] >= horizon && pair[1] > pair[0]);
     let strip = |t: f64| -> f64 {
         let row = |s: f64| {
-            let r: [f64; 3] = std::array::from_fn(|k| flat.centre[k] + t * x[k] + s * y[k]);
+            let r: [f64; 3] = std::array::from_fn(|k| flat.center[k] + t * x[k] + s * y[k]);
             let square = dot(r, r);
             dot(n, r).max(0.0) * -dot(m, r) / (square * square)
         };
@@ -124,10 +124,10 @@ fn a_disc_equals_quadrature_for_every_normal() {
         ([3.0, 0.2, 0.1], Dir::new([-0.4, 0.0, 1.0]).unwrap(), 0.5),
         ([3.0, 4.0, 12.0], Dir::new([-3.0, -4.0, -12.0]).unwrap(), 1e-3),
     ];
-    for (centre, normal, radius) in cases {
-        let light = DiscLight { centre, normal, radius };
+    for (center, normal, radius) in cases {
+        let light = DiscLight { center, normal, radius };
         let flat = Flat {
-            centre,
+            center,
             normal,
             breaks: &|_| vec![-radius, radius],
             chords: &|_, t| {
@@ -143,9 +143,9 @@ fn a_disc_equals_quadrature_for_every_normal() {
 }
 
 /// The inside of a polygon along the line at `t` in direction `x`, by counting its edges.
-fn chords_of(vertices: &[[f64; 3]], centre: [f64; 3], x: [f64; 3], y: [f64; 3], t: f64) -> Vec<[f64; 2]> {
+fn chords_of(vertices: &[[f64; 3]], center: [f64; 3], x: [f64; 3], y: [f64; 3], t: f64) -> Vec<[f64; 2]> {
     let at = |v: [f64; 3]| {
-        let r: [f64; 3] = std::array::from_fn(|k| v[k] - centre[k]);
+        let r: [f64; 3] = std::array::from_fn(|k| v[k] - center[k]);
         (dot(r, x), dot(r, y))
     };
     let mut crossings: Vec<f64> = Vec::new();
@@ -180,14 +180,14 @@ fn polygons() -> Vec<(&'static str, PolygonLight)> {
 #[test]
 fn a_polygon_equals_quadrature_for_every_normal() {
     for (name, light) in polygons() {
-        let centre = light.as_point().position;
+        let center = light.as_point().position;
         let normal = light.as_point().normal.unwrap();
         let vertices = light.vertices();
         let flat = Flat {
-            centre,
+            center,
             normal,
-            breaks: &|x| vertices.iter().map(|v| dot(*v, x) - dot(centre, x)).collect(),
-            chords: &|x, t| chords_of(vertices, centre, x, cross(normal.to_array(), x), t),
+            breaks: &|x| vertices.iter().map(|v| dot(*v, x) - dot(center, x)).collect(),
+            chords: &|x, t| chords_of(vertices, center, x, cross(normal.to_array(), x), t),
         };
         assert!(light.vector_irradiance(ORIGIN).magnitude(0) > 0.1, "{name} shines on the origin");
         for n in normals() {
@@ -212,10 +212,10 @@ fn a_rectangle_has_the_view_factor_of_the_textbooks() {
 
 fn lights() -> Vec<(String, Box<dyn AreaLight>)> {
     let mut lights: Vec<(String, Box<dyn AreaLight>)> = vec![
-        ("sphere".into(), Box::new(SphereLight { centre: [1.0, 0.5, 1.0], radius: 0.8 })),
+        ("sphere".into(), Box::new(SphereLight { center: [1.0, 0.5, 1.0], radius: 0.8 })),
         (
             "disc".into(),
-            Box::new(DiscLight { centre: [0.3, 0.2, 1.0], normal: Dir::new([0.2, 0.1, -1.0]).unwrap(), radius: 1.2 }),
+            Box::new(DiscLight { center: [0.3, 0.2, 1.0], normal: Dir::new([0.2, 0.1, -1.0]).unwrap(), radius: 1.2 }),
         ),
     ];
     lights
@@ -240,9 +240,9 @@ fn a_closed_box_of_light_leaves_pi_everywhere_and_no_net_flow() {
     let mut faces = Vec::new();
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
-            let (mut centre, mut u, mut v) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-            (centre[axis], u[(axis + 1) % 3], v[(axis + 2) % 3]) = (sign, 1.0, -sign);
-            faces.push(PolygonLight::rectangle(centre, u, v).unwrap());
+            let (mut center, mut u, mut v) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+            (center[axis], u[(axis + 1) % 3], v[(axis + 2) % 3]) = (sign, 1.0, -sign);
+            faces.push(PolygonLight::rectangle(center, u, v).unwrap());
         }
     }
     let mut random = Random::new(5);
@@ -266,13 +266,13 @@ fn a_closed_box_of_light_leaves_pi_everywhere_and_no_net_flow() {
 #[test]
 fn polygons_of_many_sides_tend_to_the_disc() {
     let normal = Dir::new([0.2, -0.3, -1.0]).unwrap();
-    let disc = DiscLight { centre: [0.5, 0.1, 1.0], normal, radius: 0.9 };
+    let disc = DiscLight { center: [0.5, 0.1, 1.0], normal, radius: 0.9 };
     let u = Dir::new(cross(normal.to_array(), [1.0, 0.0, 0.0])).unwrap().to_array();
     let v = cross(normal.to_array(), u);
     let sides = 2000;
     let vertex = |k: usize| -> [f64; 3] {
         let (sin, cos) = (2.0 * PI * k as f64 / sides as f64).sin_cos();
-        std::array::from_fn(|i| disc.centre[i] + disc.radius * (cos * u[i] + sin * v[i]))
+        std::array::from_fn(|i| disc.center[i] + disc.radius * (cos * u[i] + sin * v[i]))
     };
     let polygon = PolygonLight::new((0..sides).map(vertex).collect()).unwrap();
     for n in normals() {
@@ -293,9 +293,9 @@ fn small_polygons_keep_their_digits() {
 
 #[test]
 fn lights_seen_from_behind_edge_on_or_from_inside_are_dark() {
-    let disc = DiscLight { centre: ORIGIN, normal: Dir::Z, radius: 1.0 };
+    let disc = DiscLight { center: ORIGIN, normal: Dir::Z, radius: 1.0 };
     let square = PolygonLight::rectangle(ORIGIN, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]).unwrap();
-    let sphere = SphereLight { centre: ORIGIN, radius: 1.0 };
+    let sphere = SphereLight { center: ORIGIN, radius: 1.0 };
     let flat: [&dyn AreaLight; 2] = [&disc, &square];
     for n in normals() {
         for light in flat {
@@ -307,7 +307,7 @@ fn lights_seen_from_behind_edge_on_or_from_inside_are_dark() {
             }
         }
         assert_eq!(sphere.irradiance([0.1, 0.2, 0.3], n), 0.0, "inside the sphere");
-        assert_eq!(sphere.irradiance(ORIGIN, n), 0.0, "at the centre of the sphere");
+        assert_eq!(sphere.irradiance(ORIGIN, n), 0.0, "at the center of the sphere");
     }
     assert!((disc.irradiance([0.2, 0.0, 1e-9], -Dir::Z) - PI).abs() < 1e-7, "just in front of the disc");
 }
@@ -315,8 +315,8 @@ fn lights_seen_from_behind_edge_on_or_from_inside_are_dark() {
 #[test]
 fn lights_without_area_give_nothing() {
     let line = PolygonLight::new(vec![[-1.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]).unwrap();
-    let disc = DiscLight { centre: [0.0, 0.0, 1.0], normal: -Dir::Z, radius: 0.0 };
-    let sphere = SphereLight { centre: [0.0, 0.0, 1.0], radius: 0.0 };
+    let disc = DiscLight { center: [0.0, 0.0, 1.0], normal: -Dir::Z, radius: 0.0 };
+    let sphere = SphereLight { center: [0.0, 0.0, 1.0], radius: 0.0 };
     let lights: [&dyn AreaLight; 3] = [&line, &disc, &sphere];
     for light in lights {
         assert_eq!(light.irradiance(ORIGIN, Dir::Z), 0.0, "irradiance");
@@ -337,7 +337,7 @@ fn polygons_of_too_few_or_infinite_vertices_are_refused() {
 fn far_lights_are_points_within_their_squared_size() {
     for ratio in [0.5, 0.2, 0.1, 0.05, 0.01] {
         let d = 1.0 / ratio;
-        let disc = DiscLight { centre: [0.0, 0.0, d], normal: -Dir::Z, radius: 1.0 };
+        let disc = DiscLight { center: [0.0, 0.0, d], normal: -Dir::Z, radius: 1.0 };
         let error = compare_approximations(&disc, ORIGIN, ORIGIN, Dir::Z).point_error();
         assert!((error / (ratio * ratio) - 1.0).abs() < 1e-9, "disc at {d} radii: {error}");
 
@@ -346,7 +346,7 @@ fn far_lights_are_points_within_their_squared_size() {
         let law = 4.0 / 3.0 * ratio * ratio;
         assert!((error - law).abs() < law * ratio * ratio, "square at {d} half sides: {error} against {law}");
 
-        let sphere = SphereLight { centre: [0.0, 0.0, d], radius: 1.0 };
+        let sphere = SphereLight { center: [0.0, 0.0, d], radius: 1.0 };
         for n in [Dir::Z, Dir::from_angles(0.9, 0.3)] {
             let error = compare_approximations(&sphere, ORIGIN, ORIGIN, n).point_error();
             assert!(error.abs() < 1e-14, "sphere at {d} radii facing {n:?}: {error}");
@@ -359,7 +359,7 @@ fn far_lights_are_points_within_their_squared_size() {
 #[test]
 fn a_beam_is_exact_where_it_was_made_and_its_error_grows_with_the_offset() {
     let d = 10.0;
-    let disc = DiscLight { centre: [0.0, 0.0, d], normal: -Dir::Z, radius: 1.0 };
+    let disc = DiscLight { center: [0.0, 0.0, d], normal: -Dir::Z, radius: 1.0 };
     let at = |point: [f64; 3]| compare_approximations(&disc, ORIGIN, point, Dir::Z);
     assert!(at(ORIGIN).directional_error().abs() < 1e-15, "{:?}", at(ORIGIN));
     for offset in [0.1, 0.5, 1.0] {

@@ -1,4 +1,4 @@
-//! Cubes go out and come in the right way round: coloured faces with letters.
+//! Cubes go out and come in the right way round: colored faces with letters.
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
@@ -8,8 +8,8 @@ use lobe_env::{
 };
 use lobe_sh::{Dir, Rgb};
 
-/// The colours of the faces +X, -X, +Y, -Y, +Z, -Z.
-const COLOURS: [[f32; 3]; 6] =
+/// The colors of the faces +X, -X, +Y, -Y, +Z, -Z.
+const COLORS: [[f32; 3]; 6] =
     [[1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]];
 
 /// The letter F: no turn and no mirror image of it is itself, and P, G, R, L, J differ from it as well.
@@ -23,17 +23,17 @@ const LETTERS: [[&str; 5]; 6] = [
 ];
 const SIZE: usize = 7;
 
-fn colour(face: usize) -> Rgb<f32> {
-    Rgb::from(COLOURS[face])
+fn color(face: usize) -> Rgb<f32> {
+    Rgb::from(COLORS[face])
 }
 
-/// Face `face` as it is printed in this file: a white letter on its colour, off the middle.
+/// Face `face` as it is printed in this file: a white letter on its color, off the middle.
 fn lettered(face: usize) -> Vec<Rgb<f32>> {
     (0..SIZE * SIZE)
         .map(|i| {
             let (x, y) = (i % SIZE, i / SIZE);
             let row = LETTERS[face].get(y.wrapping_sub(1)).map_or("", |row| row);
-            if row.as_bytes().get(x.wrapping_sub(1)) == Some(&b'X') { Rgb::new(1.0, 1.0, 1.0) } else { colour(face) }
+            if row.as_bytes().get(x.wrapping_sub(1)) == Some(&b'X') { Rgb::new(1.0, 1.0, 1.0) } else { color(face) }
         })
         .collect()
 }
@@ -60,20 +60,20 @@ fn no_turn_or_mirror_image_of_a_letter_is_itself() {
 }
 
 #[test]
-fn a_face_of_each_colour_lies_in_its_direction() {
+fn a_face_of_each_color_lies_in_its_direction() {
     let cube = lettered_cube();
     // The cube's y-up axes in Lobe's.
-    let centres = [Dir::X, -Dir::X, Dir::Z, -Dir::Z, -Dir::Y, Dir::Y];
-    for (face, s) in centres.into_iter().enumerate() {
-        // A little beside the centre, where there is no letter.
+    let centers = [Dir::X, -Dir::X, Dir::Z, -Dir::Z, -Dir::Y, Dir::Y];
+    for (face, s) in centers.into_iter().enumerate() {
+        // A little beside the center, where there is no letter.
         let beside = s.to_array().map(|c| c + 0.9 * if c == 0.0 { 1.0 } else { 0.0 });
         let found = cube.radiance(Dir::new(beside).unwrap());
-        let distance = (0..3).map(|k| (found.to_array()[k] - COLOURS[face][k]).abs()).fold(0.0, f32::max);
+        let distance = (0..3).map(|k| (found.to_array()[k] - COLORS[face][k]).abs()).fold(0.0, f32::max);
         assert!(distance < 0.5, "face {face}: {found:?}");
     }
 }
 
-/// What an eye in the centre sees that looks along `forward`, as a photograph of a field of view of a right angle.
+/// What an eye in the center sees that looks along `forward`, as a photograph of a field of view of a right angle.
 fn photograph(cube: &CubeMap, forward: [f64; 3], right: [f64; 3], up: [f64; 3]) -> Vec<Rgb<f32>> {
     let cross =
         [right[1] * up[2] - right[2] * up[1], right[2] * up[0] - right[0] * up[2], right[0] * up[1] - right[1] * up[0]];
@@ -162,7 +162,7 @@ fn textures_of_another_tool_are_read_the_right_way_round() {
         assert_eq!((report.width, report.levels), (SIZE, 3), "{name}: size and levels");
         for level in &chain.levels()[1..] {
             for face in 0..6 {
-                assert!(level.face(face).iter().all(|t| *t == colour(face)), "{name}: face {face} of {}", level.size());
+                assert!(level.face(face).iter().all(|t| *t == color(face)), "{name}: face {face} of {}", level.size());
             }
         }
     }
@@ -170,7 +170,7 @@ fn textures_of_another_tool_are_read_the_right_way_round() {
 
 #[test]
 fn crosses_can_be_folded() {
-    // Texels on both sides of every fold of a cross are neighbours on the sphere.
+    // Texels on both sides of every fold of a cross are neighbors on the sphere.
     let cube = CubeMap::from_fn(SIZE, |s| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32));
     for (layout, folds) in [
         (
@@ -212,13 +212,13 @@ fn letters_survive_every_mapping() {
             .zip(cube.texels())
             .filter(|(a, b)| (0..3).any(|k| (a.to_array()[k] - b.to_array()[k]).abs() > 0.45));
         let wrong = wrong.count();
-        assert_eq!(wrong, 0, "{mapping}: texels of another colour after the way there and back");
+        assert_eq!(wrong, 0, "{mapping}: texels of another color after the way there and back");
     }
 }
 
 #[test]
 fn pictures_of_no_cube_are_refused_in_one_line() {
-    let picture = |width: usize, height: usize, count: usize| Raster { width, height, texels: vec![colour(0); count] };
+    let picture = |width: usize, height: usize, count: usize| Raster { width, height, texels: vec![color(0); count] };
     for (p, expected) in [
         (
             picture(8, 8, 64),

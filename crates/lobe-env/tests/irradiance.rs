@@ -50,7 +50,7 @@ fn a_sun_of_one_texel_gives_its_solid_angle_times_the_cosine() {
         let sun = map.dir(x, y);
         for (n, e) in normals().iter().zip(irradiance_at(&map, &normals())) {
             let expected = 1000.0 * lat_long::solid_angle(w, h, y) * n.dot(sun).max(0.0);
-            // The mean direction of a texel is not quite its centre.
+            // The mean direction of a texel is not quite its center.
             let limit = 1000.0 * lat_long::solid_angle(w, h, y) * 0.01;
             assert!((e.r - expected).abs() < limit, "sun at ({x}, {y}), facing {n:?}: {} against {expected}", e.r);
         }
@@ -74,7 +74,7 @@ fn both_routes_agree_where_the_order_suffices() {
 
 #[test]
 fn brute_force_agrees_with_a_high_order_of_the_same_texels() {
-    // The texels of a coarse map differ from their neighbours by much, so that a cut one counts. The factors of the
+    // The texels of a coarse map differ from their neighbors by much, so that a cut one counts. The factors of the
     // cosine fall as l^-5/2 and the coefficients of a map of steps fall too: order 48 leaves little.
     let map = EnvMap::from_fn(32, 16, |s| {
         let c = 2.0 + (3.0 * s.x()).sin() + (4.0 * s.y() * s.z()).cos();

@@ -165,7 +165,7 @@ fn every_edge_fold_rim_and_pole_is_on_one_of_its_sides() {
 }
 
 #[test]
-fn texels_contain_the_directions_of_their_centres() {
+fn texels_contain_the_directions_of_their_centers() {
     for mapping in Mapping::ALL {
         for (w, h) in sizes(mapping) {
             let map = MappedMap::from_fn(mapping, w, h, |_| Rgb::new(1.0, 1.0, 1.0));
@@ -211,7 +211,7 @@ fn a_constant_map_is_constant_in_every_direction() {
 }
 
 #[test]
-fn at_texel_centres_the_radiance_is_the_texel() {
+fn at_texel_centers_the_radiance_is_the_texel() {
     let mut random = Random::new(11);
     for mapping in Mapping::ALL {
         let (w, h) = (16, mapping.height_for(16));

@@ -78,7 +78,7 @@ fn brute_force(points: &[(Dir, f64, f64)], r: Dir, weight: impl Fn(Dir) -> f64) 
     sum / weights
 }
 
-/// The largest error over some texels, the brightest and its neighbours among them, in parts of the brightest.
+/// The largest error over some texels, the brightest and its neighbors among them, in parts of the brightest.
 fn error_of_peak(found: &CubeMap, points: &[(Dir, f64, f64)], lobe: impl Fn(f64) -> f64) -> f64 {
     let size = found.size();
     let texels = found.texels();

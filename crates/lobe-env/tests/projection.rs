@@ -155,7 +155,7 @@ fn mean_direction(map: &EnvMap, x: usize, y: usize) -> Dir {
     Dir::new(mean).unwrap()
 }
 
-/// Checks one sun; returns whether its direction was compared with the centre of the texel too.
+/// Checks one sun; returns whether its direction was compared with the center of the texel too.
 fn check_sun(map: &mut EnvMap, x: usize, y: usize) -> bool {
     let (w, h) = (map.width(), map.height());
     let i = y * w + x;
@@ -168,13 +168,13 @@ fn check_sun(map: &mut EnvMap, x: usize, y: usize) -> bool {
     let direction = Dir::new([-f[3].r, -f[1].r, f[2].r]).unwrap();
     let angle = direction.angle_to(mean_direction(map, x, y));
     assert!(angle < 1e-9, "{w} x {h} at ({x}, {y}): {angle} rad from the mean direction");
-    // By area the mean of a texel lies off its centre, away from the pole by Δθ²/12 cot θ, and its arc bends inwards
+    // By area the mean of a texel lies off its center, away from the pole by Δθ²/12 cot θ, and its arc bends inwards
     // by Δφ²/24 sin θ cos θ: more than 1e-4 rad only in the rows next to a pole, or where texels are large.
     let (sin, cos) = (PI * (y as f64 + 0.5) / h as f64).sin_cos();
     let off = (PI / h as f64).powi(2) / 12.0 * cos.abs() / sin + (2.0 * PI / w as f64).powi(2) / 24.0 * sin * cos.abs();
     let angle = direction.angle_to(map.dir(x, y));
     let near = off < 0.9e-4;
-    assert!(!near || angle < 1e-4, "{w} x {h} at ({x}, {y}): {angle} rad from the centre");
+    assert!(!near || angle < 1e-4, "{w} x {h} at ({x}, {y}): {angle} rad from the center");
     near
 }
 
@@ -196,7 +196,7 @@ fn a_sun_of_one_texel_keeps_its_energy_and_its_direction() {
     }
     assert!(
         near > 230,
-        "in {near} of 256 rows the direction was compared with the centre; all but the polar ones expected"
+        "in {near} of 256 rows the direction was compared with the center; all but the polar ones expected"
     );
 }
 
@@ -209,7 +209,7 @@ fn a_band_limited_map_has_its_coefficients_up_to_the_squared_texel_size() {
     let mut errors = Vec::new();
     for h in [32, 64, 128] {
         let error = difference(&project_env(&reconstruct(&planted, 2 * h, h), order), &planted);
-        // Sampling at centres against averaging over texels: Δ²/24 times the Laplacian, l (l + 1) <= 20.
+        // Sampling at centers against averaging over texels: Δ²/24 times the Laplacian, l (l + 1) <= 20.
         let limit = 2.0 * 20.0 / 24.0 * (PI / h as f64).powi(2) * largest(&planted);
         assert!(error < limit, "{h} rows: {error:e} against {limit:e}");
         errors.push(error);

@@ -222,8 +222,8 @@ fn hard_places() -> Vec<Dir> {
     places
 }
 
-/// The energy of a channel and the direction of its centre.
-fn energy_and_centre(f: &ShVec<Rgb<f64>>, channel: usize) -> (f64, Dir) {
+/// The energy of a channel and the direction of its center.
+fn energy_and_center(f: &ShVec<Rgb<f64>>, channel: usize) -> (f64, Dir) {
     let [f0, f1, f2, f3] = [0, 1, 2, 3].map(|i| f[i].channel(channel));
     ((4.0 * PI).sqrt() * f0, Dir::new([-f3, -f1, f2]).expect("a sun has a direction"))
 }
@@ -262,10 +262,10 @@ fn fate_of_suns(from: Mapping, (w, h): (usize, usize), places: [Dir; 3], to: &Re
     let map = resample(&source, to).unwrap();
     let (before, after) = (project_map(&source, 2), project_map(&map, 2));
     [0, 1, 2].map(|channel| {
-        let ((energy, centre), (found, moved)) =
-            (energy_and_centre(&before, channel), energy_and_centre(&after, channel));
-        let expected = to.rotation.as_ref().map_or(centre, |r| r.rotate_dir(centre));
-        let half = half_texel(&source, centre).max(half_texel(&map, expected));
+        let ((energy, center), (found, moved)) =
+            (energy_and_center(&before, channel), energy_and_center(&after, channel));
+        let expected = to.rotation.as_ref().map_or(center, |r| r.rotate_dir(center));
+        let half = half_texel(&source, center).max(half_texel(&map, expected));
         ((found / energy - 1.0).abs(), expected.angle_to(moved) / half)
     })
 }
@@ -374,13 +374,13 @@ fn turned_maps_have_turned_expansions() {
     }
 }
 
-/// How far apart the values are between which is interpolated: to the middles of the texel's neighbours in the picture,
+/// How far apart the values are between which is interpolated: to the middles of the texel's neighbors in the picture,
 /// and as far as it reaches itself.
 fn reach(map: &MappedMap, s: Dir) -> f64 {
     let (x, y) = map.texel_at(s);
     let middle = map.dir(x, y).expect("a texel that contains a direction shows something");
-    let neighbours = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
-    let inside = neighbours.into_iter().filter(|(x, y)| *x < map.width() && *y < map.height());
+    let neighbors = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+    let inside = neighbors.into_iter().filter(|(x, y)| *x < map.width() && *y < map.height());
     // Across a seam lies another part of the sphere.
     let angles = inside.filter_map(|(x, y)| map.dir(x, y)).map(|s| s.angle_to(middle)).filter(|a| *a < 0.8);
     angles.fold(half_texel(map, s), f64::max)
@@ -419,7 +419,7 @@ fn perpendicular(s: Dir) -> Dir {
     Dir::new([y * axis[2] - z * axis[1], z * axis[0] - x * axis[2], x * axis[1] - y * axis[0]]).unwrap()
 }
 
-// Interpolation mixes what lies at the centres of texels. Where a mapping is smooth, the mean of their directions is the
+// Interpolation mixes what lies at the centers of texels. Where a mapping is smooth, the mean of their directions is the
 // direction asked for, and what is left is of the second order: half the bend times the mean square of their distances.
 // Where lines of a picture bend, at the folds of the two squares and on the axes of the equal-area one, that mean lies
 // aside, by 0.03 at this size, and the value with it, however it is interpolated: the limit follows it there.

@@ -235,7 +235,7 @@ fn a_sun_of_one_texel_keeps_its_energy_and_its_place() {
         let error = (found.sun.irradiance.g / expected - 1.0).abs();
         let distance = found.sun.direction.angle_to(texel) / PITCH;
         assert!(error < 1e-4, "{place:?}: {} against {expected}", found.sun.irradiance.g);
-        // A texel at a pole is a triangle: its centre of light lies a sixth of its height from the middle.
+        // A texel at a pole is a triangle: its center of light lies a sixth of its height from the middle.
         assert!(distance < 0.17, "{place:?}: {distance} texels away");
     }
 }

@@ -40,7 +40,7 @@ fn light(order: usize) -> Vec<Rgb<f64>> {
 
 /// The sum of the rows: what reading them costs at least, with 32 sums that do not wait for each other.
 fn floor(c: &mut Criterion) {
-    for (channels, name) in [(Channels::Grey, "shade-floor-read-grey"), (Channels::Rgb, "shade-floor-read-rgb")] {
+    for (channels, name) in [(Channels::Gray, "shade-floor-read-gray"), (Channels::Rgb, "shade-floor-read-rgb")] {
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(RECEIVERS as u64));
         for order in ORDERS {
@@ -61,7 +61,7 @@ fn floor(c: &mut Criterion) {
 }
 
 fn uncompressed(c: &mut Criterion) {
-    for (channels, name) in [(Channels::Grey, "shade-grey"), (Channels::Rgb, "shade-rgb")] {
+    for (channels, name) in [(Channels::Gray, "shade-gray"), (Channels::Rgb, "shade-rgb")] {
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(RECEIVERS as u64));
         for order in ORDERS {
@@ -80,7 +80,7 @@ fn compressed(c: &mut Criterion) {
         group.throughput(Throughput::Elements(RECEIVERS as u64));
         for order in ORDERS {
             let options = CompressOptions { clusters: 64, components: 8, weights, iterations: 4, ..Default::default() };
-            let few = transfer(order, Channels::Grey, FEW);
+            let few = transfer(order, Channels::Gray, FEW);
             let Ok((small, _)) = CompressedTransfer::new(&few, &options) else { continue };
             let Some(all) = repeated(&small) else { continue };
             let light = light(order);
@@ -112,8 +112,8 @@ fn zonal(c: &mut Criterion) {
     let mut group = c.benchmark_group("shade-zonal");
     group.throughput(Throughput::Elements(FEW as u64));
     for order in ORDERS {
-        let few = transfer(order, Channels::Grey, FEW);
-        let options = ZonalFitOptions { lobes: 1, optimise: false, ..Default::default() };
+        let few = transfer(order, Channels::Gray, FEW);
+        let options = ZonalFitOptions { lobes: 1, optimize: false, ..Default::default() };
         let Ok((zonal, _)) = fit_zonal(&few, &options) else { continue };
         let light = light(order);
         let mut out = vec![Rgb::new(0.0, 0.0, 0.0); FEW];

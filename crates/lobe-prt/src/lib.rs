@@ -17,8 +17,8 @@
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
 //! | files of these two, and of any form | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers; [`AnyTransfer`], [`read_any_transfer`] |
 //! | glossy receivers | [`bake_matrices`], [`bake_matrices_resumable`], [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
-//! | what moves through a scene | [`bake_neighbourhood`], [`bake_neighbourhood_resumable`], [`Neighbourhood`], [`Grid`] |
-//! | files of these two | [`write_matrices`], [`write_neighbourhood`] and their readers |
+//! | what moves through a scene | [`bake_neighborhood`], [`bake_neighborhood_resumable`], [`Neighborhood`], [`Grid`] |
+//! | files of these two | [`write_matrices`], [`write_neighborhood`] and their readers |
 //! | telling one piece of long work from another | [`Fingerprint`] |
 
 mod bake;
@@ -35,7 +35,7 @@ pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, spli
 pub use bake::bake::{bake, bake_resumable};
 pub use bake::glossy::{TransferMatrices, bake_matrices, bake_matrices_resumable};
 pub use bake::options::{BakeOptions, BakeReport, Mode, Progress};
-pub use bake::transfer_grid::{Grid, Neighbourhood, bake_neighbourhood, bake_neighbourhood_resumable};
+pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_resumable};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
     error_curve_watched,
@@ -49,7 +49,7 @@ pub use files::compressed_file::{
     read_compressed_transfer, read_zonal_transfer, write_compressed_transfer, write_zonal_transfer,
 };
 pub use files::lightmap_file::{read_lightmap, write_lightmap};
-pub use files::matrix_file::{read_matrices, read_neighbourhood, write_matrices, write_neighbourhood};
+pub use files::matrix_file::{read_matrices, read_neighborhood, write_matrices, write_neighborhood};
 pub use files::read_baked::{Baked, read_baked, read_baked_within};
 pub use files::transfer_file::{read_transfer, write_transfer};
 pub use job::fingerprint::Fingerprint;

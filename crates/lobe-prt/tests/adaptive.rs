@@ -73,8 +73,8 @@ fn edges_that_are_short_are_left_and_counted() {
 }
 
 #[test]
-fn rounds_that_split_grey_surfaces_alone_keep_the_colours_of_the_others() {
-    // The red ball is finer than the shortest edge; the grey ground below is split in its shadow, round after round.
+fn rounds_that_split_gray_surfaces_alone_keep_the_colors_of_the_others() {
+    // The red ball is finer than the shortest edge; the gray ground below is split in its shadow, round after round.
     let [coarse, fine_ball] = [8, 64].map(built_in::ball_over_ground);
     let (mut meshes, materials, _) = coarse.into_parts();
     meshes[1] = fine_ball.meshes()[1].clone();

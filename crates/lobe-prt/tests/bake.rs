@@ -7,7 +7,7 @@ mod common;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use common::{baked, cone_transfer, go_on, is_grey, largest_difference, options, receiver, revolved, scene_of};
+use common::{baked, cone_transfer, go_on, is_gray, largest_difference, options, receiver, revolved, scene_of};
 use lobe_prt::{BakeOptions, Channels, Mode, PrtError, Receivers, bake};
 use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
@@ -85,7 +85,7 @@ fn the_middle_of_a_plane_under_a_sphere_has_its_closed_form() {
     assert!((report.energy_per_bounce[0] - visible).abs() < 1e-6, "energy {:?}", report.energy_per_bounce);
 }
 
-/// What the centre below a regular polygon sees of it: the form factor by Lambert's formula,
+/// What the center below a regular polygon sees of it: the form factor by Lambert's formula,
 /// `1/2π Σ γ_e n·(p × q)/|p × q|`.
 fn regular_polygon(sides: u32, radius: f64, height: f64) -> f64 {
     let half = PI / f64::from(sides);
@@ -127,7 +127,7 @@ fn a_closed_white_box_loses_no_light_at_any_bounce_count() {
         // No path escapes and none is absorbed: whatever the walls gave off would come back in full.
         assert_eq!(report.energy_left, 1.0, "{bounces} bounces: the part that still travels");
         assert!(transfer.coefficients().iter().all(|&t| t == 0.0), "{bounces} bounces: no light gets in");
-        assert!(is_grey(&transfer), "white is grey");
+        assert!(is_gray(&transfer), "white is gray");
     }
 }
 
@@ -255,7 +255,7 @@ fn back_sides_reflect_only_where_the_material_is_double_sided() {
 }
 
 #[test]
-fn light_takes_the_colour_of_what_it_met() {
+fn light_takes_the_color_of_what_it_met() {
     let scene = built_in::cornell_box(8);
     let white = receiver([-0.9, 0.0, 0.0], [0.0, 0.0, 1.0]);
     let (transfer, _) = baked(&scene, &white, &options(Mode::Interreflected, 2, 4096));
@@ -263,7 +263,7 @@ fn light_takes_the_colour_of_what_it_met() {
     let dc = |c| transfer.vector(0, c)[0];
     assert!(dc(0) > 1.05 * dc(1), "beside the red wall: {} red, {} green", dc(0), dc(1));
     let (shadowed, _) = baked(&scene, &white, &options(Mode::Shadowed, 2, 64));
-    assert!(is_grey(&shadowed), "a white receiver without bounces");
+    assert!(is_gray(&shadowed), "a white receiver without bounces");
     let rgb = BakeOptions { channels: Some(Channels::Rgb), ..options(Mode::Shadowed, 2, 64) };
     let (all, _) = baked(&scene, &white, &rgb);
     (0..3).for_each(|c| assert_eq!(all.vector(0, c), shadowed.vector(0, 0), "channel {c}"));

@@ -55,7 +55,7 @@ fn write_gltf(folder: &TempDir, name: &str, json: &Value, bytes: &[u8]) -> PathB
     path
 }
 
-/// The same vertices, triangles and materials; normals within the rounding of normalising them once more.
+/// The same vertices, triangles and materials; normals within the rounding of normalizing them once more.
 fn assert_same_scene(found: &Scene, expected: &Scene) {
     assert_eq!(found.meshes().len(), expected.meshes().len(), "meshes");
     for (i, (a, b)) in found.meshes().iter().zip(expected.meshes()).enumerate() {
@@ -77,8 +77,8 @@ fn built_in_scenes_come_back_with_their_transfer() {
     let path = folder.path().join("baked.glb");
     for (scene, order, channels) in [
         (built_in::ball_over_ground(16), 4, Channels::Rgb),
-        (built_in::columns_hall(1), 3, Channels::Grey),
-        (built_in::closed_white_box(2), 1, Channels::Grey),
+        (built_in::columns_hall(1), 3, Channels::Gray),
+        (built_in::closed_white_box(2), 1, Channels::Gray),
         (built_in::cornell_box(8).split_edges(0.2).unwrap(), 8, Channels::Rgb),
     ] {
         let transfer = transfer_of(&scene, order, channels);
@@ -259,7 +259,7 @@ fn compressed_transfer_that_contradicts_itself_is_refused() {
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(2);
     let options = CompressOptions { clusters: 3, components: 2, ..CompressOptions::default() };
-    let (compressed, _) = CompressedTransfer::new(&transfer_of(&scene, 2, Channels::Grey), &options).unwrap();
+    let (compressed, _) = CompressedTransfer::new(&transfer_of(&scene, 2, Channels::Gray), &options).unwrap();
     BakedGlb::of_scene(&scene).write_compressed(&path, &compressed, &Value::Null).unwrap();
     let (json, bytes) = parts_of(&path);
     for (pointer, value, part) in [
@@ -290,7 +290,7 @@ fn refusal(change: impl FnOnce(&mut Value)) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(1);
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Grey), &Value::Null).unwrap();
+    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Value::Null).unwrap();
     let (mut json, bytes) = parts_of(&path);
     change(&mut json);
     let path = write_gltf(&folder, "changed", &json, &bytes);
@@ -352,7 +352,7 @@ fn what_does_not_belong_together_is_not_written() {
     let split = scene.split_edges(0.3).unwrap();
     assert!(BakedGlb::of_file(&input, &split).is_err(), "a scene that was split");
     let path = folder.path().join("baked.glb");
-    let transfer = transfer_of(&other, 2, Channels::Grey);
+    let transfer = transfer_of(&other, 2, Channels::Gray);
     let error = BakedGlb::of_file(&input, &scene).unwrap().write(&path, &transfer, &Value::Null).unwrap_err();
     let (expected, found) = (scene.vertex_count(), other.vertex_count());
     let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
@@ -379,7 +379,7 @@ fn a_file_that_is_broken_on_purpose_is_found_to_be() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(1);
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Grey), &Value::Null).unwrap();
+    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Value::Null).unwrap();
     let (json, buffer) = parts_of(&path);
     assert_eq!(glb_faults(&glb_of(&json, &buffer)), Vec::<String>::new(), "put together again");
     let attributes = &json["meshes"][0]["primitives"][0]["attributes"];

@@ -32,7 +32,7 @@ fn light(order: usize, seed: u64) -> Vec<Rgb<f64>> {
 #[test]
 fn the_error_falls_with_clusters_and_components() {
     let (clusters, components) = ([1, 2, 8, 32], [0, 1, 2, 4, 8]);
-    for (transfer, name) in [(cloth(24, 4, Channels::Grey), "grey"), (cloth(16, 3, Channels::Rgb), "colour")] {
+    for (transfer, name) in [(cloth(24, 4, Channels::Gray), "gray"), (cloth(16, 3, Channels::Rgb), "color")] {
         let curve = error_curve(&transfer, &clusters, &components, &CompressOptions::default()).unwrap();
         for (i, point) in curve.iter().enumerate() {
             println!("{name}: {point:?}");
@@ -52,7 +52,7 @@ fn the_error_falls_with_clusters_and_components() {
 
 #[test]
 fn clustered_components_are_never_worse_than_either_part() {
-    for transfer in [cloth(20, 4, Channels::Grey), cloth(14, 3, Channels::Rgb), cloth(14, 6, Channels::Grey)] {
+    for transfer in [cloth(20, 4, Channels::Gray), cloth(14, 3, Channels::Rgb), cloth(14, 6, Channels::Gray)] {
         let bound = ROUNDING * energy(transfer.coefficients());
         let error = |clusters, components| {
             CompressedTransfer::new(&transfer, &options(clusters, components)).unwrap().1.squared_error
@@ -67,7 +67,7 @@ fn clustered_components_are_never_worse_than_either_part() {
 
 #[test]
 fn at_equal_cost_neither_pca_nor_vq_is_better() {
-    let transfer = cloth(24, 5, Channels::Grey);
+    let transfer = cloth(24, 5, Channels::Gray);
     let (rows, width) = (transfer.coefficients(), 25);
     let count = rows.len() / width;
     for (bits, bytes) in [(WeightBits::F32, 12_000), (WeightBits::U8, 6_000)] {
@@ -139,7 +139,7 @@ fn planted_clusters_are_found() {
 
 #[test]
 fn the_last_iteration_has_the_least_error_and_it_rises_only_where_a_cluster_was_moved() {
-    let transfer = cloth(40, 4, Channels::Grey);
+    let transfer = cloth(40, 4, Channels::Gray);
     let (_, report) =
         CompressedTransfer::new(&transfer, &CompressOptions { tolerance: 0.0, ..options(16, 2) }).unwrap();
     println!("{:?}", report.iterations);
@@ -154,7 +154,7 @@ fn the_last_iteration_has_the_least_error_and_it_rises_only_where_a_cluster_was_
 
 #[test]
 fn decoding_is_the_sum_of_weighted_vectors_and_shading_its_scalar_product() {
-    for (order, channels) in [(4, Channels::Grey), (3, Channels::Rgb)] {
+    for (order, channels) in [(4, Channels::Gray), (3, Channels::Rgb)] {
         let transfer = cloth(16, order, channels);
         for weights in [WeightBits::F32, WeightBits::U16, WeightBits::U8] {
             let (found, _) = CompressedTransfer::new(&transfer, &CompressOptions { weights, ..options(6, 3) }).unwrap();
@@ -197,7 +197,7 @@ fn half_steps(table: &CompressedTable, row: usize) -> f64 {
 
 #[test]
 fn rounding_a_weight_moves_a_vector_by_at_most_half_a_step() {
-    let transfer = cloth(24, 4, Channels::Grey);
+    let transfer = cloth(24, 4, Channels::Gray);
     let (exact, _) = CompressedTransfer::new(&transfer, &options(8, 4)).unwrap();
     for weights in [WeightBits::U16, WeightBits::U8] {
         let (found, report) =
@@ -216,7 +216,7 @@ fn rounding_a_weight_moves_a_vector_by_at_most_half_a_step() {
 
 #[test]
 fn the_bytes_do_not_depend_on_the_number_of_threads() {
-    let transfer = cloth(50, 4, Channels::Grey);
+    let transfer = cloth(50, 4, Channels::Gray);
     let compressed = |threads| with_threads(threads, || CompressedTransfer::new(&transfer, &options(12, 3)).unwrap());
     let (one, one_report) = compressed(1);
     for threads in [2, 3, 5] {
@@ -296,7 +296,7 @@ proptest! {
 #[test]
 fn a_table_of_matrices_is_compressed_by_the_same_code() {
     // Rows of 81 numbers: outer products of the transfer vectors of order 3, as transfer matrices of a shiny surface have.
-    let transfer = cloth(20, 3, Channels::Grey);
+    let transfer = cloth(20, 3, Channels::Gray);
     let outer = |t: &[f32]| t.iter().flat_map(|a| t.iter().map(move |b| a * b)).collect::<Vec<f32>>();
     let rows: Vec<f32> = transfer.coefficients().chunks(9).flat_map(outer).collect();
     let (table, report) = compress_table(&rows, 81, &options(6, 4)).unwrap();

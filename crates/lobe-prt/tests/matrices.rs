@@ -1,4 +1,4 @@
-//! Transfer matrices and neighbourhood transfer against closed forms and against vectors.
+//! Transfer matrices and neighborhood transfer against closed forms and against vectors.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 
 use common::{baked, go_on, options, receiver, scene_of};
 use lobe_prt::{
-    BakeOptions, Channels, Grid, Mode, Neighbourhood, Receivers, TransferMatrices, bake_matrices,
-    bake_matrices_resumable, bake_neighbourhood,
+    BakeOptions, Channels, Grid, Mode, Neighborhood, Receivers, TransferMatrices, bake_matrices,
+    bake_matrices_resumable, bake_neighborhood,
 };
 use lobe_scene::{Bounds, Bvh, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Zonal};
@@ -83,7 +83,7 @@ fn a_cosine_lobe_seen_from_above_sends_what_transfer_vectors_send() {
     for mode in [Mode::Shadowed, Mode::Interreflected] {
         let vectors = baked(&scene, &receivers, &options(mode, 8, 4096)).0;
         let matrices = matrices(&scene, &receivers, &options(mode, 8, 4096));
-        let expected_channels = if mode == Mode::Shadowed { Channels::Grey } else { Channels::Rgb };
+        let expected_channels = if mode == Mode::Shadowed { Channels::Gray } else { Channels::Rgb };
         assert_eq!(matrices.channels(), expected_channels, "{mode:?}");
         for seed in 0..4 {
             let light = sky(3, seed).resized(8);
@@ -96,12 +96,12 @@ fn a_cosine_lobe_seen_from_above_sends_what_transfer_vectors_send() {
 }
 
 #[test]
-fn around_nothing_the_neighbourhood_changes_no_light() {
+fn around_nothing_the_neighborhood_changes_no_light() {
     let triangle = vec![[0.0, 0.0, -1e6], [1e-3, 0.0, -1e6], [0.0, 1e-3, -1e6]];
     let scene = scene_of(triangle, vec![[0, 1, 2]], 0.5, true);
     let grid = Grid::new(Bounds { min: [-1.0; 3], max: [1.0; 3] }, [2, 3, 2]).unwrap();
     let options = options(Mode::Interreflected, 4, 4096);
-    let (around, report) = bake_neighbourhood(&scene, &Bvh::new(&scene), &grid, &options, &mut go_on).unwrap();
+    let (around, report) = bake_neighborhood(&scene, &Bvh::new(&scene), &grid, &options, &mut go_on).unwrap();
     assert!((report.energy_per_bounce[0] - 1.0).abs() < 1e-9, "{report:?}");
     let light = sky(4, 3);
     let found = around.incident([0.3, 0.1, -7.0], light.coefficients());
@@ -117,7 +117,7 @@ fn what_moves_is_lit_as_a_receiver_of_the_scene_at_its_place() {
     let bvh = Bvh::new(&scene);
     let grid = Grid::new(Bounds { min: [1.0, -0.5, 0.2], max: [2.0, 0.5, 1.2] }, [2, 3, 2]).unwrap();
     let options = BakeOptions { bounces: 1, ..options(Mode::Interreflected, 6, 4096) };
-    let (around, _) = bake_neighbourhood(&scene, &bvh, &grid, &options, &mut go_on).unwrap();
+    let (around, _) = bake_neighborhood(&scene, &bvh, &grid, &options, &mut go_on).unwrap();
     for n in [[-0.6_f32, 0.0, 0.8], [0.0, 0.6, 0.8], [0.0, 0.0, -1.0]] {
         let place = [1.0, 0.0, 0.2];
         let own = &Zonal::clamped_cosine(6) * (1.0 / PI);
@@ -151,9 +151,9 @@ fn a_grid_mixes_linear_functions_exactly_and_ends_at_its_border() {
     assert_eq!(refusal([1.0; 3], [1, 2, 2]), few, "too few");
     assert!(refusal([1.0; 3], [usize::MAX, 2, 2]).contains("at most 2^24"), "too many");
     assert!(refusal([1.0, 0.0, 1.0], [2; 3]).starts_with("expected a box with a volume"), "flat");
-    let none = TransferMatrices::new(1, Channels::Grey, vec![1.0; 7]).unwrap();
-    let found = Neighbourhood::new(grid, none).unwrap_err().to_string();
-    assert_eq!(found, "neighbourhood: expected matrices of 24 points, found 7", "another number");
+    let none = TransferMatrices::new(1, Channels::Gray, vec![1.0; 7]).unwrap();
+    let found = Neighborhood::new(grid, none).unwrap_err().to_string();
+    assert_eq!(found, "neighborhood: expected matrices of 24 points, found 7", "another number");
 }
 
 #[test]

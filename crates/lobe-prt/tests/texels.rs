@@ -32,7 +32,7 @@ fn texels_lie_where_the_surface_is_unfolded() {
     for set in [0, 1] {
         let texels = TexelReceivers::new(&scene([square(0.25, 0.75, set, 0.0)]), 16).unwrap();
         let receivers = texels.receivers();
-        // Eight texels have their centre inside; their neighbours touch at most a corner.
+        // Eight texels have their center inside; their neighbors touch at most a corner.
         let inside = receivers.positions().iter().filter(|p| p[0].abs() < 0.99 && p[1].abs() < 0.99).count();
         assert_eq!(inside, 64, "set {set}");
         for (i, &texel) in texels.texels().iter().enumerate() {
@@ -53,7 +53,7 @@ fn texels_lie_where_the_surface_is_unfolded() {
 fn every_texel_of_the_picture_shows_a_nearest_receiver() {
     let texels = TexelReceivers::new(&scene([square(0.25, 0.5, 0, 0.0)]), 16).unwrap();
     let values: Vec<f32> = (0..texels.receivers().len()).map(|i| i as f32).collect();
-    let transfer = Transfer::new(1, lobe_prt::Channels::Grey, values).unwrap();
+    let transfer = Transfer::new(1, lobe_prt::Channels::Gray, values).unwrap();
     let picture = texels.picture(&transfer).unwrap();
     assert_eq!(picture.receivers(), 256, "texels");
     let places: Vec<(i32, i32)> = texels.texels().iter().map(|&t| (t as i32 % 16, t as i32 / 16)).collect();
@@ -105,8 +105,8 @@ fn unfoldings_that_cannot_hold_light_are_refused_in_one_line() {
 }
 
 #[test]
-fn texels_whose_centre_is_on_an_edge_of_the_picture_do_not_see_behind_a_wall_there() {
-    // The edges of the floor's picture run through centres of texels, and a wall stands on one of them.
+fn texels_whose_center_is_on_an_edge_of_the_picture_do_not_see_behind_a_wall_there() {
+    // The edges of the floor's picture run through centers of texels, and a wall stands on one of them.
     let floor = square(0.5 / 32.0, 15.5 / 32.0, 0, 0.0);
     let mut wall = square(0.6, 0.9, 0, 0.0);
     wall.positions = vec![[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];

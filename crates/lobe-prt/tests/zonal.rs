@@ -25,12 +25,12 @@ fn distance(a: Rgb<f32>, b: Rgb<f32>) -> f32 {
 
 #[test]
 fn one_lobe_is_exact_for_unshadowed_transfer_in_closed_form() {
-    let closed_form = ZonalFitOptions { optimise: false, ..options(1) };
+    let closed_form = ZonalFitOptions { optimize: false, ..options(1) };
     for order in 2..=6 {
         let cosine = Zonal::clamped_cosine(order);
         let vectors = directions().into_iter().map(|n| cosine.towards(Dir::from_unit(n), 1.0));
         let coefficients: Vec<f32> = vectors.flat_map(|t| t.map(|c| c as f32).into_vec()).collect();
-        let transfer = Transfer::new(order, Channels::Grey, coefficients).unwrap();
+        let transfer = Transfer::new(order, Channels::Gray, coefficients).unwrap();
         for options in [closed_form, options(1)] {
             let (found, report) = fit_zonal(&transfer, &options).unwrap();
             assert!(report.worst_relative_error < 1e-6, "order {order}: {}", report.worst_relative_error);
@@ -46,7 +46,7 @@ fn one_lobe_is_exact_for_unshadowed_transfer_in_closed_form() {
 fn planted_lobes_are_found_back() {
     let mut random = Random::new(7);
     let (mut worst, mut failed) = (0.0_f64, 0);
-    for (order, lobes, channels) in [(4, 2, Channels::Grey), (5, 2, Channels::Rgb), (6, 3, Channels::Grey)] {
+    for (order, lobes, channels) in [(4, 2, Channels::Gray), (5, 2, Channels::Rgb), (6, 3, Channels::Gray)] {
         let count = 40;
         let axes: Vec<[f32; 3]> = (0..count).flat_map(|_| apart(&mut random, lobes)).collect();
         let numbers = random.signed_vec(count * lobes * channels.count() * order);
@@ -80,13 +80,13 @@ fn apart(random: &mut Random, count: usize) -> Vec<[f32; 3]> {
 
 #[test]
 fn the_error_falls_with_every_lobe() {
-    for (transfer, name) in [(cloth(12, 4, Channels::Grey), "grey"), (cloth(8, 3, Channels::Rgb), "colour")] {
-        for optimise in [false, true] {
+    for (transfer, name) in [(cloth(12, 4, Channels::Gray), "gray"), (cloth(8, 3, Channels::Rgb), "color")] {
+        for optimize in [false, true] {
             let mut before: Option<Vec<f64>> = None;
             for lobes in 1..=5 {
-                let (_, report) = fit_zonal(&transfer, &ZonalFitOptions { lobes, optimise, ..options(1) }).unwrap();
+                let (_, report) = fit_zonal(&transfer, &ZonalFitOptions { lobes, optimize, ..options(1) }).unwrap();
                 println!(
-                    "{name}, {lobes} lobes, optimised {optimise}: {}, worst {}",
+                    "{name}, {lobes} lobes, optimized {optimize}: {}, worst {}",
                     report.relative_error, report.worst_relative_error
                 );
                 if let Some(before) = &before {
@@ -101,21 +101,21 @@ fn the_error_falls_with_every_lobe() {
 }
 
 #[test]
-fn optimising_is_never_worse_than_the_closed_form() {
-    let transfer = cloth(12, 5, Channels::Grey);
-    let closed_form = fit_zonal(&transfer, &ZonalFitOptions { optimise: false, ..options(1) }).unwrap().1;
-    let optimised = fit_zonal(&transfer, &options(1)).unwrap().1;
-    for (r, (a, b)) in closed_form.squared_errors.iter().zip(&optimised.squared_errors).enumerate() {
-        assert!(*b <= a + 1e-10, "receiver {r}: {a} in closed form, {b} optimised");
+fn optimizing_is_never_worse_than_the_closed_form() {
+    let transfer = cloth(12, 5, Channels::Gray);
+    let closed_form = fit_zonal(&transfer, &ZonalFitOptions { optimize: false, ..options(1) }).unwrap().1;
+    let optimized = fit_zonal(&transfer, &options(1)).unwrap().1;
+    for (r, (a, b)) in closed_form.squared_errors.iter().zip(&optimized.squared_errors).enumerate() {
+        assert!(*b <= a + 1e-10, "receiver {r}: {a} in closed form, {b} optimized");
     }
-    println!("closed form {}, optimised {}", closed_form.relative_error, optimised.relative_error);
-    assert!(optimised.squared_error < closed_form.squared_error, "something is gained");
+    println!("closed form {}, optimized {}", closed_form.relative_error, optimized.relative_error);
+    assert!(optimized.squared_error < closed_form.squared_error, "something is gained");
 }
 
 #[test]
 fn turning_the_lobes_turns_the_expansion() {
     let mut random = Random::new(11);
-    for (order, channels) in [(3, Channels::Rgb), (5, Channels::Grey)] {
+    for (order, channels) in [(3, Channels::Rgb), (5, Channels::Gray)] {
         let (found, _) = fit_zonal(&cloth(6, order, channels), &options(2)).unwrap();
         let rotations: Vec<Rotation> =
             (0..found.receivers()).map(|_| Rotation::from_quaternion(random.quaternion()).unwrap()).collect();
@@ -139,7 +139,7 @@ fn turning_the_lobes_turns_the_expansion() {
 
 #[test]
 fn lobes_shade_as_their_expansion_does() {
-    for (order, channels, lobes) in [(1, Channels::Grey, 1), (4, Channels::Grey, 3), (6, Channels::Rgb, 2)] {
+    for (order, channels, lobes) in [(1, Channels::Gray, 1), (4, Channels::Gray, 3), (6, Channels::Rgb, 2)] {
         let (found, _) = fit_zonal(&cloth(13, order, channels), &options(lobes)).unwrap();
         for light in [light(order, 1), light(2, 2)] {
             let shaded = found.exit_radiance(&light);
@@ -152,13 +152,13 @@ fn lobes_shade_as_their_expansion_does() {
 
 #[test]
 fn zero_constant_and_even_transfer_have_lobes() {
-    let zero = Transfer::new(3, Channels::Grey, vec![0.0; 9]).unwrap();
+    let zero = Transfer::new(3, Channels::Gray, vec![0.0; 9]).unwrap();
     let mut constant = vec![0.0; 27];
     (constant[0], constant[9], constant[18]) = (1.0, 2.0, 3.0);
     let constant = Transfer::new(3, Channels::Rgb, constant).unwrap();
     // No linear part: x² - 1/3 has its lobe along x.
     let even = lobe_sh::project(3, 2, |s| s.x() * s.x() - 1.0 / 3.0).map(|c| c as f32);
-    let even = Transfer::new(3, Channels::Grey, even.into_vec()).unwrap();
+    let even = Transfer::new(3, Channels::Gray, even.into_vec()).unwrap();
     for (transfer, name) in [(&zero, "zero"), (&constant, "constant"), (&even, "even")] {
         for lobes in [1, 2, 8] {
             let (found, report) = fit_zonal(transfer, &options(lobes)).unwrap();
@@ -169,7 +169,7 @@ fn zero_constant_and_even_transfer_have_lobes() {
             }
         }
     }
-    let nobody = Transfer::new(3, Channels::Grey, Vec::new()).unwrap();
+    let nobody = Transfer::new(3, Channels::Gray, Vec::new()).unwrap();
     let (found, report) = fit_zonal(&nobody, &options(2)).unwrap();
     assert_eq!((found.receivers(), report.squared_error), (0, 0.0), "no receivers");
 }
@@ -183,13 +183,13 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn what_is_no_zonal_transfer_is_refused_in_one_line() {
-    let transfer = Transfer::new(2, Channels::Grey, vec![1.0; 4]).unwrap();
+    let transfer = Transfer::new(2, Channels::Gray, vec![1.0; 4]).unwrap();
     for lobes in [0, 9] {
         let refused = fit_zonal(&transfer, &options(lobes)).unwrap_err().to_string();
         assert_eq!(refused, format!("expected 1 to 8 lobes, found {lobes}"), "lobes");
     }
     let made =
-        |axes: Vec<[f32; 3]>, z: Vec<f32>| ZonalTransfer::new(2, Channels::Grey, 2, axes, z).unwrap_err().to_string();
+        |axes: Vec<[f32; 3]>, z: Vec<f32>| ZonalTransfer::new(2, Channels::Gray, 2, axes, z).unwrap_err().to_string();
     let axis = [0.0, 0.0, 1.0];
     assert_eq!(made(vec![axis], vec![]), "zonal transfer: expected 2 axes for each receiver, found 1 in all", "axes");
     let count = "zonal transfer: expected 2 coefficients for each of 2 axes, found 3 in all";
@@ -209,7 +209,7 @@ proptest! {
         values in prop::collection::vec(-1.0_f32..1.0, 32),
         lobes in 1_usize..5,
     ) {
-        let transfer = Transfer::new(4, Channels::Grey, values.clone()).unwrap();
+        let transfer = Transfer::new(4, Channels::Gray, values.clone()).unwrap();
         let (fewer, more) = (fit_zonal(&transfer, &options(lobes)).unwrap().1, fit_zonal(&transfer, &options(lobes + 1)).unwrap().1);
         for r in 0..2 {
             prop_assert!(more.squared_errors[r] <= fewer.squared_errors[r] + 1e-6, "{fewer:?} then {more:?}");

@@ -10,12 +10,12 @@ use std::time::Instant;
 
 use lobe_render::{
     Ball, Balloon, CubeCross, Picture, Profile, ProfilePlot, Sheet, Tone, View, basis_balloons, basis_crosses,
-    colour_bar, compare, diverging, error_map, lat_long_picture, lat_long_picture_of, sequential,
+    color_bar, compare, diverging, error_map, lat_long_picture, lat_long_picture_of, sequential,
 };
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, project};
 
 const WHITE: Rgb<f32> = Rgb::new(1.0, 1.0, 1.0);
-const GREY: Rgb<f32> = Rgb::new(0.05, 0.05, 0.05);
+const GRAY: Rgb<f32> = Rgb::new(0.05, 0.05, 0.05);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).ok_or("usage: figures FOLDER")?);
@@ -37,9 +37,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     write("cross.png", &CubeCross::new(150).picture(scalar), &Tone::PLAIN)?;
 
     let balls: Vec<_> = [View::ALONG_X, View::from_eye(Dir::X), View::three_quarter(), View::from_eye(Dir::Z)]
-        .map(|view| Ball::new(220).seen(view).lit_by_sh(GREY, &lights))
+        .map(|view| Ball::new(220).seen(view).lit_by_sh(GRAY, &lights))
         .into();
-    let sheet = Sheet { columns: 4, margin: 10, background: GREY };
+    let sheet = Sheet { columns: 4, margin: 10, background: GRAY };
     write("balls.png", &sheet.compose(&balls), &Tone::PLAIN)?;
 
     // The horizon is no polynomial; this degree leaves an error that no picture shows.
@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let report = compare(image.pixels(), reference.pixels());
     println!("{report:?}");
     write("error.png", &error_map(&image, &reference, report.max_abs)?, &Tone::PLAIN)?;
-    write("colour_bar.png", &colour_bar(300, 40, report.max_abs, GREY, WHITE), &Tone::PLAIN)?;
+    write("color_bar.png", &color_bar(300, 40, report.max_abs, GRAY, WHITE), &Tone::PLAIN)?;
     let maps = Picture::from_fn(512, 64, |x, y| {
         let t = (x as f64 + 0.5) / 512.0;
         if y < 32 { sequential(t) } else { diverging(2.0 * t - 1.0) }
@@ -84,8 +84,8 @@ fn sky(s: Dir) -> Rgb<f64> {
 fn clamped_cosine_plot() -> String {
     let (three, five) = (Zonal::clamped_cosine(3), Zonal::clamped_cosine(5));
     ProfilePlot { width: 520.0, height: 320.0 }.svg(&[
-        Profile { label: "max(cos θ, 0)", colour: [34, 34, 34], dashed: true, f: &|theta| theta.cos().max(0.0) },
-        Profile { label: "order 3", colour: [200, 16, 46], dashed: false, f: &|theta| three.eval(theta.cos()) },
-        Profile { label: "order 5", colour: [31, 79, 209], dashed: false, f: &|theta| five.eval(theta.cos()) },
+        Profile { label: "max(cos θ, 0)", color: [34, 34, 34], dashed: true, f: &|theta| theta.cos().max(0.0) },
+        Profile { label: "order 3", color: [200, 16, 46], dashed: false, f: &|theta| three.eval(theta.cos()) },
+        Profile { label: "order 5", color: [31, 79, 209], dashed: false, f: &|theta| five.eval(theta.cos()) },
     ])
 }

@@ -59,7 +59,7 @@
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`scene_picture`], [`SceneHit`] |
 //! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`Estimate`] |
-//! | differences | [`compare()`], [`relative_mse`], [`error_map`], [`colour_bar()`]; as eyes see them [`flip()`], [`hdr_flip()`] |
+//! | differences | [`compare()`], [`relative_mse`], [`error_map`], [`color_bar()`]; as eyes see them [`flip()`], [`hdr_flip()`] |
 //! | chance or error | [`ZTest`], [`Measured`], [`read_variance`] |
 //!
 //! # Linear light until the last step
@@ -69,7 +69,7 @@
 //! half covered pixel has half the light, that a smaller picture has the mean of the larger one, and that two pictures
 //! can be compared in the unit of the light and be shown with one exposure ([`Tone::fixed_for`]).
 //!
-//! Pixel `(0, 0)` is the top left one, pixel centres lie at +½. Results do not depend on the number of threads.
+//! Pixel `(0, 0)` is the top left one, pixel centers lie at +½. Results do not depend on the number of threads.
 
 mod compare;
 mod error;
@@ -108,8 +108,8 @@ pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, Pat
 pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_resumable};
 pub use path_tracer::truth_exr::read_variance;
 pub use picture::animated_png::{AnimatedPng, animated_png, write_animated_png};
+pub use picture::color_bar::color_bar;
 pub use picture::colormap::{diverging, sequential};
-pub use picture::colour_bar::colour_bar;
 pub use picture::picture::Picture;
 pub use picture::sheet::Sheet;
 pub use picture::srgb::{srgb_decode, srgb_encode};

@@ -23,7 +23,7 @@ pub(crate) fn sub(a: Vec3, b: Vec3) -> Vec3 {
 }
 
 /// The vector of length 1; a zero vector stays zero.
-pub(crate) fn normalised(a: Vec3) -> Vec3 {
+pub(crate) fn normalized(a: Vec3) -> Vec3 {
     let length = dot(a, a).sqrt();
     if length > 0.0 { scale(a, length.recip()) } else { a }
 }
@@ -31,6 +31,6 @@ pub(crate) fn normalised(a: Vec3) -> Vec3 {
 /// Two unit vectors `u`, `v` with `u × v = s`, for a unit vector `s`.
 pub(crate) fn tangents(s: Vec3) -> [Vec3; 2] {
     let axis = if s[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
-    let u = normalised(sub(axis, scale(s, dot(axis, s))));
+    let u = normalized(sub(axis, scale(s, dot(axis, s))));
     [u, cross(s, u)]
 }

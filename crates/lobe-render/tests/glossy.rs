@@ -174,7 +174,7 @@ fn without_a_horizon_glossy_transfer_is_the_convolution_of_the_light_with_the_lo
     for order in ORDERS {
         let bands = order * order;
         let identity = (0..bands * bands).map(|k| f32::from(u8::from(k % (bands + 1) == 0))).collect();
-        let matrices = TransferMatrices::new(order, Channels::Grey, identity).unwrap();
+        let matrices = TransferMatrices::new(order, Channels::Gray, identity).unwrap();
         let light = sky(order);
         let n = Dir::new([0.3, -0.5, 0.8]).unwrap();
         for (name, lobe, view) in cases(order) {

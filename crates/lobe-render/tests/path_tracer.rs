@@ -276,7 +276,7 @@ fn pictures_are_the_same_for_any_number_of_threads_and_know_what_they_show() {
     let middle = 23 * 61 + 30;
     assert_eq!(one.coverage[middle], 1.0, "the ball is in the middle");
     let [r, g, b] = one.albedo.pixels()[middle].to_array();
-    assert!((r - 0.7).abs() + (g - 0.25).abs() + (b - 0.2).abs() < 1e-6, "its colour");
+    assert!((r - 0.7).abs() + (g - 0.25).abs() + (b - 0.2).abs() < 1e-6, "its color");
     let eye = (36.0_f32 + 16.0 + 2.8 * 2.8).sqrt();
     assert!((one.depth[middle] - (eye - 1.0)).abs() < 0.1, "its distance: {}", one.depth[middle]);
     let sky = one.coverage.iter().position(|&c| c == 0.0).unwrap();

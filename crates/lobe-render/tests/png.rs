@@ -11,13 +11,13 @@ fn f(s: Dir) -> f64 {
 }
 
 fn figures() -> Vec<Vec<u8>> {
-    let colour = |s: Dir| Rgb::new(f(s), 0.5 + 0.5 * s.y(), s.z());
+    let color = |s: Dir| Rgb::new(f(s), 0.5 + 0.5 * s.y(), s.z());
     let pictures = [
         Balloon::new(70).picture(f),
         CubeCross::new(30).picture(f),
-        Ball::new(50).lit(Rgb::new(0.1, 0.1, 0.1), colour),
-        lat_long_picture(60, 30, colour),
-        lat_long_picture(60, 30, colour).resized(41, 7),
+        Ball::new(50).lit(Rgb::new(0.1, 0.1, 0.1), color),
+        lat_long_picture(60, 30, color),
+        lat_long_picture(60, 30, color).resized(41, 7),
     ];
     pictures.iter().map(|picture| picture.to_png(&Tone::PHOTOGRAPH).expect("these pictures have pixels")).collect()
 }

@@ -68,7 +68,7 @@ fn turns() -> [Rotation; 3] {
 }
 
 /// A scene from a file of the scene crate, on a square of ground below its lowest point.
-fn over_ground(name: &str, colour: [f32; 3]) -> Scene {
+fn over_ground(name: &str, color: [f32; 3]) -> Scene {
     let (scene, _) = read_scene(file("../lobe-scene/assets").join(name), &lobe_scene::ReadOptions::default()).unwrap();
     let bounds = scene.bounds();
     let middle: [f32; 3] = std::array::from_fn(|k| 0.5 * (bounds.min[k] + bounds.max[k]));
@@ -83,7 +83,7 @@ fn over_ground(name: &str, colour: [f32; 3]) -> Scene {
         [[a, a + 1, a + 10], [a, a + 10, a + 9]]
     };
     let (mut meshes, mut materials, textures) = scene.into_parts();
-    materials.push(Material::matte("ground", colour));
+    materials.push(Material::matte("ground", color));
     let ground = MeshParts {
         name: "ground".into(),
         positions,

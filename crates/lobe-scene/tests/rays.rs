@@ -130,7 +130,7 @@ fn hits_agree_with_moeller_and_trumbore_in_double_precision() {
     assert!(hits > 2000, "{hits} hits: enough to tell");
 }
 
-/// All corners, edges at several places, and centres of the triangles.
+/// All corners, edges at several places, and centers of the triangles.
 fn aims(corners: &[Corners]) -> Vec<[f32; 3]> {
     let mut aims = Vec::new();
     for &[a, b, c] in corners {
@@ -208,7 +208,7 @@ fn rays_from_outside_do_not_pass_through_edges_or_corners_of_a_height_field() {
     }
 }
 
-/// Rays that leave a surface at angles down to 1e-6, from corners, edges and centres.
+/// Rays that leave a surface at angles down to 1e-6, from corners, edges and centers.
 fn grazing_rays(corners: &[Corners], count: usize, origin: impl Fn([f32; 3], [f32; 3]) -> [f32; 3]) -> Vec<Ray> {
     let mut random = Random::new(7);
     let aims = aims(corners);

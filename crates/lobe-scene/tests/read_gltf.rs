@@ -74,7 +74,7 @@ fn mirrored_nodes_keep_their_outside() {
 }
 
 #[test]
-fn materials_vertex_colours_and_textures_are_read() {
+fn materials_vertex_colors_and_textures_are_read() {
     let mut png = Vec::new();
     let mut pixels = image::RgbaImage::new(2, 1);
     pixels.put_pixel(0, 0, image::Rgba([255, 0, 0, 255]));
@@ -103,7 +103,7 @@ fn materials_vertex_colours_and_textures_are_read() {
     let material = scene.material(0);
     assert_eq!((material.alpha, material.double_sided), (Alpha::Mask(0.25), true), "sides and alpha");
     assert_eq!((material.metallic, material.roughness, material.emissive), (0.0, 0.7, [1.0, 0.0, 0.0]), "factors");
-    assert_eq!(scene.vertex_base_color(0, 0), [0.25, 0.0, 0.0, 1.0], "red texel x grey x vertex colour");
+    assert_eq!(scene.vertex_base_color(0, 0), [0.25, 0.0, 0.0, 1.0], "red texel x gray x vertex color");
     assert_eq!(scene.vertex_base_color(0, 1), [0.0, 0.5, 0.0, 0.0], "green texel");
     let note = "material `paint` is emissive, which is not used: light comes from the environment";
     assert_eq!(report.notes, [note], "notes");
@@ -323,7 +323,7 @@ fn a_small_file_that_unfolds_to_too_much_is_refused_before_memory_is_taken() {
     assert_eq!(scene(&file).meshes().len(), 100, "within the usual limit it is read");
 }
 
-/// A PNG of one colour as a `data:` URI.
+/// A PNG of one color as a `data:` URI.
 fn png(width: u32, height: u32) -> String {
     let mut png = Vec::new();
     let picture = image::GrayImage::from_pixel(width, height, image::Luma([255]));
@@ -348,7 +348,7 @@ fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_befo
 }
 
 #[test]
-fn factors_and_colours_outside_of_their_range_are_moved_into_it_and_noted() {
+fn factors_and_colors_outside_of_their_range_are_moved_into_it_and_noted() {
     let color = [1.0, 1.0, 2.0, 1.0].repeat(4);
     let file = Gltf::square().with_attribute("COLOR_0", "VEC4", &color).with(
         "/materials",
@@ -359,25 +359,25 @@ fn factors_and_colours_outside_of_their_range_are_moved_into_it_and_noted() {
     let (scene, report) = read(&file.with("/meshes/0/primitives/0/material", json!(0))).unwrap();
     let material = scene.material(0);
     assert_eq!((material.metallic, material.roughness), (1.0, 0.0), "factors");
-    assert_eq!(scene.vertex_base_color(0, 0), [0.0, 0.5, 1.0, 1.0], "colour");
+    assert_eq!(scene.vertex_base_color(0, 0), [0.0, 0.5, 1.0, 1.0], "color");
     assert_eq!(
         report.notes,
         [
-            "material `m`: a base colour factor of -1 is outside of 0 to 1, and taken as 0",
+            "material `m`: a base color factor of -1 is outside of 0 to 1, and taken as 0",
             "material `m`: a metallic factor of 5 is outside of 0 to 1, and taken as 1",
             "material `m`: a roughness factor of -3 is outside of 0 to 1, and taken as 0",
-            "mesh `square` has colours outside of 0 to 1 at 4 vertices, moved there",
+            "mesh `square` has colors outside of 0 to 1 at 4 vertices, moved there",
         ],
         "notes"
     );
 }
 
 #[test]
-fn colours_kept_in_an_extension_are_noted_and_refused_where_they_are_required() {
+fn colors_kept_in_an_extension_are_noted_and_refused_where_they_are_required() {
     let name = "KHR_materials_pbrSpecularGlossiness";
     let used = Gltf::square().with("/extensionsUsed", json!([name]));
     let (_, report) = read(&used).unwrap();
-    let note = format!("{name} is not used, colours may be missing: convert to metallic-roughness");
+    let note = format!("{name} is not used, colors may be missing: convert to metallic-roughness");
     assert_eq!(report.notes, [note], "notes");
     let error = refusal(&used.with("/extensionsRequired", json!([name]))).to_string();
     assert!(error.ends_with("convert its materials to metallic-roughness"), "{error}");

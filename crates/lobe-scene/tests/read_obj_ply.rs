@@ -33,7 +33,7 @@ fn an_obj_is_turned_unless_z_is_up_and_polygons_become_fans() {
 }
 
 #[test]
-fn obj_materials_textures_and_colours_are_read() {
+fn obj_materials_textures_and_colors_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.obj");
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0.5 0.75\nvt 0.5 0.25\n\
@@ -91,7 +91,7 @@ const SQUARE_PLY: &str = "ply\nformat ascii 1.0\ncomment made by hand\nelement v
      0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 255 255 0\n0 1 0 0 0 188\n4 0 1 2 3\n";
 
 #[test]
-fn an_ascii_ply_is_read_with_colours_and_polygons() {
+fn an_ascii_ply_is_read_with_colors_and_polygons() {
     let (scene, report) = read("a.ply", SQUARE_PLY).unwrap();
     let mesh = &scene.meshes()[0];
     assert_eq!(mesh.positions()[2], [1.0, 0.0, 1.0], "y up");

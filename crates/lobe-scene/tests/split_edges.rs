@@ -64,7 +64,7 @@ fn split_edges_are_short_and_closed_surfaces_stay_closed_with_their_area() {
         assert!(fine.triangle_count() > scene.triangle_count(), "{name}: something was split");
         let (before, after) = (area(&scene), area(&fine));
         assert!((after / before - 1.0).abs() < 1e-5, "{name}: area {after}, before {before}");
-        // A crack would be an edge whose neighbours were split otherwise: open edges on both of its sides.
+        // A crack would be an edge whose neighbors were split otherwise: open edges on both of its sides.
         let border: i32 = edges(&scene).values().map(|count| count.abs()).sum();
         if border == 0 {
             assert_eq!(open_edges(&fine), 0, "{name}: cracks");
@@ -110,7 +110,7 @@ fn new_vertices_take_the_mean_of_all_attributes() {
     // √5 is the only edge that is too long.
     assert_eq!(mesh.positions()[3], [1.0, 0.5, 0.0], "position");
     assert_eq!(mesh.uvs(0)[3], [0.5, 0.75], "texture coordinates");
-    assert_eq!(mesh.colors()[3], [0.0, 0.5, 0.0, 0.0], "colour");
+    assert_eq!(mesh.colors()[3], [0.0, 0.5, 0.0, 0.0], "color");
     let half = 0.5_f32.sqrt();
     let expected = [-half / 2.0, 0.0, half / 2.0 + 0.5];
     let length = expected.iter().map(|c| c * c).sum::<f32>().sqrt();

@@ -19,8 +19,8 @@ fn probes() -> Vec<ShVec<Rgb>> {
     let mut probe = || {
         let mut f = ShVec::<Rgb<f64>>::constant(5, Rgb::new(0.2, 0.25, 0.3));
         for _ in 0..3 {
-            let colour = Rgb::new(random.unit(), random.unit(), random.unit());
-            f += &ShVec::impulse(5, Dir::from_unit(random.direction()), colour);
+            let color = Rgb::new(random.unit(), random.unit(), random.unit());
+            f += &ShVec::impulse(5, Dir::from_unit(random.direction()), color);
         }
         convolved(&f, &cosine).map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32))
     };

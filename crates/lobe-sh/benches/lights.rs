@@ -22,13 +22,13 @@ fn expansions(order: usize) -> Vec<ShVec<f64>> {
 }
 
 fn extraction(c: &mut Criterion) {
-    let colours = |order| -> Vec<ShVec<Rgb<f64>>> {
+    let colors = |order| -> Vec<ShVec<Rgb<f64>>> {
         expansions(order).iter().map(|f| f.map(|c| Rgb::new(c, 0.8 * c, 0.5 * c))).collect()
     };
     let mut group = c.benchmark_group("light-extract-one-rgb");
     group.throughput(Throughput::Elements(EXPANSIONS as u64));
     for order in ORDERS {
-        let all = colours(order);
+        let all = colors(order);
         group.bench_function(BenchmarkId::from_parameter(order), |b| {
             b.iter(|| all.iter().filter_map(|f| extract_light(black_box(f)).ok()).count());
         });
@@ -39,7 +39,7 @@ fn extraction(c: &mut Criterion) {
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(EXPANSIONS as u64));
         for order in ORDERS {
-            let all = colours(order);
+            let all = colors(order);
             group.bench_function(BenchmarkId::from_parameter(order), |b| {
                 b.iter(|| all.iter().filter_map(|f| extract_lights(black_box(f), &options).ok()).count());
             });

@@ -12,7 +12,7 @@ use lobe_testkit::Random;
 
 const PROBES: usize = 256;
 
-/// The irradiance of a sun of random place and colour on a dim blue sky over brown ground: it rings below zero.
+/// The irradiance of a sun of random place and color on a dim blue sky over brown ground: it rings below zero.
 fn probe(random: &mut Random, order: usize) -> ShVec<Rgb> {
     let sun = Rgb::new(20.0 + random.unit(), 18.0 + random.unit(), 14.0 + random.unit());
     let mut f = ShVec::impulse(order, Dir::from_unit(random.direction()), sun);

@@ -1,4 +1,4 @@
-//! What one coefficient of an expansion may be: a number or a colour.
+//! What one coefficient of an expansion may be: a number or a color.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
@@ -7,7 +7,7 @@ use crate::{Real, Rgb};
 
 /// A coefficient of an expansion: `f32`, `f64`, [`Rgb<f32>`](Rgb) or `Rgb<f64>`.
 ///
-/// A colour is a vector of independent channels: sums, products and scaling act on each channel alone.
+/// A color is a vector of independent channels: sums, products and scaling act on each channel alone.
 pub trait Coefficient:
     Copy
     + Default

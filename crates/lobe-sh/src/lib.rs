@@ -19,7 +19,7 @@
 //! assert!((sky.mean() - 1.0).abs() < 1e-14);
 //! ```
 //!
-//! # Example: what a surface receives, in colour
+//! # Example: what a surface receives, in color
 //!
 //! ```
 //! use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShL2, Zonal, convolved};
@@ -117,7 +117,7 @@ mod sphere;
 pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
 pub use basis::index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
-pub use basis::legendre::{legendre, legendre_normalised};
+pub use basis::legendre::{legendre, legendre_normalized};
 pub use coefficient::Coefficient;
 pub use encoding::{
     Ahd, AmbientCube, EncodedIrradiance, EncodingError, HBasis, HBasis4, HBasis6, Hl2, Hl2Weights, IrradianceEncoding,

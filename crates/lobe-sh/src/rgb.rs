@@ -1,4 +1,4 @@
-//! A colour as three independent channels.
+//! A color as three independent channels.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::Real;
 
-/// A linear colour: red, green and blue with Rec. 709 primaries unless the data says otherwise.
+/// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.
 ///
-/// Serialised as `[r, g, b]`.
+/// Serialized as `[r, g, b]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[S; 3]", into = "[S; 3]")]
 #[serde(bound(serialize = "S: Serialize + Clone", deserialize = "S: Deserialize<'de>"))]
@@ -23,7 +23,7 @@ pub struct Rgb<S = f32> {
 }
 
 impl<S> Rgb<S> {
-    /// A colour from its channels.
+    /// A color from its channels.
     #[inline(always)]
     pub const fn new(r: S, g: S, b: S) -> Self {
         Self { r, g, b }

@@ -35,7 +35,7 @@ const LARGEST: f64 = 1e30;
 ///   ]}
 /// ```
 ///
-/// `n²` rows in index order, each of three numbers (a colour) or each of one (a scalar). Fields that are not
+/// `n²` rows in index order, each of three numbers (a color) or each of one (a scalar). Fields that are not
 /// listed here are ignored, so that other tools may add notes.
 ///
 /// ```
@@ -55,7 +55,7 @@ pub struct ShFile {
     pub coefficients: FileCoefficients,
 }
 
-/// The expansion in a file: of colours or of numbers.
+/// The expansion in a file: of colors or of numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FileCoefficients {
     /// Rows of one number.
@@ -74,7 +74,7 @@ impl FileCoefficients {
         }
     }
 
-    /// The expansion as colours; a scalar one is grey.
+    /// The expansion as colors; a scalar one is gray.
     #[must_use]
     pub fn to_rgb(&self) -> ShVec<Rgb<f64>> {
         match self {

@@ -80,7 +80,7 @@ fn the_blend_is_raw_towards_the_light_windowed_behind_it_and_between_them_elsewh
 }
 
 #[test]
-fn numbers_colours_and_fixed_orders_agree() {
+fn numbers_colors_and_fixed_orders_agree() {
     let f = random(4, 8);
     let window = WINDOWS[0];
     let luminance = f.map(Rgb::luminance);

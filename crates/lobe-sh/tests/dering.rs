@@ -30,12 +30,12 @@ fn least_sampled(f: &impl Expansion<f64>) -> f64 {
     all.map(|v| f.eval(Dir::from_unit(v))).fold(f64::INFINITY, f64::min)
 }
 
-/// A few lights of random colour and size on a random ambient light.
+/// A few lights of random color and size on a random ambient light.
 fn random_probe(random: &mut Random, order: usize) -> ShVec<Rgb> {
     let mut f = ShVec::<Rgb<f64>>::zero(order);
     for _ in 0..1 + (4.0 * random.unit()) as usize {
-        let colour = Rgb::new(random.unit(), random.unit(), random.unit());
-        f += &ShVec::impulse(order, Dir::from_unit(random.direction()), colour);
+        let color = Rgb::new(random.unit(), random.unit(), random.unit());
+        f += &ShVec::impulse(order, Dir::from_unit(random.direction()), color);
     }
     let ambient = 0.2 * random.unit();
     f[0] += Rgb::new(ambient, ambient, 2.0 * ambient);
@@ -165,13 +165,13 @@ fn every_method_works_for_suns_in_all_directions() {
 fn the_table_allows_for_the_rounding_of_coefficients() {
     let cosine = Zonal::clamped_cosine(3);
     for v in &directions()[..SUNS] {
-        for colour in [Rgb::new(1.0, 0.9, 0.7), Rgb::new(3e4, 1e-3, 7.0), Rgb::new(0.1, 0.2, 0.3)] {
-            let sun = convolved(&ShVec::impulse(3, Dir::from_unit(*v), colour), &cosine);
+        for color in [Rgb::new(1.0, 0.9, 0.7), Rgb::new(3e4, 1e-3, 7.0), Rgb::new(0.1, 0.2, 0.3)] {
+            let sun = convolved(&ShVec::impulse(3, Dir::from_unit(*v), color), &cosine);
             let f: ShVec<Rgb> = sun.map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32));
             let (_, report) = deringed(&f, &with(DeringMethod::Table));
             assert_eq!(report.outcome, DeringOutcome::Windowed, "a sun towards {v:?}");
             for (c, min) in report.after.iter().enumerate() {
-                assert!(min.lo >= 0.0, "{colour:?} towards {v:?}, channel {c}: {min:?}");
+                assert!(min.lo >= 0.0, "{color:?} towards {v:?}, channel {c}: {min:?}");
             }
         }
     }
@@ -180,14 +180,14 @@ fn the_table_allows_for_the_rounding_of_coefficients() {
 /// Suns in the 26 directions, as radiance and as irradiance, at orders that no quadratic form serves.
 #[test]
 fn suns_of_higher_orders_are_deringed_in_all_directions() {
-    let colour = Rgb::new(2.0, 1.5, 0.5);
+    let color = Rgb::new(2.0, 1.5, 0.5);
     for order in [5, 6] {
         let samples: Vec<Dir> = fibonacci_sphere(20 * order * order).into_iter().map(Dir::from_unit).collect();
         for (quantity, kernel) in [("radiance", Zonal::impulse(order)), ("irradiance", Zonal::clamped_cosine(order))] {
             for method in [DeringMethod::LeastChange, DeringMethod::Family(WindowFamily::SquaredLaplacian)] {
                 for v in &directions()[..SUNS] {
                     let what = format!("{method} of {quantity}, order {order}, towards {v:?}");
-                    let sun = kernel.towards(Dir::from_unit(*v), colour);
+                    let sun = kernel.towards(Dir::from_unit(*v), color);
                     let f: ShVec<Rgb> = sun.map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32));
                     let (g, report) = deringed(&f, &with(method));
                     assert_eq!(report.outcome, DeringOutcome::Windowed, "{what}");
@@ -347,7 +347,7 @@ fn what_was_deringed_needs_it_no_more() {
 }
 
 #[test]
-fn colours_share_one_window_and_the_worst_decides() {
+fn colors_share_one_window_and_the_worst_decides() {
     let sun = ShL2::<Rgb<f64>>::impulse(Dir::Y, Rgb::new(1.0, 0.0, 0.0));
     let f = sun + ShL2::constant(Rgb::new(0.01, 5.0, 5.0));
     let (g, report) = deringed(&f, &Dering::default());

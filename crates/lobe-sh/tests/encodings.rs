@@ -21,21 +21,21 @@ fn worst(a: Rgb<f64>, b: Rgb<f64>) -> f64 {
         .fold(0.0, |worst, e| if e > worst || e.is_nan() { e } else { worst })
 }
 
-/// The irradiance of an ambient light and some coloured lamps.
+/// The irradiance of an ambient light and some colored lamps.
 fn lamps(seed: u64, count: usize, order: usize) -> ShVec<Rgb<f64>> {
     let mut random = Random::new(seed);
     let mut e = ShVec::constant(order, Rgb::splat(random.unit()));
     for _ in 0..count {
-        let colour = Rgb::new(random.unit(), random.unit(), random.unit());
-        e += &Zonal::clamped_cosine(order).towards(Dir::from_unit(random.direction()), colour);
+        let color = Rgb::new(random.unit(), random.unit(), random.unit());
+        e += &Zonal::clamped_cosine(order).towards(Dir::from_unit(random.direction()), color);
     }
     e
 }
 
 fn random_expansion(seed: u64, order: usize) -> ShVec<Rgb<f64>> {
     let mut random = Random::new(seed);
-    let colour = |_| Rgb::new(random.signed(), random.signed(), random.signed());
-    ShVec::from_vec((0..order * order).map(colour).collect()).unwrap()
+    let color = |_| Rgb::new(random.signed(), random.signed(), random.signed());
+    ShVec::from_vec((0..order * order).map(color).collect()).unwrap()
 }
 
 #[test]
@@ -109,10 +109,10 @@ fn one_lamp_has_its_known_values() {
 
 #[test]
 fn bands_that_are_zonal_about_one_axis_are_kept_by_zh3() {
-    let colour = Rgb::new(1.0, 0.3, 0.7);
+    let color = Rgb::new(1.0, 0.3, 0.7);
     for v in directions() {
         let axis = Dir::from_unit(v);
-        let mut e = Zonal::new(vec![0.4, 1.3, -0.8]).towards(axis, colour);
+        let mut e = Zonal::new(vec![0.4, 1.3, -0.8]).towards(axis, color);
         e += &ShVec::constant(3, Rgb::new(0.1, 0.2, 0.3));
         for kind in AXES {
             for encoded in [Zh3::projected(&e, kind), Zh3::solved(&e, kind)] {
@@ -263,14 +263,14 @@ fn errors_are_those_of_their_definition() {
 }
 
 #[test]
-fn a_shared_axis_leaves_grey_light_grey() {
-    let grey = lamps(5, 3, 3).map(|c| Rgb::splat(c.luminance()));
-    let one = grey.map(|c| c.r);
+fn a_shared_axis_leaves_gray_light_gray() {
+    let gray = lamps(5, 3, 3).map(|c| Rgb::splat(c.luminance()));
+    let one = gray.map(|c| c.r);
     for kind in AXES {
         for (a, b) in [
-            (Zh3::projected(&grey, kind), Zh3::projected(&one, kind)),
-            (Zh3::hallucinated(&grey, kind), Zh3::hallucinated(&one, kind)),
-            (Zh3::solved(&grey, kind), Zh3::solved(&one, kind)),
+            (Zh3::projected(&gray, kind), Zh3::projected(&one, kind)),
+            (Zh3::hallucinated(&gray, kind), Zh3::hallucinated(&one, kind)),
+            (Zh3::solved(&gray, kind), Zh3::solved(&one, kind)),
         ] {
             for v in directions() {
                 let n = Dir::from_unit(v);

@@ -18,7 +18,7 @@ fn random(order: usize, seed: u64) -> ShVec<f64> {
     ShVec::from_vec(Random::new(seed).signed_vec(order * order)).unwrap()
 }
 
-fn normalised(order: usize, dir: Dir) -> ShVec<f64> {
+fn normalized(order: usize, dir: Dir) -> ShVec<f64> {
     ShVec::impulse(order, dir, directional_normalization(order))
 }
 
@@ -29,8 +29,8 @@ fn reflected(f: &ShVec<f64>) -> ShVec<f64> {
 
 fn probe(order: usize, lights: &Planted, ambient: Rgb<f64>) -> ShVec<Rgb<f64>> {
     let mut f = ShVec::constant(order, ambient);
-    for (dir, colour) in lights {
-        let light = Light::Directional { dir: *dir, colour: *colour };
+    for (dir, color) in lights {
+        let light = Light::Directional { dir: *dir, color: *color };
         f += &light.project(order, Normalization::Projected).unwrap();
     }
     f
@@ -43,7 +43,7 @@ fn largest(c: Rgb<f64>) -> f64 {
 /// The same fit by a dense least-squares system in reflected radiance, one column a light and one for ambient.
 fn dense(f: &ShVec<f64>, dirs: &[Dir]) -> Vec<f64> {
     let order = f.order();
-    let mut columns: Vec<ShVec<f64>> = dirs.iter().map(|d| reflected(&normalised(order, *d))).collect();
+    let mut columns: Vec<ShVec<f64>> = dirs.iter().map(|d| reflected(&normalized(order, *d))).collect();
     columns.push(reflected(&ShVec::constant(order, 1.0)));
     let matrix = DMatrix::from_fn(order * order, columns.len(), |i, j| columns[j][i]);
     let right = DVector::from_vec(reflected(f).into_vec());
@@ -83,7 +83,7 @@ fn one_light_has_the_published_factors() {
     for ((order, factor), (_, dc)) in factors.into_iter().zip(dc_of_light) {
         for seed in 0..10 {
             let f = random(order, seed);
-            let light = normalised(order, optimal_linear_direction(&f).unwrap());
+            let light = normalized(order, optimal_linear_direction(&f).unwrap());
             let (mut a, mut b) = (reflected(&light), reflected(&f));
             (a[0], b[0]) = (0.0, 0.0);
             let c = factor * a.dot(&b);
@@ -115,7 +115,7 @@ fn two_and_three_lights_have_their_closed_forms() {
                 f[0] = 0.0;
                 f
             };
-            let lights: Vec<ShVec<f64>> = dirs.iter().map(|d| without_dc(&normalised(order, *d))).collect();
+            let lights: Vec<ShVec<f64>> = dirs.iter().map(|d| without_dc(&normalized(order, *d))).collect();
             let r: Vec<f64> = lights.iter().map(|l| l.dot(&without_dc(&f))).collect();
             let a = lights[0].dot(&lights[0]);
             let (b, c, d) = (lights[0].dot(&lights[1]), lights[0].dot(&lights[2]), lights[1].dot(&lights[2]));
@@ -155,7 +155,7 @@ fn two_and_three_lights_have_their_closed_forms() {
 #[test]
 fn the_product_of_two_order_three_lights_is_its_polynomial() {
     for g in [-1.0, -0.3, 0.2, 0.9, 1.0_f64] {
-        let (a, b) = (normalised(3, Dir::Z), normalised(3, Dir::from_angles(g.acos(), 0.7)));
+        let (a, b) = (normalized(3, Dir::Z), normalized(3, Dir::from_angles(g.acos(), 0.7)));
         let (mut a, mut b) = (reflected(&a), reflected(&b));
         (a[0], b[0]) = (0.0, 0.0);
         let expected = 30.0 * PI / 289.0 * g * g + 256.0 * PI / 867.0 * g - 10.0 * PI / 289.0;
@@ -166,14 +166,14 @@ fn the_product_of_two_order_three_lights_is_its_polynomial() {
 #[test]
 fn a_single_light_comes_back_from_anywhere_at_any_order() {
     for v in directions().into_iter().step_by(3) {
-        let (dir, colour, ambient) = (Dir::from_unit(v), Rgb::new(3.0, 2.0, 0.5), Rgb::new(0.1, 0.2, 0.4));
+        let (dir, color, ambient) = (Dir::from_unit(v), Rgb::new(3.0, 2.0, 0.5), Rgb::new(0.1, 0.2, 0.4));
         for order in [2, 3, 4, 5, 6] {
-            let f = probe(order, &vec![(dir, colour)], ambient);
+            let f = probe(order, &vec![(dir, color)], ambient);
             let several = LightOptions { count: 3, ..LightOptions::default() };
             for fit in [extract_light(&f).unwrap(), extract_lights(&f, &several).unwrap()] {
                 let light = fit.lights[0];
                 assert!(light.dir.angle_to(dir) < 1e-7, "order {order}, {v:?}: {fit:?}");
-                assert!(largest(light.intensity - colour) < 1e-7, "order {order}, {v:?}: {fit:?}");
+                assert!(largest(light.intensity - color) < 1e-7, "order {order}, {v:?}: {fit:?}");
                 assert!(largest(fit.ambient - ambient) < 1e-7, "order {order}, {v:?}: {fit:?}");
                 assert!(fit.lights.iter().skip(1).all(|l| largest(l.intensity) < 1e-6), "order {order}: {fit:?}");
             }
@@ -181,7 +181,7 @@ fn a_single_light_comes_back_from_anywhere_at_any_order() {
     }
 }
 
-/// Lights at least 70° apart, of unequal colours.
+/// Lights at least 70° apart, of unequal colors.
 fn planted(count: usize, random: &mut Random) -> Planted {
     let mut lights: Planted = Vec::new();
     while lights.len() < count {
@@ -194,13 +194,13 @@ fn planted(count: usize, random: &mut Random) -> Planted {
     lights
 }
 
-/// The largest errors of directions, in radians, and colours, lights matched by direction.
+/// The largest errors of directions, in radians, and colors, lights matched by direction.
 fn errors(fit: &LightFit<Rgb<f64>>, lights: &Planted, ambient: Rgb<f64>) -> (f64, f64) {
     let mut worst = (0.0_f64, largest(fit.ambient - ambient));
-    for (dir, colour) in lights {
+    for (dir, color) in lights {
         let nearest = fit.lights.iter().min_by(|a, b| a.dir.angle_to(*dir).total_cmp(&b.dir.angle_to(*dir)));
         let Some(light) = nearest else { return (PI, f64::INFINITY) };
-        worst = (worst.0.max(light.dir.angle_to(*dir)), worst.1.max(largest(light.intensity - *colour)));
+        worst = (worst.0.max(light.dir.angle_to(*dir)), worst.1.max(largest(light.intensity - *color)));
     }
     worst
 }
@@ -215,9 +215,9 @@ fn a_probe_made_of_known_lights_gives_them_back_when_refined() {
             for metric in [LightMetric::Irradiance, LightMetric::Radiance] {
                 let options = LightOptions { count, refine: true, metric, ..LightOptions::default() };
                 let fit = extract_lights(&f, &options).unwrap();
-                let (angle, colour) = errors(&fit, &lights, ambient);
+                let (angle, color) = errors(&fit, &lights, ambient);
                 assert_eq!(fit.lights.len(), count, "order {order}, {metric:?}: {fit:?}");
-                assert!(angle < 1e-6 && colour < 1e-6, "order {order}, {count}, {metric:?}: {angle} and {colour}");
+                assert!(angle < 1e-6 && color < 1e-6, "order {order}, {count}, {metric:?}: {angle} and {color}");
                 assert!(largest(fit.residual) < 1e-12, "order {order}, {count}: {:?}", fit.residual);
             }
         }
@@ -310,7 +310,7 @@ fn bad_and_empty_expansions_have_defined_answers() {
         assert!(error.contains("coefficient 5") && !error.contains('\n'), "{error}");
     }
     // One maximum, five lights wanted; two equal directions.
-    let one = normalised(2, Dir::Y);
+    let one = normalized(2, Dir::Y);
     for refine in [false, true] {
         let fit = extract_lights(&one, &LightOptions { refine, ..options }).unwrap();
         assert!(fit.lights.len() == 1 && (fit.lights[0].intensity - 1.0).abs() < 1e-9, "{fit:?}");

@@ -230,7 +230,7 @@ proptest! {
     }
 
     #[test]
-    fn channels_of_colours_multiply_each_alone(n in 1..=8_usize, seed: u64) {
+    fn channels_of_colors_multiply_each_alone(n in 1..=8_usize, seed: u64) {
         check_type::<Rgb<f64>>(n, seed, ERROR)?;
         check_type::<Rgb<f32>>(n, seed, ERROR_F32)?;
     }

@@ -268,24 +268,24 @@ fn sums_of_zonal_lobes_turn_with_their_axes() {
 }
 
 #[test]
-fn f32_and_colours_follow_f64() {
+fn f32_and_colors_follow_f64() {
     for order in [2, 3, 6, 12, 40] {
         let f = random_expansion(order, 23);
         let single = f.map(|c| c as f32);
-        let colour = f.map(|c| Rgb::new(c, -2.0 * c, 0.5 * c));
+        let color = f.map(|c| Rgb::new(c, -2.0 * c, 0.5 * c));
         for rotation in rotations(2).iter().step_by(3) {
             let g = rotation.rotated(&f);
             let matrices = RotationMatrices::<f32>::new(rotation, order);
             let mut by_matrices = ShVec::<f32>::zero(order);
             matrices.apply_into(single.coefficients(), by_matrices.coefficients_mut());
-            let (g_single, g_colour) = (rotation.rotated(&single), rotation.rotated(&colour));
+            let (g_single, g_color) = (rotation.rotated(&single), rotation.rotated(&color));
             for i in 0..f.coefficients().len() {
                 for g_single in [g_single[i], by_matrices[i]] {
                     // Rounding of f32 in sums of some ten terms of size 1.
                     let error = (f64::from(g_single) - g[i]).abs();
                     assert!(error < 2e-6, "order {order}, {i}: {g_single} against {}", g[i]);
                 }
-                assert_eq!(g_colour[i], Rgb::new(g[i], -2.0 * g[i], 0.5 * g[i]), "order {order}, channels of {i}");
+                assert_eq!(g_color[i], Rgb::new(g[i], -2.0 * g[i], 0.5 * g[i]), "order {order}, channels of {i}");
             }
         }
     }

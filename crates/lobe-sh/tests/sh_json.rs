@@ -79,10 +79,10 @@ fn notes_of_other_tools_white_space_and_a_byte_order_mark_are_accepted() {
 }
 
 #[test]
-fn a_scalar_file_is_grey_as_colour() {
+fn a_scalar_file_is_gray_as_color() {
     let file = read(&with("coefficients", "[[2.5]]")).unwrap();
     assert_eq!(file.coefficients.order(), 1, "order");
-    assert_eq!(file.coefficients.to_rgb().coefficients(), [Rgb::new(2.5, 2.5, 2.5)], "colour");
+    assert_eq!(file.coefficients.to_rgb().coefficients(), [Rgb::new(2.5, 2.5, 2.5)], "color");
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn heads_that_are_wrong_are_refused_with_what_was_expected_and_found() {
         ("order", "-3", "\"order\": expected a whole number from 1 to 64, found -3"),
         ("order", "1.5", "\"order\": expected a whole number from 1 to 64, found 1.5"),
         ("order", "1e300", "\"order\": expected a whole number from 1 to 64, found 1e+300"),
-        ("quantity", "\"colour\"", &format!("{quantity}\"colour\"")),
+        ("quantity", "\"color\"", &format!("{quantity}\"color\"")),
         ("quantity", "7", &format!("{quantity}7")),
         ("coefficients", "{}", "\"coefficients\": expected an array of rows, found an object"),
         ("coefficients", "null", "\"coefficients\": expected an array of rows, found nothing"),

@@ -175,7 +175,7 @@ fn more_than_half_of_the_sphere_is_the_other_side() {
 fn a_receiver_inside_the_plane_of_a_polygon_sees_a_hemisphere() {
     let square = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
     let triangle = vec![[1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]];
-    // Off its centre, and turned, so that rounding decides on which side of the plane everything lies.
+    // Off its center, and turned, so that rounding decides on which side of the plane everything lies.
     let flat = [[3.0, 0.1, 0.0], [0.2, 1.0, 0.0], [-1.0, 0.3, 0.0], [-0.1, -2.0, 0.0]];
     let turns = [[0.0; 3], [0.3, 0.9, -2.0], [-1.0, 2.5, 0.4], [2.0, 1.3, 0.7]];
     for contour in [square, triangle, flat.to_vec()] {

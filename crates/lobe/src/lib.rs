@@ -23,7 +23,7 @@
 //!
 //! # From light to what a surface receives
 //!
-//! Convolved with the clamped cosine, light becomes irradiance for every normal at once. Coefficients may be colours.
+//! Convolved with the clamped cosine, light becomes irradiance for every normal at once. Coefficients may be colors.
 //!
 //! ```
 //! use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved, project};
@@ -75,8 +75,8 @@
 //!     PackedIrradiance, Rgb, Rotation, Window, Zonal, convolved, deringed, extract_light, windowed,
 //! };
 //!
-//! let sun = Light::Directional { dir: Dir::X, colour: Rgb::new(3.0, 2.0, 1.0) };
-//! let sky = Light::Ambient { colour: Rgb::splat(0.1) };
+//! let sun = Light::Directional { dir: Dir::X, color: Rgb::new(3.0, 2.0, 1.0) };
+//! let sky = Light::Ambient { color: Rgb::splat(0.1) };
 //! let light = &sun.project(3, Normalization::Projected)? + &sky.project(3, Normalization::Projected)?;
 //! let found = extract_light(&light)?;
 //! assert!(found.lights[0].dir.angle_to(Dir::X) < 1e-9 && (found.ambient.g - 0.1).abs() < 1e-12);
@@ -90,7 +90,7 @@
 //! assert!((content.eval(&light, Dir::X).r - light.eval(Dir::X).r).abs() < 1e-12);
 //! assert!((content.eval(&light, -Dir::X).r - windowed(&light, &window).eval(-Dir::X).r).abs() < 1e-12);
 //!
-//! // Seven vectors for a shader, or six colours for a cube.
+//! // Seven vectors for a shader, or six colors for a cube.
 //! let constants = PackedIrradiance::from_irradiance_sh(&calm);
 //! let cube = IrradianceEncoding::AmbientCubeFitted.encode(&calm, Rotation::IDENTITY);
 //! assert!((constants.eval(Dir::X).r - calm.eval(Dir::X).r).abs() < 1e-12);
@@ -117,8 +117,8 @@
 //! let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
 //!
 //! let light = project_env(&bundled::sunset().map(), transfer.order());
-//! let colours = transfer.exit_radiance(light.coefficients());
-//! assert_eq!(colours.len(), scene.vertex_count());
+//! let colors = transfer.exit_radiance(light.coefficients());
+//! assert_eq!(colors.len(), scene.vertex_count());
 //! # Ok::<(), lobe::prt::PrtError>(())
 //! ```
 

@@ -92,7 +92,7 @@ impl Shape {
 pub(super) fn ways(block: &Block, shape: Shape) -> Vec<Vec<Gathered>> {
     let [x, y, z] = block.nodes;
     let roles: &[Role] = if shape.square { &[Role::A, Role::Out] } else { &[Role::A, Role::B, Role::Out] };
-    // Pairs with what completes them; the equal nodes of a block are neighbours.
+    // Pairs with what completes them; the equal nodes of a block are neighbors.
     let (completed, at_one_pair) = match (x == y, y == z) {
         (true, true) => return vec![vec![Gathered::new([x, x], x, Role::Out, false)]],
         (true, false) => (vec![([x, x], z), ([x, z], x)], vec![0]),

@@ -106,7 +106,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Whether the value is made of coefficients `z` of a zonal function alone, which are numbers, not colours.
+    /// Whether the value is made of coefficients `z` of a zonal function alone, which are numbers, not colors.
     fn is_scalar(&self, id: Id) -> bool {
         match self.graph.op(id) {
             Op::Input((array, _)) => array == 'z',

@@ -5,7 +5,7 @@ use lobe::prt::{CompressOptions, Transfer, WeightBits};
 
 use crate::args::values;
 
-/// As many as a row of the highest order in colour has numbers.
+/// As many as a row of the highest order in color has numbers.
 const MAX_COMPONENTS: usize = 3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER;
 
 /// Options of what can be compressed, and is if any of them is given.

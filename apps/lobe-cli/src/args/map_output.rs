@@ -98,7 +98,7 @@ pub(crate) enum Texels {
     Rgba16f,
     /// Floats: exact, twice the size
     Rgba32f,
-    /// One exponent for three colours: half the size of rgba16f, to 65408
+    /// One exponent for three colors: half the size of rgba16f, to 65408
     Rgb9e5,
     /// Blocks: an eighth of the size of rgba16f; only in programs built with cargo build -p lobe-cli --features bc6h
     Bc6h,

@@ -11,7 +11,7 @@ use crate::args::values;
 pub(crate) struct Turn {
     #[command(flatten)]
     by: By,
-    /// With --axis: by how many degrees, anticlockwise as seen from the tip of the axis
+    /// With --axis: by how many degrees, counterclockwise as seen from the tip of the axis
     #[arg(long, value_name = "DEG", requires = "axis", conflicts_with_all = ["quat", "matrix"])]
     #[arg(allow_hyphen_values = true, value_parser = values::finite)]
     angle: Option<f64>,

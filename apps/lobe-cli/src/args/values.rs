@@ -48,18 +48,18 @@ pub(crate) fn quarter_turn(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A colour of light: three numbers, none negative.
-pub(crate) fn colour(text: &str) -> Result<Rgb<f64>, String> {
+/// A color of light: three numbers, none negative.
+pub(crate) fn color(text: &str) -> Result<Rgb<f64>, String> {
     let channels: [f64; 3] = numbers(text)?;
     match channels.into_iter().find(|c| *c < 0.0) {
-        Some(c) => Err(format!("no channel of a colour is negative, but one is {c}")),
+        Some(c) => Err(format!("no channel of a color is negative, but one is {c}")),
         None => Ok(Rgb::from(channels)),
     }
 }
 
-/// A colour of a surface: three numbers from 0 to 1.
+/// A color of a surface: three numbers from 0 to 1.
 pub(crate) fn albedo(text: &str) -> Result<Rgb<f64>, String> {
-    let albedo = colour(text)?;
+    let albedo = color(text)?;
     match albedo.to_array().into_iter().find(|c| *c > 1.0) {
         Some(c) => Err(format!("no surface reflects more light than it gets, but one channel is {c}")),
         None => Ok(albedo),
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn directions_are_normalised_and_zero_is_none() {
+    fn directions_are_normalized_and_zero_is_none() {
         assert_eq!(dir("0,0,-5"), Ok(-Dir::Z), "down");
         assert!(dir("0,0,0").unwrap_err().contains("points nowhere"), "zero");
     }

@@ -7,8 +7,8 @@ use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use lobe::prt::{
     BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Fingerprint, Grid, Mode,
-    Receivers, TexelReceivers, Transfer, bake_matrices_resumable, bake_neighbourhood_resumable, bake_resumable,
-    write_compressed_transfer, write_lightmap, write_matrices, write_neighbourhood, write_transfer,
+    Receivers, TexelReceivers, Transfer, bake_matrices_resumable, bake_neighborhood_resumable, bake_resumable,
+    write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 use lobe::scene::{Bounds, Bvh, Scene};
 use serde_json::{Value, json};
@@ -56,7 +56,7 @@ pub(crate) struct Bake {
     /// What light may do on its way to a vertex
     #[arg(long, value_enum, default_value = "interreflected")]
     mode: ModeName,
-    /// The order (number of bands), 1 to 8: n² coefficients, three times as many where light meets colours
+    /// The order (number of bands), 1 to 8: n² coefficients, three times as many where light meets colors
     #[arg(long, value_name = "N", default_value = "4", value_parser = order)]
     order: usize,
     /// Paths from each vertex, 1 to 16777216; powers of two are distributed best
@@ -246,7 +246,7 @@ impl Bake {
     fn split_adaptively(&self, scene: Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Scene> {
         let options = self.bake_options();
         if self.splitting.is_adaptive() {
-            let channels = options.channels_for(&scene, Receivers::at_vertices(&scene)?.is_grey());
+            let channels = options.channels_for(&scene, Receivers::at_vertices(&scene)?.is_gray());
             if self.is_glb() {
                 BakedGlb::of_scene(&scene).check_size(self.order, channels)?;
             }
@@ -270,7 +270,7 @@ impl Bake {
         // All of the output but for the transfer, so that what is wrong with it shows before the bake.
         let glb = if self.is_glb() { Some(self.glb(world.scene, talk)?) } else { None };
         let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
-        let channels = options.channels_for(&world.near, receivers.is_grey());
+        let channels = options.channels_for(&world.near, receivers.is_gray());
         let transfer = bytes(receivers.len(), self.order.pow(2), channels);
         if let Some(glb) = &glb {
             glb.check_size(self.order, channels)?;
@@ -306,7 +306,7 @@ impl Bake {
 
     fn bake_glossy(&self, world: &World<'_>, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
         let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
-        let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(&world.near, receivers.is_grey()));
+        let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(&world.near, receivers.is_gray()));
         checkpoint.check_room(&self.output, bytes, bytes)?;
         let bvh = Bvh::new(&world.near);
         let (matrices, report) = checkpoint.watched(talk, |path, progress| {
@@ -327,7 +327,7 @@ impl Bake {
         self.check_memory(&world.near, width)?;
         let texels = TexelReceivers::new(&world.near, width)?;
         let options = self.bake_options();
-        let channels = options.channels_for(&world.near, texels.receivers().is_grey());
+        let channels = options.channels_for(&world.near, texels.receivers().is_gray());
         let [picture, receivers] =
             [width * width, texels.receivers().len()].map(|points| bytes(points, self.order.pow(2), channels));
         checkpoint.check_room(&self.output, picture, receivers)?;
@@ -345,7 +345,7 @@ impl Bake {
 
     /// Refuses a lightmap that takes too much memory: of an .exr picture all numbers, and the file while it grows.
     fn check_memory(&self, scene: &Scene, width: usize) -> anyhow::Result<()> {
-        let channels = self.bake_options().channels_for(scene, scene.is_grey());
+        let channels = self.bake_options().channels_for(scene, scene.is_gray());
         let is_picture = has_extension(&self.output, "exr");
         let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
         let what = format!("--texels {width}");
@@ -366,10 +366,10 @@ impl Bake {
         checkpoint.check_room(&self.output, bytes, bytes)?;
         let bvh = Bvh::new(&world.near);
         let (matrices, report) = checkpoint.watched(talk, |path, progress| {
-            bake_neighbourhood_resumable(&world.near, &bvh, &near, &options, path, progress)
+            bake_neighborhood_resumable(&world.near, &bvh, &near, &options, path, progress)
         })?;
         let recipe = self.recipe(world.scene, &report);
-        write_watched(&matrices, talk, |matrices| write_neighbourhood(&self.output, &grid, matrices, &recipe))?;
+        write_watched(&matrices, talk, |matrices| write_neighborhood(&self.output, &grid, matrices, &recipe))?;
         Ok(report)
     }
 
@@ -399,8 +399,7 @@ impl Bake {
             talk.note(&self.input.name(), note);
         }
         if is_split && self.input.gltf_file().is_some() {
-            let text =
-                "split, so what the file holds beside its triangles, base colours and their textures is left out";
+            let text = "split, so what the file holds beside its triangles, base colors and their textures is left out";
             talk.note(&self.input.name(), text);
         }
         Ok(glb)

@@ -33,7 +33,7 @@ pub(crate) struct Compress {
     /// Clusters, 1 to 65536; 1 gives ordinary principal components
     #[arg(long, value_name = "K", default_value = "64", value_parser = compression::clusters)]
     clusters: usize,
-    /// Components of each cluster, 0 to 192; 0 gives vector quantisation
+    /// Components of each cluster, 0 to 192; 0 gives vector quantization
     #[arg(long, value_name = "C", default_value = "8", value_parser = compression::components)]
     components: usize,
     /// Bits of a weight: 8 or 16 in steps of its range, or 32

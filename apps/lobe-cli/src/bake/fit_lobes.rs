@@ -55,7 +55,7 @@ impl FitLobes {
         output::check_not_input(&self.output, self.input.path())?;
         output::check_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
-        let options = ZonalFitOptions { lobes: self.lobes, optimise: !self.closed_form, ..ZonalFitOptions::default() };
+        let options = ZonalFitOptions { lobes: self.lobes, optimize: !self.closed_form, ..ZonalFitOptions::default() };
         let fitted = watched(talk, "fit", |progress| fit_zonal_watched(&transfer, &options, progress))?;
         let Ok((zonal, report)) = fitted else {
             bail!("stopped; nothing is written, and the same command starts anew")

@@ -27,7 +27,7 @@ impl Writer<'_> {
         self.page.figure(
             &file,
             self.picture,
-            "The whole sphere of directions: +z on top, +x in the centre, -y to the right of it.",
+            "The whole sphere of directions: +z on top, +x in the center, -y to the right of it.",
         );
         self.page.table(
             &["", ""],

@@ -1,7 +1,7 @@
 //! A white ball under the sky, by harmonics and by brute force.
 
 use lobe::env::{irradiance_at, irradiance_map_brute_force};
-use lobe::render::{Ball, Picture, Tone, View, colour_bar, compare, error_map};
+use lobe::render::{Ball, Picture, Tone, View, color_bar, compare, error_map};
 use lobe::sh::{Dir, Rgb, Zonal, convolved};
 
 use super::{BACKDROP, SWEEP, Sky, Writer, digits, values_like};
@@ -76,13 +76,13 @@ impl Writer<'_> {
     }
 }
 
-/// An error map with the scale of its colours below.
+/// An error map with the scale of its colors below.
 fn with_bar(map: &Picture, full_scale: f64) -> Picture {
     let height = map.height() / 7;
     let white = Rgb::new(1.0, 1.0, 1.0);
     let mut picture = Picture::filled(map.width(), map.height() + height, BACKDROP);
     picture.paste(map, 0, 0);
-    picture.paste(&colour_bar(map.width(), height, full_scale, white, BACKDROP), 0, map.height() as isize);
+    picture.paste(&color_bar(map.width(), height, full_scale, white, BACKDROP), 0, map.height() as isize);
     picture
 }
 

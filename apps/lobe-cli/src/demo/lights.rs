@@ -15,9 +15,9 @@ pub(super) const BLUE: [u8; 3] = [30, 60, 200];
 pub(super) const GREEN: [u8; 3] = [20, 140, 60];
 pub(super) const ORANGE: [u8; 3] = [214, 126, 0];
 pub(super) const BLACK: [u8; 3] = [40, 40, 40];
-pub(super) const GREY: [u8; 3] = [130, 130, 130];
+pub(super) const GRAY: [u8; 3] = [130, 130, 130];
 
-/// The half angles of the cones in degrees, and their colours.
+/// The half angles of the cones in degrees, and their colors.
 const CONES: [(f64, &str, [u8; 3]); 4] =
     [(90.0, "90°", GREEN), (45.0, "45°", RED), (30.0, "30°", BLUE), (12.5, "12.5°", BLACK)];
 
@@ -114,13 +114,13 @@ impl Writer<'_> {
     fn skies_of_formulas(&mut self) -> anyhow::Result<()> {
         self.page.section("A sky and a ground");
         self.page.text(
-            "The hemisphere light mixes the colours of sky and ground by the height, which two bands hold exactly. The gradient has a \
+            "The hemisphere light mixes the colors of sky and ground by the height, which two bands hold exactly. The gradient has a \
              fold at the horizon, which they do not.",
         );
-        let grey = |x: f64| Rgb::new(x, x, x);
+        let gray = |x: f64| Rgb::new(x, x, x);
         let (sky, horizon, ground) = (1.0, 0.35, 0.1);
-        let hemisphere = Light::Hemisphere { up: Dir::Z, sky: grey(sky), ground: grey(ground) };
-        let gradient = Light::Gradient { up: Dir::Z, zenith: grey(sky), horizon: grey(horizon), ground: grey(ground) };
+        let hemisphere = Light::Hemisphere { up: Dir::Z, sky: gray(sky), ground: gray(ground) };
+        let gradient = Light::Gradient { up: Dir::Z, zenith: gray(sky), horizon: gray(horizon), ground: gray(ground) };
         let of = |light: &Light, order| light.project(order, Normalization::None);
         let (two, three, six) = (of(&hemisphere, 2)?, of(&gradient, 3)?, of(&gradient, 6)?);
         let at = |f: &ShVec<Rgb<f64>>, t: f64| f.eval(Dir::from_angles(t, 0.0)).g;
@@ -168,12 +168,12 @@ impl Writer<'_> {
     }
 }
 
-/// Every disc and, dashed and in the same colour, what it is: a function of its half angle and of the angle.
+/// Every disc and, dashed and in the same color, what it is: a function of its half angle and of the angle.
 fn cone_curves(cones: &[Zonal; 4], truth: impl Fn(f64, f64) -> f64) -> Vec<Curve2d<'static>> {
-    let pair = |((degrees, label, colour), cone): ((f64, &'static str, [u8; 3]), &Zonal)| {
+    let pair = |((degrees, label, color), cone): ((f64, &'static str, [u8; 3]), &Zonal)| {
         [
-            Curve2d::of_angle("", colour, true, |t| truth(degrees.to_radians(), t)),
-            Curve2d::of_angle(label, colour, false, |t| cone.eval(t.cos())),
+            Curve2d::of_angle("", color, true, |t| truth(degrees.to_radians(), t)),
+            Curve2d::of_angle(label, color, false, |t| cone.eval(t.cos())),
         ]
     };
     CONES.into_iter().zip(cones).flat_map(pair).collect()

@@ -38,11 +38,11 @@ use page::Page;
 /// The highest order of the sweep over orders, that of the figures in the papers.
 const SWEEP: usize = 6;
 
-/// The colour around the balls: black stays black at any exposure.
+/// The color around the balls: black stays black at any exposure.
 const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 
 /// How bright the mean radiance of a photograph is shown beside its reconstructions, which are smooth: brighter
-/// than middle grey, so that what is darker than the mean can be told apart.
+/// than middle gray, so that what is darker than the mean can be told apart.
 const MEAN_KEY: f64 = 0.3;
 
 /// What the progress bar counts: files, tables and the page.
@@ -189,7 +189,7 @@ impl Writer<'_> {
     }
 }
 
-/// All values of an expansion at the texel centres of the map.
+/// All values of an expansion at the texel centers of the map.
 fn values_like(f: &ShVec<Rgb<f64>>, map: &EnvMap) -> Vec<Rgb<f32>> {
     lobe::env::reconstruct(f, map.width(), map.height()).texels().to_vec()
 }

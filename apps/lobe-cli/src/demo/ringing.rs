@@ -87,10 +87,10 @@ impl Writer<'_> {
         self.page.section(&format!("{name}: irradiance below zero, and how it is removed"));
         let irradiance = convolved(&sky.radiance.resized(USUAL), &Zonal::clamped_cosine(USUAL));
         let (after, report) = deringed(&irradiance, &Dering::default());
-        let (channel, colour) = worst_channel(&irradiance, &report);
+        let (channel, color) = worst_channel(&irradiance, &report);
         self.page.text(&format!(
             "The irradiance of order {USUAL} of this photograph falls to {} % of its mean, which no light does. The least change by a \
-             factor for each band, {}, lifts its least value to 0 and keeps {} % of the norm; the {colour} channel is shown, the \
+             factor for each band, {}, lifts its least value to 0 and keeps {} % of the norm; the {color} channel is shown, the \
              lowest for its mean.",
             digits(100.0 * report.before[channel].lo / irradiance.mean().channel(channel)),
             bands(&report),

@@ -68,10 +68,10 @@ impl Writer<'_> {
         let here = [0.0; 3];
         let mut rows = Vec::new();
         for d in DISTANCES {
-            let centre = [0.0, 0.0, d];
-            let disc = DiscLight { centre, normal: -Dir::Z, radius: 1.0 };
-            let square = PolygonLight::rectangle(centre, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])?;
-            let sphere = SphereLight { centre, radius: 1.0 };
+            let center = [0.0, 0.0, d];
+            let disc = DiscLight { center, normal: -Dir::Z, radius: 1.0 };
+            let square = PolygonLight::rectangle(center, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])?;
+            let sphere = SphereLight { center, radius: 1.0 };
             let errors = [
                 compare_approximations(&sphere, here, here, Dir::Z),
                 compare_approximations(&disc, here, here, Dir::Z),
@@ -83,7 +83,7 @@ impl Writer<'_> {
             rows.push(row);
         }
         self.page.table(&["distance", "sphere", "disc", "square"], &rows);
-        self.page.command("lobe env area-light disc --centre 0,0,5 --shines 0,0,-1 --radius 1");
+        self.page.command("lobe env area-light disc --center 0,0,5 --shines 0,0,-1 --radius 1");
         Ok(())
     }
 }

@@ -18,7 +18,7 @@ const SHOWN: usize = 4;
 /// Turns of the sky that are shown beside the truth, in degrees.
 const TURNS: [f64; 3] = [0.0, 120.0, 240.0];
 
-/// Cells to the metre: shadows of columns need them.
+/// Cells to the meter: shadows of columns need them.
 const DETAIL: usize = 3;
 
 /// How often light is reflected before it is reflected to the eye.
@@ -51,7 +51,7 @@ impl Writer<'_> {
         let (hall, report) = Hall::new(self.picture)?;
         self.page.text(&format!(
             "Transfer was baked at the {} vertices of a built-in hall by {} rays: shadows and {BOUNCES} reflections of light from surface \
-             to surface are in it. Turning the sky costs no more than {} products for each vertex and colour. Beside it the \
+             to surface are in it. Turning the sky costs no more than {} products for each vertex and color. Beside it the \
              truth, traced by {} paths for each pixel under the photograph itself.",
             report.receivers,
             report.rays,

@@ -99,9 +99,9 @@ impl Writer<'_> {
     }
 
     fn ringing_plot(&mut self, sky: &Sky, rows: &[Row]) -> anyhow::Result<()> {
-        let curve = |label, colour, of: fn(&Row) -> &Found| {
+        let curve = |label, color, of: fn(&Row) -> &Found| {
             let points = rows.iter().map(|row| [row.order as f64, of(row).psnr]).collect();
-            Curve2d { label, colour, dashed: false, points }
+            Curve2d { label, color, dashed: false, points }
         };
         let curves = [curve("plain", BLACK, |row| &row.plain), curve("windowed", BLUE, |row| &row.calm)];
         let ends = ([1.0, SWEEP as f64], 1.0, "");

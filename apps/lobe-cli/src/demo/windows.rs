@@ -6,7 +6,7 @@ use lobe::sh::{
     ContentWindow, Dir, Expansion as _, ShVec, Window, Zonal, dering_table_factors, squared_laplacian, width_of_peak,
 };
 
-use super::lights::{BLACK, BLUE, GREEN, GREY, ORANGE, POLAR, RED};
+use super::lights::{BLACK, BLUE, GRAY, GREEN, ORANGE, POLAR, RED};
 use super::{SWEEP, Writer, digits};
 
 /// The peak to which a Hanning and a Lanczos window lower an impulse of order 6, so that they can be compared.
@@ -72,9 +72,9 @@ impl Writer<'_> {
 
     fn window_functions(&mut self, [hanning_width, lanczos_width]: [f64; 2]) -> anyhow::Result<()> {
         // Both depend on l/w alone, so a window FINE times as wide has the values between the bands.
-        let fine = |label, colour, window: Window| Curve2d {
+        let fine = |label, color, window: Window| Curve2d {
             label,
-            colour,
+            color,
             dashed: false,
             points: (0..=SWEEP * FINE).map(|k| [k as f64 / FINE as f64, window.factor(k)]).collect(),
         };
@@ -93,13 +93,13 @@ impl Writer<'_> {
             ("Laplacian, 50 %", GREEN, laplacian(0.5)),
             ("Laplacian, 10 %", BLACK, laplacian(0.1)),
             ("Gauss, 15°", ORANGE, Some(Window::Gauss { sigma: 15.0_f64.to_radians() })),
-            ("point lights", GREY, Some(Window::PunctualLight)),
+            ("point lights", GRAY, Some(Window::PunctualLight)),
         ];
-        let curves = named.map(|(label, colour, window)| {
+        let curves = named.map(|(label, color, window)| {
             let factor = |l: usize| window.map_or(1.0, |window| window.factor(l));
             // It lies on the Lanczos window.
             let dashed = matches!(window, Some(Window::Hanning { .. }));
-            Curve2d { label, colour, dashed, points: (0..SWEEP).map(|l| [l as f64, factor(l)]).collect() }
+            Curve2d { label, color, dashed, points: (0..SWEEP).map(|l| [l as f64, factor(l)]).collect() }
         });
         // Room for the legend on the right.
         let bands = ([0.0, 1.5 * SWEEP as f64], 1.0, "");
@@ -111,9 +111,9 @@ impl Writer<'_> {
     fn suns(&mut self, file: &str, windows: &[Named<'_>], caption: &str) -> anyhow::Result<()> {
         let curves: Vec<Curve2d<'_>> = windows
             .iter()
-            .map(|(label, colour, window)| {
+            .map(|(label, color, window)| {
                 let sun = impulse(*window);
-                Curve2d::of_angle(label, *colour, window.is_none(), move |t| sun.eval(t.cos()))
+                Curve2d::of_angle(label, *color, window.is_none(), move |t| sun.eval(t.cos()))
             })
             .collect();
         self.profiles(file, &curves, caption)
@@ -130,7 +130,7 @@ impl Writer<'_> {
 
     fn sigma_factors(&mut self, [hanning_width, lanczos_width]: [f64; 2]) -> anyhow::Result<()> {
         let labels = [lanczos_width, hanning_width].map(|width| format!("width {width:.2}"));
-        let bare: Named<'_> = ("no window", GREY, None);
+        let bare: Named<'_> = ("no window", GRAY, None);
         let widths = [
             bare,
             ("width 16", ORANGE, lanczos(16.0, 1.0)),
@@ -178,7 +178,7 @@ impl Writer<'_> {
             "The other way round: the fit that is smoothest for its error, with the weight λ that leaves a wanted part of the squared \
              Laplacian. λ is found by Newton's method for the very function at hand.",
         );
-        let windows = [("100 %", GREY, None), ("50 %", BLUE, laplacian(0.5)), ("10 %", GREEN, laplacian(0.1))];
+        let windows = [("100 %", GRAY, None), ("50 %", BLUE, laplacian(0.5)), ("10 %", GREEN, laplacian(0.1))];
         self.suns("laplacian.svg", &windows, "a sun of order 6 with 50 % and 10 % of its squared Laplacian")?;
         self.polar_sun("laplacian-50.svg", laplacian(0.5), "50 % in polar form, the bare sun dashed")?;
         self.polar_sun("laplacian-10.svg", laplacian(0.1), "10 %")?;
@@ -217,7 +217,7 @@ impl Writer<'_> {
              shrinks. The blend has no last band: what an order keeps of it is below."
         ));
         let curves = [
-            Curve2d::of_angle("no window", GREY, true, |t| bare.eval(t.cos())),
+            Curve2d::of_angle("no window", GRAY, true, |t| bare.eval(t.cos())),
             Curve2d::of_angle("Hanning", BLUE, false, |t| calm.eval(t.cos())),
             Curve2d::of_angle("by content", RED, false, |t| blend(at(t))),
             Curve2d::of_angle("weight", ORANGE, true, |t| content.weight(at(t))),
@@ -250,7 +250,7 @@ impl Writer<'_> {
     /// The figure of Sloan 2017 that his table is made by.
     fn table_windows(&mut self) -> anyhow::Result<()> {
         const ROWS: [(f64, [u8; 3]); 7] =
-            [(0.0, GREY), (1.0, [170, 60, 160]), (2.0, ORANGE), (3.0, RED), (4.0, GREEN), (5.0, BLUE), (6.0, BLACK)];
+            [(0.0, GRAY), (1.0, [170, 60, 160]), (2.0, ORANGE), (3.0, RED), (4.0, GREEN), (5.0, BLUE), (6.0, BLACK)];
         self.page.section("Windows: the table for irradiance");
         let suns = ROWS.map(|(row, _)| irradiance_of_sun(&dering_table_factors(row / 6.0)));
         let [first, .., before, last] = suns.each_ref().map(lowest);
@@ -267,7 +267,7 @@ impl Writer<'_> {
             .iter()
             .zip(&suns)
             .zip(&labels)
-            .map(|((&(row, colour), sun), label)| Curve2d::of_angle(label, colour, row == 0.0, |t| sun.eval(t.cos())))
+            .map(|((&(row, color), sun), label)| Curve2d::of_angle(label, color, row == 0.0, |t| sun.eval(t.cos())))
             .collect();
         self.profiles("table-windows.svg", &curves, "over the angle from the sun")?;
         let truth = |s: Dir| 4.0 * s.z().max(0.0);
@@ -298,7 +298,7 @@ impl Writer<'_> {
             digits(bare.eval(1.0)),
         ));
         let curves = [
-            Curve2d::of_angle("bare", GREY, true, |t| bare.eval(t.cos())),
+            Curve2d::of_angle("bare", GRAY, true, |t| bare.eval(t.cos())),
             Curve2d::of_angle("under the window", RED, false, |t| sun.eval(t.cos())),
         ];
         self.profiles("punctual-light.svg", &curves, "the irradiance of a point light over the angle from it")?;

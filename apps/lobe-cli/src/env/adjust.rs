@@ -24,7 +24,7 @@ pub(crate) struct EnvAdjust {
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = values::finite)]
     exposure: Option<f64>,
     /// Multiply each channel
-    #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::colour)]
+    #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
     scale: Option<Rgb<f64>>,
     /// After that, make negative channels black, and say how much light that adds; beside a bright sun, take the sun out
     /// first (lobe env sun), which then pays for them

@@ -13,7 +13,7 @@ use crate::args::values;
 #[derive(Args)]
 pub(crate) struct EnvAmbient {
     /// The radiance L from everywhere
-    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", allow_hyphen_values = true, value_parser = values::colour)]
+    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", allow_hyphen_values = true, value_parser = values::color)]
     radiance: Rgb<f64>,
     /// How the surface reflects: matte of albedo RHO, 0 to 1; the Phong lobe of exponent E, 0 or more; or the rough mirror of
     /// GGX with slopes of width ALPHA, above 0 to 1, and reflectance F0 along the normal, 0 to 1

@@ -19,9 +19,9 @@ pub(crate) struct EnvAreaLight {
 enum Shape {
     /// A luminous ball
     Sphere {
-        /// Its centre
+        /// Its center
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
-        centre: [f64; 3],
+        center: [f64; 3],
         /// Its radius
         #[arg(long, value_name = "R", allow_hyphen_values = true, value_parser = values::positive)]
         radius: f64,
@@ -30,9 +30,9 @@ enum Shape {
     },
     /// A disc that shines to one side
     Disc {
-        /// Its centre
+        /// Its center
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
-        centre: [f64; 3],
+        center: [f64; 3],
         /// The direction it shines in
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
         shines: Dir,
@@ -42,11 +42,11 @@ enum Shape {
         #[command(flatten)]
         receiver: Receiver,
     },
-    /// A rectangle, or a parallelogram: centre ± u ± v, which shines towards u × v
+    /// A rectangle, or a parallelogram: center ± u ± v, which shines towards u × v
     Rectangle {
-        /// Its centre
+        /// Its center
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
-        centre: [f64; 3],
+        center: [f64; 3],
         /// Half of one side
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
         u: [f64; 3],
@@ -56,7 +56,7 @@ enum Shape {
         #[command(flatten)]
         receiver: Receiver,
     },
-    /// A plane polygon that shines to the side from which its vertices run anticlockwise
+    /// A plane polygon that shines to the side from which its vertices run counterclockwise
     Polygon {
         /// A vertex; give three or more, in order
         #[arg(
@@ -105,19 +105,19 @@ struct Found {
 impl EnvAreaLight {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         match &self.light {
-            Shape::Sphere { centre, radius, receiver } => {
+            Shape::Sphere { center, radius, receiver } => {
                 for (name, place) in receiver.places() {
-                    let squared: f64 = place.iter().zip(centre).map(|(a, b)| (a - b).powi(2)).sum();
+                    let squared: f64 = place.iter().zip(center).map(|(a, b)| (a - b).powi(2)).sum();
                     if squared.sqrt() <= *radius {
                         bail!("{name}: the place lies in the ball; move it away, or make --radius smaller");
                     }
                 }
-                receiver.print(&SphereLight { centre: *centre, radius: *radius })
+                receiver.print(&SphereLight { center: *center, radius: *radius })
             }
-            Shape::Disc { centre, shines, radius, receiver } => {
-                receiver.print(&DiscLight { centre: *centre, normal: *shines, radius: *radius })
+            Shape::Disc { center, shines, radius, receiver } => {
+                receiver.print(&DiscLight { center: *center, normal: *shines, radius: *radius })
             }
-            Shape::Rectangle { centre, u, v, receiver } => receiver.print(&PolygonLight::rectangle(*centre, *u, *v)?),
+            Shape::Rectangle { center, u, v, receiver } => receiver.print(&PolygonLight::rectangle(*center, *u, *v)?),
             Shape::Polygon { vertices, receiver } => {
                 receiver.print(&PolygonLight::new(vertices.clone()).map_err(|e| anyhow::anyhow!("--vertex: {e}"))?)
             }

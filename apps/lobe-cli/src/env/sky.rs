@@ -18,7 +18,7 @@ const DEFAULT_TURBIDITY: f64 = 3.0;
 
 #[derive(Args)]
 pub(crate) struct EnvSky {
-    /// preetham: a clear sky in colour, in kcd/m² (Preetham et al. 1999); cie: one of the general skies of the CIE
+    /// preetham: a clear sky in color, in kcd/m² (Preetham et al. 1999); cie: one of the general skies of the CIE
     #[arg(long, value_enum, default_value = "preetham")]
     model: Model,
     /// The direction of the sun, not below the horizon; +z is up
@@ -31,13 +31,13 @@ pub(crate) struct EnvSky {
     #[arg(long = "type", value_name = "K", value_parser = sky_type)]
     kind: Option<usize>,
     /// With cie: the radiance of the zenith [default: 1,1,1]
-    #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::colour)]
+    #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
     zenith: Option<Rgb<f64>>,
     /// The albedo of the ground, 0 to 1 in each channel
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", allow_hyphen_values = true, value_parser = values::albedo)]
     ground: Rgb<f64>,
     /// The irradiance of the sun on the ground, which the ground reflects; the disc of the sun is never part of the sky
-    #[arg(long, value_name = "R,G,B", default_value = "0,0,0", allow_hyphen_values = true, value_parser = values::colour)]
+    #[arg(long, value_name = "R,G,B", default_value = "0,0,0", allow_hyphen_values = true, value_parser = values::color)]
     sun_irradiance: Rgb<f64>,
     /// A lat-long picture (.exr, .hdr, .pfm, or .png tone-mapped for looking at), or the expansion of the formula itself: a
     /// .sh.json file, or - for stdout

@@ -35,7 +35,7 @@ impl Backs {
         is_glossy: bool,
         talk: Talk,
     ) -> anyhow::Result<Self> {
-        // Texels between triangles show a neighbour's receiver.
+        // Texels between triangles show a neighbor's receiver.
         let (fronts, front_of, count) = match places {
             Places::Vertices => (Receivers::at_vertices(scene)?, None, scene.vertex_count()),
             Places::Texels(lightmap) => {

@@ -31,7 +31,7 @@ pub(crate) struct LightInput {
     /// the order]; gauss:DEGREES; laplacian:PART leaves that part of the squared Laplacian
     #[arg(long, value_name = "KIND", value_parser = window)]
     window: Option<WindowKind>,
-    /// Turn the light about +z by this angle, anticlockwise seen from above
+    /// Turn the light about +z by this angle, counterclockwise seen from above
     #[arg(long, value_name = "DEG", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
     rotate_light: f64,
 }

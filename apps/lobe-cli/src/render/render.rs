@@ -107,7 +107,7 @@ pub(crate) struct Render {
     /// file, or of --texels an .exr file
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
-    /// glossy: the lobe that surfaces mirror with, tinted by their base colour [default: ggx:0.3]. A lobe about the mirrored
+    /// glossy: the lobe that surfaces mirror with, tinted by their base color [default: ggx:0.3]. A lobe about the mirrored
     /// view stands for the surface: 18 % from --mode truth --surfaces gltf for metals of α 0.3, farther for rougher ones
     #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
     lobe: Option<Lobe>,
@@ -147,7 +147,7 @@ enum Mode {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum SurfaceModel {
-    /// Lambert with the base colour as albedo
+    /// Lambert with the base color as albedo
     Matte,
     /// The metallic-roughness model of glTF
     Gltf,

@@ -131,9 +131,9 @@ pub(crate) struct Lit<'a> {
 
 /// The part of the light that a glossy surface sends back.
 pub(crate) enum Reflectance {
-    /// The base colour.
+    /// The base color.
     Base,
-    /// What microfacets of this roughness reflect of even light, their colour along the normal the base colour.
+    /// What microfacets of this roughness reflect of even light, their color along the normal the base color.
     Microfacets(DfgTable, f64),
 }
 
@@ -398,7 +398,7 @@ fn check_memory(
     options: &BakeOptions,
     is_glossy: bool,
 ) -> anyhow::Result<()> {
-    let (bands, channels) = (options.order.pow(2), options.channels_for(scene, scene.is_grey()).count());
+    let (bands, channels) = (options.order.pow(2), options.channels_for(scene, scene.is_gray()).count());
     let (numbers, lit) = if is_glossy { (bands * bands, 3 * 8 * bands) } else { (bands, 3 * 4) };
     let bytes = ((2 * 4 * numbers * channels + lit) as u64).saturating_mul(count as u64);
     let what = format!("transfer of {count} vertices at order {}", options.order);

@@ -133,8 +133,8 @@ mod tests {
         let path = folder.path().join("t.safetensors");
         // Several times what is read at once.
         let numbers: Vec<f32> = (0..3 << 20).map(|i| i as f32).collect();
-        let transfer = Transfer::new(1, Channels::Grey, numbers.clone()).unwrap();
-        let matrices = TransferMatrices::new(1, Channels::Grey, numbers).unwrap();
+        let transfer = Transfer::new(1, Channels::Gray, numbers.clone()).unwrap();
+        let matrices = TransferMatrices::new(1, Channels::Gray, numbers).unwrap();
         for stop_at in [1, 2, 3, 4] {
             for is_transfer in [true, false] {
                 let mut calls = Vec::new();

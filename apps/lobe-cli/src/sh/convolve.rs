@@ -220,7 +220,7 @@ mod tests {
         let kernels = [1.0, 2.0, 3.0].map(|f| Zonal::from_convolution_factors([f, 10.0 * f]));
         let expected =
             [(1.0, 1.0), (2.0, 10.0), (3.0, 10.0), (4.0, 10.0)].map(|(c, f)| Rgb::new(c * f, 2.0 * c * f, 3.0 * c * f));
-        let FileCoefficients::Rgb(found) = convolve(p, &kernels) else { panic!("colours become colours") };
+        let FileCoefficients::Rgb(found) = convolve(p, &kernels) else { panic!("colors become colors") };
         for (a, b) in found.coefficients().iter().zip(expected) {
             for c in 0..3 {
                 assert!((a.channel(c) - b.channel(c)).abs() < 1e-12, "{a:?} against {b:?}");

@@ -24,7 +24,7 @@ pub(crate) struct ShEncode {
     #[arg(value_name = "P")]
     input: ShInput,
     /// An encoding of lobe sh encodings; packed: the seven vectors cAr .. cC of Sloan's shader; matrix: the 4x4
-    /// matrices of Ramamoorthi and Hanrahan, row after row (both colours, three bands)
+    /// matrices of Ramamoorthi and Hanrahan, row after row (both colors, three bands)
     #[arg(long = "as", value_name = "NAME|packed|matrix", value_parser = form)]
     form: Form,
     /// For encodings of one side of a surface: its geometric normal
@@ -115,10 +115,10 @@ impl ShEncode {
 
     /// The name of the encoding, how many floats it has, and them.
     fn numbers<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> (&'static str, usize, Vec<Row>) {
-        let colours = || irradiance.map(|e| Rgb::from_channels(|c| e.channel(c % T::CHANNELS)));
+        let colors = || irradiance.map(|e| Rgb::from_channels(|c| e.channel(c % T::CHANNELS)));
         match self.form {
             Form::Packed => {
-                let PackedIrradiance { a, b, c } = PackedIrradiance::from_irradiance_sh(&colours());
+                let PackedIrradiance { a, b, c } = PackedIrradiance::from_irradiance_sh(&colors());
                 let names = ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb"];
                 let mut numbers: Vec<Row> =
                     names.into_iter().zip(a.into_iter().chain(b)).map(|(n, v)| row(n, v)).collect();
@@ -126,7 +126,7 @@ impl ShEncode {
                 ("packed", 27, numbers)
             }
             Form::Matrix => {
-                let IrradianceMatrix { m } = IrradianceMatrix::from_irradiance_sh(&colours());
+                let IrradianceMatrix { m } = IrradianceMatrix::from_irradiance_sh(&colors());
                 let numbers = ["Mr", "Mg", "Mb"].into_iter().zip(m).map(|(name, m)| row(name, m.concat())).collect();
                 ("matrix", 48, numbers)
             }
@@ -167,7 +167,7 @@ fn numbers_of<T: Coefficient<Scalar = f64>>(encoded: &EncodedIrradiance<T>) -> V
         ],
         EncodedIrradiance::HBasis4(e) => numbered("H", 1, &e.coefficients),
         EncodedIrradiance::HBasis6(e) => numbered("H", 1, &e.coefficients),
-        EncodedIrradiance::Hl2(e) => numbered("c", 1, &e.colours),
+        EncodedIrradiance::Hl2(e) => numbered("c", 1, &e.colors),
     }
 }
 

@@ -11,7 +11,7 @@ use crate::args::output;
 
 #[derive(Args)]
 pub(crate) struct ShPeaks {
-    /// The expansion, a .sh.json file; - reads stdin; of colours the luminance is looked at
+    /// The expansion, a .sh.json file; - reads stdin; of colors the luminance is looked at
     #[arg(value_name = "P")]
     input: ShInput,
     /// Where the climbs begin

@@ -26,7 +26,7 @@ pub(crate) struct ShPlot {
     /// What to draw: red is positive, blue negative, always
     #[arg(long, value_enum, default_value = "balloon")]
     style: Style,
-    /// Which channel of a coloured expansion
+    /// Which channel of a colored expansion
     #[arg(long, value_enum, default_value = "luminance")]
     channel: Channel,
     /// With --style polar: the plane of the cross-section
@@ -35,7 +35,7 @@ pub(crate) struct ShPlot {
     /// With --style polar: another expansion to draw beside it, dashed; may be given many times
     #[arg(long = "beside", value_name = "Q")]
     beside: Vec<ShInput>,
-    /// The value that reaches the rim of a balloon or the outermost ring, or that has the full colour on a cube [default: the
+    /// The value that reaches the rim of a balloon or the outermost ring, or that has the full color on a cube [default: the
     /// largest magnitude that occurs]
     #[arg(long, value_name = "V", value_parser = values::positive)]
     extent: Option<f64>,

@@ -13,7 +13,7 @@ pub(crate) struct ShProduct {
     /// The first expansion, a .sh.json file; - reads stdin
     #[arg(value_name = "A")]
     a: ShInput,
-    /// The second expansion, a .sh.json file; - reads stdin. Colours may be multiplied by numbers
+    /// The second expansion, a .sh.json file; - reads stdin. Colors may be multiplied by numbers
     #[arg(value_name = "B")]
     b: ShInput,
     /// The order (number of bands) of the product, 1 to 64 [default: the higher order of A and B]

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use lobe::prt::{read_compressed_transfer, read_matrices, read_neighbourhood, read_transfer};
+use lobe::prt::{read_compressed_transfer, read_matrices, read_neighborhood, read_transfer};
 use lobe::scene::{Mesh, ReadOptions, built_in, read_scene};
 use serde_json::{Value, json};
 
@@ -154,7 +154,7 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
     let line = dir.lobe("bake scene.gltf -o g.safetensors --grid 2,3,4 --quiet").error();
     assert!(line.starts_with("--grid: expected a box with a volume, "), "{line}");
     bake("built-in:ball -o g.safetensors --grid 2,3,4 --mode shadowed");
-    assert_eq!(read_neighbourhood(dir.path("g.safetensors")).unwrap().0.grid().counts(), [2, 3, 4], "grid");
+    assert_eq!(read_neighborhood(dir.path("g.safetensors")).unwrap().0.grid().counts(), [2, 3, 4], "grid");
     bake("built-in:furnace -o c.glb --max-edge 0.2 --mode unshadowed --clusters 3 --components 2 --weights 8");
     let compressed = dir.baked("c.glb").compressed.unwrap();
     assert_eq!((compressed.table().components(), compressed.order()), (2, 2), "compressed");
@@ -174,7 +174,7 @@ fn points_of_a_grid_are_off_the_floor_or_where_they_are_asked_for() {
     let dir = Dir::new();
     let bake = "bake built-in:ball --grid 3,3,4 --mode shadowed --order 1 --samples 256 --quiet -o";
     dir.lobe(&format!("{bake} a.safetensors")).stdout();
-    let (found, recipe) = read_neighbourhood(dir.path("a.safetensors")).unwrap();
+    let (found, recipe) = read_neighborhood(dir.path("a.safetensors")).unwrap();
     for (point, place) in found.grid().points().into_iter().enumerate() {
         // The ground takes the lower half of what arrives, but for what passes its ends.
         let open = found.matrices().matrix(point, 0)[0];
@@ -182,7 +182,7 @@ fn points_of_a_grid_are_off_the_floor_or_where_they_are_asked_for() {
     }
     assert_eq!(recipe["grid"], serde_json::json!([3, 3, 4]), "{recipe}");
     dir.lobe(&format!("{bake} b.safetensors --grid-box 1,1,9,-1,-1,5")).stdout();
-    let bounds = read_neighbourhood(dir.path("b.safetensors")).unwrap().0.grid().bounds();
+    let bounds = read_neighborhood(dir.path("b.safetensors")).unwrap().0.grid().bounds();
     assert_eq!((bounds.min, bounds.max), ([-1.0, -1.0, 5.0], [1.0, 1.0, 9.0]), "the box asked for");
 }
 

@@ -12,7 +12,7 @@ const BELOW: &str = "--eye 0.1,0.2,-3 --target 0,0,0 --fov 20 --size 16x12";
 /// by about itself, are known to 0.5 %, and transfer of 1024 paths to about as much: twice their sum.
 const TOLERANCE: f64 = 0.02;
 
-/// A white square that faces up, and light of other colours from above and from below.
+/// A white square that faces up, and light of other colors from above and from below.
 fn write_square(dir: &Dir) {
     dir.file(
         "s.obj",

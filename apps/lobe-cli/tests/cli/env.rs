@@ -67,7 +67,7 @@ fn both_methods_give_pi_under_a_constant_sky() {
 #[test]
 fn the_irradiance_brightens_towards_the_light() {
     let dir = Dir::new();
-    // The sun in the top left quarter: up, and at the left of the centre, which is +y.
+    // The sun in the top left quarter: up, and at the left of the center, which is +y.
     dir.map("sun.exr", 64, 32, |x, y| if (x, y) == (16, 8) { [1000.0; 3] } else { [0.0; 3] });
     for method in ["--order 3", "--method brute-force"] {
         dir.lobe(&format!("env irradiance sun.exr -o e.exr --size 8 {method}")).stdout();

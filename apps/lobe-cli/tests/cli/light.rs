@@ -25,7 +25,7 @@ fn the_vector_of_a_lamp_points_to_it_and_is_the_difference_of_the_two_sides() {
     // Column 48 of 64 begins at -y and goes on to -x.
     let theta = 10.5 / 32.0 * PI;
     assert_near(&found["dir"][1][2], theta.cos(), 1e-3, "height of the lamp");
-    assert!(found["dir"][1][1].as_f64().unwrap() < -0.8, "right of the centre is -y: {found}");
+    assert!(found["dir"][1][1].as_f64().unwrap() < -0.8, "right of the center is -y: {found}");
     assert!(found["dir"][0].is_null() && found["magnitude"][0] == 0.0, "no red light: {found}");
     assert_eq!(found["luminance_dir"], found["dir"][1], "only green light");
     for net in found["net"].as_array().unwrap() {
@@ -44,7 +44,7 @@ fn the_vector_of_a_lamp_points_to_it_and_is_the_difference_of_the_two_sides() {
 #[test]
 fn a_disc_overhead_has_its_closed_form_and_is_too_bright_as_a_point() {
     let dir = Dir::new();
-    let args = "env area-light disc --centre 0,0,10 --shines 0,0,-1 --radius 1 --json";
+    let args = "env area-light disc --center 0,0,10 --shines 0,0,-1 --radius 1 --json";
     let found = json(&dir, args);
     assert_near(&found["irradiance"], PI / 101.0, 1e-15, "irradiance");
     assert_near(&found["vector"][2], PI / 101.0, 1e-15, "vector");
@@ -57,27 +57,27 @@ fn a_disc_overhead_has_its_closed_form_and_is_too_bright_as_a_point() {
 #[test]
 fn rectangles_are_polygons_and_spheres_are_points() {
     let dir = Dir::new();
-    let rectangle = json(&dir, "env area-light rectangle --centre 0,0,1 --u 1,0,0 --v 0,-1,0 --json");
+    let rectangle = json(&dir, "env area-light rectangle --center 0,0,1 --u 1,0,0 --v 0,-1,0 --json");
     let polygon =
         json(&dir, "env area-light polygon --vertex -1,1,1 --vertex 1,1,1 --vertex 1,-1,1 --vertex -1,-1,1 --json");
     // The unit half square at distance 1: 4 atan(1/√2)/√2 of Lambert's formula.
     let expected = 4.0 * (0.5_f64.sqrt()).atan() * 0.5_f64.sqrt();
     assert_near(&rectangle["irradiance"], expected, 1e-14, "rectangle");
     assert_near(&polygon["irradiance"], expected, 1e-14, "polygon");
-    let sphere = json(&dir, "env area-light sphere --centre 0,0,2 --radius 1 --json");
+    let sphere = json(&dir, "env area-light sphere --center 0,0,2 --radius 1 --json");
     assert_near(&sphere["irradiance"], PI / 4.0, 1e-15, "sphere");
     assert_near(&sphere["point_error"], 0.0, 1e-14, "a sphere seen whole is a point");
     for (light, part) in [
-        ("sphere --centre 0,0,0.5 --radius 1", "--at: the place lies in the ball"),
-        ("sphere --centre 0,0,5 --radius 1 --reference 0,0,4.5", "--reference: the place lies in the ball"),
-        ("disc --centre 0,0,0 --shines 0,0,1 --radius 1", "--at: the place lies on the light"),
+        ("sphere --center 0,0,0.5 --radius 1", "--at: the place lies in the ball"),
+        ("sphere --center 0,0,5 --radius 1 --reference 0,0,4.5", "--reference: the place lies in the ball"),
+        ("disc --center 0,0,0 --shines 0,0,1 --radius 1", "--at: the place lies on the light"),
     ] {
         let line = dir.lobe(&format!("env area-light {light}")).error();
         assert!(line.starts_with(part), "{light}: {line}");
     }
     let line = dir.lobe("env area-light polygon --vertex 0,0,1 --vertex 1,0,1").error();
     assert_eq!(line, "--vertex: a polygon needs three vertices at least, found 2", "two vertices");
-    let line = dir.lobe("env area-light sphere --centre 0,0,2 --radius -1").error();
+    let line = dir.lobe("env area-light sphere --center 0,0,2 --radius -1").error();
     assert!(line.contains("expected a number above 0"), "{line}");
 }
 
@@ -93,7 +93,7 @@ fn ambient_light_is_radiance_irradiance_and_reflectance() {
     for (args, part) in [
         ("--brdf gloss:1", "expected lambert:RHO"),
         ("--brdf ggx:0.5,0.5 --view 91", "expected an angle from 0 to 90 degrees"),
-        ("--brdf ggx:0.5,0.5 --radiance 1,-1,1", "no channel of a colour is negative"),
+        ("--brdf ggx:0.5,0.5 --radiance 1,-1,1", "no channel of a color is negative"),
     ] {
         let line = dir.lobe(&format!("env ambient {args}")).error();
         assert!(line.contains(part), "{args}: {line}");
@@ -109,7 +109,7 @@ fn a_sky_is_a_picture_or_an_expansion_of_the_same_light() {
     dir.lobe("project sky.exr --order 4 -o picture.sh.json").stdout();
     let rgb = |name: &str| match dir.read_sh(name).coefficients {
         FileCoefficients::Rgb(f) => f,
-        FileCoefficients::Scalar(_) => panic!("{name} is grey"),
+        FileCoefficients::Scalar(_) => panic!("{name} is gray"),
     };
     let (formula, picture) = (rgb("sky.sh.json"), rgb("picture.sh.json"));
     assert_eq!(dir.read_sh("sky.sh.json").quantity, Quantity::Radiance, "quantity");

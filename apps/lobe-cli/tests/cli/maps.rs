@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::harness::Dir;
 
-/// A sky whose colours tell the six directions apart, brightest upwards.
+/// A sky whose colors tell the six directions apart, brightest upwards.
 fn write_sky(dir: &Dir, name: &str) {
     dir.map(name, 64, 32, |x, y| {
         let (phi, theta) =
@@ -45,7 +45,7 @@ fn every_mapping_can_be_written_and_read_again() {
         )
         .stdout();
         dir.lobe(&format!("project there.exr --from {mapping} --order 4 -o there.sh.json")).stdout();
-        let FileCoefficients::Rgb(after) = dir.read_sh("there.sh.json").coefficients else { panic!("{mapping}: grey") };
+        let FileCoefficients::Rgb(after) = dir.read_sh("there.sh.json").coefficients else { panic!("{mapping}: gray") };
         let error = difference(&after, &before);
         assert!(error < 2e-3, "{mapping}: {error}");
         dir.lobe(&format!("env convert there.exr --from {mapping} --to lat-long --size 32 -o back.exr")).stdout();
@@ -211,7 +211,7 @@ fn a_map_is_turned_like_its_expansion() {
     dir.lobe("project sky.exr --order 3 -o p.sh.json").stdout();
     dir.lobe("sh rotate p.sh.json --axis 1,2,3 --angle 40 -o q.sh.json").stdout();
     dir.lobe("env rotate sky.exr --axis 1,2,3 --angle 40 -o oblique.exr").stdout();
-    let FileCoefficients::Rgb(expected) = dir.read_sh("q.sh.json").coefficients else { panic!("grey") };
+    let FileCoefficients::Rgb(expected) = dir.read_sh("q.sh.json").coefficients else { panic!("gray") };
     let error = difference(&project_map(&read_any(&dir, "oblique.exr"), 3), &expected);
     assert!(error < 5e-3, "{error}");
 }
@@ -267,9 +267,9 @@ fn the_sun_leaves_its_light_and_the_sky() {
     let removed = 4.0 * std::f64::consts::PI * (whole.mean().r - rest.mean().r);
     let found = sun["irradiance"][0].as_f64().unwrap();
     assert!((removed / found - 1.0).abs() < 1e-4, "{removed} against {found}");
-    dir.map("grey.exr", 16, 8, |_, _| [1.0; 3]);
-    let line = dir.lobe("env sun grey.exr -o none.exr").error();
-    assert!(line.starts_with("grey.exr: nothing in it is as small and bright as a sun"), "{line}");
+    dir.map("gray.exr", 16, 8, |_, _| [1.0; 3]);
+    let line = dir.lobe("env sun gray.exr -o none.exr").error();
+    assert!(line.starts_with("gray.exr: nothing in it is as small and bright as a sun"), "{line}");
     assert!(!dir.names().contains(&"none.exr".to_owned()), "nothing is written");
 }
 

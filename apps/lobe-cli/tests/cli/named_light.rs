@@ -16,7 +16,7 @@ fn light(dir: &Dir, args: &str) -> ShVec<Rgb<f64>> {
     assert_eq!(file.quantity, Quantity::Radiance, "lights are radiance");
     match file.coefficients {
         FileCoefficients::Rgb(f) => f,
-        FileCoefficients::Scalar(f) => panic!("{f:?} has no colour"),
+        FileCoefficients::Scalar(f) => panic!("{f:?} has no color"),
     }
 }
 
@@ -29,7 +29,7 @@ fn near(found: &Value, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn a_facing_white_surface_leaves_the_colour_of_every_light() {
+fn a_facing_white_surface_leaves_the_color_of_every_light() {
     let dir = Dir::new();
     for shape in [
         "directional --dir 0,0,2",
@@ -52,7 +52,7 @@ fn a_facing_white_surface_leaves_the_colour_of_every_light() {
 }
 
 #[test]
-fn without_normalisation_shapes_have_radiance_one() {
+fn without_normalization_shapes_have_radiance_one() {
     let dir = Dir::new();
     let hemisphere = "hemisphere --sky 1,1,1 --ground 0,0,0 --normalize none";
     for (args, mean) in [
@@ -68,7 +68,7 @@ fn without_normalisation_shapes_have_radiance_one() {
     }
     let cut = dir.lobe("light polygon --horizon 0,0,-1 --normalize none -o light.sh.json --vertices");
     cut.arg("1,0,1 0,1,1 -1,-1,1").stdout();
-    let FileCoefficients::Rgb(f) = dir.read_sh("light.sh.json").coefficients else { panic!("a light has a colour") };
+    let FileCoefficients::Rgb(f) = dir.read_sh("light.sh.json").coefficients else { panic!("a light has a color") };
     assert_eq!(f, ShVec::zero(3), "nothing of it is below");
 }
 
@@ -76,7 +76,7 @@ fn octant(dir: &Dir) -> ShVec<Rgb<f64>> {
     dir.lobe("light polygon --normalize none -o light.sh.json --vertices").arg("1,0,0 0,1,0 0,0,1").stdout();
     match dir.read_sh("light.sh.json").coefficients {
         FileCoefficients::Rgb(f) => f,
-        FileCoefficients::Scalar(f) => panic!("{f:?} has no colour"),
+        FileCoefficients::Scalar(f) => panic!("{f:?} has no color"),
     }
 }
 
@@ -87,8 +87,8 @@ fn a_light_is_found_where_it_was_put() {
     for options in ["", "--count 3", "--count 2 --refine", "--metric radiance", "--choose height", "--closed"] {
         let found = lights(&dir, &format!("light.sh.json {options}"));
         assert!(near(&found["lights"][0]["dir"][1], -1.0, 1e-9), "{options}: {found}");
-        for (channel, colour) in [3.0, 2.0, 1.0].into_iter().enumerate() {
-            assert!(near(&found["lights"][0]["intensity"][channel], colour, 1e-6), "{options}: {found}");
+        for (channel, color) in [3.0, 2.0, 1.0].into_iter().enumerate() {
+            assert!(near(&found["lights"][0]["intensity"][channel], color, 1e-6), "{options}: {found}");
             assert!(near(&found["ambient"][channel], 0.0, 1e-6), "{options}: {found}");
             assert!(near(&found["residual"][channel], 0.0, 1e-9), "{options}: {found}");
         }
@@ -110,8 +110,8 @@ fn channels_may_have_lights_of_their_own() {
     let places = [Direction::X, Direction::Y, -Direction::Z];
     let mut f = ShVec::constant(3, Rgb::new(0.5, 0.5, 0.5));
     for (c, place) in places.into_iter().enumerate() {
-        let colour = Rgb::from_channels(|k| if k == c { 1.0 + c as f64 } else { 0.0 });
-        let light = Light::Directional { dir: place, colour };
+        let color = Rgb::from_channels(|k| if k == c { 1.0 + c as f64 } else { 0.0 });
+        let light = Light::Directional { dir: place, color };
         f += &light.project(3, Normalization::Projected).unwrap();
     }
     dir.sh("p.sh.json", Quantity::Radiance, f);
@@ -167,7 +167,7 @@ fn lights_that_cannot_be_are_refused() {
     let error = dir.lobe("light polygon -o x.sh.json --vertices").arg("1,0,0 -1,0,0 0,0,1").error();
     assert!(error.contains("edge 0 of the polygon passes through the receiver"), "{error}");
     let error = dir.lobe("light polygon -o x.sh.json --vertices").arg("1,0,0 2,0,0 3,0,0").error();
-    assert!(error.contains("too little to be normalised"), "{error}");
+    assert!(error.contains("too little to be normalized"), "{error}");
     assert!(dir.names().is_empty(), "{:?}", dir.names());
     dir.sh("flat.sh.json", Quantity::Radiance, ShVec::constant(1, 1.0));
     let error = dir.lobe("sh lights flat.sh.json").error();

@@ -220,14 +220,14 @@ fn a_pattern_planted_in_a_lightmap_is_seen_where_its_texels_are() {
     let planted = |x: usize, y: usize| f64::from(u8::from((5 * x + 3 * y) % 7 < 3)) + 0.1 * x as f64;
     // Even light of radiance 1 is √(4π) y_0.
     let values = (0..64).map(|texel| (planted(texel % 8, texel / 8) / (4.0 * PI).sqrt()) as f32).collect();
-    let transfer = Transfer::new(1, Channels::Grey, values).unwrap();
+    let transfer = Transfer::new(1, Channels::Gray, values).unwrap();
     write_lightmap(dir.path("p.exr"), &transfer, &json!({})).unwrap();
     // Seen from above +x is up and +y to the left: 8 x 8 pixels of two by two rays, each over a texel.
     let fov = 2.0 * f64::atan(0.1).to_degrees();
     let args =
         format!("render s.obj --up z --env even.exr --mode shadowed --transfer p.exr -o a.exr --fov {fov} --size 8x8");
     dir.lobe(&format!("{args} --eye 0,0,10 --target 0,0,0")).arg("--quiet").stdout();
-    // Rays a quarter of a texel from its centre, linear between centres: 3/4 of the texel and 1/8 of each neighbour.
+    // Rays a quarter of a texel from its center, linear between centers: 3/4 of the texel and 1/8 of each neighbor.
     let clamped = |i: usize, by: isize| (i as isize + by).clamp(0, 7) as usize;
     let filtered = |f: &dyn Fn(isize) -> f64| 0.125 * f(-1) + 0.75 * f(0) + 0.125 * f(1);
     for (k, pixel) in pixels(&dir, "a.exr").2.iter().enumerate() {

@@ -27,7 +27,7 @@ fn impulse(order: usize) -> ShVec<f64> {
 fn scalar(file: FileCoefficients) -> ShVec<f64> {
     match file {
         FileCoefficients::Scalar(f) => f,
-        FileCoefficients::Rgb(_) => panic!("numbers expected, found colours"),
+        FileCoefficients::Rgb(_) => panic!("numbers expected, found colors"),
     }
 }
 

@@ -43,7 +43,7 @@ fn eval_prints_one_line_for_each_direction() {
     let line = |s: Direction| f.eval(s).to_array().map(|c| format!("{c:?}")).join(" ") + "\n";
     let expected = line(Direction::Z) + &line(-Direction::X);
     dir.sh("p.sh.json", Quantity::Radiance, f.clone());
-    assert_eq!(dir.lobe("sh eval p.sh.json --dir 0,0,1 --dir -3,0,0").stdout(), expected, "colours");
+    assert_eq!(dir.lobe("sh eval p.sh.json --dir 0,0,1 --dir -3,0,0").stdout(), expected, "colors");
     dir.sh("v.sh.json", Quantity::LogVisibility, f.map(|c| c.b));
     let expected = format!("{:?}\n", f.eval(-Direction::Y).b);
     assert_eq!(dir.lobe("sh eval v.sh.json --dir=0,-1,0").stdout(), expected, "numbers");
@@ -56,7 +56,7 @@ fn eval_prints_json_for_machines() {
     let row = |s: Direction| format!("[{}]", f.eval(s).to_array().map(|c| format!("{c:?}")).join(","));
     let expected = format!("{{\"values\":[{},{}]}}\n", row(Direction::Z), row(Direction::X));
     dir.sh("p.sh.json", Quantity::Radiance, f.clone());
-    assert_eq!(dir.lobe("sh eval p.sh.json --json --dir 0,0,1 --dir 1,0,0").stdout(), expected, "colours");
+    assert_eq!(dir.lobe("sh eval p.sh.json --json --dir 0,0,1 --dir 1,0,0").stdout(), expected, "colors");
     let expected = format!("{{\"values\":[[{:?}]]}}\n", f.eval(Direction::Y).r);
     dir.sh("v.sh.json", Quantity::Visibility, f.map(|c| c.r));
     assert_eq!(dir.lobe("sh eval v.sh.json --json --dir 0,2,0").stdout(), expected, "numbers");
@@ -146,7 +146,7 @@ fn a_file_may_be_turned_in_place() {
     let dir = Dir::new();
     dir.sh("p.sh.json", Quantity::Radiance, impulse(Direction::X).map(|c| Rgb::new(c, 2.0 * c, 0.0)));
     dir.lobe("sh rotate p.sh.json --axis 0,1,0 --angle 90 -o p.sh.json").stdout();
-    let FileCoefficients::Rgb(turned) = dir.read_sh("p.sh.json").coefficients else { panic!("colours stay colours") };
+    let FileCoefficients::Rgb(turned) = dir.read_sh("p.sh.json").coefficients else { panic!("colors stay colors") };
     for (a, b) in turned.coefficients().iter().zip(impulse(-Direction::Z).coefficients()) {
         let error = (a.r - b).abs().max((a.g - 2.0 * b).abs()).max(a.b.abs());
         assert!(error < TOLERANCE, "{a:?} against {b}");
@@ -204,7 +204,7 @@ fn a_product_has_the_order_that_was_asked_for_and_is_whole_at_the_sum() {
 }
 
 #[test]
-fn colours_may_be_masked_by_visibility() {
+fn colors_may_be_masked_by_visibility() {
     let dir = Dir::new();
     dir.sh("l.sh.json", Quantity::Irradiance, ShVec::constant(3, Rgb::new(1.0, 2.0, 3.0)));
     dir.sh("v.sh.json", Quantity::Visibility, ShVec::constant(2, 0.5));
@@ -249,7 +249,7 @@ fn a_constant_sky_convolved_with_the_cosine_gives_pi() {
 }
 
 #[test]
-fn normalised_lobes_keep_radiance_and_its_mean() {
+fn normalized_lobes_keep_radiance_and_its_mean() {
     let dir = Dir::new();
     let f = rule(5, rule_a);
     for kernel in ["phong:0", "phong:20", "ggx:0.3", "ggx:1", "ggx:0"] {

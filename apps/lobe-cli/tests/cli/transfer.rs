@@ -12,7 +12,7 @@ fn ball() -> Transfer {
     let cosine = Zonal::clamped_cosine(3);
     let vectors =
         fibonacci_sphere(200).into_iter().map(|n| cosine.towards(Direction::from_unit(n), 1.0_f32).into_vec());
-    Transfer::new(3, Channels::Grey, vectors.flatten().collect()).unwrap()
+    Transfer::new(3, Channels::Gray, vectors.flatten().collect()).unwrap()
 }
 
 fn number(row: &Value, key: &str) -> f64 {

@@ -40,7 +40,7 @@ pub trait AreaLight {
 /// | sphere | sees it whole | 0 at any distance |
 /// | disc, radius R | on its axis, facing it | `(R/d)²` too bright |
 /// | square, side 2a | on its axis, facing it | `(4/3) (a/d)²` too bright, less `O(a/d)⁴` |
-/// | any | the horizon cuts the light | all of it where the centre is below |
+/// | any | the horizon cuts the light | all of it where the center is below |
 ///
 /// So at five times its diameter a light is a point to 1 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,7 +97,7 @@ impl DirectionalLight {
 pub struct Approximations {
     /// In closed form.
     pub exact: f64,
-    /// With all light coming from the centre.
+    /// With all light coming from the center.
     pub point: f64,
     /// With parallel light, made to agree at a place of reference.
     pub directional: f64,
@@ -125,7 +125,7 @@ impl Approximations {
 /// use lobe_sh::Dir;
 ///
 /// // A disc of radius 1 overhead, ten radii away: as a point it is 1 % too bright.
-/// let light = DiscLight { centre: [0.0, 0.0, 10.0], normal: -Dir::Z, radius: 1.0 };
+/// let light = DiscLight { center: [0.0, 0.0, 10.0], normal: -Dir::Z, radius: 1.0 };
 /// let here = [0.0; 3];
 /// let found = compare_approximations(&light, here, here, Dir::Z);
 /// assert!((found.point_error() - 0.01).abs() < 1e-14);

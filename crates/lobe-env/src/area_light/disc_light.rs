@@ -28,8 +28,8 @@ use crate::{AreaLight, PointLight, VectorIrradiance};
 /// it is in its plane, so 0, although the limit from the front is `π` for a normal that faces it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscLight {
-    /// The centre.
-    pub centre: [f64; 3],
+    /// The center.
+    pub center: [f64; 3],
     /// The side that shines.
     pub normal: Dir,
     /// The radius, not negative.
@@ -67,12 +67,12 @@ impl Seen {
     fn new(light: &DiscLight, point: Vec3) -> Option<Self> {
         debug_assert!(light.radius >= 0.0, "a radius of {}", light.radius);
         let w = (-light.normal).to_array();
-        let to_centre = sub(light.centre, point);
-        let height = dot(to_centre, w);
+        let to_center = sub(light.center, point);
+        let height = dot(to_center, w);
         if height <= 0.0 || light.radius == 0.0 {
             return None;
         }
-        let aside = add_scaled(to_centre, w, -height);
+        let aside = add_scaled(to_center, w, -height);
         let a = length(aside);
         let u = if a > 0.0 { aside.map(|c| c / a) } else { frame(w).0 };
         let radius = light.radius;
@@ -92,17 +92,17 @@ impl Seen {
     /// The irradiance of the part above the horizon of `n`.
     fn irradiance(&self, n: Vec3) -> f64 {
         let (n_u, n_v, n_w) = (dot(n, self.u), dot(n, self.v), dot(n, self.w));
-        // n·r = centre + swing cos(φ - ψ)
-        let centre = n_u * self.a + n_w * self.height;
+        // n·r = center + swing cos(φ - ψ)
+        let center = n_u * self.a + n_w * self.height;
         let swing = self.radius * n_u.hypot(n_v);
-        if centre >= swing {
+        if center >= swing {
             return dot(n, self.vector()).max(0.0);
         }
-        if centre <= -swing {
+        if center <= -swing {
             return 0.0;
         }
         let psi = n_v.atan2(n_u);
-        let half = ((swing - centre) * (swing + centre)).sqrt().atan2(-centre);
+        let half = ((swing - center) * (swing + center)).sqrt().atan2(-center);
         let ends = [psi - half, psi + half];
         let [first, last] = ends.map(|phi| self.rim(phi));
         let horizon = length(cross(first, sub(last, first))).atan2(dot(first, last));
@@ -147,6 +147,6 @@ impl AreaLight for DiscLight {
     }
 
     fn as_point(&self) -> PointLight {
-        PointLight { position: self.centre, normal: Some(self.normal), area: PI * self.radius * self.radius }
+        PointLight { position: self.center, normal: Some(self.normal), area: PI * self.radius * self.radius }
     }
 }

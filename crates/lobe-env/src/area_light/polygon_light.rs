@@ -52,12 +52,12 @@ impl PolygonLight {
         Ok(Self { vertices, area, centroid })
     }
 
-    /// The rectangle (or parallelogram) `centre ± half_u ± half_v` that shines towards `half_u × half_v`.
+    /// The rectangle (or parallelogram) `center ± half_u ± half_v` that shines towards `half_u × half_v`.
     ///
     /// # Errors
     /// [`EnvError::Options`] if a coordinate is not finite.
-    pub fn rectangle(centre: [f64; 3], half_u: [f64; 3], half_v: [f64; 3]) -> Result<Self, EnvError> {
-        let corner = |u: f64, v: f64| add_scaled(add_scaled(centre, half_u, u), half_v, v);
+    pub fn rectangle(center: [f64; 3], half_u: [f64; 3], half_v: [f64; 3]) -> Result<Self, EnvError> {
+        let corner = |u: f64, v: f64| add_scaled(add_scaled(center, half_u, u), half_v, v);
         Self::new(vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
     }
 

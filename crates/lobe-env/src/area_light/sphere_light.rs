@@ -11,7 +11,7 @@ use crate::{AreaLight, PointLight, VectorIrradiance};
 /// A sphere that emits radiance 1 from its whole outside.
 ///
 /// With `σ` its angular radius, `sin σ = radius/d`, and `θ` the angle between the normal and the direction `c` of the
-/// centre:
+/// center:
 ///
 /// ```text
 ///   e = π sin²σ c
@@ -31,8 +31,8 @@ use crate::{AreaLight, PointLight, VectorIrradiance};
 /// [Snyder 1996]: https://www.microsoft.com/en-us/research/publication/area-light-sources-for-real-time-graphics/
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereLight {
-    /// The centre.
-    pub centre: [f64; 3],
+    /// The center.
+    pub center: [f64; 3],
     /// The radius, not negative.
     pub radius: f64,
 }
@@ -77,19 +77,19 @@ impl AreaLight for SphereLight {
     }
 
     fn as_point(&self) -> PointLight {
-        PointLight { position: self.centre, normal: None, area: PI * self.radius * self.radius }
+        PointLight { position: self.center, normal: None, area: PI * self.radius * self.radius }
     }
 }
 
 impl SphereLight {
-    /// The direction of the centre and `sin σ`; `None` from inside.
+    /// The direction of the center and `sin σ`; `None` from inside.
     fn seen_from(&self, point: [f64; 3]) -> Option<(Dir, f64)> {
-        let to_centre = sub(self.centre, point);
-        let d = length(to_centre);
+        let to_center = sub(self.center, point);
+        let d = length(to_center);
         debug_assert!(self.radius >= 0.0, "a radius of {}", self.radius);
-        if d < self.radius || dot(to_centre, to_centre) == 0.0 {
+        if d < self.radius || dot(to_center, to_center) == 0.0 {
             return None;
         }
-        Some((Dir::new(to_centre)?, self.radius / d))
+        Some((Dir::new(to_center)?, self.radius / d))
     }
 }

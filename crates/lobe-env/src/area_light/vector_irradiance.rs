@@ -241,7 +241,7 @@ mod tests {
             for (c, a) in slopes.into_iter().enumerate() {
                 for (k, component) in e.to_array().into_iter().enumerate() {
                     let error = component.channel(c) - 4.0 * PI / 3.0 * a[k];
-                    // Texels hold the light of their centres.
+                    // Texels hold the light of their centers.
                     assert!(error.abs() < 2e-3, "{mapping}, channel {c}, axis {k}: {component:?}, off by {error}");
                 }
             }

@@ -52,7 +52,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
     check_windows(bytes, name)?;
     let reader = block::read(Cursor::new(bytes), false).map_err(|e| explain(&e, name))?;
     let headers = reader.headers();
-    let (part, channels) = colour_part(headers, name)?;
+    let (part, channels) = color_part(headers, name)?;
     let header = &headers[part];
     let limits = Limits { shape: shape(header, limits.shape, name)?, ..limits };
     let header_says_envmap = header.own_attributes.environment_map.is_some();
@@ -98,8 +98,8 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
     texels.resize(windows.width * windows.height, Rgb::ZERO);
     debug_assert!(expected.is_empty(), "as many blocks are read as are expected, and none twice");
     // A picture that is asked for as it is stays as it is.
-    let edge_centred = limits.shape != Shape::Any && header_says_envmap;
-    Ok(Decoded { width: windows.width, height: windows.height, texels, notes, edge_centred })
+    let edge_centered = limits.shape != Shape::Any && header_says_envmap;
+    Ok(Decoded { width: windows.width, height: windows.height, texels, notes, edge_centered })
 }
 
 /// Refuses windows that end before they begin: the library would exchange the ends.
@@ -148,18 +148,18 @@ fn shape(header: &Header, asked: Shape, name: &str) -> Result<Shape, EnvError> {
     }
 }
 
-/// Where in a part the colour is.
-struct ColourChannels {
+/// Where in a part the color is.
+struct ColorChannels {
     /// Indices of red, green and blue in the list of channels; three times the same for luminance.
     rgb: [usize; 3],
     /// Their names, for notes.
     names: String,
 }
 
-/// The first part that has colour, with its channels.
-fn colour_part(headers: &[Header], name: &str) -> Result<(usize, ColourChannels), EnvError> {
+/// The first part that has color, with its channels.
+fn color_part(headers: &[Header], name: &str) -> Result<(usize, ColorChannels), EnvError> {
     for (part, header) in headers.iter().enumerate() {
-        if let Some(channels) = colour_channels(&header.channels) {
+        if let Some(channels) = color_channels(&header.channels) {
             check_channels(header, &channels, name)?;
             return Ok((part, channels));
         }
@@ -171,7 +171,7 @@ fn colour_part(headers: &[Header], name: &str) -> Result<(usize, ColourChannels)
 }
 
 /// The channels `R`, `G`, `B` of the first layer that has all three, the layer without a name first; or else `Y`.
-fn colour_channels(channels: &ChannelList) -> Option<ColourChannels> {
+fn color_channels(channels: &ChannelList) -> Option<ColorChannels> {
     let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
     let mut layers: Vec<&str> = names.iter().map(|n| n.rfind('.').map_or("", |dot| &n[..=dot])).collect();
     layers.sort_by_key(|layer| !layer.is_empty());
@@ -179,11 +179,11 @@ fn colour_channels(channels: &ChannelList) -> Option<ColourChannels> {
     let rgb = layers.iter().find_map(|l| Some([find(l, "R")?, find(l, "G")?, find(l, "B")?]));
     let rgb = rgb.or_else(|| layers.iter().find_map(|l| find(l, "Y").map(|y| [y; 3])))?;
     let shown = if rgb[0] == rgb[1] { &rgb[..1] } else { &rgb[..] };
-    Some(ColourChannels { rgb, names: shown.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ") })
+    Some(ColorChannels { rgb, names: shown.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ") })
 }
 
 /// Refuses what the chosen channels cannot be.
-fn check_channels(header: &Header, channels: &ColourChannels, name: &str) -> Result<(), EnvError> {
+fn check_channels(header: &Header, channels: &ColorChannels, name: &str) -> Result<(), EnvError> {
     let list = &header.channels.list;
     let has = |suffix: &str| list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some(suffix));
     if channels.rgb[0] == channels.rgb[1] && (has("RY") || has("BY")) {
@@ -275,7 +275,7 @@ impl Windows {
 }
 
 /// What a careful user should know.
-fn notes(headers: &[Header], part: usize, channels: &ColourChannels, windows: &Windows) -> Vec<String> {
+fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Windows) -> Vec<String> {
     let header = &headers[part];
     let mut notes = Vec::new();
     if headers.len() > 1 {
@@ -371,7 +371,7 @@ fn locate<'a>(chunk: &'a Chunk, header: &Header) -> Result<(BlockIndex, &'a [u8]
     Ok((index, stored))
 }
 
-/// A decoded block: the colours of a rectangle of the data window.
+/// A decoded block: the colors of a rectangle of the data window.
 struct Block {
     x: usize,
     y: usize,
@@ -380,7 +380,7 @@ struct Block {
 }
 
 impl Block {
-    fn decode(chunk: Chunk, meta: &MetaData, channels: &ColourChannels) -> Result<Self, ExrError> {
+    fn decode(chunk: Chunk, meta: &MetaData, channels: &ColorChannels) -> Result<Self, ExrError> {
         let header = &meta.headers[chunk.layer_index];
         let block = UncompressedBlock::decompress_chunk(chunk, meta, false)?;
         let (position, size) = (block.index.pixel_position, block.index.pixel_size);

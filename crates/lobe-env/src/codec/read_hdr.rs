@@ -42,7 +42,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
     note_attributes(&metadata, &mut notes);
     let (channels, _) = raw.as_chunks::<4>();
     texels.extend(channels.as_chunks::<3>().0.iter().map(|texel| Rgb::from(texel.map(f32::from_ne_bytes)) * factor));
-    Ok(Decoded { width, height, texels, notes, edge_centred: false })
+    Ok(Decoded { width, height, texels, notes, edge_centered: false })
 }
 
 /// The length of the header: everything up to the end of the line after the first empty line.

@@ -14,7 +14,7 @@ use crate::{EnvError, TexelFormat};
 /// The most bytes that one byte of Zstandard can stand for: a block of one repeated byte stores 128 KiB in four bytes.
 const MOST_BYTES_PER_BYTE: u64 = 1 << 15;
 
-/// Where the colour model stands in the data format: after the total length and the head of the first block. The bytes
+/// Where the color model stands in the data format: after the total length and the head of the first block. The bytes
 /// of primaries and transfer function follow it.
 const DFD_MODEL: usize = 4 + 8;
 

@@ -19,7 +19,7 @@ use crate::files::read::{Decoded, Limits, check_size, invalid, reserve, unsuppor
 const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 
 /// JPEG stores at least one bit for each block of 8 x 8 texels, in its densest form, a progressive picture of one
-/// colour; twice that.
+/// color; twice that.
 const MOST_JPEG_TEXELS_PER_BYTE: u64 = 2 * 8 * 64;
 
 /// Decodes a PNG picture; `name` stands for the file in messages.
@@ -36,10 +36,10 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, limits: Limits) -> Result<De
     let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
         return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
     };
-    // `image` decodes whatever is there, and fills the rest with grey.
+    // `image` decodes whatever is there, and fills the rest with gray.
     let read = |decoder: JpegDecoder<_>, raw: &mut [u8]| {
-        let colours = if decoder.color_type() == ColorType::L8 { ColorSpace::Luma } else { ColorSpace::RGB };
-        let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(colours);
+        let colors = if decoder.color_type() == ColorType::L8 { ColorSpace::Luma } else { ColorSpace::RGB };
+        let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(colors);
         let options = options.set_max_width(usize::MAX).set_max_height(usize::MAX);
         let mut strict = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), options);
         let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
@@ -66,16 +66,16 @@ fn decode<D: ImageDecoder>(
         let message = format!("the file ends early: {width} x {height} texels cannot be in {length} bytes");
         return Err(invalid(name, message));
     }
-    let colour = decoder.color_type();
+    let color = decoder.color_type();
     let notes = notes(&mut decoder, kind);
-    let raw_bytes = count * usize::from(colour.bytes_per_pixel());
+    let raw_bytes = count * usize::from(color.bytes_per_pixel());
     let mut raw = reserve(raw_bytes, name)?;
     let mut texels = reserve(count, name)?;
     raw.resize(raw_bytes, 0);
     read(decoder, &mut raw)?;
 
-    let channels = usize::from(colour.channel_count());
-    match colour {
+    let channels = usize::from(color.channel_count());
+    match color {
         ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => {
             let linear: Vec<f32> = (0..=u8::MAX).map(|c| linear_from_srgb(f64::from(c) / 255.0)).collect();
             texels.extend(raw.chunks_exact(channels).map(|texel| rgb(texel, |c| linear[usize::from(*c)])));
@@ -87,12 +87,12 @@ fn decode<D: ImageDecoder>(
                 values.chunks_exact(channels).map(|texel| rgb(texel, |c| linear[usize::from(u16::from_ne_bytes(*c))])),
             );
         }
-        other => return Err(unsupported(name, format!("8 or 16 bits in grey or RGB expected, found {other:?}"))),
+        other => return Err(unsupported(name, format!("8 or 16 bits in gray or RGB expected, found {other:?}"))),
     }
     if orientation != Orientation::NoTransforms {
         texels = upright(&texels, [width, height], orientation, name)?;
     }
-    Ok(Decoded { width, height, texels, notes, edge_centred: false })
+    Ok(Decoded { width, height, texels, notes, edge_centered: false })
 }
 
 /// Whether a picture that was stored so has as many columns as rows when it is upright.
@@ -131,11 +131,11 @@ fn upright(
     Ok(texels)
 }
 
-/// Grey, or the first three channels.
+/// Gray, or the first three channels.
 fn rgb<T>(texel: &[T], linear: impl Fn(&T) -> f32) -> Rgb<f32> {
     if texel.len() < 3 {
-        let grey = linear(&texel[0]);
-        return Rgb::new(grey, grey, grey);
+        let gray = linear(&texel[0]);
+        return Rgb::new(gray, gray, gray);
     }
     Rgb::new(linear(&texel[0]), linear(&texel[1]), linear(&texel[2]))
 }
@@ -163,7 +163,7 @@ fn notes(decoder: &mut impl ImageDecoder, kind: &str) -> Vec<String> {
         notes.push("alpha is ignored".into());
     }
     if matches!(decoder.icc_profile(), Ok(Some(_))) {
-        notes.push("the colour profile is ignored; sRGB is assumed".into());
+        notes.push("the color profile is ignored; sRGB is assumed".into());
     }
     if matches!(decoder.orientation(), Ok(o) if o != Orientation::NoTransforms) {
         notes.push("turned upright, as the camera noted".into());
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn the_srgb_curve_has_its_known_values() {
-        // 50 % grey is 0.214041; the knee is at 0.04045, 0.0031308.
+        // 50 % gray is 0.214041; the knee is at 0.04045, 0.0031308.
         for (c, light) in [(0.0, 0.0), (1.0, 1.0), (0.5, 0.21404114), (0.04045, 0.0031308), (0.02, 0.02 / 12.92)] {
             let found = linear_from_srgb(c);
             assert!((f64::from(found) - light).abs() < 2e-8, "{c}: {found} against {light}");

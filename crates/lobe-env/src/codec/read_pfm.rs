@@ -8,7 +8,7 @@ use crate::files::read::{Decoded, Limits, check_size, invalid, reserve};
 /// The most bytes in which a header can end: three numbers and white space.
 const MAX_HEADER: usize = 256;
 
-/// Decodes a portable float map, `PF` in colour or `Pf` in grey; `name` stands for the file in messages.
+/// Decodes a portable float map, `PF` in color or `Pf` in gray; `name` stands for the file in messages.
 ///
 /// Three words follow the signature, each after white space: columns, rows, and a scale, whose sign says the order of
 /// the bytes (negative: the lowest first) and whose size is a factor. One byte of white space ends the header. The
@@ -42,7 +42,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits) -> Result<Decoded
             Rgb::new(value(0), value(1), value(2)).scale(factor)
         }));
     }
-    Ok(Decoded { width, height, texels, notes, edge_centred: false })
+    Ok(Decoded { width, height, texels, notes, edge_centered: false })
 }
 
 struct Header {

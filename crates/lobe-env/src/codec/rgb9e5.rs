@@ -1,4 +1,4 @@
-//! Three colours with nine bits each and one exponent for all, in 32 bits.
+//! Three colors with nine bits each and one exponent for all, in 32 bits.
 //!
 //! ```text
 //!   bits   31..27   26..18   17..9   8..0
@@ -38,7 +38,7 @@ pub(crate) fn encode(texel: Rgb<f32>) -> u32 {
     (exponent as u32) << 27 | b << 18 | g << 9 | r
 }
 
-/// The colours of a stored texel, exactly.
+/// The colors of a stored texel, exactly.
 pub(crate) fn decode(bits: u32) -> Rgb<f32> {
     let exponent = (bits >> 27) as i32;
     let step = ((exponent - BIAS - MANTISSA_BITS) as f32).exp2();

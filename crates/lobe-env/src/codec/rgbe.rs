@@ -1,4 +1,4 @@
-//! The texels that a Radiance picture can hold: eight bits for each colour and one exponent for all.
+//! The texels that a Radiance picture can hold: eight bits for each color and one exponent for all.
 
 use lobe_sh::{Coefficient, Rgb};
 

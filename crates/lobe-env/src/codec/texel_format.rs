@@ -23,7 +23,7 @@ pub enum TexelFormat {
     Rgba16F,
     /// Four `float`, alpha 1: 16 bytes, exact.
     Rgba32F,
-    /// Nine bits for each colour and one exponent for all, 4 bytes: the error is below 0.2 % of the largest channel of
+    /// Nine bits for each color and one exponent for all, 4 bytes: the error is below 0.2 % of the largest channel of
     /// the texel; 0 to 65408.
     Rgb9e5,
     /// BC6H without sign, blocks of 4 x 4 texels: 1 byte a texel, 0 to 65504. Written with the feature `bc6h` only.

@@ -33,7 +33,7 @@ impl Bundled {
 }
 
 /// A square by the sea at sunset: a clear sky and a sun two texels wide 3° above the horizon, 36° to the right of the
-/// centre, its red channel up to 801.
+/// center, its red channel up to 801.
 #[must_use]
 pub fn sunset() -> Bundled {
     let title = "a square by the sea, the sun on the horizon";

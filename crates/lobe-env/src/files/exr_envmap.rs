@@ -1,7 +1,7 @@
 //! The environment maps that OpenEXR defines with its attribute `envmap`.
 //!
 //! Both have their outer texels on the edges, not half a texel inside: texel `i` of `n` lies at `i/(n - 1)` of the way.
-//! The first and the last column of a lat-long map show the same directions; so do the rows of neighbouring faces of a
+//! The first and the last column of a lat-long map show the same directions; so do the rows of neighboring faces of a
 //! cube. Directions, of which y is up, and the corners of faces are those of the figure in `ImfEnvmap.h` of OpenEXR.
 
 use lobe_sh::{Coefficient, Rgb};
@@ -9,15 +9,15 @@ use rayon::prelude::*;
 
 use crate::{CubeMap, EnvError, EnvMap};
 
-/// The map with texel centres half a texel inside, interpolated bilinearly.
+/// The map with texel centers half a texel inside, interpolated bilinearly.
 ///
-/// The format says that the centre of the picture looks along its +z; here it is +x, as in every lat-long picture.
+/// The format says that the center of the picture looks along its +z; here it is +x, as in every lat-long picture.
 pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
     let (width, height) = (stored.width(), stored.height());
     let mut texels = vec![Rgb::ZERO; width * height];
     texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
         for (x, texel) in row.iter_mut().enumerate() {
-            *texel = bilinear(stored.texels(), (width, height), centre(x, width), centre(y, height));
+            *texel = bilinear(stored.texels(), (width, height), center(x, width), center(y, height));
         }
     });
     EnvMap::from_rows(width, height, texels)
@@ -60,8 +60,8 @@ fn place_in_face(face: usize, [x, y, z]: [f64; 3]) -> (f64, f64) {
     (0.5 + 0.5 * right / major, 0.5 + 0.5 * down / major)
 }
 
-/// The centre of texel `i` of `n` in `[0, 1]`.
-fn centre(i: usize, n: usize) -> f64 {
+/// The center of texel `i` of `n` in `[0, 1]`.
+fn center(i: usize, n: usize) -> f64 {
     (i as f64 + 0.5) / n as f64
 }
 
@@ -137,9 +137,9 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_of_one_texel_stays_one_colour() {
-        let colour = Rgb::new(1.0, 2.0, 3.0);
-        let map = cube_from_edges(1, &[colour; 6]).unwrap();
-        assert!(map.texels().iter().all(|t| *t == colour), "{map:?}");
+    fn a_picture_of_one_texel_stays_one_color() {
+        let color = Rgb::new(1.0, 2.0, 3.0);
+        let map = cube_from_edges(1, &[color; 6]).unwrap();
+        assert!(map.texels().iter().all(|t| *t == color), "{map:?}");
     }
 }

@@ -116,8 +116,8 @@ pub(crate) struct Decoded {
     pub(crate) height: usize,
     pub(crate) texels: Vec<Rgb<f32>>,
     pub(crate) notes: Vec<String>,
-    /// Whether the centres of the outer texels lie on the edges of the picture, or of the faces of a cube.
-    pub(crate) edge_centred: bool,
+    /// Whether the centers of the outer texels lie on the edges of the picture, or of the faces of a cube.
+    pub(crate) edge_centered: bool,
 }
 
 /// What a picture must be to be decoded.
@@ -151,8 +151,8 @@ pub(crate) enum Shape {
 ///   level is read; the first part, and in it the first layer, that has channels `R`, `G`, `B` or else `Y`. Alpha
 ///   and all other channels are ignored. The map is the display window; outside the data window it is black. With the
 ///   attribute `envmap` the outer texels lie on the edges, as the format defines it: the map is moved to Lobe's
-///   centres by interpolation, and the picture's centre is the map's +x as for every picture.
-/// * **Portable float map**: colour and grey, both byte orders, the scale of the header multiplied in.
+///   centers by interpolation, and the picture's center is the map's +x as for every picture.
+/// * **Portable float map**: color and gray, both byte orders, the scale of the header multiplied in.
 /// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB. White is 1 and nothing is brighter, which a note says.
 ///
 /// Cube maps are read by [`read_cube`](crate::read_cube()).
@@ -200,7 +200,7 @@ pub fn read_env_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result
 /// A lat-long map from a picture of that shape.
 pub(crate) fn lat_long(decoded: Decoded) -> EnvMap {
     let map = EnvMap::from_rows(decoded.width, decoded.height, decoded.texels);
-    if decoded.edge_centred { exr_envmap::lat_long_from_edges(&map) } else { map }
+    if decoded.edge_centered { exr_envmap::lat_long_from_edges(&map) } else { map }
 }
 
 /// Decodes a picture and looks through its texels.
@@ -227,7 +227,7 @@ pub(crate) fn decode_picture(
     let mut report = ReadReport::new(decoded.width, decoded.height, format, notes);
     inspect(&mut decoded.texels, decoded.width, &mut report);
     report.judge(options.nonfinite, name)?;
-    if decoded.edge_centred {
+    if decoded.edge_centered {
         report.notes.push("by the attribute envmap the outer texels lie on the edges; the map is interpolated".into());
     }
     Ok((decoded, report))

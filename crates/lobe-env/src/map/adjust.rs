@@ -61,7 +61,7 @@ impl ClampReport {
     }
 }
 
-/// Scales every texel with a channel above `limit` down until none is: the colour keeps its hue, and light is lost.
+/// Scales every texel with a channel above `limit` down until none is: the color keeps its hue, and light is lost.
 ///
 /// The report says how much.
 ///

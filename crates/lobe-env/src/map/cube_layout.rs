@@ -17,7 +17,7 @@ pub enum CubeHandedness {
     #[default]
     Right,
     /// For left-handed directions, `(X, Y, Z) = (-x, z, -y)`: Direct3D, and three.js, which turns X around before it
-    /// looks a cube up. The faces are photographs taken in the centre: letters can be read.
+    /// looks a cube up. The faces are photographs taken in the center: letters can be read.
     Left,
 }
 

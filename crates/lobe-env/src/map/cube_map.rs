@@ -59,7 +59,7 @@ impl CubeMap {
         Self::new(size, faces.concat())
     }
 
-    /// The map whose texels have the value of `radiance` towards their centres.
+    /// The map whose texels have the value of `radiance` towards their centers.
     ///
     /// # Panics
     /// If there can be no cube of this size: if `size` is 0, or its texels are more than `u32::MAX`.
@@ -121,7 +121,7 @@ impl CubeMap {
         self.face(face)[y * self.size() + x]
     }
 
-    /// The direction of the centre of a texel.
+    /// The direction of the center of a texel.
     ///
     /// # Panics
     /// If `face >= 6`.
@@ -130,9 +130,9 @@ impl CubeMap {
         cube::dir_from_face(face, (x as f64 + 0.5) / self.size() as f64, (y as f64 + 0.5) / self.size() as f64)
     }
 
-    /// The radiance from direction `s`, interpolated bilinearly between texel centres, across edges and corners too.
+    /// The radiance from direction `s`, interpolated bilinearly between texel centers, across edges and corners too.
     ///
-    /// Beyond its edge a face goes on with the first row of its neighbour; beyond a corner with the mean of the three
+    /// Beyond its edge a face goes on with the first row of its neighbor; beyond a corner with the mean of the three
     /// texels that meet there. So the value is continuous over the whole sphere
     /// (test `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
     #[must_use]

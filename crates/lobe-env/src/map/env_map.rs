@@ -9,7 +9,7 @@ use crate::{EnvError, MappedMap, Mapping};
 
 /// The radiance that arrives at a point from every direction, as a lat-long picture.
 ///
-/// Row 0 is at the top, towards +z; the centre column looks along +x; see [`lat_long`]. Linear light, Rec. 709
+/// Row 0 is at the top, towards +z; the center column looks along +x; see [`lat_long`]. Linear light, Rec. 709
 /// primaries unless the file it came from says otherwise. The width is usually twice the height, but need not be.
 ///
 /// Texels may be negative, as ringing beside a small light in a real file is. They should be finite, as the readers see
@@ -26,7 +26,7 @@ impl EnvMap {
         MappedMap::new(Mapping::LatLong, width, height, texels).map(Self)
     }
 
-    /// The map whose texels have the value of `radiance` towards their centres.
+    /// The map whose texels have the value of `radiance` towards their centers.
     ///
     /// # Panics
     /// If a side is 0.
@@ -94,16 +94,16 @@ impl EnvMap {
         self.0.texel(x, y)
     }
 
-    /// The direction of the centre of texel `(x, y)`.
+    /// The direction of the center of texel `(x, y)`.
     #[must_use]
     pub fn dir(&self, x: usize, y: usize) -> Dir {
         lat_long::dir_from_uv((x as f64 + 0.5) / self.width() as f64, (y as f64 + 0.5) / self.height() as f64)
     }
 
-    /// The radiance from direction `s`, interpolated bilinearly between texel centres.
+    /// The radiance from direction `s`, interpolated bilinearly between texel centers.
     ///
     /// Columns wrap around. Beyond the first and the last row the map goes on with the same row, half a turn
-    /// further: the neighbour across the pole. So the value is continuous along every path that does not touch a pole,
+    /// further: the neighbor across the pole. So the value is continuous along every path that does not touch a pole,
     /// and along every great circle through it.
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn at_texel_centres_the_radiance_is_the_texel() {
+    fn at_texel_centers_the_radiance_is_the_texel() {
         for (w, h) in [(2, 1), (4, 2), (7, 5), (64, 32)] {
             let map = numbered(w, h);
             for y in 0..h {
@@ -213,11 +213,11 @@ mod tests {
     }
 
     #[test]
-    fn from_fn_looks_towards_the_texel_centres() {
+    fn from_fn_looks_towards_the_texel_centers() {
         let map = EnvMap::from_fn(64, 32, |s| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32));
         assert!(map.texel(32, 0).b > 0.99, "the top row is +z: {:?}", map.texel(32, 0));
-        assert!(map.texel(32, 16).r > 0.99, "the centre is +x: {:?}", map.texel(32, 16));
-        assert!(map.texel(48, 16).g < -0.99, "right of the centre is -y: {:?}", map.texel(48, 16));
+        assert!(map.texel(32, 16).r > 0.99, "the center is +x: {:?}", map.texel(32, 16));
+        assert!(map.texel(48, 16).g < -0.99, "right of the center is -y: {:?}", map.texel(48, 16));
     }
 
     #[test]

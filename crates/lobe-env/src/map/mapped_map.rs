@@ -49,7 +49,7 @@ impl MappedMap {
         Ok(Self { mapping, width, height, texels })
     }
 
-    /// The map whose texels have the value of `radiance` towards their centres; of a texel whose centre shows nothing,
+    /// The map whose texels have the value of `radiance` towards their centers; of a texel whose center shows nothing,
     /// towards the middle of what it shows.
     ///
     /// # Panics
@@ -62,7 +62,7 @@ impl MappedMap {
         let mut texels = vec![Rgb::ZERO; width * height];
         texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
             for (x, texel) in row.iter_mut().enumerate() {
-                if let Some(s) = centre(mapping, width, height, x, y) {
+                if let Some(s) = center(mapping, width, height, x, y) {
                     *texel = radiance(s);
                 }
             }
@@ -147,11 +147,11 @@ impl MappedMap {
         self.row(y)[x]
     }
 
-    /// The direction of the centre of texel `(x, y)`; of a texel whose centre shows nothing, the middle of what it
+    /// The direction of the center of texel `(x, y)`; of a texel whose center shows nothing, the middle of what it
     /// shows; `None` if it shows nothing at all.
     #[must_use]
     pub fn dir(&self, x: usize, y: usize) -> Option<Dir> {
-        centre(self.mapping, self.width, self.height, x, y)
+        center(self.mapping, self.width, self.height, x, y)
     }
 
     /// The column and the row of the texel that contains the direction `s`.
@@ -170,9 +170,9 @@ impl MappedMap {
         self.mapping.solid_angle(self.width, self.height, x, y)
     }
 
-    /// The radiance from direction `s`, interpolated bilinearly between texel centres and across every seam.
+    /// The radiance from direction `s`, interpolated bilinearly between texel centers and across every seam.
     ///
-    /// Beyond an edge the map goes on with the texels that are neighbours on the sphere: around the seam of the lat-long
+    /// Beyond an edge the map goes on with the texels that are neighbors on the sphere: around the seam of the lat-long
     /// picture, across its poles, along the folds of the octahedron, from face to face of a cube and from rim to rim of
     /// the discs. So the value is continuous, except at the poles of the lat-long picture and in the one direction of
     /// the rim of a ball or an angular map, and there along every great circle (test
@@ -257,8 +257,8 @@ impl From<MappedMap> for Cow<'_, MappedMap> {
     }
 }
 
-/// The direction of the centre of a texel, or the middle of the part that shows something.
-fn centre(mapping: Mapping, width: usize, height: usize, x: usize, y: usize) -> Option<Dir> {
+/// The direction of the center of a texel, or the middle of the part that shows something.
+fn center(mapping: Mapping, width: usize, height: usize, x: usize, y: usize) -> Option<Dir> {
     let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
     mapping.dir_from_uv(u, v).or_else(|| {
         let mut nodes = Vec::new();

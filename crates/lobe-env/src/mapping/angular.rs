@@ -1,11 +1,11 @@
-//! The angular map, the form of light probes: the radius is the angle to the centre.
+//! The angular map, the form of light probes: the radius is the angle to the center.
 //!
 //! ```text
 //!   p = (θ/π) (cos ψ, sin ψ)       p = (2u - 1, 1 - 2v)
 //!   θ  the angle to +x,  ψ  the azimuth around it, from -y (right) towards +z (up)
 //!
 //!         .-------.
-//!       /    +z     \         centre      +x, the middle of the lat-long picture
+//!       /    +z     \         center      +x, the middle of the lat-long picture
 //!      | +y  +x  -y  |        |p| = 1/2   the circle through +z, -y, -z, +y
 //!       \    -z     /         rim         -x, all around
 //!         '-------'
@@ -19,7 +19,7 @@ use lobe_sh::Dir;
 use crate::mapping::azimuthal::{self, Frame, Profile};
 use crate::mapping::mirror_ball::{on_disc, texel_rect, uv};
 
-pub(crate) const FRAME: Frame = Frame { centre: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] };
+pub(crate) const FRAME: Frame = Frame { center: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] };
 
 /// The direction of the point `(u, v)` of the picture; `None` outside the disc.
 ///

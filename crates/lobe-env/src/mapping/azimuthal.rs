@@ -1,4 +1,4 @@
-//! What the mappings onto a disc share: a direction becomes its angle to the centre, as a radius, and its azimuth.
+//! What the mappings onto a disc share: a direction becomes its angle to the center, as a radius, and its azimuth.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use lobe_sh::{Dir, gauss_legendre};
 
 use crate::mapping::lat_long::sin_cos_pi;
 
-// With θ the angle to the direction C in the centre of the disc and p = r (cos ψ, sin ψ) the point of the unit disc,
+// With θ the angle to the direction C in the center of the disc and p = r (cos ψ, sin ψ) the point of the unit disc,
 //
 //     ball        r = sin(θ/2)      dΩ = sin θ dθ dψ = 4 r dr dψ
 //     angular     r = θ/π           dΩ = π sin(πr) dr dψ
@@ -17,10 +17,10 @@ use crate::mapping::lat_long::sin_cos_pi;
 //     Ω = ∮ F dψ       dψ = (x dy - y dx)/r²
 //
 // that is, with G = F/r² (2, 2 sin²(πr/2)/r², 2/(1+r²)), c ∫ G(c² + t²) dt along each straight edge, at the distance c
-// from the centre, and F(1) Δψ along the rim. Each edge is shared by two texels that see it from opposite sides, so the
+// from the center, and F(1) Δψ along the rim. Each edge is shared by two texels that see it from opposite sides, so the
 // sums over a picture telescope, and the rim is all that is left.
 
-/// How the radius depends on the angle to the centre.
+/// How the radius depends on the angle to the center.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Profile {
     /// `r = sin(θ/2)`: a mirrored ball from far away.
@@ -121,10 +121,10 @@ fn angular_g(c: f64, t: f64) -> f64 {
     if r > 0.0 { 2.0 * (sin / r) * (sin / r) } else { 0.5 * PI * PI }
 }
 
-/// The frame of a disc: the direction in its centre, and where right and up lead from there.
+/// The frame of a disc: the direction in its center, and where right and up lead from there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
-    pub(crate) centre: [f64; 3],
+    pub(crate) center: [f64; 3],
     pub(crate) right: [f64; 3],
     pub(crate) up: [f64; 3],
 }
@@ -134,14 +134,14 @@ impl Frame {
     pub(crate) fn dir(&self, profile: Profile, p: [f64; 2]) -> Dir {
         let (cos, sin_over_radius) = profile.cos_and_sin_over_radius(p[0].hypot(p[1]));
         let (right, up) = (sin_over_radius * p[0], -sin_over_radius * p[1]);
-        let v = [0, 1, 2].map(|k| cos * self.centre[k] + right * self.right[k] + up * self.up[k]);
+        let v = [0, 1, 2].map(|k| cos * self.center[k] + right * self.right[k] + up * self.up[k]);
         Dir::from_unit(v)
     }
 
-    /// The point of the unit disc in the direction `s`; opposite the centre the right end of the rim.
+    /// The point of the unit disc in the direction `s`; opposite the center the right end of the rim.
     pub(crate) fn point(&self, profile: Profile, s: Dir) -> [f64; 2] {
         let along = |axis: [f64; 3]| s.x() * axis[0] + s.y() * axis[1] + s.z() * axis[2];
-        let (cos, right, up) = (along(self.centre), along(self.right), along(self.up));
+        let (cos, right, up) = (along(self.center), along(self.right), along(self.up));
         let sin = right.hypot(up);
         let r = profile.radius(cos, sin);
         if sin > 0.0 { [r * right / sin, -r * up / sin] } else { [r, 0.0] }

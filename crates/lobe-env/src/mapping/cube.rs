@@ -7,21 +7,21 @@
 //! ```
 //!
 //! so a shader that knows a direction in a right-handed y-up world (glTF's) reads the right texel. Face `f`, its
-//! centre, and where its columns (`s`) and rows (`t`, downwards) lead, in the cube's axes and in Lobe's:
+//! center, and where its columns (`s`) and rows (`t`, downwards) lead, in the cube's axes and in Lobe's:
 //!
 //! ```text
 //!   face     0 = +X   1 = -X   2 = +Y   3 = -Y   4 = +Z   5 = -Z
 //!   s         -Z       +Z       +X       +X       +X       -X
 //!   t         -Y       -Y       +Z       -Z       -Y       -Y
 //!
-//!   centre    +x       -x       +z       -z       -y       +y       (Lobe)
+//!   center    +x       -x       +z       -z       -y       +y       (Lobe)
 //!   s         +y       -y       +x       +x       +x       -x
 //!   t         -z       -z       -y       +y       -z       -z
 //!
 //!            +----+
 //!            | +z |                   How the pictures join (Lobe's names). Read as a
 //!       +----+----+----+----+         left-handed world this is what an eye in the
-//!       | -x | -y | +x | +y |         centre sees; in a right-handed one every face is
+//!       | -x | -y | +x | +y |         center sees; in a right-handed one every face is
 //!       +----+----+----+----+         the mirror image of a photograph: see
 //!            | -z |                   CubeHandedness for faces that are photographs.
 //!            +----+
@@ -38,7 +38,7 @@ use crate::mapping::polygon::triangle_solid_angle;
 /// The number of faces.
 pub const FACES: usize = 6;
 
-/// Centre, direction of the columns, direction of the rows, in Lobe's axes.
+/// Center, direction of the columns, direction of the rows, in Lobe's axes.
 const AXES: [[[f64; 3]; 3]; FACES] = [
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]],
     [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
@@ -106,7 +106,7 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 
 /// The exact solid angle in steradian of texel `(x, y)` of a face of `size` x `size` texels.
 ///
-/// Two triangles whose corners are seen from the centre of the cube: all but the last digits are right for every
+/// Two triangles whose corners are seen from the center of the cube: all but the last digits are right for every
 /// size, and the sum over a face is `2π/3` (test `solid_angles_sum_to_the_whole_sphere`).
 ///
 /// # Panics
@@ -134,7 +134,7 @@ pub(crate) fn density(u: f64, v: f64) -> f64 {
 }
 
 /// The texel next to a face: column `x` of row `y`, one of them -1 or `size`, as its face, column and row.
-pub(crate) fn neighbour(size: usize, face: usize, x: isize, y: isize) -> (usize, usize, usize) {
+pub(crate) fn neighbor(size: usize, face: usize, x: isize, y: isize) -> (usize, usize, usize) {
     // The middle of the edge between the two texels lies on both faces.
     let at = |i: isize| ((2 * i + 1) as f64 / size as f64 - 1.0).clamp(-1.0, 1.0);
     let p = point(face, at(x), at(y));
@@ -147,8 +147,8 @@ pub(crate) fn neighbour(size: usize, face: usize, x: isize, y: isize) -> (usize,
 
 /// The point of the plane of a face, `a` and `b` in `[-1, 1]`.
 fn point(face: usize, a: f64, b: f64) -> [f64; 3] {
-    let [centre, right, down] = AXES[face];
-    [0, 1, 2].map(|k| centre[k] + a * right[k] + b * down[k])
+    let [center, right, down] = AXES[face];
+    [0, 1, 2].map(|k| center[k] + a * right[k] + b * down[k])
 }
 
 #[cfg(test)]
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn every_face_is_left_handed_seen_from_inside() {
-        // Right x down points out of the face, along its centre, in a left-handed reading; in Lobe's right-handed
+        // Right x down points out of the face, along its center, in a left-handed reading; in Lobe's right-handed
         // axes it points back to the eye.
         for (face, [c, r, d]) in AXES.into_iter().enumerate() {
             let cross = [r[1] * d[2] - r[2] * d[1], r[2] * d[0] - r[0] * d[2], r[0] * d[1] - r[1] * d[0]];

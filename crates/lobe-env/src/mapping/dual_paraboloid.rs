@@ -5,7 +5,7 @@
 //!   back  (u > 1/2, s·x < 0):   p = ( y, z)/(1 - x)        p = (4u - 3, 1 - 2v)
 //!
 //!        .-------.   .-------.
-//!      /    +z    \/    +z     \        |p| = tan(θ/2), θ the angle to the centre;
+//!      /    +z    \/    +z     \        |p| = tan(θ/2), θ the angle to the center;
 //!     |+y   +x   -y|-y  -x   +y |       both rims are the circle x = 0
 //!      \    -z    /\    -z     /
 //!        '-------'   '-------'
@@ -24,8 +24,8 @@ use crate::mapping::mirror_ball::on_disc;
 
 /// The frames of the front and the back.
 pub(crate) const FRAMES: [Frame; 2] = [
-    Frame { centre: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] },
-    Frame { centre: [-1.0, 0.0, 0.0], right: [0.0, 1.0, 0.0], up: [0.0, 0.0, 1.0] },
+    Frame { center: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] },
+    Frame { center: [-1.0, 0.0, 0.0], right: [0.0, 1.0, 0.0], up: [0.0, 0.0, 1.0] },
 ];
 
 /// The direction of the point `(u, v)` of the picture; `None` outside the discs.

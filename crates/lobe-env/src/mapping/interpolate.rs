@@ -1,4 +1,4 @@
-//! Radiance between the texel centres of any mapping, across its seams.
+//! Radiance between the texel centers of any mapping, across its seams.
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 
@@ -18,7 +18,7 @@ impl Texels<'_> {
         self.grid.texel(self.grid.point(s))
     }
 
-    /// The radiance from direction `s`, interpolated bilinearly between texel centres.
+    /// The radiance from direction `s`, interpolated bilinearly between texel centers.
     pub(crate) fn radiance(&self, s: Dir) -> Rgb<f32> {
         let taps = self.grid.taps(self.grid.tap_point(s));
         taps.iter().fold(Rgb::ZERO, |sum, (index, weight)| sum + self.texels[index].scale(weight))

@@ -10,8 +10,8 @@
 //!   v = 1   +----------------- -z -----------------+
 //! ```
 //!
-//! A photograph seen from inside: right of the centre, +x, lies -y. Texel `(x, y)` of a picture of `w` columns and
-//! `h` rows covers `[x, x+1]/w × [y, y+1]/h`; its centre is at `(x + 1/2, y + 1/2)`.
+//! A photograph seen from inside: right of the center, +x, lies -y. Texel `(x, y)` of a picture of `w` columns and
+//! `h` rows covers `[x, x+1]/w × [y, y+1]/h`; its center is at `(x + 1/2, y + 1/2)`.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 

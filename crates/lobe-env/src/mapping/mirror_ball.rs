@@ -8,7 +8,7 @@
 //!   r = 2 √(1 - |p|²) (p, √(1 - |p|²)) - eye
 //! ```
 //!
-//! The centre reflects the eye; the whole rim is the one direction behind the ball. The projection keeps areas: every
+//! The center reflects the eye; the whole rim is the one direction behind the ball. The projection keeps areas: every
 //! texel that lies on the ball has the solid angle `16/(w h)`.
 //!
 //! ```text
@@ -27,7 +27,7 @@
 //!   photographer at -x looks along +x, the middle of that picture, and sees -y on the right.
 //!
 //! Both are pictures of a ball, not of the world: a letter in the world appears mirrored. A camera at a finite distance
-//! of `d` radii cannot see directions within about `1/d` of the one behind the ball; that is not modelled.
+//! of `d` radii cannot see directions within about `1/d` of the one behind the ball; that is not modeled.
 //!
 //! OpenGL 4.6 (compatibility profile), section 12.1.3, `SPHERE_MAP`.
 
@@ -35,8 +35,8 @@ use lobe_sh::Dir;
 
 use crate::mapping::azimuthal::{self, Frame, Profile, Rect};
 
-pub(crate) const SPHERE: Frame = Frame { centre: [0.0, -1.0, 0.0], right: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] };
-pub(crate) const MIRROR_BALL: Frame = Frame { centre: [-1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] };
+pub(crate) const SPHERE: Frame = Frame { center: [0.0, -1.0, 0.0], right: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] };
+pub(crate) const MIRROR_BALL: Frame = Frame { center: [-1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] };
 
 /// The direction seen in the point `(u, v)` of OpenGL's sphere map; `None` beside the ball.
 ///

@@ -53,7 +53,7 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 
 /// The exact solid angle in steradian of texel `(x, y)` of a picture of `width` x `height` texels.
 ///
-/// The texel is cut along the folds; each piece is a polygon on a face of the octahedron, seen from its centre.
+/// The texel is cut along the folds; each piece is a polygon on a face of the octahedron, seen from its center.
 ///
 /// # Panics
 /// If there is no such texel.

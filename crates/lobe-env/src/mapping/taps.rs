@@ -11,7 +11,7 @@ use crate::mapping::lat_long::sin_cos_pi;
 use crate::resample::footprint::Share;
 
 // Bilinear interpolation in θ gives the rows of a lat-long picture other solid angles than they have: 8 % more for the
-// first row, since between its centre and the next one the sphere widens. Between the centres of two rows, at
+// first row, since between its center and the next one the sphere widens. Between the centers of two rows, at
 // θ = m + (t - 1/2) δ with m the edge between them and δ = π/h, the weight 1 - t of the upper row is therefore bent to
 //
 //     g(t) = 1 - t - β t (1 - t)      with β such that   ∫_0^1 g(t) sin θ dt = ∫_0^{1/2} sin θ dt
@@ -99,7 +99,7 @@ impl Grid {
         [x, self.fair_row(y, self.cotangent_factor() * self.cotangent(row))]
     }
 
-    /// The row `y` between two centres, moved so that interpolation shares out the solid angle between them fairly.
+    /// The row `y` between two centers, moved so that interpolation shares out the solid angle between them fairly.
     #[inline]
     pub(crate) fn fair_row(&self, y: f64, bend: f64) -> f64 {
         let t = (y - 0.5) - (y - 0.5).floor();
@@ -134,7 +134,7 @@ impl Grid {
         (x as usize).min(self.width - 1) + self.width * (y as usize).min(self.height - 1)
     }
 
-    /// The part of the picture around the point `p` in which the four texels around each point are neighbours in the picture:
+    /// The part of the picture around the point `p` in which the four texels around each point are neighbors in the picture:
     /// its columns and its rows; nothing in a picture with rims.
     pub(crate) fn inner_part(&self, p: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let (top, height) = match self.mapping {
@@ -142,13 +142,13 @@ impl Grid {
             Mapping::Cube => (((p[1] / self.width as f64) as usize).min(cube::FACES - 1) * self.width, self.width),
             _ => return None,
         };
-        let between_centres = |start: usize, length: usize| [start as f64 + 0.5, (start + length) as f64 - 0.5];
-        Some([between_centres(0, self.width), between_centres(top, height)])
+        let between_centers = |start: usize, length: usize| [start as f64 + 0.5, (start + length) as f64 - 0.5];
+        Some([between_centers(0, self.width), between_centers(top, height)])
     }
 
     /// The texels whose bilinear mean is the value in the point `p`.
     ///
-    /// Beyond an edge the picture goes on with the texels that are neighbours on the sphere.
+    /// Beyond an edge the picture goes on with the texels that are neighbors on the sphere.
     #[inline]
     pub(crate) fn taps(&self, p: [f64; 2]) -> Taps {
         match self.mapping {
@@ -194,7 +194,7 @@ impl Grid {
         taps
     }
 
-    /// Beyond an edge of a face follows its neighbour, beyond a corner the mean of the three texels that meet there.
+    /// Beyond an edge of a face follows its neighbor, beyond a corner the mean of the three texels that meet there.
     #[inline]
     fn cube(&self, [x, y]: [f64; 2]) -> Taps {
         let size = self.width as isize;
@@ -204,7 +204,7 @@ impl Grid {
             if inside(x) && inside(y) {
                 return (face * self.width + y as usize) * self.width + x as usize;
             }
-            let (face, x, y) = cube::neighbour(self.width, face, x, y);
+            let (face, x, y) = cube::neighbor(self.width, face, x, y);
             (face * self.width + y) * self.width + x
         };
         let mut taps = Taps::NONE;
@@ -302,7 +302,7 @@ struct Disc {
     columns: Range<usize>,
 }
 
-/// Calls `corner(column, row, weight)` for the four texels whose centres surround a point.
+/// Calls `corner(column, row, weight)` for the four texels whose centers surround a point.
 #[inline(always)]
 fn for_each_corner([x, y]: [f64; 2], mut corner: impl FnMut(isize, isize, f32)) {
     let (column, row) = (x - 0.5, y - 0.5);

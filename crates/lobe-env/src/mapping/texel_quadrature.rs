@@ -70,11 +70,11 @@ pub(crate) fn nodes_of_rules_into(
             }
         }
     }
-    normalise(out, mapping.solid_angle(width, height, x, y));
+    normalize(out, mapping.solid_angle(width, height, x, y));
 }
 
 /// Scales the weights to the given sum; the mass of a rim's sliver too thin for the nodes goes nowhere else.
-fn normalise(nodes: &mut [(Dir, f64)], sum: f64) {
+fn normalize(nodes: &mut [(Dir, f64)], sum: f64) {
     let found: f64 = nodes.iter().map(|(_, weight)| weight).sum();
     if found > 0.0 {
         for (_, weight) in nodes {

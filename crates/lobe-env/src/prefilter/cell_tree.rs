@@ -223,7 +223,7 @@ pub(crate) fn lagrange(t: f64) -> [f64; SIDE] {
 
 /// The largest side, as an angle, of cell `i` of a depth, and the direction of its middle.
 ///
-/// A step `δ` on the plane of a face, in units of half its edge, is at most `δ/√(1 + r²)` wide seen from the centre,
+/// A step `δ` on the plane of a face, in units of half its edge, is at most `δ/√(1 + r²)` wide seen from the center,
 /// `r` being the distance from the middle of the face.
 pub(crate) fn extent(i: usize, depth: usize) -> (Dir, f64) {
     let (face, column, row) = place(i, depth);
@@ -242,7 +242,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_depth_holds_all_light_and_its_centre() {
+    fn every_depth_holds_all_light_and_its_center() {
         let mut random = Random::new(5);
         for (size, depth) in [(64, 3), (64, 1), (63, 3), (24, 2), (5, 0), (1, 0)] {
             let mut value = || random.unit() as f32;

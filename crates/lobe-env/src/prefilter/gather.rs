@@ -249,7 +249,7 @@ pub(crate) fn tiles(size: usize) -> (usize, Vec<[usize; 3]>) {
     (side, (0..FACES * count * count).map(tile).collect())
 }
 
-/// The values of `towards` about the texel centres of some tiles.
+/// The values of `towards` about the texel centers of some tiles.
 pub(crate) fn filter_tiles(
     size: usize,
     side: usize,

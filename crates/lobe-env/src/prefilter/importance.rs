@@ -22,7 +22,7 @@ const GOLDEN_ANGLE: f64 = PI * (3.0 - 2.236_067_977_499_79);
 /// would blur narrow lobes.
 const FOOTPRINT: f64 = 4.0;
 
-/// A source with its smaller versions, each face with a border of its neighbours' texels.
+/// A source with its smaller versions, each face with a border of its neighbors' texels.
 pub(crate) struct ImportanceFilter {
     levels: Vec<Bordered>,
 }
@@ -131,7 +131,7 @@ impl Bordered {
         let inside = |i: isize| (0..size as isize).contains(&i);
         let get = |face: usize, x: isize, y: isize| {
             let (face, x, y) =
-                if inside(x) && inside(y) { (face, x as usize, y as usize) } else { cube::neighbour(size, face, x, y) };
+                if inside(x) && inside(y) { (face, x as usize, y as usize) } else { cube::neighbor(size, face, x, y) };
             map.texel(face, x, y).widen()
         };
         let mut texels = Vec::with_capacity(FACES * (size + 2) * (size + 2));

@@ -189,7 +189,7 @@ impl PrefilterOptions {
 /// lobe is no longer round (test `the_split_sum_is_exact_in_even_light_and_near_it_elsewhere` has numbers).
 ///
 /// Level 0 is the mirror: the source averaged over each texel. In every level the value of a texel is that of the
-/// direction of its centre. Linear in the source up to the tolerance, the same bits for any number of threads.
+/// direction of its center. Linear in the source up to the tolerance, the same bits for any number of threads.
 ///
 /// `progress` hears the part done, from 0 to 1, on the calling thread, and stops the work by `Break`.
 ///
@@ -237,7 +237,7 @@ pub fn prefilter_ggx(
 /// A cube map averaged with one lobe: for [`SpecularLobe::Phong`] and [`SpecularLobe::BlinnPhong`] a highlight map.
 ///
 /// The lobe integrates to 1, so a constant map stays the same; see [`SpecularLobe::integral`] for the other
-/// normalisation. A lobe far narrower than the source's texels gives the source averaged over each texel.
+/// normalization. A lobe far narrower than the source's texels gives the source averaged over each texel.
 ///
 /// # Errors
 /// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, or there can be no cube of this size.
@@ -262,7 +262,7 @@ pub fn filter_lobe(
 /// ```
 ///
 /// Gathered to `tolerance`; see [`PrefilterMethod::Gather`]. The kernel should be highest on its axis; steps and
-/// kinks cost time, away from the horizon digits of the normalisation too.
+/// kinks cost time, away from the horizon digits of the normalization too.
 ///
 /// # Errors
 /// [`EnvError::Options`] if there can be no cube of this size, the tolerance is out of its range, or the kernel has no positive integral or no

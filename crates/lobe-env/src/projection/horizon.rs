@@ -156,9 +156,9 @@ impl Horizon {
         let Column { start, step, chord } = *column;
         let share = |[sin, cos]: [f64; 2]| {
             let half = (-n_z * cos / (r * sin)).clamp(-1.0, 1.0).acos();
-            let lit = |centre: f64| {
-                let from = (start - centre).max(-half);
-                let to = (start + step - centre).min(half);
+            let lit = |center: f64| {
+                let from = (start - center).max(-half);
+                let to = (start + step - center).min(half);
                 if to > from { r * sin * (to.sin() - from.sin()) + n_z * cos * (to - from) } else { 0.0 }
             };
             sin * (2.0 * (lit(0.0) + lit(TAU)) - (r * sin * chord + n_z * cos * step))

@@ -44,7 +44,7 @@ pub fn irradiance_at(map: &EnvMap, normals: &[Dir]) -> Vec<Rgb<f64>> {
     normals.par_iter().map_init(|| vec![0.0; texels.stride], |scratch, n| texels.irradiance(*n, scratch)).collect()
 }
 
-/// The irradiance towards the texel centres of a map of `width` x `height`, by summing over all texels of `map`.
+/// The irradiance towards the texel centers of a map of `width` x `height`, by summing over all texels of `map`.
 ///
 /// The slow truth behind [`irradiance_map`]; see [`irradiance_at`].
 ///
@@ -74,7 +74,7 @@ pub fn irradiance_sh(map: &impl AsRef<MappedMap>, order: usize) -> ShVec<Rgb<f64
     f
 }
 
-/// The irradiance towards the texel centres of a lat-long map of `width` x `height`, by spherical harmonics of `order`.
+/// The irradiance towards the texel centers of a lat-long map of `width` x `height`, by spherical harmonics of `order`.
 ///
 /// # Panics
 /// If a side is 0.

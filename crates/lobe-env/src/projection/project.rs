@@ -27,7 +27,7 @@ const MAX_CHUNKS: usize = 64;
 /// ```
 ///
 /// The map is taken as constant over each texel, and that function is projected **exactly**: the basis is integrated
-/// over every texel, not sampled at its centre. So the weights of the texels are their solid angles, a constant map
+/// over every texel, not sampled at its center. So the weights of the texels are their solid angles, a constant map
 /// of any size is its mean and nothing else, and a sun of one texel keeps its energy and its place wherever it is
 /// (tests `a_constant_map_of_any_size_has_only_a_mean`, `a_sun_of_one_texel_keeps_its_energy_and_its_direction`).
 ///

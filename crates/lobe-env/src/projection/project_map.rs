@@ -104,7 +104,7 @@ impl Rows<'_> {
 // leaves about the first term of the series it does not integrate, (l h/2)^2q / (2q)!, times a number below 1.
 //
 // The directions of a flat picture have complex singularities about as far from it as it is wide: where the square root
-// of the distance from the centre of the cube vanishes. The q-point rule on a texel of half that width η leaves ρ^-2q,
+// of the distance from the center of the cube vanishes. The q-point rule on a texel of half that width η leaves ρ^-2q,
 // ρ = (1 + √(1 + η²))/η.
 //
 // Texels are not squares: their longest side is at most about twice the root of their mean solid angle for pictures of
@@ -126,7 +126,7 @@ fn node_count(map: &MappedMap, order: usize) -> usize {
     let part = side / FLAT_SIDE;
     let rho = (1.0 + 1.0_f64.hypot(part)) / part;
     let q = q.max((-0.5 * NODE_ERROR.ln() / rho.ln()).ceil() as usize).min(MAX_NODES);
-    // In a disc the azimuth runs over a quarter turn in the texels around the centre, however small they are.
+    // In a disc the azimuth runs over a quarter turn in the texels around the center, however small they are.
     let disc =
         matches!(map.mapping(), Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid);
     q.max(2) + if disc { 4 } else { 0 }

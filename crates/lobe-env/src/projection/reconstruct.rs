@@ -7,7 +7,7 @@ use crate::EnvMap;
 use crate::projection::row_dft::Azimuth;
 use crate::projection::row_legendre::{Polar, for_each_column};
 
-/// The map whose texels have the value of the expansion towards their centres.
+/// The map whose texels have the value of the expansion towards their centers.
 ///
 /// ```text
 ///   L(θ, φ) = Σ_m (Σ_l f_lm P̃_l^m(cos θ)) cos mφ + (Σ_l f_l,-m P̃_l^m(cos θ)) sin mφ

@@ -169,7 +169,7 @@ impl Azimuth {
     }
 }
 
-/// Puts a colour into column `k` of a plane.
+/// Puts a color into column `k` of a plane.
 #[inline(always)]
 fn store(plane: &mut [Plane; 3], k: usize, value: Rgb<f64>) {
     for (channel, value) in plane.iter_mut().zip(value.to_array()) {
@@ -177,7 +177,7 @@ fn store(plane: &mut [Plane; 3], k: usize, value: Rgb<f64>) {
     }
 }
 
-/// The colour in column `k` of a plane.
+/// The color in column `k` of a plane.
 #[inline(always)]
 fn load(plane: &[Plane; 3], k: usize) -> Rgb<f64> {
     Rgb::from(plane.each_ref().map(|channel| channel[k]))

@@ -1,4 +1,4 @@
-//! The normalised Legendre functions over the rows of a lat-long picture: integrated, or at the centres.
+//! The normalized Legendre functions over the rows of a lat-long picture: integrated, or at the centers.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::mapping::lat_long::sin_cos_pi;
 const QUADRATURE_REST: f64 = 1e-17;
 
 // The basis function of band l and m >= 0 is P̃_l^m(cos θ) cos mφ (sin mφ for -m), with P̃ the associated Legendre
-// function, all normalisation and the Condon-Shortley phase folded in. A texel sees it through
+// function, all normalization and the Condon-Shortley phase folded in. A texel sees it through
 //
 //     ∫∫ y_lm ds = ∫_row P̃_l^m(cos θ) sin θ dθ · ∫_column cos mφ dφ
 //
@@ -41,7 +41,7 @@ impl Polar {
         Self { order, height, rule: gauss_legendre(nodes(order, height)) }
     }
 
-    /// For values at the centres of the rows.
+    /// For values at the centers of the rows.
     pub(crate) fn values(order: usize, height: usize) -> Self {
         Self { order, height, rule: vec![(0.0, 1.0)] }
     }
@@ -59,7 +59,7 @@ impl Polar {
         }
     }
 
-    /// `P̃_l^m(cos θ)` at the centre of row `y`, into `out[index(l, m)]` for `m >= 0`.
+    /// `P̃_l^m(cos θ)` at the center of row `y`, into `out[index(l, m)]` for `m >= 0`.
     pub(crate) fn eval_into(&self, y: usize, out: &mut [f64]) {
         self.eval_at(y, 0.0, out);
     }

@@ -46,7 +46,7 @@ impl Brdf for Lambert {
     }
 }
 
-/// The Phong lobe about the mirrored view `r`, normalised so that it reflects all light seen along the normal.
+/// The Phong lobe about the mirrored view `r`, normalized so that it reflects all light seen along the normal.
 ///
 /// ```text
 ///   f = (s+2)/(2π) max(r·l, 0)^s                                        (Lafortune and Willems 1994)

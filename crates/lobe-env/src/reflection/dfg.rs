@@ -37,7 +37,7 @@ pub struct Dfg {
 }
 
 impl Dfg {
-    /// The ambient reflectance of a surface of colour `f0`.
+    /// The ambient reflectance of a surface of color `f0`.
     #[must_use]
     pub fn reflectance(&self, f0: Rgb<f64>) -> Rgb<f64> {
         f0.scale(self.scale) + Rgb::splat(self.bias)
@@ -219,7 +219,7 @@ impl DfgTable {
         &self.texels
     }
 
-    /// The value between texel centres, bilinear; beyond the outermost centres, theirs.
+    /// The value between texel centers, bilinear; beyond the outermost centers, theirs.
     ///
     /// `roughness` is `√α`. For the error see test `the_table_interpolates_within_its_stated_error`: 64² texels are
     /// within 0.01 of [`dfg()`] where both coordinates are at least 0.1.
@@ -330,7 +330,7 @@ mod tests {
         println!("64 x 64: {worst:.1e}");
         assert!(worst < 1e-2, "{worst}");
         let texel = table.texels()[10 * 64 + 20];
-        assert_eq!(table.lookup(20.5 / 64.0, 10.5 / 64.0), texel, "at a texel's centre");
+        assert_eq!(table.lookup(20.5 / 64.0, 10.5 / 64.0), texel, "at a texel's center");
         assert_eq!(DfgTable::new(1).lookup(0.0, 1.0), dfg(0.5, 0.25), "a single texel");
     }
 }

@@ -21,7 +21,7 @@ use crate::EnvError;
 /// over directions `l`, so the sum over such draws weighted with `n·l` ([Karis 2013]) is the same average. Phong's lobe
 /// is the one of highlight maps ([Miller and Hoffman 1984]), without a cosine.
 ///
-/// Every lobe integrates to 1: a constant map stays as it is. A highlight map in Phong's own normalisation, in which the
+/// Every lobe integrates to 1: a constant map stays as it is. A highlight map in Phong's own normalization, in which the
 /// lobe's peak is 1 (`∫ L (r·l)^s dl`), is this one times [`SpecularLobe::integral`].
 ///
 /// [Walter et al. 2007]: https://www.cs.cornell.edu/~srm/publications/EGSR07-btdf.pdf

@@ -15,7 +15,7 @@ use crate::resample::undersampled;
 use crate::resample::weights::Weights;
 
 // W_ts = Σ_samples of t, weight × share of s in the interpolant there: a mean of the source over the target's texel. A
-// constant stays constant because the weights of a texel are normalised. The energy of a texel s in the target is
+// constant stays constant because the weights of a texel are normalized. The energy of a texel s in the target is
 //
 //     E_s = Σ_t Ω_t V_ts       and should be Ω_s
 //
@@ -28,7 +28,7 @@ use crate::resample::weights::Weights;
 // a graph's Laplacian, symmetric and positive but for constants, and M a = Ω - E is solved by conjugate gradients, as far
 // as the light of the map at hand needs it [Brauer et al. 2017]. For large maps, in which the beats average out, nothing
 // of that is done. q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as far as it is brighter
-// than the mean m_s of its neighbours: an even part of a map stays even, nothing becomes negative, and a sun, L_s >> m_s,
+// than the mean m_s of its neighbors: an even part of a map stays even, nothing becomes negative, and a sun, L_s >> m_s,
 // has
 //
 //     E_s (L_s + q_s (L_s - m_s)) = Ω_s L_s - (Ω_s - E_s) m_s
@@ -73,7 +73,7 @@ impl<'a> Balance<'a> {
     pub(crate) fn resample(sampler: &'a Sampler, mut map: MappedMap) -> Vec<Rgb<f32>> {
         let mut balance = Self::new(sampler);
         let (energies, _) = balance.balance(&map);
-        // Those brighter than their neighbours with what they would lose.
+        // Those brighter than their neighbors with what they would lose.
         balance.even_light().add_excess(&mut map, |x, y| {
             let energy = balance.of_texel(&energies, x, y);
             if energy > 0.0 { (balance.solid_angles.get(x, y) / energy - 1.0) as f32 } else { 0.0 }
@@ -225,8 +225,8 @@ mod tests {
         for (from, to) in [(600, 600), (600, 100), (100, 600)] {
             for (source, target) in Mapping::ALL.into_iter().flat_map(|s| Mapping::ALL.map(|t| (s, t))) {
                 let sampler = Sampler::new(grid(source, from), grid(target, to), None);
-                let grey = vec![Rgb::splat(1.0); sampler.source.len()];
-                let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, grey);
+                let gray = vec![Rgb::splat(1.0); sampler.source.len()];
+                let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, gray);
                 let mut balance = Balance::new(&sampler);
                 let (energies, passes) = balance.balance(&map);
                 let texel = 4.0 * std::f64::consts::PI / energies.len() as f64;

@@ -1,7 +1,7 @@
-//! What of a map's light is even: as much as the neighbours of each texel have.
+//! What of a map's light is even: as much as the neighbors of each texel have.
 //!
 //! ```text
-//!   min(L_s, m_s)        m_s the mean of the up to eight neighbours of texel s in the picture that show something
+//!   min(L_s, m_s)        m_s the mean of the up to eight neighbors of texel s in the picture that show something
 //! ```
 //!
 //! It is found row by row where it is asked for: to hold it would take as much memory as the map.
@@ -16,7 +16,7 @@ use crate::{MappedMap, Mapping};
 /// So many rows are changed together. The rows above and below each such part are copied before.
 const ROWS: usize = 32;
 
-/// A row of a picture between its neighbours.
+/// A row of a picture between its neighbors.
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     above: Option<&'a [Rgb<f32>]>,
@@ -73,7 +73,7 @@ impl<'a> EvenLight<'a> {
         });
     }
 
-    /// Of row `y`: every texel, in each channel no brighter than the mean of its neighbours; without any, as it is.
+    /// Of row `y`: every texel, in each channel no brighter than the mean of its neighbors; without any, as it is.
     fn row(&self, y: usize, rows: Rows<'_>, even: &mut [Rgb<f32>]) {
         // Of a picture without rims every texel shows something.
         if matches!(self.grid.mapping, Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea | Mapping::Cube) {
@@ -84,7 +84,7 @@ impl<'a> EvenLight<'a> {
         }
     }
 
-    /// The mean of the up to eight neighbours of a texel in the picture that show something; without any, that texel.
+    /// The mean of the up to eight neighbors of a texel in the picture that show something; without any, that texel.
     fn around(&self, rows: Rows<'_>, x: usize, y: usize) -> Rgb<f32> {
         let columns = x.saturating_sub(1)..self.grid.width.min(x + 2);
         let (mut sum, mut count) = (Rgb::ZERO, 0.0);
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn even_light_is_that_of_the_neighbours() {
+    fn even_light_is_that_of_the_neighbors() {
         for mapping in [Mapping::LatLong, Mapping::Sphere] {
             for (width, height) in [(1, 1), (1, 4), (5, 1), (2, 3), (9, 7), (5, 70)] {
                 let map = random_map(mapping, width, height);

@@ -7,7 +7,7 @@ use crate::resample::patch::Tile;
 /// A texel, by its number in the picture, and its weight.
 pub(crate) type Share = (u32, f32);
 
-/// Four texels that are neighbours in the picture: `first` and the one to its right, and the two below, with weights.
+/// Four texels that are neighbors in the picture: `first` and the one to its right, and the two below, with weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quad {
     pub(crate) first: u32,
@@ -78,7 +78,7 @@ impl View<'_> {
     }
 }
 
-/// Two neighbours.
+/// Two neighbors.
 #[inline(always)]
 fn pair(light: &[Rgb<f32>], first: usize) -> &[Rgb<f32>; 2] {
     let Some(pair) = light[first..].first_chunk() else { unreachable!("a quad lies inside the picture") };

@@ -221,7 +221,7 @@ impl Patch {
         quads.resize(self.tile.width * nx * ny, Quad { first: 0, weights: [0.0; 4] });
         for j in 0..ny {
             let mut row = self.row((y * ny + j) as f64 * step_v);
-            // From the centre of the corner.
+            // From the center of the corner.
             row[0][0] -= corner[0] as f64 + 0.5;
             row[0][1] -= corner[1] as f64 + 0.5;
             let row = row.map(|values| values.map(|value| value as f32));
@@ -244,7 +244,7 @@ struct Lanes {
 }
 
 impl Lanes {
-    /// From sample `start` on; positions are those from the centre of texel `first`.
+    /// From sample `start` on; positions are those from the center of texel `first`.
     #[inline(always)]
     fn of([a, b, c]: &[[f32; 3]; 3], start: usize, step: f32, first: u32, width: u32) -> Self {
         let mut lanes = Self { firsts: [0; LANES], weights: [[0.0; LANES]; 4] };

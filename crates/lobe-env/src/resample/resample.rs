@@ -9,7 +9,7 @@ use crate::resample::balance::Balance;
 use crate::resample::sample_points::Sampler;
 use crate::{EnvError, MappedMap, Mapping};
 
-/// How far apart centres of texels, in texels, may be rounding of a rotation by quarter turns.
+/// How far apart centers of texels, in texels, may be rounding of a rotation by quarter turns.
 const SAME_POINT: f64 = 1e-6;
 
 /// What a map shall become.
@@ -53,13 +53,13 @@ impl Resample {
 ///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
 /// ```
 ///
-/// with the mean `m_s` of the texel's neighbours in the picture; V is the interpolation's weights, with rows and columns
+/// with the mean `m_s` of the texel's neighbors in the picture; V is the interpolation's weights, with rows and columns
 /// scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until what q leaves of the light is below 5e-6. So
 ///
 /// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
 /// * the mean of every channel is kept to 1e-4 through chains of ten and twelve conversions
 ///   (`the_mean_is_kept_through_chains_of_mappings`, `the_mean_is_kept_through_any_chain`);
-/// * a sun of one texel keeps its energy to 1 %, and stays within the texel: its centre moves by no more than the
+/// * a sun of one texel keeps its energy to 1 %, and stays within the texel: its center moves by no more than the
 ///   farthest point of its texel, in the source or the target, lies from it
 ///   (`a_sun_of_one_texel_keeps_energy_and_place_through_every_pair_of_mappings`);
 /// * interpolation blurs: with texels of the width δ, band l loses about l(l+1) δ²/8 in each conversion, more at the rim
@@ -115,11 +115,11 @@ fn copied(sampler: &Sampler, is_turned: bool) -> Option<Vec<u32>> {
     }
     let number = |index: usize| {
         let at = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-        let centre =
+        let center =
             grid.mapping.dir_from_uv(at(index % grid.width, grid.width), at(index / grid.width, grid.height))?;
-        let p = grid.point(sampler.to_source(centre));
-        let is_centre = p.iter().all(|c| (c - c.floor() - 0.5).abs() < SAME_POINT);
-        is_centre.then(|| grid.texel(p) as u32)
+        let p = grid.point(sampler.to_source(center));
+        let is_center = p.iter().all(|c| (c - c.floor() - 0.5).abs() < SAME_POINT);
+        is_center.then(|| grid.texel(p) as u32)
     };
     (0..grid.len()).map(number).collect()
 }

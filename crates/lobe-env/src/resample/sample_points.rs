@@ -202,8 +202,8 @@ impl Sampler {
 
     /// How many columns and rows of cells a texel needs that shows something everywhere.
     fn cells(&self, texel: [usize; 2]) -> Option<[usize; 2]> {
-        let (centre, lengths) = axes(self.target, texel)?;
-        let spacing = SPACING * self.source_pitch(centre);
+        let (center, lengths) = axes(self.target, texel)?;
+        let spacing = SPACING * self.source_pitch(center);
         Some(lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST)))
     }
 
@@ -303,7 +303,7 @@ impl Sampler {
             Mapping::DualParaboloid => 2,
             _ => return false,
         };
-        // Twice the distance from the centre of the disc, in texels.
+        // Twice the distance from the center of the disc, in texels.
         let disc = discs * x / width;
         let across = |x: usize| (discs * 2 * x) as f64 / width as f64 - (2 * disc + 1) as f64;
         let down = |y: usize| (2 * y) as f64 / height as f64 - 1.0;
@@ -313,19 +313,19 @@ impl Sampler {
     }
 }
 
-/// The direction of the centre of a texel that shows something everywhere, and about how long its two axes are, in
+/// The direction of the center of a texel that shows something everywhere, and about how long its two axes are, in
 /// radians.
 #[inline]
 pub(crate) fn axes(grid: Grid, [x, y]: [usize; 2]) -> Option<(Dir, [f64; 2])> {
     let Grid { mapping, width, height } = grid;
     let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
     let (u, v) = ((x as f64 + 0.5) * w, (y as f64 + 0.5) * h);
-    let centre = mapping.dir_from_uv(u, v)?;
+    let center = mapping.dir_from_uv(u, v)?;
     let lengths = match mapping {
-        Mapping::LatLong => [2.0 * PI * w * centre.x().hypot(centre.y()), PI * h],
+        Mapping::LatLong => [2.0 * PI * w * center.x().hypot(center.y()), PI * h],
         Mapping::Cube => {
             // Moving along an axis by da turns the direction by da √(1 + b²)/(1 + a² + b²), at most da/√(1 + a² + b²).
-            let [x, y, z] = centre.to_array().map(f64::abs);
+            let [x, y, z] = center.to_array().map(f64::abs);
             [2.0 * w * x.max(y).max(z); 2]
         }
         _ => {
@@ -337,7 +337,7 @@ pub(crate) fn axes(grid: Grid, [x, y]: [usize; 2]) -> Option<(Dir, [f64; 2])> {
             [across(0.499 * w, 0.0), across(0.0, 0.499 * h)]
         }
     };
-    Some((centre, lengths))
+    Some((center, lengths))
 }
 
 #[inline]

@@ -45,7 +45,7 @@ impl WindowLight {
         (Rgb::new(r, g, b), weight)
     }
 
-    /// Two neighbours.
+    /// Two neighbors.
     #[inline(always)]
     fn pair(&self, first: usize) -> &[Light; 2] {
         let Some(pair) = self.texels[first..].first_chunk() else { unreachable!("a quad lies inside the window") };

@@ -15,7 +15,7 @@ use crate::{EnvError, Sky};
 ///   f(γ) = 1 + c (e^{dγ} - e^{dπ/2}) + e cos²γ       scattering around the sun
 /// ```
 ///
-/// The standard is in luminance; the zenith's colour is a factor of every direction.
+/// The standard is in luminance; the zenith's color is a factor of every direction.
 ///
 /// | type | sky | gradation | scattering |
 /// |---|---|---|---|

@@ -13,7 +13,7 @@ const TURBIDITIES: std::ops::RangeInclusive<f64> = 2.0..=10.0;
 /// and the golden values were made with this floor.
 const LEAST_COSINE: f64 = 0.01;
 
-/// A clear sky by the formula of [Preetham, Shirley and Smits 1999], in kcd/m² (`Y`), as linear Rec. 709 colour.
+/// A clear sky by the formula of [Preetham, Shirley and Smits 1999], in kcd/m² (`Y`), as linear Rec. 709 color.
 ///
 /// ```text
 ///   Y, x, y = zenith value · F(θ, γ)/F(0, θ_sun)        θ from the zenith, γ from the sun
@@ -24,7 +24,7 @@ const LEAST_COSINE: f64 = 0.01;
 ///
 /// `A` to `E` are linear in the turbidity `T`, the zenith chromaticities quadratic in `T` and cubic in `θ_sun`
 /// (appendix A.2 of the paper). `T = 2` is a very clear sky, 10 haze. `cos θ` is kept above 0.01. Luminance and
-/// chromaticity are turned into colour with a white of D65; saturated blue may leave the gamut, a channel is then
+/// chromaticity are turned into color with a white of D65; saturated blue may leave the gamut, a channel is then
 /// negative, and stays so: expansions are linear. For radiance in W m⁻² sr⁻¹ divide by 0.683 lm/mW.
 ///
 /// The model holds while the sun is above the horizon, and does not include its disc.
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn white_is_white_and_the_luminance_of_a_colour_is_its_y() {
+    fn white_is_white_and_the_luminance_of_a_color_is_its_y() {
         let white = rgb_from_xyz(WHITE);
         for channel in white.to_array() {
             assert!((channel - 1.0).abs() < 1e-14, "{white:?}");

@@ -23,7 +23,7 @@ const CROWDING: i32 = 3;
 /// Every sky here is mirror-symmetric about the vertical plane through the sun. The disc of the sun is not part of it:
 /// add it as a light ([`SphereLight`](crate::SphereLight), or an impulse).
 ///
-/// Two are in this crate: [`PreethamSky`](crate::PreethamSky) in colour for clear weather, [`CieSky`](crate::CieSky) for
+/// Two are in this crate: [`PreethamSky`](crate::PreethamSky) in color for clear weather, [`CieSky`](crate::CieSky) for
 /// every weather in luminance. The model of Hosek and Wilkie (2012) is not: it is a table of some thousand fitted
 /// numbers, and no crate that carries them is being maintained (`hw-skymodel`, MIT, had its only two releases on one
 /// day of 2023). It would be one more implementation of this trait.
@@ -102,7 +102,7 @@ pub fn sky_sh(sky: &impl Sky, ground: &Ground, order: usize) -> ShVec<Rgb<f64>> 
     f.resized(order)
 }
 
-/// The picture of a sky above its ground, by the value at each texel's centre.
+/// The picture of a sky above its ground, by the value at each texel's center.
 ///
 /// # Panics
 /// If a side is 0.

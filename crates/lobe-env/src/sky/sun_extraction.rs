@@ -33,7 +33,7 @@ const LEAST_DETERMINANT: f64 = 1e-3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SunOptions {
-    /// The largest angle from the centre to the edge of what may be a sun, in radians. Texels may make it larger: two
+    /// The largest angle from the center to the edge of what may be a sun, in radians. Texels may make it larger: two
     /// and a half of them always fit. Default: 2.5°.
     pub max_radius: f64,
     /// How many times as bright as the ring around it the brightest texel of a sun is at least. Default: 20.
@@ -51,7 +51,7 @@ impl Default for SunOptions {
 /// A sun: a directional light of a small size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
-    /// Towards the sun: the centre of its light.
+    /// Towards the sun: the center of its light.
     pub direction: Dir,
     /// `∫ (L - rest) ds` over its disc: the irradiance of a surface that faces it. Never includes `1/π`.
     pub irradiance: Rgb<f64>,
@@ -127,10 +127,10 @@ pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<
     let pitch = pitch(map, peak.at);
     let reach = options.max_radius.max(2.5 * pitch);
     // The brightest texel may lie at the sun's edge, so look twice as far and start again from the middle.
-    let near = texels_near(map, peak.centre, 2.0 * reach + RING[1] * pitch);
+    let near = texels_near(map, peak.center, 2.0 * reach + RING[1] * pitch);
     let bright: Vec<&Texel> = near.iter().filter(|texel| texel.luminance() >= EDGE * light).collect();
-    let centre = middle(&bright)?;
-    let angle = |texel: &Texel| texel.centre.angle_to(centre);
+    let center = middle(&bright)?;
+    let angle = |texel: &Texel| texel.center.angle_to(center);
     let radius = bright.iter().map(|texel| angle(texel)).fold(0.0, f64::max);
     if radius > reach {
         return None;
@@ -138,8 +138,8 @@ pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<
     let width = (RING[1] - RING[0]) * pitch.min(LONGEST * usual_pitch(map));
     let inner = radius + RING[0] * pitch;
     let in_ring = |texel: &&Texel| angle(texel) > inner && angle(texel) <= inner + width;
-    let plane = Plane::fit(centre, near.iter().filter(in_ring))?;
-    if light < options.min_contrast * plane.at(centre).luminance() {
+    let plane = Plane::fit(center, near.iter().filter(in_ring))?;
+    if light < options.min_contrast * plane.at(center).luminance() {
         return None;
     }
     let (disc, around): (Vec<&Texel>, Vec<&Texel>) = near.iter().partition(|texel| angle(texel) <= inner);
@@ -154,16 +154,16 @@ pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<
 struct Texel {
     at: [usize; 2],
     value: Rgb<f32>,
-    centre: Dir,
+    center: Dir,
     solid_angle: f64,
 }
 
 impl Texel {
     /// `None` for a texel that shows nothing.
     fn new(map: &MappedMap, x: usize, y: usize) -> Option<Self> {
-        let centre = map.dir(x, y)?;
+        let center = map.dir(x, y)?;
         let solid_angle = map.solid_angle(x, y);
-        (solid_angle > 0.0).then(|| Self { at: [x, y], value: map.texel(x, y), centre, solid_angle })
+        (solid_angle > 0.0).then(|| Self { at: [x, y], value: map.texel(x, y), center, solid_angle })
     }
 
     fn luminance(&self) -> f64 {
@@ -225,10 +225,10 @@ fn inwards(map: &MappedMap, p: [f64; 2]) -> [f64; 2] {
     if length > 0.0 { v.map(|c| c / length) } else { v }
 }
 
-/// The texels whose centres lie within an angle of a direction, in the order of the picture.
-fn texels_near(map: &MappedMap, centre: Dir, angle: f64) -> Vec<Texel> {
+/// The texels whose centers lie within an angle of a direction, in the order of the picture.
+fn texels_near(map: &MappedMap, center: Dir, angle: f64) -> Vec<Texel> {
     let limit = angle.min(PI).cos();
-    let is_near = |x: usize, y: usize| map.dir(x, y).is_some_and(|s| s.dot(centre) >= limit);
+    let is_near = |x: usize, y: usize| map.dir(x, y).is_some_and(|s| s.dot(center) >= limit);
     let row = |y: usize| {
         (0..map.width()).filter(move |x| is_near(*x, y)).filter_map(move |x| Texel::new(map, x, y)).collect::<Vec<_>>()
     };
@@ -238,7 +238,7 @@ fn texels_near(map: &MappedMap, centre: Dir, angle: f64) -> Vec<Texel> {
 /// The middle of some texels, by solid angle.
 fn middle(texels: &[&Texel]) -> Option<Dir> {
     let sum = texels.iter().fold([0.0; 3], |sum, texel| {
-        let s = texel.centre.to_array();
+        let s = texel.center.to_array();
         [0, 1, 2].map(|k| sum[k] + texel.solid_angle * s[k])
     });
     Dir::new(sum)
@@ -251,16 +251,16 @@ struct Plane {
 }
 
 impl Plane {
-    /// The least-squares plane through texels around `centre`, weighted with their solid angles; `None` if there are
+    /// The least-squares plane through texels around `center`, weighted with their solid angles; `None` if there are
     /// fewer than three.
-    fn fit<'a>(centre: Dir, texels: impl Iterator<Item = &'a Texel>) -> Option<Self> {
-        let (p, q) = crate::vec3::frame(centre.to_array());
+    fn fit<'a>(center: Dir, texels: impl Iterator<Item = &'a Texel>) -> Option<Self> {
+        let (p, q) = crate::vec3::frame(center.to_array());
         let axes = [p, q];
         let mut matrix = [[0.0; 3]; 3];
         let mut right = [Rgb::ZERO; 3];
         let mut count = 0;
         for texel in texels {
-            let row = terms(&axes, texel.centre);
+            let row = terms(&axes, texel.center);
             for i in 0..3 {
                 for j in 0..3 {
                     matrix[i][j] += texel.solid_angle * row[i] * row[j];
@@ -327,7 +327,7 @@ fn take_out(rest: &mut MappedMap, disc: &[&Texel], plane: &Plane) -> Option<Sun>
     let (mut irradiance, mut moment, mut squares, mut texels) = (Rgb::ZERO, [0.0; 3], 0.0, 0);
     for texel in disc {
         let [x, y] = texel.at;
-        let level = plane.at(texel.centre);
+        let level = plane.at(texel.center);
         let fill = Rgb::<f32>::from_channels(|c| (level.channel(c) as f32).min(texel.value.channel(c)).max(0.0));
         rest.texels_mut()[y * size[0] + x] = fill;
         let taken = texel.value.widen() - fill.widen();

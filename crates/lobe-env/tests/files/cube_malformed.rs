@@ -6,7 +6,7 @@ use image::ImageFormat;
 use lobe_env::{CubeMipChain, EnvError, ReadOptions, TexelFormat, read_env_file_bytes};
 use lobe_testkit::Random;
 
-use crate::cubes::{coloured_faces, encoded, formats};
+use crate::cubes::{colored_faces, encoded, formats};
 use crate::envmap::cube_exr;
 use crate::pictures::{ldr, pfm};
 
@@ -37,19 +37,19 @@ fn patched(bytes: &[u8], at: usize, value: &[u8]) -> Vec<u8> {
 }
 
 fn ktx2(zstd: bool) -> Vec<u8> {
-    encoded("a.ktx2", &CubeMipChain::averaged(coloured_faces(8)), TexelFormat::Rgba16F, zstd)
+    encoded("a.ktx2", &CubeMipChain::averaged(colored_faces(8)), TexelFormat::Rgba16F, zstd)
 }
 
 fn dds() -> Vec<u8> {
-    encoded("a.dds", &CubeMipChain::averaged(coloured_faces(8)), TexelFormat::Rgba16F, false)
+    encoded("a.dds", &CubeMipChain::averaged(colored_faces(8)), TexelFormat::Rgba16F, false)
 }
 
 /// Small valid files, with whether each byte of them matters.
 fn small_files() -> Vec<(String, Vec<u8>)> {
-    let chain = CubeMipChain::averaged(coloured_faces(4));
+    let chain = CubeMipChain::averaged(colored_faces(4));
     let mut files = vec![
         ("PFM".to_owned(), pfm("PF\n4 2\n-1.0\n", &[1.5; 24], f32::to_le_bytes)),
-        ("grey PFM".into(), pfm("Pf\n4 2\n1.0\n", &[1.5; 8], f32::to_be_bytes)),
+        ("gray PFM".into(), pfm("Pf\n4 2\n1.0\n", &[1.5; 8], f32::to_be_bytes)),
         ("PNG".into(), ldr(|p| p, ImageFormat::Png)),
         ("PNG of 16 bits".into(), ldr(|p| p.to_rgba16().into(), ImageFormat::Png)),
         ("JPEG".into(), ldr(|p| p, ImageFormat::Jpeg)),
@@ -182,7 +182,7 @@ fn a_bomb_of_zstandard_is_an_error_before_memory_is_taken() {
     let start = Instant::now();
     // One level of 4096 x 4096, 768 MiB of zeros, which Zstandard stores in 24 KiB.
     let zeros = zstd::bulk::compress(&vec![0; 32 << 20], 1).unwrap();
-    let one = encoded("a.ktx2", &CubeMipChain::single(coloured_faces(1)), TexelFormat::Rgba16F, true);
+    let one = encoded("a.ktx2", &CubeMipChain::single(colored_faces(1)), TexelFormat::Rgba16F, true);
     let bomb = |size: u32, promised: u64, data: &[u8]| {
         let offset = u64::from_le_bytes(one[INDEX..INDEX + 8].try_into().unwrap());
         let mut file = one[..offset as usize].to_vec();

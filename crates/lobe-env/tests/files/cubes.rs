@@ -8,19 +8,19 @@ use lobe_env::{
 };
 use lobe_sh::Rgb;
 
-/// Six colours that no rotation or exchange of faces maps onto each other.
-const COLOURS: [[f32; 3]; 6] =
+/// Six colors that no rotation or exchange of faces maps onto each other.
+const COLORS: [[f32; 3]; 6] =
     [[1.0, 0.25, 0.5], [0.5, 2.0, 0.125], [4.0, 4.0, 8.0], [0.25, 0.5, 0.75], [1.5, 1.0, 3.0], [0.125, 0.25, 6.0]];
 
-/// Every face has its own colour, rising to the right and, faster, downwards, with a spot in one corner.
-pub(crate) fn coloured_faces(size: usize) -> CubeMap {
+/// Every face has its own color, rising to the right and, faster, downwards, with a spot in one corner.
+pub(crate) fn colored_faces(size: usize) -> CubeMap {
     let mut texels = Vec::new();
-    for colour in COLOURS {
+    for color in COLORS {
         for y in 0..size {
             for x in 0..size {
                 let ramp = 1.0 + (x as f32 + 2.0 * y as f32) / (2 * size) as f32;
                 let spot = if 4 * x >= 3 * size && 8 * y < size { 2.0 } else { 1.0 };
-                texels.push(Rgb::from(colour.map(|c| c * ramp * spot)));
+                texels.push(Rgb::from(color.map(|c| c * ramp * spot)));
             }
         }
     }
@@ -56,7 +56,7 @@ pub(crate) fn formats() -> Vec<(TexelFormat, f32)> {
     let exact = [(TexelFormat::Rgba32F, 0.0), (TexelFormat::Rgba16F, 5e-4), (TexelFormat::Rgb9e5, 1.0 / 511.0)];
     let mut formats = exact.to_vec();
     if cfg!(feature = "bc6h") {
-        // Blocks of a ramp with a spot in them: two colours and sixteen steps between.
+        // Blocks of a ramp with a spot in them: two colors and sixteen steps between.
         formats.push((TexelFormat::Bc6h, 0.12));
     } else {
         println!("without the feature bc6h: BC6H is not written");
@@ -68,9 +68,9 @@ pub(crate) fn formats() -> Vec<(TexelFormat, f32)> {
 const CONTAINERS: [(&str, bool); 3] = [("a.ktx2", false), ("a.ktx2", true), ("a.dds", false)];
 
 #[test]
-fn coloured_faces_come_back_the_same_way_round_in_every_format() {
+fn colored_faces_come_back_the_same_way_round_in_every_format() {
     for size in [1, 2, 5, 16, 30] {
-        let chain = CubeMipChain::averaged(coloured_faces(size));
+        let chain = CubeMipChain::averaged(colored_faces(size));
         for (texels, tolerance) in formats() {
             for (name, zstd) in CONTAINERS {
                 let (back, report) = read(&encoded(name, &chain, texels, zstd)).unwrap_or_else(|e| panic!("{e}"));
@@ -89,7 +89,7 @@ fn coloured_faces_come_back_the_same_way_round_in_every_format() {
 
 #[test]
 fn a_part_of_a_chain_keeps_its_levels() {
-    let levels = [40, 20, 10].map(coloured_faces).to_vec();
+    let levels = [40, 20, 10].map(colored_faces).to_vec();
     let chain = CubeMipChain::new(levels).unwrap();
     for (name, zstd) in CONTAINERS {
         let (back, report) = read(&encoded(name, &chain, TexelFormat::Rgba32F, zstd)).unwrap();
@@ -100,7 +100,7 @@ fn a_part_of_a_chain_keeps_its_levels() {
 #[test]
 fn the_bytes_of_a_ktx2_file_are_those_of_the_specification() {
     let size = 2;
-    let chain = CubeMipChain::averaged(coloured_faces(size));
+    let chain = CubeMipChain::averaged(colored_faces(size));
     let bytes = encoded("a.ktx2", &chain, TexelFormat::Rgb9e5, false);
     let word = |at: usize| u32::from_le_bytes(bytes[at..][..4].try_into().unwrap());
     let long = |at: usize| u64::from_le_bytes(bytes[at..][..8].try_into().unwrap());
@@ -117,12 +117,12 @@ fn the_bytes_of_a_ktx2_file_are_those_of_the_specification() {
     let head = [124, 0, 120 << 16 | 2, 0x0001_0101, 0, 4, 0];
     let found: Vec<u32> = (0..28).step_by(4).map(|at| word(128 + at)).collect();
     assert_eq!(found, head, "descriptor");
-    // Per colour: nine bits of mantissa (stored less one) with the upper value 8448 of the specification's example,
+    // Per color: nine bits of mantissa (stored less one) with the upper value 8448 of the specification's example,
     // then the exponent at bit 27, five bits, with the bias 15 and at most 31.
-    for (colour, sample) in descriptor[28..].chunks(32).enumerate() {
-        let at = colour as u8;
-        assert_eq!(sample[..16], [9 * at, 0, 8, at, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x21, 0, 0], "mantissa {colour}");
-        assert_eq!(sample[16..], [27, 0, 4, 0x20 | at, 0, 0, 0, 0, 15, 0, 0, 0, 31, 0, 0, 0], "exponent {colour}");
+    for (color, sample) in descriptor[28..].chunks(32).enumerate() {
+        let at = color as u8;
+        assert_eq!(sample[..16], [9 * at, 0, 8, at, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x21, 0, 0], "mantissa {color}");
+        assert_eq!(sample[16..], [27, 0, 4, 0x20 | at, 0, 0, 0, 0, 15, 0, 0, 0, 31, 0, 0, 0], "exponent {color}");
     }
     let keys = &bytes[252..252 + word(60) as usize];
     assert_eq!(keys[..24], *b"\x12\0\0\0KTXorientation\0rd\0\0\0", "orientation");
@@ -137,7 +137,7 @@ fn the_bytes_of_a_ktx2_file_are_those_of_the_specification() {
 
 #[test]
 fn the_bytes_of_a_dds_file_are_those_of_the_header() {
-    let chain = CubeMipChain::averaged(coloured_faces(4));
+    let chain = CubeMipChain::averaged(colored_faces(4));
     let bytes = encoded("a.dds", &chain, TexelFormat::Rgba16F, false);
     let word = |at: usize| u32::from_le_bytes(bytes[at..][..4].try_into().unwrap());
     assert_eq!(bytes[..4], *b"DDS ", "magic");
@@ -158,7 +158,7 @@ fn the_bytes_of_a_dds_file_are_those_of_the_header() {
 
 #[test]
 fn what_a_format_cannot_hold_is_clamped_and_counted() {
-    let mut map = coloured_faces(4);
+    let mut map = colored_faces(4);
     map.texels_mut()[0] = Rgb::new(-1.0, 1.0, 1e6);
     map.texels_mut()[1] = Rgb::new(f32::NAN, 1.0, 1.0);
     let chain = CubeMipChain::single(map);
@@ -178,7 +178,7 @@ fn what_a_format_cannot_hold_is_clamped_and_counted() {
 #[test]
 fn what_cannot_be_written_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
-    let chain = CubeMipChain::single(coloured_faces(2));
+    let chain = CubeMipChain::single(colored_faces(2));
     let refused = |name: &str, texels, zstd| {
         let error = write_cube(folder.path().join(name), &chain, &CubeWriteOptions { texels, zstd }).unwrap_err();
         assert!(matches!(error, EnvError::Options(_)), "{name}: {error:?}");
@@ -196,7 +196,7 @@ fn what_cannot_be_written_is_refused_by_name() {
 
 #[test]
 fn a_file_says_itself_whether_it_is_a_cube() {
-    let chain = CubeMipChain::single(coloured_faces(4));
+    let chain = CubeMipChain::single(colored_faces(4));
     let bytes = encoded("a.dds", &chain, TexelFormat::Rgba32F, false);
     let (file, report) = read_env_file_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
     assert_eq!((file, report.format), (EnvFile::Cube(chain), FileFormat::Dds), "cube");
@@ -211,7 +211,7 @@ fn a_file_says_itself_whether_it_is_a_cube() {
 
 #[test]
 fn dds_files_of_direct3d_9_are_read() {
-    let chain = CubeMipChain::averaged(coloured_faces(8));
+    let chain = CubeMipChain::averaged(colored_faces(8));
     let new = encoded("a.dds", &chain, TexelFormat::Rgba16F, false);
     // The same without the second header, the format as its number.
     let mut old = [&new[..128], &new[148..]].concat();
@@ -225,7 +225,7 @@ fn dds_files_of_direct3d_9_are_read() {
 fn signed_bc6h_is_read() {
     // Ten bits with sign c stand for (|c| 32768 + 16384)/512 of fifteen, of which 31/32 are the bits of a half: -231
     // for nearly -0.5, in both ends of one region.
-    let chain = CubeMipChain::single(coloured_faces(4));
+    let chain = CubeMipChain::single(colored_faces(4));
     let mut bytes = encoded("a.dds", &chain, TexelFormat::Rgb9e5, false);
     bytes.truncate(148);
     bytes[128..132].copy_from_slice(&96u32.to_le_bytes());

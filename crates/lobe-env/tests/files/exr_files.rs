@@ -42,7 +42,7 @@ pub(crate) fn planes(names: &[&'static str], sample_type: SampleType, (w, h): (u
 /// A part that fills a picture of `size`, with channels R, G, B in `half`.
 pub(crate) fn rgb_part(size: (usize, usize)) -> Part {
     let planes = planes(&["R", "G", "B"], SampleType::F16, size);
-    Part { name: "colour", encoding: SCAN_LINES, position: (0, 0), size, planes }
+    Part { name: "color", encoding: SCAN_LINES, position: (0, 0), size, planes }
 }
 
 /// The file with these parts and a display window of `display` at the origin.
@@ -63,7 +63,7 @@ pub(crate) fn exr_file(display: (usize, usize), parts: Vec<Part>) -> Vec<u8> {
 
 /// The file of one part with the whole display window as data window.
 pub(crate) fn exr_picture(size: (usize, usize), encoding: Encoding, planes: Vec<Plane>) -> Vec<u8> {
-    exr_file(size, vec![Part { name: "colour", encoding, position: (0, 0), size, planes }])
+    exr_file(size, vec![Part { name: "color", encoding, position: (0, 0), size, planes }])
 }
 
 /// A tiled file with all mip levels; the smaller ones are black.

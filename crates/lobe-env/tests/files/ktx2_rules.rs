@@ -38,7 +38,7 @@ pub(crate) fn rules(format: &str) -> Rules {
     match format {
         "RGBA16F" => rgba(97, 16),
         "RGBA32F" => rgba(109, 32),
-        // Each colour has nine bits of mantissa and shares an exponent of five: bias 15, 31 at most. 8448 is the
+        // Each color has nine bits of mantissa and shares an exponent of five: bias 15, 31 at most. 8448 is the
         // mantissa, of 511 at most, that stands for 1 with the exponent 15 in the example of the text.
         "RGB9E5" => Rules {
             vk_format: 123,

@@ -2,7 +2,7 @@
 
 use lobe_env::{CubeMap, CubeMipChain, TexelFormat};
 
-use crate::cubes::{coloured_faces, encoded, formats};
+use crate::cubes::{colored_faces, encoded, formats};
 use crate::ktx2_rules::{Rules, rules, verify};
 
 #[test]
@@ -10,8 +10,7 @@ fn every_field_of_a_written_file_obeys_the_rules() {
     for (format, _) in formats() {
         for zstd in [false, true] {
             for size in [1, 2, 5, 8, 30] {
-                for chain in [CubeMipChain::averaged(coloured_faces(size)), CubeMipChain::single(coloured_faces(size))]
-                {
+                for chain in [CubeMipChain::averaged(colored_faces(size)), CubeMipChain::single(colored_faces(size))] {
                     let levels = chain.levels().len() as u32;
                     let bytes = encoded("a.ktx2", &chain, format, zstd);
                     let rules = rules(&format.to_string());

@@ -21,16 +21,16 @@ pub(crate) fn pfm(header: &str, values: &[f32], bytes: fn(f32) -> [u8; 4]) -> Ve
     [header.as_bytes(), &values.iter().flat_map(|v| bytes(*v)).collect::<Vec<_>>()].concat()
 }
 
-/// A picture of 16 x 8 as a file, in `colour` of the `image` crate; red rises to the right, green downwards.
-pub(crate) fn ldr(colour: fn(DynamicImage) -> DynamicImage, format: ImageFormat) -> Vec<u8> {
+/// A picture of 16 x 8 as a file, in `color` of the `image` crate; red rises to the right, green downwards.
+pub(crate) fn ldr(color: fn(DynamicImage) -> DynamicImage, format: ImageFormat) -> Vec<u8> {
     let picture = image::RgbImage::from_fn(16, 8, |x, y| image::Rgb([17 * x as u8, 36 * y as u8, 128]));
     let mut bytes = Cursor::new(Vec::new());
-    colour(DynamicImage::ImageRgb8(picture)).write_to(&mut bytes, format).unwrap();
+    color(DynamicImage::ImageRgb8(picture)).write_to(&mut bytes, format).unwrap();
     bytes.into_inner()
 }
 
 #[test]
-fn portable_float_maps_of_both_orders_and_colours_are_read() {
+fn portable_float_maps_of_both_orders_and_colors_are_read() {
     let values: Vec<f32> = (0..6).map(|i| i as f32 - 0.5).collect();
     let rgb = |i: usize| Rgb::new(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
     for (header, bytes) in
@@ -40,9 +40,9 @@ fn portable_float_maps_of_both_orders_and_colours_are_read() {
         assert_eq!(map.texels(), [rgb(0), rgb(1)], "{header:?}");
         assert_eq!((report.format, report.negative, report.notes.len()), (FileFormat::Pfm, 1, 0), "{header:?}");
     }
-    let (grey, _) = read(&pfm("Pf\n4 2\n-1\n", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], f32::to_le_bytes));
-    assert_eq!(grey.texel(1, 0), Rgb::new(6.0, 6.0, 6.0), "the first row of the file is the lowest");
-    assert_eq!(grey.texel(3, 1), Rgb::new(4.0, 4.0, 4.0), "grey");
+    let (gray, _) = read(&pfm("Pf\n4 2\n-1\n", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], f32::to_le_bytes));
+    assert_eq!(gray.texel(1, 0), Rgb::new(6.0, 6.0, 6.0), "the first row of the file is the lowest");
+    assert_eq!(gray.texel(3, 1), Rgb::new(4.0, 4.0, 4.0), "gray");
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn photographs_are_turned_as_the_camera_noted() {
 }
 
 #[test]
-fn grey_pictures_are_read() {
+fn gray_pictures_are_read() {
     for (what, bytes) in [
         ("8 bits", ldr(|p| p.to_luma8().into(), ImageFormat::Png)),
         ("16 bits", ldr(|p| p.to_luma16().into(), ImageFormat::Png)),

@@ -100,7 +100,7 @@ fn luminance_alpha_layers_and_mixed_types_are_read() {
 }
 
 #[test]
-fn what_has_no_colour_that_lobe_reads_is_refused_by_name() {
+fn what_has_no_color_that_lobe_reads_is_refused_by_name() {
     let cases: [(&[&str], SampleType, &str); 4] = [
         (&["Z", "depth.V"], SampleType::F32, "found Z, depth.V"),
         (&["R"], SampleType::F16, "found R"),
@@ -155,14 +155,14 @@ fn the_largest_mip_level_is_read() {
 }
 
 #[test]
-fn the_first_part_with_colour_is_read() {
+fn the_first_part_with_color_is_read() {
     let depth = Part { name: "depth", planes: planes(&["Z"], SampleType::F32, SIZE), ..rgb_part(SIZE) };
     let mut other = rgb_part(SIZE);
     other.name = "other";
     other.planes.iter_mut().for_each(|p| p.values.fill(0.0));
     let (map, report) = read(&exr_file(SIZE, vec![depth, rgb_part(SIZE), other]));
     assert_eq!(error_of(&map, [0, 1, 2]), 0.0, "multi-part");
-    assert_eq!(report.notes, ["part 1 (\"colour\") of 3 is read"], "notes");
+    assert_eq!(report.notes, ["part 1 (\"color\") of 3 is read"], "notes");
 }
 
 #[test]

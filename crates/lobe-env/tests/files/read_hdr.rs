@@ -67,7 +67,7 @@ fn the_first_row_of_the_file_is_the_top_of_the_map() {
 }
 
 #[test]
-fn exposure_and_colour_correction_are_divided_out_and_noted() {
+fn exposure_and_color_correction_are_divided_out_and_noted() {
     let lines =
         format!("{HEADER}EXPOSURE=2\nEXPOSURE=4.0\nCOLORCORR=1 0.5 2\nPRIMARIES=0.7 0.3 0.2 0.7 0.1 0.1 0.3 0.3\n");
     let (map, report) = read(&file(&lines, "-Y 8 +X 16", &flat()));
@@ -95,7 +95,7 @@ fn impossible_exposures_are_errors() {
 }
 
 #[test]
-fn other_orientations_and_colour_spaces_are_refused_by_name() {
+fn other_orientations_and_color_spaces_are_refused_by_name() {
     for resolution in ["+Y 8 +X 16", "-Y 8 -X 16", "+X 16 -Y 8", "-X 16 +Y 8"] {
         let error = read_env_bytes(&file(HEADER, resolution, &flat()), "test.hdr", &ReadOptions::default());
         let Err(EnvError::Unsupported { message, .. }) = error else { panic!("{resolution}: {error:?}") };

@@ -53,7 +53,7 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("size-promise", "8192 x 4096 texels in 128 bytes", size("-Y 4096 +X 8192")),
         ("size-square", "8 x 8", size("-Y 8 +X 8")),
         ("turned", "rows from the bottom", size("+Y 4 +X 8")),
-        ("xyze", "colours in CIE XYZ", line("FORMAT=32-bit_rle_xyze")),
+        ("xyze", "colors in CIE XYZ", line("FORMAT=32-bit_rle_xyze")),
         ("exposure-zero", "an exposure of 0", line("EXPOSURE=0")),
         ("exposure-nan", "an exposure that is no number", line("EXPOSURE=NaN")),
         ("exposure-tiny", "an exposure whose inverse is infinite", line("EXPOSURE=1e-44")),

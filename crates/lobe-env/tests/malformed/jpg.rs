@@ -7,7 +7,7 @@ use image::{DynamicImage, ImageFormat};
 use crate::bytes::{find, patched};
 use crate::corpus::{self, Bad, Good};
 
-/// 16 x 8 texels in three colours.
+/// 16 x 8 texels in three colors.
 fn small() -> Vec<u8> {
     let picture = image::RgbImage::from_fn(16, 8, |x, y| image::Rgb([16 * x as u8, 32 * y as u8, 128]));
     let mut bytes = Cursor::new(Vec::new());
@@ -20,7 +20,7 @@ fn segment(bytes: &[u8], mark: u8) -> usize {
     find(bytes, &[0xff, mark])
 }
 
-const QUANTISATION: u8 = 0xdb;
+const QUANTIZATION: u8 = 0xdb;
 const FRAME: u8 = 0xc0;
 const HUFFMAN: u8 = 0xc4;
 const SCAN: u8 = 0xda;
@@ -32,7 +32,7 @@ pub(crate) fn good() -> Vec<Good> {
     vec![Good::new("small.jpg", header, small)]
 }
 
-/// A frame says: mark, length, bits, rows, columns, colours.
+/// A frame says: mark, length, bits, rows, columns, colors.
 fn with_size(rows: u16, columns: u16) -> Vec<u8> {
     let small = small();
     let size = [rows.to_be_bytes(), columns.to_be_bytes()].concat();
@@ -55,12 +55,12 @@ pub(crate) fn bad() -> Vec<Bad> {
     let scan_data = good()[0].header;
     let files = vec![
         ("cut-signature", "cut after the mark of the beginning", cut(3)),
-        ("cut-tables", "cut within the first table", cut(at(QUANTISATION) + 30)),
+        ("cut-tables", "cut within the first table", cut(at(QUANTIZATION) + 30)),
         ("cut-frame", "cut within the size", cut(at(FRAME) + 6)),
         ("cut-scan", "cut before the first texel", cut(scan_data)),
         ("cut-last", "cut before the mark of the end", cut(small.len() - 2)),
         ("ends-at-once", "the beginning and the end", vec![0xff, 0xd8, 0xff, 0xd9]),
-        ("ends-in-tables", "the end stands within the first table", cut_and_ended(at(QUANTISATION) + 30)),
+        ("ends-in-tables", "the end stands within the first table", cut_and_ended(at(QUANTIZATION) + 30)),
         ("ends-in-frame", "the end stands within the size", cut_and_ended(at(FRAME) + 6)),
         ("ends-before-scan", "the end stands in place of the scan", cut_and_ended(at(SCAN))),
         ("ends-in-scan", "the end stands within the scan", cut_and_ended(scan_data + (small.len() - scan_data) / 2)),
@@ -79,10 +79,10 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("bits", "13 bits", patched(&small, at(FRAME) + 4, &[13])),
         ("arithmetic", "arithmetic coding", patched(&small, at(FRAME) + 1, &[0xc9])),
         ("lossless", "the lossless kind", patched(&small, at(FRAME) + 1, &[0xc3])),
-        ("sampling", "a colour sampled 0 times", patched(&small, at(FRAME) + 11, &[0])),
-        ("table-missing", "a colour names a table that is not there", patched(&small, at(FRAME) + 12, &[3])),
-        ("segment-length", "a segment of length 0", patched(&small, at(QUANTISATION) + 2, &[0, 0])),
-        ("segment-long", "a segment longer than the file", patched(&small, at(QUANTISATION) + 2, &[255, 255])),
+        ("sampling", "a color sampled 0 times", patched(&small, at(FRAME) + 11, &[0])),
+        ("table-missing", "a color names a table that is not there", patched(&small, at(FRAME) + 12, &[3])),
+        ("segment-length", "a segment of length 0", patched(&small, at(QUANTIZATION) + 2, &[0, 0])),
+        ("segment-long", "a segment longer than the file", patched(&small, at(QUANTIZATION) + 2, &[255, 255])),
         ("huffman", "a Huffman table of too many codes", patched(&small, at(HUFFMAN) + 5, &[255; 16])),
     ];
     corpus::bad("jpg", files)

@@ -5,27 +5,27 @@ use crate::corpus::{self, Bad, Good};
 
 const HEADER: &[u8] = b"PF\n4 2\n-1.0\n";
 
-fn colour() -> Vec<u8> {
+fn color() -> Vec<u8> {
     [HEADER, &1.5_f32.to_le_bytes().repeat(24)].concat()
 }
 
 pub(crate) fn good() -> Vec<Good> {
-    let grey = [&b"Pf 4 2 1 "[..], &1.5_f32.to_be_bytes().repeat(8)].concat();
-    vec![Good::new("colour.pfm", HEADER.len(), colour()), Good::new("grey.pfm", 9, grey)]
+    let gray = [&b"Pf 4 2 1 "[..], &1.5_f32.to_be_bytes().repeat(8)].concat();
+    vec![Good::new("color.pfm", HEADER.len(), color()), Good::new("gray.pfm", 9, gray)]
 }
 
 pub(crate) fn bad() -> Vec<Bad> {
-    let colour = colour();
-    let size = |to: &str| replaced(&colour, b"4 2", to.as_bytes());
-    let scale = |to: &str| replaced(&colour, b"-1.0", to.as_bytes());
+    let color = color();
+    let size = |to: &str| replaced(&color, b"4 2", to.as_bytes());
+    let scale = |to: &str| replaced(&color, b"-1.0", to.as_bytes());
     let files = vec![
-        ("magic", "the first two bytes are `PX`", patched(&colour, 1, b"X")),
-        ("cut-signature", "cut after `PF`", colour[..2].into()),
-        ("cut-width", "cut after the number of columns", colour[..4].into()),
-        ("cut-height", "cut after the number of rows", colour[..6].into()),
-        ("cut-scale", "cut after the scale", colour[..HEADER.len() - 1].into()),
-        ("cut-pixels", "cut after the header", colour[..HEADER.len()].into()),
-        ("cut-last", "cut before the last byte", colour[..colour.len() - 1].into()),
+        ("magic", "the first two bytes are `PX`", patched(&color, 1, b"X")),
+        ("cut-signature", "cut after `PF`", color[..2].into()),
+        ("cut-width", "cut after the number of columns", color[..4].into()),
+        ("cut-height", "cut after the number of rows", color[..6].into()),
+        ("cut-scale", "cut after the scale", color[..HEADER.len() - 1].into()),
+        ("cut-pixels", "cut after the header", color[..HEADER.len()].into()),
+        ("cut-last", "cut before the last byte", color[..color.len() - 1].into()),
         ("size-zero", "0 columns", size("0 2")),
         ("size-negative", "-4 columns", size("-4 2")),
         ("size-fraction", "4.0 columns", size("4.0 2")),
@@ -39,8 +39,8 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("scale-infinite", "an infinite scale", scale("-inf")),
         ("scale-word", "a word in place of the scale", scale("little")),
         ("scale-huge", "values times the scale overflow", scale("-3e38")),
-        ("nan", "a texel is NaN", patched(&colour, HEADER.len() + 12, &f32::NAN.to_le_bytes())),
-        ("infinite", "a texel is infinite", patched(&colour, HEADER.len() + 12, &f32::INFINITY.to_le_bytes())),
+        ("nan", "a texel is NaN", patched(&color, HEADER.len() + 12, &f32::NAN.to_le_bytes())),
+        ("infinite", "a texel is infinite", patched(&color, HEADER.len() + 12, &f32::INFINITY.to_le_bytes())),
         ("blanks", "nothing but white space after the signature", [&b"PF"[..], &b" ".repeat(400)].concat()),
     ];
     corpus::bad("pfm", files)

@@ -16,9 +16,9 @@ fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
     [&(data.len() as u32).to_be_bytes()[..], &body, &crc(&body).to_be_bytes()].concat()
 }
 
-/// Width, height, bits, colour type; nothing special about compression, filter and rows.
-fn ihdr(width: u32, height: u32, bits: u8, colour: u8) -> Vec<u8> {
-    chunk(b"IHDR", &[&width.to_be_bytes()[..], &height.to_be_bytes(), &[bits, colour, 0, 0, 0]].concat())
+/// Width, height, bits, color type; nothing special about compression, filter and rows.
+fn ihdr(width: u32, height: u32, bits: u8, color: u8) -> Vec<u8> {
+    chunk(b"IHDR", &[&width.to_be_bytes()[..], &height.to_be_bytes(), &[bits, color, 0, 0, 0]].concat())
 }
 
 /// A zlib stream that stores `data` as it is, ending in Adler's sums.
@@ -49,9 +49,9 @@ fn small() -> Vec<u8> {
 const HEADER: usize = 8 + 25 + 8 + 7;
 
 pub(crate) fn good() -> Vec<Good> {
-    let grey: Vec<u8> = (0..4).flat_map(|y| [vec![1], vec![y; 16]].concat()).collect();
-    let grey = file(&[ihdr(8, 4, 16, 0), chunk(b"IDAT", &stored(&grey)), chunk(b"IEND", &[])]);
-    vec![Good::new("small.png", HEADER, small()), Good::new("grey-16.png", HEADER, grey)]
+    let gray: Vec<u8> = (0..4).flat_map(|y| [vec![1], vec![y; 16]].concat()).collect();
+    let gray = file(&[ihdr(8, 4, 16, 0), chunk(b"IDAT", &stored(&gray)), chunk(b"IEND", &[])]);
+    vec![Good::new("small.png", HEADER, small()), Good::new("gray-16.png", HEADER, gray)]
 }
 
 pub(crate) fn bad() -> Vec<Bad> {
@@ -84,7 +84,7 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("size-more", "16 x 8 texels, of which the data has a quarter", with(ihdr(16, 8, 8, 2))),
         ("size-square", "4 x 4", with(ihdr(4, 4, 8, 2))),
         ("bits", "3 bits", with(ihdr(8, 4, 3, 2))),
-        ("colour-type", "colour type 5", with(ihdr(8, 4, 8, 5))),
+        ("color-type", "color type 5", with(ihdr(8, 4, 8, 5))),
         ("compression", "compression method 9", bad_method(10)),
         ("interlace", "interlace method 9", bad_method(12)),
         ("palette", "indices without a palette", with(ihdr(8, 4, 8, 3))),

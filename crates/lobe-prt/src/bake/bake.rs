@@ -23,7 +23,7 @@ use crate::{BakeOptions, BakeReport, Progress, PrtError, Receivers, StoredTransf
 ///
 /// This is the transfer of [Sloan, Kautz and Snyder 2002], who take light that is sent on from the vertices around a hit.
 /// Here nothing is interpolated: paths from each receiver are followed until they escape, so that the expectation
-/// is exact for any number of them. Surfaces are Lambert with the base colour, metals too; alpha masks have holes; back sides reflect where the material is
+/// is exact for any number of them. Surfaces are Lambert with the base color, metals too; alpha masks have holes; back sides reflect where the material is
 /// double-sided and are black elsewhere. Directions are scrambled Sobol' points, independent from receiver to
 /// receiver. Coefficients depend on the arguments alone, not on the number of threads.
 ///

@@ -42,7 +42,7 @@ impl<'a> Diffuse<'a> {
             receivers,
             options,
             bounces: options.most_bounces(),
-            channels: options.channels_for(scene, receivers.is_grey()),
+            channels: options.channels_for(scene, receivers.is_gray()),
             order: options.path_order(),
             cosine: Zonal::clamped_cosine(options.order),
         }
@@ -144,7 +144,7 @@ impl Job for Diffuse<'_> {
     }
 
     fn scratch(&self) -> Scratch {
-        // What is only stopped is so in all colours alike.
+        // What is only stopped is so in all colors alike.
         let channels = if self.options.mode == Mode::Interreflected { self.channels.count() } else { 1 };
         Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
     }

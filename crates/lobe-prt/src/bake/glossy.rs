@@ -52,7 +52,7 @@ use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receive
 /// * The lobe has n bands: a narrow one is blurred and rings.
 /// * The lobe is the same at every angle, turned about r. Phong's is; that of microfacets grows long and narrow towards grazing
 ///   angles and leans away from r.
-/// * Lobes are normalised, they send back all that arrives. Microfacets lose what is scattered more than once: for them F is best
+/// * Lobes are normalized, they send back all that arrives. Microfacets lose what is scattered more than once: for them F is best
 ///   what they reflect of even light, `A F₀ + B` of the split sum.
 ///
 /// How far that is from paths of light for a white metal of GGX microfacets: RMS over the vertices of a ball over a ground, three
@@ -112,7 +112,7 @@ impl TransferMatrices {
         &self.coefficients
     }
 
-    /// The matrix of a point for a channel, 0 for red, row by row; grey ones have one for all.
+    /// The matrix of a point for a channel, 0 for red, row by row; gray ones have one for all.
     ///
     /// # Panics
     /// If there is no such point or the channel is above 2.

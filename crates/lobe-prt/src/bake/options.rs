@@ -35,7 +35,7 @@ pub struct BakeOptions {
     pub energy_stop: f64,
     /// Bakes with different seeds have independent errors.
     pub seed: u64,
-    /// Vectors for each receiver. Without a choice there is one if everything the light meets is grey, else three.
+    /// Vectors for each receiver. Without a choice there is one if everything the light meets is gray, else three.
     pub channels: Option<Channels>,
 }
 
@@ -72,12 +72,12 @@ impl BakeOptions {
 
     /// The vectors of each receiver: as asked for, else one if neither the receivers nor what light meets has a hue.
     #[must_use]
-    pub fn channels_for(&self, scene: &Scene, receivers_are_grey: bool) -> Channels {
-        let is_grey = receivers_are_grey && (self.most_bounces() == 0 || scene.is_grey());
-        self.channels.unwrap_or(if is_grey { Channels::Grey } else { Channels::Rgb })
+    pub fn channels_for(&self, scene: &Scene, receivers_are_gray: bool) -> Channels {
+        let is_gray = receivers_are_gray && (self.most_bounces() == 0 || scene.is_gray());
+        self.channels.unwrap_or(if is_gray { Channels::Gray } else { Channels::Rgb })
     }
 
-    /// The numbers of the paths from each receiver, so that neighbours follow each other; none where none is needed.
+    /// The numbers of the paths from each receiver, so that neighbors follow each other; none where none is needed.
     pub(crate) fn path_order(&self) -> Vec<u32> {
         if self.mode == Mode::Unshadowed { Vec::new() } else { coherent_order(self.samples) }
     }

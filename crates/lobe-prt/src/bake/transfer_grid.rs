@@ -64,7 +64,7 @@ impl Grid {
         if expected == found {
             return Ok(());
         }
-        Err(PrtError::invalid("neighbourhood", format!("expected matrices of {expected} points, found {found}")))
+        Err(PrtError::invalid("neighborhood", format!("expected matrices of {expected} points, found {found}")))
     }
 
     /// The eight points around a place and their weights, which add up to 1. Outside of the box the nearest place in it counts.
@@ -90,19 +90,19 @@ impl Grid {
     }
 }
 
-/// What a scene does to the light at the points of a grid: neighbourhood transfer [Sloan, Kautz and Snyder 2002].
+/// What a scene does to the light at the points of a grid: neighborhood transfer [Sloan, Kautz and Snyder 2002].
 ///
 /// What moves through the grid, or fills it, is lit by `M L` instead of L: with the shadows of the scene and the light it
 /// sends back. Its own transfer vector T gives `B = Σᵢ Tᵢ (M L)ᵢ`. Between points matrices are mixed by their distances;
 /// points inside of closed objects are dark and darken places beside those objects, so that the grid should be finer than
 /// the gap between what moves and what stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Neighbourhood {
+pub struct Neighborhood {
     grid: Grid,
     matrices: TransferMatrices,
 }
 
-impl Neighbourhood {
+impl Neighborhood {
     /// The matrices of all points of a grid.
     ///
     /// # Errors
@@ -140,24 +140,24 @@ impl Neighbourhood {
 ///
 /// # Errors
 /// Those of [`fn@crate::bake`].
-pub fn bake_neighbourhood(
+pub fn bake_neighborhood(
     scene: &Scene,
     bvh: &Bvh,
     grid: &Grid,
     options: &BakeOptions,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<(Neighbourhood, BakeReport), PrtError> {
+) -> Result<(Neighborhood, BakeReport), PrtError> {
     let positions = grid.points();
     let points = Points { positions: &positions, normals: None };
     let (matrices, report) = bake_points(scene, bvh, points, options, progress)?;
-    Ok((Neighbourhood::new(*grid, matrices)?, report))
+    Ok((Neighborhood::new(*grid, matrices)?, report))
 }
 
-/// The matrices of [`bake_neighbourhood`], with results in the file `checkpoint`, as [`crate::bake_resumable`] keeps them.
+/// The matrices of [`bake_neighborhood`], with results in the file `checkpoint`, as [`crate::bake_resumable`] keeps them.
 ///
 /// # Errors
 /// Those of [`crate::bake_resumable`].
-pub fn bake_neighbourhood_resumable(
+pub fn bake_neighborhood_resumable(
     scene: &Scene,
     bvh: &Bvh,
     grid: &Grid,

@@ -19,7 +19,7 @@ const CLUSTERS_TRIED: [usize; 6] = [4, 16, 64, 256, 1024, 4096];
 pub struct CompressOptions {
     /// The most clusters, 1 to 65536. One gives ordinary principal components (PCA).
     pub clusters: usize,
-    /// Directions in each cluster. None gives vector quantisation (VQ). More than a row has numbers are never stored.
+    /// Directions in each cluster. None gives vector quantization (VQ). More than a row has numbers are never stored.
     pub components: usize,
     /// How weights are stored.
     pub weights: WeightBits,
@@ -89,7 +89,7 @@ impl CompressReport {
 /// The error is the sum of squared differences; for transfer vectors that is, up to a factor, the mean squared error of exit
 /// radiance under lights with equal and independent coefficients.
 ///
-/// Two clusterings are tried, one doubled from principal components and one begun with those of vector quantisation, and the
+/// Two clusterings are tried, one doubled from principal components and one begun with those of vector quantization, and the
 /// better is taken: the error is never above that of PCA with as many components, nor of VQ with as many clusters,
 /// but for rounding (test `clustered_components_are_never_worse_than_either_part`). The result does not depend on the
 /// number of threads.
@@ -252,14 +252,14 @@ pub fn error_curve_watched(
     Ok(points)
 }
 
-/// The better of the clusters doubled from principal components and those of vector quantisation.
+/// The better of the clusters doubled from principal components and those of vector quantization.
 fn best(solver: &Cpca<'_>, clusters: usize, components: usize, meter: &mut Meter<'_>) -> Clustering {
     let from_one = solver.grown(solver.one(components), clusters, components, meter);
     if clusters == 1 || components == 0 {
         return from_one;
     }
-    let quantised = solver.grown(solver.one(0), clusters, 0, meter);
-    from_one.better(solver.with_components(&quantised, components, meter))
+    let quantized = solver.grown(solver.one(0), clusters, 0, meter);
+    from_one.better(solver.with_components(&quantized, components, meter))
 }
 
 /// The steps of [`best`] at most.

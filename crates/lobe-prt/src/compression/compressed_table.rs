@@ -32,7 +32,7 @@ impl WeightBits {
 
 /// The weights of all rows: row by row, component by component.
 ///
-/// Integers stand for `q / 65535` and `q / 255`, as normalised vertex attributes do.
+/// Integers stand for `q / 65535` and `q / 255`, as normalized vertex attributes do.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Weights {
@@ -266,8 +266,8 @@ impl CompressedTable {
         out
     }
 
-    /// What a linear function that gives colours gives for every row, from what it gives for the means and directions alone.
-    pub(crate) fn colours_into(&self, of_vector: impl Fn(&[f32]) -> [f64; 3], out: &mut [Rgb<f32>]) {
+    /// What a linear function that gives colors gives for every row, from what it gives for the means and directions alone.
+    pub(crate) fn colors_into(&self, of_vector: impl Fn(&[f32]) -> [f64; 3], out: &mut [Rgb<f32>]) {
         let step = f64::from(self.weights.step());
         let entry = |(i, v): (usize, &[f32])| {
             let step = if i.is_multiple_of(self.components + 1) { 1.0 } else { step };

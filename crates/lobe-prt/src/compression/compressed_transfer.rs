@@ -122,13 +122,13 @@ impl CompressedTransfer {
         assert!(!light.is_empty(), "a light has at least one coefficient");
         let n = self.order * self.order;
         let of_light = |l: &Rgb<f64>, c: usize| [l.r, l.g, l.b][c];
-        let colour = |vector: &[f32]| {
+        let color = |vector: &[f32]| {
             [0, 1, 2].map(|c| {
                 let channel = &vector[c.min(self.channels.count() - 1) * n..][..n];
                 channel.iter().zip(light).map(|(t, l)| f64::from(*t) * of_light(l, c)).sum()
             })
         };
-        self.table.colours_into(colour, out);
+        self.table.colors_into(color, out);
     }
 }
 

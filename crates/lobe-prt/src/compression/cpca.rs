@@ -68,8 +68,8 @@ pub(crate) struct Cpca<'a> {
 impl<'a> Cpca<'a> {
     pub(crate) fn new(rows: Rows<'a>, iterations: usize, tolerance: f64) -> Self {
         let all: Vec<u32> = (0..rows.count() as u32).collect();
-        let centre = Subspace::fit(rows, &all, 0).mean;
-        Self { rows, nearest: Nearest::new(rows, centre), iterations, tolerance }
+        let center = Subspace::fit(rows, &all, 0).mean;
+        Self { rows, nearest: Nearest::new(rows, center), iterations, tolerance }
     }
 
     /// All rows in one cluster: principal components.

@@ -105,7 +105,7 @@ fn krylov(matrix: &[f64], size: usize, block: &[f64]) -> (Vec<f64>, Vec<f64>) {
     for _ in 0..=STEPS {
         let before = basis.len();
         for v in next.chunks_exact(size) {
-            if let Some(v) = orthonormalised(v.to_vec(), &basis) {
+            if let Some(v) = orthonormalized(v.to_vec(), &basis) {
                 basis.extend(v);
             }
         }
@@ -133,7 +133,7 @@ fn sign_of(v: &[f64]) -> f64 {
 }
 
 /// Gram and Schmidt, twice for the digits; none if nothing of the vector is left.
-pub(crate) fn orthonormalised(mut v: Vec<f64>, bases: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn orthonormalized(mut v: Vec<f64>, bases: &[f64]) -> Option<Vec<f64>> {
     let before = dot(&v, &v);
     for _ in 0..2 {
         for b in bases.chunks_exact(v.len()) {
@@ -174,7 +174,7 @@ mod tests {
         let mut random = Random::new(seed);
         let mut vectors: Vec<f64> = Vec::new();
         for _ in values {
-            let v = orthonormalised(random.signed_vec(256), &vectors).unwrap();
+            let v = orthonormalized(random.signed_vec(256), &vectors).unwrap();
             vectors.extend(v);
         }
         let at = |i: usize, j: usize| -> f64 {

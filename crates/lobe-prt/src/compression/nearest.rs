@@ -14,18 +14,18 @@ const TOGETHER: usize = 4;
 /// Blocks of [`TOGETHER`] rows that a thread takes at a time; a subspace stays in the first-level cache meanwhile.
 const CHUNK: usize = 16;
 
-/// The rows less a common centre, ready to be compared with subspaces.
+/// The rows less a common center, ready to be compared with subspaces.
 ///
 /// ```text
 ///   |x - m|² - Σ_j ((x - m)·b_j)² = |x|² + |m|² - 2 x·m - Σ_j (x·b_j - m·b_j)²
 /// ```
 ///
-/// in `f32`, without `|x|²`, which all subspaces share. With the centre taken away the terms that cancel are small.
+/// in `f32`, without `|x|²`, which all subspaces share. With the center taken away the terms that cancel are small.
 pub(crate) struct Nearest {
     padded: Vec<f32>,
     stride: usize,
     count: usize,
-    centre: Vec<f64>,
+    center: Vec<f64>,
 }
 
 /// A subspace as [`Nearest`] needs it: mean and directions filled up with zeros, `|m|²` and `m·b_j`.
@@ -35,17 +35,17 @@ struct Packed {
 }
 
 impl Nearest {
-    pub(crate) fn new(rows: Rows<'_>, centre: Vec<f64>) -> Self {
+    pub(crate) fn new(rows: Rows<'_>, center: Vec<f64>) -> Self {
         let stride = rows.width().next_multiple_of(LANES);
         let count = rows.count();
         let mut padded = vec![0.0; count.next_multiple_of(TOGETHER) * stride];
         for r in 0..count {
             let out = &mut padded[r * stride..];
-            for ((out, x), c) in out.iter_mut().zip(rows.row(r as u32)).zip(&centre) {
+            for ((out, x), c) in out.iter_mut().zip(rows.row(r as u32)).zip(&center) {
                 *out = (f64::from(*x) - c) as f32;
             }
         }
-        Self { padded, stride, count, centre }
+        Self { padded, stride, count, center }
     }
 
     /// The nearest of `spaces` to every row, to the rounding of `f32`; the first of equals. Where the row's space in
@@ -68,7 +68,7 @@ impl Nearest {
     }
 
     fn pack(&self, space: &Subspace) -> Packed {
-        let mean: Vec<f64> = space.mean.iter().zip(&self.centre).map(|(m, c)| m - c).collect();
+        let mean: Vec<f64> = space.mean.iter().zip(&self.center).map(|(m, c)| m - c).collect();
         let vectors = std::iter::once(&mean[..]).chain(space.bases.chunks_exact(mean.len()));
         let (mut rows, mut constants) = (Vec::new(), Vec::new());
         for v in vectors {

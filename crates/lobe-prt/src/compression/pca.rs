@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::compression::eigen::{dot, leading, orthonormalised};
+use crate::compression::eigen::{dot, leading, orthonormalized};
 
 /// Pieces into which the sum over a large set is cut, whatever the number of threads.
 const PIECES: usize = 8;
@@ -80,23 +80,23 @@ impl Subspace {
     }
 
     /// The coordinates of a row, handed to `take` one after the other, and its squared distance from the subspace.
-    pub(crate) fn project(&self, row: &[f32], centred: &mut Vec<f64>, mut take: impl FnMut(usize, f64)) -> f64 {
-        centred.clear();
-        centred.extend(row.iter().zip(&self.mean).map(|(x, m)| f64::from(*x) - m));
+    pub(crate) fn project(&self, row: &[f32], centered: &mut Vec<f64>, mut take: impl FnMut(usize, f64)) -> f64 {
+        centered.clear();
+        centered.extend(row.iter().zip(&self.mean).map(|(x, m)| f64::from(*x) - m));
         // Taking each direction's part away keeps the digits that a difference of squares would lose.
         for (j, b) in self.bases.chunks_exact(self.mean.len()).enumerate() {
-            let w = dot(centred, b);
+            let w = dot(centered, b);
             take(j, w);
-            for (c, b) in centred.iter_mut().zip(b) {
+            for (c, b) in centered.iter_mut().zip(b) {
                 *c -= w * b;
             }
         }
-        dot(centred, centred)
+        dot(centered, centered)
     }
 
     /// The squared distance of a row.
-    pub(crate) fn error(&self, row: &[f32], centred: &mut Vec<f64>) -> f64 {
-        self.project(row, centred, |_, _| {})
+    pub(crate) fn error(&self, row: &[f32], centered: &mut Vec<f64>) -> f64 {
+        self.project(row, centered, |_, _| {})
     }
 }
 
@@ -135,20 +135,20 @@ fn covariance(rows: Rows<'_>, members: &[u32], mean: &[f64]) -> Vec<f64> {
     let d = rows.width();
     let arch = pulp::Arch::new();
     summed(members, d * d, |members, sums| {
-        let mut centred: [Vec<f64>; TOGETHER] = std::array::from_fn(|_| vec![0.0; d]);
+        let mut centered: [Vec<f64>; TOGETHER] = std::array::from_fn(|_| vec![0.0; d]);
         for four in members.chunks(TOGETHER) {
-            for (k, centred) in centred.iter_mut().enumerate() {
+            for (k, centered) in centered.iter_mut().enumerate() {
                 match four.get(k) {
-                    Some(r) => centre_into(rows.row(*r), mean, centred),
-                    None => centred.fill(0.0),
+                    Some(r) => center_into(rows.row(*r), mean, centered),
+                    None => centered.fill(0.0),
                 }
             }
-            arch.dispatch(AddSquares(&centred, sums));
+            arch.dispatch(AddSquares(&centered, sums));
         }
     })
 }
 
-fn centre_into(row: &[f32], mean: &[f64], out: &mut [f64]) {
+fn center_into(row: &[f32], mean: &[f64], out: &mut [f64]) {
     for ((out, x), m) in out.iter_mut().zip(row).zip(mean) {
         *out = f64::from(*x) - m;
     }
@@ -182,18 +182,18 @@ fn add_squares(rows: &[Vec<f64>; TOGETHER], sums: &mut [f64]) {
 /// From `G_ab = (x_a - m)·(x_b - m) = U Λ Uᵀ` come the directions `b_j = Σ_a u_aj (x_a - m) / √λ_j`.
 fn directions_by_products(rows: Rows<'_>, members: &[u32], mean: &[f64], components: usize) -> Vec<f64> {
     let (n, d) = (members.len(), rows.width());
-    let mut centred = vec![0.0; n * d];
-    for (r, out) in members.iter().zip(centred.chunks_exact_mut(d)) {
-        centre_into(rows.row(*r), mean, out);
+    let mut centered = vec![0.0; n * d];
+    for (r, out) in members.iter().zip(centered.chunks_exact_mut(d)) {
+        center_into(rows.row(*r), mean, out);
     }
-    let row = |a: usize| &centred[a * d..(a + 1) * d];
+    let row = |a: usize| &centered[a * d..(a + 1) * d];
     let mut products = vec![0.0; n * n];
     for a in 0..n {
         for b in a..n {
             products[a * n + b] = dot(row(a), row(b));
         }
     }
-    // The centred rows sum to zero: they span one dimension less than there are rows.
+    // The centered rows sum to zero: they span one dimension less than there are rows.
     let (_, vectors) = leading(&products, n, components.min(n - 1));
     let mut bases: Vec<f64> = Vec::with_capacity(components * d);
     for u in vectors.chunks_exact(n) {
@@ -201,7 +201,7 @@ fn directions_by_products(rows: Rows<'_>, members: &[u32], mean: &[f64], compone
         for (a, u) in u.iter().enumerate() {
             b.iter_mut().zip(row(a)).for_each(|(b, x)| *b += u * x);
         }
-        if let Some(b) = orthonormalised(b, &bases) {
+        if let Some(b) = orthonormalized(b, &bases) {
             bases.extend(b);
         }
     }
@@ -271,7 +271,7 @@ mod tests {
             let mut bases: Vec<f64> = Vec::new();
             for j in 0..4 {
                 let turned = found.bases[j * 16..][..16].iter().map(|b| b + 0.1 * random.signed()).collect();
-                bases.extend(orthonormalised(turned, &bases).unwrap());
+                bases.extend(orthonormalized(turned, &bases).unwrap());
             }
             let other = error(&Subspace { mean: found.mean.clone(), bases }, rows);
             assert!(other >= best, "trial {trial}: {other} is below {best}");

@@ -96,7 +96,7 @@ mod tests {
     fn every_form_is_read_for_what_it_is_and_lit_as_itself() {
         let mut random = Random::new(5);
         let numbers = random.signed_vec(12 * 9).iter().map(|x| *x as f32).collect();
-        let plain = Transfer::new(3, Channels::Grey, numbers).unwrap();
+        let plain = Transfer::new(3, Channels::Gray, numbers).unwrap();
         let compressed = CompressedTransfer::new(&plain, &CompressOptions::default()).unwrap().0;
         let zonal = fit_zonal(&plain, &ZonalFitOptions::default()).unwrap().0;
         let light: Vec<Rgb<f64>> = random.signed_vec(9).into_iter().map(Rgb::splat).collect();

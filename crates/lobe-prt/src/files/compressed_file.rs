@@ -169,7 +169,7 @@ mod tests {
     fn compressed_transfer_comes_back_bit_by_bit() {
         let folder = tempfile::tempdir().unwrap();
         let [path, again] = ["a.safetensors", "b.safetensors"].map(|name| folder.path().join(name));
-        for channels in [Channels::Grey, Channels::Rgb] {
+        for channels in [Channels::Gray, Channels::Rgb] {
             for (weights, components) in
                 [(WeightBits::F32, 2), (WeightBits::U16, 3), (WeightBits::U8, 1), (WeightBits::U8, 0)]
             {
@@ -201,7 +201,7 @@ mod tests {
     fn broken_and_foreign_files_are_refused_in_one_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("c.safetensors");
-        let (written, _) = CompressedTransfer::new(&transfer(Channels::Grey), &CompressOptions::default()).unwrap();
+        let (written, _) = CompressedTransfer::new(&transfer(Channels::Gray), &CompressOptions::default()).unwrap();
         write_compressed_transfer(&path, &written, &Value::Null).unwrap();
         let bytes = fs::read(&path).unwrap();
         let refusal = |bytes: &[u8]| compressed_of_bytes(bytes, "c".into()).unwrap_err().to_string();

@@ -29,7 +29,7 @@ const MOST_BYTES_PER_BYTE: usize = 1032;
 /// The channels of a layer.
 const fn names(channels: Channels) -> &'static [&'static str] {
     match channels {
-        Channels::Grey => &["Y"],
+        Channels::Gray => &["Y"],
         Channels::Rgb => &["R", "G", "B"],
     }
 }
@@ -41,8 +41,8 @@ fn channel(coefficient: usize, name: &str) -> String {
 
 /// Writes the transfer of a square lightmap, row 0 at the top where v is 0, as an OpenEXR file of one part, 32-bit floats.
 ///
-/// Each coefficient `i = l (l + 1) + m` is a layer: its channels are `sh00.R`, `sh00.G`, `sh00.B` for coloured transfer and
-/// `sh00.Y` for grey, up to `sh63` at order 8. The attribute `lobe` is a string of JSON: format `lobe-lightmap`, version 1,
+/// Each coefficient `i = l (l + 1) + m` is a layer: its channels are `sh00.R`, `sh00.G`, `sh00.B` for colored transfer and
+/// `sh00.Y` for gray, up to `sh63` at order 8. The attribute `lobe` is a string of JSON: format `lobe-lightmap`, version 1,
 /// quantity, order, channels, recipe. Until all is written, nothing has the file's name. Memory holds all numbers, and the file in
 /// the making.
 ///
@@ -174,7 +174,7 @@ fn order_and_channels(about: &Value, name: &str) -> Result<(usize, Channels), Pr
         _ => return Err(expected("version 1", "version")),
     }
     let channels = match about["channels"].as_u64() {
-        Some(1) => Channels::Grey,
+        Some(1) => Channels::Gray,
         Some(3) => Channels::Rgb,
         _ => return Err(expected("1 or 3", "channels")),
     };
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_bit_for_bit() {
-        for (order, channels, texels) in [(1, Channels::Grey, 1), (3, Channels::Rgb, 49), (8, Channels::Grey, 400)] {
+        for (order, channels, texels) in [(1, Channels::Gray, 1), (3, Channels::Rgb, 49), (8, Channels::Gray, 400)] {
             let transfer = numbered(order, channels, texels);
             let (found, recipe) = lightmap_of_bytes(&written(&transfer), "t").unwrap();
             assert!(found == transfer, "order {order}, {channels:?}");
@@ -231,12 +231,12 @@ mod tests {
     #[test]
     fn what_is_no_lightmap_is_refused_in_one_line() {
         let folder = tempfile::tempdir().unwrap();
-        let refused = write_lightmap(folder.path().join("t.exr"), &numbered(1, Channels::Grey, 5), &json!(null));
+        let refused = write_lightmap(folder.path().join("t.exr"), &numbered(1, Channels::Gray, 5), &json!(null));
         assert!(
             refused.unwrap_err().to_string().ends_with("expected transfer of a square picture, found 5 points"),
             "5"
         );
-        let bytes = written(&numbered(2, Channels::Grey, 9));
+        let bytes = written(&numbered(2, Channels::Gray, 9));
         let changed = |from: &str, to: &str| {
             assert_eq!(from.len(), to.len(), "the length of an attribute stands before it");
             let at = bytes.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
-use crate::{Grid, MatrixRows, Neighbourhood, PrtError, TransferMatrices};
+use crate::{Grid, MatrixRows, Neighborhood, PrtError, TransferMatrices};
 
 /// The version of both headers.
 const VERSION: u32 = 1;
 const MATRICES: &str = "lobe-transfer-matrices";
-const NEIGHBOURHOOD: &str = "lobe-neighbourhood-transfer";
+const NEIGHBORHOOD: &str = "lobe-neighbourhood-transfer";
 const TENSOR: &str = "matrices";
 
 #[derive(Serialize, Deserialize)]
@@ -21,7 +21,7 @@ struct Header {
     version: u32,
     order: usize,
     channels: usize,
-    /// Of a neighbourhood: the corners of its box, and its points along x, y and z.
+    /// Of a neighborhood: the corners of its box, and its points along x, y and z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
     recipe: Value,
@@ -48,12 +48,12 @@ pub fn read_matrices(path: impl AsRef<Path>) -> Result<(TransferMatrices, Value)
     Ok((matrices, header.recipe))
 }
 
-/// Writes neighbourhood transfer as [`write_matrices`] does, x fastest; the entry `lobe` has format
+/// Writes neighborhood transfer as [`write_matrices`] does, x fastest; the entry `lobe` has format
 /// `lobe-neighbourhood-transfer` and `grid`: the corners of the box, and the numbers of points along x, y and z.
 ///
 /// # Errors
 /// As [`write_matrices`], and [`PrtError::Invalid`] if the matrices are not those of the grid's points.
-pub fn write_neighbourhood(
+pub fn write_neighborhood(
     path: impl AsRef<Path>,
     grid: &Grid,
     matrices: &dyn MatrixRows,
@@ -61,21 +61,21 @@ pub fn write_neighbourhood(
 ) -> Result<(), PrtError> {
     grid.check_points(matrices.points())?;
     let Bounds { min, max } = grid.bounds();
-    write_with(path.as_ref(), matrices, NEIGHBOURHOOD, Some((min, max, grid.counts())), recipe)
+    write_with(path.as_ref(), matrices, NEIGHBORHOOD, Some((min, max, grid.counts())), recipe)
 }
 
-/// Reads what [`write_neighbourhood`] wrote.
+/// Reads what [`write_neighborhood`] wrote.
 ///
 /// # Errors
 /// As [`read_matrices`].
-pub fn read_neighbourhood(path: impl AsRef<Path>) -> Result<(Neighbourhood, Value), PrtError> {
+pub fn read_neighborhood(path: impl AsRef<Path>) -> Result<(Neighborhood, Value), PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    let (matrices, header) = read_with(path, NEIGHBOURHOOD)?;
+    let (matrices, header) = read_with(path, NEIGHBORHOOD)?;
     let (min, max, counts) = header.grid.ok_or_else(|| PrtError::invalid(&name, "expected a grid, found none"))?;
     let grid = Grid::new(Bounds { min, max }, counts).map_err(|error| PrtError::invalid(&name, error.to_string()))?;
-    let neighbourhood = Neighbourhood::new(grid, matrices).map_err(|error| error.within(&name))?;
-    Ok((neighbourhood, header.recipe))
+    let neighborhood = Neighborhood::new(grid, matrices).map_err(|error| error.within(&name))?;
+    Ok((neighborhood, header.recipe))
 }
 
 fn write_with(
@@ -122,12 +122,12 @@ mod tests {
         write_matrices(&a, &matrices(5), &json!({"seed": 3})).unwrap();
         assert_eq!(read_matrices(&a).unwrap(), (matrices(5), json!({"seed": 3})), "matrices");
         let grid = Grid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
-        let neighbourhood = Neighbourhood::new(grid, matrices(12)).unwrap();
-        write_neighbourhood(&b, &grid, neighbourhood.matrices(), &Value::Null).unwrap();
-        assert_eq!(read_neighbourhood(&b).unwrap(), (neighbourhood, Value::Null), "neighbourhood");
+        let neighborhood = Neighborhood::new(grid, matrices(12)).unwrap();
+        write_neighborhood(&b, &grid, neighborhood.matrices(), &Value::Null).unwrap();
+        assert_eq!(read_neighborhood(&b).unwrap(), (neighborhood, Value::Null), "neighborhood");
         let error = read_matrices(&b).unwrap_err().to_string();
         assert!(error.ends_with("expected lobe-transfer-matrices, found lobe-neighbourhood-transfer"), "{error}");
-        let error = read_neighbourhood(&a).unwrap_err().to_string();
+        let error = read_neighborhood(&a).unwrap_err().to_string();
         assert!(error.ends_with("expected lobe-neighbourhood-transfer, found lobe-transfer-matrices"), "{error}");
     }
 
@@ -144,11 +144,10 @@ mod tests {
             (2, 3, grid, "expected matrices of 12 points, found 5"),
             (2, 3, Some(([0.0; 3], [0.0; 3], [2, 2, 2])), "expected a box with a volume"),
         ] {
-            let header =
-                Header { format: NEIGHBOURHOOD.into(), version: 1, order, channels, grid, recipe: Value::Null };
+            let header = Header { format: NEIGHBORHOOD.into(), version: 1, order, channels, grid, recipe: Value::Null };
             let numbers = matrices(5).coefficients().to_vec();
             write(&path, &header, &[Tensor::f32(TENSOR, vec![5, 3, 4, 4], numbers)]).unwrap();
-            let error = read_neighbourhood(&path).unwrap_err().to_string();
+            let error = read_neighborhood(&path).unwrap_err().to_string();
             assert!(error.contains(part) && !error.contains('\n'), "{part}: {error}");
         }
     }

@@ -79,7 +79,7 @@ fn check_extras(lobe: &Value, name: &str) -> Result<(usize, Channels), PrtError>
         _ => return invalid("an order of 1 to 8", &lobe["order"]),
     };
     match lobe["channels"].as_u64() {
-        Some(1) => Ok((order, Channels::Grey)),
+        Some(1) => Ok((order, Channels::Gray)),
         Some(3) => Ok((order, Channels::Rgb)),
         _ => invalid("1 or 3 channels", &lobe["channels"]),
     }

@@ -201,7 +201,7 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
 pub(crate) fn checked_channels(order: usize, channels: usize, name: &str) -> Result<Channels, PrtError> {
     check_order(order).map_err(|error| PrtError::invalid(name, error.to_string()))?;
     match channels {
-        1 => Ok(Channels::Grey),
+        1 => Ok(Channels::Gray),
         3 => Ok(Channels::Rgb),
         found => Err(PrtError::invalid(name, format!("expected 1 or 3 channels, found {found}"))),
     }

@@ -42,7 +42,7 @@ impl Lightmap {
     /// Four texels, `y · width + x`, and how much a place shows of each; the parts sum to 1.
     ///
     /// ```text
-    ///   w_k ∝ (1 - |x_k - x|) (1 - |y_k - y|)  for texels k of the place's chart, else 0;  centres x_k at i + 1/2
+    ///   w_k ∝ (1 - |x_k - x|) (1 - |y_k - y|)  for texels k of the place's chart, else 0;  centers x_k at i + 1/2
     /// ```
     ///
     /// # Panics

@@ -48,14 +48,14 @@ impl Receivers {
         Ok(Self { positions, normals, albedos })
     }
 
-    /// The vertices of all meshes in their order, with the normals to shade with. The albedo is the base colour: factor,
-    /// texture and vertex colour multiplied; metals are taken as matte.
+    /// The vertices of all meshes in their order, with the normals to shade with. The albedo is the base color: factor,
+    /// texture and vertex color multiplied; metals are taken as matte.
     ///
     /// Vertices at the border of a mesh are moved into it by 2⁻¹⁷ of the largest coordinate of the scene: where a floor ends
     /// at a wall, its last vertices would else lie in the wall and see what is behind it.
     ///
     /// # Errors
-    /// [`PrtError::Invalid`] if a vertex colour is negative.
+    /// [`PrtError::Invalid`] if a vertex color is negative.
     pub fn at_vertices(scene: &Scene) -> Result<Self, PrtError> {
         let (mut normals, mut albedos) = (Vec::new(), Vec::new());
         for (m, mesh) in scene.meshes().iter().enumerate() {
@@ -119,9 +119,9 @@ impl Receivers {
         &self.albedos
     }
 
-    /// Whether all albedos are grey.
+    /// Whether all albedos are gray.
     #[must_use]
-    pub fn is_grey(&self) -> bool {
+    pub fn is_gray(&self) -> bool {
         self.albedos.iter().all(|[r, g, b]| r == g && g == b)
     }
 }
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(receivers.albedos()[0], [0.6; 3], "the ground first");
         assert_eq!(receivers.albedos()[ground], [0.7, 0.25, 0.2], "then the ball");
         assert_eq!(receivers.positions()[ground], inset_positions(&scene)[ground], "its first vertex");
-        assert!(!receivers.is_grey(), "the ball is red");
+        assert!(!receivers.is_gray(), "the ball is red");
         let back = Receivers::back_of_vertices(&scene).unwrap();
         assert_eq!(back.normals()[0], [0.0, 0.0, -1.0], "the ground from below");
         let some = receivers.backs(&[ground, 0]).unwrap();

@@ -12,11 +12,11 @@ use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
 /// The widest lightmap.
 const MOST_TEXELS: usize = 1 << 14;
 
-/// A centre lies within a triangle if it is so far from its edges, in texels: more than what rounding moves the texture
-/// coordinates of an edge. No centre lies within two triangles.
+/// A center lies within a triangle if it is so far from its edges, in texels: more than what rounding moves the texture
+/// coordinates of an edge. No center lies within two triangles.
 const OVERLAP: f64 = 0.01;
 
-/// Triangles this near to the centre of a texel may show in it: half the diagonal.
+/// Triangles this near to the center of a texel may show in it: half the diagonal.
 const REACH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// How far texture coordinates may be outside of the unit square: rounding.
@@ -24,7 +24,7 @@ const OUTSIDE: f32 = 1e-4;
 
 /// Receivers at the texels of a square picture that the triangles of a scene are unfolded into.
 ///
-/// A texel whose centre is in a triangle takes that place; one that only touches triangles takes the nearest place of the
+/// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of the
 /// nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in
 /// their texture coordinates of set 1, or of set 0 where they have no set 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,9 +38,9 @@ pub struct TexelReceivers {
 /// The place that a texel shows.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    /// From the centre of the texel, in texels; 0 if it is inside.
+    /// From the center of the texel, in texels; 0 if it is inside.
     distance: f64,
-    /// How far inside the centre is; 0 if it is outside.
+    /// How far inside the center is; 0 if it is outside.
     depth: f64,
     triangle: u32,
     u: f32,
@@ -52,7 +52,7 @@ impl TexelReceivers {
     ///
     /// # Errors
     /// [`PrtError::Options`] if the width is not 1 to 2¹⁴; [`PrtError::Invalid`] if a mesh has no texture coordinates, they
-    /// leave the unit square, or the centre of a texel is in two triangles.
+    /// leave the unit square, or the center of a texel is in two triangles.
     pub fn new(scene: &Scene, width: usize) -> Result<Self, PrtError> {
         if !(1..=MOST_TEXELS).contains(&width) {
             return Err(PrtError::Options(format!("expected a width of 1 to {MOST_TEXELS} texels, found {width}")));
@@ -132,7 +132,7 @@ impl TexelReceivers {
     }
 
     /// For every texel of the picture, row by row, the receiver it shows: its own, or that of a nearest texel that has one,
-    /// counted in steps to the eight neighbours.
+    /// counted in steps to the eight neighbors.
     #[must_use]
     pub fn dilated(&self) -> Vec<u32> {
         const NONE: u32 = u32::MAX;
@@ -196,7 +196,7 @@ fn draw(
     let corners = corners.map(|c| DVec2::from(c.map(f64::from)) * width as f64);
     let range = |k: usize| {
         let (min, max) = corners.iter().fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(c[k]), b.max(c[k])));
-        // Centres are at halves.
+        // Centers are at halves.
         let first = (min - REACH - 0.5).ceil().max(0.0) as usize;
         first..((max + REACH + 0.5).floor().max(0.0) as usize).min(width)
     };

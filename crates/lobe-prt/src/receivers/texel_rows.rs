@@ -70,8 +70,8 @@ mod tests {
         let mut random = Random::new(1);
         let (receivers, texels) = (5000, 3000);
         let numbers = (0..receivers * 4).map(|i| i as f32).collect();
-        let transfer = Transfer::new(2, Channels::Grey, numbers).unwrap();
-        // Neighbours, repetitions, and jumps to and fro.
+        let transfer = Transfer::new(2, Channels::Gray, numbers).unwrap();
+        // Neighbors, repetitions, and jumps to and fro.
         let mut shown: Vec<u32> = (0..1000).map(|t| t / 2).collect();
         shown.extend((1000..texels).map(|_| (random.unit() * receivers as f64) as u32));
         let rows = TexelRows::new(shown.clone(), &transfer);

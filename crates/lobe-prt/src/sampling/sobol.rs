@@ -16,7 +16,7 @@ pub(crate) fn hash(words: impl IntoIterator<Item = u64>) -> u64 {
     words.into_iter().fold(0, |state, word| mix(state.rotate_left(23) ^ word))
 }
 
-/// Randomised sequences of points in the unit square, one for each bounce of a path.
+/// Randomized sequences of points in the unit square, one for each bounce of a path.
 ///
 /// Each is the two-dimensional sequence of Sobol', scrambled by the method of Owen: of any `2^k` points from the start on,
 /// every elementary rectangle of area `2^-k` holds exactly one, and each point by itself is uniform in the square,
@@ -61,7 +61,7 @@ impl Sobol {
     }
 }
 
-/// The indices below `count`, in an order in which neighbours lie close together in the square, for all seeds alike: that
+/// The indices below `count`, in an order in which neighbors lie close together in the square, for all seeds alike: that
 /// of a Z-curve through the unscrambled points. Scrambling exchanges halves of elementary intervals and leaves points
 /// of one square of the quadtree in one square.
 pub(crate) fn coherent_order(count: u32) -> Vec<u32> {
@@ -166,8 +166,8 @@ mod tests {
         for seed in 0..seeds {
             let sobol = Sobol::new(hash([2, seed]), 1);
             for i in 0..points {
-                let centred = |bounce| f64::from(sobol.point(i, bounce)[0]) - 0.5;
-                covariance += centred(0) * centred(1) / (seeds as f64 * f64::from(points));
+                let centered = |bounce| f64::from(sobol.point(i, bounce)[0]) - 0.5;
+                covariance += centered(0) * centered(1) / (seeds as f64 * f64::from(points));
             }
         }
         // Of 25600 products with a standard deviation of 1/12 each.
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_coherent_order_keeps_neighbours_close_whatever_the_seed() {
+    fn the_coherent_order_keeps_neighbors_close_whatever_the_seed() {
         for count in [1, 7, 256, 1000] {
             let mut sorted = coherent_order(count);
             sorted.sort_unstable();

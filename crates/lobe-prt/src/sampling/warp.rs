@@ -47,7 +47,7 @@ pub(crate) fn sphere([u, v]: [f32; 2]) -> [f32; 3] {
     [r * cos, r * sin, z]
 }
 
-/// A point uniform in the unit disc: squares about the centre become circles, so that neighbours stay neighbours
+/// A point uniform in the unit disc: squares about the center become circles, so that neighbors stay neighbors
 /// [Shirley and Chiu 1997].
 fn disc([u, v]: [f32; 2]) -> [f32; 2] {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);

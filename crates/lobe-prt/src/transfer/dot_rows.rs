@@ -50,7 +50,7 @@ impl Work for RowsOfChunk<'_> {
         macro_rules! by_order {
             ($($order:literal)*) => {
                 match (order, channels) {
-                    $(($order, 1) => grey_rows::<L, { $order * $order }>(lanes, rows, light, out),
+                    $(($order, 1) => gray_rows::<L, { $order * $order }>(lanes, rows, light, out),
                     ($order, 3) => rgb_rows::<L, { $order * $order }>(lanes, rows, light, out),)*
                     _ => unreachable!("transfer of order {order} in {channels} channels"),
                 }
@@ -60,23 +60,23 @@ impl Work for RowsOfChunk<'_> {
     }
 }
 
-/// One vector for all colours: `out[r] = Σ_i rows[r N + i] light[i]`, summed in the order of `i`, a colour in the lanes.
+/// One vector for all colors: `out[r] = Σ_i rows[r N + i] light[i]`, summed in the order of `i`, a color in the lanes.
 #[inline(always)]
-fn grey_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
+fn gray_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
     let light: [L::Vector; N] = std::array::from_fn(|i| lanes.load([light[i].r, light[i].g, light[i].b, 0.0]));
     let (four_rows, last_rows) = rows.as_chunks::<N>().0.as_chunks::<TOGETHER>();
     let (four_outs, last_outs) = out.as_chunks_mut::<TOGETHER>();
     for (rows, outs) in four_rows.iter().zip(four_outs) {
-        grey_together(lanes, rows, &light, outs);
+        gray_together(lanes, rows, &light, outs);
     }
     for (row, out) in last_rows.iter().zip(last_outs) {
-        grey_together(lanes, &[*row], &light, std::slice::from_mut(out));
+        gray_together(lanes, &[*row], &light, std::slice::from_mut(out));
     }
 }
 
 /// The sums of `K` rows side by side.
 #[inline(always)]
-fn grey_together<L: Lanes, const N: usize, const K: usize>(
+fn gray_together<L: Lanes, const N: usize, const K: usize>(
     lanes: L,
     rows: &[[f32; N]; K],
     light: &[L::Vector; N],
@@ -89,17 +89,17 @@ fn grey_together<L: Lanes, const N: usize, const K: usize>(
         }
     }
     for (out, sum) in out.iter_mut().zip(sums) {
-        *out = colour(lanes, sum);
+        *out = color(lanes, sum);
     }
 }
 
 #[inline(always)]
-fn colour<L: Lanes>(lanes: L, sum: L::Vector) -> Rgb<f32> {
+fn color<L: Lanes>(lanes: L, sum: L::Vector) -> Rgb<f32> {
     let [r, g, b, _] = lanes.store(sum);
     Rgb::new(r, g, b)
 }
 
-/// A vector for each colour: `out[r].c = Σ_i rows[r][c][i] light[i].c`.
+/// A vector for each color: `out[r].c = Σ_i rows[r][c][i] light[i].c`.
 #[inline(always)]
 fn rgb_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
     let planes: [[f32; N]; 3] =
@@ -129,7 +129,7 @@ fn dot<L: Lanes, const N: usize>(lanes: L, row: &[f32; N], plane: &[f32; N]) -> 
     start + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
 }
 
-/// Weighted sums out of a small table of colours: `out[r] = table[k][0] + Σ_j weights[r n' + j] table[k][j+1]`, with `k =
+/// Weighted sums out of a small table of colors: `out[r] = table[k][0] + Σ_j weights[r n' + j] table[k][j+1]`, with `k =
 /// clusters[r]`, summed in the order of `j`.
 ///
 /// `table` has `n' + 1` entries for each cluster.
@@ -169,7 +169,7 @@ impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
             for (entry, w) in entries[1..].iter().zip(&weights[r * components..(r + 1) * components]) {
                 sum = lanes.add_product(sum, lanes.splat((*w).into()), lanes.load(*entry));
             }
-            *out = colour(lanes, sum);
+            *out = color(lanes, sum);
         }
     }
 }

@@ -8,8 +8,8 @@ use crate::transfer::dot_rows::exit_radiance;
 /// How many transfer vectors a receiver has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Channels {
-    /// One for all colours: everything the light met is grey.
-    Grey,
+    /// One for all colors: everything the light met is gray.
+    Gray,
     /// One each for red, green and blue.
     Rgb,
 }
@@ -19,7 +19,7 @@ impl Channels {
     #[must_use]
     pub const fn count(self) -> usize {
         match self {
-            Self::Grey => 1,
+            Self::Gray => 1,
             Self::Rgb => 3,
         }
     }
@@ -79,7 +79,7 @@ impl Transfer {
         &self.coefficients
     }
 
-    /// The vector of one receiver for a channel, 0 for red; grey transfer has one for all.
+    /// The vector of one receiver for a channel, 0 for red; gray transfer has one for all.
     ///
     /// # Panics
     /// If there is no such receiver or the channel is above 2.
@@ -155,14 +155,14 @@ mod tests {
     }
 
     #[test]
-    fn grey_transfer_serves_all_channels() {
-        let transfer = Transfer::new(1, Channels::Grey, vec![2.0]).unwrap();
+    fn gray_transfer_serves_all_channels() {
+        let transfer = Transfer::new(1, Channels::Gray, vec![2.0]).unwrap();
         assert_eq!(transfer.exit_radiance(&[Rgb::new(1.0, 2.0, 3.0)]), [Rgb::new(2.0, 4.0, 6.0)], "one vector");
     }
 
     #[test]
     fn what_is_no_transfer_is_refused_in_one_line() {
-        let refusal = |order, coefficients| Transfer::new(order, Channels::Grey, coefficients).unwrap_err().to_string();
+        let refusal = |order, coefficients| Transfer::new(order, Channels::Gray, coefficients).unwrap_err().to_string();
         assert_eq!(refusal(9, vec![]), "expected an order of 1 to 8, found 9", "order");
         assert_eq!(
             refusal(2, vec![0.0; 5]),

@@ -15,7 +15,7 @@ const SUFFICIENT: f64 = 1e-4;
 /// `value_and_gradient` writes the gradient at its argument and returns the value. The first `H` is `first` times the identity,
 /// no step is longer than `longest`, and a value never rises. It ends after `steps` steps, or where neither the gradient nor
 /// a step changes the value by more than `tolerance`.
-pub(crate) fn minimise(
+pub(crate) fn minimize(
     x: &mut [f64],
     [first, longest, tolerance]: [f64; 3],
     steps: usize,
@@ -106,7 +106,7 @@ mod tests {
     fn the_bottom_of_a_curved_valley_is_found() {
         // Rosenbrock's function: minimum 0 at (1, 1).
         let mut x = [-1.2, 1.0];
-        let value = minimise(&mut x, [1e-3, 1.0, 1e-20], 200, |x, g| {
+        let value = minimize(&mut x, [1e-3, 1.0, 1e-20], 200, |x, g| {
             let (a, b) = (1.0 - x[0], x[1] - x[0] * x[0]);
             g.copy_from_slice(&[-2.0 * a - 400.0 * x[0] * b, 200.0 * b]);
             a * a + 100.0 * b * b
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn a_flat_place_stays() {
         let mut x = [0.5];
-        let value = minimise(&mut x, [1.0, 1.0, 1e-12], 10, |_, g| {
+        let value = minimize(&mut x, [1.0, 1.0, 1e-12], 10, |_, g| {
             g[0] = 0.0;
             3.0
         });

@@ -88,7 +88,7 @@ impl LobeProblem {
                     gram[i][j] = dot(part(i), part(j)) + if i == j { DAMPING } else { 0.0 };
                 }
             }
-            factorise(&mut gram, axes.len());
+            factorize(&mut gram, axes.len());
             for c in 0..self.channels {
                 let f = &self.f[c * n..][range.clone()];
                 let mut z = [0.0; MOST];
@@ -146,7 +146,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Cholesky's factor of the lower half, in its place.
-fn factorise(m: &mut [[f64; MOST]; MOST], size: usize) {
+fn factorize(m: &mut [[f64; MOST]; MOST], size: usize) {
     for i in 0..size {
         for j in 0..=i {
             let mut sum = m[i][j];

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::compression::compress::{energy, relative};
 use crate::job::meter::Meter;
-use crate::zonal::bfgs::minimise;
+use crate::zonal::bfgs::minimize;
 use crate::zonal::lobes::{LobeProblem, Lobes, unit_lobe};
 use crate::{Channels, Progress, PrtError, Transfer, ZonalTransfer};
 
@@ -41,14 +41,14 @@ pub struct ZonalFitOptions {
     pub lobes: usize,
     /// Whether axes move to where least is left. Otherwise a single lobe is that of the closed form, and further ones are chosen
     /// among fixed directions.
-    pub optimise: bool,
+    pub optimize: bool,
     /// The most steps of each search.
     pub steps: usize,
 }
 
 impl Default for ZonalFitOptions {
     fn default() -> Self {
-        Self { lobes: 1, optimise: true, steps: 100 }
+        Self { lobes: 1, optimize: true, steps: 100 }
     }
 }
 
@@ -214,13 +214,13 @@ impl<'a> Search<'a> {
                 && let Some(linear) = self.linear(row)
             {
                 starts.insert(0, linear);
-                starts.truncate(if self.options.optimise { starts.len() } else { 1 });
+                starts.truncate(if self.options.optimize { starts.len() } else { 1 });
             }
             let with = |start: Dir| lobes.axes.iter().copied().chain([start]).collect::<Vec<Dir>>();
             let mut best: Option<Lobes> = None;
             for start in starts {
                 let start = with(start);
-                let found = if self.options.optimise { self.descend(&start) } else { self.problem.solve(&start) };
+                let found = if self.options.optimize { self.descend(&start) } else { self.problem.solve(&start) };
                 if best.as_ref().is_none_or(|best| found.cost < best.cost) {
                     best = Some(found);
                 }
@@ -235,7 +235,7 @@ impl<'a> Search<'a> {
         const NOTHING: f64 = 1e-7;
         let n = self.order * self.order;
         let luminance = |i: usize| match self.channels {
-            Channels::Grey => f64::from(row[i]),
+            Channels::Gray => f64::from(row[i]),
             Channels::Rgb => {
                 let [r, g, b] = [row[i], row[n + i], row[2 * n + i]].map(f64::from);
                 lobe_sh::Rgb::new(r, g, b).luminance()
@@ -254,7 +254,7 @@ impl<'a> Search<'a> {
         let mut x: Vec<f64> = start.iter().flat_map(|d| d.to_array()).collect();
         let problem = &mut self.problem;
         let mut best = problem.solve(start);
-        minimise(&mut x, [FIRST, LONGEST, TOLERANCE], self.options.steps, |x, gradient| {
+        minimize(&mut x, [FIRST, LONGEST, TOLERANCE], self.options.steps, |x, gradient| {
             let axes: Option<Vec<Dir>> = x.as_chunks::<3>().0.iter().map(|v| Dir::new(*v)).collect();
             let Some(axes) = axes else { return f64::INFINITY };
             let lobes = problem.solve(&axes);

@@ -9,7 +9,7 @@ const DIRECTIONS: usize = 600;
 
 /// The transfer of `side²` vertices of a wavy cloth under a ball: clamped cosine times visibility, by a sum over directions.
 ///
-/// The ground stops what comes from below, the ball what comes through it; in colour both send some light back, red from
+/// The ground stops what comes from below, the ball what comes through it; in color both send some light back, red from
 /// the ball and green from the ground, and the albedo turns from white to blue along the cloth.
 pub(crate) fn cloth(side: usize, order: usize, channels: Channels) -> Transfer {
     let dirs = fibonacci_sphere(DIRECTIONS);
@@ -40,7 +40,7 @@ pub(crate) fn cloth(side: usize, order: usize, channels: Channels) -> Transfer {
                 } else {
                     1.0
                 };
-                let seen = if channels == Channels::Grey { f64::from(u8::from(seen == 1.0)) } else { seen };
+                let seen = if channels == Channels::Gray { f64::from(u8::from(seen == 1.0)) } else { seen };
                 let weight = 4.0 / DIRECTIONS as f64 * albedo * seen * dot(normal).max(0.0);
                 sums.iter_mut().zip(basis).for_each(|(sum, y)| *sum += weight * y);
             }

@@ -65,6 +65,6 @@ pub(crate) fn largest_difference(found: &[f32], expected: &[f64]) -> f64 {
     found.iter().zip(expected).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
 }
 
-pub(crate) fn is_grey(transfer: &Transfer) -> bool {
-    transfer.channels() == Channels::Grey
+pub(crate) fn is_gray(transfer: &Transfer) -> bool {
+    transfer.channels() == Channels::Gray
 }

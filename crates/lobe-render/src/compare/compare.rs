@@ -77,14 +77,14 @@ fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// The difference of two colours as one number: the root of the mean squared difference of the channels.
+/// The difference of two colors as one number: the root of the mean squared difference of the channels.
 #[must_use]
 pub fn error_of<T: Coefficient>(a: T, b: T) -> f64 {
     let square = |c| (a.channel(c).to_f64() - b.channel(c).to_f64()).powi(2);
     ((0..T::CHANNELS).map(square).sum::<f64>() / T::CHANNELS as f64).sqrt()
 }
 
-/// A picture of [`error_of`] at every pixel in the colours of [`sequential`]: black for none, white for `full_scale`
+/// A picture of [`error_of`] at every pixel in the colors of [`sequential`]: black for none, white for `full_scale`
 /// and more. No error is black on every scale, a full scale of 0 included; NaN is white.
 ///
 /// # Errors
@@ -95,11 +95,11 @@ pub fn error_map(image: &Picture, reference: &Picture, full_scale: f64) -> Resul
         let ((w, h), (v, g)) = (size(image), size(reference));
         return Err(RenderError::Invalid(format!("cannot compare a {w} x {h} picture with one of {v} x {g}")));
     }
-    let colour = |(&a, &b): (&Rgb<f32>, &Rgb<f32>)| match error_of(a, b) {
+    let color = |(&a, &b): (&Rgb<f32>, &Rgb<f32>)| match error_of(a, b) {
         0.0 => sequential(0.0),
         error => sequential(error / full_scale),
     };
-    Picture::new(image.width(), image.height(), image.pixels().iter().zip(reference.pixels()).map(colour).collect())
+    Picture::new(image.width(), image.height(), image.pixels().iter().zip(reference.pixels()).map(color).collect())
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use crate::{Picture, RenderError, sequential};
 ///   ΔE = ΔE_c^(1 - ΔE_f)
 /// ```
 ///
-/// `ΔE_c` compares colours after the contrast sensitivity of the eye has blurred them (`HyAB` distance in L*a*b* with Hunt's
+/// `ΔE_c` compares colors after the contrast sensitivity of the eye has blurred them (`HyAB` distance in L*a*b* with Hunt's
 /// adjustment), `ΔE_f` edges and points of the luminance ([Andersson et al. 2020]).
 ///
 /// [Andersson et al. 2020]: https://research.nvidia.com/publication/2020-07_FLIP
@@ -35,8 +35,8 @@ pub const FLIP_PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
 /// the filters are some hundred pixels wide. Ours.
 const PIXELS_PER_DEGREE: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
-/// The paper's exponent `q_c` of colour differences.
-const COLOUR_EXPONENT: f64 = 0.7;
+/// The paper's exponent `q_c` of color differences.
+const COLOR_EXPONENT: f64 = 0.7;
 
 /// The paper's `p_c` and `p_t`: differences below this part of the largest one fill this part of the scale.
 const KNEE: (f64, f64) = (0.4, 0.95);
@@ -66,7 +66,7 @@ const WIDEST: f64 = 0.04;
 /// The paper's form of Hunt's effect: chroma is scaled by this for each unit of lightness, so that it is whole at white (100).
 const HUNT: f64 = 0.01;
 
-/// The paper's largest colour difference: that of these two, display values.
+/// The paper's largest color difference: that of these two, display values.
 const MOST_DIFFERENT: [Vec3; 2] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// L*a*b* of CIE 1976, with roots of X, Y and Z relative to white: `L* = 116 Y - 16`, `a* = 500 (X - Y)`, `b* = 200 (Y - Z)`.
@@ -77,7 +77,7 @@ const BLUE_YELLOW: f64 = 200.0;
 /// CIE 1976 has a line instead of a cube root below the cube of this.
 const LINE_BELOW: f64 = 6.0 / 29.0;
 
-/// XYZ of linear Rec. 709 colours, as ratios that follow from the primaries and D65 at (0.31271, 0.32902).
+/// XYZ of linear Rec. 709 colors, as ratios that follow from the primaries and D65 at (0.31271, 0.32902).
 const XYZ_FROM_RGB: [Vec3; 3] = [
     [10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0],
     [2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0],
@@ -97,11 +97,11 @@ pub fn flip(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Res
     };
     let eye = Eye::new(image.width(), pixels_per_degree);
     let (a, b) = (eye.look(&shown(image)), eye.look(&shown(reference)));
-    let errors = (0..a.colours.len()).into_par_iter().map(|i| {
-        let colour = eye.colour_error(a.colours[i], b.colours[i]);
+    let errors = (0..a.colors.len()).into_par_iter().map(|i| {
+        let color = eye.color_error(a.colors[i], b.colors[i]);
         let [edges, points] = [0, 1].map(|k| (a.features[k][i] - b.features[k][i]).abs());
         let feature = (edges.max(points) / MOST_FEATURE).min(1.0).powf(FEATURE_EXPONENT);
-        colour.powf(1.0 - feature)
+        color.powf(1.0 - feature)
     });
     Ok(Flip { width: image.width(), height: image.height(), errors: errors.collect() })
 }
@@ -136,7 +136,7 @@ impl Flip {
         self.errors.iter().sum::<f64>() / self.errors.len() as f64
     }
 
-    /// The errors in the colours of [`sequential`]: black for none, white for 1.
+    /// The errors in the colors of [`sequential`]: black for none, white for 1.
     #[must_use]
     pub fn picture(&self) -> Picture {
         Picture::from_fn(self.width, self.height, |x, y| sequential(self.errors[y * self.width + x]))
@@ -153,7 +153,7 @@ impl Flip {
 /// What an eye sees of a picture.
 struct Look {
     /// In L*a*b* with Hunt's adjustment, blurred.
-    colours: Vec<Vec3>,
+    colors: Vec<Vec3>,
     /// Strength of edges and of points.
     features: [Vec<f64>; 2],
 }
@@ -198,7 +198,7 @@ impl Eye {
             largest: 1.0,
         };
         let [a, b] = MOST_DIFFERENT.map(|c| eye.adjusted_lab(c));
-        eye.largest = hyab(a, b).powf(COLOUR_EXPONENT);
+        eye.largest = hyab(a, b).powf(COLOR_EXPONENT);
         eye
     }
 
@@ -213,23 +213,23 @@ impl Eye {
             }
             sum
         });
-        let colour = |i: usize| {
+        let color = |i: usize| {
             let seen = self.rgb_of_opponent([blurred[0][i], blurred[1][i], blurred[2][i]]);
             self.adjusted_lab(seen.map(|c| c.clamp(0.0, 1.0)))
         };
-        let colours = (0..rgb.len()).into_par_iter().map(colour).collect();
+        let colors = (0..rgb.len()).into_par_iter().map(color).collect();
         let luminance: Vec<f64> = opponent.iter().map(|c| (c[0] + LIGHTNESS.1) / LIGHTNESS.0).collect();
         let features = [&self.slope, &self.bend].map(|kernel| {
             let across = self.filtered(&luminance, kernel, &self.bell);
             let down = self.filtered(&luminance, &self.bell, kernel);
             across.iter().zip(&down).map(|(a, d)| a.hypot(*d)).collect()
         });
-        Look { colours, features }
+        Look { colors, features }
     }
 
-    /// The difference of two blurred colours, compressed to 0 to 1.
-    fn colour_error(&self, a: Vec3, b: Vec3) -> f64 {
-        let difference = hyab(a, b).powf(COLOUR_EXPONENT);
+    /// The difference of two blurred colors, compressed to 0 to 1.
+    fn color_error(&self, a: Vec3, b: Vec3) -> f64 {
+        let difference = hyab(a, b).powf(COLOR_EXPONENT);
         let knee = KNEE.0 * self.largest;
         if difference < knee {
             return KNEE.1 / knee * difference;
@@ -248,7 +248,7 @@ impl Eye {
         times(self.rgb_from_xyz, std::array::from_fn(|k| xyz[k] * self.white[k]))
     }
 
-    /// L*a*b* with `a` and `b` scaled by the lightness: dark colours look less colourful (Hunt).
+    /// L*a*b* with `a` and `b` scaled by the lightness: dark colors look less colorful (Hunt).
     fn adjusted_lab(&self, rgb: Vec3) -> Vec3 {
         let [l, a, b] = lab(self.relative_xyz(rgb).map(root));
         [l, HUNT * l * a, HUNT * l * b]
@@ -292,12 +292,12 @@ fn blur(terms: &[(f64, f64)], reach: i32, pixels_per_degree: f64) -> Vec<(f64, V
     parts.into_iter().map(|(weight, k)| (weight / whole, k)).collect()
 }
 
-/// The distance of two colours that suits large differences: city block in lightness, Euclidean in hue.
+/// The distance of two colors that suits large differences: city block in lightness, Euclidean in hue.
 fn hyab(a: Vec3, b: Vec3) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-/// Lightness and two differences of colours.
+/// Lightness and two differences of colors.
 fn lab([x, y, z]: Vec3) -> Vec3 {
     [LIGHTNESS.0 * y - LIGHTNESS.1, RED_GREEN * (x - y), BLUE_YELLOW * (y - z)]
 }
@@ -328,7 +328,7 @@ mod tests {
     use super::*;
     use crate::srgb_decode;
 
-    fn grey(value: f64) -> Rgb<f32> {
+    fn gray(value: f64) -> Rgb<f32> {
         Rgb::splat(value as f32)
     }
 
@@ -366,7 +366,7 @@ mod tests {
         let compare = |a: Rgb<f32>, b: Rgb<f32>| {
             flip(&Picture::filled(16, 16, a), &Picture::filled(16, 16, b), FLIP_PIXELS_PER_DEGREE).unwrap().mean()
         };
-        let black_white = compare(grey(0.0), grey(1.0));
+        let black_white = compare(gray(0.0), gray(1.0));
         assert!((black_white - 0.967_385).abs() < 1e-5, "black and white: {black_white}");
         let green_blue = compare(Rgb::new(0.0, 1.0, 0.0), Rgb::new(0.0, 0.0, 1.0));
         assert!((green_blue - 1.0).abs() < 1e-6, "green and blue: {green_blue}");
@@ -377,7 +377,7 @@ mod tests {
         let [reference, _] = waves();
         let mut before = -1e-12;
         for noise in [0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3] {
-            let brighter = reference.map(|c| c + grey(noise));
+            let brighter = reference.map(|c| c + gray(noise));
             let error = flip(&brighter, &reference, FLIP_PIXELS_PER_DEGREE).unwrap().mean();
             assert!(error > before && (noise > 0.0 || error == 0.0), "{noise}: {error} after {before}");
             before = error;
@@ -386,7 +386,7 @@ mod tests {
 
     #[test]
     fn xyz_follows_from_the_primaries_and_white() {
-        // x/y, 1 and z/y of a colour by its chromaticity.
+        // x/y, 1 and z/y of a color by its chromaticity.
         let of = |(x, y): (f64, f64)| [x / y, 1.0, (1.0 - x - y) / y];
         let primaries = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)].map(of);
         let white = of((0.31271, 0.32902));
@@ -411,11 +411,11 @@ mod tests {
 
     #[test]
     fn pictures_of_other_sizes_are_refused() {
-        let error = flip(&Picture::filled(2, 1, grey(0.0)), &Picture::filled(1, 2, grey(0.0)), 67.0).unwrap_err();
+        let error = flip(&Picture::filled(2, 1, gray(0.0)), &Picture::filled(1, 2, gray(0.0)), 67.0).unwrap_err();
         assert_eq!(error.to_string(), "cannot compare a 2 x 1 picture with one of 1 x 2", "size");
-        let empty = Picture::filled(0, 0, grey(0.0));
+        let empty = Picture::filled(0, 0, gray(0.0));
         assert!(flip(&empty, &empty, 67.0).is_err(), "no pixels");
-        let one = Picture::filled(1, 1, grey(0.0));
+        let one = Picture::filled(1, 1, gray(0.0));
         assert!(flip(&one, &one, f64::NAN).is_err(), "no distance");
     }
 }

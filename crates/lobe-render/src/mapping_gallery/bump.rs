@@ -109,7 +109,7 @@ mod tests {
                 let along_sphere = sub(exact_slope, scale(s, dot(s, exact_slope)));
                 let exact = Dir::new(sub(s, scale(along_sphere, 1.0 / (1.0 + height(s))))).unwrap();
                 let found = Dir::new(perturbed(s, Dir::new(s).unwrap(), height)).unwrap();
-                // F is left out against 1 where it multiplies the slope 5a: 5a². The test's colours are f32.
+                // F is left out against 1 where it multiplies the slope 5a: 5a². The test's colors are f32.
                 let limit = 10.0 * amplitude * amplitude + 2e-7;
                 assert!(found.angle_to(exact) < limit, "height {amplitude} at {s:?}: {}", found.angle_to(exact));
             }

@@ -26,7 +26,7 @@ const METAL: f64 = 0.7;
 const GLOSSY_ORDER: usize = 32;
 /// The albedo of the matte surfaces.
 const ALBEDO: f64 = 0.8;
-/// The exponent of the highlights, the albedo of what has them, and their colour.
+/// The exponent of the highlights, the albedo of what has them, and their color.
 const EXPONENT: f64 = 30.0;
 const K_D: f32 = 0.4;
 const K_S: f32 = 0.3;
@@ -175,7 +175,7 @@ pub fn environment_mapping_sheet(map: &EnvMap, options: &EnvironmentSheetOptions
     let mut pictures = Vec::new();
     for solid in ["ball", "torus"] {
         let shape = panels.iter().filter(|panel| panel.solid == solid);
-        pictures.extend(shape.map(|panel| labelled(panel, if panel.mirrors { &photograph } else { &blurred })));
+        pictures.extend(shape.map(|panel| labeled(panel, if panel.mirrors { &photograph } else { &blurred })));
         // Each shape begins a row.
         let row_end = pictures.len().next_multiple_of(COLUMNS);
         pictures.resize(row_end, Picture::filled(0, 0, Rgb::ZERO));
@@ -184,15 +184,15 @@ pub fn environment_mapping_sheet(map: &EnvMap, options: &EnvironmentSheetOptions
 }
 
 /// A panel as it is shown, its name above and its error below.
-fn labelled(panel: &EnvironmentPanel, tone: &Tone) -> Picture {
+fn labeled(panel: &EnvironmentPanel, tone: &Tone) -> Picture {
     let shown = tone.apply(&panel.picture);
     // As high as the longest name allows.
-    let wide = Label { left: 0.0, top: 0.0, height: 1.0, colour: Rgb::ZERO }.width(panel.technique);
+    let wide = Label { left: 0.0, top: 0.0, height: 1.0, color: Rgb::ZERO }.width(panel.technique);
     let height = (0.065 * shown.width() as f64).max(8.0);
     let band = (1.7 * height).ceil() as usize;
     let mut out = Picture::filled(shown.width(), shown.height() + 2 * band, Rgb::splat(1.0));
     out.paste(&shown, 0, band as isize);
-    let label = Label { left: 2.0, top: 0.3 * height, height, colour: Rgb::ZERO };
+    let label = Label { left: 2.0, top: 0.3 * height, height, color: Rgb::ZERO };
     let fitting = height.min((shown.width() as f64 - 4.0) / wide);
     Label { height: fitting, ..label }.draw(&mut out, panel.technique);
     if let Some(error) = panel.error {
@@ -228,7 +228,7 @@ fn rough_mirrors<'a>(
     let (chain, level) =
         prefiltered.map_or((blurred, 0.0), |chain| (chain, roughness * (chain.levels().len() - 1) as f64));
     let glossy = Glossy { chain, level, roughness, f0: Rgb::splat(METAL), table };
-    let views = ReflectionSpace::new(rough, &metal(), 0, 24).normalised();
+    let views = ReflectionSpace::new(rough, &metal(), 0, 24).normalized();
     let phong = HighlightMap::of_surroundings(map, EXPONENT, Rgb::splat(K_D), Rgb::splat(K_S));
     vec![
         ("glossy, split sum", Box::new(glossy), Truth::Rough),

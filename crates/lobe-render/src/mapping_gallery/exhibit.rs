@@ -96,15 +96,15 @@ impl Scene {
         })
     }
 
-    /// The points of the shape at the centres of the pixels of a picture, row by row; pixels beside it have none.
+    /// The points of the shape at the centers of the pixels of a picture, row by row; pixels beside it have none.
     #[must_use]
     pub fn points(&self, width: usize, height: usize) -> Vec<SurfacePoint> {
-        let centre = |i: usize| {
+        let center = |i: usize| {
             let (right, up) = place(width, height, (i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
             let (origin, towards) = self.camera.ray(right, up);
             self.seen(origin, towards)
         };
-        (0..width * height).filter_map(centre).collect()
+        (0..width * height).filter_map(center).collect()
     }
 
     /// The point that a ray from outside meets first.

@@ -33,7 +33,7 @@ pub struct HighlightMap {
     pub highlights: MappedMap,
     /// The albedo of the matte part.
     pub k_d: Rgb<f32>,
-    /// The colour of the highlights.
+    /// The color of the highlights.
     pub k_s: Rgb<f32>,
 }
 

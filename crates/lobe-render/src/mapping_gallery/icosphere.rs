@@ -29,7 +29,7 @@ impl Icosphere {
         let mut middle = |a: usize, b: usize| {
             *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
                 let sum = add(vertices[a].to_array(), vertices[b].to_array());
-                vertices.push(Dir::new(sum).unwrap_or_else(|| unreachable!("neighbours are not opposite")));
+                vertices.push(Dir::new(sum).unwrap_or_else(|| unreachable!("neighbors are not opposite")));
                 vertices.len() - 1
             })
         };
@@ -49,7 +49,7 @@ impl Icosphere {
     ///
     /// The spherical barycentric coordinates of Möbius, scaled to sum to 1. On an edge the third weight is 0 and the
     /// other two depend on the ends of the edge alone, so functions mixed by them are continuous across all edges; the
-    /// areas of the three spherical triangles, as weights, are so only across edges of mirrored neighbours.
+    /// areas of the three spherical triangles, as weights, are so only across edges of mirrored neighbors.
     pub(crate) fn locate(&self, s: Dir) -> ([usize; 3], [f64; 3]) {
         let weights = |triangle: &[usize; 3]| {
             let [a, b, c] = triangle.map(|i| self.vertices[i].to_array());
@@ -66,7 +66,7 @@ impl Icosphere {
     }
 }
 
-/// Its twelve vertices are the corners of three golden rectangles; its faces the triples of neighbours, each
+/// Its twelve vertices are the corners of three golden rectangles; its faces the triples of neighbors, each
 /// counter-clockwise from outside.
 fn icosahedron() -> Icosphere {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
@@ -77,7 +77,7 @@ fn icosahedron() -> Icosphere {
         }
     }
     let vertices: Vec<Dir> = corners.into_iter().filter_map(Dir::new).collect();
-    // Neighbours have the cosine 1/√5, all others less.
+    // Neighbors have the cosine 1/√5, all others less.
     let near = |a: usize, b: usize| vertices[a].dot(vertices[b]) > 0.4;
     let mut triangles = Vec::with_capacity(20);
     for a in 0..vertices.len() {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::mapping_gallery::icosphere::Icosphere;
 use crate::mapping_gallery::square_texture::SquareTexture;
-use crate::vector::{Vec3, add, dot, normalised, scale, sub, tangents};
+use crate::vector::{Vec3, add, dot, normalized, scale, sub, tangents};
 use crate::{Shading, SurfacePoint, View};
 
 /// The least cosine between normal and view in a map: at 0 a reflectance function has no value.
@@ -43,7 +43,7 @@ const ALBEDO_NODES: usize = 129;
 /// A point costs three lookups, whatever the reflectance function. After
 /// [Cabral, Olano and Nemec 1999]; the closed form of the warp is ours.
 ///
-/// What the blend mends worst is the rise of the reflectance towards grazing angles. [`ReflectionSpace::normalised`]
+/// What the blend mends worst is the rise of the reflectance towards grazing angles. [`ReflectionSpace::normalized`]
 /// takes it out of the maps and puts it back where the surface is seen, by the ambient reflectance `R_A` of even light:
 ///
 /// ```text
@@ -58,7 +58,7 @@ pub struct ReflectionSpace {
     maps: Vec<ViewMap>,
     /// `R_A` at cosines `i/(len - 1)`.
     albedo: Vec<f64>,
-    normalised: bool,
+    normalized: bool,
 }
 
 /// What a ball sends to one far eye.
@@ -98,13 +98,13 @@ impl ReflectionSpace {
         let maps = sphere.vertices.iter().map(map).collect();
         let cosine = |i: usize| i as f64 / (ALBEDO_NODES - 1) as f64;
         let albedo = (0..ALBEDO_NODES).into_par_iter().map(|i| brdf.directional_albedo(cosine(i))).collect();
-        Self { sphere, maps, albedo, normalised: false }
+        Self { sphere, maps, albedo, normalized: false }
     }
 
     /// The same maps, mixed as multiples of the ambient reflectance.
     #[must_use]
-    pub fn normalised(self) -> Self {
-        Self { normalised: true, ..self }
+    pub fn normalized(self) -> Self {
+        Self { normalized: true, ..self }
     }
 
     /// `R_A`, linear between the nodes; not below a part in a million, so that one can divide by it.
@@ -129,10 +129,10 @@ impl Shading for ReflectionSpace {
         let mut sum = Rgb::<f64>::ZERO;
         for (k, weight) in views.into_iter().zip(weights) {
             let (radiance, cos) = self.maps[k].lookup(r);
-            let factor = if self.normalised { weight / self.albedo(cos) } else { weight };
+            let factor = if self.normalized { weight / self.albedo(cos) } else { weight };
             sum += radiance.widen().scale(factor);
         }
-        Rgb::narrow(if self.normalised { sum.scale(self.albedo(at.cos_view())) } else { sum })
+        Rgb::narrow(if self.normalized { sum.scale(self.albedo(at.cos_view())) } else { sum })
     }
 }
 
@@ -140,7 +140,7 @@ impl ViewMap {
     /// The light of the point of the ball that mirrors the view into the direction `r`; for the one direction behind
     /// the ball, any point of the rim. With it comes the cosine `n_k·v_k`.
     fn lookup(&self, r: Dir) -> (Rgb<f32>, f64) {
-        let halfway = normalised(add(r.to_array(), self.towards.to_array()));
+        let halfway = normalized(add(r.to_array(), self.towards.to_array()));
         let [right, up, cos] = self.view.project(halfway);
         let sin = right.hypot(up);
         let spread = if sin > 0.0 { sin.atan2(cos) / (FRAC_PI_2 * sin) } else { 0.0 };
@@ -241,15 +241,15 @@ mod tests {
         let error = |blend: &ReflectionSpace| {
             let all: Vec<f64> =
                 eyes.iter().map(|eye| compare_shadings(&points(*eye), blend, &truth).relative_rmse).collect();
-            println!("{} views, normalised {}: relative RMSE {all:.4?}", blend.views(), blend.normalised);
+            println!("{} views, normalized {}: relative RMSE {all:.4?}", blend.views(), blend.normalized);
             all.into_iter().fold(0.0, f64::max)
         };
         let [few, more] = [0, 1].map(|subdivisions| {
             let blend = ReflectionSpace::new(&source, &brdf, subdivisions, 24);
-            (error(&blend), error(&blend.normalised()))
+            (error(&blend), error(&blend.normalized()))
         });
         assert!(few.0 < 0.4 && more.0 < 0.4 * few.0, "12 views {few:?}, 42 views {more:?}");
-        assert!(few.1 < 0.65 * few.0 && more.1 < 0.4 * few.1, "normalised: 12 views {few:?}, 42 views {more:?}");
+        assert!(few.1 < 0.65 * few.0 && more.1 < 0.4 * few.1, "normalized: 12 views {few:?}, 42 views {more:?}");
     }
 
     #[test]

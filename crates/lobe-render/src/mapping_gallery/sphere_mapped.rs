@@ -14,7 +14,7 @@ use crate::{Shading, SurfacePoint};
 /// `m` is the normal at which the ball of the picture, seen from `e`, mirrors `r`. For an orthographic eye at `e`
 /// itself `m = n`: then the normal alone finds the texel, as fixed-function hardware did it. Here `r` is looked up, so
 /// the eye may stand elsewhere; what suffers is the direction behind the ball, `r = -e`, which the whole rim of the
-/// picture shows. Around it neighbouring directions are far apart in the picture, one texel spans the square root of its
+/// picture shows. Around it neighboring directions are far apart in the picture, one texel spans the square root of its
 /// size, and the error falls with the texel size alone; elsewhere with its square (test
 /// `mirrors_agree_with_the_traced_reflection_to_second_order`).
 ///

@@ -3,7 +3,7 @@
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
-/// Colours over the square `[-1, 1]²`; `x` to the right, `y` upwards, the first row at the top.
+/// Colors over the square `[-1, 1]²`; `x` to the right, `y` upwards, the first row at the top.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SquareTexture {
     size: usize,
@@ -11,7 +11,7 @@ pub(crate) struct SquareTexture {
 }
 
 impl SquareTexture {
-    /// The texture with the values of `f(x, y)` at the centres of its texels.
+    /// The texture with the values of `f(x, y)` at the centers of its texels.
     pub(crate) fn from_fn(size: usize, f: impl Fn(f64, f64) -> Rgb<f32> + Sync) -> Self {
         assert!(size > 0, "a texture needs texels");
         let at = |i: usize| 2.0 * (i as f64 + 0.5) / size as f64 - 1.0;
@@ -19,7 +19,7 @@ impl SquareTexture {
         Self { size, texels }
     }
 
-    /// The bilinear value at `(x, y)`; beyond the outermost centres, theirs.
+    /// The bilinear value at `(x, y)`; beyond the outermost centers, theirs.
     pub(crate) fn lookup(&self, x: f64, y: f64) -> Rgb<f32> {
         let last = self.size - 1;
         let split = |t: f64| {
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_linear_function_comes_back_between_the_outermost_centres() {
+    fn a_linear_function_comes_back_between_the_outermost_centers() {
         let texture = SquareTexture::from_fn(8, |x, y| Rgb::new(x as f32, y as f32, 1.0));
         for k in 0..=20 {
             let (x, y) = (0.0875 * f64::from(k) - 0.875, 0.8 - 0.07 * f64::from(k));

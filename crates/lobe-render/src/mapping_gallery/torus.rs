@@ -3,7 +3,7 @@
 use lobe_sh::Dir;
 
 use crate::compare::roots::{Roots, roots_between};
-use crate::vector::{Vec3, add, dot, normalised, scale, sub};
+use crate::vector::{Vec3, add, dot, normalized, scale, sub};
 
 /// A torus about the origin: a tube of radius `minor` around a circle of radius `major`, perpendicular to `axis`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Torus {
 }
 
 // With the axis a, the radii R and r, the surface is (|p|² + R² - r²)² = 4 R² (|p|² - (p·a)²). Counted from the point o
-// of the ray nearest to the centre, p = o + t d has |p|² = e + t² with e = |o|², and no third power is left:
+// of the ray nearest to the center, p = o + t d has |p|² = e + t² with e = |o|², and no third power is left:
 //
 //     t⁴ + (2k - 4R²(1 - δ²)) t² + 8 R² η δ t + k² - 4R²(e - η²) = 0        k = e + R² - r²   η = o·a   δ = d·a
 //
@@ -62,7 +62,7 @@ impl Torus {
     /// The point of the circle in the middle of the tube that is nearest to `p`.
     fn nearest_on_circle(&self, p: Vec3) -> Vec3 {
         let a = self.axis.to_array();
-        scale(normalised(sub(p, scale(a, dot(p, a)))), self.major)
+        scale(normalized(sub(p, scale(a, dot(p, a)))), self.major)
     }
 }
 

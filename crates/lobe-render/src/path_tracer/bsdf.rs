@@ -107,7 +107,7 @@ impl Bsdf {
         }
         let cosine = l[2] / PI;
         let Some(mirror) = &self.mirror else { return (self.diffuse.scale(cosine), cosine) };
-        let h = crate::vector::normalised(crate::vector::add(mirror.v, l));
+        let h = crate::vector::normalized(crate::vector::add(mirror.v, l));
         let f = fresnel(mirror.f0, dot(mirror.v, h).clamp(0.0, 1.0));
         let lost = Rgb::from(f.to_array().map(|c| 1.0 - c));
         let value = lost * self.diffuse.scale(cosine) + f.scale(mirror.facets.reflectance(mirror.v, l) * l[2]);
@@ -154,9 +154,9 @@ mod tests {
     }
 
     fn tilted() -> (Vec3, Vec3) {
-        let normal = crate::vector::normalised([0.3, -0.5, 0.8]);
+        let normal = crate::vector::normalized([0.3, -0.5, 0.8]);
         let [u, _] = tangents(normal);
-        (normal, crate::vector::normalised(add_scaled(normal, u, 0.9)))
+        (normal, crate::vector::normalized(add_scaled(normal, u, 0.9)))
     }
 
     fn add_scaled(a: Vec3, b: Vec3, t: f64) -> Vec3 {

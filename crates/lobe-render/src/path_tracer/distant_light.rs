@@ -16,7 +16,7 @@ use crate::path_tracer::sphere_table::{SphereTable, cell};
 ///
 /// ```text
 ///   map         p ∝ 0.2126 |r| + 0.7152 |g| + 0.0722 |b|         over its own texels: zero only where the map is black
-///   expansion   p ∝ max |channel| at the cell's centre + 0.1 mean over 64 x 32 cells: zero nowhere
+///   expansion   p ∝ max |channel| at the cell's center + 0.1 mean over 64 x 32 cells: zero nowhere
 /// ```
 pub struct DistantLight {
     source: Source,

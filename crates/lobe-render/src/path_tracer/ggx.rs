@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::vector::{Vec3, add, dot, normalised};
+use crate::vector::{Vec3, add, dot, normalized};
 
 /// A surface of microfacets that faces +z, `α` the width of its slopes.
 ///
@@ -26,7 +26,7 @@ impl Facets {
         if v[2] <= 0.0 || l[2] <= 0.0 {
             return 0.0;
         }
-        let h = normalised(add(v, l));
+        let h = normalized(add(v, l));
         let width = self.alpha * self.alpha;
         let root = |cos: f64| (width + (1.0 - width) * cos * cos).sqrt();
         self.distribution(h) / (2.0 * (l[2] * root(v[2]) + v[2] * root(l[2])))
@@ -39,12 +39,12 @@ impl Facets {
     ///
     /// [Dupuy and Benyoub 2023]: https://arxiv.org/abs/2306.05044
     pub(crate) fn sample(self, v: Vec3, [u0, u1]: [f64; 2]) -> Vec3 {
-        let stretched = normalised([v[0] * self.alpha, v[1] * self.alpha, v[2]]);
+        let stretched = normalized([v[0] * self.alpha, v[1] * self.alpha, v[2]]);
         let z = (1.0 - u1) * (1.0 + stretched[2]) - stretched[2];
         let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
         let (sin_phi, cos_phi) = (2.0 * PI * u0).sin_cos();
         let h = add([sin * cos_phi, sin * sin_phi, z], stretched);
-        let h = normalised([h[0] * self.alpha, h[1] * self.alpha, h[2].max(0.0)]);
+        let h = normalized([h[0] * self.alpha, h[1] * self.alpha, h[2].max(0.0)]);
         let twice = 2.0 * dot(v, h);
         std::array::from_fn(|k| twice * h[k] - v[k])
     }
@@ -58,7 +58,7 @@ impl Facets {
         let width = self.alpha * self.alpha;
         // G₁ = 2 v_z / (v_z + √(α² + (1-α²) v_z²))
         let root = (width + (1.0 - width) * v[2] * v[2]).sqrt();
-        self.distribution(normalised(add(v, l))) / (2.0 * (v[2] + root))
+        self.distribution(normalized(add(v, l))) / (2.0 * (v[2] + root))
     }
 
     fn distribution(self, h: Vec3) -> f64 {

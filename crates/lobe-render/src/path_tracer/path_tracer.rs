@@ -9,7 +9,7 @@ use crate::DistantLight;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::estimate::{Estimate, SampleCount, estimate};
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
-use crate::vector::{Vec3, dot, normalised, scale, tangents};
+use crate::vector::{Vec3, dot, normalized, scale, tangents};
 
 /// What a path is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +52,7 @@ pub enum LightStrategy {
 /// How surfaces reflect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surfaces {
-    /// All are matte and their albedo is the base colour; metallic and roughness are ignored. This is what a diffuse bake
+    /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse bake
     /// computes.
     Matte,
     /// The metallic-roughness model of glTF 2.0.
@@ -214,7 +214,7 @@ impl<'a> PathTracer<'a> {
         let material = self.scene.material(surface.mesh);
         let side = if is_front { 1.0 } else { -1.0 };
         // Normals of f32 are not of unit length to the last digit of f64.
-        let shading = normalised(surface.shading_normal.map(|c| side * f64::from(c)));
+        let shading = normalized(surface.shading_normal.map(|c| side * f64::from(c)));
         let plane = scale(geometric, side);
         let [r, g, b, _] = surface.base_color;
         let base = Rgb::new(r, g, b);
@@ -303,7 +303,7 @@ impl<'a> PathTracer<'a> {
     }
 
     fn receiver_node(&self, receiver: &PathReceiver) -> Node {
-        let normal = normalised(receiver.normal.map(f64::from));
+        let normal = normalized(receiver.normal.map(f64::from));
         let origin = self.bvh.origin_above(receiver.position, receiver.normal);
         Node { origin, plane: normal, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
     }

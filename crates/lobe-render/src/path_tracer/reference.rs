@@ -36,7 +36,7 @@ pub struct Truth {
     pub variance: Picture,
     /// How many differences the variance was estimated from: the number of sets less one.
     pub degrees_of_freedom: usize,
-    /// Base colour of what is seen first; black where nothing is.
+    /// Base color of what is seen first; black where nothing is.
     pub albedo: Picture,
     /// Unit normal to shade with, its components as channels, each from -1 to 1; its mean over the pixel.
     pub normal: Picture,

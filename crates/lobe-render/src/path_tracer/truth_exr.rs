@@ -28,7 +28,7 @@ impl Truth {
     /// |---|---|
     /// | `R`, `G`, `B` | radiance |
     /// | `variance.R`, `.G`, `.B` | the variance of that mean |
-    /// | `albedo.R`, `.G`, `.B` | base colour |
+    /// | `albedo.R`, `.G`, `.B` | base color |
     /// | `normal.X`, `.Y`, `.Z` | shading normal in the world |
     /// | `depth.Z` | distance from the eye |
     /// | `coverage.A` | the part of the pixel that shows a surface |

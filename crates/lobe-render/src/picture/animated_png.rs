@@ -9,7 +9,7 @@ use crate::{Picture, RenderError, Tone};
 
 /// An animated PNG file that is written picture by picture: pictures are shown one after the other, again and again.
 ///
-/// Programs that know no animation show the first picture. Unlike GIF it keeps all colours: a sky has no bands. Nothing is kept
+/// Programs that know no animation show the first picture. Unlike GIF it keeps all colors: a sky has no bands. Nothing is kept
 /// of a picture that was added.
 ///
 /// ```

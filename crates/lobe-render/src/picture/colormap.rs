@@ -1,4 +1,4 @@
-//! Colours for numbers.
+//! Colors for numbers.
 
 use std::f64::consts::PI;
 
@@ -8,12 +8,12 @@ use crate::srgb_decode;
 
 /// The weights of red, green and blue in perceived lightness that [`sequential`] is built on.
 const LIGHTNESS: [f64; 3] = [0.30, 0.59, 0.11];
-/// Where on the colour circle [`sequential`] starts, in thirds of a turn from blue to red to green.
+/// Where on the color circle [`sequential`] starts, in thirds of a turn from blue to red to green.
 const START: f64 = 0.5;
 /// How many turns it makes from black to white; negative turns towards blue first.
 const TURNS: f64 = -1.5;
 
-/// The colour of `t` in `[0, 1]` on a scale from black to white whose lightness grows in proportion to `t`.
+/// The color of `t` in `[0, 1]` on a scale from black to white whose lightness grows in proportion to `t`.
 ///
 /// Linear light, like all pictures; `t` outside `[0, 1]` is held to it, NaN is white.
 ///
@@ -22,8 +22,8 @@ const TURNS: f64 = -1.5;
 /// ```
 ///
 /// `V` is the display value (sRGB-encoded) of the three channels. `p` and `q`, of length 2, span the plane of
-/// colours of equal lightness `w·V` with `w = (0.30, 0.59, 0.11)`: `q ∝ (w_g, -w_r, 0)`, and `p ∝ q × w` has blue
-/// positive. So the lightness of `V(t)` is exactly `t`: a picture of errors stays readable without colours. The
+/// colors of equal lightness `w·V` with `w = (0.30, 0.59, 0.11)`: `q ∝ (w_g, -w_r, 0)`, and `p ∝ q × w` has blue
+/// positive. So the lightness of `V(t)` is exactly `t`: a picture of errors stays readable without colors. The
 /// tests `the_scale_is_the_published_cubehelix` and `lightness_grows_in_proportion` check both.
 ///
 /// Source: [Green 2011], with hue 1 and gamma 1.
@@ -58,9 +58,9 @@ const RED: [f64; 3] = [0.78, 0.05, 0.08];
 /// The display value of -1 in [`diverging`].
 const BLUE: [f64; 3] = [0.06, 0.20, 0.82];
 
-/// The colour of `t` in `[-1, 1]`: red above zero, blue below, white at zero, NaN black.
+/// The color of `t` in `[-1, 1]`: red above zero, blue below, white at zero, NaN black.
 ///
-/// Linear light; the display values run straight from white to the end colour, `t` outside is held to the ends.
+/// Linear light; the display values run straight from white to the end color, `t` outside is held to the ends.
 #[must_use]
 pub fn diverging(t: f64) -> Rgb<f32> {
     if t.is_nan() {

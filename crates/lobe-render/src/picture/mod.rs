@@ -1,8 +1,8 @@
 //! TODO room picture.
 
 pub(crate) mod animated_png;
+pub(crate) mod color_bar;
 pub(crate) mod colormap;
-pub(crate) mod colour_bar;
 pub(crate) mod picture;
 pub(crate) mod png;
 pub(crate) mod resize;

@@ -27,10 +27,10 @@ impl Picture {
         Ok(Self { width, height, pixels })
     }
 
-    /// A picture of one colour.
+    /// A picture of one color.
     #[must_use]
-    pub fn filled(width: usize, height: usize, colour: Rgb<f32>) -> Self {
-        Self { width, height, pixels: vec![colour; width * height] }
+    pub fn filled(width: usize, height: usize, color: Rgb<f32>) -> Self {
+        Self { width, height, pixels: vec![color; width * height] }
     }
 
     /// The picture whose pixel in column `x` and row `y` is `f(x, y)`; rows are computed in parallel.
@@ -91,7 +91,7 @@ impl Picture {
         Self { width: self.width, height: self.height, pixels: self.pixels.iter().map(|&c| f(c)).collect() }
     }
 
-    /// The mean colour, summed in `f64`; zero for an empty picture.
+    /// The mean color, summed in `f64`; zero for an empty picture.
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
         let mut sum = Rgb::<f64>::ZERO;
@@ -113,10 +113,10 @@ impl Picture {
         }
     }
 
-    /// Covers the part `coverage` (0 to 1) of a pixel with `colour`; pixels outside the picture are left out.
-    pub fn blend(&mut self, x: isize, y: isize, colour: Rgb<f32>, coverage: f64) {
+    /// Covers the part `coverage` (0 to 1) of a pixel with `color`; pixels outside the picture are left out.
+    pub fn blend(&mut self, x: isize, y: isize, color: Rgb<f32>, coverage: f64) {
         if let Some(pixel) = self.pixel_mut(x, y) {
-            *pixel = mix(*pixel, colour, coverage);
+            *pixel = mix(*pixel, color, coverage);
         }
     }
 

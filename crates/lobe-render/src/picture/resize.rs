@@ -37,7 +37,7 @@ fn overlaps(old: usize, new: usize) -> Vec<Vec<(usize, f64)>> {
     let s = old as f64 / new as f64;
     (0..new)
         .map(|i| {
-            // The ends in units of 1/new are whole numbers, so neighbours share them exactly.
+            // The ends in units of 1/new are whole numbers, so neighbors share them exactly.
             let (first, end) = (i * old / new, ((i + 1) * old).div_ceil(new));
             let (start, stop) = (i as f64 * s, (i + 1) as f64 * s);
             (first..end).map(|k| (k, (stop.min((k + 1) as f64) - start.max(k as f64)).max(0.0) / s)).collect()

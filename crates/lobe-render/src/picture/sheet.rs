@@ -13,7 +13,7 @@ pub struct Sheet {
     pub columns: usize,
     /// Pixels between cells and around them.
     pub margin: usize,
-    /// The colour between the pictures.
+    /// The color between the pictures.
     pub background: Rgb<f32>,
 }
 

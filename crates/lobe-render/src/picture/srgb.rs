@@ -42,7 +42,7 @@ mod tests {
         let (below, above) = (srgb_encode(0.0031308), srgb_encode(0.0031308_f64.next_up()));
         assert!((below - above).abs() < 1e-7, "joint: {below} and {above}");
         assert!((srgb_encode(1.0) - 1.0).abs() < 1e-15, "white: {}", srgb_encode(1.0));
-        // Middle grey of 8-bit displays: 128 is 21.586 % light.
+        // Middle gray of 8-bit displays: 128 is 21.586 % light.
         assert!((srgb_decode(128.0 / 255.0) - 0.215861).abs() < 1e-6, "{}", srgb_decode(128.0 / 255.0));
     }
 }

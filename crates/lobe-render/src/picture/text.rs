@@ -22,8 +22,8 @@ pub struct Label {
     pub top: f64,
     /// The height from the lowest to the highest stroke, in pixels.
     pub height: f64,
-    /// The colour.
-    pub colour: Rgb<f32>,
+    /// The color.
+    pub color: Rgb<f32>,
 }
 
 impl Label {
@@ -60,12 +60,12 @@ impl Label {
                 points.windows(2).map(|p| [p[0], p[1]]).collect::<Vec<_>>()
             })
             .collect();
-        draw_lines(picture, &lines, STROKE * unit, self.colour);
+        draw_lines(picture, &lines, STROKE * unit, self.color);
     }
 }
 
 /// Draws straight lines with round ends, `width` pixels wide, as one shape: where they cross nothing is covered twice.
-pub(crate) fn draw_lines(picture: &mut Picture, lines: &[[[f64; 2]; 2]], width: f64, colour: Rgb<f32>) {
+pub(crate) fn draw_lines(picture: &mut Picture, lines: &[[[f64; 2]; 2]], width: f64, color: Rgb<f32>) {
     let reach = 0.5 * width + 1.0;
     let ends = || lines.iter().flatten();
     let range = |k: usize| {
@@ -75,11 +75,11 @@ pub(crate) fn draw_lines(picture: &mut Picture, lines: &[[[f64; 2]; 2]], width: 
     };
     for y in range(1) {
         for x in range(0) {
-            let centre = [x as f64 + 0.5, y as f64 + 0.5];
-            let distance = lines.iter().map(|&line| distance(centre, line)).fold(f64::INFINITY, f64::min);
+            let center = [x as f64 + 0.5, y as f64 + 0.5];
+            let distance = lines.iter().map(|&line| distance(center, line)).fold(f64::INFINITY, f64::min);
             let coverage = (0.5 * width - distance + 0.5).clamp(0.0, width.min(1.0));
             if coverage > 0.0 {
-                picture.blend(x, y, colour, coverage);
+                picture.blend(x, y, color, coverage);
             }
         }
     }
@@ -158,7 +158,7 @@ mod tests {
 
     fn drawn(text: &str, height: f64) -> Picture {
         let mut picture = Picture::filled(60, 40, Rgb::ZERO);
-        Label { left: 10.0, top: 5.0, height, colour: Rgb::splat(1.0) }.draw(&mut picture, text);
+        Label { left: 10.0, top: 5.0, height, color: Rgb::splat(1.0) }.draw(&mut picture, text);
         picture
     }
 
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn labels_stay_inside_their_rectangle() {
-        let label = Label { left: 10.0, top: 5.0, height: 17.0, colour: Rgb::splat(1.0) };
+        let label = Label { left: 10.0, top: 5.0, height: 17.0, color: Rgb::splat(1.0) };
         let right = label.left + label.width("y8");
         let picture = drawn("y8", 17.0);
         for y in 0..40 {

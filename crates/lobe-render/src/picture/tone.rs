@@ -10,7 +10,7 @@ use crate::{Picture, srgb_encode};
 pub enum Exposure {
     /// Multiply by this.
     Fixed(f64),
-    /// Bring the log-average luminance `exp(mean(ln Y))` to `key`; 0.18 is the middle grey of photography.
+    /// Bring the log-average luminance `exp(mean(ln Y))` to `key`; 0.18 is the middle gray of photography.
     ///
     /// Pixels that are black, negative or not finite are left out of the average. (Reinhard et al. 2002 add a small
     /// constant to every luminance instead, which makes the result depend on the unit of the light.)
@@ -34,7 +34,7 @@ pub enum Exposure {
 pub enum Curve {
     /// Cut off at 0 and 1.
     Clip,
-    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colours keep
+    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colors keep
     /// their chromaticity until a channel is cut off at 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
     Reinhard {
         /// The smallest luminance, after exposure, that is shown white.
@@ -59,7 +59,7 @@ impl Tone {
     /// For pictures that already are what the display should show: exposure 1, cut off at 1.
     pub const PLAIN: Self = Self { exposure: Exposure::Fixed(1.0), curve: Curve::Clip };
 
-    /// For photographs: middle grey at 0.18, highlights compressed up to 4 times white.
+    /// For photographs: middle gray at 0.18, highlights compressed up to 4 times white.
     pub const PHOTOGRAPH: Self =
         Self { exposure: Exposure::LogAverage { key: 0.18 }, curve: Curve::Reinhard { white: 4.0 } };
 
@@ -142,27 +142,27 @@ impl Curve {
 mod tests {
     use super::*;
 
-    fn grey(values: &[f32]) -> Picture {
+    fn gray(values: &[f32]) -> Picture {
         Picture::new(values.len(), 1, values.iter().map(|&v| Rgb::splat(v)).collect()).unwrap()
     }
 
     #[test]
     fn the_log_average_is_brought_to_the_key() {
-        let picture = grey(&[0.01, 1.0, 100.0, 0.0, -5.0, f32::INFINITY]);
+        let picture = gray(&[0.01, 1.0, 100.0, 0.0, -5.0, f32::INFINITY]);
         let factor = Exposure::LogAverage { key: 0.18 }.factor(&picture);
         assert!((factor - 0.18).abs() < 1e-7, "the geometric mean of 0.01, 1 and 100 is 1: {factor}");
     }
 
     #[test]
     fn the_percentile_is_brought_to_its_level() {
-        let picture = grey(&(1..=101).map(|v| v as f32).collect::<Vec<_>>());
+        let picture = gray(&(1..=101).map(|v| v as f32).collect::<Vec<_>>());
         let factor = Exposure::Percentile { fraction: 0.9, level: 0.5 }.factor(&picture);
         assert!((factor - 0.5 / 91.0).abs() < 1e-9, "90 of 101 values lie below 91: {factor}");
     }
 
     #[test]
     fn a_black_picture_is_shown_as_it_is() {
-        assert_eq!(Exposure::LogAverage { key: 0.18 }.factor(&grey(&[0.0, 0.0])), 1.0, "nothing to judge by");
+        assert_eq!(Exposure::LogAverage { key: 0.18 }.factor(&gray(&[0.0, 0.0])), 1.0, "nothing to judge by");
     }
 
     #[test]
@@ -178,14 +178,14 @@ mod tests {
     #[test]
     fn infinite_light_is_white_and_not_black() {
         for tone in [Tone::PLAIN, Tone::PHOTOGRAPH, Tone::OBJECT] {
-            let bytes = tone.to_bytes(&grey(&[0.1, f32::INFINITY, 0.2]));
+            let bytes = tone.to_bytes(&gray(&[0.1, f32::INFINITY, 0.2]));
             assert_eq!(bytes[3..6], [255; 3], "{tone:?}: {bytes:?}");
         }
     }
 
     #[test]
     fn bytes_are_exact_srgb() {
-        let picture = grey(&[0.0, 0.0031308, 0.215861, 1.0, 7.0, f32::NAN]);
+        let picture = gray(&[0.0, 0.0031308, 0.215861, 1.0, 7.0, f32::NAN]);
         let bytes = Tone::PLAIN.to_bytes(&picture);
         assert_eq!(bytes.iter().step_by(3).copied().collect::<Vec<_>>(), [0, 10, 128, 255, 255, 0], "{bytes:?}");
     }

@@ -47,9 +47,9 @@ impl Ball {
         self.size
     }
 
-    /// The pixels that show the ball, as indices into the picture row by row, each with the normal at its centre.
+    /// The pixels that show the ball, as indices into the picture row by row, each with the normal at its center.
     ///
-    /// Pixels of the rim whose centre lies outside the disc have the normal of the nearest point of the rim.
+    /// Pixels of the rim whose center lies outside the disc have the normal of the nearest point of the rim.
     #[must_use]
     pub fn normals(&self) -> Vec<(usize, Dir)> {
         let r = self.radius();
@@ -62,25 +62,25 @@ impl Ball {
             .collect()
     }
 
-    /// The ball in the colours `radiance(n)` over a background.
+    /// The ball in the colors `radiance(n)` over a background.
     #[must_use]
     pub fn picture(&self, background: Rgb<f32>, radiance: impl Fn(Dir) -> Rgb<f64> + Sync) -> Picture {
-        let colours: Vec<Rgb<f64>> = self.normals().into_par_iter().map(|(_, n)| radiance(n)).collect();
-        self.picture_from_values(background, &colours)
+        let colors: Vec<Rgb<f64>> = self.normals().into_par_iter().map(|(_, n)| radiance(n)).collect();
+        self.picture_from_values(background, &colors)
     }
 
-    /// The ball in given colours, one for each of [`Ball::normals`] in their order.
+    /// The ball in given colors, one for each of [`Ball::normals`] in their order.
     ///
     /// # Panics
-    /// If there are not as many colours as normals.
+    /// If there are not as many colors as normals.
     #[must_use]
-    pub fn picture_from_values<T: Coefficient<Wide = Rgb<f64>>>(&self, background: Rgb<f32>, colours: &[T]) -> Picture {
+    pub fn picture_from_values<T: Coefficient<Wide = Rgb<f64>>>(&self, background: Rgb<f32>, colors: &[T]) -> Picture {
         let normals = self.normals();
-        assert_eq!(colours.len(), normals.len(), "one colour is needed for each normal");
+        assert_eq!(colors.len(), normals.len(), "one color is needed for each normal");
         let mut picture = Picture::filled(self.size, self.size, background);
         let pixels = picture.pixels_mut();
-        for ((i, _), &colour) in normals.into_iter().zip(colours) {
-            pixels[i] = mix(background, Rgb::narrow(colour.widen()), self.coverage(i));
+        for ((i, _), &color) in normals.into_iter().zip(colors) {
+            pixels[i] = mix(background, Rgb::narrow(color.widen()), self.coverage(i));
         }
         picture
     }
@@ -115,7 +115,7 @@ impl Ball {
         (0.5 * self.size as f64 - MARGIN).max(0.5)
     }
 
-    /// How far the centre of pixel `i` lies to the right of and above the centre of the picture.
+    /// How far the center of pixel `i` lies to the right of and above the center of the picture.
     fn position(&self, i: usize) -> (f64, f64) {
         let middle = 0.5 * self.size as f64;
         let (x, y) = ((i % self.size) as f64 + 0.5, (i / self.size) as f64 + 0.5);

@@ -1,16 +1,16 @@
-//! A function on the sphere as a coloured surface.
+//! A function on the sphere as a colored surface.
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::plot::mesh::{Mesh, Vertex};
 use crate::plot::z_buffer::{Hit, visible};
-use crate::vector::{Vec3, add, dot, normalised, scale};
+use crate::vector::{Vec3, add, dot, normalized, scale};
 use crate::{Picture, View};
 
 /// Samples along the edge of a pixel: 16 a pixel make silhouettes smooth.
 const SAMPLES: usize = 4;
-/// Rows of pixels that are rasterised together.
+/// Rows of pixels that are rasterized together.
 const BAND: usize = 16;
 /// Pixels of the picture for each cell of the mesh along a face. A sphere that fills the picture has a silhouette of
 /// straight pieces of `4 · 90° / size`, which miss the circle by less than `2.5 / size` pixels.
@@ -30,7 +30,7 @@ pub struct Balloon {
     pub view: View,
     /// The distance from the origin that reaches the border of the picture; `None`: the largest that occurs.
     pub extent: Option<f64>,
-    /// The colour around the surface.
+    /// The color around the surface.
     pub background: Rgb<f32>,
 }
 
@@ -85,7 +85,7 @@ impl Balloon {
         }
     }
 
-    /// The colour of the surface: diffuse light from the upper left, a weaker light from all around that is stronger
+    /// The color of the surface: diffuse light from the upper left, a weaker light from all around that is stronger
     /// from above, and a highlight.
     fn shade(&self, mesh: &Mesh, hit: &Hit) -> Rgb<f32> {
         let corners = mesh.triangles[hit.triangle].map(|i| mesh.vertices[i]);
@@ -95,13 +95,13 @@ impl Balloon {
             normal = add(normal, scale(corner.normal, weight));
             value += weight * corner.value;
         }
-        let n = normalised(self.view.project(normal));
-        let light = normalised([-0.45, 0.65, 0.75]);
-        let halfway = normalised(add(light, [0.0, 0.0, 1.0]));
+        let n = normalized(self.view.project(normal));
+        let light = normalized([-0.45, 0.65, 0.75]);
+        let halfway = normalized(add(light, [0.0, 0.0, 1.0]));
         let diffuse = 0.38 + 0.10 * n[1] + 0.72 * dot(n, light).max(0.0);
         let highlight = 0.16 * dot(n, halfway).max(0.0).powi(32);
-        let colour = if value >= 0.0 { RED } else { BLUE };
-        colour.scale(diffuse as f32) + Rgb::splat(highlight as f32)
+        let color = if value >= 0.0 { RED } else { BLUE };
+        color.scale(diffuse as f32) + Rgb::splat(highlight as f32)
     }
 }
 
@@ -139,7 +139,7 @@ mod tests {
                     assert_eq!(filled(x, y), filled(u, v), "the outline at ({x}, {y}) and ({u}, {v})");
                 }
                 let c = picture.pixel(x, y);
-                assert!(if y < 40 { !is_blue(c) } else { !is_red(c) }, "the colour at ({x}, {y}): {c:?}");
+                assert!(if y < 40 { !is_blue(c) } else { !is_red(c) }, "the color at ({x}, {y}): {c:?}");
             }
         }
     }

@@ -17,8 +17,8 @@ use crate::vector::{Vec3, add, scale};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Face {
-    /// The axis through the centre of the face.
-    pub(crate) centre: Vec3,
+    /// The axis through the center of the face.
+    pub(crate) center: Vec3,
     /// The axis to the right in the picture.
     pub(crate) right: Vec3,
     /// The axis upwards in the picture.
@@ -27,7 +27,7 @@ pub(crate) struct Face {
     pub(crate) column: usize,
     /// The row of the face in the unfolded cube.
     pub(crate) row: usize,
-    /// The name of the axis through the centre.
+    /// The name of the axis through the center.
     pub(crate) name: &'static str,
 }
 
@@ -41,8 +41,8 @@ pub(crate) const FACES: [Face; 6] = [
     face("-z", [0, 0, -1], [0, -1, 0], [1, 0, 0], 1, 2),
 ];
 
-const fn face(name: &'static str, centre: [i8; 3], right: [i8; 3], up: [i8; 3], column: usize, row: usize) -> Face {
-    Face { centre: vec3(centre), right: vec3(right), up: vec3(up), column, row, name }
+const fn face(name: &'static str, center: [i8; 3], right: [i8; 3], up: [i8; 3], column: usize, row: usize) -> Face {
+    Face { center: vec3(center), right: vec3(right), up: vec3(up), column, row, name }
 }
 
 const fn vec3([x, y, z]: [i8; 3]) -> Vec3 {
@@ -50,10 +50,10 @@ const fn vec3([x, y, z]: [i8; 3]) -> Vec3 {
 }
 
 impl Face {
-    /// The direction at `a` to the right and `b` upwards of the centre; the edges lie at ±1, and beyond them the
+    /// The direction at `a` to the right and `b` upwards of the center; the edges lie at ±1, and beyond them the
     /// plane of the face goes on.
     pub(crate) fn dir(&self, a: f64, b: f64) -> Dir {
-        let p = add(self.centre, add(scale(self.right, a), scale(self.up, b)));
+        let p = add(self.center, add(scale(self.right, a), scale(self.up, b)));
         Dir::new(p).unwrap_or_else(|| unreachable!("the point {p:?} of a face is not the origin"))
     }
 }
@@ -66,13 +66,13 @@ mod tests {
     #[test]
     fn faces_are_seen_from_inside() {
         for face in FACES {
-            // Looking along the centre axis, right × up points back to the viewer at the origin.
-            assert_eq!(cross(face.right, face.up), scale(face.centre, -1.0), "face {}", face.name);
+            // Looking along the center axis, right × up points back to the viewer at the origin.
+            assert_eq!(cross(face.right, face.up), scale(face.center, -1.0), "face {}", face.name);
         }
     }
 
     #[test]
-    fn neighbours_on_the_unfolded_cube_share_their_edge() {
+    fn neighbors_on_the_unfolded_cube_share_their_edge() {
         let at = |column: usize, row: usize| FACES.into_iter().find(|f| (f.column, f.row) == (column, row));
         let mut shared = 0;
         for face in FACES {

@@ -38,7 +38,7 @@ pub struct CubeCross {
     pub levels: usize,
     /// Whether the faces carry the names of their axes.
     pub labels: bool,
-    /// The colour around the cross.
+    /// The color around the cross.
     pub background: Rgb<f32>,
 }
 
@@ -49,8 +49,8 @@ impl CubeCross {
         Self { face, full_scale: None, levels: 10, labels: true, background: Rgb::new(1.0, 1.0, 1.0) }
     }
 
-    /// Paints `f`. Where it is not finite it is black (NaN) or of the end colours, without lines. Faces without pixels
-    /// give an empty picture; a full scale that is not positive, no colours and no lines.
+    /// Paints `f`. Where it is not finite it is black (NaN) or of the end colors, without lines. Faces without pixels
+    /// give an empty picture; a full scale that is not positive, no colors and no lines.
     #[must_use]
     pub fn picture(&self, f: impl Fn(Dir) -> f64 + Sync) -> Picture {
         if self.face == 0 {
@@ -72,7 +72,7 @@ impl CubeCross {
         picture
     }
 
-    /// The values at the pixel centres of a face and of a border of one pixel around it, `face + 2` a row.
+    /// The values at the pixel centers of a face and of a border of one pixel around it, `face + 2` a row.
     fn values(&self, face: &Face, f: &(impl Fn(Dir) -> f64 + Sync)) -> Vec<f64> {
         let at = |k: usize| (2.0 * k as f64 - 1.0) / self.face as f64 - 1.0;
         (0..self.face + 2)
@@ -86,7 +86,7 @@ impl CubeCross {
         Picture::from_fn(self.face, self.face, |x, y| {
             let i = (y + 1) * stride + x + 1;
             let gradient = [0.5 * (values[i + 1] - values[i - 1]), 0.5 * (values[i + stride] - values[i - stride])];
-            lines.colour(values[i], gradient, full_scale)
+            lines.color(values[i], gradient, full_scale)
         })
     }
 
@@ -113,7 +113,7 @@ impl CubeCross {
         let height = (LABEL_HEIGHT * n).max(9.0);
         for face in FACES {
             let (left, top) = (face.column as f64 * n + 0.05 * n, face.row as f64 * n + 0.04 * n);
-            let label = Label { left, top, height, colour: BLACK };
+            let label = Label { left, top, height, color: BLACK };
             shade_box(picture, left - 0.02 * n, top - 0.02 * n, label.width(face.name) + 0.04 * n, height + 0.04 * n);
             label.draw(picture, face.name);
         }
@@ -128,12 +128,12 @@ impl CubeCross {
         for face in FACES {
             let (left, top) = (face.column as f64 * n, face.row as f64 * n);
             let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[a, b]| {
-                // On pixel centres and inside the picture, so that every line is one sharp pixel wide.
+                // On pixel centers and inside the picture, so that every line is one sharp pixel wide.
                 [(left + a * n + 0.5).min(4.0 * n - 0.5), (top + b * n + 0.5).min(3.0 * n - 0.5)]
             });
             let sides = [0, 1, 2, 3].map(|k| [corners[k], corners[(k + 1) % 4]]);
             draw_lines(&mut picture, &sides, 1.0, BLACK);
-            let label = Label { left: 0.0, top: top + 0.5 * (n - height), height, colour: BLACK };
+            let label = Label { left: 0.0, top: top + 0.5 * (n - height), height, color: BLACK };
             Label { left: left + 0.5 * (n - label.width(face.name)), ..label }.draw(&mut picture, face.name);
         }
         picture
@@ -233,7 +233,7 @@ mod tests {
             }
         }
         let holes = plain(32).picture(|s| if s.x() > 0.9 { f64::INFINITY } else { s.z() });
-        assert!(holes.pixels().iter().all(|c| c.g.is_finite()), "every colour is a number");
+        assert!(holes.pixels().iter().all(|c| c.g.is_finite()), "every color is a number");
         let (inside, outside) = (holes.pixel(48, 48), holes.pixel(48, 2));
         assert_eq!(inside, crate::diverging(1.0), "infinity is full red");
         assert!(outside.r > outside.b, "the rest keeps its scale: {outside:?}");
@@ -242,6 +242,6 @@ mod tests {
     #[test]
     fn a_zero_function_is_white() {
         let picture = plain(8).picture(|_| 0.0);
-        assert_eq!(picture.pixel(12, 12), Rgb::new(1.0, 1.0, 1.0), "no line, no colour");
+        assert_eq!(picture.pixel(12, 12), Rgb::new(1.0, 1.0, 1.0), "no line, no color");
     }
 }

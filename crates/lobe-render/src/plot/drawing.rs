@@ -13,7 +13,7 @@ const CAP_HEIGHT: f64 = 0.72;
 /// How far below the digits a label reaches, as a part of its height: two of the eight rows of its glyphs.
 const DESCENDER: f64 = 0.25;
 
-/// A colour as files name it: sRGB, 0 to 255.
+/// A color as files name it: sRGB, 0 to 255.
 pub(crate) type Srgb = [u8; 3];
 
 /// A figure of lines and texts on white, in units of one pixel from the top left.
@@ -27,7 +27,7 @@ pub(crate) struct Drawing {
 /// A line through points.
 struct Stroke {
     points: Vec<[f64; 2]>,
-    colour: Srgb,
+    color: Srgb,
     width: f64,
     /// The lengths of a dash and of the gap behind it.
     dashes: Option<[f64; 2]>,
@@ -38,7 +38,7 @@ struct Text {
     at: [f64; 2],
     anchor: Anchor,
     size: f64,
-    colour: Srgb,
+    color: Srgb,
     text: String,
     /// Whether it needs letters that [`Label`] does not have.
     in_words: bool,
@@ -58,19 +58,19 @@ impl Drawing {
     }
 
     /// Adds a line. Points that are not finite leave a gap.
-    pub(crate) fn line(&mut self, points: &[[f64; 2]], colour: Srgb, width: f64, dashes: Option<[f64; 2]>) {
+    pub(crate) fn line(&mut self, points: &[[f64; 2]], color: Srgb, width: f64, dashes: Option<[f64; 2]>) {
         for run in points.split(|p| !p.iter().all(|c| c.is_finite())).filter(|run| run.len() > 1) {
-            self.strokes.push(Stroke { points: run.to_vec(), colour, width, dashes });
+            self.strokes.push(Stroke { points: run.to_vec(), color, width, dashes });
         }
     }
 
-    pub(crate) fn text(&mut self, at: [f64; 2], anchor: Anchor, size: f64, colour: Srgb, text: &str) {
-        self.texts.push(Text { at, anchor, size, colour, text: text.to_owned(), in_words: false });
+    pub(crate) fn text(&mut self, at: [f64; 2], anchor: Anchor, size: f64, color: Srgb, text: &str) {
+        self.texts.push(Text { at, anchor, size, color, text: text.to_owned(), in_words: false });
     }
 
     /// Adds a text in words, which only SVG can show.
-    pub(crate) fn label(&mut self, at: [f64; 2], size: f64, colour: Srgb, text: &str) {
-        self.texts.push(Text { at, anchor: Anchor::Start, size, colour, text: text.to_owned(), in_words: true });
+    pub(crate) fn label(&mut self, at: [f64; 2], size: f64, color: Srgb, text: &str) {
+        self.texts.push(Text { at, anchor: Anchor::Start, size, color, text: text.to_owned(), in_words: true });
     }
 
     /// The figure as a complete SVG document.
@@ -86,27 +86,27 @@ impl Drawing {
                 put(&mut path, format_args!("{}{x:.2} {y:.2}", if i == 0 { 'M' } else { 'L' }));
             }
             let dashes = stroke.dashes.map_or(String::new(), |[on, off]| format!(" stroke-dasharray=\"{on} {off}\""));
-            let (colour, width) = (hex(stroke.colour), stroke.width);
+            let (color, width) = (hex(stroke.color), stroke.width);
             put(
                 &mut svg,
                 format_args!(
-                    "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+                    "<path d=\"{path}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\" \
                      stroke-linejoin=\"round\"{dashes}/>\n"
                 ),
             );
         }
-        for Text { at: [x, y], anchor, size, colour, text, .. } in &self.texts {
+        for Text { at: [x, y], anchor, size, color, text, .. } in &self.texts {
             let anchor = match anchor {
                 Anchor::Start => "start",
                 Anchor::Middle => "middle",
                 Anchor::End => "end",
             };
-            let (colour, text) = (hex(*colour), escaped(text));
+            let (color, text) = (hex(*color), escaped(text));
             put(
                 &mut svg,
                 format_args!(
                     "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" \
-                     fill=\"{colour}\">{text}</text>\n"
+                     fill=\"{color}\">{text}</text>\n"
                 ),
             );
         }
@@ -121,10 +121,10 @@ impl Drawing {
         for stroke in &self.strokes {
             stroke.draw(&mut picture);
         }
-        for Text { at, anchor, size, colour, text, .. } in self.texts.iter().filter(|text| !text.in_words) {
+        for Text { at, anchor, size, color, text, .. } in self.texts.iter().filter(|text| !text.in_words) {
             let height = CAP_HEIGHT * size / (1.0 - DESCENDER);
             let top = at[1] - (1.0 - DESCENDER) * height;
-            let label = Label { left: at[0], top, height, colour: linear(*colour) };
+            let label = Label { left: at[0], top, height, color: linear(*color) };
             let width = label.width(text);
             let shift = match anchor {
                 Anchor::Start => 0.0,
@@ -157,9 +157,9 @@ impl Stroke {
                 }
             }
         }
-        let colour = linear(self.colour);
+        let color = linear(self.color);
         for (i, covered) in coverage.into_iter().enumerate().filter(|(_, covered)| *covered > 0.0) {
-            picture.blend((i % width) as isize, (i / width) as isize, colour, covered);
+            picture.blend((i % width) as isize, (i / width) as isize, color, covered);
         }
     }
 
@@ -192,8 +192,8 @@ fn hex([r, g, b]: Srgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-fn linear(colour: Srgb) -> Rgb<f32> {
-    Rgb::from(colour.map(|c| srgb_decode(f64::from(c) / 255.0) as f32))
+fn linear(color: Srgb) -> Rgb<f32> {
+    Rgb::from(color.map(|c| srgb_decode(f64::from(c) / 255.0) as f32))
 }
 
 fn escaped(text: &str) -> String {
@@ -231,7 +231,7 @@ mod tests {
     fn half_of_an_evenly_dashed_line_is_drawn() {
         let length = |dashes| {
             let points: Vec<[f64; 2]> = (0..=97).map(|i| [f64::from(i), 0.3 * f64::from(i)]).collect();
-            let stroke = Stroke { points, colour: BLACK, width: 1.0, dashes };
+            let stroke = Stroke { points, color: BLACK, width: 1.0, dashes };
             stroke.pieces().iter().map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).sum::<f64>()
         };
         let (dashed, whole) = (length(Some([3.0, 3.0])), length(None));

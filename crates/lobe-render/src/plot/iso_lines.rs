@@ -26,7 +26,7 @@ const FLAT: f64 = 1e-9;
 /// finite, and none at all if the step is not positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IsoLines {
-    /// The difference of the values of neighbouring lines.
+    /// The difference of the values of neighboring lines.
     pub step: f64,
     /// The width of a line in pixels.
     pub width: f64,
@@ -35,11 +35,11 @@ pub struct IsoLines {
 }
 
 impl IsoLines {
-    /// The colour of a pixel: `value / full_scale` in the colours of [`diverging`], with lines on top.
+    /// The color of a pixel: `value / full_scale` in the colors of [`diverging`], with lines on top.
     ///
     /// `gradient` is the change of the value per pixel to the right and per pixel down (or up).
     #[must_use]
-    pub fn colour(&self, value: f64, gradient: [f64; 2], full_scale: f64) -> Rgb<f32> {
+    pub fn color(&self, value: f64, gradient: [f64; 2], full_scale: f64) -> Rgb<f32> {
         let slope = gradient[0].hypot(gradient[1]);
         let fill = if full_scale > 0.0 { value / full_scale } else { 0.0 };
         let lined = mix(diverging(fill), LINE, self.line_coverage(value, slope));

@@ -5,7 +5,7 @@ use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 
 use crate::Picture;
 
-/// The lat-long picture of a function: its values towards the centres of the pixels, laid out as [`lat_long`] shows.
+/// The lat-long picture of a function: its values towards the centers of the pixels, laid out as [`lat_long`] shows.
 #[must_use]
 pub fn lat_long_picture(width: usize, height: usize, f: impl Fn(Dir) -> Rgb<f64> + Sync) -> Picture {
     Picture::from_fn(width, height, |x, y| {
@@ -48,7 +48,7 @@ mod tests {
         ];
         for (name, (x, y), expected) in places {
             let found = picture.pixel(x, y).to_array();
-            // A pixel is 0.9° wide; its centre is half of that from the axis.
+            // A pixel is 0.9° wide; its center is half of that from the axis.
             let off = (0..3).map(|k| (f64::from(found[k]) - expected[k]).abs()).fold(0.0, f64::max);
             assert!(off < 0.02, "{name} at ({x}, {y}): found {found:?}");
         }

@@ -28,8 +28,8 @@ const GRID: [u8; 3] = [221, 221, 221];
 pub struct Curve2d<'a> {
     /// What the legend calls it; nothing for a line that is not in the legend.
     pub label: &'a str,
-    /// Its colour in sRGB.
-    pub colour: [u8; 3],
+    /// Its color in sRGB.
+    pub color: [u8; 3],
     /// Whether it is dashed.
     pub dashed: bool,
     /// Its points `(x, y)`. Where one is not finite, the line has a gap.
@@ -87,7 +87,7 @@ impl LinePlot<'_> {
         }
         for curve in curves {
             let points: Vec<[f64; 2]> = curve.points.iter().map(|p| [x(p[0]), y(p[1])]).collect();
-            drawing.line(&points, curve.colour, CURVE_WIDTH, curve.dashed.then_some(DASHES));
+            drawing.line(&points, curve.color, CURVE_WIDTH, curve.dashed.then_some(DASHES));
         }
         let to_picture = |p: &[f64; 2]| [x(p[0]), y(p[1])];
         let lines: Vec<Vec<[f64; 2]>> = curves.iter().map(|c| c.points.iter().map(to_picture).collect()).collect();
@@ -112,7 +112,7 @@ impl LinePlot<'_> {
         let [x, y] = corners.into_iter().min_by_key(crossed).unwrap_or([right, top]);
         for (k, curve) in named.into_iter().enumerate() {
             let y = y + step * (k as f64 + 0.5);
-            drawing.line(&[[x, y], [x + line, y]], curve.colour, CURVE_WIDTH, curve.dashed.then_some(DASHES));
+            drawing.line(&[[x, y], [x + line, y]], curve.color, CURVE_WIDTH, curve.dashed.then_some(DASHES));
             drawing.label([x + line + gap, y + 4.0], FONT, TEXT, curve.label);
         }
     }
@@ -145,8 +145,7 @@ mod tests {
 
     #[test]
     fn curves_pass_through_their_values() {
-        let curve =
-            Curve2d { label: "a < b", colour: [255, 0, 0], dashed: true, points: vec![[0.0, 1.0], [6.0, -1.0]] };
+        let curve = Curve2d { label: "a < b", color: [255, 0, 0], dashed: true, points: vec![[0.0, 1.0], [6.0, -1.0]] };
         let svg = PLOT.svg(std::slice::from_ref(&curve));
         assert!(svg.contains("M52.00 14.00L466.00 266.00\""), "from the top left to the bottom right: {svg}");
         assert!(svg.contains("a &lt; b"), "the legend is escaped: {svg}");
@@ -165,7 +164,7 @@ mod tests {
         let places = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]].map(|[left, right]| {
             let curve = |label, end| Curve2d {
                 label,
-                colour: [0, 0, 255],
+                color: [0, 0, 255],
                 dashed: false,
                 points: vec![[0.0, left], [3.0, end], [6.0, right]],
             };

@@ -5,20 +5,20 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 
 use crate::{Label, Picture, srgb_decode};
 
-/// The angle between neighbouring parallels and meridians, in degrees.
+/// The angle between neighboring parallels and meridians, in degrees.
 const GRID: f64 = 15.0;
 /// Samples along each side of a pixel.
 const SAMPLES: usize = 3;
-/// The grey where a mapping shows nothing, as sRGB.
+/// The gray where a mapping shows nothing, as sRGB.
 const NOTHING: f64 = 0.62;
-/// The part of a pixel's colour that a line of the grid leaves.
+/// The part of a pixel's color that a line of the grid leaves.
 const LINE: f32 = 0.35;
 
 /// The figure of a mapping, `width` pixels wide: where every direction lies in its picture. Show it with
 /// [`Tone::PLAIN`](crate::Tone::PLAIN).
 ///
-/// Fields of 15° between parallels and meridians have the colour of the direction in their middle; where the mapping
-/// shows nothing it is grey; names stand where the six axes are. The cube, six times as high as wide, is laid in two rows
+/// Fields of 15° between parallels and meridians have the color of the direction in their middle; where the mapping
+/// shows nothing it is gray; names stand where the six axes are. The cube, six times as high as wide, is laid in two rows
 /// of three faces, in its order from the upper left.
 ///
 /// ```text
@@ -31,7 +31,7 @@ pub fn mapping_figure(mapping: Mapping, width: usize) -> Picture {
     let height = (0.05 * width as f64).clamp(9.0, 16.0);
     for (name, place) in layout.axes() {
         // The whole name stays inside the picture.
-        let label = Label { left: 0.0, top: 0.0, height, colour: Rgb::ZERO };
+        let label = Label { left: 0.0, top: 0.0, height, color: Rgb::ZERO };
         let inside = |at: f64, length: f64, end: usize| (at - 0.5 * length).clamp(2.0, end as f64 - length - 2.0);
         let (left, top) = (inside(place[0], label.width(name), width), inside(place[1], height, layout.height));
         Label { left, top, ..label }.draw(&mut picture, name);
@@ -93,7 +93,7 @@ impl Layout {
         let Some(field) = at(0.0, 0.0) else { return Rgb::splat(srgb_decode(NOTHING) as f32) };
         let near = [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)];
         let on_line = near.iter().any(|&(dx, dy)| at(dx, dy).is_some_and(|other| other != field));
-        if on_line { field.colour().scale(LINE) } else { field.colour() }
+        if on_line { field.color().scale(LINE) } else { field.color() }
     }
 
     /// The names of the axes and where they stand: once each, and again where an axis is at both ends of the picture.
@@ -133,8 +133,8 @@ impl Field {
         Self { parallel: (s.theta() / grid).floor().min(last), meridian }
     }
 
-    /// The light colour of the direction in the middle of the field.
-    fn colour(self) -> Rgb<f32> {
+    /// The light color of the direction in the middle of the field.
+    fn color(self) -> Rgb<f32> {
         let grid = GRID.to_radians();
         let middle = Dir::from_angles((self.parallel + 0.5) * grid, (self.meridian + 0.5) * grid);
         Rgb::from(middle.to_array().map(|c| srgb_decode(0.62 + 0.36 * c) as f32))
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_colours_of_a_figure_are_those_of_the_directions() {
+    fn the_colors_of_a_figure_are_those_of_the_directions() {
         for mapping in Mapping::ALL {
             let layout = Layout { mapping, width: 120, height: layout_height(mapping, 120) };
             let mut shown = 0;
@@ -155,7 +155,7 @@ mod tests {
                     let Some(s) = layout.dir(x as f64 + 0.5, y as f64 + 0.5) else { continue };
                     let [u, v] = layout.place(s);
                     let off = (u - x as f64 - 0.5).hypot(v - y as f64 - 0.5);
-                    // On a seam a direction has two places; pixel centres do not lie on one.
+                    // On a seam a direction has two places; pixel centers do not lie on one.
                     assert!(off < 1e-6, "{mapping}: pixel ({x}, {y}) shows {s:?}, which lies at ({u}, {v})");
                     shown += 1;
                 }
@@ -165,8 +165,8 @@ mod tests {
     }
 
     #[test]
-    fn the_axes_have_their_colours() {
-        // Beside the name of the axis, in the same field or one of its neighbours.
+    fn the_axes_have_their_colors() {
+        // Beside the name of the axis, in the same field or one of its neighbors.
         for (s, channel, bright) in [
             (Dir::X, 0, true),
             (-Dir::X, 0, false),
@@ -175,10 +175,10 @@ mod tests {
             (Dir::Z, 2, true),
             (-Dir::Z, 2, false),
         ] {
-            let colour = Field::of(s).colour();
-            let others = (0..3).filter(|c| *c != channel).map(|c| colour.channel(c));
-            let (own, other) = (colour.channel(channel), others.fold(0.0, f32::max));
-            assert_eq!(own > other, bright, "{s:?}: {colour:?}");
+            let color = Field::of(s).color();
+            let others = (0..3).filter(|c| *c != channel).map(|c| color.channel(c));
+            let (own, other) = (color.channel(channel), others.fold(0.0, f32::max));
+            assert_eq!(own > other, bright, "{s:?}: {color:?}");
         }
     }
 }

@@ -4,7 +4,7 @@ use lobe_sh::Dir;
 use rayon::prelude::*;
 
 use crate::plot::cube::FACES;
-use crate::vector::{Vec3, add, normalised, scale, sub, tangents};
+use crate::vector::{Vec3, add, normalized, scale, sub, tangents};
 
 /// The step of the central differences, in radians: their error and the rounding of `f` are both near 1e-8 for
 /// functions of the size and smoothness of the basis.
@@ -71,7 +71,7 @@ fn vertex(f: &impl Fn(Dir) -> f64, s: Dir) -> Vertex {
         let slope = (shifted(STEP) - shifted(-STEP)) / (2.0 * STEP);
         normal = sub(normal, scale(tangent, slope * value.signum()));
     }
-    Vertex { position: scale(s, value.abs()), normal: normalised(normal), value }
+    Vertex { position: scale(s, value.abs()), normal: normalized(normal), value }
 }
 
 #[cfg(test)]
@@ -83,8 +83,8 @@ mod tests {
     fn the_surface_of_a_linear_function_is_two_spheres() {
         // |z| s lies on the spheres of radius 1/2 about (0, 0, ±1/2).
         for v in Mesh::of(9, &Dir::z).vertices {
-            let centre = [0.0, 0.0, 0.5_f64.copysign(v.value)];
-            let outward = sub(v.position, centre);
+            let center = [0.0, 0.0, 0.5_f64.copysign(v.value)];
+            let outward = sub(v.position, center);
             assert!((dot(outward, outward).sqrt() - 0.5).abs() < 1e-12, "{:?} is not on the sphere", v.position);
             let off = sub(v.normal, scale(outward, 2.0));
             assert!(v.value.abs() < 1e-9 || dot(off, off).sqrt() < 1e-6, "normal {:?} at {:?}", v.normal, v.position);

@@ -6,8 +6,8 @@ use crate::{Curve2d, LinePlot};
 pub struct Profile<'a> {
     /// What the legend calls it.
     pub label: &'a str,
-    /// Its colour in sRGB.
-    pub colour: [u8; 3],
+    /// Its color in sRGB.
+    pub color: [u8; 3],
     /// Whether it is dashed, as the truth is beside its approximations.
     pub dashed: bool,
     /// The function of the angle `θ` in radians.
@@ -17,10 +17,10 @@ pub struct Profile<'a> {
 impl<'a> Curve2d<'a> {
     /// A function of the angle `θ` in radians as a line over degrees, a point for every half of one from 0° to 180°.
     #[must_use]
-    pub fn of_angle(label: &'a str, colour: [u8; 3], dashed: bool, f: impl Fn(f64) -> f64) -> Self {
+    pub fn of_angle(label: &'a str, color: [u8; 3], dashed: bool, f: impl Fn(f64) -> f64) -> Self {
         let degrees = |i: usize| 180.0 * i as f64 / (POINTS - 1) as f64;
         let points = (0..POINTS).map(|i| [degrees(i), f(degrees(i).to_radians())]).collect();
-        Self { label, colour, dashed, points }
+        Self { label, color, dashed, points }
     }
 }
 
@@ -41,7 +41,7 @@ impl ProfilePlot {
     #[must_use]
     pub fn svg(&self, profiles: &[Profile<'_>]) -> String {
         let curves: Vec<Curve2d<'_>> =
-            profiles.iter().map(|p| Curve2d::of_angle(p.label, p.colour, p.dashed, p.f)).collect();
+            profiles.iter().map(|p| Curve2d::of_angle(p.label, p.color, p.dashed, p.f)).collect();
         let Self { width, height } = *self;
         LinePlot { width, height, ends: [0.0, 180.0], step: 30.0, unit: "°" }.svg(&curves)
     }
@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn a_profile_runs_from_the_axis_to_its_opposite_and_gaps_lift_the_pen() {
         let f = |theta: f64| if (theta - 1.0).abs() < 0.1 { f64::NAN } else { theta.cos() };
-        let profile = Profile { label: "cos", colour: [255, 0, 0], dashed: false, f: &f };
+        let profile = Profile { label: "cos", color: [255, 0, 0], dashed: false, f: &f };
         let svg = ProfilePlot { width: 480.0, height: 300.0 }.svg(&[profile]);
         assert!(svg.contains("M52.00 14.00L"), "+1 at 0° is at the top: {svg}");
         assert!(svg.contains("L466.00 266.00\""), "-1 at 180° is at the bottom: {svg}");

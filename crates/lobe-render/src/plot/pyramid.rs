@@ -59,7 +59,7 @@ impl Pyramid {
 
     fn draw_numbers(&self, sheet: &mut Picture) {
         let height = self.text_height() as f64;
-        let at = |left: f64, top: f64| Label { left, top, height, colour: INK };
+        let at = |left: f64, top: f64| Label { left, top, height, color: INK };
         for l in 0..self.order {
             let (x, y) = self.place(l, -(l as isize));
             let text = format!("l={l}");
@@ -72,8 +72,8 @@ impl Pyramid {
             let (x, y) = self.place(last, m);
             let text = format!("m={m}");
             let width = at(0.0, 0.0).width(&text);
-            let centre = x as f64 + 0.5 * (self.cell_width as f64 - width);
-            at(centre, (y + self.cell_height + self.margin) as f64).draw(sheet, &text);
+            let center = x as f64 + 0.5 * (self.cell_width as f64 - width);
+            at(center, (y + self.cell_height + self.margin) as f64).draw(sheet, &text);
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use lobe_sh::Dir;
 
-use crate::vector::{Vec3, add, cross, dot, normalised, scale};
+use crate::vector::{Vec3, add, cross, dot, normalized, scale};
 
-/// A parallel (orthographic) view of the neighbourhood of the origin, with +z upwards in the picture.
+/// A parallel (orthographic) view of the neighborhood of the origin, with +z upwards in the picture.
 ///
 /// ```text
 ///   right = z × e        up = e × right        e: direction from the origin to the eye
@@ -21,7 +21,7 @@ pub struct View {
 impl View {
     /// The view along +x from an eye on the side of -x: right is -y, as in a lat-long picture.
     ///
-    /// What a lat-long picture shows in its centre lies behind the ball; the ball shows the light from behind the
+    /// What a lat-long picture shows in its center lies behind the ball; the ball shows the light from behind the
     /// eye.
     pub const ALONG_X: Self = Self { right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0], towards_eye: [-1.0, 0.0, 0.0] };
 
@@ -30,7 +30,7 @@ impl View {
     pub fn from_eye(eye: Dir) -> Self {
         let e = eye.to_array();
         let horizontal = [-e[1], e[0], 0.0];
-        let right = if horizontal == [0.0; 3] { [0.0, -1.0, 0.0] } else { normalised(horizontal) };
+        let right = if horizontal == [0.0; 3] { [0.0, -1.0, 0.0] } else { normalized(horizontal) };
         Self { right, up: cross(e, right), towards_eye: e }
     }
 

@@ -3,7 +3,7 @@
 use lobe_sh::Dir;
 
 use crate::View;
-use crate::vector::{Vec3, add, dot, normalised, scale, sub};
+use crate::vector::{Vec3, add, dot, normalized, scale, sub};
 
 /// An eye that looks at the origin, or at a target, +z upwards in its picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ const FAR: f64 = 100.0;
 impl Camera {
     /// Parallel rays; the picture shows `half_height` above and below the origin.
     ///
-    /// All rays have one direction, so whatever lies infinitely far behind the shape is one colour.
+    /// All rays have one direction, so whatever lies infinitely far behind the shape is one color.
     ///
     /// # Panics
     /// If `half_height` is not positive.
@@ -99,7 +99,7 @@ impl Camera {
             }
             Lens::Perspective { distance, slope } => {
                 let towards: Vec3 = self.view.point([slope * right, slope * up, -1.0]);
-                (self.view.point([0.0, 0.0, distance]), Dir::from_unit(normalised(towards)))
+                (self.view.point([0.0, 0.0, distance]), Dir::from_unit(normalized(towards)))
             }
         };
         (add(self.target, from_target), d)

@@ -82,7 +82,7 @@ pub struct SceneHit<'a> {
     pub view: Dir,
     /// The unit normal to shade with, on the side that is seen.
     pub normal: Dir,
-    /// Base colour.
+    /// Base color.
     pub albedo: Rgb<f64>,
     /// False for the back of a surface that is not double-sided.
     is_lit: bool,
@@ -97,7 +97,7 @@ impl<'a> SceneHit<'a> {
         let geometric = surface.geometric_normal.map(f64::from);
         let is_front = crate::vector::dot(towards.to_array(), geometric) < 0.0;
         let side = if is_front { 1.0 } else { -1.0 };
-        let shading = crate::vector::normalised(surface.shading_normal.map(|c| side * f64::from(c)));
+        let shading = crate::vector::normalized(surface.shading_normal.map(|c| side * f64::from(c)));
         let [r, g, b, _] = surface.base_color;
         Self {
             scene,
@@ -144,7 +144,7 @@ impl<'a> SceneHit<'a> {
     pub fn reflected(&self) -> Dir {
         let (n, v) = (self.normal.to_array(), self.view.to_array());
         let twice = 2.0 * self.normal.dot(self.view);
-        let r = crate::vector::normalised(std::array::from_fn(|k| twice * n[k] - v[k]));
+        let r = crate::vector::normalized(std::array::from_fn(|k| twice * n[k] - v[k]));
         Dir::from_unit(r)
     }
 }

@@ -1,6 +1,6 @@
 //! Scenes by formula: the same on every machine, each with a number of cells to choose.
 //!
-//! Lengths are metres. All vertices are used and every triangle has an area.
+//! Lengths are meters. All vertices are used and every triangle has an area.
 
 pub(crate) mod cave;
 pub(crate) mod columns_hall;
@@ -33,10 +33,10 @@ pub fn named(name: &str) -> Option<Scene> {
     }
 }
 
-/// A ball over a ground: radius 1, its centre 1.5 above the middle of a square of side 8 at z = 0.
+/// A ball over a ground: radius 1, its center 1.5 above the middle of a square of side 8 at z = 0.
 ///
 /// The ground has `cells` × `cells` cells, and its middle is a vertex if that is even; the ball has `cells` vertices
-/// around. The ground is grey (0.6), the ball red (0.7, 0.25, 0.2).
+/// around. The ground is gray (0.6), the ball red (0.7, 0.25, 0.2).
 ///
 /// # Panics
 /// If `cells` is below 4.

@@ -128,7 +128,7 @@ impl Shape {
         self
     }
 
-    /// Leaves the triangles out whose centre is in `hole`.
+    /// Leaves the triangles out whose center is in `hole`.
     pub(crate) fn without(mut self, hole: impl Fn(DVec3) -> bool) -> Self {
         let positions = &self.positions;
         let center =

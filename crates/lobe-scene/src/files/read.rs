@@ -21,7 +21,7 @@ pub struct ReadOptions {
     /// thousand nodes show.
     pub limit: usize,
     /// The most texels that all textures together may unfold to, four bytes each. A small file can hold a large picture of
-    /// one colour.
+    /// one color.
     pub texel_limit: usize,
 }
 
@@ -206,7 +206,7 @@ impl<'a> Source<'a> {
         Ok(Some(mesh))
     }
 
-    /// Moves colours into the range from 0 to 1, as glTF wants it; those that are no numbers are `Mesh::new`'s to refuse.
+    /// Moves colors into the range from 0 to 1, as glTF wants it; those that are no numbers are `Mesh::new`'s to refuse.
     fn with_colors_in_range(&mut self, mut parts: MeshParts) -> MeshParts {
         let mut moved = 0;
         for color in &mut parts.colors {
@@ -217,7 +217,7 @@ impl<'a> Source<'a> {
             }
         }
         if moved > 0 {
-            self.note(format!("mesh `{}` has colours outside of 0 to 1 at {moved} vertices, moved there", parts.name));
+            self.note(format!("mesh `{}` has colors outside of 0 to 1 at {moved} vertices, moved there", parts.name));
         }
         parts
     }
@@ -231,7 +231,7 @@ impl<'a> Source<'a> {
     }
 
     /// The bytes of a file that the file names, relative to its own folder.
-    pub(crate) fn neighbour(&self, relative: &str) -> Result<Vec<u8>, SceneError> {
+    pub(crate) fn neighbor(&self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let Some(folder) = &self.folder else {
             return Err(
                 self.unsupported(format!("names the file `{relative}`, but only bytes were given: read the file"))

@@ -19,7 +19,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let notes = RefCell::new(Vec::new());
     let options = LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
     let load_mtl = |path: &std::path::Path| {
-        let found = source.neighbour(&path.to_string_lossy()).map_err(|error| error.to_string());
+        let found = source.neighbor(&path.to_string_lossy()).map_err(|error| error.to_string());
         let read =
             found.and_then(|bytes| tobj::load_mtl_buf(&mut Cursor::new(bytes)).map_err(|error| error.to_string()));
         read.map_err(|error| {
@@ -58,8 +58,8 @@ fn mesh_parts(model: tobj::Model, up: Up, source: &mut Source<'_>) -> Result<Mes
     };
     let has_uvs = complete("texture coordinates", mesh.texcoords.len() / 2);
     let has_normals = complete("normals", mesh.normals.len() / 3);
-    let has_colors = complete("colours", mesh.vertex_color.len() / 3);
-    // Programs write the colours of vertices as a screen shows them.
+    let has_colors = complete("colors", mesh.vertex_color.len() / 3);
+    // Programs write the colors of vertices as a screen shows them.
     let linear = |c: f32| linear_from_srgb8((c.clamp(0.0, 1.0) * 255.0).round() as u8);
     Ok(MeshParts {
         positions: triples(&mesh.positions).into_iter().map(|p| up.to_world(p)).collect(),
@@ -96,7 +96,7 @@ fn read_materials(
             let texture = match places.get(file) {
                 Some(&texture) => texture,
                 None => {
-                    let bytes = source.neighbour(&file.replace('\\', "/"))?;
+                    let bytes = source.neighbor(&file.replace('\\', "/"))?;
                     textures.push(materials::decode(&bytes, file, [Wrap::Repeat; 2], source)?);
                     places.insert(file.clone(), textures.len() - 1);
                     textures.len() - 1

@@ -124,7 +124,7 @@ fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut Mesh
     // PLY counts v upwards.
     let uvs = rows.iter().map(|row| Some([row.u?, 1.0 - row.v?]));
     parts.uvs[0] = uvs.collect::<Option<_>>().unwrap_or_default();
-    // Bytes are colours as a screen shows them, fractions are linear.
+    // Bytes are colors as a screen shows them, fractions are linear.
     let is_byte = element
         .get_property("red")
         .is_some_and(|red| matches!(red.property_type, PropertyType::Scalar(ScalarType::U8)));

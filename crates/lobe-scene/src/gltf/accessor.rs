@@ -45,7 +45,7 @@ impl<'a> Accessors<'a> {
         self.elements(accessor, index.value(), source).map(|elements| elements.count)
     }
 
-    /// An attribute of `N` numbers for each vertex. Of a colour three numbers will do: the fourth is 1.
+    /// An attribute of `N` numbers for each vertex. Of a color three numbers will do: the fourth is 1.
     pub(crate) fn vectors<const N: usize>(
         &self,
         what: &str,
@@ -227,7 +227,7 @@ impl Elements<'_> {
         }
     }
 
-    /// A component as glTF means it: whole numbers are fractions of their largest where normalised.
+    /// A component as glTF means it: whole numbers are fractions of their largest where normalized.
     fn float(&self, element: usize, component: usize) -> f32 {
         let (value, largest) = match self.component {
             ComponentType::F32 => return f32::from_le_bytes(self.bytes(element, component)),

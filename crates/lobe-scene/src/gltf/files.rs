@@ -20,11 +20,11 @@ const HEADER: usize = 12;
 const CHUNK_JSON: u32 = u32::from_le_bytes(*b"JSON");
 const CHUNK_BIN: u32 = u32::from_le_bytes(*b"BIN\0");
 
-/// Extensions a file may demand because Lobe reads them. Materials' and lights' are not used: shapes and base colours are
+/// Extensions a file may demand because Lobe reads them. Materials' and lights' are not used: shapes and base colors are
 /// the same without, but for [`OTHER_COLORS`].
 const READ_EXTENSIONS: [&str; 2] = ["KHR_texture_transform", "KHR_mesh_quantization"];
 
-/// The extension whose materials have their colours elsewhere.
+/// The extension whose materials have their colors elsewhere.
 const OTHER_COLORS: &str = "KHR_materials_pbrSpecularGlossiness";
 
 /// The parts of the JSON that decide whether the rest can be read.
@@ -120,7 +120,7 @@ fn check_preamble(preamble: &Preamble, source: &mut Source<'_>) -> Result<(), Sc
         )));
     }
     if preamble.extensions_used.iter().any(|name| name == OTHER_COLORS) {
-        source.note(format!("{OTHER_COLORS} is not used, colours may be missing: convert to metallic-roughness"));
+        source.note(format!("{OTHER_COLORS} is not used, colors may be missing: convert to metallic-roughness"));
     }
     for name in &preamble.extensions_required {
         if (name.starts_with("KHR_materials_") && name != OTHER_COLORS) || name == "KHR_lights_punctual" {
@@ -159,7 +159,7 @@ pub(crate) fn read_uri(uri: &str, source: &Source<'_>) -> Result<Vec<u8>, SceneE
     if uri.contains("://") {
         return Err(source.unsupported(format!("names `{uri}`: Lobe reads files only, so fetch it first")));
     }
-    source.neighbour(&decode_percent(uri))
+    source.neighbor(&decode_percent(uri))
 }
 
 /// Bytes from base64 (RFC 4648), padded or not; none if a character is not of its alphabet.

@@ -13,7 +13,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 impl GltfDocument {
     /// The scene as glTF: a node and a mesh of one primitive for each of its meshes, in their order, y up.
     ///
-    /// Read again, it has the same triangles, vertices, colours and textures. Base colours and emission that leave the range of glTF,
+    /// Read again, it has the same triangles, vertices, colors and textures. Base colors and emission that leave the range of glTF,
     /// which is 0 to 1, are clamped. What a file held beside a scene is not there.
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {

@@ -14,7 +14,7 @@ use crate::gltf::accessor::view_bytes;
 use crate::gltf::files::{GltfFile, read_uri};
 use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
 
-/// All materials of the file, and the textures that their base colours use.
+/// All materials of the file, and the textures that their base colors use.
 pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Material>, Vec<Texture>), SceneError> {
     let mut materials = Vec::new();
     let mut textures = Textures { file, read: Vec::new(), places: HashMap::new() };
@@ -22,7 +22,7 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
         let pbr = &material.pbr_metallic_roughness;
         let name = material.name.clone().unwrap_or_else(|| index.to_string());
         let mut unit = |value, what| source.unit(value, &format!("material `{name}`: {what}"));
-        let base_color = pbr.base_color_factor.0.map(|c| unit(c, "a base colour factor"));
+        let base_color = pbr.base_color_factor.0.map(|c| unit(c, "a base color factor"));
         let metallic = unit(pbr.metallic_factor.0, "a metallic factor");
         let roughness = unit(pbr.roughness_factor.0, "a roughness factor");
         let base_color_texture = match &pbr.base_color_texture {

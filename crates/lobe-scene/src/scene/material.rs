@@ -7,9 +7,9 @@
 pub struct Material {
     /// What the material is called in its file.
     pub name: String,
-    /// Linear base colour and alpha: the albedo of a surface that is no metal.
+    /// Linear base color and alpha: the albedo of a surface that is no metal.
     pub base_color: [f32; 4],
-    /// A picture the base colour is multiplied with.
+    /// A picture the base color is multiplied with.
     pub base_color_texture: Option<TextureUse>,
     /// Where the surface has holes.
     pub alpha: Alpha,
@@ -23,7 +23,7 @@ pub struct Material {
     pub emissive: [f32; 3],
 }
 
-/// How the alpha of the base colour is meant.
+/// How the alpha of the base color is meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Alpha {
     /// Alpha says nothing.
@@ -70,7 +70,7 @@ impl Material {
         emissive: [0.0; 3],
     };
 
-    /// A matte double-sided surface of one colour.
+    /// A matte double-sided surface of one color.
     #[must_use]
     pub fn matte(name: &str, [r, g, b]: [f32; 3]) -> Self {
         Self { name: name.to_string(), base_color: [r, g, b, 1.0], ..Self::WHITE }

@@ -18,7 +18,7 @@ pub struct MeshParts {
     pub normals: Vec<[f32; 3]>,
     /// Two sets of texture coordinates, one pair for each position; (0, 0) is the top left corner of a texture.
     pub uvs: [Vec<[f32; 2]>; 2],
-    /// Linear colour and alpha for each position, factors of the material's base colour.
+    /// Linear color and alpha for each position, factors of the material's base color.
     pub colors: Vec<[f32; 4]>,
     /// Index into the materials of the scene. Without one a mesh is white and seen from both sides.
     pub material: Option<usize>,
@@ -49,7 +49,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Checks the parts, drops triangles without area, makes missing normals and normalises the others.
+    /// Checks the parts, drops triangles without area, makes missing normals and normalizes the others.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] if a number is not finite, an index out of range, an attribute not as long as the
@@ -107,7 +107,7 @@ impl Mesh {
         &self.parts.uvs[set]
     }
 
-    /// Linear colour and alpha for each position; empty where the mesh has none.
+    /// Linear color and alpha for each position; empty where the mesh has none.
     #[must_use]
     pub fn colors(&self) -> &[[f32; 4]] {
         &self.parts.colors
@@ -181,9 +181,9 @@ fn check(parts: &MeshParts) -> Result<(), String> {
     check_attribute("normals", &parts.normals, count)?;
     check_attribute("texture coordinates of set 0", &parts.uvs[0], count)?;
     check_attribute("texture coordinates of set 1", &parts.uvs[1], count)?;
-    check_attribute("colours", &parts.colors, count)?;
+    check_attribute("colors", &parts.colors, count)?;
     if let Some(i) = parts.colors.iter().position(|color| color.iter().any(|c| !(0.0..=1.0).contains(c))) {
-        return Err(format!("expected colours from 0 to 1, found {:?} at vertex {i}", parts.colors[i]));
+        return Err(format!("expected colors from 0 to 1, found {:?} at vertex {i}", parts.colors[i]));
     }
     for (t, triangle) in parts.triangles.iter().enumerate() {
         if let Some(i) = triangle.iter().find(|&&i| i as usize >= count) {
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn given_normals_are_normalised_and_zero_ones_are_made() {
+    fn given_normals_are_normalized_and_zero_ones_are_made() {
         let mut parts = quad();
         parts.normals = vec![[0.0, 3.0, 4.0], [0.0; 3], [2.0, 0.0, 0.0], [0.0, 0.0, -1e-20]];
         let mesh = Mesh::new(parts).unwrap();
@@ -287,10 +287,7 @@ mod tests {
                 refusal(|p| p.triangles = vec![[0, 0, 1]; 1_000_000]),
                 "mesh `quad`: expected triangles with an area, found 1000000 without",
             ),
-            (
-                refusal(|p| p.colors = vec![[1.0; 4]; 3]),
-                "mesh `quad`: expected 4 colours, one for each vertex, found 3",
-            ),
+            (refusal(|p| p.colors = vec![[1.0; 4]; 3]), "mesh `quad`: expected 4 colors, one for each vertex, found 3"),
             (
                 refusal(|p| p.uvs[1] = vec![[f32::INFINITY, 0.0]; 4]),
                 "mesh `quad`: expected finite texture coordinates of set 1, found [inf, 0.0] at vertex 0",

@@ -34,7 +34,7 @@ pub struct Surface {
     pub geometric_normal: [f32; 3],
     /// The unit normal to shade with, interpolated from the vertices.
     pub shading_normal: [f32; 3],
-    /// Linear colour and alpha: base colour, texture and vertex colour multiplied.
+    /// Linear color and alpha: base color, texture and vertex color multiplied.
     pub base_color: [f32; 4],
     /// Index of the mesh.
     pub mesh: usize,
@@ -45,7 +45,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, or if a base
-    /// colour, metallic or roughness is not from 0 to 1.
+    /// color, metallic or roughness is not from 0 to 1.
     pub fn new(meshes: Vec<Mesh>, materials: Vec<Material>, textures: Vec<Texture>) -> Result<Self, SceneError> {
         let invalid = |message: String| Err(SceneError::invalid("scene", message));
         if meshes.is_empty() {
@@ -67,7 +67,7 @@ impl Scene {
             let Material { name, base_color, metallic, roughness, .. } = material;
             if base_color.iter().chain([metallic, roughness]).any(|value| !(0.0..=1.0).contains(value)) {
                 return invalid(format!(
-                    "material `{name}`: expected base colour, metallic and roughness from 0 to 1, found {base_color:?}, \
+                    "material `{name}`: expected base color, metallic and roughness from 0 to 1, found {base_color:?}, \
                      {metallic} and {roughness}"
                 ));
             }
@@ -164,7 +164,7 @@ impl Scene {
         Bounds { min: bounds.0.into(), max: bounds.1.into() }
     }
 
-    /// Linear colour and alpha of a vertex: base colour, texture and vertex colour multiplied.
+    /// Linear color and alpha of a vertex: base color, texture and vertex color multiplied.
     ///
     /// # Panics
     /// If there is no such mesh or vertex.
@@ -222,13 +222,13 @@ impl Scene {
         (0..self.meshes.len()).any(|mesh| matches!(self.material(mesh).alpha, Alpha::Mask(_)))
     }
 
-    /// Whether no base colour, texture or vertex colour has a hue, so that light stays grey.
+    /// Whether no base color, texture or vertex color has a hue, so that light stays gray.
     #[must_use]
-    pub fn is_grey(&self) -> bool {
-        let is_grey = |&[r, g, b, _]: &[f32; 4]| r == g && g == b;
-        self.materials.iter().all(|material| is_grey(&material.base_color))
-            && self.textures.iter().all(Texture::is_grey)
-            && self.meshes.iter().all(|mesh| mesh.colors().iter().all(is_grey))
+    pub fn is_gray(&self) -> bool {
+        let is_gray = |&[r, g, b, _]: &[f32; 4]| r == g && g == b;
+        self.materials.iter().all(|material| is_gray(&material.base_color))
+            && self.textures.iter().all(Texture::is_gray)
+            && self.meshes.iter().all(|mesh| mesh.colors().iter().all(is_gray))
     }
 
     fn base_color(&self, material: &Material, uvs: [Option<[f32; 2]>; 2], color: Option<[f32; 4]>) -> [f32; 4] {
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn base_colours_texture_and_vertex_colour_multiply() {
+    fn base_colors_texture_and_vertex_color_multiply() {
         let mut parts = triangle("painted", Some(0));
         parts.uvs[1] = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         parts.colors = vec![[1.0, 0.5, 1.0, 1.0]; 3];
@@ -297,23 +297,23 @@ mod tests {
         let hit = Hit { t: 1.0, triangle: 0, u: 0.25, v: 0.5 };
         let surface = scene.surface(&hit);
         assert_eq!(surface.position, [0.5, 1.0, 0.0], "position");
-        assert_eq!(surface.base_color, [0.5, 0.25, 0.0, 128.0 / 255.0], "colour");
+        assert_eq!(surface.base_color, [0.5, 0.25, 0.0, 128.0 / 255.0], "color");
         assert_eq!(scene.vertex_base_color(0, 2), surface.base_color, "the same at a vertex");
         assert_eq!((surface.geometric_normal, surface.shading_normal), ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), "normals");
         assert!(scene.has_masks() && scene.is_solid(&hit), "alpha 128/255 reaches the cutoff 0.5");
     }
 
     #[test]
-    fn a_hue_anywhere_makes_a_scene_colourful() {
+    fn a_hue_anywhere_makes_a_scene_colorful() {
         let scene = |base: f32, vertex: f32, texel: u8| {
             let parts = MeshParts { colors: vec![[1.0, 1.0, vertex, 0.5]; 3], ..triangle("a", Some(0)) };
             let texture = Texture::new(1, 1, vec![[255, texel, 255, 7]], [Wrap::Repeat; 2]);
             let material = Material { base_color: [base, 1.0, 1.0, 0.0], ..Material::WHITE };
             Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![texture]).unwrap()
         };
-        assert!(scene(1.0, 1.0, 255).is_grey(), "alpha is no hue");
+        assert!(scene(1.0, 1.0, 255).is_gray(), "alpha is no hue");
         for (base, vertex, texel) in [(0.9, 1.0, 255), (1.0, 0.9, 255), (1.0, 1.0, 254)] {
-            assert!(!scene(base, vertex, texel).is_grey(), "{base}, {vertex}, {texel}");
+            assert!(!scene(base, vertex, texel).is_gray(), "{base}, {vertex}, {texel}");
         }
     }
 

@@ -112,7 +112,7 @@ fn split(mut parts: MeshParts, is_to_be_split: &dyn Fn(Edge) -> bool, budget: &m
             let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
             let middle = *middles.entry((a.min(b), a.max(b))).or_insert_with(|| parts.middle(a, b));
             if [a, b].iter().any(|&i| parts.positions[i as usize] == parts.positions[middle as usize]) {
-                // Neighbours in f32: there is nothing between them.
+                // Neighbors in f32: there is nothing between them.
                 finished.push(t);
                 continue;
             }

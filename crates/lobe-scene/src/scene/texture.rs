@@ -17,7 +17,7 @@ pub enum Wrap {
     Clamp,
 }
 
-/// A picture of eight bits a channel: sRGB colour and linear alpha. Row 0 is at the top.
+/// A picture of eight bits a channel: sRGB color and linear alpha. Row 0 is at the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     width: usize,
@@ -83,15 +83,15 @@ impl Texture {
 
     /// Whether no texel has a hue.
     #[must_use]
-    pub fn is_grey(&self) -> bool {
+    pub fn is_gray(&self) -> bool {
         self.texels.iter().all(|[r, g, b, _]| r == g && g == b)
     }
 
-    /// Linear colour and alpha at a place, (0, 0) being the top left corner; between four texels in linear light.
+    /// Linear color and alpha at a place, (0, 0) being the top left corner; between four texels in linear light.
     #[must_use]
     pub fn sample(&self, [u, v]: [f32; 2]) -> [f32; 4] {
-        let (x0, x1, fx) = neighbours(u, self.width, self.wrap[0]);
-        let (y0, y1, fy) = neighbours(v, self.height, self.wrap[1]);
+        let (x0, x1, fx) = neighbors(u, self.width, self.wrap[0]);
+        let (y0, y1, fy) = neighbors(v, self.height, self.wrap[1]);
         let (a, b) = (self.linear(x0, y0), self.linear(x1, y0));
         let (c, d) = (self.linear(x0, y1), self.linear(x1, y1));
         let mix = |a: f32, b: f32, f: f32| a + (b - a) * f;
@@ -105,7 +105,7 @@ impl Texture {
 }
 
 /// The two texels on either side of a coordinate, and how far it lies towards the second.
-fn neighbours(coordinate: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
+fn neighbors(coordinate: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
     let n = size as f64;
     // Whole pictures away nothing changes, and the texel stays a small number.
     let u = match wrap {
@@ -154,10 +154,10 @@ mod tests {
     }
 
     #[test]
-    fn texel_centres_give_their_texel_and_halfway_gives_the_mean_in_linear_light() {
+    fn texel_centers_give_their_texel_and_halfway_gives_the_mean_in_linear_light() {
         let texture = two_by_one(Wrap::Repeat);
-        assert_eq!(texture.sample([0.25, 0.5]), [0.0, 0.0, 0.0, 1.0], "left centre");
-        assert_eq!(texture.sample([0.75, 0.5]), [1.0, 1.0, 1.0, 0.0], "right centre");
+        assert_eq!(texture.sample([0.25, 0.5]), [0.0, 0.0, 0.0, 1.0], "left center");
+        assert_eq!(texture.sample([0.75, 0.5]), [1.0, 1.0, 1.0, 0.0], "right center");
         assert_eq!(texture.sample([0.5, 0.5]), [0.5, 0.5, 0.5, 0.5], "halfway");
     }
 
@@ -182,7 +182,7 @@ mod tests {
     fn srgb_is_decoded_by_its_standard() {
         assert_eq!(linear_from_srgb8(0), 0.0, "black");
         assert_eq!(linear_from_srgb8(255), 1.0, "white");
-        // The grey that reflects 21.4 %: 127.5 / 255 lies between the two.
+        // The gray that reflects 21.4 %: 127.5 / 255 lies between the two.
         let (below, above) = (linear_from_srgb8(127), linear_from_srgb8(128));
         assert!(below < 0.21404 && 0.21404 < above, "{below} < 0.21404 < {above}");
     }

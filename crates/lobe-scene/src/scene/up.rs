@@ -3,7 +3,7 @@
 /// Which axis of a file points up. glTF says y itself; OBJ and PLY leave it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Up {
-    /// +y is up, as in glTF and in most modelling programs: the scene is turned by [`z_up_from_y_up`].
+    /// +y is up, as in glTF and in most modeling programs: the scene is turned by [`z_up_from_y_up`].
     #[default]
     Y,
     /// +z is up, as in Lobe: nothing is turned.

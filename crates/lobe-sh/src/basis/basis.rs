@@ -22,14 +22,14 @@ const BLOCK: usize = 16;
 ///   for z < 0 by                P̄_l^m(-z) = (-1)^{l+m} P̄_l^m(z)
 /// ```
 ///
-/// `P̄` is the associated Legendre function with its normalisation and the `√2` of the real basis folded in and
+/// `P̄` is the associated Legendre function with its normalization and the `√2` of the real basis folded in and
 /// `sin^m θ` taken out; `(x + iy)^m` puts it back, so nothing divides by `sin θ` and the poles need no special
 /// case. The Condon-Shortley phase is kept: `y_1 = √(3/4π) (-y, z, -x)`.
 ///
-/// The structure is that of [Sloan 2013]; unnormalised, the recurrences are those of [Sloan 2008] A1, where
+/// The structure is that of [Sloan 2013]; unnormalized, the recurrences are those of [Sloan 2008] A1, where
 /// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. The step by differences `D` is Reinsch's modification of
 /// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the poles,
-/// where neighbouring `P̄` differ little, `w` is exact and the small difference does not drown in the rounding of
+/// where neighboring `P̄` differ little, `w` is exact and the small difference does not drown in the rounding of
 /// `a z` and `b`: at order 20 in `f32` the plain recurrence is up to 1.1e-5 off there.
 ///
 /// Errors measured by the tests `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and
@@ -473,14 +473,14 @@ mod tests {
     }
 
     #[test]
-    fn many_directions_give_f32_and_colours_their_values() {
+    fn many_directions_give_f32_and_colors_their_values() {
         use crate::{Expansion as _, Rgb};
         let f = crate::ShVec::from_vec(lobe_testkit::Random::new(10).signed_vec(36)).unwrap();
-        let colour = f.map(|c| Rgb::new(c as f32, -2.0 * c as f32, 0.0));
+        let color = f.map(|c| Rgb::new(c as f32, -2.0 * c as f32, 0.0));
         let all = directions();
         let component = |k: usize| all.iter().map(|v| v[k] as f32).collect::<Vec<f32>>();
         let mut many = vec![Rgb::default(); all.len()];
-        colour.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
+        color.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
         for (v, value) in all.iter().zip(many) {
             let expected = f.eval(Dir::from_unit(*v));
             // 36 terms of size 1, each with the rounding of its basis function and of the direction.

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use crate::Dir;
 use crate::basis::index::{index, len, order_of_slice};
-use crate::basis::legendre::legendre_normalised_at;
+use crate::basis::legendre::legendre_normalized_at;
 
 /// The complex basis function `Y_l^m(s)`, orthonormal, with the Condon-Shortley phase.
 ///
@@ -21,7 +21,7 @@ use crate::basis::legendre::legendre_normalised_at;
 pub fn eval_complex(l: usize, m: isize, s: Dir) -> Complex64 {
     let k = m.unsigned_abs();
     assert!(k <= l, "m = {m} lies outside band {l}");
-    let norm = legendre_normalised_at(l, k, s.x().hypot(s.y()), s.z());
+    let norm = legendre_normalized_at(l, k, s.x().hypot(s.y()), s.z());
     let value = Complex64::from_polar(norm, k as f64 * s.phi());
     if m < 0 { value.conj() * sign(k) } else { value }
 }

@@ -9,8 +9,8 @@
 ///   P_l^m = ((2l - 1) z P_{l-1}^m - (l + m - 1) P_{l-2}^m) / (l - m)
 /// ```
 ///
-/// Zero for `m > l`, NaN for `|z| > 1`. Not normalised: it overflows from `l = m = 151` on (test
-/// `the_plain_function_is_finite_to_degree_150`); [`legendre_normalised`] does not. Source: [Sloan 2008] A1; DLMF 14.10.3.
+/// Zero for `m > l`, NaN for `|z| > 1`. Not normalized: it overflows from `l = m = 151` on (test
+/// `the_plain_function_is_finite_to_degree_150`); [`legendre_normalized`] does not. Source: [Sloan 2008] A1; DLMF 14.10.3.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[must_use]
@@ -28,7 +28,7 @@ pub fn legendre(l: usize, m: usize, z: f64) -> f64 {
     p
 }
 
-/// The associated Legendre function normalised for the complex basis, Condon-Shortley phase included.
+/// The associated Legendre function normalized for the complex basis, Condon-Shortley phase included.
 ///
 /// ```text
 ///   N_l^m P_l^m(cos θ)        N_l^m = √((2l+1)/(4π) (l-m)!/(l+m)!)        Y_l^m = N_l^m P_l^m(cos θ) e^{imφ}
@@ -41,13 +41,13 @@ pub fn legendre(l: usize, m: usize, z: f64) -> f64 {
 ///   P̄_l^m = a_l z P̄_{l-1}^m - (a_l/a_{l-1}) P̄_{l-2}^m        a_l = √((4l² - 1)/(l² - m²))
 /// ```
 #[must_use]
-pub fn legendre_normalised(l: usize, m: usize, z: f64) -> f64 {
-    legendre_normalised_at(l, m, ((1.0 - z) * (1.0 + z)).sqrt(), z)
+pub fn legendre_normalized(l: usize, m: usize, z: f64) -> f64 {
+    legendre_normalized_at(l, m, ((1.0 - z) * (1.0 + z)).sqrt(), z)
 }
 
-/// [`legendre_normalised`] from both `sin θ` and `z = cos θ`: near the poles `z` alone does not hold the digits of
+/// [`legendre_normalized`] from both `sin θ` and `z = cos θ`: near the poles `z` alone does not hold the digits of
 /// the angle.
-pub(crate) fn legendre_normalised_at(l: usize, m: usize, sin_theta: f64, z: f64) -> f64 {
+pub(crate) fn legendre_normalized_at(l: usize, m: usize, sin_theta: f64, z: f64) -> f64 {
     if m > l {
         return 0.0;
     }
@@ -104,13 +104,13 @@ mod tests {
     }
 
     #[test]
-    fn the_normalised_function_is_the_plain_one_times_its_norm() {
+    fn the_normalized_function_is_the_plain_one_times_its_norm() {
         for l in 0..20 {
             for m in 0..=l {
                 let ratio: f64 = (l - m + 1..=l + m).map(|k| k as f64).product();
                 let norm = ((2 * l + 1) as f64 / (4.0 * std::f64::consts::PI) / ratio).sqrt();
                 for z in HEIGHTS {
-                    let (p, q) = (legendre_normalised(l, m, z), norm * legendre(l, m, z));
+                    let (p, q) = (legendre_normalized(l, m, z), norm * legendre(l, m, z));
                     assert!((p - q).abs() < 1e-13, "l {l}, m {m}, z {z}: {p} against {q}");
                 }
             }
@@ -118,13 +118,13 @@ mod tests {
     }
 
     #[test]
-    fn the_real_basis_at_azimuth_zero_is_the_normalised_function() {
+    fn the_real_basis_at_azimuth_zero_is_the_normalized_function() {
         for z in HEIGHTS {
             let y = crate::eval_basis(crate::Dir::from_unit([((1.0 - z) * (1.0 + z)).sqrt(), 0.0, z]), 40);
             for l in 0..40 {
                 for m in 0..=l {
                     let factor = if m == 0 { 1.0 } else { 2.0_f64.sqrt() };
-                    let (a, b) = (y[crate::index(l, m as isize)], factor * legendre_normalised(l, m, z));
+                    let (a, b) = (y[crate::index(l, m as isize)], factor * legendre_normalized(l, m, z));
                     assert!((a - b).abs() < 1e-13, "l {l}, m {m}, z {z}: {a} against {b}");
                 }
             }
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn high_degrees_do_not_overflow() {
         for (l, m) in [(86, 86), (200, 100), (1000, 1000), (2000, 3)] {
-            let p = legendre_normalised(l, m, 0.3);
+            let p = legendre_normalized(l, m, 0.3);
             assert!(p.is_finite() && p.abs() < 10.0, "l {l}, m {m}: {p}");
         }
     }
@@ -148,16 +148,16 @@ mod tests {
             }
         }
         assert_eq!(legendre(151, 151, 0.0), f64::NEG_INFINITY, "P_151^151(0)");
-        assert!(legendre(3, 1, 1.5).is_nan() && legendre_normalised(3, 1, -1.5).is_nan(), "outside of [-1, 1]");
+        assert!(legendre(3, 1, 1.5).is_nan() && legendre_normalized(3, 1, -1.5).is_nan(), "outside of [-1, 1]");
     }
 
     #[test]
     fn functions_above_the_degree_are_zero() {
-        assert_eq!((legendre(2, 3, 0.4), legendre_normalised(2, 3, 0.4)), (0.0, 0.0), "m > l");
+        assert_eq!((legendre(2, 3, 0.4), legendre_normalized(2, 3, 0.4)), (0.0, 0.0), "m > l");
     }
 
     #[test]
-    fn neighbouring_degrees_satisfy_the_recurrence_of_legendre() {
+    fn neighboring_degrees_satisfy_the_recurrence_of_legendre() {
         let p: Vec<f64> = legendre_all(50, 0.37).collect();
         for (l, value) in p.iter().enumerate() {
             assert!((value - legendre(l, 0, 0.37)).abs() < 1e-14, "P_{l}: {value}");

@@ -31,9 +31,9 @@ const STARTS: [[f64; 3]; 14] = [
 ///   E(n) = A + H max(n·d, 0)
 /// ```
 ///
-/// Colours `A` and `H`, one direction `d` for all channels: nine numbers in colour. Light that is made so is kept
+/// Colors `A` and `H`, one direction `d` for all channels: nine numbers in color. Light that is made so is kept
 /// exactly. `A` and `H` are not negative, so neither is `E`. It turns with the light. The direction jumps where two
-/// lights are equally strong: interpolate between neighbours with care.
+/// lights are equally strong: interpolate between neighbors with care.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahd<T = f32> {
     /// `A`, the irradiance from everywhere.
@@ -45,7 +45,7 @@ pub struct Ahd<T = f32> {
 }
 
 impl<T: Coefficient> Ahd<T> {
-    /// The colours nearest to an irradiance in the mean square over all normals, for a given direction.
+    /// The colors nearest to an irradiance in the mean square over all normals, for a given direction.
     ///
     /// ```text
     ///   [4π   π  ] [A]   [∫ E dn        ]
@@ -66,7 +66,7 @@ impl<T: Coefficient> Ahd<T> {
 
     /// The direction too by least squares, summed over channels: of all encodings of this form the nearest.
     ///
-    /// With the best colours for every direction, what is left of the error falls as `p_c(d) = ∫ E_c max(n·d,0) dn`
+    /// With the best colors for every direction, what is left of the error falls as `p_c(d) = ∫ E_c max(n·d,0) dn`
     /// grows, `∂error/∂p_c = -2 H_c`: the maximum is climbed from the linear direction and from 14 more (test
     /// `the_solved_direction_is_the_best_of_a_dense_grid`). +z where every direction is as good.
     #[must_use]
@@ -110,21 +110,21 @@ impl<T: Coefficient> Fitter<T> {
 
     fn towards(&self, direction: Dir) -> Ahd<T> {
         let p = self.blurred.eval(direction);
-        let colours = |c: usize| best_colours(self.total.channel(c), p.channel(c));
+        let colors = |c: usize| best_colors(self.total.channel(c), p.channel(c));
         Ahd {
-            ambient: T::from_channels(|c| T::Scalar::from_f64(colours(c)[0])),
-            highlight: T::from_channels(|c| T::Scalar::from_f64(colours(c)[1])),
+            ambient: T::from_channels(|c| T::Scalar::from_f64(colors(c)[0])),
+            highlight: T::from_channels(|c| T::Scalar::from_f64(colors(c)[1])),
             direction,
         }
     }
 
-    /// By how much the best colours for `d` lower the squared error, and the gradient of that.
+    /// By how much the best colors for `d` lower the squared error, and the gradient of that.
     fn explained(&self, d: Dir) -> (f64, [f64; 3]) {
         let (p, slope) = eval_with_gradient(&self.blurred, d);
         let (mut value, mut gradient) = (0.0, [0.0; 3]);
         for c in 0..T::CHANNELS {
             let (total, p) = (self.total.channel(c), p.channel(c));
-            let [a, h] = best_colours(total, p);
+            let [a, h] = best_colors(total, p);
             // |E|² - |A + H cos - E|² at the minimum, where A and H are multiplied by their own equations.
             value += a * total + h * p;
             for (sum, d) in gradient.iter_mut().zip(slope) {
@@ -136,7 +136,7 @@ impl<T: Coefficient> Fitter<T> {
 }
 
 /// `A` and `H`, not negative, from `∫ E` and `∫ E max(n·d, 0)`.
-fn best_colours(total: f64, p: f64) -> [f64; 2] {
+fn best_colors(total: f64, p: f64) -> [f64; 2] {
     // The inverse of the matrix has the determinant 8π²/3 - π² = 5π²/3.
     let ambient = (2.0 / 3.0 * total - p) * 3.0 / (5.0 * PI);
     let highlight = (4.0 * p - total) * 3.0 / (5.0 * PI);
@@ -159,8 +159,8 @@ mod tests {
     fn lights(random: &mut Random, order: usize) -> ShVec<Rgb<f64>> {
         let mut e = ShVec::constant(order, Rgb::splat(PI * random.unit()));
         for _ in 0..4 {
-            let colour = Rgb::new(random.unit(), random.unit(), random.unit());
-            e += &Zonal::clamped_cosine(order).towards(Dir::from_unit(random.direction()), colour);
+            let color = Rgb::new(random.unit(), random.unit(), random.unit());
+            e += &Zonal::clamped_cosine(order).towards(Dir::from_unit(random.direction()), color);
         }
         e
     }
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn the_colours_are_least_squares() {
+    fn the_colors_are_least_squares() {
         let mut random = Random::new(5);
         let e = lights(&mut random, 3);
         let d = Dir::from_unit(random.direction());

@@ -1,4 +1,4 @@
-//! Six colours on the faces of a cube.
+//! Six colors on the faces of a cube.
 
 use std::f64::consts::PI;
 
@@ -15,13 +15,13 @@ const AXES: [[f64; 3]; 6] =
 /// all six faces the ratio is 1/2.5 if they are spread evenly.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Irradiance as six colours, mixed by the squares of the normal's components.
+/// Irradiance as six colors, mixed by the squares of the normal's components.
 ///
 /// ```text
 ///   E(n) = Σ_f c_f V_f(n)        V_f(n) = max(n·a_f, 0)²        a_f = +x, -x, +y, -y, +z, -z
 /// ```
 ///
-/// Three faces count for any normal, and their weights sum to 1: a constant is kept exactly, and colours that are not
+/// Three faces count for any normal, and their weights sum to 1: a constant is kept exactly, and colors that are not
 /// negative give no negative irradiance. The cube does not turn: the products `xy`, `yz`, `xz` are lost, so the error of one
 /// directional light depends on where it stands. The RMS error of the irradiance of a light that gives 1 to a surface
 /// facing it is 0.081 for a light on an axis and 0.161 for one on a diagonal of space; within three bands, for light of which
@@ -70,7 +70,7 @@ impl<T: Coefficient> AmbientCube<T> {
     /// The cube nearest to weighted samples `(s_k, E_k, w_k)`, finite `w_k >= 0`.
     ///
     /// ```text
-    ///   minimise Σ_k w_k (Σ_f c_f V_f(s_k) - E_k)²
+    ///   minimize Σ_k w_k (Σ_f c_f V_f(s_k) - E_k)²
     /// ```
     ///
     /// Where the samples do not determine the faces, of all best cubes the one of the least sum of squares. Without

@@ -37,13 +37,13 @@ pub(super) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
 /// The expansion of `order` that is nearest to `f` over the hemisphere around `normal`; elsewhere it may be anything.
 ///
 /// ```text
-///   minimise ∫_{s·normal > 0} (g(s) - f(s))² ds        g of order n
+///   minimize ∫_{s·normal > 0} (g(s) - f(s))² ds        g of order n
 /// ```
 ///
 /// A surface is never asked for the light from behind, and what is not asked for is free to lower the error: of an irradiance
 /// from one light 7 % at order 3, where cutting off is already good, 25 % at order 2 (test
 /// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and 5875 at
-/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); the factorisation sees their
+/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); the factorization sees their
 /// square roots. After Sloan, Hall, Hart and Snyder 2003.
 ///
 /// # Panics

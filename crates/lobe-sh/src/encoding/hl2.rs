@@ -1,20 +1,20 @@
-//! Three colours along the directions of radiosity normal mapping.
+//! Three colors along the directions of radiosity normal mapping.
 
 use std::f64::consts::PI;
 
 use super::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
-/// How [`Hl2`] mixes its colours.
+/// How [`Hl2`] mixes its colors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hl2Weights {
-    /// By the squares of the cosines: colours are irradiances, a constant is kept, nothing is negative.
+    /// By the squares of the cosines: colors are irradiances, a constant is kept, nothing is negative.
     Squared,
     /// By the cosines themselves: the least squares of a function that is linear in the normal and has no constant.
     Linear,
 }
 
-/// Irradiance of the normals on one side of a surface as three colours.
+/// Irradiance of the normals on one side of a surface as three colors.
 ///
 /// ```text
 ///   b_1 = (-1/√6, -1/√2, 1/√3)        b_2 = (-1/√6, 1/√2, 1/√3)        b_3 = (√(2/3), 0, 1/√3)
@@ -32,7 +32,7 @@ pub enum Hl2Weights {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hl2<T = f32> {
     /// `c_1, c_2, c_3`.
-    pub colours: [T; 3],
+    pub colors: [T; 3],
     /// How they are mixed.
     pub weights: Hl2Weights,
     /// `R`, which takes +z to the geometric normal.
@@ -40,11 +40,11 @@ pub struct Hl2<T = f32> {
 }
 
 impl<T: Coefficient> Hl2<T> {
-    /// The squared form as it is published: each colour is the irradiance towards its direction.
+    /// The squared form as it is published: each color is the irradiance towards its direction.
     #[must_use]
     pub fn from_directions(frame: Rotation, mut irradiance: impl FnMut(Dir) -> T) -> Self {
-        let colours = basis().map(|b| irradiance(frame.rotate_dir(b)));
-        Self { colours, weights: Hl2Weights::Squared, frame }
+        let colors = basis().map(|b| irradiance(frame.rotate_dir(b)));
+        Self { colors, weights: Hl2Weights::Squared, frame }
     }
 
     /// The linear form by least squares over the hemisphere.
@@ -61,7 +61,7 @@ impl<T: Coefficient> Hl2<T> {
                 *sum += e.scale(1.5 / PI * weight * s.dot(b));
             }
         }
-        Self { colours: sums.map(T::narrow), weights: Hl2Weights::Linear, frame }
+        Self { colors: sums.map(T::narrow), weights: Hl2Weights::Linear, frame }
     }
 
     /// The irradiance of a surface with normal `n`, given in the world, at most 90° from the geometric normal.
@@ -82,8 +82,8 @@ impl<T: Coefficient> Hl2<T> {
             }
         };
         let mut sum = T::Wide::ZERO;
-        for (colour, w) in self.colours.iter().zip(weights) {
-            sum += colour.widen().scale(w);
+        for (color, w) in self.colors.iter().zip(weights) {
+            sum += color.widen().scale(w);
         }
         T::narrow(sum)
     }

@@ -159,7 +159,7 @@ pub enum EncodedIrradiance<T = f32> {
     NonLinearL1(NonLinearL1<T>),
     /// Bands 0 and 1 and a zonal coefficient.
     Zh3(Zh3<T>),
-    /// Six colours.
+    /// Six colors.
     AmbientCube(AmbientCube<T>),
     /// A constant and a light.
     Ahd(Ahd<T>),
@@ -167,7 +167,7 @@ pub enum EncodedIrradiance<T = f32> {
     HBasis4(HBasis4<T>),
     /// Six numbers of a hemisphere.
     HBasis6(HBasis6<T>),
-    /// Three colours of a hemisphere.
+    /// Three colors of a hemisphere.
     Hl2(Hl2<T>),
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
-/// The quadratic form of nine coefficients in colour, a symmetric matrix a channel.
+/// The quadratic form of nine coefficients in color, a symmetric matrix a channel.
 ///
 /// ```text
 ///   E(n) = N̂ᵀ M N̂        N̂ = (x, y, z, 1)

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
-/// The polynomial form of nine coefficients in colour: seven vectors of four numbers for three dot products a channel.
+/// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products a channel.
 ///
 /// ```text
 ///   E(n) = A·(x, y, z, 1) + B·(xy, yz, z², zx) + C (x² - y²)        for each channel

@@ -57,7 +57,7 @@ impl<T: Coefficient> Zh3<T> {
     /// that the axis suits band 2.
     ///
     /// Where the channels share an axis, each counts by its weight in the luminance. Counted alike, green, which bends the axis
-    /// most, would give way alone, and grey light would become coloured (test `a_shared_axis_leaves_grey_light_grey`).
+    /// most, would give way alone, and gray light would become colored (test `a_shared_axis_leaves_gray_light_gray`).
     ///
     /// For a given axis the best coefficients have a closed form; what is left is the maximum of a form of degree 4 on the sphere,
     /// found by Newton's method from the linear direction and from 13 more. Not worse than [`Zh3::projected`] (test

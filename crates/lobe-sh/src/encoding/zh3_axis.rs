@@ -58,7 +58,7 @@ impl Shared {
     //
     // The error is Σ_c w_c |error of channel c|². Given the axis, each channel keeps z_c(n)² of its quadratic band. The linear
     // vectors v_c must sum to a multiple of n: Σ w_c v_c ∥ n. The nearest to the given ones, L_c, differ from them all by
-    // the same, so that grey stays grey:
+    // the same, so that gray stays gray:
     //
     //   v_c - L_c = -(1 - n nᵀ) L/W,      L = Σ w_c L_c,      W = Σ w_c
     //

@@ -124,8 +124,8 @@ mod tests {
 
     #[test]
     fn the_mean_of_a_constant_is_the_constant() {
-        let colour = Rgb::new(0.25_f32, 1.0, 3.0);
-        let mean = ShL2::constant(colour).mean();
-        assert!((mean - colour).to_array().iter().all(|d| d.abs() < 1e-6), "{mean:?}");
+        let color = Rgb::new(0.25_f32, 1.0, 3.0);
+        let mean = ShL2::constant(color).mean();
+        assert!((mean - color).to_array().iter().all(|d| d.abs() < 1e-6), "{mean:?}");
     }
 }

@@ -10,7 +10,7 @@ pub(crate) fn luminance_weight<T: Coefficient>(c: usize) -> f64 {
     Rgb::<f64>::from_channels(|k| f64::from(u8::from(k == c))).luminance()
 }
 
-/// A colour's relative luminance; a number is its own.
+/// A color's relative luminance; a number is its own.
 pub(crate) fn luminance<W: Coefficient<Scalar = f64>>(value: W) -> f64 {
     (0..W::CHANNELS).map(|c| luminance_weight::<W>(c) * value.channel(c)).sum()
 }

@@ -249,7 +249,7 @@ mod tests {
         let g = ShVec::from(f);
         assert_eq!(g.coefficients(), f.coefficients(), "to run time");
         assert_eq!(ShL2::from_slice(g.coefficients()), f, "and back");
-        assert_eq!(f.map(|c| Rgb::splat(c as f32))[3].g, f[3] as f32, "to f32 colours");
+        assert_eq!(f.map(|c| Rgb::splat(c as f32))[3].g, f[3] as f32, "to f32 colors");
         let mut twice = f;
         twice *= 2.0;
         assert_eq!(twice, f * 2.0, "scaled");
@@ -275,7 +275,7 @@ mod tests {
 
     #[cfg(feature = "json")]
     #[test]
-    fn serialisation_round_trips_and_checks_the_length() {
+    fn serialization_round_trips_and_checks_the_length() {
         let f = ShL1::<Rgb>::impulse(Dir::X, Rgb::new(1.0, 0.5, 2.0));
         let text = serde_json::to_string(&f).unwrap();
         assert_eq!(serde_json::from_str::<ShL1<Rgb>>(&text).unwrap(), f, "{text}");

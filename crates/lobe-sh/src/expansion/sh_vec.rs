@@ -237,7 +237,7 @@ mod tests {
 
     #[cfg(feature = "json")]
     #[test]
-    fn serialisation_round_trips_and_checks_the_length() {
+    fn serialization_round_trips_and_checks_the_length() {
         let f = random(3, 4);
         let text = serde_json::to_string(&f).unwrap();
         assert_eq!(serde_json::from_str::<ShVec<f64>>(&text).unwrap(), f, "{text}");

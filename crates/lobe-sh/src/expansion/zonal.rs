@@ -123,7 +123,7 @@ impl Zonal {
         self.coefficients.iter().zip(p).enumerate().map(|(l, (z, p))| z * zonal_norm(l) * p).sum()
     }
 
-    /// The expansion of the function turned from +z to the axis `axis`, in the colour or strength `value`.
+    /// The expansion of the function turned from +z to the axis `axis`, in the color or strength `value`.
     ///
     /// ```text
     ///   f_lm = √(4π/(2l+1)) z_l y_lm(axis)
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lobe_fits_any_order_and_colour() {
+    fn a_lobe_fits_any_order_and_color() {
         let h = Zonal::new(vec![0.5, -1.0, 0.25]);
         let axis = Dir::from_angles(2.0, -1.0);
         let full = h.towards(axis, Rgb::new(1.0, 2.0, 0.0));

@@ -191,13 +191,13 @@ impl Search {
         polish: impl Fn(Local) -> Local,
         mut expand: impl FnMut([f64; 3]) -> Taylor,
     ) {
-        // All centres first: the best of them, polished, sets most cells aside at once.
-        let centres: Vec<Local> =
-            start.as_chunks::<4>().0.iter().flat_map(|four| evaluate(&four.map(|t| t.centre))).collect();
-        if let Some(best) = centres.iter().min_by(|a, b| a.value.total_cmp(&b.value)) {
+        // All centers first: the best of them, polished, sets most cells aside at once.
+        let centers: Vec<Local> =
+            start.as_chunks::<4>().0.iter().flat_map(|four| evaluate(&four.map(|t| t.center))).collect();
+        if let Some(best) = centers.iter().min_by(|a, b| a.value.total_cmp(&b.value)) {
             self.lower_to(polish(*best));
         }
-        for (triangle, local) in start.iter().zip(&centres) {
+        for (triangle, local) in start.iter().zip(&centers) {
             self.add(*triangle, local, &polish);
         }
         while let Some(cell) = self.heap.pop() {
@@ -205,16 +205,16 @@ impl Search {
                 self.floor = self.floor.min(cell.lower);
                 break;
             }
-            let Triangle { centre, radius, .. } = cell.triangle;
+            let Triangle { center, radius, .. } = cell.triangle;
             if self.f.remainder(radius) < WORTH * (self.hi - cell.lower) {
-                let lower = self.f.lower_bound_of_valley(&expand(centre), radius);
+                let lower = self.f.lower_bound_of_valley(&expand(center), radius);
                 if lower >= self.enough() {
                     self.floor = self.floor.min(lower);
                     continue;
                 }
             }
             let quarters = cell.triangle.quarters();
-            for (triangle, local) in quarters.into_iter().zip(evaluate(&quarters.map(|t| t.centre))) {
+            for (triangle, local) in quarters.into_iter().zip(evaluate(&quarters.map(|t| t.center))) {
                 self.add(triangle, &local, &polish);
             }
         }
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn principal_axes_diagonalise() {
+    fn principal_axes_diagonalize() {
         let f = Zonal::new(vec![0.1, -0.4, 0.8, 0.3]).towards(Dir::from_angles(1.0, 1.0), 1.0);
         f64::with_shared_basis(4, |basis| {
             for v in lobe_testkit::directions() {

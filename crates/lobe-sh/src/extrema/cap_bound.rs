@@ -35,7 +35,7 @@ const MULTIPLIER_STEPS: usize = 4;
 /// (The inequality of Bernstein, `lᵏ max|f_l|` for each band, together with `max|f_l| <= √((2l+1)/4π) ‖f_l‖` is weaker,
 /// as `D_k,l <= l²ᵏ (2l+1)/4π`: on the equator `D_k,l = Σ_m m²ᵏ y_lm²`.)
 ///
-/// By Taylor's theorem along the great circle from the centre `c` of a cap of radius `ρ` to any point at the tangent
+/// By Taylor's theorem along the great circle from the center `c` of a cap of radius `ρ` to any point at the tangent
 /// vector `v`, `|v| <= ρ`,
 ///
 /// ```text
@@ -83,7 +83,7 @@ impl SmoothFunction {
         local.value + least(local, radius) - remainder - rounding
     }
 
-    /// A lower bound of the function on the cap of `radius` about the centre of `taylor`.
+    /// A lower bound of the function on the cap of `radius` about the center of `taylor`.
     pub(crate) fn lower_bound_of_valley(&self, taylor: &Taylor, radius: f64) -> f64 {
         let [m0, m1, m2, m3, m4, _] = self.bounds;
         // The turned function has the rounding of three more recurrences.

@@ -102,7 +102,7 @@ impl Quadric {
 
     /// A lower bound of the least value when bands 1 and 2 are scaled by `w`, under which `other` is not negative: that
     /// of the rest `f - s f_other`, with the `s >= 0` that leaves the least of bands 1 and 2. Tight for light of one
-    /// colour.
+    /// color.
     pub(crate) fn least_beside(&self, other: &Self, w: [f64; 2]) -> f64 {
         // Both sums as coefficients have them: |b|² and |A|², their norms being √(3/4π) and √(15/8π).
         let inner = |p: &Self, q: &Self| {
@@ -278,7 +278,7 @@ impl Spectrum {
     }
 }
 
-/// Whether `A + ν` has no negative eigenvalue, by the pivots of its factorisation `L D Lᵀ`, which is backward stable:
+/// Whether `A + ν` has no negative eigenvalue, by the pivots of its factorization `L D Lᵀ`, which is backward stable:
 /// rounding acts like a change of `ν` by a few units in its last place.
 fn is_positive(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], nu: f64) -> bool {
     let d0 = xx + nu;
@@ -451,7 +451,7 @@ mod tests {
             let (f, g) = (Quadric::new(&f, 0), Quadric::new(&g, 0));
             let (bound, least) = (g.least_beside(&f, [1.0, 1.0]), g.minimum([1.0, 1.0]));
             assert!(bound <= least.hi + 1e-14, "case {case}: {bound} against {least:?}");
-            assert!(case % 4 > 0 || bound > -1e-14, "case {case}, one colour: {bound}");
+            assert!(case % 4 > 0 || bound > -1e-14, "case {case}, one color: {bound}");
         }
     }
 

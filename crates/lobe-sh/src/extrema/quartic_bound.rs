@@ -11,7 +11,7 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A lower bound of the polynomial for `|u|, |v| <= radius`; -∞ where it does not curve upwards along `u`.
 ///
 /// Bounds that round away all beyond second order see a bent valley, such as part of a ring, with an error of the third
-/// power of the radius. Here the polynomial is seen as one in `u` whose coefficients depend on `v`, and is minimised
+/// power of the radius. Here the polynomial is seen as one in `u` whose coefficients depend on `v`, and is minimized
 /// over `u`:
 ///
 /// ```text
@@ -132,7 +132,7 @@ mod tests {
         assert!(bounded > cases, "only {bounded} of {} were bounded", 3 * cases);
     }
 
-    /// `k (u - κ v²/2 - d)²`: zero all along a parabola, as part of a ring is, the centre beside it.
+    /// `k (u - κ v²/2 - d)²`: zero all along a parabola, as part of a ring is, the center beside it.
     #[test]
     fn bent_valleys_are_bounded_to_the_fifth_power() {
         for (bend, aside) in [(0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (-2.0, 0.7)] {

@@ -10,9 +10,9 @@ use crate::{Coefficient as _, Dir, Expansion as _, Normalization, Rgb, ShError, 
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, Light, Normalization, Rgb, Zonal, convolved};
 ///
-/// let sun = Light::Directional { dir: Dir::X, colour: Rgb::new(1.0, 0.9, 0.7) };
+/// let sun = Light::Directional { dir: Dir::X, color: Rgb::new(1.0, 0.9, 0.7) };
 /// let light = sun.project(3, Normalization::Projected)?;
-/// // A white diffuse surface that faces it leaves E/π: the colour.
+/// // A white diffuse surface that faces it leaves E/π: the color.
 /// let irradiance = convolved(&light, &Zonal::clamped_cosine(3)).eval(Dir::X);
 /// assert!((irradiance.g / std::f64::consts::PI - 0.9).abs() < 1e-14);
 /// # Ok::<(), lobe_sh::ShError>(())
@@ -20,42 +20,42 @@ use crate::{Coefficient as _, Dir, Expansion as _, Normalization, Rgb, ShError, 
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Light {
-    /// The same from everywhere. A white surface leaves the colour whatever the normalisation.
+    /// The same from everywhere. A white surface leaves the color whatever the normalization.
     Ambient {
         /// Radiance.
-        colour: Rgb<f64>,
+        color: Rgb<f64>,
     },
     /// From one direction.
     Directional {
         /// Towards the light.
         dir: Dir,
         /// See [`Normalization`].
-        colour: Rgb<f64>,
+        color: Rgb<f64>,
     },
     /// A disc of constant radiance, or a sphere ([`Light::sphere`]).
     Cone {
-        /// Towards its centre.
+        /// Towards its center.
         dir: Dir,
         /// In radians, in `(0, π]`.
         half_angle: f64,
         /// See [`Normalization`].
-        colour: Rgb<f64>,
+        color: Rgb<f64>,
     },
     /// A disc that fades to its edge; see [`Zonal::soft_cone`].
     SoftCone {
-        /// Towards its centre.
+        /// Towards its center.
         dir: Dir,
         /// In radians, in `(0, π]`.
         half_angle: f64,
-        /// See [`Normalization`]; the radiance is that of the centre.
-        colour: Rgb<f64>,
+        /// See [`Normalization`]; the radiance is that of the center.
+        color: Rgb<f64>,
     },
     /// A plane polygon, or any contour; see [`SphericalPolygon`]. It is faced by looking along its vector irradiance.
     Polygon {
         /// As seen from the receiver.
         polygon: SphericalPolygon,
         /// See [`Normalization`].
-        colour: Rgb<f64>,
+        color: Rgb<f64>,
     },
     /// Radiance that runs from `ground` at the nadir to `sky` at the zenith in proportion to the height `t = s·up`.
     ///
@@ -64,7 +64,7 @@ pub enum Light {
     ///   c = 1 (Normalization::None),    c = 6 max/(5 max + min) of sky and ground, channel by channel (the others)
     /// ```
     ///
-    /// With that `c` a surface that faces the brighter end leaves exactly its colour: 6/5 for a black ground, 1 for
+    /// With that `c` a surface that faces the brighter end leaves exactly its color: 6/5 for a black ground, 1 for
     /// equal ends. (D3DX takes 3/2, which leaves 5/4.) From order 2 on the expansion is exact; at order 1 `Projected`
     /// has `c = 2 max/(max + min)`.
     Hemisphere {
@@ -75,8 +75,8 @@ pub enum Light {
         /// Radiance at the nadir, not negative.
         ground: Rgb<f64>,
     },
-    /// Three colours, linear in the height `t = s·up` from the horizon up and from the horizon down. All three are
-    /// radiance, whatever the normalisation.
+    /// Three colors, linear in the height `t = s·up` from the horizon up and from the horizon down. All three are
+    /// radiance, whatever the normalization.
     ///
     /// ```text
     ///   L = horizon + (zenith - horizon) max(t, 0) + (ground - horizon) max(-t, 0)
@@ -98,42 +98,42 @@ impl Light {
     ///
     /// # Errors
     /// [`ShError::Options`] unless `0 < radius < distance`, both finite: from inside there is no shape to see.
-    pub fn sphere(dir: Dir, distance: f64, radius: f64, colour: Rgb<f64>) -> Result<Self, ShError> {
+    pub fn sphere(dir: Dir, distance: f64, radius: f64, color: Rgb<f64>) -> Result<Self, ShError> {
         if !(radius > 0.0 && radius < distance && distance.is_finite()) {
             return Err(ShError::Options(format!(
                 "a spherical light needs 0 < radius < distance, found radius {radius} at distance {distance}"
             )));
         }
-        Ok(Self::Cone { dir, half_angle: (radius / distance).asin(), colour })
+        Ok(Self::Cone { dir, half_angle: (radius / distance).asin(), color })
     }
 
     /// The expansion of the light.
     ///
     /// # Errors
-    /// [`ShError::Options`] for a half angle outside `(0, π]`, a colour that is not finite, a hemisphere of negative
-    /// colour, and a light too small to be normalised (a polygon without area; a cone below some 1e-150 rad). Order 0
+    /// [`ShError::Options`] for a half angle outside `(0, π]`, a color that is not finite, a hemisphere of negative
+    /// color, and a light too small to be normalized (a polygon without area; a cone below some 1e-150 rad). Order 0
     /// is empty.
     pub fn project(&self, order: usize, normalization: Normalization) -> Result<ShVec<Rgb<f64>>, ShError> {
         self.check()?;
         if order == 0 {
             return Ok(ShVec::zero(0));
         }
-        let shaped = |shape: Zonal, dir: Dir, exact: f64, colour: Rgb<f64>| {
+        let shaped = |shape: Zonal, dir: Dir, exact: f64, color: Rgb<f64>| {
             let factor = factor(normalization, || shape.facing_irradiance(), || exact)?;
-            Ok(shape.towards(dir, colour.scale(factor)))
+            Ok(shape.towards(dir, color.scale(factor)))
         };
         match *self {
-            Self::Ambient { colour } => Ok(ShVec::constant(order, colour)),
-            Self::Directional { dir, colour } => shaped(Zonal::impulse(order), dir, 1.0, colour),
-            Self::Cone { dir, half_angle, colour } => {
-                shaped(Zonal::cone(order, half_angle), dir, cone_irradiance(half_angle), colour)
+            Self::Ambient { color } => Ok(ShVec::constant(order, color)),
+            Self::Directional { dir, color } => shaped(Zonal::impulse(order), dir, 1.0, color),
+            Self::Cone { dir, half_angle, color } => {
+                shaped(Zonal::cone(order, half_angle), dir, cone_irradiance(half_angle), color)
             }
-            Self::SoftCone { dir, half_angle, colour } => {
-                shaped(Zonal::soft_cone(order, half_angle), dir, soft_cone_irradiance(half_angle), colour)
+            Self::SoftCone { dir, half_angle, color } => {
+                shaped(Zonal::soft_cone(order, half_angle), dir, soft_cone_irradiance(half_angle), color)
             }
-            Self::Polygon { ref polygon, colour } => {
+            Self::Polygon { ref polygon, color } => {
                 let factor = polygon_factor(polygon, order, normalization)?;
-                Ok(polygon.project(order).map(|f| colour.scale(f * factor)))
+                Ok(polygon.project(order).map(|f| color.scale(f * factor)))
             }
             Self::Hemisphere { up, sky, ground } => Ok(hemisphere(order, up, sky, ground, normalization)),
             Self::Gradient { up, zenith, horizon, ground } => {
@@ -147,23 +147,23 @@ impl Light {
     }
 
     fn check(&self) -> Result<(), ShError> {
-        let colours: &[Rgb<f64>] = match self {
-            Self::Ambient { colour }
-            | Self::Directional { colour, .. }
-            | Self::Cone { colour, .. }
-            | Self::SoftCone { colour, .. }
-            | Self::Polygon { colour, .. } => &[*colour],
+        let colors: &[Rgb<f64>] = match self {
+            Self::Ambient { color }
+            | Self::Directional { color, .. }
+            | Self::Cone { color, .. }
+            | Self::SoftCone { color, .. }
+            | Self::Polygon { color, .. } => &[*color],
             Self::Hemisphere { sky, ground, .. } => &[*sky, *ground],
             Self::Gradient { zenith, horizon, ground, .. } => &[*zenith, *horizon, *ground],
         };
-        for colour in colours {
-            let [r, g, b] = colour.to_array();
+        for color in colors {
+            let [r, g, b] = color.to_array();
             if !(r.is_finite() && g.is_finite() && b.is_finite()) {
-                return Err(ShError::Options(format!("a light needs a finite colour, found {r},{g},{b}")));
+                return Err(ShError::Options(format!("a light needs a finite color, found {r},{g},{b}")));
             }
             if matches!(self, Self::Hemisphere { .. }) && r.min(g).min(b) < 0.0 {
                 return Err(ShError::Options(format!(
-                    "a hemisphere needs colours that are not negative, found {r},{g},{b}"
+                    "a hemisphere needs colors that are not negative, found {r},{g},{b}"
                 )));
             }
         }
@@ -179,7 +179,7 @@ impl Light {
     }
 }
 
-/// What brings the light to its normalisation; `projected` and `exact` are irradiances of the facing surface.
+/// What brings the light to its normalization; `projected` and `exact` are irradiances of the facing surface.
 fn factor(
     normalization: Normalization,
     projected: impl FnOnce() -> f64,
@@ -195,7 +195,7 @@ fn factor(
         Ok(factor)
     } else {
         Err(ShError::Options(format!(
-            "a facing surface receives {irradiance:e} from this light: too little to be normalised; use none"
+            "a facing surface receives {irradiance:e} from this light: too little to be normalized; use none"
         )))
     }
 }
@@ -248,22 +248,22 @@ mod tests {
     }
 
     #[test]
-    fn a_facing_white_surface_leaves_the_colour() {
-        let colour = Rgb::new(0.5, 2.0, 0.0);
+    fn a_facing_white_surface_leaves_the_color() {
+        let color = Rgb::new(0.5, 2.0, 0.0);
         for dir in directions() {
             let (half_angle, triangle) = (0.4, triangle_around(dir));
             for light in [
-                Light::Ambient { colour },
-                Light::Directional { dir, colour },
-                Light::Cone { dir, half_angle, colour },
-                Light::SoftCone { dir, half_angle, colour },
-                Light::sphere(dir, 3.0, 1.0, colour).unwrap(),
-                Light::Hemisphere { up: dir, sky: colour, ground: colour.scale(0.3) },
-                Light::Polygon { polygon: triangle, colour },
+                Light::Ambient { color },
+                Light::Directional { dir, color },
+                Light::Cone { dir, half_angle, color },
+                Light::SoftCone { dir, half_angle, color },
+                Light::sphere(dir, 3.0, 1.0, color).unwrap(),
+                Light::Hemisphere { up: dir, sky: color, ground: color.scale(0.3) },
+                Light::Polygon { polygon: triangle, color },
             ] {
                 for order in 1..=10 {
                     let leaves = reflected(&light.project(order, Normalization::Projected).unwrap(), dir);
-                    let error = (leaves - colour).to_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+                    let error = (leaves - color).to_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
                     assert!(error < 1e-12, "{light:?}, order {order}: {leaves:?}");
                 }
             }
@@ -290,12 +290,12 @@ mod tests {
     fn the_analytic_factor_is_the_limit_of_the_projected_one() {
         let dir = Dir::from_angles(1.0, 2.0);
         for light in [
-            Light::Cone { dir, half_angle: 0.4, colour: WHITE },
-            Light::Cone { dir, half_angle: 2.0, colour: WHITE },
-            Light::SoftCone { dir, half_angle: 0.9, colour: WHITE },
-            Light::SoftCone { dir, half_angle: 2.5, colour: WHITE },
-            Light::Directional { dir, colour: WHITE },
-            Light::Polygon { polygon: triangle_around(dir), colour: WHITE },
+            Light::Cone { dir, half_angle: 0.4, color: WHITE },
+            Light::Cone { dir, half_angle: 2.0, color: WHITE },
+            Light::SoftCone { dir, half_angle: 0.9, color: WHITE },
+            Light::SoftCone { dir, half_angle: 2.5, color: WHITE },
+            Light::Directional { dir, color: WHITE },
+            Light::Polygon { polygon: triangle_around(dir), color: WHITE },
         ] {
             let [projected, analytic] = [Normalization::Projected, Normalization::Analytic]
                 .map(|normalization| light.project(60, normalization).unwrap()[0].r);
@@ -306,7 +306,7 @@ mod tests {
     #[test]
     fn a_sphere_is_the_cone_it_subtends() {
         let sphere = Light::sphere(Dir::Y, 2.0, 1.0, WHITE).unwrap().project(10, Normalization::None).unwrap();
-        let cone = Light::Cone { dir: Dir::Y, half_angle: PI / 6.0, colour: WHITE };
+        let cone = Light::Cone { dir: Dir::Y, half_angle: PI / 6.0, color: WHITE };
         let cone = cone.project(10, Normalization::None).unwrap();
         for (i, (a, b)) in sphere.coefficients().iter().zip(cone.coefficients()).enumerate() {
             assert!((a.r - b.r).abs() < 1e-15, "i {i}: {a:?} against {b:?}");
@@ -316,7 +316,7 @@ mod tests {
     #[test]
     fn a_bare_directional_light_is_the_basis_towards_it() {
         let dir = Dir::from_angles(2.0, -1.0);
-        let bare = Light::Directional { dir, colour: WHITE }.project(5, Normalization::None).unwrap();
+        let bare = Light::Directional { dir, color: WHITE }.project(5, Normalization::None).unwrap();
         for (i, (a, y)) in bare.coefficients().iter().zip(crate::eval_basis(dir, 5)).enumerate() {
             assert!((a.g - y).abs() < 1e-15, "i {i}: {a:?} against {y}");
         }
@@ -356,13 +356,13 @@ mod tests {
         let light = Light::Hemisphere { up: Dir::Z, sky: WHITE, ground: Rgb::default() };
         let raw = light.project(2, Normalization::None).unwrap();
         assert!((reflected(&raw, Dir::Z).r - 5.0 / 6.0).abs() < 1e-14, "{:?}", reflected(&raw, Dir::Z));
-        let normalised = light.project(2, Normalization::Projected).unwrap();
-        assert!((normalised[0].r / raw[0].r - 1.2).abs() < 1e-14, "{:?}", normalised[0]);
+        let normalized = light.project(2, Normalization::Projected).unwrap();
+        assert!((normalized[0].r / raw[0].r - 1.2).abs() < 1e-14, "{:?}", normalized[0]);
         let upside_down = Light::Hemisphere { up: Dir::Z, sky: Rgb::default(), ground: WHITE };
         let upside_down = upside_down.project(3, Normalization::Analytic).unwrap();
         assert!((reflected(&upside_down, -Dir::Z).r - 1.0).abs() < 1e-14, "a bright ground");
         for (s, _) in SphereQuadrature::of_degree(6).points() {
-            assert!(normalised.eval(s).r > -1e-14, "towards {s:?}: {:?}", normalised.eval(s));
+            assert!(normalized.eval(s).r > -1e-14, "towards {s:?}: {:?}", normalized.eval(s));
         }
     }
 
@@ -370,15 +370,15 @@ mod tests {
     fn bad_lights_are_refused_in_one_line() {
         let nan = Rgb::new(f64::NAN, 0.0, 0.0);
         let negative = Rgb::new(-1.0, 0.0, 0.0);
-        let cone = |half_angle: f64| Light::Cone { dir: Dir::X, half_angle, colour: WHITE };
+        let cone = |half_angle: f64| Light::Cone { dir: Dir::X, half_angle, color: WHITE };
         for (light, what) in [
             (cone(0.0), "half angle"),
             (cone(-1.0), "half angle"),
             (cone(3.2), "half angle"),
             (cone(f64::NAN), "half angle"),
             (cone(1e-200), "too little"),
-            (Light::SoftCone { dir: Dir::X, half_angle: 4.0, colour: WHITE }, "half angle"),
-            (Light::Ambient { colour: nan }, "finite"),
+            (Light::SoftCone { dir: Dir::X, half_angle: 4.0, color: WHITE }, "half angle"),
+            (Light::Ambient { color: nan }, "finite"),
             (Light::Hemisphere { up: Dir::Z, sky: WHITE, ground: negative }, "not negative"),
         ] {
             let error = light.project(3, Normalization::Projected).unwrap_err().to_string();
@@ -391,7 +391,7 @@ mod tests {
             assert!(error.contains("radius < distance"), "{distance}, {radius}: {error}");
         }
         let flat = SphericalPolygon::new(vec![[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 2.0, 0.0]]).unwrap();
-        let flat = Light::Polygon { polygon: flat, colour: WHITE };
+        let flat = Light::Polygon { polygon: flat, color: WHITE };
         let error = flat.project(3, Normalization::Analytic).unwrap_err().to_string();
         assert!(error.contains("too little"), "a polygon without area: {error}");
         assert_eq!(flat.project(0, Normalization::Projected).unwrap().order(), 0, "order 0");

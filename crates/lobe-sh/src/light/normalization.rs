@@ -6,7 +6,7 @@ use crate::Zonal;
 use crate::expansion::zonal::zonal_norm;
 use crate::light::soft_cone::ease_sine;
 
-/// What a light of colour 1 stands for.
+/// What a light of color 1 stands for.
 ///
 /// | | [`Projected`](Self::Projected) | [`Analytic`](Self::Analytic) | [`None`](Self::None) |
 /// |---|---|---|---|

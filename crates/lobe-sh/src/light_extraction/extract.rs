@@ -13,7 +13,7 @@ const NOTHING_LEFT: f64 = 1e-28;
 /// A further light must take away this part of what is left.
 const WORTH_IT: f64 = 1e-9;
 
-/// The optimal linear direction: where band 1 points, of colours that of their luminance.
+/// The optimal linear direction: where band 1 points, of colors that of their luminance.
 ///
 /// ```text
 ///   d = (-f_3, -f_1, f_2) / |..|
@@ -57,8 +57,8 @@ pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option
 /// ```
 /// use lobe_sh::{Dir, Light, Normalization, Rgb, extract_light};
 ///
-/// let colour = Rgb::new(3.0, 2.0, 1.0);
-/// let sun = Light::Directional { dir: Dir::Y, colour }.project(3, Normalization::Projected)?;
+/// let color = Rgb::new(3.0, 2.0, 1.0);
+/// let sun = Light::Directional { dir: Dir::Y, color }.project(3, Normalization::Projected)?;
 /// let found = extract_light(&sun)?;
 /// assert!(found.lights[0].dir.angle_to(Dir::Y) < 1e-12 && (found.lights[0].intensity.r - 3.0).abs() < 1e-12);
 /// # Ok::<(), lobe_sh::ShError>(())

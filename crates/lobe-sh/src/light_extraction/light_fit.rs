@@ -63,7 +63,7 @@ pub enum LightMetric {
 
 /// The least-squares problem of lights in given directions, for one expansion.
 ///
-/// With `L_d = N Σ_i y_i(d) y_i` the normalised light, `w_l` the weight of the metric and the DC term kept apart,
+/// With `L_d = N Σ_i y_i(d) y_i` the normalized light, `w_l` the weight of the metric and the DC term kept apart,
 ///
 /// ```text
 ///   L_d · L_e = N² Σ_l w_l² (2l+1)/4π P_l(d·e)        L_d · f = N Σ_i w_l² f_i y_i(d)

@@ -33,7 +33,7 @@ pub struct Peak {
 /// Where the climbs of [`local_maxima`] begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PeakSearch {
-    /// At every point of a fine grid that is as high as its eight neighbours. At order 6 several times as slow as
+    /// At every point of a fine grid that is as high as its eight neighbors. At order 6 several times as slow as
     /// [`PeakSearch::Paper`] (benchmarks `light-peaks-grid` and `light-peaks-paper`).
     #[default]
     Grid,
@@ -131,10 +131,10 @@ fn grid_maxima(f: &ShVec<f64>, rows: usize, slack: f64) -> Vec<Dir> {
     starts
 }
 
-/// Whether a maximum may lie within a cell of a point, from its value and those of its neighbours on four lines.
+/// Whether a maximum may lie within a cell of a point, from its value and those of its neighbors on four lines.
 ///
-/// A point is as high as both its neighbours on a line if the slope over the line, `|a - b|`, is at most the bend `2v -
-/// a - b`. On a ridge, where the bend along it is small and rounding or a neighbouring saddle decides, a slope up to a
+/// A point is as high as both its neighbors on a line if the slope over the line, `|a - b|`, is at most the bend `2v -
+/// a - b`. On a ridge, where the bend along it is small and rounding or a neighboring saddle decides, a slope up to a
 /// part of the strongest bend is let through.
 fn may_be_highest(value: f64, lines: [(f64, f64); 4], slack: f64) -> bool {
     let bend = |(a, b): (f64, f64)| (value - a) + (value - b);
@@ -197,7 +197,7 @@ mod tests {
     /// Rows of the dense grid for every band: more than four times as many points as [`PeakSearch::Grid`] looks at.
     const DENSE_ROWS_PER_BAND: usize = 33;
 
-    /// The maxima that a dense grid finds, each once: every point of it as high as its eight neighbours, followed
+    /// The maxima that a dense grid finds, each once: every point of it as high as its eight neighbors, followed
     /// uphill by the Newton steps of the certified minimum, which share nothing with the climbs of the search.
     fn dense_maxima(f: &ShVec<f64>) -> Vec<Dir> {
         let rows = DENSE_ROWS_PER_BAND * f.order();

@@ -39,7 +39,7 @@ const DEPENDENT: f64 = 1e-8;
 ///   (JᵀJ + μ diag JᵀJ) δ = -Jᵀr
 /// ```
 ///
-/// A step that does not lower the residual is not taken. Colours are fitted together, channel below channel.
+/// A step that does not lower the residual is not taken. Colors are fitted together, channel below channel.
 pub(crate) fn refine<T: Coefficient>(problem: &LightProblem<T>, start: LightFit<T::Wide>) -> LightFit<T::Wide> {
     let mut fit = start;
     let mut damping = FIRST_DAMPING;
@@ -47,7 +47,7 @@ pub(crate) fn refine<T: Coefficient>(problem: &LightProblem<T>, start: LightFit<
         if fit.lights.is_empty() || total(fit.residual) == 0.0 {
             break;
         }
-        let (jacobian, residual) = linearised(problem, &fit);
+        let (jacobian, residual) = linearized(problem, &fit);
         let normal = jacobian.transpose() * &jacobian;
         let right = -(jacobian.transpose() * residual);
         let Some((next, step)) = damped_step(problem, &fit, &normal, &right, &mut damping) else { break };
@@ -99,7 +99,7 @@ fn damped_step<T: Coefficient>(
 }
 
 /// The projected Jacobian and the residual, all channels.
-fn linearised<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>) -> (DMatrix<f64>, DVector<f64>) {
+fn linearized<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>) -> (DMatrix<f64>, DVector<f64>) {
     let order = problem.order();
     let rows = order * order;
     let weights: Vec<f64> = problem.coefficient_weights().map(f64::sqrt).collect();
@@ -119,7 +119,7 @@ fn linearised<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>
         if fit.ambient.channel(c) != 0.0 || !problem.non_negative {
             span.push(DVector::from_fn(rows, |i, _| if i == 0 { weights[0] } else { 0.0 }));
         }
-        orthonormalise(&mut span);
+        orthonormalize(&mut span);
         for (k, light) in fit.lights.iter().enumerate() {
             let scale = -problem.normalization * light.intensity.channel(c);
             for (side, t) in tangents(light.dir.to_array()).into_iter().enumerate() {
@@ -135,7 +135,7 @@ fn linearised<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>
 }
 
 /// Gram and Schmidt, twice each for the digits; vectors that depend on those before are dropped.
-fn orthonormalise(span: &mut Vec<DVector<f64>>) {
+fn orthonormalize(span: &mut Vec<DVector<f64>>) {
     let mut basis: Vec<DVector<f64>> = Vec::with_capacity(span.len());
     for mut v in span.drain(..) {
         let length = v.norm();

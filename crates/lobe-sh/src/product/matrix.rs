@@ -13,8 +13,8 @@ use crate::{Coefficient, Dir, Expansion, MAX_TRIPLE_ORDER, Real, TripleTensor, b
 /// ```
 ///
 /// With a visibility or shadow function for `f` it is the transfer matrix of [Green 2003], which turns light into
-/// shadowed light. `f` is a number everywhere; a coloured function has one matrix for each channel. What the matrix is
-/// applied to may be coloured.
+/// shadowed light. `f` is a number everywhere; a colored function has one matrix for each channel. What the matrix is
+/// applied to may be colored.
 ///
 /// `M` takes in `f` up to band `2n - 2` for order `n`; the bands above meet no pair of functions. To apply it costs
 /// `n⁴` multiplications and additions: fewer than [`product_into`](crate::product_into) needs from order 5 on, so it

@@ -42,7 +42,7 @@ pub struct Fit<T> {
 /// The expansion of order `n` that fits weighted samples of a function with the least squared error.
 ///
 /// ```text
-///   minimise Σ_k w_k (Σ_i f_i y_i(s_k) - v_k)²
+///   minimize Σ_k w_k (Σ_i f_i y_i(s_k) - v_k)²
 /// ```
 ///
 /// Unlike a projection this needs no even distribution of the directions. Each item is `(s_k, v_k, w_k)` with a
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_fitted_channel_by_channel() {
+    fn colors_are_fitted_channel_by_channel() {
         let f = planted(3);
         let all = || directions().into_iter().map(Dir::from_unit);
         let fit = least_squares(3, all().map(|s| (s, Rgb::new(f.eval(s), 0.0, -f.eval(s)), 1.0)));

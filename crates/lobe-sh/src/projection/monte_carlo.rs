@@ -55,7 +55,7 @@ pub struct Estimate<T> {
 /// ```
 ///
 /// The standard error is, for random samples, `√(variance / N)` of the summands `4π f y_i`; for jittered samples
-/// the same within pairs of neighbouring cells, which overstates it a little (the cells of a pair differ in mean
+/// the same within pairs of neighboring cells, which overstates it a little (the cells of a pair differ in mean
 /// too); for the Fibonacci spiral, which has no statistic, the difference from a spiral of half as many
 /// points, taken with `N/2` further evaluations. With fewer than two samples it is infinite.
 ///
@@ -107,7 +107,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
         estimate(mean, error, samples)
     }
 
-    /// `cells × cells` jittered samples. Neighbouring cells along `φ` form the pairs of the error estimate:
+    /// `cells × cells` jittered samples. Neighboring cells along `φ` form the pairs of the error estimate:
     /// the variance of a pair's sum is at most the mean square of its difference. An odd last cell counts as a
     /// pair with the one before it, at half weight.
     fn jittered(mut self, cells: usize) -> Estimate<T> {
@@ -305,14 +305,14 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_estimated_channel_by_channel() {
+    fn colors_are_estimated_channel_by_channel() {
         let options = MonteCarlo { samples: 400, seed: 1, sampling: Sampling::Random };
-        let grey = project_monte_carlo(3, &options, greens_light);
-        let colour = project_monte_carlo(3, &options, |s| Rgb::new(greens_light(s), 0.0, -greens_light(s)));
+        let gray = project_monte_carlo(3, &options, greens_light);
+        let color = project_monte_carlo(3, &options, |s| Rgb::new(greens_light(s), 0.0, -greens_light(s)));
         for i in 0..9 {
-            let c = colour.sh[i];
-            assert_eq!((c.r, c.g, c.b), (grey.sh[i], 0.0, -grey.sh[i]), "i {i}");
-            assert_eq!(colour.standard_error[i].b, grey.standard_error[i], "error of i {i}");
+            let c = color.sh[i];
+            assert_eq!((c.r, c.g, c.b), (gray.sh[i], 0.0, -gray.sh[i]), "i {i}");
+            assert_eq!(color.standard_error[i].b, gray.standard_error[i], "error of i {i}");
         }
     }
 

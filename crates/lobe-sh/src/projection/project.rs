@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_project_channel_by_channel() {
+    fn colors_project_channel_by_channel() {
         let found = project(2, 1, |s| Rgb::new(1.0 + s.x(), 1.0 + s.y(), 1.0 + s.z()));
         let c = (4.0 * PI / 3.0).sqrt();
         assert!((found[3].r + c).abs() < 1e-14 && found[3].g.abs() < 1e-14, "x: {:?}", found[3]);

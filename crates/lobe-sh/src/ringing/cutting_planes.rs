@@ -36,11 +36,11 @@ pub(crate) struct LeastChange {
 /// The factors `w_l` of bands `0..n` that solve
 ///
 /// ```text
-///   minimise    Σ_l E_l (1 - w_l)²                              E_l the energy of band l, summed over channels
+///   minimize    Σ_l E_l (1 - w_l)²                              E_l the energy of band l, summed over channels
 ///   subject to  Σ_l w_l f_l(s) >= 0  for all s and channels,    w_0 = 1,  0 <= w_l <= 1
 /// ```
 ///
-/// What is minimised is the squared norm of the change. For every direction `s` the condition is linear in `w`, so the
+/// What is minimized is the squared norm of the change. For every direction `s` the condition is linear in `w`, so the
 /// admissible set is convex. It is approached from outside by planes: solve with the planes so far, find the lowest
 /// points of the result, add their planes, until the certified minimum is above `-1e-6` of the mean. Blending towards the
 /// mean then makes it non-negative: if `Σ w_l f_l >= m` with `m < 0 < f_0 = c`, the factors `t w_l` give

@@ -72,7 +72,7 @@ pub enum DeringMethod {
     /// One factor for each band, such that the norm of the change is least.
     ///
     /// ```text
-    ///   minimise Σ_l E_l (1 - w_l)²   subject to   Σ_l w_l f_l >= 0 everywhere,   w_0 = 1,   0 <= w_l <= 1
+    ///   minimize Σ_l E_l (1 - w_l)²   subject to   Σ_l w_l f_l >= 0 everywhere,   w_0 = 1,   0 <= w_l <= 1
     /// ```
     #[default]
     LeastChange,
@@ -178,7 +178,7 @@ pub struct DeringReport {
     pub excess: Option<f64>,
 }
 
-/// Makes a function non-negative by a window that all its channels share: the worst decides, so that no colour shifts.
+/// Makes a function non-negative by a window that all its channels share: the worst decides, so that no color shifts.
 ///
 /// The least value is not sampled but certified ([`certified_minimum`](crate::certified_minimum)), and what rounding
 /// the coefficients may take away is kept as a margin. A function that was as good as non-negative stays as it is, so

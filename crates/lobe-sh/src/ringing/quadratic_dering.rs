@@ -31,7 +31,7 @@ pub struct QuadraticDering {
 /// [`dering_in_place`](crate::dering_in_place), without its report and without an allocation.
 ///
 /// ```text
-///   minimise  E_1 (1 - w_1)² + E_2 (1 - w_2)²        subject to  c + w_1 b·x + w_2 xᵀ A x >= 0 on the sphere, 0 <= w <= 1
+///   minimize  E_1 (1 - w_1)² + E_2 (1 - w_2)²        subject to  c + w_1 b·x + w_2 xᵀ A x >= 0 on the sphere, 0 <= w <= 1
 /// ```
 ///
 /// All channels share the factors; `E_l` sums their energies. The channel that rings most usually decides alone: Newton's method
@@ -127,7 +127,7 @@ fn first_ringing(channels: &mut [Option<Channel>; 3]) -> Option<(usize, f64)> {
     let mut passed: Option<Quadric> = None;
     for k in [largest, (largest + 1) % 3, (largest + 2) % 3] {
         let Some(channel) = &mut channels[k] else { continue };
-        // What `least` would find at once, and what a channel of nearly the same colour tells.
+        // What `least` would find at once, and what a channel of nearly the same color tells.
         let near = reach[k] > 1.0;
         if !near || passed.is_some_and(|other| channel.quadric.least_beside(&other, [1.0, 1.0]) >= 0.0) {
             continue;

@@ -11,8 +11,8 @@ use crate::{Coefficient, Dir, Expansion, ShError};
 /// products of `f32` matrices pass, a scale of 0.1 % or a shear does not.
 const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
 
-/// How far the length of a quaternion may be from 1: components quantised to eight bits pass, as glTF allows them;
-/// a quaternion that nobody normalised does not.
+/// How far the length of a quaternion may be from 1: components quantized to eight bits pass, as glTF allows them;
+/// a quaternion that nobody normalized does not.
 const QUATERNION_TOLERANCE: f64 = 1e-2;
 
 /// Steps of Newton's method towards the nearest rotation. The residual `e` becomes `3/4 e²`, so that two steps from
@@ -470,7 +470,7 @@ mod tests {
         assert_eq!(as_option, "expected a unit quaternion, found length 0.000000", "as an error of the crate");
         let nearly = Rotation::from_quaternion([0.0, 0.0, 0.71, 0.71]).unwrap();
         let error = nearly.rotate_dir(Dir::X).angle_to(Dir::Y);
-        assert!(error < ROUNDING, "a nearly unit quaternion is normalised, not {error} off");
+        assert!(error < ROUNDING, "a nearly unit quaternion is normalized, not {error} off");
     }
 
     #[test]

@@ -12,7 +12,7 @@ use std::f64::consts::SQRT_2;
 /// ```
 ///
 /// with `B^N` on the right. Each step writes `e_k^{N+1} = √((N+1-k)/(N+1)) u e_k^N + √(k/(N+1)) v e_{k-1}^N`, that
-/// is, it adds one spinor index and symmetrises: weights whose squares sum to 1, no division by a small number, so that
+/// is, it adds one spinor index and symmetrizes: weights whose squares sum to 1, no division by a small number, so that
 /// errors do not grow ([Risbo 1996], for any angle). `B` is symmetric. The test
 /// `the_half_turn_has_the_exact_values_of_krawtchouk` finds every entry to order 60 within 1e-14 of exact integers.
 ///

@@ -17,8 +17,8 @@ const LOOK_AROUND: f64 = 1e-4;
 
 /// A function on the sphere, ready to be climbed.
 ///
-/// [Sloan 2008] minimises `-f(x/|x|)` over all of space by BFGS, so that the search may leave the sphere; the gradient
-/// is that on the sphere times the Jacobian of normalisation,
+/// [Sloan 2008] minimizes `-f(x/|x|)` over all of space by BFGS, so that the search may leave the sphere; the gradient
+/// is that on the sphere times the Jacobian of normalization,
 ///
 /// ```text
 ///   ∂(x/|x|)/∂x = (1 - s sᵀ)/|x|        s = x/|x|

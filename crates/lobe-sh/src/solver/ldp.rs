@@ -63,7 +63,7 @@ impl LeastSquares for Columns<'_> {
     }
 }
 
-/// The least squares solution over some columns by modified Gram-Schmidt orthogonalisation, each column twice; `None`
+/// The least squares solution over some columns by modified Gram-Schmidt orthogonalization, each column twice; `None`
 /// if they are dependent.
 fn orthogonal_solution(columns: &[Vec<f64>], within: &[usize], target: &[f64]) -> Option<Vec<f64>> {
     /// A column counts as dependent on others when less than this part of it is left beside them.

@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn directions_normalise_vectors_of_any_length() {
+    fn directions_normalize_vectors_of_any_length() {
         for scale in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
             let d = Dir::new([3.0 * scale, 0.0, -4.0 * scale]).unwrap();
             assert!((d.x() - 0.6).abs() < 1e-15 && (d.z() + 0.8).abs() < 1e-15, "scale {scale}: {d:?}");

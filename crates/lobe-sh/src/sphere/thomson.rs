@@ -91,9 +91,9 @@ mod tests {
             for (j, b) in points[..i].iter().enumerate() {
                 for c in &points[..j] {
                     let normal = unit(cross(difference(*b, *a), difference(*c, *a)));
-                    for centre in [normal, normal.map(|x| -x)] {
-                        let cosine = dot(centre, *a);
-                        if points.iter().all(|p| dot(centre, *p) < cosine + 1e-9) {
+                    for center in [normal, normal.map(|x| -x)] {
+                        let cosine = dot(center, *a);
+                        if points.iter().all(|p| dot(center, *p) < cosine + 1e-9) {
                             least = least.min(cosine);
                         }
                     }

@@ -6,13 +6,13 @@ use crate::sphere::vector::{cross, dot, unit};
 
 /// A spherical triangle inside a cap.
 ///
-/// The cap about `centre` that holds the three corners, at most a half sphere, holds the triangle: a point of it is
-/// `x = Σ a_k v_k / |Σ a_k v_k|` with `a_k >= 0`, and `centre·x >= cos ρ Σ a_k / |Σ a_k v_k| >= cos ρ`.
+/// The cap about `center` that holds the three corners, at most a half sphere, holds the triangle: a point of it is
+/// `x = Σ a_k v_k / |Σ a_k v_k|` with `a_k >= 0`, and `center·x >= cos ρ Σ a_k / |Σ a_k v_k| >= cos ρ`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle {
     corners: [[f64; 3]; 3],
     /// The direction of the sum of the corners.
-    pub(crate) centre: [f64; 3],
+    pub(crate) center: [f64; 3],
     /// The largest angle to a corner, and a little more than the rounding of midpoints can open between triangles.
     pub(crate) radius: f64,
 }
@@ -23,13 +23,13 @@ const SLACK: f64 = 1e-14;
 impl Triangle {
     fn new(corners: [[f64; 3]; 3]) -> Self {
         let [a, b, c] = corners;
-        let centre = unit([0, 1, 2].map(|k| a[k] + b[k] + c[k]));
+        let center = unit([0, 1, 2].map(|k| a[k] + b[k] + c[k]));
         let square = |v: [f64; 3]| {
-            let d = [0, 1, 2].map(|k| v[k] - centre[k]);
+            let d = [0, 1, 2].map(|k| v[k] - center[k]);
             dot(d, d)
         };
         let chord = square(a).max(square(b)).max(square(c)).sqrt();
-        Self { corners, centre, radius: 2.0 * (0.5 * chord).asin() + SLACK }
+        Self { corners, center, radius: 2.0 * (0.5 * chord).asin() + SLACK }
     }
 
     /// The four triangles between corners and midpoints of edges.
@@ -49,13 +49,13 @@ fn level_for(order: usize) -> usize {
     (0..LEVELS - 1).find(|level| 20 << (2 * level) >= 2 * order * order).unwrap_or(LEVELS - 1)
 }
 
-/// The components of the centres of a triangulation with about eight triangles or more for each coefficient of a function of `order`,
+/// The components of the centers of a triangulation with about eight triangles or more for each coefficient of a function of `order`,
 /// within reason.
 pub(crate) fn fine_directions(order: usize) -> [&'static [f64]; 3] {
     static DIRECTIONS: [OnceLock<[Vec<f64>; 3]>; LEVELS] = [const { OnceLock::new() }; LEVELS];
     let level = (level_for(order) + 1).min(LEVELS - 1);
     let directions = DIRECTIONS[level]
-        .get_or_init(|| [0, 1, 2].map(|k| triangulation_of_level(level).iter().map(|t| t.centre[k]).collect()));
+        .get_or_init(|| [0, 1, 2].map(|k| triangulation_of_level(level).iter().map(|t| t.center[k]).collect()));
     directions.each_ref().map(Vec::as_slice)
 }
 
@@ -118,7 +118,7 @@ mod tests {
             let sphere = 4.0 * std::f64::consts::PI;
             assert!((area - sphere).abs() < 1e-11, "{} triangles cover {area}", triangles.len());
             for v in directions() {
-                let inside = |t: &Triangle| dot(t.centre, v) >= t.radius.cos();
+                let inside = |t: &Triangle| dot(t.center, v) >= t.radius.cos();
                 assert!(triangles.iter().any(inside), "{v:?} is in no cap of {}", triangles.len());
             }
         }
@@ -130,7 +130,7 @@ mod tests {
         for whole in triangulation(1) {
             for part in whole.quarters() {
                 for corner in part.corners {
-                    assert!(dot(corner, whole.centre).min(1.0).acos() <= whole.radius, "{corner:?} of {whole:?}");
+                    assert!(dot(corner, whole.center).min(1.0).acos() <= whole.radius, "{corner:?} of {whole:?}");
                 }
                 assert!(part.radius < 0.62 * whole.radius, "{} of {}", part.radius, whole.radius);
             }

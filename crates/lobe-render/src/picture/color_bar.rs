@@ -7,10 +7,10 @@ use crate::{Label, Picture, sequential};
 /// The distance of the numbers from the sides, as a part of the height.
 const MARGIN: f64 = 0.15;
 
-/// A bar of the colours of [`sequential`] from 0 on the left to `full_scale` on the right, with both numbers below, on
+/// A bar of the colors of [`sequential`] from 0 on the left to `full_scale` on the right, with both numbers below, on
 /// the given background.
 #[must_use]
-pub fn colour_bar(width: usize, height: usize, full_scale: f64, ink: Rgb<f32>, background: Rgb<f32>) -> Picture {
+pub fn color_bar(width: usize, height: usize, full_scale: f64, ink: Rgb<f32>, background: Rgb<f32>) -> Picture {
     let bar = height / 2;
     let mut picture =
         Picture::from_fn(
@@ -22,7 +22,7 @@ pub fn colour_bar(width: usize, height: usize, full_scale: f64, ink: Rgb<f32>, b
         );
     let text_height = 0.4 * height as f64;
     let margin = MARGIN * height as f64;
-    let label = Label { left: margin, top: height as f64 - text_height, height: text_height, colour: ink };
+    let label = Label { left: margin, top: height as f64 - text_height, height: text_height, color: ink };
     label.draw(&mut picture, "0");
     let text = three_digits(full_scale);
     Label { left: width as f64 - label.width(&text) - margin, ..label }.draw(&mut picture, &text);
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn the_bar_runs_from_black_to_white() {
-        let picture = colour_bar(200, 40, 0.0123, Rgb::new(1.0, 1.0, 1.0), Rgb::new(0.0, 0.0, 0.0));
+        let picture = color_bar(200, 40, 0.0123, Rgb::new(1.0, 1.0, 1.0), Rgb::new(0.0, 0.0, 0.0));
         assert!(picture.pixel(0, 5).g < 0.01 && picture.pixel(199, 5).g > 0.97, "the ends of the bar");
         let ink =
             |range: std::ops::Range<usize>| range.filter(|&x| (24..40).any(|y| picture.pixel(x, y).g > 0.5)).count();
