@@ -108,8 +108,6 @@ mod rgb;
 mod ringing;
 mod rotation;
 #[cfg(feature = "json")]
-mod save;
-#[cfg(feature = "json")]
 mod sh_json;
 mod solver;
 mod sphere;
@@ -168,8 +166,6 @@ pub use rotation::axis_permutation::AxisPermutation;
 pub use rotation::ivanic::RotationMatrices;
 pub use rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
 pub use rotation::rotation::{Rotation, RotationError};
-#[cfg(feature = "json")]
-pub use save::{StagedFile, StagedWriter, check_writable, write_atomically};
 #[cfg(feature = "json")]
 pub use sh_json::{FileCoefficients, ShFile, load_sh_json, read_sh_json, save_sh_json, write_sh_json};
 pub use sphere::dir::Dir;

@@ -7,8 +7,8 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::save::write_atomically;
 use crate::{Coefficient, Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShVec, len};
+use lobe_io::write_atomically;
 
 /// What the field `format` says.
 const FORMAT: &str = "lobe-sh";
@@ -136,7 +136,7 @@ pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Resul
         .map_err(|source| ShError::Io { file: name.to_owned(), source })
 }
 
-/// Writes the file at `path`, all or nothing: see [`write_atomically`].
+/// Writes the file at `path`, all or nothing: see [`lobe_io::write_atomically`].
 ///
 /// # Errors
 /// Those of [`write_sh_json`].

@@ -123,6 +123,7 @@
 //! ```
 
 pub use lobe_env as env;
+pub use lobe_io as io;
 pub use lobe_prt as prt;
 pub use lobe_render as render;
 pub use lobe_scene as scene;

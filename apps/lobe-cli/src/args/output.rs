@@ -5,7 +5,8 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use lobe::sh::{ShError, ShFile, check_writable, save_sh_json, write_sh_json};
+use lobe::io::check_writable;
+use lobe::sh::{ShError, ShFile, save_sh_json, write_sh_json};
 use serde::Serialize;
 
 /// A `.sh.json` file to write, or `-` for stdout.

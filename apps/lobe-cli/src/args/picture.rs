@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use lobe::env::{EnvMap, WriteOptions, WriteReport, write_env};
+use lobe::io::write_atomically;
 use lobe::render::{Picture, Tone};
-use lobe::sh::{ShError, write_atomically};
+use lobe::sh::ShError;
 
 use crate::args::input::texels_are;
 use crate::args::output;

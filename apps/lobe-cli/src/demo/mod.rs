@@ -26,10 +26,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lobe::env::bundled::{self, Bundled};
 use lobe::env::{EnvError, EnvMap, project_env};
+use lobe::io::write_atomically;
 use lobe::render::{Exposure, Picture, Tone};
-use lobe::sh::{
-    Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, save_sh_json, write_atomically,
-};
+use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, save_sh_json};
 
 use crate::args::output;
 use crate::run::talk::Talk;

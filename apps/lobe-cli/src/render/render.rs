@@ -9,15 +9,14 @@ use std::time::Instant;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::io::{StagedFile, StagedWriter};
 use lobe::prt::Progress;
 use lobe::render::{
     AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
     SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
 };
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{
-    Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, StagedFile, StagedWriter, Zonal, convolved,
-};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::output;

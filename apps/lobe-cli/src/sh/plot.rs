@@ -5,8 +5,9 @@ use std::str::FromStr;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use lobe::io::write_atomically;
 use lobe::render::{Balloon, CrossSection, CubeCross, Picture, PolarPlot, Tone};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShError, ShVec, write_atomically};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShError, ShVec};
 
 use crate::args::input::ShInput;
 use crate::args::output;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lobe_sh::{StagedFile, check_writable};
+use lobe_io::{StagedFile, check_writable};
 
 use crate::files::write;
 use crate::mapping::cube::FACES;

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use exr::prelude::f16;
 use image::codecs::hdr::HdrEncoder;
-use lobe_sh::{Rgb, write_atomically};
+use lobe_io::write_atomically;
+use lobe_sh::Rgb;
 
 use crate::codec::rgbe;
 use crate::codec::write_exr;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lobe_sh::write_atomically;
+use lobe_io::write_atomically;
 use rayon::prelude::*;
 
 use crate::codec::write_dds;

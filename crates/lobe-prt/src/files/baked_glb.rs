@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::Path;
 
+use lobe_io::write_atomically;
 use lobe_scene::{GltfDocument, LOBE_EXTRAS_VERSION, Mesh, MeshSource, Scene};
-use lobe_sh::write_atomically;
 use serde_json::{Map, Value, json};
 
 use crate::files::baked_compressed::Compressed;

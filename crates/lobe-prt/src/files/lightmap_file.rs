@@ -10,7 +10,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels as _,
     ReadLayers as _, SmallVec, Text, WritableImage as _,
 };
-use lobe_sh::write_atomically;
+use lobe_io::write_atomically;
 use serde_json::{Value, json};
 
 use crate::job::stored_rows::rows_at_once;

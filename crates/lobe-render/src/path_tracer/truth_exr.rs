@@ -8,7 +8,8 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels as _,
     ReadLayers as _, SmallVec, Text, WritableImage as _,
 };
-use lobe_sh::{Rgb, write_atomically};
+use lobe_io::write_atomically;
+use lobe_sh::Rgb;
 
 use crate::{Picture, RenderError, Truth};
 

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use lobe_sh::write_atomically;
+use lobe_io::write_atomically;
 
 use crate::{Picture, RenderError, Tone};
 

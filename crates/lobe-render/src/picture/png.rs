@@ -6,7 +6,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
-use lobe_sh::write_atomically;
+use lobe_io::write_atomically;
 
 use crate::{Picture, RenderError, Tone};
 
