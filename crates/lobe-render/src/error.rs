@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use lobe_prt::PrtError;
+
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -12,6 +14,9 @@ pub enum RenderError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// A scene, its transfer or their files are at fault.
+    #[error(transparent)]
+    Prt(PrtError),
     /// The caller's progress function said to stop.
     #[error("stopped before the end")]
     Cancelled,
@@ -26,4 +31,14 @@ pub enum RenderError {
         /// What the system said.
         source: std::io::Error,
     },
+}
+
+impl From<PrtError> for RenderError {
+    /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
+    fn from(error: PrtError) -> Self {
+        match error {
+            PrtError::Cancelled => Self::Cancelled,
+            other => Self::Prt(other),
+        }
+    }
 }
