@@ -7,8 +7,9 @@
 //! lobe-sh   ->  nothing
 //! ```
 
+use crate::outcome::Outcome;
+use crate::workspace::read;
 use crate::workspace::{self, Package};
-use crate::{Outcome, workspace::read};
 
 const DOCUMENT: &str = "ARCHITECTURE.md";
 

@@ -5,6 +5,7 @@ mod bench;
 mod ci;
 mod documents;
 mod goldens;
+mod outcome;
 mod sizes;
 mod step;
 mod tables;
@@ -12,8 +13,7 @@ mod workspace;
 
 use std::process::ExitCode;
 
-/// What a chore comes back with: nothing, or one line for each fault it found.
-pub(crate) type Outcome = Result<(), Vec<String>>;
+use outcome::Outcome;
 
 /// A chore: the arguments after its name in, an [`Outcome`] out.
 type Chore = fn(&[String]) -> Outcome;
