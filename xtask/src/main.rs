@@ -22,7 +22,11 @@ type Chore = fn(&[String]) -> Outcome;
 const CHORES: &[(&str, &str, Chore)] = &[
     ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),
-    ("arch", "the arrows of ARCHITECTURE.md against those of the Cargo.toml files", |_| arch::check()),
+    (
+        "arch",
+        "ARCHITECTURE.md's arrows against the code's, circles between files; --circles, --draw [CRATE]",
+        arch::run,
+    ),
     ("sizes", "the length of every Rust file", |_| sizes::check()),
     ("bench", "the benchmarks beside their peers and floors; --table prints the last results", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
