@@ -1,8 +1,7 @@
-//! TODO room expansion.
+//! TODO
 
 pub(crate) mod expansion;
 pub(crate) mod gradient;
-pub(crate) mod luminance;
 pub(crate) mod quantity;
 pub(crate) mod sh;
 pub(crate) mod sh_vec;

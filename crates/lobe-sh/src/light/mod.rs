@@ -1,7 +1,6 @@
-//! TODO room light.
+//! TODO
 
 pub(crate) mod cone;
 pub(crate) mod light;
 pub(crate) mod normalization;
-pub(crate) mod soft_cone;
 pub(crate) mod spherical_polygon;

@@ -1,5 +1,6 @@
-//! TODO room product.
+//! TODO
 
+#[cfg(test)]
 pub(crate) mod cost;
 pub(crate) mod gaunt;
 pub(crate) mod generated;

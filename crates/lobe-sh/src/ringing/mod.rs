@@ -1,8 +1,9 @@
-//! TODO room ringing.
+//! TODO
 
 pub(crate) mod content_window;
 pub(crate) mod cutting_planes;
 pub(crate) mod dering;
+pub(crate) mod outcome;
 pub(crate) mod quadratic_dering;
-pub(crate) mod quadric_windows;
+pub(crate) mod quadratic_windows;
 pub(crate) mod sloan_table;

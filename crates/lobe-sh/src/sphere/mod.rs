@@ -1,8 +1,7 @@
-//! TODO room sphere.
+//! TODO
 
 pub(crate) mod dir;
-pub(crate) mod fibonacci;
+pub(crate) mod point_sets;
 pub(crate) mod quadrature;
-pub(crate) mod thomson;
 pub(crate) mod triangulation;
 pub(crate) mod vector;
