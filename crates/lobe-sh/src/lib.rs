@@ -41,7 +41,7 @@
 //!
 //! // A lamp that can only be sampled: 120° wide, with a hard edge.
 //! let lamp = |s: Dir| -> f64 { if s.dot(Dir::X) > 0.5 { 1.0 } else { 0.0 } };
-//! let estimate = project_monte_carlo(4, &MonteCarlo { samples: 4096, ..Default::default() }, lamp);
+//! let estimate = project_monte_carlo(4, &MonteCarlo::default().samples(4096), lamp);
 //! let exact = Zonal::project(4, &[0.5], 4, |t| if t > 0.5 { 1.0 } else { 0.0 }).towards(Dir::X, 1.0);
 //! let error = (estimate.sh[0] - exact[0]).abs();
 //! assert!(error < 4.0 * estimate.standard_error[0], "{error} against {}", estimate.standard_error[0]);
@@ -101,6 +101,7 @@ mod filter;
 mod light;
 mod light_extraction;
 mod once;
+mod options;
 mod product;
 mod projection;
 mod ringing;
@@ -127,6 +128,7 @@ pub use encoding::packed_irradiance::PackedIrradiance;
 pub use encoding::zh3::{Zh3, Zh3Axis};
 pub use error::ShError;
 pub use expansion::expansion::{Expansion, optimal_linear_direction};
+pub use expansion::fixed_order::FixedOrder;
 pub use expansion::gradient::{eval_basis_gradients, eval_with_gradient};
 pub use expansion::quantity::Quantity;
 pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
@@ -149,10 +151,10 @@ pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
 pub use product::gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_coefficient};
 pub use product::grid::product_on_grid;
 pub use product::matrix::ProductMatrix;
-pub use product::product::{product, product_into, square_into, zonal_product_into};
+pub use product::product::{product, product_as, product_into, square_into, zonal_product_into};
 pub use projection::least_squares::{Conditioning, Fit, least_squares};
 pub use projection::monte_carlo::{MonteCarlo, MonteCarloEstimate, Sampling, project_monte_carlo};
-pub use projection::project::{Projection, project, project_to_accuracy};
+pub use projection::project::{Projection, project, project_as, project_to_accuracy};
 pub use ringing::content_window::ContentWindow;
 pub use ringing::dering::{Dering, DeringMethod, DeringReport, WindowFamily, dering_in_place, deringed};
 pub use ringing::outcome::{DERING_ALLOWED, DeringOutcome};

@@ -51,7 +51,7 @@ impl ShOutput {
 
 /// Refuses a file that could not be written.
 pub(crate) fn check_file(path: &Path) -> anyhow::Result<()> {
-    check_writable(path).map_err(|source| ShError::Io { file: path.display().to_string(), source })?;
+    check_writable(path).map_err(|source| ShError::Io { place: path.display().to_string(), source })?;
     Ok(())
 }
 
@@ -85,5 +85,5 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 }
 
 fn stdout_error(source: io::Error) -> anyhow::Error {
-    ShError::Io { file: "stdout".to_owned(), source }.into()
+    ShError::Io { place: "stdout".to_owned(), source }.into()
 }

@@ -68,7 +68,7 @@ impl PictureOutput {
                 let exposure = Tone::PHOTOGRAPH.exposure.factor(&picture);
                 let png = picture.to_png(&Tone::PHOTOGRAPH)?;
                 write_atomically(&self.path, |w| w.write_all(&png))
-                    .map_err(|source| ShError::Io { file: name.clone(), source })?;
+                    .map_err(|source| ShError::Io { place: name.clone(), source })?;
                 let text = format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values");
                 talk.note(&name, &text);
             }

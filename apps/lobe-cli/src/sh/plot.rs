@@ -106,7 +106,7 @@ impl ShPlot {
         let bytes = self.figure(&f, &others)?;
         let name = self.output.path.display().to_string();
         write_atomically(&self.output.path, |file| file.write_all(&bytes))
-            .map_err(|source| ShError::Io { file: name, source })?;
+            .map_err(|source| ShError::Io { place: name, source })?;
         Ok(())
     }
 

@@ -1,4 +1,7 @@
-//! TODO
+//! Analytic lights as expansions.
+//!
+//! Read [`light`] first. [`cone`] and [`spherical_polygon`] have the shapes in closed form, [`normalization`] what the
+//! color of a light means. Uses `rotation`, `expansion` and what stands below them.
 
 pub(crate) mod cone;
 pub(crate) mod light;

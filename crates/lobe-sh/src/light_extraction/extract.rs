@@ -2,6 +2,7 @@
 
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::refine::refine;
+use crate::options::setters;
 use crate::scalar::luminance;
 use crate::{
     Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
@@ -79,8 +80,10 @@ pub enum LightChoice {
     Height,
 }
 
-/// What [`extract_lights`] is to do.
+/// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative and
+/// nothing refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LightOptions {
     /// The most lights to find.
     pub count: usize,
@@ -108,6 +111,15 @@ impl Default for LightOptions {
         }
     }
 }
+
+setters!(LightOptions {
+    count: usize,
+    refine: bool,
+    metric: LightMetric,
+    choice: LightChoice,
+    search: PeakSearch,
+    non_negative: bool,
+});
 
 /// Several directional lights and ambient light in place of `f` ([Sloan 2008], "Extracting multiple lights").
 ///

@@ -4,7 +4,7 @@ use crate::basis::index::{len, order_of_slice};
 use crate::once::Once;
 use crate::product::generated;
 use crate::product::grid::product_on_grid;
-use crate::{Coefficient, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
+use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
 
 /// The product of two functions, cut off at the order that `out` has room for.
 ///
@@ -52,6 +52,22 @@ pub fn product_into<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
 #[must_use]
 pub fn product<T: Coefficient>(a: &impl Expansion<T>, b: &impl Expansion<T>, order: usize) -> ShVec<T> {
     let mut out = ShVec::zero(order);
+    product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
+    out
+}
+
+/// [`product`], cut off at the order of the type that is asked for.
+///
+/// ```
+/// use lobe_sh::{Dir, Expansion as _, ShL1, ShL2, product_as};
+///
+/// let f = ShL1::impulse(Dir::X, 1.0_f64);
+/// let square: ShL2<f64> = product_as(&f, &f);
+/// assert!((square.eval(Dir::X) - f.eval(Dir::X).powi(2)).abs() < 1e-14);
+/// ```
+#[must_use]
+pub fn product_as<E: FixedOrder>(a: &impl Expansion<E::Value>, b: &impl Expansion<E::Value>) -> E {
+    let mut out = E::zero();
     product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
     out
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::basis::index::len;
+use crate::options::setters;
 use crate::{Basis, Coefficient, Dir, ShVec};
 
 /// How the directions of a Monte Carlo projection are chosen.
@@ -20,8 +21,9 @@ pub enum Sampling {
     Fibonacci,
 }
 
-/// Options of [`project_monte_carlo`].
+/// Options of [`project_monte_carlo`]: by default 10000 jittered samples of seed 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MonteCarlo {
     /// The number of samples; [`Sampling::Jittered`] rounds it down to a square.
     pub samples: usize,
@@ -36,6 +38,8 @@ impl Default for MonteCarlo {
         Self { samples: 10_000, seed: 0, sampling: Sampling::default() }
     }
 }
+
+setters!(MonteCarlo { samples: usize, seed: u64, sampling: Sampling });
 
 /// An expansion and how well it is known.
 #[derive(Clone, Debug)]

@@ -8,6 +8,7 @@ use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::filter::convolve::convolve_in_place;
 use crate::filter::window::band_energies;
+use crate::options::setters;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
@@ -118,8 +119,9 @@ impl FromStr for DeringMethod {
     }
 }
 
-/// What to make non-negative, and how.
+/// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Dering {
     /// The method.
     pub method: DeringMethod,
@@ -127,6 +129,17 @@ pub struct Dering {
     /// [`Zonal::clamped_cosine`], radiance is left as negative as it is as long as its irradiance is not. The factors
     /// are applied to the function that was given.
     pub kernel: Option<Zonal>,
+}
+
+setters!(Dering { method: DeringMethod });
+
+impl Dering {
+    /// These options with another [`kernel`](field@Self::kernel), or with none.
+    #[must_use]
+    pub fn kernel(mut self, kernel: impl Into<Option<Zonal>>) -> Self {
+        self.kernel = kernel.into();
+        self
+    }
 }
 
 /// What [`dering_in_place`] did.

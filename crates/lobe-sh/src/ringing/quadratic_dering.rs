@@ -20,6 +20,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// What [`dering_order_3_in_place`] did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct QuadraticDering {
     /// Whether and why.
     pub outcome: DeringOutcome,
