@@ -50,7 +50,7 @@ impl PictureOutput {
 
     /// Refuses what could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
-        output::check_file(&self.path)
+        output::prepare_file(&self.path)
     }
 
     /// Writes the picture, and says what it is not.
