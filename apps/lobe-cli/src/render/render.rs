@@ -209,7 +209,7 @@ impl Render {
             {
                 output::check_not_input(&path, input)?;
             }
-            output::check_file(&path)?;
+            output::prepare_file(&path)?;
         }
         let light = self.light.read(talk)?;
         let (stage, camera) = match self.asked() {
