@@ -59,7 +59,7 @@
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`]; without transfer [`light_by_irradiance`] |
-//! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`Estimate`] |
+//! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | differences | [`compare()`], [`relative_mse`], [`error_map`], [`color_bar()`]; as eyes see them [`flip()`], [`hdr_flip()`] |
 //! | chance or error | [`ZTest`], [`Measured`], [`read_variance`] |
 //!
@@ -108,7 +108,7 @@ pub use mapping_gallery::sphere_mapped::SphereMapped;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
 pub use path_tracer::distant_light::DistantLight;
-pub use path_tracer::estimate::{Estimate, SampleCount};
+pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
 pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_resumable};
 pub use path_tracer::truth_exr::read_variance;

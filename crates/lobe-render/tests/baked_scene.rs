@@ -28,7 +28,8 @@ fn go_on<T>(_: T) -> ControlFlow<()> {
 
 /// A double-sided square that faces up, unfolded once.
 fn square() -> Scene {
-    let text = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\n";
+    let text =
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\n";
     let mut options = ReadOptions::default();
     options.up = Up::Z;
     read_scene_bytes(text.as_bytes(), "square.obj", &options).unwrap().0
@@ -67,8 +68,7 @@ fn transfer_without_shadows_shows_the_irradiance_of_a_flat_surface() {
     let baked = BakedScene::bake(square(), &options(Mode::Unshadowed), None, &mut go_on).unwrap();
     let (scene, light) = (square(), light());
     let bvh = Bvh::new(&scene);
-    let by_normal =
-        light_by_irradiance((&scene, &bvh), &light, &camera(3.0), &VIEW, |_| Rgb::ZERO, go_on).unwrap();
+    let by_normal = light_by_irradiance((&scene, &bvh), &light, &camera(3.0), &VIEW, |_| Rgb::ZERO, go_on).unwrap();
     assert_close(&lit(&baked, &light, 3.0).picture, &by_normal.picture, "by transfer");
     assert_eq!(by_normal.below_zero, 0.0, "light from above");
 }

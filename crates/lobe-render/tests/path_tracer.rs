@@ -59,7 +59,7 @@ fn in_a_white_furnace_light_that_has_come_back_is_all_there_is() {
     let receiver = up([0.1, 0.2, 0.0], 1.0);
     let mut before = 0.0;
     for bounces in [0, 1, 2, 4, 8, 16, 64] {
-        let options = PathOptions { bounces, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+        let options = PathOptions { bounces, strategy: LightStrategy::Bsdf, ..PathOptions::default() };
         let tracer = PathTracer::new(&scene, &bvh, &light, options);
         let found = tracer.radiance_at(&receiver, 0, &SampleCount::of(2048)).mean.g;
         assert!(found > before && found <= 1.0, "{bounces} bounces: {found} after {before}");
@@ -75,14 +75,14 @@ fn a_convex_white_body_vanishes_in_even_light() {
     let count = SampleCount::independent(256);
     let even = vec![Rgb::splat(0.5); 24 * 24];
     let known = vec![Rgb::ZERO; 24 * 24];
-    for strategy in [LightStrategy::Both, LightStrategy::FromSurface, LightStrategy::FromLight] {
+    for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
         let paths = PathOptions { bounces: 0, strategy, ..PathOptions::default() };
         let truth = trace(&scene, &camera, &constant(0.5), &TruthOptions { width: 24, height: 24, count, paths });
         assert!(
             truth.coverage.contains(&1.0) && truth.coverage.contains(&0.0),
             "the square is seen, and what is behind"
         );
-        if strategy == LightStrategy::FromSurface {
+        if strategy == LightStrategy::Bsdf {
             // Every path brings the same light.
             assert!(truth.mean.pixels().iter().all(|p| (p.g - 0.5).abs() < 1e-6), "{:?}", truth.mean);
             continue;
@@ -112,7 +112,7 @@ fn a_white_rough_metal_loses_what_single_scattering_loses() {
         let alpha = f64::from(roughness * roughness);
         let expected = Ggx { alpha, f0: 1.0 }.directional_albedo(view.z());
         let camera = Camera::orthographic(View::from_eye(view), 0.3);
-        for strategy in [LightStrategy::Both, LightStrategy::FromSurface, LightStrategy::FromLight] {
+        for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
             let paths =
                 PathOptions { bounces: 0, strategy, surfaces: Surfaces::MetallicRoughness, ..PathOptions::default() };
             let options = TruthOptions { width: 12, height: 12, count: SampleCount::of(256), paths };
@@ -130,7 +130,7 @@ fn under_a_ball_the_ground_sees_what_the_closed_form_says() {
     let scene = built_in::ball_over_ground(192);
     let (bvh, light) = (Bvh::new(&scene), constant(1.0));
     let expected = 1.0 - 1.0 / 2.25;
-    for strategy in [LightStrategy::Both, LightStrategy::FromSurface, LightStrategy::FromLight] {
+    for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
         let options = PathOptions { bounces: 0, strategy, ..PathOptions::default() };
         let tracer = PathTracer::new(&scene, &bvh, &light, options);
         let found = tracer.radiance_at(&up([0.0; 3], 1.0), 0, &SampleCount::of(16384));
@@ -154,7 +154,7 @@ fn a_sun_of_one_texel_is_found() {
     let bvh = Bvh::new(&scene);
     let turn = Rotation::from_axis_angle(Dir::Z, 1.0);
     let light = DistantLight::from_map(map).turned(&turn);
-    for strategy in [LightStrategy::Both, LightStrategy::FromLight] {
+    for strategy in [LightStrategy::MultipleImportance, LightStrategy::NextEvent] {
         let options = PathOptions { bounces: 0, strategy, ..PathOptions::default() };
         let tracer = PathTracer::new(&scene, &bvh, &light, options);
         let found = tracer.radiance_at(&up([0.0; 3], 1.0), 0, &SampleCount::of(64)).mean;
@@ -192,7 +192,7 @@ fn strategies_agree_under_smooth_light() {
     let of = |strategy, seed| PathOptions { bounces: 2, strategy, seed, ..PathOptions::default() };
     let count = SampleCount::independent(400);
     let (both, surface, from_light) =
-        (of(LightStrategy::Both, 1), of(LightStrategy::FromSurface, 2), of(LightStrategy::FromLight, 3));
+        (of(LightStrategy::MultipleImportance, 1), of(LightStrategy::Bsdf, 2), of(LightStrategy::NextEvent, 3));
     agree(&scene, &light, [both, surface], count);
     agree(&scene, &light, [both, from_light], count);
     agree(&scene, &light, [surface, from_light], count);
@@ -209,7 +209,7 @@ fn strategies_agree_on_glossy_surfaces_under_a_sun() {
     agree(
         &scene,
         &light,
-        [of(LightStrategy::Both, 1), of(LightStrategy::FromLight, 2)],
+        [of(LightStrategy::MultipleImportance, 1), of(LightStrategy::NextEvent, 2)],
         SampleCount { sets: 48, per_set: 4 },
     );
 }
@@ -219,7 +219,7 @@ fn escapes_sum_to_what_the_tracer_finds() {
     let scene = built_in::ball_over_ground(24);
     let bvh = Bvh::new(&scene);
     let light = DistantLight::from_expansion(project_env(&bundled::sunset().map(), 3));
-    let options = PathOptions { bounces: 2, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+    let options = PathOptions { bounces: 2, strategy: LightStrategy::Bsdf, ..PathOptions::default() };
     let tracer = PathTracer::new(&scene, &bvh, &light, options);
     let (receiver, count) = (up([0.7, 0.2, 0.0], 0.6), SampleCount::of(512));
     let mut sum = [0.0; 3];

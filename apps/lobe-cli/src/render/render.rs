@@ -380,7 +380,7 @@ impl Render {
         };
         PathOptions {
             bounces: self.bounces.unwrap_or(BOUNCES),
-            strategy: LightStrategy::Both,
+            strategy: LightStrategy::MultipleImportance,
             surfaces,
             seed: self.seed.unwrap_or(0),
         }

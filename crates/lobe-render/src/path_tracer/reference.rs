@@ -1,4 +1,4 @@
-//! Pictures by the path tracer, with what is known about each pixel.
+//! Reference pictures by the path tracer: radiance with its variance, and auxiliary channels for each pixel.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -7,8 +7,8 @@ use lobe_prt::Fingerprint;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 
-use crate::path_tracer::estimate::{SampleCount, Spread};
-use crate::path_tracer::path_tracer::{FIRST_PURPOSE, Seen};
+use crate::path_tracer::estimate::{Moments, SampleCount};
+use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit};
 use crate::path_tracer::pixel::Pixel;
 use crate::path_tracer::sampler::SampleSet;
 use crate::path_tracer::truth_checkpoint::TruthCheckpoint;
@@ -174,7 +174,7 @@ fn trace_pixel(
 ) -> Pixel {
     let TruthOptions { width, height, count, paths } = *options;
     let (x, y) = ((index % width) as f64, (index / width) as f64);
-    let mut spread = Spread::default();
+    let mut moments = Moments::default();
     let (mut albedo, mut normal) = (Rgb::<f64>::ZERO, Rgb::<f64>::ZERO);
     let (mut depth, mut hits) = (0.0, 0.0);
     for set in 0..count.sets {
@@ -184,22 +184,22 @@ fn trace_pixel(
             let numbers = samples.path(path);
             let [dx, dy] = numbers.pair(FIRST_PURPOSE);
             let (ray, towards) = camera.ray_of_pixel([width, height], [x + dx, y + dy]);
-            match tracer.see(&ray) {
+            match tracer.intersect(&ray) {
                 None => sum += light.radiance(towards),
-                Some(Seen { albedo: a, normal: n, distance, node }) => {
+                Some(FirstHit { albedo: a, normal: n, distance, interaction }) => {
                     albedo += a.widen();
                     normal += Rgb::from(n).widen();
                     depth += distance;
                     hits += 1.0;
-                    if let Some(node) = node {
-                        sum += tracer.radiance_of(&node, numbers, paths.bounces);
+                    if let Some(at) = interaction {
+                        sum += tracer.exit_radiance(&at, numbers, paths.bounces);
                     }
                 }
             }
         }
-        spread.add(sum.scale((count.per_set as f64).recip()));
+        moments.add(sum.scale((count.per_set as f64).recip()));
     }
-    let estimate = spread.estimate();
+    let estimate = moments.estimate();
     let part = (count.total() as f64).recip();
     Pixel {
         mean: Rgb::narrow(estimate.mean),
