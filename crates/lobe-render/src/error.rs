@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use lobe_image::ImageError;
+
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -12,12 +14,12 @@ pub enum RenderError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// A picture could not be made, read, written or compared.
+    #[error(transparent)]
+    Image(#[from] ImageError),
     /// The caller's progress function said to stop.
     #[error("stopped before the end")]
     Cancelled,
-    /// What a picture was written to refused.
-    #[error("cannot write the picture: {0}")]
-    Output(std::io::Error),
     /// A file could not be written.
     #[error("{}: cannot write the picture: {source}", path.display())]
     Io {

@@ -43,7 +43,8 @@
 //!
 //! ```
 //! use lobe::env::{bundled, irradiance_at, project_env};
-//! use lobe::render::{Ball, Tone, compare};
+//! use lobe::image::{Tone, compare};
+//! use lobe::render::Ball;
 //! use lobe::sh::{Dir, Rgb, Zonal, convolved};
 //!
 //! let sky = bundled::sunset().map();
@@ -123,6 +124,7 @@
 //! ```
 
 pub use lobe_env as env;
+pub use lobe_image as image;
 pub use lobe_io as io;
 pub use lobe_prt as prt;
 pub use lobe_render as render;

@@ -8,12 +8,13 @@ use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::env::{EnvMap, MapWriteOptions, write_env};
+use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
 use lobe::io::{StagedFile, StagedWriter};
 use lobe::prt::Progress;
 use lobe::render::{
-    AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
-    SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
+    Camera, DistantLight, LightStrategy, PathOptions, RenderError, SampleCount, SceneHit, Surfaces, Truth,
+    TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
@@ -257,7 +258,10 @@ impl Render {
             None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
             Some(path) => {
                 let io = |source| RenderError::Io { path: path.clone(), source };
-                let in_file = |error| if let RenderError::Output(source) = error { io(source) } else { error };
+                let in_file = |error| match error {
+                    ImageError::Output(source) => io(source),
+                    other => other.into(),
+                };
                 let mut file = StagedWriter::new(&path).map_err(io)?;
                 let (width, height) = self.view.size();
                 let mut animation =
@@ -447,8 +451,8 @@ impl Render {
         match rendered {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
             Rendered::Shaded(Shaded { picture, .. }) => {
-                let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
-                note_clamped(&name, write_env(&path, &pixels, &WriteOptions::default())?, talk);
+                let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
+                note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
             }
         }
         Ok(())

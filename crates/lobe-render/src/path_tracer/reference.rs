@@ -12,7 +12,8 @@ use crate::path_tracer::path_tracer::{FIRST_PURPOSE, Seen};
 use crate::path_tracer::progressive::in_portions;
 use crate::path_tracer::sampler::SampleSet;
 use crate::path_tracer::truth_checkpoint::TruthCheckpoint;
-use crate::{Camera, DistantLight, PathOptions, PathTracer, Picture, RenderError};
+use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
+use lobe_image::Picture;
 
 /// How a picture is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
