@@ -5,8 +5,9 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use clap::Args;
 use lobe::io::{check_writable, remove_abandoned};
-use lobe::sh::{ShError, ShFile, save_sh_json, write_sh_json};
+use lobe::sh::{Quantity, ShError, ShFile, save_sh_json, write_sh_json};
 use serde::Serialize;
 
 /// A `.sh.json` file to write, or `-` for stdout.
@@ -46,6 +47,25 @@ impl ShOutput {
             Self::File(path) => save_sh_json(path, file)?,
         }
         Ok(())
+    }
+}
+
+/// `--quantity`: the name of a result that has none by itself.
+#[derive(Args)]
+pub(crate) struct QuantityOption {
+    /// The quantity that the result is written as: radiance, irradiance, transfer, visibility or log-visibility [default: what
+    /// the inputs make, if that is one of these]
+    #[arg(long, value_name = "QUANTITY", value_parser = str::parse::<Quantity>)]
+    quantity: Option<Quantity>,
+}
+
+impl QuantityOption {
+    /// The quantity asked for, else the one that the inputs make; where they make none, the refusal says what to do.
+    pub(crate) fn or(&self, made: Result<Quantity, String>) -> Result<Quantity, String> {
+        match self.quantity {
+            Some(quantity) => Ok(quantity),
+            None => made.map_err(|why| format!("{why}; --quantity names the result whatever it is")),
+        }
     }
 }
 

@@ -14,6 +14,7 @@ mod encodings;
 mod env;
 mod harness;
 mod light;
+mod manual;
 mod maps;
 mod memory;
 mod named_light;

@@ -198,7 +198,12 @@ fn a_real_cube_map_has_the_same_harmonics_through_every_format() {
         for (texels, tolerance) in formats {
             for (file, zstd) in [("a.ktx2", false), ("a.ktx2", true), ("a.dds", false)] {
                 let path = folder.path().join(file);
-                write_cube(&path, &CubeMipChain::single(faces.clone()), &CubeWriteOptions::default().texels(texels).zstd(zstd)).unwrap();
+                write_cube(
+                    &path,
+                    &CubeMipChain::single(faces.clone()),
+                    &CubeWriteOptions::default().texels(texels).zstd(zstd),
+                )
+                .unwrap();
                 let (back, _) = read_cube(&path, &MapReadOptions::default()).unwrap();
                 let error = difference(&expected, &project(back.base()));
                 println!("{name} through {file} {texels} zstd {zstd}: {error:.2e}");

@@ -5,8 +5,7 @@ use std::ops::ControlFlow;
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
-use crate::path_tracer::progressive::in_portions;
-use crate::path_tracer::reference::eye_ray;
+use crate::progressive::in_portions;
 use crate::{Camera, RenderError};
 use lobe_image::Picture;
 
@@ -63,7 +62,7 @@ pub fn scene_picture(
         let mut sum = Rgb::<f64>::ZERO;
         for k in 0..rays * rays {
             let offset = |i: usize| (i as f64 + 0.5) / rays as f64;
-            let (ray, towards) = eye_ray(camera, width, height, x + offset(k % rays), y + offset(k / rays));
+            let (ray, towards) = camera.ray_of_pixel([width, height], [x + offset(k % rays), y + offset(k / rays)]);
             sum += seen(&ray, towards);
         }
         Rgb::narrow(sum.scale(((rays * rays) as f64).recip()))

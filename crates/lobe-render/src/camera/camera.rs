@@ -1,5 +1,6 @@
-//! How rays leave the eye.
+//! Cameras: rays from the eye through the points of a picture.
 
+use lobe_scene::Ray;
 use lobe_sh::Dir;
 
 use crate::View;
@@ -103,6 +104,14 @@ impl Camera {
             }
         };
         (add(self.target, from_target), d)
+    }
+
+    /// The ray through the point `[x, y]` of a picture of `[width, height]` pixels, in pixels from its top left corner, and the
+    /// direction of that ray.
+    pub(crate) fn ray_of_pixel(&self, [width, height]: [usize; 2], [x, y]: [f64; 2]) -> (Ray, Dir) {
+        let half = 0.5 * height as f64;
+        let (origin, towards) = self.ray((x - 0.5 * width as f64) / half, (half - y) / half);
+        (Ray::new(origin.map(|c| c as f32), towards.to_array().map(|c| c as f32)), towards)
     }
 }
 
