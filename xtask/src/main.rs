@@ -5,6 +5,7 @@ mod bench;
 mod ci;
 mod documents;
 mod goldens;
+mod outputs;
 mod sizes;
 mod step;
 mod tables;
@@ -29,6 +30,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ("tables", "writes the generated products of lobe-sh; with --check only compares", |arguments| {
         tables::run(arguments.iter().any(|argument| argument == "--check"))
     }),
+    ("outputs", "two builds of the command write the same bytes: PROGRAM-BEFORE PROGRAM-AFTER", outputs::run),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];
 
