@@ -178,6 +178,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/environment-maps.md")]
     mod environment_maps {}
 
+    #[doc = include_str!("../../../docs/guide/src/mappings.md")]
+    mod mappings {}
+
     #[doc = include_str!("../../../docs/guide/src/prefiltering.md")]
     mod prefiltering {}
 
