@@ -1,7 +1,8 @@
 //! The two chores made of steps: `ci` is all that continuous integration checks, `quick` its fast part.
 
+use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
-use crate::{Outcome, arch, documents, goldens, sizes};
+use crate::{arch, documents, goldens, sizes};
 
 const DENY_DOC_WARNINGS: &[(&str, &str)] = &[("RUSTDOCFLAGS", "-D warnings")];
 

@@ -107,7 +107,7 @@ pub fn read_sh_json(reader: impl Read, name: &str) -> Result<ShFile, ShError> {
     reader
         .take(MAX_BYTES + 1)
         .read_to_end(&mut bytes)
-        .map_err(|source| ShError::Io { file: name.to_owned(), source })?;
+        .map_err(|source| ShError::Io { place: name.to_owned(), source })?;
     parse(&bytes).map_err(|fault| fault.of(name))
 }
 
@@ -119,7 +119,7 @@ pub fn load_sh_json(path: &Path) -> Result<ShFile, ShError> {
     let name = path.display().to_string();
     match File::open(path) {
         Ok(file) => read_sh_json(file, &name),
-        Err(source) => Err(ShError::Io { file: name, source }),
+        Err(source) => Err(ShError::Io { place: name, source }),
     }
 }
 
@@ -133,7 +133,7 @@ pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Resul
     writer
         .write_all(text.as_bytes())
         .and_then(|()| writer.flush())
-        .map_err(|source| ShError::Io { file: name.to_owned(), source })
+        .map_err(|source| ShError::Io { place: name.to_owned(), source })
 }
 
 /// Writes the file at `path`, all or nothing: see [`lobe_io::write_atomically`].
@@ -143,7 +143,7 @@ pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Resul
 pub fn save_sh_json(path: &Path, file: &ShFile) -> Result<(), ShError> {
     let name = path.display().to_string();
     let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
-    write_atomically(path, |w| w.write_all(text.as_bytes())).map_err(|source| ShError::Io { file: name, source })
+    write_atomically(path, |w| w.write_all(text.as_bytes())).map_err(|source| ShError::Io { place: name, source })
 }
 
 /// The whole text of a file, or why it cannot be one.
@@ -203,10 +203,10 @@ enum Fault {
 
 impl Fault {
     fn of(self, name: &str) -> ShError {
-        let file = name.to_owned();
+        let place = name.to_owned();
         match self {
-            Self::Invalid(message) => ShError::Invalid { file, message },
-            Self::Unsupported(message) => ShError::Unsupported { file, message },
+            Self::Invalid(message) => ShError::Invalid { place, message },
+            Self::Unsupported(message) => ShError::Unsupported { place, message },
         }
     }
 }

@@ -15,7 +15,7 @@ use std::process::Command;
 
 use words::words;
 
-use crate::Outcome;
+use crate::outcome::Outcome;
 
 const COMMANDS: &str = include_str!("commands.txt");
 

@@ -216,7 +216,7 @@ impl Render {
             {
                 output::check_not_input(&path, input)?;
             }
-            output::check_file(&path)?;
+            output::prepare_file(&path)?;
         }
         let light = self.light.read(talk)?;
         let (scene, bvh, mut transfer) = match self.asked() {

@@ -112,7 +112,7 @@ fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
     if let Some(EnvError::Io { file, source }) = error.downcast_ref() {
         return Some((file, source));
     }
-    if let Some(ShError::Io { file, source }) = error.downcast_ref() {
+    if let Some(ShError::Io { place: file, source }) = error.downcast_ref() {
         return Some((file, source));
     }
     match (error.downcast_ref(), error.downcast_ref()) {

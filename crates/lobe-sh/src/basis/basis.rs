@@ -1,8 +1,9 @@
 //! The real spherical-harmonic basis of any order.
 
-use std::sync::OnceLock;
+use std::any::{Any, TypeId};
 
 use crate::basis::index::{index, len, order_of, order_of_slice};
+use crate::once::Once;
 use crate::{Coefficient, Dir, MAX_ORDER, Real};
 
 /// Directions handled together by the batched kernels: one AVX-512 register of `f32`, two of AVX2.
@@ -82,6 +83,25 @@ impl<S: Real> Basis<S> {
             }
         }
         Self { order, diagonal, recurrence }
+    }
+
+    /// Calls `f` with a basis of at least `order`: the one shared by the whole process up to [`MAX_ORDER`], a new one
+    /// above.
+    pub fn with_shared<R>(order: usize, f: impl FnOnce(&Self) -> R) -> R {
+        static SINGLE: Once<Basis<f32>> = Once::new();
+        static DOUBLE: Once<Basis<f64>> = Once::new();
+        if order > MAX_ORDER {
+            return f(&Self::new(order));
+        }
+        let shared: &dyn Any = if TypeId::of::<S>() == TypeId::of::<f32>() {
+            SINGLE.get_or_init(|| Basis::new(MAX_ORDER))
+        } else {
+            DOUBLE.get_or_init(|| Basis::new(MAX_ORDER))
+        };
+        match shared.downcast_ref() {
+            Some(basis) => f(basis),
+            None => f(&Self::new(order)),
+        }
     }
 
     /// The number of bands the constants reach.
@@ -258,17 +278,7 @@ pub fn eval_basis(s: Dir, order: usize) -> Vec<f64> {
 /// # Panics
 /// If `out.len()` is no perfect square.
 pub fn eval_basis_into<S: Real>(s: [S; 3], out: &mut [S]) {
-    S::with_shared_basis(order_of_slice(out), |basis| basis.eval_into(s, out));
-}
-
-/// Calls `f` with a basis of at least `order`: the one shared by the whole process up to [`MAX_ORDER`], a new
-/// one above.
-pub(crate) fn with_shared<S: Real, R>(
-    shared: &'static OnceLock<Basis<S>>,
-    order: usize,
-    f: impl FnOnce(&Basis<S>) -> R,
-) -> R {
-    if order <= MAX_ORDER { f(shared.get_or_init(|| Basis::new(MAX_ORDER))) } else { f(&Basis::new(order)) }
+    Basis::<S>::with_shared(order_of_slice(out), |basis| basis.eval_into(s, out));
 }
 
 #[cfg(test)]

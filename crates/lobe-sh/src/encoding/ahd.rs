@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{coefficient, not_negative, y_0};
+use crate::encoding::irradiance_bands::{coefficient, not_negative, y_0};
 use crate::solver::newton_on_sphere::ascend;
 use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, convolved, eval_with_gradient, optimal_linear_direction};
 

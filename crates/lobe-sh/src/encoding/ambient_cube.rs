@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::coefficient;
+use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Real, Sh, ShVec, Zonal, convolved};
 
 /// The faces' axes in their order.

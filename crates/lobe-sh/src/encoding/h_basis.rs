@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::hemisphere::hemisphere_points;
+use crate::encoding::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
 /// Irradiance of the normals on one side of a surface, in `N` = 4 or 6 numbers a channel.
@@ -84,8 +84,8 @@ fn functions(n: Dir) -> [f64; 6] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tangent_frame;
     use super::*;
+    use crate::tangent_frame;
     use crate::{Rgb, ShVec, SphereQuadrature, Zonal, hemisphere_least_squares};
     use lobe_testkit::{Random, directions};
 

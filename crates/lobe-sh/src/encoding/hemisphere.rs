@@ -1,25 +1,14 @@
 //! Least squares over the normals of one side of a surface.
 
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Dir, Expansion, Rotation, ShVec, least_squares};
-
-/// The rotation that takes +z to `normal`: a tangent frame, `world_from_tangent`. Continuous but for the poles, where
-/// it turns about +z by any angle (none at exactly ±z, but for -z the half turn about +y).
-///
-/// ```text
-///   R = R_z(φ) R_y(θ)
-/// ```
-#[must_use]
-pub fn tangent_frame(normal: Dir) -> Rotation {
-    Rotation::from_euler_zyz(normal.phi(), normal.theta(), 0.0)
-}
+use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
 
 /// Points on the hemisphere `z > 0` and weights that integrate polynomials up to `degree` over it exactly.
 ///
 /// ```text
 ///   ∫_{z>0} f ds = Σ_j Σ_k (w_j/2) (2π/K) f((1 + x_j)/2, φ_k)        K = degree + 1
 /// ```
-pub(super) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
+pub(crate) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
     let azimuths = degree + 1;
     let step = std::f64::consts::TAU / azimuths as f64;
     let mut points = Vec::new();

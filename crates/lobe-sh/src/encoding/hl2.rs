@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::hemisphere::hemisphere_points;
+use crate::encoding::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
 /// How [`Hl2`] mixes its colors.
@@ -97,8 +97,8 @@ fn basis() -> [Dir; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tangent_frame;
     use super::*;
+    use crate::tangent_frame;
     use crate::{Rgb, ShVec};
     use lobe_testkit::{Random, directions};
 

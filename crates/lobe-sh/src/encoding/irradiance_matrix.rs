@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::coefficient;
+use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
 /// The quadratic form of nine coefficients in color, a symmetric matrix a channel.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
+use crate::encoding::irradiance_bands::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
 use crate::sphere::vector::dot;
 use crate::{Coefficient, Dir, Expansion, Real, Sh};
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::coefficient;
+use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
 /// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products a channel.
@@ -76,8 +76,8 @@ impl PackedIrradiance {
 
 #[cfg(test)]
 mod tests {
-    use super::super::IrradianceMatrix;
     use super::*;
+    use crate::IrradianceMatrix;
     use crate::{ShL2, ShVec, convolved};
     use lobe_testkit::{Random, directions};
 

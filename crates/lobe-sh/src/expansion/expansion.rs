@@ -1,7 +1,8 @@
 //! What every expansion can do, whether its order is known at compile time or at run time.
 
 use crate::basis::index::{band_range, order_of_slice};
-use crate::{Coefficient, Dir, Real};
+use crate::scalar::luminance;
+use crate::{Basis, Coefficient, Dir};
 
 /// A function on the sphere, `f(s) = Σ_i f_i y_i(s)`, given by its coefficients in index order `i = l(l+1) + m`.
 ///
@@ -48,7 +49,7 @@ pub trait Expansion<T: Coefficient>: Clone {
     /// The value `f(s)` towards `s`, summed in `f64`.
     fn eval(&self, s: Dir) -> T {
         let mut sum = T::Wide::ZERO;
-        f64::with_shared_basis(self.order(), |basis| {
+        Basis::<f64>::with_shared(self.order(), |basis| {
             basis.for_each(s.to_array(), self.order(), |i, y| sum += self.coefficients()[i].widen().scale(y));
         });
         T::narrow(sum)
@@ -61,7 +62,7 @@ pub trait Expansion<T: Coefficient>: Clone {
     /// # Panics
     /// If the four slices differ in length.
     fn eval_many_into(&self, components: [&[T::Scalar]; 3], out: &mut [T]) {
-        T::Scalar::with_shared_basis(self.order(), |basis| {
+        Basis::<T::Scalar>::with_shared(self.order(), |basis| {
             basis.eval_expansion_into(self.coefficients(), components, out);
         });
     }
@@ -85,6 +86,24 @@ fn dot<T: Coefficient>(a: &[T], b: &[T]) -> T {
         sum += a.widen() * b.widen();
     }
     T::narrow(sum)
+}
+
+/// The optimal linear direction: where band 1 points, of colors that of their luminance.
+///
+/// ```text
+///   d = (-f_3, -f_1, f_2) / |..|
+/// ```
+///
+/// `None` below order 2, where band 1 is zero and where it is not finite.
+#[must_use]
+pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
+    match f.coefficients() {
+        [_, y, z, x, ..] => {
+            let [x, y, z] = [*x, *y, *z].map(|c| luminance(c.widen()));
+            Dir::new([-x, -y, z])
+        }
+        _ => None,
+    }
 }
 
 #[cfg(test)]

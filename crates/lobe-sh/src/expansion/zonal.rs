@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Dir, Expansion, Real, ShVec};
+use crate::{Basis, Coefficient, Dir, Expansion, ShVec};
 
 /// A function of the angle to an axis alone, by one coefficient per band.
 ///
@@ -42,7 +42,7 @@ impl Zonal {
     #[must_use]
     pub fn about(axis: Dir, f: &impl Expansion<f64>) -> Self {
         let mut coefficients = vec![0.0; f.order()];
-        f64::with_shared_basis(f.order(), |basis| {
+        Basis::<f64>::with_shared(f.order(), |basis| {
             basis.for_each(axis.to_array(), f.order(), |i, y| coefficients[i.isqrt()] += f.coefficients()[i] * y);
         });
         for (l, z) in coefficients.iter_mut().enumerate() {
@@ -146,7 +146,7 @@ impl Zonal {
     pub fn towards_into<T: Coefficient>(&self, axis: Dir, value: T, out: &mut [T]) {
         let order = order_of_slice(out);
         let value = value.widen();
-        f64::with_shared_basis(order, |basis| {
+        Basis::<f64>::with_shared(order, |basis| {
             basis.for_each(axis.to_array(), order, |i, y| out[i] = T::narrow(value.scale(y)));
         });
         for (l, factor) in (0..order).zip(self.factors().chain(std::iter::repeat(0.0))) {

@@ -3,29 +3,12 @@
 use std::collections::BinaryHeap;
 
 use crate::basis::index::{len, order_of_slice};
-use crate::basis::second_order::{Local, second_order};
-use crate::extrema::cap_bound::{SmoothFunction, least_of_disc};
-use crate::extrema::quadratic_form::Quadric;
+use crate::basis::second_order::{LocalQuadratic, second_order};
+use crate::extrema::cap_bound::{SmoothFunction, quadratic_lower_bound};
+use crate::extrema::quadratic_form::QuadraticForm;
 use crate::extrema::taylor::{PoleDerivatives, Taylor};
 use crate::sphere::triangulation::{Triangle, triangulation};
-use crate::{Dir, Real};
-
-/// An interval that holds the least value of a function ([`certified_minimum`]) or its greatest
-/// ([`certified_maximum`]), and a direction towards which the function has a value in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extremum {
-    /// The extreme value is not below this.
-    pub lo: f64,
-    /// The extreme value is not above this.
-    pub hi: f64,
-    /// Where it was found; of several equal ones one.
-    pub dir: Dir,
-}
-
-impl Extremum {
-    /// The extreme value of a function with a coefficient that is not a finite number: nothing is known.
-    const UNKNOWN: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, dir: Dir::Z };
-}
+use crate::{Basis, Dir, Extremum, Real};
 
 /// Newton steps that polish a minimum: from a good start four suffice, from a saddle it takes a few to leave.
 const POLISH_STEPS: usize = 12;
@@ -93,13 +76,13 @@ pub(crate) fn minimum_of(coefficients: &[f64], tolerance: f64, level: Option<f64
     let scale = 2.0_f64.powi((-largest.max(f64::MIN_POSITIVE).log2().floor()).min(1000.0) as i32);
     let scaled: Vec<f64> = coefficients.iter().map(|c| c * scale).collect();
     let found = if order <= 3 {
-        Quadric::new(&scaled, 0).minimum([1.0, 1.0])
+        QuadraticForm::new(&scaled, 0).minimum([1.0, 1.0])
     } else {
         // Bands that are zero at the top would only slow down; at least the four of a generic function stay.
         let order = (4..=order).rev().find(|&n| scaled[len(n - 1)..len(n)].iter().any(|c| *c != 0.0)).unwrap_or(3);
         let scaled = &scaled[..len(order)];
         if order <= 3 {
-            Quadric::new(scaled, 0).minimum([1.0, 1.0])
+            QuadraticForm::new(scaled, 0).minimum([1.0, 1.0])
         } else {
             branch_and_bound(scaled, tolerance, level.map(|level| level * scale))
         }
@@ -155,7 +138,7 @@ struct Search {
 /// of a certain size are always set aside: it ends.
 pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Option<f64>) -> Extremum {
     let order = order_of_slice(coefficients);
-    f64::with_shared_basis(order, |basis| {
+    Basis::<f64>::with_shared(order, |basis| {
         let f = SmoothFunction::new(coefficients);
         let square: f64 = coefficients.iter().map(|c| c * c).sum();
         let rms = (square / (4.0 * std::f64::consts::PI)).sqrt();
@@ -171,7 +154,8 @@ pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Opti
             dir: [0.0, 0.0, 1.0],
         };
         let evaluate = |directions: &[[f64; 3]; 4]| second_order(basis, coefficients, directions);
-        let polish = |local: Local| polished(local, order, |s| second_order(basis, coefficients, &[s])[0]);
+        let polish =
+            |local: LocalQuadratic| newton_descent(local, order, |s| second_order(basis, coefficients, &[s])[0]);
         PoleDerivatives::with_shared(order, |table| {
             let mut work = vec![0.0; coefficients.len()];
             let expand = |s: [f64; 3]| Taylor::new(table, coefficients, s, &mut work);
@@ -187,12 +171,12 @@ impl Search {
     fn run(
         &mut self,
         start: &[Triangle],
-        evaluate: impl Fn(&[[f64; 3]; 4]) -> [Local; 4],
-        polish: impl Fn(Local) -> Local,
+        evaluate: impl Fn(&[[f64; 3]; 4]) -> [LocalQuadratic; 4],
+        polish: impl Fn(LocalQuadratic) -> LocalQuadratic,
         mut expand: impl FnMut([f64; 3]) -> Taylor,
     ) {
-        // All centers first: the best of them, polished, sets most cells aside at once.
-        let centers: Vec<Local> =
+        // All centers first: the best of them, newton_descent, sets most cells aside at once.
+        let centers: Vec<LocalQuadratic> =
             start.as_chunks::<4>().0.iter().flat_map(|four| evaluate(&four.map(|t| t.center))).collect();
         if let Some(best) = centers.iter().min_by(|a, b| a.value.total_cmp(&b.value)) {
             self.lower_to(polish(*best));
@@ -207,7 +191,7 @@ impl Search {
             }
             let Triangle { center, radius, .. } = cell.triangle;
             if self.f.remainder(radius) < WORTH * (self.hi - cell.lower) {
-                let lower = self.f.lower_bound_of_valley(&expand(center), radius);
+                let lower = self.f.lower_bound_of_fourth_order(&expand(center), radius);
                 if lower >= self.enough() {
                     self.floor = self.floor.min(lower);
                     continue;
@@ -230,18 +214,18 @@ impl Search {
         self.level.is_some_and(|level| self.hi < level)
     }
 
-    fn lower_to(&mut self, local: Local) {
+    fn lower_to(&mut self, local: LocalQuadratic) {
         if local.value < self.hi {
             (self.hi, self.dir) = (local.value, local.s);
         }
     }
 
-    fn add(&mut self, triangle: Triangle, local: &Local, polish: impl Fn(Local) -> Local) {
+    fn add(&mut self, triangle: Triangle, local: &LocalQuadratic, polish: impl Fn(LocalQuadratic) -> LocalQuadratic) {
         if local.value < self.hi {
             self.lower_to(*local);
             self.lower_to(polish(*local));
         }
-        let lower = self.f.lower_bound(local, triangle.radius, least_of_disc);
+        let lower = self.f.lower_bound(local, triangle.radius, quadratic_lower_bound);
         if lower >= self.enough() {
             self.floor = self.floor.min(lower);
         } else {
@@ -252,11 +236,15 @@ impl Search {
 
 /// Newton's method on the sphere, made safe: the curvature along each principal axis counts by its absolute value,
 /// steps are at most `1/n` long, and only those that go down are taken.
-pub(crate) fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -> Local) -> Local {
+pub(crate) fn newton_descent(
+    start: LocalQuadratic,
+    order: usize,
+    evaluate: impl Fn([f64; 3]) -> LocalQuadratic,
+) -> LocalQuadratic {
     let longest = 1.0 / order as f64;
     let mut best = start;
     for _ in 0..POLISH_STEPS {
-        let (curvatures, slopes, axes) = principal(&best);
+        let (curvatures, slopes, axes) = best.principal_curvatures();
         let small = 1e-12 * (curvatures[0].abs() + curvatures[1].abs()) + f64::MIN_POSITIVE;
         let steps = [0, 1].map(|k| -slopes[k] / curvatures[k].abs().max(small));
         let length = steps[0].hypot(steps[1]);
@@ -271,21 +259,6 @@ pub(crate) fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -
     best
 }
 
-/// The principal curvatures, the lower first, the slopes along their axes, and the axes in the frame of tangents.
-pub(crate) fn principal(local: &Local) -> ([f64; 2], [f64; 2], [[f64; 2]; 2]) {
-    let [xx, xy, yy] = local.hessian;
-    let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-    let radius = half.hypot(xy);
-    // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no cancellation.
-    let (a, b) = if half >= 0.0 { (radius + half, xy) } else { (xy, radius - half) };
-    let length = a.hypot(b);
-    let high = if length > 0.0 { [a / length, b / length] } else { [1.0, 0.0] };
-    let low = [-high[1], high[0]];
-    let [g0, g1] = local.gradient;
-    let slopes = [low, high].map(|v| v[0] * g0 + v[1] * g1);
-    ([mean - radius, mean + radius], slopes, [low, high])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -298,7 +271,7 @@ mod tests {
         let mut random = Random::new(21);
         for case in 0..300 {
             let f = random.signed_vec(9);
-            let exact = Quadric::new(&f, 0).minimum([1.0, 1.0]);
+            let exact = QuadraticForm::new(&f, 0).minimum([1.0, 1.0]);
             let found = branch_and_bound(&f, 1e-8, None);
             let close = found.lo <= exact.hi && exact.lo <= found.hi && found.hi - found.lo < 1e-7;
             assert!(close, "case {case}: {found:?} against {exact:?}");
@@ -320,10 +293,10 @@ mod tests {
     #[test]
     fn principal_axes_diagonalize() {
         let f = Zonal::new(vec![0.1, -0.4, 0.8, 0.3]).towards(Dir::from_angles(1.0, 1.0), 1.0);
-        f64::with_shared_basis(4, |basis| {
+        Basis::<f64>::with_shared(4, |basis| {
             for v in lobe_testkit::directions() {
                 let [local] = second_order(basis, f.coefficients(), &[v]);
-                let ([low, high], _, [a, b]) = principal(&local);
+                let ([low, high], _, [a, b]) = local.principal_curvatures();
                 let [xx, xy, yy] = local.hessian;
                 let form = |p: [f64; 2], q: [f64; 2]| p[0] * (xx * q[0] + xy * q[1]) + p[1] * (xy * q[0] + yy * q[1]);
                 let errors = [form(a, a) - low, form(b, b) - high, form(a, b)].map(f64::abs);

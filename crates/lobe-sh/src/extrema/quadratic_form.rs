@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::once::Once;
 use crate::sphere::vector::{dot, tangents, unit};
 use crate::{Coefficient, Dir, Extremum, Real};
 
@@ -49,7 +50,7 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// Bands scaled by `w_1, w_2` only change the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows solves
 /// for eigenvectors once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Quadric {
+pub(crate) struct QuadraticForm {
     /// The mean.
     pub(crate) c: f64,
     b: [f64; 3],
@@ -61,9 +62,9 @@ pub(crate) struct Quadric {
     pub(crate) form: f64,
 }
 
-/// A [`Quadric`] in its principal axes.
+/// A [`QuadraticForm`] in its principal axes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spectrum {
+pub(crate) struct Eigensystem {
     /// The lowest eigenvalue.
     pub(crate) low: f64,
     /// The distances of the eigenvalues from the lowest, which comes first.
@@ -74,7 +75,7 @@ pub(crate) struct Spectrum {
     pub(crate) beta: [f64; 3],
 }
 
-impl Quadric {
+impl QuadraticForm {
     /// From the `n²` coefficients of one channel, `n` up to 3; missing bands are zero.
     pub(crate) fn new<T: Coefficient>(coefficients: &[T], channel: usize) -> Self {
         let mut f = [0.0; 9];
@@ -132,9 +133,9 @@ impl Quadric {
 
     /// The principal axes. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
     /// conditioned; a rotation in the plane across its axis gives the others, however near to each other they are.
-    pub(crate) fn spectrum(&self) -> Spectrum {
-        let lone = self.lone_eigenvalue();
-        let axis = self.lone_axis(lone);
+    pub(crate) fn eigensystem(&self) -> Eigensystem {
+        let lone = self.isolated_eigenvalue();
+        let axis = self.isolated_eigenvector(lone);
         let [u, v] = tangents(axis);
         let au = times(&self.a, u);
         let (uu, uv) = (dot(u, au), dot(v, au));
@@ -164,7 +165,7 @@ impl Quadric {
     ///
     /// and the one of the sign of `det B` lies between √3 and 2 in size. Newton's method from the parabola that has the
     /// value and slope at `det B = 0` and the value at 2, which errs by 3e-3: 7e-6, 4e-11, rounding.
-    fn lone_eigenvalue(&self) -> f64 {
+    fn isolated_eigenvalue(&self) -> f64 {
         let p = 0.5 * self.form;
         if p == 0.0 {
             return 0.0;
@@ -181,7 +182,7 @@ impl Quadric {
     }
 
     /// The axis of an eigenvalue apart from the others: any column of the adjugate of `A - λ`, the longest for safety.
-    fn lone_axis(&self, lone: f64) -> [f64; 3] {
+    fn isolated_eigenvector(&self, lone: f64) -> [f64; 3] {
         let [xx, yy, zz, xy, xz, yz] = self.a;
         let [xx, yy, zz] = [xx - lone, yy - lone, zz - lone];
         let (dx, dy, dz) = (yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy);
@@ -196,30 +197,30 @@ impl Quadric {
     }
 
     /// The linear part in the principal axes, without what is rounding.
-    fn along(&self, axes: [[f64; 3]; 3], low: f64, distances: [f64; 3]) -> Spectrum {
+    fn along(&self, axes: [[f64; 3]; 3], low: f64, distances: [f64; 3]) -> Eigensystem {
         let rounding = f64::EPSILON * self.linear;
         let beta = axes.map(|axis| 0.5 * dot(axis, self.b)).map(|b| if b.abs() <= rounding { 0.0 } else { b });
-        Spectrum { low, distances, axes, beta }
+        Eigensystem { low, distances, axes, beta }
     }
 
     /// The direction of the least value when bands 1 and 2 are scaled by `w`, both at least 0.
     #[inline]
-    pub(crate) fn lowest(&self, spectrum: &Spectrum, w: [f64; 2]) -> [f64; 3] {
+    pub(crate) fn lowest(&self, eigensystem: &Eigensystem, w: [f64; 2]) -> [f64; 3] {
         // A form that changes no digit of the linear part, or none at all.
         if w[1] * self.form <= 0.25 * f64::EPSILON * w[0] * self.linear {
             let linear = self.linear * w[0];
             return if linear > 0.0 { unit(self.b.map(|b| -b)) } else { [0.0, 0.0, 1.0] };
         }
-        spectrum.lowest(w[0] / w[1])
+        eigensystem.lowest(w[0] / w[1])
     }
 
-    /// The minimum when bands 1 and 2 are scaled by `w`, certified by (1) of [`Quadric`]:
+    /// The minimum when bands 1 and 2 are scaled by `w`, certified by (1) of [`QuadraticForm`]:
     ///
     /// ```text
     ///   f(y) >= f(x) - 2 |2 (A + ν) x + b|        for all y, if A + ν has no negative eigenvalue
     /// ```
     pub(crate) fn minimum(&self, w: [f64; 2]) -> Extremum {
-        let x = self.lowest(&self.spectrum(), w);
+        let x = self.lowest(&self.eigensystem(), w);
         let [c, linear, quadratic] = self.bands(x);
         let value = c + w[0] * linear + w[1] * quadratic;
         let rounding = ROUNDING * (c.abs() + self.reach(w));
@@ -241,7 +242,7 @@ impl Quadric {
     }
 }
 
-impl Spectrum {
+impl Eigensystem {
     /// The direction of the least value when the linear part is scaled by `kappa` against the form.
     #[inline]
     fn lowest(&self, kappa: f64) -> [f64; 3] {
@@ -300,7 +301,7 @@ fn times(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] 
 
 /// `1/√4π`, `√(3/4π)`, `√(15/16π)`, `1/√3`, `√3`.
 fn norms() -> &'static [f64; 5] {
-    static NORMS: std::sync::OnceLock<[f64; 5]> = std::sync::OnceLock::new();
+    static NORMS: Once<[f64; 5]> = Once::new();
     NORMS.get_or_init(|| {
         [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip(), 3.0_f64.sqrt()]
     })
@@ -316,7 +317,7 @@ mod tests {
     #[test]
     fn the_quadratic_form_is_the_function() {
         let f = ShL2::<f64>::from_slice(&Random::new(1).signed_vec(9));
-        let quadric = Quadric::new(f.coefficients(), 0);
+        let quadric = QuadraticForm::new(f.coefficients(), 0);
         for s in directions() {
             let sum: f64 = quadric.bands(s).iter().sum();
             let value = f.eval(Dir::from_unit(s));
@@ -352,7 +353,7 @@ mod tests {
             // One band alone, and bands of unequal sizes.
             f[1..4].iter_mut().for_each(|c| *c *= [1.0, 1e-3, 0.0][case % 3]);
             f[4..].iter_mut().for_each(|c| *c *= [1.0, 0.0, 1e-3][case % 5 % 3]);
-            let quadric = Quadric::new(&f, 0);
+            let quadric = QuadraticForm::new(&f, 0);
             let x = random.direction();
             let [xx, yy, zz, xy, xz, yz] = quadric.a;
             let (b, nu) = (quadric.b, quadric.form * random.signed());
@@ -401,7 +402,7 @@ mod tests {
             for a in &mut a[..3] {
                 *a -= nu;
             }
-            let quadric = Quadric::from_parts(0.5, b, a);
+            let quadric = QuadraticForm::from_parts(0.5, b, a);
             let expected: f64 = quadric.bands(x).iter().sum();
             let found = quadric.minimum([1.0, 1.0]);
             let close = found.lo <= expected && expected <= found.hi && found.hi - found.lo < 1e-12;
@@ -422,8 +423,8 @@ mod tests {
             if case % 3 == 2 {
                 f.iter_mut().for_each(|c| *c += 1e-9 * random.unit());
             }
-            let quadric = Quadric::new(&f, 0);
-            let Spectrum { low, distances, axes, .. } = quadric.spectrum();
+            let quadric = QuadraticForm::new(&f, 0);
+            let Eigensystem { low, distances, axes, .. } = quadric.eigensystem();
             let (_, rows) = quadric.parts();
             assert!(distances[0] == 0.0 && distances.iter().all(|d| *d >= 0.0), "case {case}: {distances:?}");
             for i in 0..3 {
@@ -445,10 +446,10 @@ mod tests {
         for case in 0..1000 {
             let mut f = random.signed_vec(9);
             f[0] = 0.0;
-            f[0] = -Quadric::new(&f, 0).minimum([1.0, 1.0]).lo * (4.0 * PI).sqrt();
+            f[0] = -QuadraticForm::new(&f, 0).minimum([1.0, 1.0]).lo * (4.0 * PI).sqrt();
             let scale = 2.0 * random.unit();
             let g: Vec<f64> = f.iter().map(|f| scale * f + 0.1 * (random.unit() - 0.5) * f64::from(case % 4)).collect();
-            let (f, g) = (Quadric::new(&f, 0), Quadric::new(&g, 0));
+            let (f, g) = (QuadraticForm::new(&f, 0), QuadraticForm::new(&g, 0));
             let (bound, least) = (g.least_beside(&f, [1.0, 1.0]), g.minimum([1.0, 1.0]));
             assert!(bound <= least.hi + 1e-14, "case {case}: {bound} against {least:?}");
             assert!(case % 4 > 0 || bound > -1e-14, "case {case}, one color: {bound}");
@@ -463,8 +464,8 @@ mod tests {
             let w = [[1.0, 1.0], [0.5, 0.25], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1e-9, 1.0], [1.0, 1e-12]][case % 7];
             let mut scaled = f;
             crate::scale_bands_in_place(scaled.coefficients_mut(), &[1.0, w[0], w[1]]);
-            let a = Quadric::new(f.coefficients(), 0).minimum(w);
-            let b = Quadric::new(scaled.coefficients(), 0).minimum([1.0, 1.0]);
+            let a = QuadraticForm::new(f.coefficients(), 0).minimum(w);
+            let b = QuadraticForm::new(scaled.coefficients(), 0).minimum([1.0, 1.0]);
             assert!((a.hi - b.hi).abs() < 1e-12 && (a.lo - b.lo).abs() < 1e-12, "case {case}, {w:?}: {a:?} {b:?}");
         }
     }
@@ -480,7 +481,7 @@ mod tests {
             let (a, b) = (0.5 * (q1 + q2) - q0, 0.5 * (q1 - q2));
             let inside = if a > 0.0 && b.abs() < 2.0 * a { q0 - b * b / (4.0 * a) } else { f64::INFINITY };
             let expected = inside.min(q1).min(q2);
-            let found = Quadric::new(z.towards(axis, 1.0).coefficients(), 0).minimum([1.0, 1.0]);
+            let found = QuadraticForm::new(z.towards(axis, 1.0).coefficients(), 0).minimum([1.0, 1.0]);
             assert!((found.hi - expected).abs() < 1e-13 && found.lo <= expected + 1e-15, "{found:?}, {expected}");
             assert!(found.hi - found.lo < 1e-12, "{found:?} is wide");
         }

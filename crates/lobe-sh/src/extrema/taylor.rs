@@ -1,9 +1,8 @@
 //! A function on the sphere about a direction, to fourth order, and bounds of its derivatives.
 
-use std::sync::OnceLock;
-
 use crate::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
+use crate::once::Once;
 use crate::rotation::zyz::{CosSin, rotate_bands_zyz};
 
 /// Derivatives of order 0 to 5 are kept: four for the polynomial, the fifth for its remainder.
@@ -26,7 +25,7 @@ pub(crate) struct PoleDerivatives {
 impl PoleDerivatives {
     /// Calls `f` with a table of at least `order` bands.
     pub(crate) fn with_shared<R>(order: usize, f: impl FnOnce(&Self) -> R) -> R {
-        static SHARED: OnceLock<PoleDerivatives> = OnceLock::new();
+        static SHARED: Once<PoleDerivatives> = Once::new();
         if order <= MAX_ORDER { f(SHARED.get_or_init(|| Self::new(MAX_ORDER))) } else { f(&Self::new(order)) }
     }
 
@@ -159,8 +158,7 @@ fn polynomial(waves: &Waves) -> [[f64; 5]; 5] {
 mod tests {
     use super::*;
     use crate::basis::second_order::second_order;
-    use crate::extrema::branch_and_bound::principal;
-    use crate::{Dir, Expansion as _, Real as _, ShVec, eval_basis};
+    use crate::{Basis, Dir, Expansion as _, ShVec, eval_basis};
     use lobe_testkit::{Random, directions};
 
     #[test]
@@ -193,8 +191,8 @@ mod tests {
                 let mut work = vec![0.0; order * order];
                 for s in directions() {
                     let Taylor { c } = Taylor::new(table, f.coefficients(), s, &mut work);
-                    let [local] = f64::with_shared_basis(order, |basis| second_order(basis, f.coefficients(), &[s]));
-                    let ([low, high], _, [b, a]) = principal(&local);
+                    let [local] = Basis::<f64>::with_shared(order, |basis| second_order(basis, f.coefficients(), &[s]));
+                    let ([low, high], _, [b, a]) = local.principal_curvatures();
                     assert!((local.value - c[0][0]).abs() < 1e-12, "value {} against {}", c[0][0], local.value);
                     let curvatures = (2.0 * c[0][2] - low).abs().max((2.0 * c[2][0] - high).abs());
                     assert!(

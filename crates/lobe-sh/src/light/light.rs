@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::light::normalization::{cone_irradiance, soft_cone_irradiance};
-use crate::{Coefficient as _, Dir, Expansion as _, Normalization, Rgb, ShError, ShVec, SphericalPolygon, Zonal};
+use crate::{
+    Coefficient, Dir, Expansion as _, FixedOrder, Normalization, Rgb, ShError, ShVec, SphericalPolygon, Zonal,
+};
 
 /// An analytic light, to be turned into an expansion of any order by [`Light::project`].
 ///
@@ -144,6 +146,26 @@ impl Light {
                 Ok(light)
             }
         }
+    }
+
+    /// [`Light::project`] to the order of the type that is asked for, of colors in `f32` or `f64`.
+    ///
+    /// ```
+    /// use lobe_sh::{Light, Normalization, Rgb, ShL2};
+    ///
+    /// let sky = Light::Ambient { color: Rgb::new(0.2, 0.3, 0.5) };
+    /// let light: ShL2<Rgb<f32>> = sky.project_as(Normalization::Projected)?;
+    /// # assert!((light[0].g - 0.3 * (4.0 * std::f32::consts::PI).sqrt()).abs() < 1e-6, "{light:?}");
+    /// # Ok::<(), lobe_sh::ShError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Light::project`].
+    pub fn project_as<E>(&self, normalization: Normalization) -> Result<E, ShError>
+    where
+        E: FixedOrder<Value: Coefficient<Wide = Rgb<f64>>>,
+    {
+        Ok(self.project(E::ORDER, normalization)?.map(E::Value::narrow).to_fixed())
     }
 
     fn check(&self) -> Result<(), ShError> {

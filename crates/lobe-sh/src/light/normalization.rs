@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::Zonal;
 use crate::expansion::zonal::zonal_norm;
-use crate::light::soft_cone::ease_sine;
+use crate::light::cone::ease_sine;
 
 /// What a light of color 1 stands for.
 ///

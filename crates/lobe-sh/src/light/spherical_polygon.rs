@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::basis::index::{band_range, index, order_of_slice};
 use crate::sphere::vector::{cross, difference, dot, length};
-use crate::{Dir, Real, Rotation, ShError, ShVec};
+use crate::{Basis, Dir, Rotation, ShError, ShVec};
 
 /// Two vertices whose directions are nearer to opposite than this (the sine of the angle) leave the great circle
 /// between them undetermined: the receiver stands on the edge.
@@ -244,7 +244,7 @@ struct EquatorSlopes {
 impl EquatorSlopes {
     fn new(order: usize) -> Self {
         let mut slopes = vec![0.0; order * order];
-        f64::with_shared_basis(order, |basis| {
+        Basis::<f64>::with_shared(order, |basis| {
             for m in 0..order {
                 // At z = 0 the recurrences are P_l = -b P_{l-2} and P_l' = a P_{l-1} - b P_{l-2}'.
                 let (mut p_before, mut p) = (0.0, basis.diagonal(m));

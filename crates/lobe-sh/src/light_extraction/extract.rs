@@ -1,10 +1,12 @@
 //! Lights out of an expansion: one in closed form, several by least squares.
 
-use crate::expansion::luminance::{luminance, luminance_of};
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::refine::refine;
+use crate::options::setters;
+use crate::scalar::luminance;
 use crate::{
     Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
+    optimal_linear_direction,
 };
 
 /// When so little of the energy is left, nothing but rounding is.
@@ -12,24 +14,6 @@ const NOTHING_LEFT: f64 = 1e-28;
 
 /// A further light must take away this part of what is left.
 const WORTH_IT: f64 = 1e-9;
-
-/// The optimal linear direction: where band 1 points, of colors that of their luminance.
-///
-/// ```text
-///   d = (-f_3, -f_1, f_2) / |..|
-/// ```
-///
-/// `None` below order 2, where band 1 is zero and where it is not finite.
-#[must_use]
-pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
-    match f.coefficients() {
-        [_, y, z, x, ..] => {
-            let [x, y, z] = [*x, *y, *z].map(|c| luminance(c.widen()));
-            Dir::new([-x, -y, z])
-        }
-        _ => None,
-    }
-}
 
 /// One directional light and ambient light in place of `f`, in closed form, the channels sharing the direction of the
 /// luminance.
@@ -96,8 +80,10 @@ pub enum LightChoice {
     Height,
 }
 
-/// What [`extract_lights`] is to do.
+/// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative and
+/// nothing refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LightOptions {
     /// The most lights to find.
     pub count: usize,
@@ -126,6 +112,15 @@ impl Default for LightOptions {
     }
 }
 
+setters!(LightOptions {
+    count: usize,
+    refine: bool,
+    metric: LightMetric,
+    choice: LightChoice,
+    search: PeakSearch,
+    non_negative: bool,
+});
+
 /// Several directional lights and ambient light in place of `f` ([Sloan 2008], "Extracting multiple lights").
 ///
 /// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light are
@@ -146,7 +141,7 @@ pub fn extract_lights<T: Coefficient>(
 ) -> Result<LightFit<T::Wide>, ShError> {
     let problem = LightProblem::<T>::new(f, options.metric, options.non_negative)?;
     let peaks: Vec<Dir> =
-        local_maxima(&luminance_of(&problem.f), options.search).into_iter().map(|peak| peak.dir).collect();
+        local_maxima(&problem.f.map(luminance), options.search).into_iter().map(|peak| peak.dir).collect();
     let mut fit = match options.choice {
         LightChoice::Height => problem.solve(&peaks[..options.count.min(peaks.len())]),
         LightChoice::Residual => chosen_by_residual(&problem, &peaks, options.count),
@@ -207,7 +202,7 @@ fn chosen_by_residual<T: Coefficient>(problem: &LightProblem<T>, peaks: &[Dir], 
 fn refined_one_by_one<T: Coefficient>(problem: &LightProblem<T>, options: &LightOptions) -> LightFit<T::Wide> {
     let mut fit = problem.solve(&[]);
     while fit.lights.len() < options.count {
-        let left = luminance_of(&problem.left_of(&fit));
+        let left = problem.left_of(&fit).map(luminance);
         let peaks: Vec<Dir> = local_maxima(&left, options.search).into_iter().map(|peak| peak.dir).collect();
         let Some(better) = with_best(problem, &fit, &peaks) else { break };
         fit = refine(problem, better);

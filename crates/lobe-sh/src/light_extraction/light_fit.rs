@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::legendre::legendre_all;
-use crate::expansion::luminance::luminance;
 use crate::expansion::zonal::zonal_norm;
-use crate::solver::nnls::{Normal, least_squares_solution, non_negative_solution};
+use crate::scalar::luminance;
+use crate::solver::nnls::{Normal, least_squares_solution, nnls};
 use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
 
 /// A light from one direction.
@@ -165,7 +165,7 @@ impl<T: Coefficient> LightProblem<T> {
                         let own_dc = if i < count { dc } else { ambient_unit };
                         lights.get(i).map_or(0.0, |x| x.channel(c)) + w_0 * own_dc * f_0
                     });
-                    DVector::from_vec(non_negative_solution(&Normal { gram: &gram, right: &right }))
+                    DVector::from_vec(nnls(&Normal { gram: &gram, right: &right }))
                 } else {
                     let bands = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
                     let x = least_squares_solution(&bands, &DVector::from_fn(count, |i, _| lights[i].channel(c)));

@@ -1,11 +1,11 @@
 //! All local maxima of a function on the sphere.
 
 use std::f64::consts::PI;
-use std::sync::OnceLock;
 
 use crate::basis::index::{index, len};
-use crate::solver::bfgs_on_sphere::Hill;
-use crate::sphere::thomson::thomson_points;
+use crate::once::Once;
+use crate::solver::bfgs_on_sphere::BfgsAscent;
+use crate::sphere::point_sets::thomson_points;
 use crate::{Dir, Expansion, ShVec, eval_basis};
 
 /// Rows of the grid for every band. Of the 14098 maxima of 2000 random expansions of order 6 a grid of 12 missed one: a
@@ -65,7 +65,7 @@ pub enum PeakSearch {
 #[must_use]
 pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
     let Some(f) = ShVec::from_vec(f.coefficients().to_vec()) else { unreachable!("an expansion has n² coefficients") };
-    let Some(hill) = Hill::new(&f) else { return Vec::new() };
+    let Some(hill) = BfgsAscent::new(&f) else { return Vec::new() };
     let starts = match (search, PAPER_STARTS.get(f.order() - 1)) {
         (PeakSearch::Paper, Some(_)) => paper_starts(f.order()).to_vec(),
         _ => grid_maxima(&f, ROWS_PER_BAND * f.order(), RIDGE_SLACK),
@@ -74,7 +74,7 @@ pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
 }
 
 /// Where the climbs from these points end, each place once, the highest first.
-fn climbed(hill: &Hill<'_>, starts: Vec<Dir>) -> Vec<Peak> {
+fn climbed(hill: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
     let mut peaks: Vec<Peak> = Vec::new();
     for start in starts {
         let (dir, value) = hill.ascend(start);
@@ -89,7 +89,7 @@ fn climbed(hill: &Hill<'_>, starts: Vec<Dir>) -> Vec<Peak> {
 }
 
 fn paper_starts(order: usize) -> &'static [Dir] {
-    static SETS: OnceLock<Vec<Vec<Dir>>> = OnceLock::new();
+    static SETS: Once<Vec<Vec<Dir>>> = Once::new();
     let set = |count: &usize| thomson_points(*count).into_iter().map(Dir::from_unit).collect();
     &SETS.get_or_init(|| PAPER_STARTS.iter().map(set).collect())[order - 1]
 }
@@ -179,9 +179,9 @@ fn grid_values(f: &ShVec<f64>, rows: usize, columns: usize, theta: impl Fn(usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Real as _;
+    use crate::Basis;
     use crate::basis::second_order::second_order;
-    use crate::extrema::branch_and_bound::polished;
+    use crate::extrema::branch_and_bound::newton_descent;
     use lobe_testkit::Random;
 
     #[test]
@@ -219,14 +219,14 @@ mod tests {
         let negative: Vec<f64> = f.coefficients().iter().map(|c| -c).collect();
         let steepness = f.order() as f64 * f.dot(f).sqrt();
         let mut maxima: Vec<Dir> = Vec::new();
-        f64::with_shared_basis(f.order(), |basis| {
+        Basis::<f64>::with_shared(f.order(), |basis| {
             let evaluate = |s: [f64; 3]| second_order(basis, &negative, &[s])[0];
             for row in 0..rows {
                 for column in (0..columns).filter(|column| is_highest(row, *column)) {
                     let start = Dir::from_angles(theta(row), 2.0 * PI * column as f64 / columns as f64);
                     let mut local = evaluate(start.to_array());
                     loop {
-                        local = polished(local, f.order(), evaluate);
+                        local = newton_descent(local, f.order(), evaluate);
                         // Where a whole Newton step does not help, a short one along the slope does, but at the top.
                         let [a, b] = local.gradient;
                         let steps = (0..40).map(|k| 0.3 * 0.5_f64.powi(k) / f.order() as f64 / a.hypot(b));
@@ -303,10 +303,10 @@ mod tests {
     fn a_climb_leaves_a_saddle_and_a_minimum() {
         // xy: maxima at ±45° in the plane, saddles at the poles; -z: a minimum at the zenith.
         let saddle = crate::project(3, 2, |s| s.x() * s.y());
-        let (top, value) = Hill::new(&saddle).unwrap().ascend(Dir::Z);
+        let (top, value) = BfgsAscent::new(&saddle).unwrap().ascend(Dir::Z);
         assert!((value - 0.5).abs() < 1e-12, "{top:?}: {value}");
         let below = crate::project(2, 1, |s| -s.z());
-        let (top, value) = Hill::new(&below).unwrap().ascend(Dir::Z);
+        let (top, value) = BfgsAscent::new(&below).unwrap().ascend(Dir::Z);
         assert!((value - 1.0).abs() < 1e-12, "{top:?}: {value}");
     }
 

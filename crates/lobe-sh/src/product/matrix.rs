@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::basis::index::{index, len, order_of_slice};
 use crate::product::grid::RowGrid;
-use crate::{Coefficient, Dir, Expansion, MAX_TRIPLE_ORDER, Real, TripleTensor, band_and_m};
+use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, band_and_m};
 
 /// Multiplication by a fixed function `f`, cut off at an order, as a symmetric matrix.
 ///
@@ -40,18 +40,18 @@ pub struct ProductMatrix<S> {
 impl<S: Real> ProductMatrix<S> {
     /// The matrix of an expansion of any order, for functions and products of order `order`. Exact up to rounding.
     ///
-    /// From the tensor of triple products, with exact zeros, up to order [`MAX_TRIPLE_ORDER`]; above, by quadrature.
+    /// From the [`GauntTensor`], with exact zeros, up to order [`MAX_GAUNT_ORDER`]; above, by quadrature.
     #[must_use]
     pub fn new(f: &impl Expansion<S>, order: usize) -> Self {
         // Bands from 2n - 1 on meet no pair of functions.
         let used = f.order().min((2 * order).saturating_sub(1));
         let f: Vec<f64> = f.coefficients()[..len(used)].iter().map(|c| c.to_f64()).collect();
-        if used.max(order) > MAX_TRIPLE_ORDER {
+        if used.max(order) > MAX_GAUNT_ORDER {
             let f = crate::ShVec::from_vec(f).unwrap_or_else(|| unreachable!("n² coefficients were kept"));
             return Self::from_fn(order, used - 1, |s| f.eval(s));
         }
         let mut entries = vec![0.0; len(order) * len(order)];
-        for t in TripleTensor::new(order, order, used).triples() {
+        for t in GauntTensor::new(order, order, used).coefficients() {
             entries[t.i * len(order) + t.j] += t.value * f[t.k];
         }
         Self::from_f64(order, &entries)

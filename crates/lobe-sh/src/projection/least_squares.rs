@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::index::len;
-use crate::{Coefficient, Dir, Real, ShVec};
+use crate::{Basis, Coefficient, Dir, Real, ShVec};
 
 /// Rows gathered before they are folded into the triangular factor. More rows cost memory, fewer cost time: each
 /// fold also factors the triangle again.
@@ -59,7 +59,7 @@ pub struct Fit<T> {
 pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<Item = (Dir, T, f64)>) -> Fit<T> {
     assert!(order > 0, "a fit needs order 1 at least");
     let columns = len(order);
-    let mut triangle = Triangle::new(columns, T::CHANNELS);
+    let mut triangle = TriangularFactor::new(columns, T::CHANNELS);
     let (mut count, mut total_weight) = (0, 0.0);
     for (s, value, weight) in samples {
         assert!(weight >= 0.0 && weight.is_finite(), "a weight is finite and not negative, not {weight}");
@@ -68,7 +68,7 @@ pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<It
         }
         let root = weight.sqrt();
         triangle.push(|row| {
-            f64::with_shared_basis(order, |basis| {
+            Basis::<f64>::with_shared(order, |basis| {
                 basis.eval_into(s.to_array(), &mut row[..columns]);
             });
             for (c, place) in row[columns..].iter_mut().enumerate() {
@@ -90,7 +90,7 @@ pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<It
 /// ```
 ///
 /// Stacking new rows under an old `R` and factoring again gives the `R` of all rows.
-struct Triangle {
+struct TriangularFactor {
     columns: usize,
     channels: usize,
     factor: DMatrix<f64>,
@@ -98,7 +98,7 @@ struct Triangle {
     pending: Vec<f64>,
 }
 
-impl Triangle {
+impl TriangularFactor {
     fn new(columns: usize, channels: usize) -> Self {
         Self { columns, channels, factor: DMatrix::zeros(columns + channels, columns + channels), pending: Vec::new() }
     }

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use crate::basis::index::len;
-use crate::{Coefficient, Dir, Real, ShVec};
+use crate::options::setters;
+use crate::{Basis, Coefficient, Dir, ShVec};
 
 /// How the directions of a Monte Carlo projection are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,8 +21,9 @@ pub enum Sampling {
     Fibonacci,
 }
 
-/// Options of [`project_monte_carlo`].
+/// Options of [`project_monte_carlo`]: by default 10000 jittered samples of seed 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MonteCarlo {
     /// The number of samples; [`Sampling::Jittered`] rounds it down to a square.
     pub samples: usize,
@@ -37,9 +39,11 @@ impl Default for MonteCarlo {
     }
 }
 
+setters!(MonteCarlo { samples: usize, seed: u64, sampling: Sampling });
+
 /// An expansion and how well it is known.
 #[derive(Clone, Debug)]
-pub struct Estimate<T> {
+pub struct MonteCarloEstimate<T> {
     /// The estimated expansion.
     pub sh: ShVec<T>,
     /// The standard error of every coefficient; see [`project_monte_carlo`] for what it means.
@@ -62,7 +66,11 @@ pub struct Estimate<T> {
 /// # Panics
 /// If `options.samples` is 0.
 #[must_use]
-pub fn project_monte_carlo<T: Coefficient>(order: usize, options: &MonteCarlo, f: impl FnMut(Dir) -> T) -> Estimate<T> {
+pub fn project_monte_carlo<T: Coefficient>(
+    order: usize,
+    options: &MonteCarlo,
+    f: impl FnMut(Dir) -> T,
+) -> MonteCarloEstimate<T> {
     assert!(options.samples > 0, "a Monte Carlo projection needs one sample at least");
     let estimator = Estimator { order, seed: options.seed, f };
     match options.sampling {
@@ -82,13 +90,13 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     /// The summands `4π f(s) y_i(s)` of one direction.
     fn summands_into(&mut self, s: Dir, out: &mut [T::Wide]) {
         let value = (self.f)(s).widen().scale(4.0 * PI);
-        f64::with_shared_basis(self.order, |basis| {
+        Basis::<f64>::with_shared(self.order, |basis| {
             basis.for_each(s.to_array(), self.order, |i, y| out[i] = value.scale(y));
         });
     }
 
     /// Random samples: mean and variance by Welford's updates.
-    fn random(mut self, samples: usize) -> Estimate<T> {
+    fn random(mut self, samples: usize) -> MonteCarloEstimate<T> {
         let n = len(self.order);
         let mut summands = vec![T::Wide::ZERO; n];
         let mut mean = vec![T::Wide::ZERO; n];
@@ -110,7 +118,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     /// `cells × cells` jittered samples. Neighboring cells along `φ` form the pairs of the error estimate:
     /// the variance of a pair's sum is at most the mean square of its difference. An odd last cell counts as a
     /// pair with the one before it, at half weight.
-    fn jittered(mut self, cells: usize) -> Estimate<T> {
+    fn jittered(mut self, cells: usize) -> MonteCarloEstimate<T> {
         let n = len(self.order);
         let mut summands = vec![T::Wide::ZERO; n];
         let mut before = vec![T::Wide::ZERO; n];
@@ -138,7 +146,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
         estimate(mean, squares.iter().map(|q| square_root(*q).scale(scale)).collect(), samples)
     }
 
-    fn fibonacci(mut self, samples: usize) -> Estimate<T> {
+    fn fibonacci(mut self, samples: usize) -> MonteCarloEstimate<T> {
         let full = self.spiral(samples);
         let half = self.spiral(samples / 2);
         let error = full.iter().zip(half).map(|(a, b)| absolute(*a - b)).collect();
@@ -161,12 +169,16 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     }
 }
 
-fn estimate<T: Coefficient>(mean: Vec<T::Wide>, mut standard_error: Vec<T::Wide>, evaluations: usize) -> Estimate<T> {
+fn estimate<T: Coefficient>(
+    mean: Vec<T::Wide>,
+    mut standard_error: Vec<T::Wide>,
+    evaluations: usize,
+) -> MonteCarloEstimate<T> {
     if evaluations < 2 {
         standard_error.fill(T::Wide::splat(f64::INFINITY));
     }
     let expansion = |c: Vec<T>| ShVec::from_vec(c).unwrap_or_else(|| unreachable!("n² sums were made"));
-    Estimate {
+    MonteCarloEstimate {
         sh: expansion(mean.into_iter().map(T::narrow).collect()),
         standard_error: expansion(standard_error.into_iter().map(T::narrow).collect()),
         evaluations,

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::basis::index::{index, len};
-use crate::{Coefficient, Dir, ShVec, SphereQuadrature};
+use crate::{Coefficient, Dir, FixedOrder, ShVec, SphereQuadrature};
 
 /// The lowest degree [`project_to_accuracy`] starts from, beyond what the order itself asks for.
 const FIRST_EXTRA_DEGREE: usize = 16;
@@ -29,6 +29,19 @@ const LAST_DEGREE: usize = 2047;
 #[must_use]
 pub fn project<T: Coefficient>(order: usize, degree: usize, f: impl FnMut(Dir) -> T) -> ShVec<T> {
     quadrature_sum(order, &SphereQuadrature::of_degree(degree + order.saturating_sub(1)), f).map(T::narrow)
+}
+
+/// [`project`] to the order of the type that is asked for.
+///
+/// ```
+/// use lobe_sh::{ShL1, project_as};
+///
+/// let f = project_as::<ShL1<f64>>(1, |s| 1.0 + 0.5 * s.z());
+/// assert!((f[2] - 0.5 * 2.046653415892977).abs() < 1e-14); // 0.5 √(4π/3)
+/// ```
+#[must_use]
+pub fn project_as<E: FixedOrder>(degree: usize, f: impl FnMut(Dir) -> E::Value) -> E {
+    project(E::ORDER, degree, f).to_fixed()
 }
 
 /// What [`project_to_accuracy`] found.

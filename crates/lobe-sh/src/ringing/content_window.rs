@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use crate::basis::index::{band_range, len};
 use crate::basis::legendre::legendre_all;
-use crate::encoding::tangent_frame;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{
-    Coefficient, Dir, Expansion, Real as _, ShVec, Window, eval_basis_into, optimal_linear_direction, windowed,
+    Basis, Coefficient, Dir, Expansion, ShVec, Window, eval_basis_into, optimal_linear_direction, tangent_frame,
+    windowed,
 };
 
 /// A window that depends on what it is applied to: none towards the light, the whole of another window away from it.
@@ -77,7 +77,7 @@ impl ContentWindow {
         let w = self.weight(n);
         let factors: Vec<f64> = self.window.factors(f.order()).iter().map(|k| w + (1.0 - w) * k).collect();
         let mut sum = T::Wide::ZERO;
-        f64::with_shared_basis(f.order(), |basis| {
+        Basis::<f64>::with_shared(f.order(), |basis| {
             basis.for_each(n.to_array(), f.order(), |i, y| {
                 sum += f.coefficients()[i].widen().scale(factors[i.isqrt()] * y);
             });

@@ -2,11 +2,11 @@
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::second_order::second_order;
-use crate::extrema::branch_and_bound::{minimum_of, polished};
-use crate::solver::ldp::least_norm;
+use crate::extrema::branch_and_bound::{minimum_of, newton_descent};
+use crate::solver::ldp::least_distance;
 use crate::sphere::triangulation::fine_directions;
 use crate::sphere::vector::dot;
-use crate::{Basis, Extremum, Real as _, eval_basis_into, scale_bands_in_place};
+use crate::{Basis, Extremum, eval_basis_into, scale_bands_in_place};
 
 /// How far below zero, relative to the mean, the function may still be when the planes have converged. The final blend
 /// with the mean removes it at the same price.
@@ -54,7 +54,7 @@ pub(crate) struct LeastChange {
 ///
 /// `channels` are finite, each with a positive mean.
 pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> LeastChange {
-    f64::with_shared_basis(order, |basis| {
+    Basis::<f64>::with_shared(order, |basis| {
         let channels: Vec<Channel<'_>> = channels.iter().map(|f| Channel::new(f, basis)).collect();
         let mut planes = Planes::new(&channels, order);
         let mut factors = vec![1.0; order];
@@ -86,7 +86,7 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
 /// function would otherwise be negative.
 pub(crate) fn excess_at(channels: &[Vec<f64>], factors: &[f64], directions: &[[f64; 3]]) -> f64 {
     let order = factors.len();
-    f64::with_shared_basis(order, |basis| {
+    Basis::<f64>::with_shared(order, |basis| {
         let channels: Vec<Channel<'_>> = channels.iter().map(|f| Channel::new(f, basis)).collect();
         let mut planes = Planes::new(&channels, order);
         planes.add(channels.iter().zip(directions).map(|(channel, s)| channel.bands_at(*s)).collect());
@@ -130,7 +130,7 @@ impl Planes {
 
     /// The factors beyond all planes that are nearest to 1; forgets planes far from them.
     fn nearest(&mut self) -> Vec<f64> {
-        let u = least_norm(&self.rows, self.free.len());
+        let u = least_distance(&self.rows, self.free.len());
         let spare = |(g, h): &(Vec<f64>, f64)| g.iter().zip(&u).map(|(g, u)| g * u).sum::<f64>() - h;
         let sides = 2 * self.free.len();
         let mut k = 0;
@@ -225,7 +225,7 @@ impl<'a> Channel<'a> {
         }
         let windowed = self.windowed(factors);
         let at = |s: [f64; 3]| second_order(self.basis, &windowed, &[s])[0];
-        let minima = starts.into_iter().map(|s| polished(at(s), order, at));
+        let minima = starts.into_iter().map(|s| newton_descent(at(s), order, at));
         let mut found: Vec<Vec<f64>> = Vec::new();
         for local in minima.filter(|local| local.value < -CONVERGED) {
             let bands = self.bands_at(local.s);

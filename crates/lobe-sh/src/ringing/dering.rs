@@ -5,17 +5,17 @@ use std::str::FromStr;
 
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
-use crate::extrema::quadratic_form::Quadric;
+use crate::extrema::quadratic_form::QuadraticForm;
 use crate::filter::convolve::convolve_in_place;
 use crate::filter::window::band_energies;
+use crate::options::setters;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
-use crate::{Coefficient, Expansion, Extremum, Real, Window, Zonal, eval_basis_into, scale_bands_in_place};
-
-/// How far below zero, relative to the mean, a function may be and still count as non-negative: rounding of
-/// coefficients to `f32` does as much to a function whose minimum is exactly 0.
-pub const DERING_ALLOWED: f64 = 5e-7;
+use crate::{
+    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, Window, Zonal, eval_basis_into,
+    scale_bands_in_place,
+};
 
 /// The width of the reported minima relative to the mean.
 const REPORTED: f64 = 4e-7;
@@ -119,8 +119,9 @@ impl FromStr for DeringMethod {
     }
 }
 
-/// What to make non-negative, and how.
+/// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Dering {
     /// The method.
     pub method: DeringMethod,
@@ -130,25 +131,15 @@ pub struct Dering {
     pub kernel: Option<Zonal>,
 }
 
-/// Whether a function was changed, and if not, why.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DeringOutcome {
-    /// It was not negative (down to [`DERING_ALLOWED`]), and is bit for bit what it was.
-    Unchanged,
-    /// It was negative somewhere and is not any more.
-    Windowed,
-    /// The mean of a channel is not positive though the channel is not zero: no window makes such a function
-    /// non-negative. It is bit for bit what it was.
-    MeanNotPositive {
-        /// The first such channel.
-        channel: usize,
-    },
-    /// A coefficient is not a finite number. The function is bit for bit what it was.
-    NotFinite,
-    /// [`DeringMethod::Table`] was asked for a function of more than three bands, or one that the strongest window of
-    /// the table does not suffice for (no light does that). The function is bit for bit what it was.
-    BeyondTable,
+setters!(Dering { method: DeringMethod });
+
+impl Dering {
+    /// These options with another [`kernel`](field@Self::kernel), or with none.
+    #[must_use]
+    pub fn kernel(mut self, kernel: impl Into<Option<Zonal>>) -> Self {
+        self.kernel = kernel.into();
+        self
+    }
 }
 
 /// What [`dering_in_place`] did.
@@ -360,8 +351,8 @@ fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>
     if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
         return None;
     }
-    let quadrics: Vec<Quadric> = channels.iter().map(|f| Quadric::new(&f[..f.len().min(len(3))], 0)).collect();
-    let place = table_place(&quadrics, margin)?;
+    let forms: Vec<QuadraticForm> = channels.iter().map(|f| QuadraticForm::new(&f[..f.len().min(len(3))], 0)).collect();
+    let place = table_place(&forms, margin)?;
     let factors = dering_table_factors(place);
     Some((0..order).map(|l| factors[l.min(3)]).collect())
 }

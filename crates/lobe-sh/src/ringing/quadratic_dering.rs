@@ -1,7 +1,7 @@
 //! The least change that makes three bands non-negative: two factors, found in a plane.
 
 use crate::basis::index::order_of_slice;
-use crate::extrema::quadratic_form::{Quadric, Spectrum};
+use crate::extrema::quadratic_form::{Eigensystem, QuadraticForm};
 use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
 
 /// Cutting planes. What is returned is non-negative after any number.
@@ -20,6 +20,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// What [`dering_order_3_in_place`] did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct QuadraticDering {
     /// Whether and why.
     pub outcome: DeringOutcome,
@@ -57,23 +58,23 @@ pub fn dering_order_3_in_place<T: Coefficient>(coefficients: &mut [T]) -> Quadra
 
 /// A channel and, once it was needed, its principal axes.
 struct Channel {
-    quadric: Quadric,
-    spectrum: Option<Spectrum>,
+    quadric: QuadraticForm,
+    eigensystem: Option<Eigensystem>,
 }
 
 impl Channel {
     #[inline]
-    fn spectrum(&mut self) -> &Spectrum {
+    fn eigensystem(&mut self) -> &Eigensystem {
         let quadric = &self.quadric;
-        self.spectrum.get_or_insert_with(|| quadric.spectrum())
+        self.eigensystem.get_or_insert_with(|| quadric.eigensystem())
     }
 
-    /// The least value under the factors `w`, `w_2` not 0, relative to the mean, as [`Spectrum::least`] finds it, if it may
+    /// The least value under the factors `w`, `w_2` not 0, relative to the mean, as [`Eigensystem::least`] finds it, if it may
     /// be negative.
     #[inline]
     fn least(&mut self, w: [f64; 2], enough: f64) -> Option<(f64, f64)> {
         let c = self.quadric.c;
-        (self.quadric.reach(w) > c).then(|| self.spectrum().least(c, [w[0] / w[1], w[1]], enough))
+        (self.quadric.reach(w) > c).then(|| self.eigensystem().least(c, [w[0] / w[1], w[1]], enough))
     }
 
     /// The direction in which the channel is lowest as `1 + w_1 p + w_2 q`, values relative to the mean, if it may be
@@ -85,7 +86,7 @@ impl Channel {
             return None;
         }
         let quadric = self.quadric;
-        let [_, linear, form] = quadric.bands(quadric.lowest(self.spectrum(), w));
+        let [_, linear, form] = quadric.bands(quadric.lowest(self.eigensystem(), w));
         Some([linear / c, form / c])
     }
 }
@@ -94,7 +95,7 @@ impl Channel {
 pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> QuadraticDering {
     let mut channels: [Option<Channel>; 3] = [const { None }; 3];
     for (c, channel) in channels.iter_mut().enumerate().take(T::CHANNELS) {
-        let quadric = Quadric::new(coefficients, c);
+        let quadric = QuadraticForm::new(coefficients, c);
         let reach = quadric.reach([1.0, 1.0]);
         if !(quadric.c + reach).is_finite() {
             return QuadraticDering { outcome: DeringOutcome::NotFinite, factors: [1.0; 3] };
@@ -105,7 +106,7 @@ pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> Quadra
         if quadric.c <= 0.0 {
             return QuadraticDering { outcome: DeringOutcome::MeanNotPositive { channel: c }, factors: [1.0; 3] };
         }
-        *channel = Some(Channel { quadric, spectrum: None });
+        *channel = Some(Channel { quadric, eigensystem: None });
     }
     let Some(ringing) = first_ringing(&mut channels) else {
         return QuadraticDering { outcome: DeringOutcome::Unchanged, factors: [1.0; 3] };
@@ -124,7 +125,7 @@ pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> Quadra
 fn first_ringing(channels: &mut [Option<Channel>; 3]) -> Option<(usize, f64)> {
     let reach = channels.each_ref().map(|ch| ch.as_ref().map_or(0.0, |ch| ch.quadric.reach([1.0, 1.0]) / ch.quadric.c));
     let largest = [1, 2].into_iter().fold(0, |a, b| if reach[b] > reach[a] { b } else { a });
-    let mut passed: Option<Quadric> = None;
+    let mut passed: Option<QuadraticForm> = None;
     for k in [largest, (largest + 1) % 3, (largest + 2) % 3] {
         let Some(channel) = &mut channels[k] else { continue };
         // What `least` would find at once, and what a channel of nearly the same color tells.
@@ -150,7 +151,7 @@ fn by_one_channel(
     for _ in 0..channels.len() {
         let channel = channels[decides].as_mut()?;
         let quadric = channel.quadric;
-        let w = channel.spectrum().nearest(quadric.c, weights, t)?;
+        let w = channel.eigensystem().nearest(quadric.c, weights, t)?;
         let mut worst = (decides, 0.0);
         for other in (0..channels.len()).filter(|k| *k != decides) {
             let Some(channel) = &mut channels[other] else { continue };
@@ -273,7 +274,7 @@ mod tests {
     use lobe_testkit::Random;
 
     fn channels(f: &[[f64; 9]; 3]) -> [Option<Channel>; 3] {
-        f.map(|f| Some(Channel { quadric: Quadric::new(&f, 0), spectrum: None }))
+        f.map(|f| Some(Channel { quadric: QuadraticForm::new(&f, 0), eigensystem: None }))
     }
 
     /// Newton's method along the boundary and cutting planes have nothing in common but the lowest direction.

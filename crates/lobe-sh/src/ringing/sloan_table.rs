@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::extrema::quadratic_form::Quadric;
+use crate::extrema::quadratic_form::QuadraticForm;
 use crate::sphere::vector::{dot, unit};
 use crate::{Real, order_of};
 
@@ -40,11 +40,11 @@ const HALVINGS: usize = 24;
 pub fn conservative_minimum<T: Real>(coefficients: &[T]) -> f64 {
     let count = coefficients.len();
     assert!(count <= 9 && order_of(count).is_some(), "the bound is for 0, 1, 4 or 9 coefficients, not {count}");
-    bound(&Quadric::new(coefficients, 0), [1.0, 1.0])
+    bound(&QuadraticForm::new(coefficients, 0), [1.0, 1.0])
 }
 
 /// [`conservative_minimum`] of a function whose bands 1 and 2 are scaled by `w`.
-fn bound(quadric: &Quadric, w: [f64; 2]) -> f64 {
+fn bound(quadric: &QuadraticForm, w: [f64; 2]) -> f64 {
     let (b, a) = quadric.parts();
     let length = dot(b, b).sqrt();
     let z = if length > 0.0 { unit(b) } else { [0.0, 0.0, 1.0] };
@@ -59,7 +59,7 @@ fn bound(quadric: &Quadric, w: [f64; 2]) -> f64 {
     let across = -(0.5 * zeta + q2) * w[1];
     let mean = (zeta * w[1] + 2.0 * across) / 3.0;
     let form = [zeta * w[1] - mean, across - mean, across - mean, q1 * w[1], 0.0, 0.0];
-    Quadric::from_parts(quadric.c + mean, [length * w[0], 0.0, 0.0], form).minimum([1.0, 1.0]).lo
+    QuadraticForm::from_parts(quadric.c + mean, [length * w[0], 0.0, 0.0], form).minimum([1.0, 1.0]).lo
 }
 
 /// The factors of bands 0 to 3 at a place of Sloan's table of windows, from 0, no window, to 1, the strongest; the
@@ -97,7 +97,7 @@ fn row_factors(row: usize) -> [f64; 4] {
 
 /// The first place of the table at which the bounds of all channels are at least `margin` times their means; `None` if
 /// there is none.
-pub(crate) fn table_place(channels: &[Quadric], margin: f64) -> Option<f64> {
+pub(crate) fn table_place(channels: &[QuadraticForm], margin: f64) -> Option<f64> {
     let holds = |place: f64| {
         let [_, w1, w2, _] = dering_table_factors(place);
         channels.iter().all(|q| bound(q, [w1, w2]) >= margin * q.c)
@@ -140,7 +140,7 @@ mod tests {
         let published = [-0.158333, -0.120294, -0.088160, -0.069988, -0.053942, -0.003544, 0.000544];
         for (row, published) in published.into_iter().enumerate() {
             let [_, w1, w2, _] = dering_table_factors(row as f64 / 6.0);
-            let quadric = Quadric::new(f.coefficients(), 0);
+            let quadric = QuadraticForm::new(f.coefficients(), 0);
             let scaled = bound(&quadric, [w1, w2]) / quadric.c;
             assert!((scaled - published).abs() < 2e-6, "row {row}: {scaled} against {published}");
         }

@@ -1,7 +1,7 @@
 //! Exchanges of the coordinate axes: the 48 symmetries of the cube.
 
 use crate::rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
-use crate::rotation::yz_exchange::swap_yz_in_place;
+use crate::rotation::yz_exchange::exchange_yz_in_place;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
 /// The axes exchanged and some of them reversed: a matrix with one ±1 in each row and column.
@@ -137,7 +137,7 @@ impl AxisPermutation {
         };
         let a = (0..quarters).fold(Self::IDENTITY, |a, _| a.then(Self::QUARTER_TURN));
         self.then(a.inverse()).then(EXCHANGE_YZ).apply_keeping_z(coefficients);
-        swap_yz_in_place(coefficients);
+        exchange_yz_in_place(coefficients);
         quarter_turn_in_place(coefficients, quarters);
     }
 

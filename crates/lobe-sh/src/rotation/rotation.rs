@@ -298,6 +298,17 @@ impl Default for Rotation {
     }
 }
 
+/// The rotation that takes +z to `normal`: a tangent frame, `world_from_tangent`. Continuous but for the poles, where
+/// it turns about +z by any angle (none at exactly ±z, but for -z the half turn about +y).
+///
+/// ```text
+///   R = R_z(φ) R_y(θ)
+/// ```
+#[must_use]
+pub fn tangent_frame(normal: Dir) -> Rotation {
+    Rotation::from_euler_zyz(normal.phi(), normal.theta(), 0.0)
+}
+
 fn multiply(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }

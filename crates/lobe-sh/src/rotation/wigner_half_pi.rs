@@ -17,14 +17,14 @@ use std::f64::consts::SQRT_2;
 /// `the_half_turn_has_the_exact_values_of_krawtchouk` finds every entry to order 60 within 1e-14 of exact integers.
 ///
 /// [Risbo 1996]: https://doi.org/10.1007/BF01090814
-pub(crate) struct HalfTurn {
+pub(crate) struct WignerHalfPi {
     /// Entries are kept for `k < size` only: no step needs a higher one.
     size: usize,
     n: usize,
     matrix: Vec<f64>,
 }
 
-impl HalfTurn {
+impl WignerHalfPi {
     /// `B^0`.
     pub(crate) fn new(size: usize) -> Self {
         let mut matrix = vec![0.0; size * size];
@@ -69,7 +69,7 @@ mod tests {
     fn the_half_turn_has_the_exact_values_of_krawtchouk() {
         const N: usize = 118;
         let binomial = |n: usize, k: usize| (0..k).fold(1_i128, |b, j| b * (n - j) as i128 / (j + 1) as i128);
-        let mut half_turn = HalfTurn::new(N / 2 + 1);
+        let mut half_turn = WignerHalfPi::new(N / 2 + 1);
         for _ in 0..N {
             half_turn.advance();
         }

@@ -29,7 +29,7 @@ const LOOK_AROUND: f64 = 1e-4;
 /// of [`eval_with_gradient`] is projected already.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
-pub(crate) struct Hill<'a> {
+pub(crate) struct BfgsAscent<'a> {
     f: &'a ShVec<f64>,
     /// `Σ_l √((2l+1)/4π) ‖f_l‖` from band 1 on: no value differs from the mean by more.
     height: f64,
@@ -38,7 +38,7 @@ pub(crate) struct Hill<'a> {
     wavelength: f64,
 }
 
-impl<'a> Hill<'a> {
+impl<'a> BfgsAscent<'a> {
     /// `None` for a function that is constant to rounding, or has coefficients that are not finite.
     pub(crate) fn new(f: &'a ShVec<f64>) -> Option<Self> {
         let (mut height, mut steepness) = (0.0, 0.0);

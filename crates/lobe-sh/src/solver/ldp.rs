@@ -1,18 +1,18 @@
 //! The shortest vector in a set bounded by planes.
 
-use crate::solver::nnls::{LeastSquares, non_negative_solution};
+use crate::solver::nnls::{LeastSquares, nnls};
 
 /// The shortest vector `u` of `count` numbers with `g·u >= h` for every row `(g, h)`; it must exist.
 ///
 /// Least distance programming: with the columns `(g, h)` and the target `(0, .., 0, 1)`, let `r` be the residual of the
 /// least squares solution with multipliers that are not negative. Then `u = -r_k / r_last`. Source:
 /// [Lawson 1974], chapter 23.
-pub(crate) fn least_norm(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
+pub(crate) fn least_distance(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = rows.iter().map(|(g, h)| g.iter().copied().chain([*h]).collect()).collect();
     let mut target = vec![0.0; count + 1];
     target[count] = 1.0;
     let problem = Columns::new(&columns, &target);
-    let r = problem.residual(&non_negative_solution(&problem));
+    let r = problem.residual(&nnls(&problem));
     // r_last = -|r|² is negative unless the rows contradict each other.
     let last = r[count].abs().max(f64::MIN_POSITIVE);
     r[..count].iter().map(|r| r / last).collect()
@@ -122,7 +122,7 @@ mod tests {
                     (g, h)
                 })
                 .collect();
-            let u = least_norm(&rows, count);
+            let u = least_distance(&rows, count);
             let mut tight = Vec::new();
             for (g, h) in &rows {
                 let slack = dot(g, &u) - h;
@@ -133,21 +133,21 @@ mod tests {
             }
             // u is a sum of tight rows with multipliers that are not negative.
             let sum = Columns::new(&tight, &u);
-            let rest = sum.residual(&non_negative_solution(&sum));
+            let rest = sum.residual(&nnls(&sum));
             assert!(dot(&rest, &rest).sqrt() < 1e-8, "case {case}: {u:?} is no cone sum, {rest:?} is left");
         }
     }
 
     #[test]
     fn without_need_the_shortest_vector_is_zero() {
-        assert_eq!(least_norm(&[(vec![1.0, 0.0], -1.0)], 2), [0.0, 0.0], "a slack row");
-        assert_eq!(least_norm(&[], 3), [0.0; 3], "no row");
+        assert_eq!(least_distance(&[(vec![1.0, 0.0], -1.0)], 2), [0.0, 0.0], "a slack row");
+        assert_eq!(least_distance(&[], 3), [0.0; 3], "no row");
     }
 
     #[test]
     fn equal_rows_do_no_harm() {
         let row = (vec![1.0, 1.0], 2.0);
-        let u = least_norm(&[row.clone(), row.clone(), row], 2);
+        let u = least_distance(&[row.clone(), row.clone(), row], 2);
         assert!(u.iter().all(|u| (u - 1.0).abs() < 1e-12), "{u:?}");
     }
 }

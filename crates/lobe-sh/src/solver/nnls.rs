@@ -23,7 +23,7 @@ pub(crate) trait LeastSquares {
 /// The active set method: unknowns at zero are let in one by one where the gain is largest, and leave again when the
 /// solution of those within would make them negative, at the point of the way where the first one reaches zero. Source:
 /// [Lawson 1974], chapter 23.
-pub(crate) fn non_negative_solution(problem: &impl LeastSquares) -> Vec<f64> {
+pub(crate) fn nnls(problem: &impl LeastSquares) -> Vec<f64> {
     let mut x = vec![0.0; problem.count()];
     let mut within: Vec<usize> = Vec::new();
     let mut refused: Vec<usize> = Vec::new();
@@ -142,7 +142,7 @@ mod tests {
                     let x = DVector::from_column_slice(x);
                     (x.transpose() * &gram * &x)[0] - 2.0 * right.dot(&x)
                 };
-                let x = non_negative_solution(&problem);
+                let x = nnls(&problem);
                 assert!(x.iter().all(|x| *x >= 0.0), "{x:?}");
                 for subset in 0..1_usize << count {
                     let within: Vec<usize> = (0..count).filter(|k| subset >> k & 1 == 1).collect();
@@ -161,6 +161,6 @@ mod tests {
         let x = least_squares_solution(&gram, &right);
         assert!((x[0] - 0.5).abs() < 1e-14 && (x[1] - 0.5).abs() < 1e-14, "{x}");
         let (gram, right) = (DMatrix::zeros(0, 0), DVector::zeros(0));
-        assert!(non_negative_solution(&Normal { gram: &gram, right: &right }).is_empty(), "no unknowns");
+        assert!(nnls(&Normal { gram: &gram, right: &right }).is_empty(), "no unknowns");
     }
 }

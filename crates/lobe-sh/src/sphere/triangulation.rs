@@ -1,7 +1,6 @@
 //! The sphere in triangles.
 
-use std::sync::OnceLock;
-
+use crate::once::Once;
 use crate::sphere::vector::{cross, dot, unit};
 
 /// A spherical triangle inside a cap.
@@ -52,7 +51,7 @@ fn level_for(order: usize) -> usize {
 /// The components of the centers of a triangulation with about eight triangles or more for each coefficient of a function of `order`,
 /// within reason.
 pub(crate) fn fine_directions(order: usize) -> [&'static [f64]; 3] {
-    static DIRECTIONS: [OnceLock<[Vec<f64>; 3]>; LEVELS] = [const { OnceLock::new() }; LEVELS];
+    static DIRECTIONS: [Once<[Vec<f64>; 3]>; LEVELS] = [const { Once::new() }; LEVELS];
     let level = (level_for(order) + 1).min(LEVELS - 1);
     let directions = DIRECTIONS[level]
         .get_or_init(|| [0, 1, 2].map(|k| triangulation_of_level(level).iter().map(|t| t.center[k]).collect()));
@@ -66,7 +65,7 @@ pub(crate) fn triangulation(order: usize) -> &'static [Triangle] {
 }
 
 fn triangulation_of_level(level: usize) -> &'static [Triangle] {
-    static TRIANGULATIONS: [OnceLock<Vec<Triangle>>; LEVELS] = [const { OnceLock::new() }; LEVELS];
+    static TRIANGULATIONS: [Once<Vec<Triangle>>; LEVELS] = [const { Once::new() }; LEVELS];
     TRIANGULATIONS[level].get_or_init(|| {
         (0..level).fold(icosahedron(), |triangles, _| triangles.iter().flat_map(Triangle::quarters).collect())
     })

@@ -1,13 +1,26 @@
-//! Points on the sphere that push each other away: Thomson's problem.
+//! Directions spread over the sphere: a Fibonacci spiral, and points at rest in Thomson's problem.
 
+use crate::Dir;
 use crate::sphere::vector::{difference, dot, unit};
-use crate::{Dir, even_directions};
 
 /// Steps after which the points rest: the largest set needs some 500.
 const STEPS: usize = 5000;
 
 /// The net force, summed over the points, at which they rest.
 const AT_REST: f64 = 1e-9;
+
+/// `count` directions that cover the sphere evenly, on a Fibonacci spiral from +z to -z.
+///
+/// ```text
+///   z_k = 1 - (2k + 1)/count        φ_k = π (3 - √5) k
+/// ```
+pub fn even_directions(count: usize) -> impl Iterator<Item = Dir> {
+    let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
+        Dir::from_angles(z.acos(), golden_angle * k as f64)
+    })
+}
 
 /// `count` points on the sphere that repel each other with the inverse square of their distance, at rest.
 ///

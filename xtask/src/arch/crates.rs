@@ -1,56 +1,26 @@
-//! `arch`: the arrows drawn in ARCHITECTURE.md are those of the Cargo.toml files.
-//!
-//! The document holds one code block of language `arrows`, a line for each crate, users above what they use:
+//! The arrows between crates: the block `arrows` of ARCHITECTURE.md against the Cargo.toml files.
 //!
 //! ```text
 //! lobe-env  ->  lobe-sh
 //! lobe-sh   ->  nothing
 //! ```
 
-use crate::workspace::{self, Package};
-use crate::{Outcome, workspace::read};
+use super::blocks::{self, Block, DOCUMENT, Line};
+use crate::workspace::Package;
 
-const DOCUMENT: &str = "ARCHITECTURE.md";
+/// The language of the block.
+const LANGUAGE: &str = "arrows";
 
 /// The crate that any crate's tests may use without an arrow.
 const TEST_KIT: &str = "lobe-testkit";
 
-/// A line of the block: a crate and what it uses.
-#[derive(Debug, PartialEq)]
-struct Line {
-    name: String,
-    uses: Vec<String>,
-}
-
-/// Compares the document with `cargo metadata`.
-pub(crate) fn check() -> Outcome {
-    let text = read(&workspace::root().join(DOCUMENT)).map_err(|fault| vec![fault])?;
-    let packages = workspace::packages().map_err(|fault| vec![fault])?;
-    let faults = match parse(&text) {
-        Ok(lines) => compare(&lines, &packages),
+/// Compares the document with the packages.
+pub(super) fn faults(blocks: &[Block], packages: &[Package]) -> Vec<String> {
+    match blocks::only(blocks, LANGUAGE) {
+        Ok(Some(block)) => compare(&block.lines, packages),
+        Ok(None) => vec![format!("{DOCUMENT} has no code block of language `{LANGUAGE}`")],
         Err(fault) => vec![fault],
-    };
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
-}
-
-/// The lines of the block `arrows`.
-fn parse(text: &str) -> Result<Vec<Line>, String> {
-    let mut rows = text.lines().skip_while(|row| row.trim() != "```arrows");
-    if rows.next().is_none() {
-        return Err(format!("{DOCUMENT} has no code block of language `arrows`"));
     }
-    rows.take_while(|row| row.trim() != "```").filter(|row| !row.trim().is_empty()).map(parse_line).collect()
-}
-
-fn parse_line(row: &str) -> Result<Line, String> {
-    let Some((name, uses)) = row.split_once("->") else {
-        return Err(format!("{DOCUMENT}: expected `crate -> crate, crate` or `crate -> nothing`, found `{row}`"));
-    };
-    let uses = match uses.trim() {
-        "nothing" => Vec::new(),
-        list => list.split(',').map(|used| used.trim().to_string()).collect(),
-    };
-    Ok(Line { name: name.trim().into(), uses })
 }
 
 /// One fault for each crate and each arrow that is missing on either side, or points up.
@@ -104,7 +74,7 @@ mod tests {
 
     fn package(name: &str, uses: &[&str], tests_with: &[&str]) -> Package {
         let owned = |names: &[&str]| names.iter().map(ToString::to_string).collect();
-        Package { name: name.into(), uses: owned(uses), tests_with: owned(tests_with) }
+        Package { name: name.into(), folder: name.into(), uses: owned(uses), tests_with: owned(tests_with) }
     }
 
     fn good_packages() -> Vec<Package> {
@@ -118,7 +88,7 @@ mod tests {
     }
 
     fn faults(text: &str, packages: &[Package]) -> Vec<String> {
-        compare(&parse(text).unwrap(), packages)
+        super::faults(&blocks::parse(text).unwrap(), packages)
     }
 
     #[test]
@@ -168,8 +138,7 @@ mod tests {
 
     #[test]
     fn a_document_without_arrows_is_refused() {
-        assert!(parse("# A\n```text\na -> b\n```\n").unwrap_err().contains("no code block"), "no block");
-        let found = parse("```arrows\ncli lobe\n```\n").unwrap_err();
-        assert!(found.contains("found `cli lobe`"), "{found}");
+        let found = faults("# A\n```text\na -> b\n```\n", &good_packages());
+        assert_eq!(found, ["ARCHITECTURE.md has no code block of language `arrows`"], "one fault");
     }
 }

@@ -1,6 +1,6 @@
 //! The windows under which one function of three bands is non-negative, and the one that changes least.
 
-use crate::extrema::quadratic_form::Spectrum;
+use crate::extrema::quadratic_form::Eigensystem;
 
 /// Newton steps; 3 or 4 are usual. Who needs more is left to the cutting planes.
 const STEPS: usize = 16;
@@ -14,9 +14,9 @@ const CONVERGED: f64 = 1e-4;
 //   f(x) >= c - w m(κ, t)      m(κ, t) = t - λ_1 + κ² S_1(t)      S_k(t) = Σ_i β_i² / (d_i + t)^k
 //
 // because `f(x) - c + w m` is a sum of squares, `w Σ_i (d_i + t) (x_i + κ β_i/(d_i + t))²`. So any `t` certifies; the least
-// `m(κ)`, where `|y|² = κ² S_2(t) = 1` or `t = 0`, is exact (see `Quadric`), and an error of `t` enters it squared. Under a
+// `m(κ)`, where `|y|² = κ² S_2(t) = 1` or `t = 0`, is exact (see `QuadraticForm`), and an error of `t` enters it squared. Under a
 // window the function is non-negative if and only if `w <= c/m(κ)`.
-impl Spectrum {
+impl Eigensystem {
     /// `S_1, S_2, S_3`.
     #[inline]
     fn sums(&self, t: f64) -> [f64; 3] {
@@ -41,7 +41,7 @@ impl Spectrum {
         least(0).max(least(1)).max(least(2)).max(0.0)
     }
 
-    /// One step of Newton's method for `t`, from either side; see [`Quadric`](crate::extrema::quadratic_form::Quadric).
+    /// One step of Newton's method for `t`, from either side; see [`QuadraticForm`](crate::extrema::quadratic_form::QuadraticForm).
     #[inline]
     fn next(&self, kappa: f64, t: f64, [_, s2, s3]: [f64; 3]) -> f64 {
         let rise = if s3 > 0.0 { (kappa * s2.sqrt() - 1.0) * s2 / s3 } else { 0.0 };
