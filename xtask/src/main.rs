@@ -10,6 +10,7 @@ mod outputs;
 mod sizes;
 mod step;
 mod tables;
+mod toolchain;
 mod workspace;
 
 use std::process::ExitCode;

@@ -13,7 +13,7 @@ pub enum ShError {
     Invalid {
         /// The file, or the name that the caller gave to the bytes.
         place: String,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
     /// The file may be right, but Lobe does not handle such files.
@@ -21,7 +21,7 @@ pub enum ShError {
     Unsupported {
         /// The file, or the name that the caller gave to the bytes.
         place: String,
-        /// What it would need.
+        /// The missing support.
         message: String,
     },
     /// The caller asked for something that cannot be.

@@ -11,7 +11,7 @@ impl<T> Once<T> {
         Self(OnceLock::new())
     }
 
-    /// The value, computed by `make` if nobody did so before.
+    /// The value, computed by `make` on the first call.
     pub(crate) fn get_or_init(&self, make: impl FnOnce() -> T) -> &T {
         self.0.get_or_init(make)
     }

@@ -274,7 +274,7 @@ impl<S: Real> Coefficient for Rgb<S> {
     }
 }
 
-/// What channel `c` contributes to the luminance: that of [`Rgb::luminance`], or 1 if there is only one channel.
+/// The weight of channel `c` in the luminance: that of [`Rgb::luminance`], or 1 if there is only one channel.
 pub(crate) fn luminance_weight<T: Coefficient>(c: usize) -> f64 {
     if T::CHANNELS == 1 {
         return 1.0;

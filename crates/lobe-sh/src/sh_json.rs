@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::{Coefficient, Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShVec, len};
 use lobe_io::write_atomically;
 
-/// What the field `format` says.
+/// The value of the field `format`.
 const FORMAT: &str = "lobe-sh";
 
 /// The version this code reads and writes.
@@ -49,7 +49,7 @@ const LARGEST: f64 = 1e30;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShFile {
-    /// What the function is.
+    /// The physical quantity that the function describes.
     pub quantity: Quantity,
     /// The function.
     pub coefficients: FileCoefficients,
@@ -291,7 +291,7 @@ fn read_rows<const N: usize, T>(rows: &[Value], make: impl Fn([f64; N]) -> T) ->
     rows.iter().enumerate().map(read).collect()
 }
 
-/// What is wrong with row `i`, which should have `n` numbers.
+/// The fault of row `i`, which should have `n` numbers.
 fn row_fault(i: usize, row: &Value, n: usize) -> Fault {
     let wanted = match (i, n) {
         (0, _) => "1 or 3 numbers",
@@ -339,7 +339,7 @@ fn json_message(bytes: &[u8], error: &serde_json::Error) -> String {
     }
 }
 
-/// What a file of another well-known kind is, by its first bytes.
+/// The name of a well-known kind of file, by its first bytes.
 fn foreign_kind(bytes: &[u8]) -> Option<&'static str> {
     const KINDS: [(&[u8], &str); 8] = [
         (b"\x76\x2F\x31\x01", "an OpenEXR picture; project it first"),

@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::env::{EnvMap, MapWriteOptions, write_env};
+use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
 use lobe::io::{StagedFile, StagedWriter};
 use lobe::prt::Progress;
 use lobe::render::{
-    AnimatedPng, BakedScene, Camera, Curve, DistantLight, Exposure, GlossyLobe, LightStrategy, LitPicture, PathOptions,
-    Picture, RenderError, SampleCount, Surfaces, Tone, Truth, TruthOptions, ViewOptions, light_baked_scene,
-    light_by_irradiance, render_truth_resumable,
+    BakedScene, Camera, DistantLight, GlossyLobe, LightStrategy, LitPicture, PathOptions, RenderError, SampleCount,
+    Surfaces, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_resumable,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
@@ -241,7 +241,10 @@ impl Render {
             None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
             Some(path) => {
                 let io = |source| RenderError::Io { path: path.clone(), source };
-                let in_file = |error| if let RenderError::Output(source) = error { io(source) } else { error };
+                let in_file = |error| match error {
+                    ImageError::Output(source) => io(source),
+                    other => other.into(),
+                };
                 let mut file = StagedWriter::new(&path).map_err(io)?;
                 let (width, height) = self.view.size();
                 let mut animation =
@@ -420,7 +423,7 @@ impl Render {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
             Rendered::Shaded(LitPicture { picture, .. }) => {
                 let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
-                note_clamped(&name, write_env(&path, &pixels, &WriteOptions::default())?, talk);
+                note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
             }
         }
         Ok(())

@@ -5,8 +5,9 @@ use std::str::FromStr;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use lobe::image::{Picture, Tone};
 use lobe::io::write_atomically;
-use lobe::render::{Balloon, CrossSection, CubeCross, Picture, PolarPlot, Tone};
+use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShError, ShVec};
 
 use crate::args::input::ShInput;

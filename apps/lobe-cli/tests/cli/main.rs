@@ -12,6 +12,7 @@ mod compare;
 mod double_sided;
 mod encodings;
 mod env;
+mod guide;
 mod harness;
 mod light;
 mod manual;

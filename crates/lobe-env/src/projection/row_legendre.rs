@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Basis, Real, gauss_legendre, index, len};
+use lobe_sh::{Basis, gauss_legendre, index, len};
 
 use crate::mapping::lat_long::sin_cos_pi;
 

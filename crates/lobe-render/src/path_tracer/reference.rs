@@ -13,7 +13,8 @@ use crate::path_tracer::pixel::Pixel;
 use crate::path_tracer::sampler::SampleSet;
 use crate::path_tracer::truth_checkpoint::TruthCheckpoint;
 use crate::progressive::in_portions;
-use crate::{Camera, DistantLight, PathOptions, PathTracer, Picture, RenderError};
+use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
+use lobe_image::Picture;
 
 /// How a picture is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]

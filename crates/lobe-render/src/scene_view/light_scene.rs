@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal, convolved};
 
-use crate::{BakedScene, Camera, Picture, RenderError, SceneHit, ViewOptions, scene_picture};
+use lobe_image::Picture;
+
+use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions, scene_picture};
 
 /// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture, not
 /// rounding.

@@ -6,7 +6,8 @@ use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::progressive::in_portions;
-use crate::{Camera, Picture, RenderError};
+use crate::{Camera, RenderError};
+use lobe_image::Picture;
 
 /// How a scene is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +71,7 @@ pub fn scene_picture(
         let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
         if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
     })?;
-    Picture::new(width, height, all)
+    Ok(Picture::new(width, height, all)?)
 }
 
 /// A place that the eye sees.

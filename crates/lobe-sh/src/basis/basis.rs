@@ -6,7 +6,7 @@ use crate::basis::index::{index, len, order_of, order_of_slice};
 use crate::once::Once;
 use crate::{Coefficient, Dir, MAX_ORDER, Real};
 
-/// Directions handled together by the batched kernels: one AVX-512 register of `f32`, two of AVX2.
+/// Directions in one block of the batched kernels: one AVX-512 register of `f32`, two of AVX2.
 const BLOCK: usize = 16;
 
 /// The real orthonormal basis `y_i`, orders 1 to `order`, ready to be evaluated.
@@ -30,8 +30,8 @@ const BLOCK: usize = 16;
 /// The structure is that of [Sloan 2013]; unnormalized, the recurrences are those of [Sloan 2008] A1, where
 /// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. The step by differences `D` is Reinsch's modification of
 /// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the poles,
-/// where neighboring `P̄` differ little, `w` is exact and the small difference does not drown in the rounding of
-/// `a z` and `b`: at order 20 in `f32` the plain recurrence is up to 1.1e-5 off there.
+/// where neighboring `P̄` differ little, `w` is exact and the small difference is not lost in the rounding of `a z` and
+/// `b`: at order 20 in `f32` the plain recurrence has errors up to 1.1e-5 there.
 ///
 /// Errors measured by the tests `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and
 /// `f32_stays_close_to_f64` (1.5e-6 at order 20).
@@ -120,7 +120,7 @@ impl<S: Real> Basis<S> {
         self.recurrence[self.column_start(m) + l - m - 1]
     }
 
-    /// Where column `m` begins: after `m` columns of `order-1`, `order-2`, .. entries.
+    /// The start of column `m`: after `m` columns of `order-1`, `order-2`, .. entries.
     fn column_start(&self, m: usize) -> usize {
         m * (2 * self.order - 1 - m) / 2
     }

@@ -1,11 +1,11 @@
-//! Value, slope and curvature of a scalar expansion, several directions at once.
+//! Value, gradient and Hessian of a scalar expansion, several directions at once.
 
 use crate::Basis;
 use crate::basis::basis::Step;
 use crate::basis::index::{index, order_of_slice};
 use crate::sphere::vector::{dot, tangents, unit};
 
-/// A function about a direction to second order, in the plane of two unit tangents.
+/// The value, gradient and Hessian of a function at a direction, in the plane of two unit tangents.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalQuadratic {
     /// The direction.
@@ -21,7 +21,7 @@ pub(crate) struct LocalQuadratic {
 }
 
 impl LocalQuadratic {
-    /// Where the great circle that leaves `s` along `a t_1 + b t_2` is after that vector's length.
+    /// The point of the great circle that leaves `s` along `a t_1 + b t_2`, at a distance of that vector's length.
     pub(crate) fn step(&self, [a, b]: [f64; 2]) -> [f64; 3] {
         let angle = a.hypot(b);
         if angle == 0.0 {
@@ -49,7 +49,7 @@ impl LocalQuadratic {
 }
 
 /// A function and its derivatives in space towards `W` directions, for the continuation `F = Σ Q(z) C(x, y)` of
-/// [`Basis`] off the sphere. The derivatives of the plane are kept by the sums over `l` of a column `m`:
+/// [`Basis`] off the sphere. The derivatives follow from the sums over `l` of a column `m`:
 ///
 /// ```text
 ///   q = Σ_l f_lm Q_l    q' = Σ_l f_lm Q_l'    q'' = Σ_l f_lm Q_l''        (p, p', p'' for -m)

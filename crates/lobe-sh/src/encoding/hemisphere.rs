@@ -1,4 +1,4 @@
-//! Least squares over the normals of one side of a surface.
+//! Least squares over the hemisphere of normals on one side of a surface.
 
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
@@ -23,17 +23,17 @@ pub(crate) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
     points
 }
 
-/// The expansion of `order` that is nearest to `f` over the hemisphere around `normal`; elsewhere it may be anything.
+/// The expansion of `order` that is nearest to `f` over the hemisphere around `normal`, and arbitrary elsewhere.
 ///
 /// ```text
 ///   minimize ∫_{s·normal > 0} (g(s) - f(s))² ds        g of order n
 /// ```
 ///
-/// A surface is never asked for the light from behind, and what is not asked for is free to lower the error: of an irradiance
-/// from one light 7 % at order 3, where cutting off is already good, 25 % at order 2 (test
+/// No normal of a surface points behind it, so that values there are free to lower the error: for the irradiance of one
+/// light by 7 % against truncation at order 3, by 25 % at order 2 (test
 /// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and 5875 at
-/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); the factorization sees their
-/// square roots. After Sloan, Hall, Hart and Snyder 2003.
+/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); those of the factored
+/// matrix are their square roots. After Sloan, Hall, Hart and Snyder 2003.
 ///
 /// # Panics
 /// If `order` is 0.

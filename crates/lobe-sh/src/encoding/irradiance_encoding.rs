@@ -1,11 +1,11 @@
-//! All encodings under one roof, to loop over.
+//! All irradiance encodings in one enum, to loop over, and their errors.
 
 use crate::{
     Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Rotation, Sh, Zh3, Zh3Axis,
     even_directions, hemisphere_least_squares, tangent_frame,
 };
 
-/// A way to keep irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
+/// An encoding of irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
 ///
 /// ```
 /// use lobe_sh::{Dir, IrradianceEncoding, Rgb, Rotation, Zonal};
@@ -99,7 +99,7 @@ impl IrradianceEncoding {
         }
     }
 
-    /// How many numbers it takes for an irradiance of `channels` channels; a direction counts as three.
+    /// The count of numbers for an irradiance of `channels` channels; a direction counts as three.
     #[must_use]
     pub const fn floats(self, channels: usize) -> usize {
         match self {
@@ -112,7 +112,7 @@ impl IrradianceEncoding {
         }
     }
 
-    /// Whether it serves only the normals on one side of a surface, at most 90° from its geometric normal.
+    /// True if it holds only the normals on one side of a surface, at most 90° from its geometric normal.
     #[must_use]
     pub const fn is_hemispherical(self) -> bool {
         matches!(self, Self::HBasis4 | Self::HBasis6 | Self::HemisphereSh3 | Self::Hl2 | Self::Hl2Linear)
@@ -120,9 +120,9 @@ impl IrradianceEncoding {
 
     /// Encodes an irradiance given by its expansion.
     ///
-    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; those of the whole sphere do not look at it. Encodings
-    /// that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the expansion: give it
-    /// enough bands.
+    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; encodings of the whole sphere ignore it. Encodings
+    /// that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the expansion, which
+    /// therefore needs enough bands.
     #[must_use]
     pub fn encode<T: Coefficient>(self, irradiance: &impl Expansion<T>, frame: Rotation) -> EncodedIrradiance<T> {
         use EncodedIrradiance as E;
@@ -150,24 +150,24 @@ impl IrradianceEncoding {
     }
 }
 
-/// What [`IrradianceEncoding::encode`] makes.
+/// The result of [`IrradianceEncoding::encode`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EncodedIrradiance<T = f32> {
     /// Bands 0 and 1.
     Sh2(Sh<4, T>),
     /// Bands 0 to 2.
     Sh3(Sh<9, T>),
-    /// Bands 0 and 1, read by a curve.
+    /// Bands 0 and 1, evaluated non-linearly.
     NonLinearL1(NonLinearL1<T>),
     /// Bands 0 and 1 and a zonal coefficient.
     Zh3(Zh3<T>),
     /// Six colors.
     AmbientCube(AmbientCube<T>),
-    /// A constant and a light.
+    /// A constant and a directional light.
     Ahd(Ahd<T>),
-    /// Four numbers of a hemisphere.
+    /// Four coefficients of a hemisphere.
     HBasis4(HBasis4<T>),
-    /// Six numbers of a hemisphere.
+    /// Six coefficients of a hemisphere.
     HBasis6(HBasis6<T>),
     /// Three colors of a hemisphere.
     Hl2(Hl2<T>),
@@ -191,11 +191,11 @@ impl<T: Coefficient> EncodedIrradiance<T> {
     }
 }
 
-/// Surfaces over which the error of a hemispherical encoding is averaged.
+/// The number of surfaces over which the error of a hemispherical encoding is averaged.
 const SURFACES: usize = 32;
 
-/// The error of an encoding over all normals and channels. The first three in units of the mean irradiance, that of
-/// all channels and normals.
+/// The error of an encoding over all normals and channels; `mean`, `rms` and `max` in units of the mean irradiance over all
+/// channels and normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncodingError {
     /// The mean of `|found - true|`.
@@ -204,14 +204,14 @@ pub struct EncodingError {
     pub rms: f64,
     /// The largest `|found - true|`.
     pub max: f64,
-    /// The lowest irradiance found, in the unit of the values: below zero where the encoding rings.
+    /// The lowest irradiance, in the unit of the values: negative if the encoding rings.
     pub lowest: f64,
 }
 
-/// Encodes `irradiance` and compares with its true values towards normals that cover the sphere evenly.
+/// Encodes `irradiance` and compares it with the true values, given for normals that cover the sphere evenly.
 ///
-/// A hemispherical encoding is made for 32 surfaces that face evenly everywhere, and compared towards the normals within 90° of
-/// each. Without values the errors are NaN; where the mean irradiance is 0 they are NaN or infinite.
+/// A hemispherical encoding is made for 32 surfaces whose normals cover the sphere evenly, and compared for the normals
+/// within 90° of each. Without values the errors are NaN; if the mean irradiance is 0, they are NaN or infinite.
 #[must_use]
 pub fn encoding_error<T: Coefficient>(
     encoding: IrradianceEncoding,

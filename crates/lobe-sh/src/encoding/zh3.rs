@@ -1,4 +1,4 @@
-//! Two bands and one zonal coefficient of the third.
+//! ZH3: bands 0 and 1 and one zonal coefficient of band 2.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal, eval_with_gradient};
 /// The shortest luminance vector, as a share of the given one, that still defines an axis: half of the digits of `f32`.
 const SHORTEST_VECTOR: f64 = 3e-4;
 
-/// Where the axis of [`Zh3`] comes from.
+/// The origin of the axis of [`Zh3`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Zh3Axis {
     /// All channels share the optimal linear direction of their luminance.
@@ -26,16 +26,16 @@ pub enum Zh3Axis {
 ///   E(n) = Σ_{i<4} E_i y_i(n) + z √(5/16π) (3 (n·d)² - 1)        d = (-E_3, -E_1, E_2) / |..|
 /// ```
 ///
-/// Five numbers a channel, of which `d` takes none: it is read from the linear band, of the luminance or of each channel
-/// ([`Zh3Axis`]). One light and a constant, bands that are zonal about one axis, are kept exactly. Turns with the light.
-/// Where there is no linear direction the last term is left out. After Roughton et al. 2024.
+/// Five numbers for each channel; `d` needs none, because it follows from the linear band of the luminance or of each
+/// channel ([`Zh3Axis`]). One light and a constant, which are zonal about one axis, are kept exactly. The encoding rotates
+/// with the light. Without a linear direction the last term is zero. After Roughton et al. 2024.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zh3<T = f32> {
     /// Bands 0 and 1 of the irradiance.
     pub linear: Sh<4, T>,
     /// `z`, the zonal coefficient of band 2 about the axis.
     pub zonal: T,
-    /// Where the axis comes from.
+    /// The origin of the axis.
     pub axis: Zh3Axis,
 }
 
@@ -53,16 +53,17 @@ impl<T: Coefficient> Zh3<T> {
         Self { linear, zonal: T::from_channels(|c| T::Scalar::from_f64(zonal(c))), axis }
     }
 
-    /// Of all encodings of this form the one with the least squared error against bands 0 to 2: the linear band gives way so
-    /// that the axis suits band 2.
+    /// The encoding of this form with the least squared error against bands 0 to 2: the linear band changes so that the axis
+    /// suits band 2.
     ///
-    /// Where the channels share an axis, each counts by its weight in the luminance. Counted alike, green, which bends the axis
-    /// most, would give way alone, and gray light would become colored (test `a_shared_axis_leaves_gray_light_gray`).
+    /// If the channels share an axis, each has its weight in the luminance. With equal weights green, which determines the axis
+    /// most, would change alone, and gray light would become colored (test `a_shared_axis_leaves_gray_light_gray`).
     ///
-    /// For a given axis the best coefficients have a closed form; what is left is the maximum of a form of degree 4 on the sphere,
-    /// found by Newton's method from the linear direction and from 13 more. Not worse than [`Zh3::projected`] (test
-    /// `the_solved_axis_is_the_best_of_a_dense_grid`). Where the best axis would leave no linear vector to read it from, the
-    /// projection.
+    /// For a given axis the best coefficients have a closed form; there remains the maximum of a form of degree 4 on the
+    /// sphere, found by Newton's method from the linear direction and 13 further starts. Never worse than
+    /// [`Zh3::projected`] (test
+    /// `the_solved_axis_is_the_best_of_a_dense_grid`). If the best axis would leave no linear vector that gives it, the result
+    /// is the projection.
     #[must_use]
     pub fn solved(irradiance: &impl Expansion<T>, axis: Zh3Axis) -> Self {
         let weighted = |c: usize, w: f64| (w, three_bands::<T>(irradiance, c));
@@ -77,13 +78,13 @@ impl<T: Coefficient> Zh3<T> {
         Self { linear: Sh::from([0, 1, 2, 3].map(coefficient)), zonal: coefficient(4), axis }
     }
 
-    /// Guesses `z` from bands 0 and 1 alone, as a light's usual shape would have it: no number is stored for it.
+    /// Estimates `z` from bands 0 and 1 alone, from the usual shape of light; no number is stored for it.
     ///
     /// ```text
     ///   z = π/4 · L_0 r (0.08 + 0.6 r)        r = |L_1 vector · d| / L_0
     /// ```
     ///
-    /// `L` are the coefficients of the radiance, `L_l = E_l/A_l`. `r` is cut off at `√3`, that of a single directional light,
+    /// `L` are the coefficients of the radiance, `L_l = E_l/A_l`. `r` is limited to `√3`, that of a single directional light,
     /// and `z` is 0 where `L_0` is not above 0.
     #[must_use]
     pub fn hallucinated(irradiance: &impl Expansion<T>, axis: Zh3Axis) -> Self {
@@ -136,11 +137,11 @@ fn three_bands<T: Coefficient>(f: &impl Expansion<T>, c: usize) -> Sh<9, f64> {
     Sh::from(std::array::from_fn(|i| coefficient(f, i).channel(c)))
 }
 
-/// Bands 0 and 1 and the zonal coefficient of each of the channels, which share an axis; with their weights in it.
+/// Bands 0 and 1 and the zonal coefficient of each channel, for channels with weights that share an axis.
 fn solve_together(channels: &[(f64, Sh<9, f64>)]) -> Vec<[f64; 5]> {
     let shared = Shared::new(channels);
     let linear = shared.linear_direction();
-    // An axis across the linear direction leaves no vector to read it from.
+    // An axis perpendicular to the linear direction leaves no vector that gives it.
     let best = shared.best_axis().filter(|n| linear.is_some_and(|d| d.dot(*n) > SHORTEST_VECTOR));
     let one = |(_, f): &(f64, Sh<9, f64>)| {
         let [x, y, z] = best.map_or([0.0; 3], |n| shared.change(n));
@@ -150,7 +151,7 @@ fn solve_together(channels: &[(f64, Sh<9, f64>)]) -> Vec<[f64; 5]> {
     channels.iter().map(one).collect()
 }
 
-/// Directions from which a maximum is sought beside the linear one: one of each pair of opposite face, edge and corner
+/// Starts of the search for a maximum, besides the linear direction: one of each pair of opposite face, edge and corner
 /// directions of the cube.
 const STARTS: [[f64; 3]; 13] = [
     [1.0, 0.0, 0.0],
@@ -198,7 +199,7 @@ impl Shared {
         Dir::new(self.linear)
     }
 
-    /// What the axis `n` keeps of the weighted energy of bands 1 and 2, apart from a constant, and its gradient.
+    /// The weighted energy of bands 1 and 2 that the axis `n` keeps, up to a constant, and its gradient.
     //
     // The error is Σ_c w_c |error of channel c|². Given the axis, each channel keeps z_c(n)² of its quadratic band. The linear
     // vectors v_c must sum to a multiple of n: Σ w_c v_c ∥ n. The nearest to the given ones, L_c, differ from them all by
@@ -223,13 +224,13 @@ impl Shared {
         (value, gradient)
     }
 
-    /// What has to be added to the linear vector of every channel so that the axis becomes `n`.
+    /// The change of the linear vector of every channel that makes `n` the axis.
     pub(crate) fn change(&self, n: Dir) -> [f64; 3] {
         let along = dot(n.to_array(), self.linear);
         [0, 1, 2].map(|k| (along * n.to_array()[k] - self.linear[k]) / self.weight)
     }
 
-    /// The axis that keeps the most, on the side of the linear direction; `None` if that is not defined.
+    /// The axis that keeps the most energy, on the side of the linear direction; `None` if that is not defined.
     pub(crate) fn best_axis(&self) -> Option<Dir> {
         let first = ascend(self.linear_direction()?, |n| self.kept(n));
         let others = STARTS.iter().filter_map(|v| Dir::new(*v)).map(|start| ascend(start, |n| self.kept(n)));

@@ -1,4 +1,4 @@
-//! What every expansion can do, whether its order is known at compile time or at run time.
+//! The operations common to all expansions, whether the order is known at compile time or at run time.
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::scalar::luminance;
@@ -41,7 +41,7 @@ pub trait Expansion<T: Coefficient>: Clone {
     ///   ∫ f g ds = Σ_i f_i g_i
     /// ```
     ///
-    /// Where the orders differ, the missing coefficients of the shorter one are zero. Summed in `f64`.
+    /// If the orders differ, the missing coefficients of the shorter one are zero. Summed in `f64`.
     fn dot(&self, other: &impl Expansion<T>) -> T {
         dot(self.coefficients(), other.coefficients())
     }
@@ -88,13 +88,13 @@ fn dot<T: Coefficient>(a: &[T], b: &[T]) -> T {
     T::narrow(sum)
 }
 
-/// The optimal linear direction: where band 1 points, of colors that of their luminance.
+/// The optimal linear direction: the direction of band 1, for colors that of their luminance.
 ///
 /// ```text
 ///   d = (-f_3, -f_1, f_2) / |..|
 /// ```
 ///
-/// `None` below order 2, where band 1 is zero and where it is not finite.
+/// `None` below order 2, and if band 1 is zero or not finite.
 #[must_use]
 pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
     match f.coefficients() {

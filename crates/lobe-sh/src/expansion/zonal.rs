@@ -16,7 +16,7 @@ use crate::{Basis, Coefficient, Dir, Expansion, ShVec};
 ///   h(cos θ) = Σ_l z_l K_l P_l(cos θ)        K_l = √((2l+1)/4π)
 /// ```
 ///
-/// About +z it is the expansion with `f_l0 = z_l` and all others zero. It is a light's shape
+/// About +z it is the expansion with `f_l0 = z_l` and all others zero. It is the shape of a light
 /// ([`Zonal::towards`]) or a kernel to convolve with ([`convolve_in_place`](crate::convolve_in_place)).
 /// Operators need equal orders; [`Zonal::resized`] makes them equal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ impl Zonal {
         Self { coefficients }
     }
 
-    /// The zonal part of `f` about `axis`: of all zonal functions the nearest one.
+    /// The zonal part of `f` about `axis`: the nearest zonal function.
     ///
     /// ```text
     ///   z_l = √(4π/(2l+1)) Σ_m f_lm y_lm(axis)
@@ -110,7 +110,7 @@ impl Zonal {
 
     /// The integral over the sphere of the product of two functions of the same axis, `Σ_l z_l z'_l`.
     ///
-    /// Where the orders differ, the missing coefficients of the shorter one are zero.
+    /// If the orders differ, the missing coefficients of the shorter one are zero.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         self.coefficients.iter().zip(&other.coefficients).map(|(a, b)| a * b).sum()

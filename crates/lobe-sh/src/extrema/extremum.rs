@@ -2,7 +2,7 @@
 
 use crate::Dir;
 
-/// An interval that holds the least value of a function ([`certified_minimum`](crate::certified_minimum)) or its greatest
+/// An interval that contains the least value of a function ([`certified_minimum`](crate::certified_minimum)) or its greatest
 /// ([`certified_maximum`](crate::certified_maximum)), and a direction towards which the function has a value in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extremum {
@@ -10,11 +10,11 @@ pub struct Extremum {
     pub lo: f64,
     /// The extreme value is not above this.
     pub hi: f64,
-    /// Where it was found; of several equal ones one.
+    /// The direction in which it was found; one of them, if several are equal.
     pub dir: Dir,
 }
 
 impl Extremum {
-    /// The extreme value of a function with a coefficient that is not a finite number: nothing is known.
+    /// The interval for a function with a coefficient that is not a finite number: nothing is known.
     pub(crate) const UNKNOWN: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, dir: Dir::Z };
 }

@@ -1,4 +1,4 @@
-//! The exact minimum of a function of three bands: a quadratic form on the unit sphere.
+//! A function of three bands as a quadratic form on the unit sphere, and its exact minimum.
 
 use std::f64::consts::PI;
 
@@ -6,14 +6,14 @@ use crate::once::Once;
 use crate::sphere::vector::{dot, tangents, unit};
 use crate::{Coefficient, Dir, Extremum, Real};
 
-/// Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
+/// The most Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
 const NEWTON_STEPS: usize = 64;
 
-/// The relative step after which the multiplier stands still; the next step would be of the order of its square.
+/// The relative step at which the multiplier has converged; the next step would be of the order of its square.
 const CONVERGED: f64 = 1e-9;
 
-/// What rounding may do to a value of the form and to the remainder, some twenty operations each, relative to the
-/// largest value: four times the largest error that the test `forms_are_evaluated_within_their_bound` finds.
+/// The rounding error of a value of the form and of the remainder, some twenty operations each, relative to the largest
+/// value: four times the largest error that the test `forms_are_evaluated_within_their_bound` finds.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A function of bands 0 to 2, `f(x) = c + b·x + xᵀ A x` on `|x| = 1`, with `A` symmetric and without trace.
@@ -47,8 +47,8 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// If `h(0) >= 1`, `b` has no part along the lowest eigenvector, which then completes `x` at `t = 0` to a unit vector
 /// (the hard case of the trust-region problem, and the usual one here: a sun's ring of minima).
 ///
-/// Bands scaled by `w_1, w_2` only change the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows solves
-/// for eigenvectors once.
+/// Scaling the bands by `w_1, w_2` only changes the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows
+/// computes the eigenvectors once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct QuadraticForm {
     /// The mean.
@@ -62,7 +62,7 @@ pub(crate) struct QuadraticForm {
     pub(crate) form: f64,
 }
 
-/// A [`QuadraticForm`] in its principal axes.
+/// The eigenvalues and eigenvectors of a [`QuadraticForm`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Eigensystem {
     /// The lowest eigenvalue.
@@ -95,17 +95,17 @@ impl QuadraticForm {
         Self { c, b, a, linear: dot(b, b).sqrt(), form: (2.0 / 3.0 * square).sqrt() }
     }
 
-    /// How far bands 1 and 2, scaled by `w`, may pull the function down, at most.
+    /// An upper bound of the absolute value of bands 1 and 2, scaled by `w`.
     #[inline]
-    pub(crate) fn reach(&self, w: [f64; 2]) -> f64 {
+    pub(crate) fn amplitude(&self, w: [f64; 2]) -> f64 {
         w[0] * self.linear + w[1] * self.form
     }
 
-    /// A lower bound of the least value when bands 1 and 2 are scaled by `w`, under which `other` is not negative: that
-    /// of the rest `f - s f_other`, with the `s >= 0` that leaves the least of bands 1 and 2. Tight for light of one
-    /// color.
+    /// A lower bound of the minimum when bands 1 and 2 are scaled by factors `w` for which `other` is not negative: the bound
+    /// of the remainder `f - s f_other`, with the `s >= 0` for which bands 1 and 2 of the remainder are smallest. Tight for
+    /// light of one color.
     pub(crate) fn least_beside(&self, other: &Self, w: [f64; 2]) -> f64 {
-        // Both sums as coefficients have them: |b|² and |A|², their norms being √(3/4π) and √(15/8π).
+        // The inner product of the coefficients, from |b|² and |A|² with the norms √(3/4π) and √(15/8π).
         let inner = |p: &Self, q: &Self| {
             let diagonal = p.a[0] * q.a[0] + p.a[1] * q.a[1] + p.a[2] * q.a[2];
             let rest = p.a[3] * q.a[3] + p.a[4] * q.a[4] + p.a[5] * q.a[5];
@@ -116,10 +116,10 @@ impl QuadraticForm {
         let b = [0, 1, 2].map(|k| self.b[k] - s * other.b[k]);
         let a = [0, 1, 2, 3, 4, 5].map(|k| self.a[k] - s * other.a[k]);
         let rest = Self::from_parts(self.c - s * other.c, b, a);
-        rest.c - rest.reach(w)
+        rest.c - rest.amplitude(w)
     }
 
-    /// The values towards `x` of the three bands.
+    /// The values of the three bands towards `x`.
     #[inline]
     pub(crate) fn bands(&self, x: [f64; 3]) -> [f64; 3] {
         [self.c, dot(self.b, x), dot(x, times(&self.a, x))]
@@ -131,16 +131,16 @@ impl QuadraticForm {
         (self.b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     }
 
-    /// The principal axes. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
-    /// conditioned; a rotation in the plane across its axis gives the others, however near to each other they are.
+    /// The eigenvalues and eigenvectors. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
+    /// conditioned; a rotation in the plane perpendicular to its eigenvector gives the other two, however close they are.
     pub(crate) fn eigensystem(&self) -> Eigensystem {
-        let lone = self.isolated_eigenvalue();
-        let axis = self.isolated_eigenvector(lone);
+        let isolated = self.isolated_eigenvalue();
+        let axis = self.isolated_eigenvector(isolated);
         let [u, v] = tangents(axis);
         let au = times(&self.a, u);
         let (uu, uv) = (dot(u, au), dot(v, au));
-        // tan 2φ = uv/half, with the smaller of the two angles; eigenvalues -lone/2 ± root, the trace being 0.
-        let half = -0.5 * lone - uu;
+        // tan 2φ = uv/half, with the smaller of the two angles; eigenvalues -isolated/2 ± root, the trace being 0.
+        let half = -0.5 * isolated - uu;
         let root = (half * half + uv * uv).sqrt();
         let tan = if root > 0.0 { uv / (half.abs() + root) * half.signum() } else { 0.0 };
         let cos = 1.0 / (tan * tan + 1.0).sqrt();
@@ -149,9 +149,9 @@ impl QuadraticForm {
         if half < 0.0 {
             pair.swap(0, 1);
         }
-        let (low, far) = (-0.5 * lone - root, 1.5 * lone.abs());
-        if lone < 0.0 {
-            self.along([axis, pair[0], pair[1]], lone, [0.0, far - root, far + root])
+        let (low, far) = (-0.5 * isolated - root, 1.5 * isolated.abs());
+        if isolated < 0.0 {
+            self.along([axis, pair[0], pair[1]], isolated, [0.0, far - root, far + root])
         } else {
             self.along([pair[0], pair[1], axis], low, [0.0, 2.0 * root, far + root])
         }
@@ -181,10 +181,10 @@ impl QuadraticForm {
         (p * x).copysign(determinant)
     }
 
-    /// The axis of an eigenvalue apart from the others: any column of the adjugate of `A - λ`, the longest for safety.
-    fn isolated_eigenvector(&self, lone: f64) -> [f64; 3] {
+    /// The eigenvector of an eigenvalue apart from the others: a column of the adjugate of `A - λ`, the longest one.
+    fn isolated_eigenvector(&self, isolated: f64) -> [f64; 3] {
         let [xx, yy, zz, xy, xz, yz] = self.a;
-        let [xx, yy, zz] = [xx - lone, yy - lone, zz - lone];
+        let [xx, yy, zz] = [xx - isolated, yy - isolated, zz - isolated];
         let (dx, dy, dz) = (yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy);
         let (ex, ey, ez) = (xy * xz - yz * xx, xy * yz - xz * yy, xz * yz - xy * zz);
         if dx >= dy && dx >= dz {
@@ -196,7 +196,7 @@ impl QuadraticForm {
         }
     }
 
-    /// The linear part in the principal axes, without what is rounding.
+    /// The linear part along the eigenvectors; components within rounding become zero.
     fn along(&self, axes: [[f64; 3]; 3], low: f64, distances: [f64; 3]) -> Eigensystem {
         let rounding = f64::EPSILON * self.linear;
         let beta = axes.map(|axis| 0.5 * dot(axis, self.b)).map(|b| if b.abs() <= rounding { 0.0 } else { b });
@@ -206,7 +206,7 @@ impl QuadraticForm {
     /// The direction of the least value when bands 1 and 2 are scaled by `w`, both at least 0.
     #[inline]
     pub(crate) fn lowest(&self, eigensystem: &Eigensystem, w: [f64; 2]) -> [f64; 3] {
-        // A form that changes no digit of the linear part, or none at all.
+        // Ignore a form that changes no digit of the linear part.
         if w[1] * self.form <= 0.25 * f64::EPSILON * w[0] * self.linear {
             let linear = self.linear * w[0];
             return if linear > 0.0 { unit(self.b.map(|b| -b)) } else { [0.0, 0.0, 1.0] };
@@ -223,11 +223,11 @@ impl QuadraticForm {
         let x = self.lowest(&self.eigensystem(), w);
         let [c, linear, quadratic] = self.bands(x);
         let value = c + w[0] * linear + w[1] * quadratic;
-        let rounding = ROUNDING * (c.abs() + self.reach(w));
+        let rounding = ROUNDING * (c.abs() + self.amplitude(w));
         let b = self.b.map(|b| w[0] * b);
         let a = self.a.map(|a| w[1] * a);
         let ax = times(&a, x);
-        // The multiplier that leaves the least remainder, moved up until A + ν is positive.
+        // Take the multiplier of the least remainder, and raise it until A + ν is positive.
         let best = -0.5 * dot([0, 1, 2].map(|k| 2.0 * ax[k] + b[k]), x);
         let form = w[1] * self.form;
         let mut shift = ROUNDING * (form + best.abs());
@@ -260,7 +260,7 @@ impl Eigensystem {
             let square = dot(y, y);
             if square <= 1.0 {
                 if step == 0 && t == 0.0 {
-                    // The lowest axis is free: both signs give the same value.
+                    // The component along the lowest eigenvector is free; both signs give the same value.
                     y[0] += (1.0 - square).sqrt() * if y[0] < 0.0 { -1.0 } else { 1.0 };
                 }
                 break;
@@ -361,8 +361,8 @@ mod tests {
             let form = [[xx, p, p], [yy, q, q], [zz, r, r], [2.0 * xy, p, q], [2.0 * xz, p, r], [2.0 * yz, q, r]];
             let rest = [[quadric.c, 1.0, 1.0], [b[0], p, 1.0], [b[1], q, 1.0], [b[2], r, 1.0]];
             let exact = compensated(&[&form[..], &rest[..]].concat());
-            let reach = quadric.reach([1.0, 1.0]);
-            let size = quadric.c.abs() + reach;
+            let amplitude = quadric.amplitude([1.0, 1.0]);
+            let size = quadric.c.abs() + amplitude;
             worst[0] = worst[0].max((quadric.bands(x).iter().sum::<f64>() - exact).abs() / (ROUNDING * size));
             let ax = times(&quadric.a, x);
             for (k, row) in [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].into_iter().enumerate() {
@@ -375,7 +375,7 @@ mod tests {
                 ]);
                 let found = 2.0 * (ax[k] + nu * x[k]) + b[k];
                 // The remainder is multiplied by 2.
-                worst[1] = worst[1].max(2.0 * (found - exact).abs() / (ROUNDING * reach.max(f64::MIN_POSITIVE)));
+                worst[1] = worst[1].max(2.0 * (found - exact).abs() / (ROUNDING * amplitude.max(f64::MIN_POSITIVE)));
             }
         }
         println!("a value errs by {:.3} of the bound, a remainder by {:.3}", worst[0], worst[1]);

@@ -1,4 +1,4 @@
-//! A function on the sphere about a direction, to fourth order, and bounds of its derivatives.
+//! The Taylor polynomial of fourth degree of a function on the sphere, and bounds of its derivatives.
 
 use crate::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
@@ -52,7 +52,7 @@ impl PoleDerivatives {
         t
     }
 
-    /// What no derivative of the function along any great circle exceeds, for derivatives of order 0 to 5: see
+    /// Upper bounds of the derivatives of order 0 to 5 of the function along any great circle, see
     /// [`SmoothFunction`](crate::extrema::cap_bound::SmoothFunction).
     pub(crate) fn bounds(&self, coefficients: &[f64]) -> [f64; DERIVATIVES] {
         let mut bounds = [0.0; DERIVATIVES];
@@ -66,8 +66,7 @@ impl PoleDerivatives {
     }
 }
 
-/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the
-/// tangents
+/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the tangents
 /// `a, b` are the principal axes of the curvature, the larger along `a`: `c_11 = 0`, `c_20 >= c_02`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taylor {
@@ -76,7 +75,7 @@ pub(crate) struct Taylor {
 }
 
 impl Taylor {
-    /// The function is turned until `s` is the pole. There, with `C_km = Σ_l t_k,m f_lm / k!` and `S_km` the same of
+    /// The function is rotated until `s` is the pole. There, with `C_km = Σ_l t_k,m f_lm / k!` and `S_km` the same of
     /// `f_l,-m`,
     ///
     /// ```text

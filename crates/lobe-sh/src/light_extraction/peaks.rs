@@ -8,12 +8,12 @@ use crate::solver::bfgs_on_sphere::BfgsAscent;
 use crate::sphere::point_sets::thomson_points;
 use crate::{Dir, Expansion, ShVec, eval_basis};
 
-/// Rows of the grid for every band. Of the 14098 maxima of 2000 random expansions of order 6 a grid of 12 missed one: a
+/// Rows of the grid for each band. With 12 rows one of the 14098 maxima of 2000 random expansions of order 6 was missed, a
 /// low hill on a ridge, hardly wider than the grid.
 const ROWS_PER_BAND: usize = 16;
 
-/// The part of the strongest bend that passes for a level ridge; see [`may_be_highest`]. With 0.3, a grid of 12 missed
-/// one maximum of order 5 besides.
+/// The fraction of the strongest curvature below which a ridge counts as level, see [`may_be_highest`]. With 0.3, a grid of
+/// 12 rows for each band missed one more maximum, of order 5.
 const RIDGE_SLACK: f64 = 0.4;
 
 /// The numbers of start points of [Sloan 2008] for orders 1 to 6.
@@ -24,23 +24,22 @@ const PAPER_STARTS: [usize; 6] = [1, 3, 6, 10, 15, 22];
 /// A local maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Where.
+    /// Its direction.
     pub dir: Dir,
-    /// The value there.
+    /// The value of the function there.
     pub value: f64,
 }
 
-/// Where the climbs of [`local_maxima`] begin.
+/// The starts of the ascents of [`local_maxima`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PeakSearch {
-    /// At every point of a fine grid that is as high as its eight neighbors. At order 6 several times as slow as
-    /// [`PeakSearch::Paper`] (benchmarks `light-peaks-grid` and `light-peaks-paper`).
+    /// Every point of a fine grid that is as high as its eight neighbors. Several times slower than [`PeakSearch::Paper`] at
+    /// order 6 (benchmarks `light-peaks-grid` and `light-peaks-paper`).
     #[default]
     Grid,
-    /// At the 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6: points at rest in Thomson's
-    /// problem. Faster, but a climb may pass a low hill by: of the maxima of random expansions 0.3 to 0.7 % are lost at
-    /// orders 4 to 6, none at 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is
-    /// taken.
+    /// The 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6, solutions of Thomson's problem. Faster,
+    /// but an ascent may miss a low hill: of the maxima of random expansions 0.3 to 0.7 % are lost at orders 4 to 6, none at
+    /// 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is used.
     ///
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     Paper,
@@ -48,9 +47,8 @@ pub enum PeakSearch {
 
 /// All local maxima of `f`, the highest first.
 ///
-/// A climb by BFGS ([Sloan 2008]) begins at every start; maxima nearer to each other than a thousandth of the shortest
-/// wavelength are one. A constant, and a function with a coefficient that is not finite, has none; of a ridge that is
-/// everywhere equally high, such as the equator of `-z²`, some points are returned.
+/// Ascends by BFGS ([Sloan 2008]) from every start; maxima closer than a thousandth of the shortest wavelength count as one. A constant has none, nor has a function with a coefficient that is not finite; of a ridge of constant height,
+/// such as the equator of `-z²`, some points are returned.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 ///
@@ -70,11 +68,11 @@ pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
         (PeakSearch::Paper, Some(_)) => paper_starts(f.order()).to_vec(),
         _ => grid_maxima(&f, ROWS_PER_BAND * f.order(), RIDGE_SLACK),
     };
-    climbed(&hill, starts)
+    ascended(&hill, starts)
 }
 
-/// Where the climbs from these points end, each place once, the highest first.
-fn climbed(hill: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
+/// The ends of the ascents from these points, each once, the highest first.
+fn ascended(hill: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
     let mut peaks: Vec<Peak> = Vec::new();
     for start in starts {
         let (dir, value) = hill.ascend(start);
@@ -99,7 +97,7 @@ fn grid_maxima(f: &ShVec<f64>, rows: usize, slack: f64) -> Vec<Dir> {
     let columns = 2 * rows;
     let theta = |row: usize| PI * (row as f64 + 0.5) / rows as f64;
     let values = grid_values(f, rows, columns, theta);
-    // Over a pole the grid goes on half way round.
+    // Beyond a pole the grid continues on the opposite meridian.
     let at = |row: isize, column: usize| {
         let beyond = row < 0 || row >= rows as isize;
         let row = if row < 0 { 0 } else { row.unsigned_abs().min(rows - 1) };
@@ -131,17 +129,17 @@ fn grid_maxima(f: &ShVec<f64>, rows: usize, slack: f64) -> Vec<Dir> {
     starts
 }
 
-/// Whether a maximum may lie within a cell of a point, from its value and those of its neighbors on four lines.
+/// Tells whether a maximum may lie within a cell of a point, from its value and those of its neighbors on four lines.
 ///
-/// A point is as high as both its neighbors on a line if the slope over the line, `|a - b|`, is at most the bend `2v -
-/// a - b`. On a ridge, where the bend along it is small and rounding or a neighboring saddle decides, a slope up to a
-/// part of the strongest bend is let through.
+/// A point is as high as both its neighbors on a line if the slope along the line, `|a - b|`, is at most the curvature `2v -
+/// a - b`. Along a ridge the curvature is small, and rounding or a neighboring saddle would decide; there a slope up to a
+/// fraction of the strongest curvature is accepted.
 fn may_be_highest(value: f64, lines: [(f64, f64); 4], slack: f64) -> bool {
-    let bend = |(a, b): (f64, f64)| (value - a) + (value - b);
-    let strongest = lines.into_iter().map(bend).fold(0.0, f64::max);
+    let curvature = |(a, b): (f64, f64)| (value - a) + (value - b);
+    let strongest = lines.into_iter().map(curvature).fold(0.0, f64::max);
     lines.into_iter().all(|(a, b)| {
-        let bend = bend((a, b));
-        bend >= -slack * strongest && (a - b).abs() <= bend.max(slack * strongest)
+        let curvature = curvature((a, b));
+        curvature >= -slack * strongest && (a - b).abs() <= curvature.max(slack * strongest)
     })
 }
 

@@ -1,6 +1,6 @@
 //! The operations of the generated products, counted in their source and compared with published counts.
 
-/// What a generated product multiplies.
+/// The factors of a generated product.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ProductKind {
     /// Two expansions.
@@ -14,7 +14,7 @@ pub(crate) enum ProductKind {
 /// The operations of one generated product, as its generator counted them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ProductCost {
-    /// What is multiplied.
+    /// The kind of product.
     pub(crate) kind: ProductKind,
     /// The orders of the factors and of the product.
     pub(crate) orders: [usize; 3],

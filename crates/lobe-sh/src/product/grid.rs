@@ -1,4 +1,4 @@
-//! Products of any number of functions on a grid.
+//! Products of any number of functions, multiplied point by point on a quadrature grid.
 
 use std::f64::consts::PI;
 

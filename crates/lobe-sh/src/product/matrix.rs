@@ -1,4 +1,4 @@
-//! The matrix that multiplies by a fixed function.
+//! Multiplication by a fixed function as a matrix.
 
 use std::f64::consts::PI;
 
@@ -13,12 +13,11 @@ use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, ban
 /// ```
 ///
 /// With a visibility or shadow function for `f` it is the transfer matrix of [Green 2003], which turns light into
-/// shadowed light. `f` is a number everywhere; a colored function has one matrix for each channel. What the matrix is
-/// applied to may be colored.
+/// shadowed light. `f` has one channel; a colored function has one matrix for each. The matrix may be applied to colors.
 ///
-/// `M` takes in `f` up to band `2n - 2` for order `n`; the bands above meet no pair of functions. To apply it costs
-/// `n⁴` multiplications and additions: fewer than [`product_into`](crate::product_into) needs from order 5 on, so it
-/// pays where one function multiplies many.
+/// `M` depends on `f` up to band `2n - 2` for order `n`; higher bands have no Gaunt coefficients with two functions of that
+/// order. To apply it costs `n⁴` multiplications and additions, fewer than [`product_into`](crate::product_into) from order
+/// 5 on, so it pays where one function multiplies many.
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, ProductMatrix, ShL1, ShVec};
@@ -43,7 +42,7 @@ impl<S: Real> ProductMatrix<S> {
     /// From the [`GauntTensor`], with exact zeros, up to order [`MAX_GAUNT_ORDER`]; above, by quadrature.
     #[must_use]
     pub fn new(f: &impl Expansion<S>, order: usize) -> Self {
-        // Bands from 2n - 1 on meet no pair of functions.
+        // Bands from 2n - 1 on have no Gaunt coefficients with two functions of order n.
         let used = f.order().min((2 * order).saturating_sub(1));
         let f: Vec<f64> = f.coefficients()[..len(used)].iter().map(|c| c.to_f64()).collect();
         if used.max(order) > MAX_GAUNT_ORDER {

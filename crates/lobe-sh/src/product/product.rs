@@ -12,11 +12,11 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 ///   c_k = ∫ f g y_k ds = Σ_ij Γ_ijk a_i b_j        Γ_ijk = ∫ y_i y_j y_k ds
 /// ```
 ///
-/// The caller picks the order of the product: of two functions of orders `n_a` and `n_b` it is `n_a + n_b - 1`, and
-/// anything less drops the highest bands. Cut-off products commute, and their unit element is the constant 1, the
-/// expansion `√(4π) y_00`, but they **do not associate**: `(f g) h` and `f (g h)` have lost different parts before the
-/// last product (test `truncated_products_do_not_associate`). [`product_on_grid`] multiplies many factors without
-/// that.
+/// The caller chooses the order of the product. The full product of functions of orders `n_a` and `n_b` has order
+/// `n_a + n_b - 1`; a lower order drops the highest bands. Truncated products commute, and the constant 1, the expansion
+/// `√(4π) y_00`, is their unit element, but they **do not associate**: `(f g) h` and `f (g h)` lose different bands before
+/// the last product (test `truncated_products_do_not_associate`). [`product_on_grid`] multiplies many factors and truncates
+/// once.
 ///
 /// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other orders
 /// up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, and higher ones a grid. All equal quadrature

@@ -1,4 +1,4 @@
-//! Projection of a function by sampling.
+//! Projection of a function by Monte Carlo integration.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use crate::basis::index::len;
 use crate::options::setters;
 use crate::{Basis, Coefficient, Dir, ShVec};
 
-/// How the directions of a Monte Carlo projection are chosen.
+/// The choice of the directions of a Monte Carlo projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
     /// Independent uniform directions; the error falls with `N^(-1/2)`.
@@ -27,9 +27,9 @@ pub enum Sampling {
 pub struct MonteCarlo {
     /// The number of samples; [`Sampling::Jittered`] rounds it down to a square.
     pub samples: usize,
-    /// Different seeds give independent results, equal seeds equal bytes.
+    /// The seed: different seeds give independent results, equal seeds equal bytes.
     pub seed: u64,
-    /// How directions are chosen.
+    /// The choice of the directions.
     pub sampling: Sampling,
 }
 
@@ -41,14 +41,14 @@ impl Default for MonteCarlo {
 
 setters!(MonteCarlo { samples: usize, seed: u64, sampling: Sampling });
 
-/// An expansion and how well it is known.
+/// An expansion with its statistical error.
 #[derive(Clone, Debug)]
 pub struct MonteCarloEstimate<T> {
     /// The estimated expansion.
     pub sh: ShVec<T>,
     /// The standard error of every coefficient; see [`project_monte_carlo`] for what it means.
     pub standard_error: ShVec<T>,
-    /// How often the function was evaluated.
+    /// The number of evaluations of the function.
     pub evaluations: usize,
 }
 
@@ -59,9 +59,9 @@ pub struct MonteCarloEstimate<T> {
 /// ```
 ///
 /// The standard error is, for random samples, `√(variance / N)` of the summands `4π f y_i`; for jittered samples
-/// the same within pairs of neighboring cells, which overstates it a little (the cells of a pair differ in mean
-/// too); for the Fibonacci spiral, which has no statistic, the difference from a spiral of half as many
-/// points, taken with `N/2` further evaluations. With fewer than two samples it is infinite.
+/// the same within pairs of neighboring cells, which slightly overstates it (the means of a pair's cells differ
+/// too); for the Fibonacci spiral, which is deterministic, the difference from a spiral of half as many points, which takes
+/// `N/2` further evaluations. With fewer than two samples it is infinite.
 ///
 /// # Panics
 /// If `options.samples` is 0.
@@ -202,7 +202,7 @@ fn direction(u: f64, v: f64) -> Dir {
     Dir::from_unit([sin_theta * cos_phi, sin_theta * sin_phi, 1.0 - 2.0 * u])
 }
 
-/// Number `index` of the sequence `seed`, uniform in `[0, 1)`: the finaliser of `SplitMix64` (Steele, Lea and Flood
+/// Number `index` of the sequence `seed`, uniform in `[0, 1)`: the finalizer of `SplitMix64` (Steele, Lea and Flood
 /// 2014) over a counter, so that any sample can be made without the ones before it.
 fn uniform(seed: u64, index: u64) -> f64 {
     const GAMMA: u64 = 0x9E37_79B9_7F4A_7C15; // 2⁶⁴ / golden ratio, odd

@@ -1,26 +1,26 @@
-//! How an attempt to remove ringing ends.
+//! The outcomes of an attempt to remove ringing.
 
-/// How far below zero, relative to the mean, a function may be and still count as non-negative: rounding of
-/// coefficients to `f32` does as much to a function whose minimum is exactly 0.
+/// The depth below zero, relative to the mean, at which a function still counts as non-negative: rounding the coefficients
+/// to `f32` lowers a function whose minimum is exactly 0 by as much.
 pub const DERING_ALLOWED: f64 = 5e-7;
 
-/// Whether a function was changed, and if not, why.
+/// The outcome of dering: whether a function was changed and, if not, why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DeringOutcome {
-    /// It was not negative (down to [`DERING_ALLOWED`]), and is bit for bit what it was.
+    /// It was not negative (to within [`DERING_ALLOWED`]), and no bit of it was changed.
     Unchanged,
-    /// It was negative somewhere and is not any more.
+    /// It was negative somewhere and was windowed; now it is not.
     Windowed,
-    /// The mean of a channel is not positive though the channel is not zero: no window makes such a function
-    /// non-negative. It is bit for bit what it was.
+    /// A channel is not zero, but its mean is not positive: no window makes such a function non-negative. No bit of it was
+    /// changed.
     MeanNotPositive {
         /// The first such channel.
         channel: usize,
     },
-    /// A coefficient is not a finite number. The function is bit for bit what it was.
+    /// A coefficient is not a finite number. No bit of the function was changed.
     NotFinite,
-    /// [`DeringMethod::Table`](crate::DeringMethod::Table) was asked for a function of more than three bands, or one that the strongest window of
-    /// the table does not suffice for (no light does that). The function is bit for bit what it was.
+    /// [`DeringMethod::Table`](crate::DeringMethod::Table) was asked for a function of more than three bands, or for one that needs a stronger window
+    /// than the last of the table, which no light does. No bit of the function was changed.
     BeyondTable,
 }

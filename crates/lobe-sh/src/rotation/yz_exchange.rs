@@ -7,7 +7,7 @@ use crate::once::Once;
 use crate::rotation::wigner_half_pi::WignerHalfPi;
 use crate::{Coefficient, MAX_ORDER, Real};
 
-/// Rows of a [`Block`] that are summed side by side: one AVX register of `f64`, one SSE register of `f32`.
+/// Rows of a [`Block`] that are summed together: one AVX register of `f64`, one SSE register of `f32`.
 const LANES: usize = 4;
 
 /// The matrices `J_l` that exchange y and z in bands `0..order`: if `g(x, y, z) = f(x, z, y)` then `g = J f`.
@@ -16,15 +16,15 @@ const LANES: usize = 4;
 ///   J_(l,±m')(l,±m) = (-1)^(⌊m/2⌋ + ⌊m'/2⌋ + l(m + m')) 2 B_{l-m',l-m}^{2l} / √2^([m=0] + [m'=0])       m, m' >= 0
 /// ```
 ///
-/// between functions of the same parity in x whose parities in y and z change places; all other entries vanish.
+/// between functions of the same parity in x whose parities in y and z are exchanged; all other entries vanish.
 /// `J` is symmetric and its own inverse. `B` is the matrix of [`WignerHalfPi`]. The test
 /// `the_exchange_is_its_own_inverse` bounds the error at order 64 by 1e-13.
 ///
-/// Source: the role of `J` is that in [Pinchon and Hoggan 2007]; its computation here is from the spinors.
+/// Source: `J` has the role that [Pinchon and Hoggan 2007] give it; it is computed from the spinors here.
 ///
 /// [Pinchon and Hoggan 2007]: https://doi.org/10.1088/1751-8113/40/7/011
 //
-// J is a product of turns and a mirror, y → -y: J = M_y R_z(-90°) R_y(90°) R_z(90°), where (x, y, z) becomes
+// J is a product of rotations and a reflection, y → -y: J = M_y R_z(-90°) R_y(90°) R_z(90°), where (x, y, z) becomes
 // (-y, x, z), (z, x, y), (x, -z, y), (x, z, y).
 //
 // The first, third and fourth only exchange y_l^m with y_l^-m and change signs. With the complex functions
@@ -51,8 +51,8 @@ pub(crate) struct YzExchangeBand {
     cos_from_sin: Block,
 }
 
-/// One band's coefficients, sorted: `cos_even` holds m = 0, 2, 4 .., `cos_odd` m = 1, 3 .., `sin_even`
-/// m = -2, -4 .. and `sin_odd` m = -1, -3 ... Each list may be longer than it needs to be, by up to `LANES` places.
+/// The coefficients of one band, sorted: `cos_even` holds m = 0, 2, 4 .., `cos_odd` m = 1, 3 .., `sin_even`
+/// m = -2, -4 .. and `sin_odd` m = -1, -3 ... Each list may be longer than needed by up to `LANES` places.
 pub(crate) struct SplitBand<'a, T> {
     pub(crate) cos_even: &'a mut [T],
     pub(crate) sin_even: &'a mut [T],

@@ -1,4 +1,4 @@
-//! Rotation of coefficients by turns about z and fixed swaps of axes.
+//! Rotation of coefficients by Euler angles: rotations about z and fixed exchanges of y and z.
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
@@ -13,7 +13,7 @@ const STACK_PLACES: usize = 2 * SplitBand::<f64>::places(STACK_ORDER);
 /// Places for three [`ZRotation`]s of order [`STACK_ORDER`].
 const STACK_ROTATION_PLACES: usize = 3 * z_rotation_places(STACK_ORDER);
 
-/// Squares below this have lost digits to underflow; their roots are zero beside the rounding of 1.
+/// Squares below this have lost digits to underflow; their roots are negligible against the rounding of 1.
 const ZERO_SQUARE: f64 = 1e-280;
 
 /// Cosine and sine of one angle.
@@ -24,8 +24,8 @@ pub(crate) struct CosSin {
 }
 
 impl CosSin {
-    /// Of the angle from the first axis to the vector `(x, y)`, `|x|, |y| <= 1`; of 0 for a vector that is zero beside
-    /// the rounding of 1.
+    /// Those of the angle from the first axis to the vector `(x, y)`, `|x|, |y| <= 1`; those of 0 for a vector that is
+    /// negligible against the rounding of 1.
     pub(crate) fn of_vector(x: f64, y: f64) -> Self {
         let square = x * x + y * y;
         if square < ZERO_SQUARE {
@@ -46,7 +46,7 @@ impl CosSin {
 /// ```
 ///
 /// `J Z(-β) J = R_y(β)`: exchanging y and z turns a rotation about z into the opposite one about y. Only the three
-/// turns depend on the rotation, and no matrix is built. With the entries ±1 of `J` free, bands 0 to l take
+/// rotations about z depend on the rotation, and no matrix is built. Not counting the entries ±1 of `J`, bands 0 to l take
 /// 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
 /// `three_z_rotations_and_two_exchanges_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
 ///
@@ -85,7 +85,7 @@ fn rotate_with<T: Coefficient>(
     YzExchange::with_shared(order, |table| {
         for l in first_band..order {
             let (band, exchange) = (&mut coefficients[band_range(l)], table.band(l));
-            // With a constant band the loops unroll, which takes up to two thirds of the time away at these sizes.
+            // With a constant band the loops unroll, which saves up to two thirds of the time at these sizes.
             match l {
                 3 => rotate_band(3, &turns, exchange, band, &mut a, &mut b),
                 4 => rotate_band(4, &turns, exchange, band, &mut a, &mut b),
@@ -110,6 +110,7 @@ fn rotate_band<T: Coefficient>(
     a: &mut SplitBand<'_, T>,
     b: &mut SplitBand<'_, T>,
 ) {
+    // R_z(γ), then R_y(β) between exchanges of y and z, then R_z(α).
     a.load(l, band);
     z_gamma.apply(l, a);
     exchange.apply(l, a, b);

@@ -3,10 +3,10 @@
 use crate::Dir;
 use crate::sphere::vector::{difference, dot, unit};
 
-/// Steps after which the points rest: the largest set needs some 500.
+/// The most steps: the largest set needs some 500.
 const STEPS: usize = 5000;
 
-/// The net force, summed over the points, at which they rest.
+/// The sum of the net forces at which the points are in equilibrium.
 const AT_REST: f64 = 1e-9;
 
 /// `count` directions that cover the sphere evenly, on a Fibonacci spiral from +z to -z.
@@ -22,16 +22,17 @@ pub fn even_directions(count: usize) -> impl Iterator<Item = Dir> {
     })
 }
 
-/// `count` points on the sphere that repel each other with the inverse square of their distance, at rest.
+/// The solution of Thomson's problem: `count` points on the sphere that repel each other with the inverse square of their
+/// distance, in equilibrium.
 ///
 /// Each point moves along its net force without the part normal to the sphere, times a step that doubles when the
-/// energy falls and halves, the move undone, when it rises ([Sloan 2008]; the paper watches the sum of the forces, but
+/// energy falls and halves, the move undone, when it rises ([Sloan 2008]; the paper compares the sum of the forces, but
 /// the energy alone tells a minimum from a saddle). The start is a spiral, so the result is always the same. The test
 /// `the_points_have_the_least_known_energies` compares with the published minima.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 pub(crate) fn thomson_points(count: usize) -> Vec<[f64; 3]> {
-    // A spiral has none of the symmetries that a saddle would need.
+    // Start from a spiral, which lacks the symmetries that would end in a saddle.
     let mut points: Vec<[f64; 3]> = even_directions(count).map(Dir::to_array).collect();
     let mut step = 0.1 / count.max(1) as f64;
     let mut lowest = energy(&points);
