@@ -50,7 +50,7 @@
 //! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
 //! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
-//! | shapes before a camera | [`Scene`], [`Solid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
+//! | shapes before a camera | [`Exhibit`], [`Solid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
 //! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; the truth: [`TracedMirror`] |
 //! | rough mirrors | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; the truth: [`BruteForceReflection`] |
 //! | matte surfaces | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
@@ -67,6 +67,7 @@
 mod camera;
 mod error;
 mod mapping_gallery;
+mod options;
 mod path_tracer;
 mod plot;
 mod progressive;
@@ -82,7 +83,7 @@ pub use mapping_gallery::cube_mapped::CubeMapped;
 pub use mapping_gallery::environment_sheet::{
     EnvironmentPanel, EnvironmentSheetOptions, environment_mapping_sheet, environment_panels,
 };
-pub use mapping_gallery::exhibit::{Scene, Shading, SurfacePoint, compare_shadings};
+pub use mapping_gallery::exhibit::{Exhibit, Shading, SurfacePoint, compare_shadings};
 pub use mapping_gallery::glossy::{Glossy, between_levels};
 pub use mapping_gallery::highlight_map::{HighlightMap, highlights_of_lights, irradiance_of_lights};
 pub use mapping_gallery::irradiance_polynomial::IrradiancePolynomial;
@@ -96,7 +97,7 @@ pub use mapping_gallery::traced_mirror::TracedMirror;
 pub use path_tracer::distant_light::DistantLight;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
-pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_resumable};
+pub use path_tracer::reference::{Truth, TruthOptions, render_truth};
 pub use path_tracer::truth_exr::read_variance;
 pub use plot::ball::Ball;
 pub use plot::balloon::Balloon;

@@ -162,7 +162,7 @@ type Escapes = Vec<Rgb<f64>>;
 /// By paths, shadowed (only those that meet nothing) and with bounces.
 fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [Vec<Radiances>; 2] {
     let none = DistantLight::from_expansion(ShVec::zero(1));
-    let options = PathOptions { bounces: BOUNCES, strategy: LightStrategy::Bsdf, ..PathOptions::default() };
+    let options = PathOptions::default().bounces(BOUNCES).strategy(LightStrategy::Bsdf);
     let tracer = PathTracer::new(scene, bvh, &none, options);
     let count = SampleCount { sets: SETS, per_set };
     let of_vertex = |v: usize| {

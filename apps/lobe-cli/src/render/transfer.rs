@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
+use lobe::io::{Job, Progress};
 use lobe::prt::{BakeOptions, BakedOrScene, Mode, Transfer};
 use lobe::render::{BakedScene, Camera, GlossyLobe, RenderError, ViewOptions, transfer_bytes};
 use lobe::scene::Scene;
@@ -10,15 +11,12 @@ use lobe::scene::Scene;
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
-use crate::run::bake_watch::{OnProgress, watched};
+use crate::run::bake_watch::watched;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
 /// What to do where a bake takes long.
 const BAKE_FIRST: &str = "lobe bake can be stopped and continued, and what it writes can be rendered";
-
-/// Steps of the progress line while the picture is searched for backs.
-const STEPS: f64 = 1000.0;
 
 /// The transfer that the options ask for.
 pub(crate) struct Asked {
@@ -115,7 +113,7 @@ impl Asked {
             ..defaults
         };
         check_memory(memory, &scene, scene.vertex_count(), &options, self.lobe.is_some())?;
-        watched_bake(talk, |show| BakedScene::bake(scene, &options, self.lobe, show))
+        watched_bake(talk, |job| BakedScene::bake(scene, &options, self.lobe, job))
     }
 }
 
@@ -129,10 +127,11 @@ fn bake_backs(
 ) -> anyhow::Result<()> {
     ctrl_c::watch();
     let line = talk.progress("look");
-    let looked = baked.backs_in_view(camera, view, |part| {
-        line.show((part * STEPS) as usize, STEPS as usize, None, None);
+    let mut watch = |progress: &Progress| {
+        line.show(progress.done, progress.total, None, None);
         ctrl_c::go_on()
-    });
+    };
+    let looked = baked.backs_in_view(camera, view, Job::default().watched_by(&mut watch));
     drop(line);
     let seen = match looked {
         Err(RenderError::Cancelled) => bail!("stopped before the first picture; nothing is kept"),
@@ -150,11 +149,17 @@ fn bake_backs(
         );
         talk.note(file, &text);
     }
-    watched_bake(talk, |show| baked.bake_backs(&seen, show))
+    watched_bake(talk, |job| baked.bake_backs(&seen, job))
 }
 
-fn watched_bake<T>(talk: Talk, bake: impl FnOnce(OnProgress<'_>) -> Result<T, RenderError>) -> anyhow::Result<T> {
-    let baked = watched(talk, "bake", bake)?;
+fn watched_bake<T>(talk: Talk, bake: impl FnOnce(Job<'_>) -> Result<T, RenderError>) -> anyhow::Result<T> {
+    let baked = watched(talk, "bake", |show| {
+        let mut watch = |progress: &Progress| {
+            let Progress { done, total, resumed, rays, elapsed, .. } = *progress;
+            show(&lobe::prt::Progress { done, total, resumed, rays, elapsed })
+        };
+        bake(Job::default().watched_by(&mut watch))
+    })?;
     baked.or_else(|_| bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}"))
 }
 

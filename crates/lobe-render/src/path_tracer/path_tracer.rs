@@ -7,6 +7,7 @@ use lobe_scene::{Bvh, Hit, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
+use crate::options::setters;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
@@ -14,6 +15,7 @@ use crate::vector::{Vec3, dot, normalized, scale, tangents};
 
 /// How paths are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PathOptions {
     /// How often light is reflected before the surface that is looked at reflects it: 0 for light that comes straight
     /// from afar.
@@ -32,6 +34,8 @@ impl Default for PathOptions {
         Self { bounces: 3, strategy: LightStrategy::MultipleImportance, surfaces: Surfaces::Matte, seed: 0 }
     }
 }
+
+setters!(PathOptions { bounces: usize, strategy: LightStrategy, surfaces: Surfaces, seed: u64 });
 
 /// How directions towards the light are sampled. All strategies have the same mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

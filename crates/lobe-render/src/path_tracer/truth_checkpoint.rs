@@ -47,14 +47,14 @@ pub(crate) struct TruthCheckpoint {
 impl TruthCheckpoint {
     /// Opens the checkpoint of a picture of at most so many pixels, or makes one; also returns the pixels in it.
     pub(crate) fn open(path: &Path, fingerprint: Fingerprint, most: usize) -> Result<(Self, Vec<Pixel>), RenderError> {
-        let io = |source| RenderError::Io { path: path.to_path_buf(), source };
-        let refuse = |message: &str| Err(RenderError::Invalid(format!("{}: {message}", path.display())));
-        let mut file = File::options().read(true).write(true).create(true).truncate(false).open(path).map_err(io)?;
+        let io = RenderError::io(path);
+        let refuse = |message: &str| Err(RenderError::invalid(path, message));
+        let mut file = File::options().read(true).write(true).create(true).truncate(false).open(path).map_err(&io)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return refuse("the same picture is being traced already; wait for it, or give another output");
         }
         let mut found = Vec::new();
-        Read::take(&mut file, HEADER as u64).read_to_end(&mut found).map_err(io)?;
+        Read::take(&mut file, HEADER as u64).read_to_end(&mut found).map_err(&io)?;
         let expected = header(fingerprint);
         if found != expected && !expected.starts_with(&found) {
             let is_ours = found.starts_with(MAGIC);
@@ -68,10 +68,10 @@ impl TruthCheckpoint {
             });
         }
         let (pixels, end) =
-            if found == expected { records(&file, fingerprint, most).map_err(io)? } else { (vec![], 0) };
+            if found == expected { records(&file, fingerprint, most).map_err(&io)? } else { (vec![], 0) };
         let mut checkpoint =
             Self { path: path.to_path_buf(), file, fingerprint, kept: pixels.len(), saved: Instant::now() };
-        checkpoint.cut_off_at(end).map_err(io)?;
+        checkpoint.cut_off_at(end).map_err(&io)?;
         Ok((checkpoint, pixels))
     }
 
@@ -89,7 +89,7 @@ impl TruthCheckpoint {
         }
         let record = record(self.fingerprint, self.kept, &done[self.kept..]);
         let written = self.file.write_all(&record).and_then(|()| self.file.sync_data());
-        written.map_err(|source| RenderError::Io { path: self.path.clone(), source })?;
+        written.map_err(RenderError::io(&self.path))?;
         (self.kept, self.saved) = (done.len(), Instant::now());
         Ok(())
     }

@@ -1,11 +1,10 @@
 //! A scene with its transfer, from a file or baked on the spot.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
+use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Baked, Lightmap, Mode, Progress, Receivers, read_any_transfer, read_baked_within, read_lightmap,
-    read_matrices,
+    BakeOptions, Baked, Lightmap, Mode, Receivers, read_any_transfer, read_baked_within, read_lightmap, read_matrices,
 };
 use lobe_scene::{Bvh, ReadOptions, Scene};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
@@ -80,19 +79,19 @@ impl BakedScene {
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
     }
 
-    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one.
+    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one. The steps of `job` are vertices.
     ///
     /// # Errors
-    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if `progress` said to
-    /// stop.
+    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if whoever
+    /// watches said to stop, [`RenderError::Options`] if the job is kept in a file: see [`lobe_prt::bake_resumable`] for that.
     pub fn bake(
         scene: Scene,
         options: &BakeOptions,
         lobe: Option<GlossyLobe>,
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        job: Job<'_>,
     ) -> Result<Self, RenderError> {
         let (receivers, bvh) = (Receivers::at_vertices(&scene)?, Bvh::new(&scene));
-        let front = SurfaceTransfer::bake(&scene, &bvh, &receivers, options, lobe.is_some(), progress)?;
+        let front = SurfaceTransfer::bake(&scene, &bvh, &receivers, options, lobe.is_some(), job)?;
         let (gloss, options) = (lobe.map(Gloss::new), options.clone());
         Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, gloss, options, recipe: Value::Null })
     }
@@ -153,31 +152,22 @@ impl BakedScene {
 
     /// The vertices or texels that a view shows from behind, in rising order: those that [`BakedScene::bake_backs`] needs.
     ///
-    /// `progress` is told the part of the picture that was looked at, and says whether to go on.
+    /// The steps of `job` are the pixels that were looked at.
     ///
     /// # Errors
     /// As [`scene_picture`](fn@crate::scene_picture).
-    pub fn backs_in_view(
-        &self,
-        camera: &Camera,
-        view: &ViewOptions,
-        progress: impl FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<Vec<usize>, RenderError> {
-        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, progress)
+    pub fn backs_in_view(&self, camera: &Camera, view: &ViewOptions, job: Job<'_>) -> Result<Vec<usize>, RenderError> {
+        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, job)
     }
 
     /// Bakes the backs of these vertices or texels, in rising order, in place of those that were baked before.
     ///
     /// # Errors
     /// As [`BakedScene::bake`].
-    pub fn bake_backs(
-        &mut self,
-        seen: &[usize],
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<(), RenderError> {
+    pub fn bake_backs(&mut self, seen: &[usize], job: Job<'_>) -> Result<(), RenderError> {
         let Self { scene, bvh, places, options, .. } = &*self;
         let is_glossy = self.is_glossy();
-        self.back = Some(BackFaces::bake(scene, bvh, places, seen, options, is_glossy, progress)?);
+        self.back = Some(BackFaces::bake(scene, bvh, places, seen, options, is_glossy, job)?);
         Ok(())
     }
 
@@ -233,10 +223,10 @@ impl LitScene<'_> {
 fn expect_vertices(scene: &Scene, found: usize, path: &Path) -> Result<(), RenderError> {
     match scene.vertex_count() {
         count if count == found => Ok(()),
-        count => Err(RenderError::Invalid(format!(
-            "{}: expected transfer of {count} vertices as the scene has, found {found}",
-            path.display()
-        ))),
+        count => Err(RenderError::invalid(
+            path,
+            format!("expected transfer of {count} vertices as the scene has, found {found}"),
+        )),
     }
 }
 
