@@ -26,7 +26,7 @@ pub enum RenderError {
     /// A scene, its transfer or their files are at fault.
     #[error(transparent)]
     Prt(PrtError),
-    /// Whoever watched the work said to stop.
+    /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
     /// A file could not be written.

@@ -1,8 +1,9 @@
-//! Pictures on the CPU: plots of functions on the sphere, lit balls, error maps, tone mapping and PNG files.
+//! Pictures on the CPU: scenes lit by transfer, path traced references, the techniques of environment mapping, and plots of
+//! functions on the sphere.
 //!
 //! # Examples
 //!
-//! An environment as a picture, tone mapped:
+//! A baked scene under a photographed sky: see [`light_baked_scene`]. An environment as a picture, tone mapped:
 //!
 //! ```
 //! use lobe_image::{Picture, Tone};
@@ -113,3 +114,8 @@ pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
 pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance};
 pub use scene_view::prt_shading::GlossyLobe;
 pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

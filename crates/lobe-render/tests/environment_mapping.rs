@@ -116,10 +116,10 @@ fn matte_techniques_agree_with_brute_force() {
         let white = Rgb::splat(1.0);
         let points: Vec<SurfacePoint> = scenes().iter().flat_map(|scene| scene.points(30, 30)).collect();
         let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
-        let truth: Vec<Rgb<f32>> =
-            irradiance_at(&map, &normals).into_iter().map(|e| Rgb::narrow(e.scale(1.0 / PI))).collect();
+        let narrow = |e: Rgb<f64>| Rgb::<f32>::narrow(e.scale(1.0 / PI)).to_array();
+        let truth: Vec<[f32; 3]> = irradiance_at(&map, &normals).into_iter().map(narrow).collect();
         let error = |shading: &dyn Shading| {
-            let values: Vec<_> = points.iter().map(|p| shading.radiance(p)).collect();
+            let values: Vec<[f32; 3]> = points.iter().map(|p| shading.radiance(p).to_array()).collect();
             compare(&values, &truth).relative_rmse
         };
         let by_map = |width: usize| {

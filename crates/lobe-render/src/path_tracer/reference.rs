@@ -70,7 +70,7 @@ const KIND: u64 = 16;
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels or fewer than two sets of paths, [`RenderError::Cancelled`] if
-/// whoever watches said to stop, [`RenderError::Invalid`] if the file is that of another picture, or none, or in use,
+/// the watch of the job said to stop, [`RenderError::Invalid`] if the file is that of another picture, or none, or in use,
 /// [`RenderError::Io`] if it cannot be read or written.
 pub fn render_truth(
     scene: &Scene,

@@ -45,7 +45,7 @@ pub(crate) struct TruthCheckpoint {
 }
 
 impl TruthCheckpoint {
-    /// Opens the checkpoint of a picture of at most so many pixels, or makes one; also returns the pixels in it.
+    /// Opens the checkpoint of a picture of at most `most` pixels, or makes one; also returns the pixels in it.
     pub(crate) fn open(path: &Path, fingerprint: Fingerprint, most: usize) -> Result<(Self, Vec<Pixel>), RenderError> {
         let io = RenderError::io(path);
         let refuse = |message: &str| Err(RenderError::invalid(path, message));

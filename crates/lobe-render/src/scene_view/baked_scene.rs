@@ -82,8 +82,8 @@ impl BakedScene {
     /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one. The steps of `job` are vertices.
     ///
     /// # Errors
-    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if whoever
-    /// watches said to stop, [`RenderError::Options`] if the job is kept in a file: see [`lobe_prt::bake_resumable`] for that.
+    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if the
+    /// watch of the job said to stop, [`RenderError::Options`] if the job is kept in a file: see [`lobe_prt::bake_resumable`] for that.
     pub fn bake(
         scene: Scene,
         options: &BakeOptions,

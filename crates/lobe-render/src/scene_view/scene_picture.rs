@@ -42,7 +42,7 @@ setters!(ViewOptions { width: usize, height: usize, rays: usize });
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels, a pixel no ray, or the job a file, [`RenderError::Cancelled`] if
-/// whoever watches said to stop.
+/// the watch of the job said to stop.
 pub fn scene_picture(
     scene: &Scene,
     bvh: &Bvh,
