@@ -30,7 +30,8 @@ pub(crate) fn colored_faces(size: usize) -> CubeMap {
 pub(crate) fn encoded(name: &str, chain: &CubeMipChain, texels: TexelFormat, zstd: bool) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
-    let report = write_cube(&path, chain, &CubeWriteOptions::default().texels(texels).zstd(zstd)).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_cube(&path, chain, &CubeWriteOptions::default().texels(texels).zstd(zstd))
+        .unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(report.clamped, 0, "{name} {texels}: texels clamped");
     let files: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
     assert_eq!(files, [name], "nothing temporary is left");
@@ -164,7 +165,7 @@ fn what_a_format_cannot_hold_is_clamped_and_counted() {
     let chain = CubeMipChain::single(map);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ktx2");
-    let write = |texels| write_cube(&path, &chain, &CubeWriteOptions { texels, zstd: false }).unwrap().clamped;
+    let write = |texels| write_cube(&path, &chain, &CubeWriteOptions::default().texels(texels)).unwrap().clamped;
     assert_eq!(write(TexelFormat::Rgba32F), 0, "float holds all");
     assert_eq!(write(TexelFormat::Rgba16F), 1, "half holds NaN but not a million");
     let error = read_cube(&path, &MapReadOptions::default()).map(|_| ()).unwrap_err().to_string();
@@ -180,7 +181,9 @@ fn what_cannot_be_written_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let chain = CubeMipChain::single(colored_faces(2));
     let refused = |name: &str, texels, zstd| {
-        let error = write_cube(folder.path().join(name), &chain, &CubeWriteOptions::default().texels(texels).zstd(zstd)).unwrap_err();
+        let error =
+            write_cube(folder.path().join(name), &chain, &CubeWriteOptions::default().texels(texels).zstd(zstd))
+                .unwrap_err();
         assert!(matches!(error, EnvError::Options(_)), "{name}: {error:?}");
         error.to_string()
     };
