@@ -100,7 +100,7 @@ impl Compare {
             }
             output::check_not_input(path, &self.image)?;
             output::check_not_input(path, &self.reference)?;
-            output::check_file(path)?;
+            output::prepare_file(path)?;
         }
         let (image, reference) = (read(&self.image, talk)?, read(&self.reference, talk)?);
         let (a, b) = (&image.picture, &reference.picture);

@@ -1,4 +1,4 @@
-//! Writes the figures of docs/mappings.md: the square ones 200 pixels wide, the others 320.
+//! Writes the figures of docs/guide/src/mappings.md: the square ones 200 pixels wide, the others 320.
 //!
 //! `cargo run -p lobe-render --example mapping_figures -- docs/figures/mappings`
 

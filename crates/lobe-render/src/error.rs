@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use lobe_image::ImageError;
+use lobe_prt::PrtError;
 
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -17,6 +18,9 @@ pub enum RenderError {
     /// A picture could not be made, read, written or compared.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// A scene, its transfer or their files are at fault.
+    #[error(transparent)]
+    Prt(PrtError),
     /// The caller's progress function said to stop.
     #[error("stopped before the end")]
     Cancelled,
@@ -28,4 +32,14 @@ pub enum RenderError {
         /// What the system said.
         source: std::io::Error,
     },
+}
+
+impl From<PrtError> for RenderError {
+    /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
+    fn from(error: PrtError) -> Self {
+        match error {
+            PrtError::Cancelled => Self::Cancelled,
+            other => Self::Prt(other),
+        }
+    }
 }

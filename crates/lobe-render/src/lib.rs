@@ -57,19 +57,24 @@
 //! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
 //! | how a mapping unfolds the sphere | [`mapping_figure()`] |
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
-//! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`scene_picture`], [`SceneHit`] |
+//! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
+//! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`]; without transfer [`light_by_irradiance`] |
 //! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`Estimate`] |
 //! | the variance in a traced picture | [`read_variance`] |
 //!
 //! Pictures themselves, tone mapping, files and comparison are in `lobe-image`. Results do not depend on the number of threads.
 
+mod camera;
 mod error;
 mod mapping_gallery;
 mod path_tracer;
 mod plot;
+mod progressive;
 mod scene_view;
 mod vector;
 
+pub use camera::camera::Camera;
+pub use camera::view::View;
 pub use error::RenderError;
 pub use mapping_gallery::blinn_newell::BlinnNewell;
 pub use mapping_gallery::bump::{Bumped, bumped_normal, bumps};
@@ -103,6 +108,7 @@ pub use plot::mapping_figure::mapping_figure;
 pub use plot::polar_plot::{CrossSection, PolarPlot};
 pub use plot::profile_plot::{Profile, ProfilePlot};
 pub use plot::pyramid::{Pyramid, basis_balloons, basis_crosses};
-pub use plot::view::View;
-pub use scene_view::camera::Camera;
-pub use scene_view::receiver_picture::{SceneHit, ViewOptions, scene_picture};
+pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
+pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance};
+pub use scene_view::prt_shading::GlossyLobe;
+pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};

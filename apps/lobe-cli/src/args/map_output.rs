@@ -171,15 +171,15 @@ impl MapOutput {
         }
         match &self.output {
             MapFile::Picture(picture) => picture.check(),
-            MapFile::Texture(path) => output::check_file(path),
+            MapFile::Texture(path) => output::prepare_file(path),
             MapFile::Faces { folder, extension } => {
                 // The folders that are missing are made when there is something to put into them.
                 let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
                 match folder.ancestors().take_while(is_missing).last() {
-                    Some(outermost) => output::check_file(outermost),
+                    Some(outermost) => output::prepare_file(outermost),
                     None => FACE_NAMES
                         .iter()
-                        .try_for_each(|name| output::check_file(&folder.join(format!("{name}.{extension}")))),
+                        .try_for_each(|name| output::prepare_file(&folder.join(format!("{name}.{extension}")))),
                 }
             }
         }

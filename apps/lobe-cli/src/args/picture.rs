@@ -50,7 +50,7 @@ impl PictureOutput {
 
     /// Refuses what could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
-        output::check_file(&self.path)
+        output::prepare_file(&self.path)
     }
 
     /// Writes the picture, and says what it is not.
@@ -68,7 +68,7 @@ impl PictureOutput {
                 let exposure = Tone::PHOTOGRAPH.exposure.factor(&picture);
                 let png = picture.to_png(&Tone::PHOTOGRAPH)?;
                 write_atomically(&self.path, |w| w.write_all(&png))
-                    .map_err(|source| ShError::Io { file: name.clone(), source })?;
+                    .map_err(|source| ShError::Io { place: name.clone(), source })?;
                 let text = format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values");
                 talk.note(&name, &text);
             }

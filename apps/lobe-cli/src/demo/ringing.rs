@@ -184,7 +184,7 @@ impl Writer<'_> {
     fn methods_table(&mut self, irradiance: &ShVec<Rgb<f64>>) {
         (self.progress)("methods of dering");
         let rows = METHODS.map(|(name, method)| {
-            let (_, report) = deringed(irradiance, &Dering { method, kernel: None });
+            let (_, report) = deringed(irradiance, &Dering::default().method(method));
             vec![
                 name.to_owned(),
                 bands(&report),

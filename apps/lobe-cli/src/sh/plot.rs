@@ -101,13 +101,13 @@ fn size(text: &str) -> Result<usize, String> {
 impl ShPlot {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         self.check_options()?;
-        output::check_file(&self.output.path)?;
+        output::prepare_file(&self.output.path)?;
         let f = self.function(&self.input)?;
         let others = self.beside.iter().map(|input| self.function(input)).collect::<anyhow::Result<Vec<_>>>()?;
         let bytes = self.figure(&f, &others)?;
         let name = self.output.path.display().to_string();
         write_atomically(&self.output.path, |file| file.write_all(&bytes))
-            .map_err(|source| ShError::Io { file: name, source })?;
+            .map_err(|source| ShError::Io { place: name, source })?;
         Ok(())
     }
 
