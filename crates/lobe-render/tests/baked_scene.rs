@@ -14,7 +14,7 @@ use lobe_render::{
     BakedScene, Camera, GlossyLobe, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance,
 };
 use lobe_scene::{Bvh, ReadOptions, Scene, Up, read_scene_bytes};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec};
+use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
 use serde_json::json;
 
 const ORDER: usize = 3;
