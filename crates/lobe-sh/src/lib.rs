@@ -92,12 +92,17 @@
 //! Mathematics does not fail: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for what
 //! comes from outside, files and matrices that claim to be rotations.
 
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+extern crate alloc;
+
 mod basis;
 mod encoding;
 mod error;
 mod expansion;
 mod extrema;
 mod filter;
+mod interop;
 mod light;
 mod light_extraction;
 mod once;

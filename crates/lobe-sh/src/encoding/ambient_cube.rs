@@ -1,6 +1,11 @@
 //! The ambient cube: six colors, one for each axis direction.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -27,6 +32,7 @@ const RANK_TOLERANCE: f64 = 1e-12;
 /// facing it is 0.081 for a light on an axis and 0.161 for one on a diagonal of space; within three bands, for light of which
 /// they leave 1 (`16π/17`), 0.0679 and 0.1480 (test `the_cube_wobbles_under_rotation_by_a_factor_of_two`). After McTaggart 2004.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AmbientCube<T = f32> {
     /// `c_f`, in the order +x, -x, +y, -y, +z, -z.
     pub faces: [T; 6],
@@ -119,7 +125,7 @@ impl<T: Coefficient> AmbientCube<T> {
         for (face, axis) in self.faces.iter().zip(AXES) {
             let mut lobe = [T::Wide::ZERO; 9];
             v.towards_into(Dir::from_unit(axis), face.widen(), &mut lobe);
-            sum += Sh::from(lobe);
+            sum += Sh::<9, T::Wide>::from(lobe);
         }
         sum.map(T::narrow)
     }
@@ -143,7 +149,7 @@ mod tests {
 
     fn random_cube(seed: u64) -> AmbientCube<f64> {
         let values = Random::new(seed).signed_vec(6);
-        AmbientCube { faces: std::array::from_fn(|f| values[f]) }
+        AmbientCube { faces: core::array::from_fn(|f| values[f]) }
     }
 
     fn assert_same(found: &AmbientCube<f64>, expected: &AmbientCube<f64>, tolerance: f64, what: &str) {

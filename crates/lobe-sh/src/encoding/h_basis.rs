@@ -1,6 +1,9 @@
 //! The H-basis: orthonormal polynomials of the upper hemisphere.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};

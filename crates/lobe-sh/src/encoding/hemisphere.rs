@@ -1,5 +1,10 @@
 //! Least squares over the hemisphere of normals on one side of a surface.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
 
@@ -10,7 +15,7 @@ use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
 /// ```
 pub(crate) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
     let azimuths = degree + 1;
-    let step = std::f64::consts::TAU / azimuths as f64;
+    let step = core::f64::consts::TAU / azimuths as f64;
     let mut points = Vec::new();
     for (x, weight) in gauss_legendre(degree / 2 + 1) {
         let z = 0.5 * (1.0 + x);

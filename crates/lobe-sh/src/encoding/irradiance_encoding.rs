@@ -1,5 +1,10 @@
 //! All irradiance encodings in one enum, to loop over, and their errors.
 
+use alloc::vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::{
     Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Rotation, Sh, Zh3, Zh3Axis,
     even_directions, hemisphere_least_squares, tangent_frame,
@@ -152,6 +157,17 @@ impl IrradianceEncoding {
 
 /// The result of [`IrradianceEncoding::encode`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(
+        rename_all = "kebab-case",
+        bound(
+            serialize = "T: Coefficient + serde::Serialize",
+            deserialize = "T: Coefficient + serde::Deserialize<'de>"
+        )
+    )
+)]
 pub enum EncodedIrradiance<T = f32> {
     /// Bands 0 and 1.
     Sh2(Sh<4, T>),

@@ -1,6 +1,9 @@
 //! Non-linear evaluation of bands 0 and 1 that is never negative, after Geomerics.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::irradiance_bands::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
 use crate::sphere::vector::dot;
@@ -23,6 +26,14 @@ use crate::{Coefficient, Dir, Expansion, Real, Sh};
 /// Never negative. `r` is limited to 1, which no expansion of non-negative light exceeds. A channel whose mean
 /// is zero or below is 0 everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: Coefficient + serde::Serialize",
+        deserialize = "T: Coefficient + serde::Deserialize<'de>"
+    ))
+)]
 pub struct NonLinearL1<T = f32> {
     /// Bands 0 and 1 of the irradiance.
     pub linear: Sh<4, T>,

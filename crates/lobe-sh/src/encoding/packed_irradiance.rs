@@ -1,6 +1,9 @@
 //! Order-3 irradiance as seven vectors for a shader, after Sloan.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
@@ -21,6 +24,7 @@ use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PackedIrradiance {
     /// `A` of red, green and blue: `cAr`, `cAg`, `cAb`.
     pub a: [[f64; 4]; 3],
@@ -45,7 +49,7 @@ impl PackedIrradiance {
     /// The irradiance under the first three bands of a radiance.
     #[must_use]
     pub fn from_radiance_sh<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Self {
-        let mut e: Sh<9, Rgb<f64>> = Sh::from(std::array::from_fn(|i| coefficient(radiance, i)));
+        let mut e: Sh<9, Rgb<f64>> = Sh::from(core::array::from_fn(|i| coefficient(radiance, i)));
         convolve_in_place(e.coefficients_mut(), &Zonal::clamped_cosine(3));
         Self::from_irradiance_sh(&e)
     }

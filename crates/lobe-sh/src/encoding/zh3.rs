@@ -1,6 +1,10 @@
 //! ZH3: bands 0 and 1 and one zonal coefficient of band 2.
 
-use std::f64::consts::PI;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::irradiance_bands::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, linear_vector};
 use crate::scalar::{luminance, luminance_weight};
@@ -13,6 +17,7 @@ const SHORTEST_VECTOR: f64 = 3e-4;
 
 /// The origin of the axis of [`Zh3`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Zh3Axis {
     /// All channels share the optimal linear direction of their luminance.
     Luminance,
@@ -30,6 +35,14 @@ pub enum Zh3Axis {
 /// channel ([`Zh3Axis`]). One light and a constant, which are zonal about one axis, are kept exactly. The encoding rotates
 /// with the light. Without a linear direction the last term is zero. After Roughton et al. 2024.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: Coefficient + serde::Serialize",
+        deserialize = "T: Coefficient + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Zh3<T = f32> {
     /// Bands 0 and 1 of the irradiance.
     pub linear: Sh<4, T>,
@@ -75,7 +88,7 @@ impl<T: Coefficient> Zh3<T> {
             Zh3Axis::PerChannel => (0..T::CHANNELS).flat_map(|c| solve_together(&[weighted(c, 1.0)])).collect(),
         };
         let coefficient = |i: usize| T::from_channels(|c| T::Scalar::from_f64(numbers[c][i]));
-        Self { linear: Sh::from([0, 1, 2, 3].map(coefficient)), zonal: coefficient(4), axis }
+        Self { linear: Sh::<4, T>::from([0, 1, 2, 3].map(coefficient)), zonal: coefficient(4), axis }
     }
 
     /// Estimates `z` from bands 0 and 1 alone, from the usual shape of light; no number is stored for it.
@@ -134,7 +147,7 @@ fn axes<T: Coefficient>(linear: &Sh<4, T>, axis: Zh3Axis) -> impl Fn(usize) -> O
 
 /// Bands 0 to 2 of a channel.
 fn three_bands<T: Coefficient>(f: &impl Expansion<T>, c: usize) -> Sh<9, f64> {
-    Sh::from(std::array::from_fn(|i| coefficient(f, i).channel(c)))
+    Sh::from(core::array::from_fn(|i| coefficient(f, i).channel(c)))
 }
 
 /// Bands 0 and 1 and the zonal coefficient of each channel, for channels with weights that share an axis.
@@ -189,7 +202,7 @@ impl Shared {
                 *sum += w * part;
             }
             let scale = (4.0 * PI / 5.0).sqrt();
-            quadratic.push((*w, Sh::from(std::array::from_fn(|i| if i < 4 { 0.0 } else { scale * f[i] }))));
+            quadratic.push((*w, Sh::<9, f64>::from(core::array::from_fn(|i| if i < 4 { 0.0 } else { scale * f[i] }))));
         }
         Self { quadratic, linear, weight: channels.iter().map(|(w, _)| w).sum() }
     }

@@ -1,7 +1,9 @@
 //! The physical quantity that an expansion describes.
 
-use std::fmt;
-use std::str::FromStr;
+use alloc::format;
+use alloc::string::String;
+use core::fmt;
+use core::str::FromStr;
 
 /// The physical quantity that a function on the sphere describes; files carry it so that they are not confused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,6 +1,12 @@
 //! Certified extreme values of a function on the sphere by branch and bound.
 
-use std::collections::BinaryHeap;
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
+use alloc::collections::BinaryHeap;
 
 use crate::basis::index::{len, order_of_slice};
 use crate::basis::second_order::{LocalQuadratic, second_order};
@@ -41,7 +47,7 @@ const FOURTH_ORDER_GAP: f64 = 0.05;
 /// let f = ShVec::impulse(3, Dir::X, 1.0);
 /// let min = certified_minimum(f.coefficients(), 1e-9);
 /// assert!(min.lo <= f.eval(min.dir) && min.hi - min.lo < 1e-7);
-/// # assert!((min.hi * 4.0 * std::f64::consts::PI + 1.8).abs() < 1e-6, "{min:?}");
+/// # assert!((min.hi * 4.0 * core::f64::consts::PI + 1.8).abs() < 1e-6, "{min:?}");
 /// ```
 ///
 /// # Panics
@@ -106,13 +112,13 @@ impl PartialEq for Cell {
 impl Eq for Cell {}
 
 impl PartialOrd for Cell {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+    fn partial_cmp(&self, other: &Self) -> Option<core::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
 impl Ord for Cell {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+    fn cmp(&self, other: &Self) -> core::cmp::Ordering {
         other.lower.total_cmp(&self.lower)
     }
 }
@@ -142,7 +148,7 @@ pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Opti
     Basis::<f64>::with_shared(order, |basis| {
         let f = SmoothFunction::new(coefficients);
         let square: f64 = coefficients.iter().map(|c| c * c).sum();
-        let rms = (square / (4.0 * std::f64::consts::PI)).sqrt();
+        let rms = (square / (4.0 * core::f64::consts::PI)).sqrt();
         // Both ends move by the rounding of a value besides.
         let width = (tolerance.max(0.0) * rms - 2.0 * f.rounding()).max(RESOLUTION * f.rounding());
         let mut search = Search {

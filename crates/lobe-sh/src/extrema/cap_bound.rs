@@ -1,5 +1,8 @@
 //! Proven lower bounds of a function on a cap of the sphere.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::order_of_slice;
 use crate::basis::second_order::LocalQuadratic;
 use crate::extrema::quartic_bound::quartic_lower_bound;

@@ -1,6 +1,9 @@
 //! A function of three bands as a quadratic form on the unit sphere, and its exact minimum.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::once::Once;
 use crate::sphere::vector::{dot, tangents, unit};

@@ -1,5 +1,8 @@
 //! A lower bound of a quartic polynomial on a disc, tight in curved valleys.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::extrema::taylor::Taylor;
 
 /// Newton steps towards the floor of the valley; any number of them gives a bound.

@@ -1,6 +1,7 @@
 //! Zonal kernels: the clamped cosine, Phong and GGX lobes.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use core::f64::consts::PI;
 
 use crate::Zonal;
 use crate::basis::legendre::legendre_all;

@@ -1,8 +1,14 @@
 //! Windows: factors per band that exchange ringing for blur.
 
-use std::f64::consts::PI;
-use std::fmt;
-use std::str::FromStr;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+use core::fmt;
+use core::str::FromStr;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::{Coefficient, Expansion, Real};

@@ -1,6 +1,11 @@
 //! Cones of light, with a hard edge (also the light of a sphere) and with a soft one.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::Zonal;
 use crate::expansion::zonal::zonal_norm;

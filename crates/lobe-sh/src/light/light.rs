@@ -1,6 +1,10 @@
 //! Analytic lights by name, as a program or a command line describes them.
 
-use std::f64::consts::PI;
+use alloc::format;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::light::normalization::{cone_irradiance, soft_cone_irradiance};
 use crate::{
@@ -16,10 +20,15 @@ use crate::{
 /// let light = sun.project(3, Normalization::Projected)?;
 /// // A white diffuse surface that faces it leaves E/π: the color.
 /// let irradiance = convolved(&light, &Zonal::clamped_cosine(3)).eval(Dir::X);
-/// assert!((irradiance.g / std::f64::consts::PI - 0.9).abs() < 1e-14);
+/// assert!((irradiance.g / core::f64::consts::PI - 0.9).abs() < 1e-14);
 /// # Ok::<(), lobe_sh::ShError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(tag = "kind", rename_all = "kebab-case")
+)]
 #[non_exhaustive]
 pub enum Light {
     /// The same radiance from everywhere. A white surface reflects the color, whatever the normalization.
@@ -156,7 +165,7 @@ impl Light {
     ///
     /// let sky = Light::Ambient { color: Rgb::new(0.2, 0.3, 0.5) };
     /// let light: ShL2<Rgb<f32>> = sky.project_as(Normalization::Projected)?;
-    /// # assert!((light[0].g - 0.3 * (4.0 * std::f32::consts::PI).sqrt()).abs() < 1e-6, "{light:?}");
+    /// # assert!((light[0].g - 0.3 * (4.0 * core::f32::consts::PI).sqrt()).abs() < 1e-6, "{light:?}");
     /// # Ok::<(), lobe_sh::ShError>(())
     /// ```
     ///

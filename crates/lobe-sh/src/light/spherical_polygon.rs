@@ -1,6 +1,12 @@
 //! The exact expansion of a polygon of constant radiance, by integrals along its edges.
 
-use std::f64::consts::PI;
+use alloc::format;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, index, order_of_slice};
 use crate::sphere::vector::{cross, difference, dot, length};
@@ -86,6 +92,12 @@ impl SphericalPolygon {
             }
         }
         Ok(polygon)
+    }
+
+    /// The vertices relative to the receiver, scaled together so that the largest component is 1.
+    #[must_use]
+    pub fn vertices(&self) -> &[[f64; 3]] {
+        &self.vertices
     }
 
     /// The part of a plane polygon above the horizon of `normal`, which is what lights the surface; empty if there is none.
@@ -184,7 +196,7 @@ impl SphericalPolygon {
         let Some(middle) = self.middle() else { return 0.0 };
         let sum: f64 = self.edges().map(|(a, b)| triangle_solid_angle(middle.to_array(), a, b)).sum();
         // Remove whole spheres: the smaller side is the inside.
-        sum - 4.0 * PI * (sum / (4.0 * PI) * (1.0 - HALF_TURN_ROUNDING)).round_ties_even()
+        sum - 4.0 * PI * round_ties_even(sum / (4.0 * PI) * (1.0 - HALF_TURN_ROUNDING))
     }
 
     /// A direction on the side of the polygon on which its vertices lie.
@@ -202,6 +214,13 @@ impl SphericalPolygon {
         }
         Dir::new(vertices).or_else(|| self.vertices.first().and_then(|v| Dir::new(*v)))
     }
+}
+
+/// The nearest whole number to one below 2⁵¹, the even one of two: adding 1.5·2⁵² leaves no bits for a fraction.
+fn round_ties_even(x: f64) -> f64 {
+    const NO_FRACTION: f64 = 6_755_399_441_055_744.0;
+
+    (x + NO_FRACTION) - NO_FRACTION
 }
 
 /// 1 if the inside is to the left of the contour, -1 otherwise.

@@ -1,5 +1,7 @@
 //! Directional lights extracted from an expansion: one in closed form, several by least squares.
 
+use alloc::vec::Vec;
+
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::refine::refine;
 use crate::options::setters;
@@ -69,6 +71,7 @@ pub fn extract_light_per_channel<T: Coefficient>(f: &impl Expansion<T>) -> Resul
 
 /// The choice of [`extract_lights`] among the maxima.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum LightChoice {
     /// Greedily, as in orthogonal matching pursuit: each time the maximum whose light, together with those chosen before,
     /// leaves the smallest residual. Side lobes of a bright light are not taken for lights.
@@ -83,6 +86,7 @@ pub enum LightChoice {
 /// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative and
 /// nothing refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct LightOptions {
     /// The greatest number of lights.

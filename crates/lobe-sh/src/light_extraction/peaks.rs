@@ -1,6 +1,11 @@
 //! All local maxima of a function on the sphere.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len};
 use crate::once::Once;
@@ -23,6 +28,7 @@ const PAPER_STARTS: [usize; 6] = [1, 3, 6, 10, 15, 22];
 
 /// A local maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Peak {
     /// Its direction.
     pub dir: Dir,
@@ -32,6 +38,7 @@ pub struct Peak {
 
 /// The starts of the ascents of [`local_maxima`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum PeakSearch {
     /// Every point of a fine grid that is as high as its eight neighbors. Several times slower than [`PeakSearch::Paper`] at
     /// order 6 (benchmarks `light-peaks-grid` and `light-peaks-paper`).

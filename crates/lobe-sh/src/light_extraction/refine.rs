@@ -1,6 +1,10 @@
 //! Refinement of directions and intensities together: variable projection with Levenberg-Marquardt steps.
 
+use alloc::vec::Vec;
+
 use nalgebra::{DMatrix, DVector};
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::solver::bfgs_on_sphere::stepped;
@@ -69,7 +73,7 @@ fn damped_step<T: Coefficient>(
     right: &DVector<f64>,
     damping: &mut f64,
 ) -> Option<(LightFit<T::Wide>, f64)> {
-    let longest = LONGEST_STEP * 2.0 * std::f64::consts::PI / (problem.order() - 1) as f64;
+    let longest = LONGEST_STEP * 2.0 * core::f64::consts::PI / (problem.order() - 1) as f64;
     // A light of zero intensity does not move, but its diagonal element must not be zero.
     let floor = normal.diagonal().amax() * f64::EPSILON;
     if floor == 0.0 {

@@ -1,6 +1,10 @@
 //! Gaunt coefficients: the integrals of three basis functions, in exact arithmetic.
 
-use std::f64::consts::PI;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len};
 use crate::once::Once;

@@ -1,6 +1,11 @@
 //! Multiplication by a fixed function as a matrix.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len, order_of_slice};
 use crate::product::grid::RowGrid;

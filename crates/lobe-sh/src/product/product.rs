@@ -1,5 +1,7 @@
 //! The product of two functions.
 
+use alloc::vec;
+
 use crate::basis::index::{len, order_of_slice};
 use crate::once::Once;
 use crate::product::generated;

@@ -1,5 +1,10 @@
 //! Least-squares fit of an expansion to scattered samples.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::index::len;
@@ -240,7 +245,7 @@ mod tests {
         let fit = least_squares(3, [(s, 2.0, 1.0)]);
         assert_eq!((fit.rank, fit.conditioning), (1, Conditioning::RankDeficient), "one sample");
         // The least norm solution is the impulse scaled to the value: Σ y_i² = 9/4π.
-        let scale = 2.0 / (9.0 / (4.0 * std::f64::consts::PI));
+        let scale = 2.0 / (9.0 / (4.0 * core::f64::consts::PI));
         assert_close(&fit.sh, &ShVec::impulse(3, s, scale), 1e-13);
     }
 

@@ -1,6 +1,11 @@
 //! Projection of a function by quadrature.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len};
 use crate::{Coefficient, Dir, FixedOrder, ShVec, SphereQuadrature};

@@ -1,6 +1,11 @@
 //! A window that keeps the function towards the light and smooths it elsewhere.
 
-use std::f64::consts::TAU;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::TAU;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len};
 use crate::basis::legendre::legendre_all;
@@ -38,12 +43,13 @@ use crate::{
 /// let sun = ShVec::<f64>::impulse(6, Dir::X, 1.0);
 /// let window = Window::Hanning { width: 6.0 };
 /// let content = ContentWindow::of(&sun, window);
-/// assert!((content.eval(&sun, Dir::X) - 36.0 / (4.0 * std::f64::consts::PI)).abs() < 1e-12);
+/// assert!((content.eval(&sun, Dir::X) - 36.0 / (4.0 * core::f64::consts::PI)).abs() < 1e-12);
 /// assert!((content.eval(&sun, -Dir::X) - windowed(&sun, &window).eval(-Dir::X)).abs() < 1e-12);
 /// ```
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContentWindow {
     /// The direction towards the light; `None` applies the window everywhere.
     pub dir: Option<Dir>,

@@ -1,5 +1,11 @@
 //! Kelley's cutting planes: the factors per band that make a function non-negative with the least change, at any order.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::second_order::second_order;
 use crate::extrema::branch_and_bound::{minimum_of, newton_descent};
@@ -166,7 +172,7 @@ struct Channel<'a> {
 impl<'a> Channel<'a> {
     fn new(f: &'a [f64], basis: &'a Basis<f64>) -> Self {
         let order = order_of_slice(f);
-        let mean = f[0] / (4.0 * std::f64::consts::PI).sqrt();
+        let mean = f[0] / (4.0 * core::f64::consts::PI).sqrt();
         let [x, y, z] = fine_directions(order);
         let sample = |l: usize| {
             let mut band = vec![0.0; f.len()];
@@ -196,7 +202,7 @@ impl<'a> Channel<'a> {
     /// The certified minimum; with `level` the search ends as soon as it is known to lie above or below `-CONVERGED`.
     fn certified(&self, factors: &[f64], level: bool) -> Extremum {
         let windowed = self.windowed(factors);
-        let rms = (windowed.iter().map(|c| c * c).sum::<f64>() / (4.0 * std::f64::consts::PI)).sqrt();
+        let rms = (windowed.iter().map(|c| c * c).sum::<f64>() / (4.0 * core::f64::consts::PI)).sqrt();
         minimum_of(&windowed, WIDTH / rms, level.then_some(-CONVERGED))
     }
 

@@ -1,7 +1,14 @@
 //! Dering: the window that makes a function non-negative.
 
-use std::fmt;
-use std::str::FromStr;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::fmt;
+use core::str::FromStr;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
@@ -121,6 +128,7 @@ impl FromStr for DeringMethod {
 
 /// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct Dering {
     /// The method.
@@ -246,7 +254,7 @@ fn channel<T: Coefficient>(coefficients: &[T], c: usize) -> Vec<f64> {
 
 /// The mean over the sphere.
 fn mean(f: &[f64]) -> f64 {
-    f.first().map_or(0.0, |c| c / (4.0 * std::f64::consts::PI).sqrt())
+    f.first().map_or(0.0, |c| c / (4.0 * core::f64::consts::PI).sqrt())
 }
 
 /// The certified minimum of every channel.
@@ -256,7 +264,7 @@ fn minima<T: Coefficient>(coefficients: &[T]) -> Vec<Extremum> {
 
 /// A minimum to a width relative to the mean, or to the root mean square where the mean is not positive.
 fn minimum_to(f: &[f64], width: f64, level: Option<f64>) -> Extremum {
-    let rms = f.iter().map(|c| c * c).sum::<f64>().sqrt() / (4.0 * std::f64::consts::PI).sqrt();
+    let rms = f.iter().map(|c| c * c).sum::<f64>().sqrt() / (4.0 * core::f64::consts::PI).sqrt();
     let part = if mean(f) > 0.0 && rms.is_finite() { mean(f) / rms } else { 1.0 };
     minimum_of(f, width * part, level)
 }
@@ -346,7 +354,7 @@ fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
         .enumerate()
         .map(|(l, w)| {
             let energy: f64 = f[band_range(l)].iter().map(|c| c * c).sum();
-            w * ((2 * l + 1) as f64 * energy / (4.0 * std::f64::consts::PI)).sqrt()
+            w * ((2 * l + 1) as f64 * energy / (4.0 * core::f64::consts::PI)).sqrt()
         })
         .sum();
     2.0 * roundoff * bound / mean(f)

@@ -1,5 +1,8 @@
 //! The least change that makes three bands non-negative: two factors, found in a plane.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::order_of_slice;
 use crate::extrema::quadratic_form::{Eigensystem, QuadraticForm};
 use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
@@ -286,7 +289,7 @@ mod tests {
             let first = random.signed_vec(9);
             for f in &mut f {
                 let scale = 0.5 + random.unit();
-                *f = std::array::from_fn(|i| scale * first[i] + 0.3 * random.signed());
+                *f = core::array::from_fn(|i| scale * first[i] + 0.3 * random.signed());
                 f[0] = 0.1 + 3.0 * random.unit();
                 // Forms that hardly count and linear parts that hardly do.
                 let factor = [1.0, 1e-4, 1.0, 1e-9][case % 4];
@@ -294,7 +297,7 @@ mod tests {
                 f[1..4].iter_mut().for_each(|c| *c *= if case % 4 == 2 { 1e-6 } else { 1.0 });
             }
             let energy =
-                |band: std::ops::Range<usize>| f.iter().flat_map(|f| f[band.clone()].iter().map(|c| c * c)).sum();
+                |band: core::ops::Range<usize>| f.iter().flat_map(|f| f[band.clone()].iter().map(|c| c * c)).sum();
             let weights: [f64; 2] = [energy(1..4), energy(4..9)];
             let Some(ringing) = first_ringing(&mut channels(&f)) else { continue };
             let Some((w, worst)) = by_one_channel(&mut channels(&f), ringing, weights) else { continue };

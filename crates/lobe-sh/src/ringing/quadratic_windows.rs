@@ -1,5 +1,8 @@
 //! The windows that make one function of three bands non-negative, and the one of them with the least change.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::extrema::quadratic_form::Eigensystem;
 
 /// The most Newton steps; 3 or 4 are usual. Functions that need more are left to the cutting planes.

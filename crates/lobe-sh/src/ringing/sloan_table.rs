@@ -1,6 +1,9 @@
 //! Sloan's lower bound of a function of three bands, and his table of windows.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::sphere::vector::{dot, unit};

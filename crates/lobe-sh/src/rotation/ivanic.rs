@@ -1,5 +1,11 @@
 //! Rotation matrices of all bands by the recurrence of Ivanic and Ruedenberg, for one rotation of many expansions.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::{Coefficient, Real, Rotation};
 
@@ -279,7 +285,7 @@ fn terms(l: isize, m: isize) -> impl Iterator<Item = (f64, isize, isize)> {
     let u = root((l + m) * (l - m));
     let v = 0.5 * root((l + size - 1) * (l + size));
     let w = -0.5 * root((l - size - 1) * (l - size));
-    let sqrt_2 = std::f64::consts::SQRT_2;
+    let sqrt_2 = core::f64::consts::SQRT_2;
     let five = match m {
         0 => [(u, 0, 0), (-v * sqrt_2, 1, 1), (-v * sqrt_2, -1, -1), (0.0, 0, 0), (0.0, 0, 0)],
         1 => [(u, 0, 1), (v * sqrt_2, 1, 0), (0.0, 0, 0), (w, 1, 2), (w, -1, -2)],

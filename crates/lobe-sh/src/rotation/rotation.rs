@@ -1,5 +1,10 @@
 //! A rotation of the sphere, and of functions on it.
 
+use alloc::string::ToString;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use thiserror::Error;
 
 use crate::basis::index::{band_range, order_of_slice};
@@ -95,6 +100,11 @@ impl Rotation {
     /// If an entry is not finite, an entry of `RᵀR` is more than 1e-4 away from the identity, or the determinant
     /// is -1.
     pub fn from_matrix(matrix: [[f64; 3]; 3]) -> Result<Self, RotationError> {
+        Self::from_matrix_within(matrix, 0.0)
+    }
+
+    /// [`Rotation::from_matrix`], keeping a matrix as it is whose entries of `RᵀR` are within `rounding` of the identity.
+    pub(crate) fn from_matrix_within(matrix: [[f64; 3]; 3], rounding: f64) -> Result<Self, RotationError> {
         if !matrix.iter().flatten().all(|c| c.is_finite()) {
             return Err(RotationError::NotFinite);
         }
@@ -106,7 +116,7 @@ impl Rotation {
         if determinant < 0.0 {
             return Err(RotationError::Mirror { determinant });
         }
-        Ok(Self { matrix: nearest_orthonormal(matrix) })
+        Ok(Self { matrix: if residual < rounding { matrix } else { nearest_orthonormal(matrix) } })
     }
 
     /// The rotation of the quaternion `[x, y, z, w]`, `w` its real part; `q` and `-q` are the same rotation.
@@ -365,12 +375,12 @@ mod tests {
     fn every_description_of_one_rotation_gives_one_matrix() {
         // 120° about (1, 1, 1): x to y to z to x.
         let expected = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let quarter = std::f64::consts::FRAC_PI_2;
+        let quarter = core::f64::consts::FRAC_PI_2;
         let diagonal = Dir::new([1.0, 1.0, 1.0]).unwrap();
         for (name, rotation) in [
             ("matrix", Rotation::from_matrix(expected).unwrap()),
             ("quaternion", Rotation::from_quaternion([0.5; 4]).unwrap()),
-            ("axis and angle", Rotation::from_axis_angle(diagonal, 2.0 * std::f64::consts::FRAC_PI_3)),
+            ("axis and angle", Rotation::from_axis_angle(diagonal, 2.0 * core::f64::consts::FRAC_PI_3)),
             ("Euler angles", Rotation::from_euler_zyz(0.0, quarter, quarter)),
             ("yaw, pitch, roll", Rotation::from_yaw_pitch_roll(quarter, 0.0, quarter)),
         ] {
@@ -404,7 +414,7 @@ mod tests {
 
     #[test]
     fn euler_angles_round_trip_at_gimbal_lock_too() {
-        let pi = std::f64::consts::PI;
+        let pi = core::f64::consts::PI;
         for alpha in [-3.0, -1.0, 0.0, 0.7, pi] {
             for beta in [0.0, 1e-17, 1e-9, 1e-4, 1.0, pi - 1e-9, pi] {
                 for gamma in [-2.0, 0.0, 1.9] {

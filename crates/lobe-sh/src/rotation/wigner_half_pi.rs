@@ -1,6 +1,11 @@
 //! Wigner's d-matrices of the angle π/2, by recurrence over spinors.
 
-use std::f64::consts::SQRT_2;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::SQRT_2;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 /// Wigner's matrix of the half turn that exchanges `+x` and `+z`, on spinors of `N` indices: for `N = 2l` that is
 /// `d^l(π/2)` but for signs, see [`YzExchange`](crate::rotation::yz_exchange::YzExchange).

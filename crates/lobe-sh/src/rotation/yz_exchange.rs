@@ -1,6 +1,8 @@
 //! The exchange of the y and z axes, as matrices on the coefficients of each band.
 
-use std::f64::consts::SQRT_2;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::SQRT_2;
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
@@ -205,7 +207,7 @@ impl Block {
         let mut strips = Vec::with_capacity(rows.div_ceil(LANES) * columns);
         for first in (0..rows).step_by(LANES) {
             for column in 0..columns {
-                strips.push(std::array::from_fn(|k| if first + k < rows { entry(first + k, column) } else { 0.0 }));
+                strips.push(core::array::from_fn(|k| if first + k < rows { entry(first + k, column) } else { 0.0 }));
             }
         }
         Self { rows, columns, strips }

@@ -1,5 +1,10 @@
 //! Rotation of coefficients by Euler angles: rotations about z and fixed exchanges of y and z.
 
+use alloc::vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, order_of_slice};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
 use crate::{Coefficient, Real};

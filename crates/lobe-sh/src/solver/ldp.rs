@@ -1,5 +1,11 @@
 //! LDP, least distance programming: the shortest vector in an intersection of half spaces.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::solver::nnls::{NnlsProblem, nnls};
 
 /// The shortest vector `u` of `count` components with `g·u >= h` for every row `(g, h)`; one must exist.

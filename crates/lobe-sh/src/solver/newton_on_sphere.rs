@@ -3,6 +3,9 @@
 //! For functions that are no expansions, such as the sums of squares over channels that the encodings maximize: they have
 //! one or two broad hills, where a few Newton steps suffice.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::Dir;
 use crate::sphere::vector::{dot, tangents};
 

@@ -1,5 +1,10 @@
 //! Triangulations of the sphere, by subdividing an icosahedron.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::once::Once;
 use crate::sphere::vector::{cross, dot, unit};
 
@@ -113,7 +118,7 @@ mod tests {
                     2.0 * dot(a, cross(b, c)).atan2(1.0 + dot(a, b) + dot(b, c) + dot(c, a))
                 })
                 .sum();
-            let sphere = 4.0 * std::f64::consts::PI;
+            let sphere = 4.0 * core::f64::consts::PI;
             assert!((area - sphere).abs() < 1e-11, "{} triangles cover {area}", triangles.len());
             for v in directions() {
                 let inside = |t: &Triangle| dot(t.center, v) >= t.radius.cos();
