@@ -70,20 +70,20 @@ pub enum PeakSearch {
 #[must_use]
 pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
     let Some(f) = ShVec::from_vec(f.coefficients().to_vec()) else { unreachable!("an expansion has n² coefficients") };
-    let Some(hill) = BfgsAscent::new(&f) else { return Vec::new() };
+    let Some(ascent) = BfgsAscent::new(&f) else { return Vec::new() };
     let starts = match (search, PAPER_STARTS.get(f.order() - 1)) {
         (PeakSearch::Paper, Some(_)) => paper_starts(f.order()).to_vec(),
         _ => grid_maxima(&f, ROWS_PER_BAND * f.order(), RIDGE_SLACK),
     };
-    ascended(&hill, starts)
+    ascended(&ascent, starts)
 }
 
 /// The ends of the ascents from these points, each once, the highest first.
-fn ascended(hill: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
+fn ascended(ascent: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
     let mut peaks: Vec<Peak> = Vec::new();
     for start in starts {
-        let (dir, value) = hill.ascend(start);
-        match peaks.iter_mut().find(|known| known.dir.angle_to(dir) < hill.resolution()) {
+        let (dir, value) = ascent.ascend(start);
+        match peaks.iter_mut().find(|known| known.dir.angle_to(dir) < ascent.resolution()) {
             Some(known) if known.value >= value => {}
             Some(known) => *known = Peak { dir, value },
             None => peaks.push(Peak { dir, value }),
@@ -203,7 +203,7 @@ mod tests {
     const DENSE_ROWS_PER_BAND: usize = 33;
 
     /// The maxima that a dense grid finds, each once: every point of it as high as its eight neighbors, followed
-    /// uphill by the Newton steps of the certified minimum, which share nothing with the climbs of the search.
+    /// uphill by the Newton steps of the certified minimum, which share nothing with the ascents of the search.
     fn dense_maxima(f: &ShVec<f64>) -> Vec<Dir> {
         let rows = DENSE_ROWS_PER_BAND * f.order();
         let columns = 2 * rows;

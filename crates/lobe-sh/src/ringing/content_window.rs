@@ -129,13 +129,13 @@ impl ContentWindow {
     #[must_use]
     pub fn energy<T: Coefficient>(&self, f: &impl Expansion<T>) -> f64 {
         let f = wide(f);
-        let (calm, removed) = (windowed(&f, &self.window), self.removed(&f));
-        let mut energy = channels(calm.dot(&calm));
+        let (smooth, removed) = (windowed(&f, &self.window), self.removed(&f));
+        let mut energy = channels(smooth.dot(&smooth));
         let Some(r) = self.dir else { return energy };
         for (power, squared) in [(Self::POWER, false), (2.0 * Self::POWER, true)] {
             for (s, weight) in cap_points(r, 2 * f.order(), power) {
                 let d = removed.eval(s);
-                energy += weight * channels(if squared { d * d } else { (calm.eval(s) * d).scale(2.0) });
+                energy += weight * channels(if squared { d * d } else { (smooth.eval(s) * d).scale(2.0) });
             }
         }
         energy

@@ -20,7 +20,7 @@ use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
 use crate::{
-    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, Window, Zonal, eval_basis_into,
+    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, ShError, Window, Zonal, eval_basis_into,
     scale_bands_in_place,
 };
 
@@ -105,9 +105,15 @@ impl fmt::Display for DeringMethod {
 }
 
 impl FromStr for DeringMethod {
-    type Err = String;
+    type Err = ShError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ShError> {
+        Self::parse(text).map_err(ShError::Options)
+    }
+}
+
+impl DeringMethod {
+    fn parse(text: &str) -> Result<Self, String> {
         let (name, power) = text.split_once(':').map_or((text, None), |(name, power)| (name, Some(power)));
         match (name, power.map(str::parse::<f64>)) {
             ("least-change", None) => Ok(Self::LeastChange),
@@ -422,7 +428,7 @@ mod tests {
             assert_eq!(method.to_string(), text, "there and back");
         }
         for text in ["", "lanczos:", "lanczos:0", "lanczos:x", "hanning:3", "auto"] {
-            let message = text.parse::<DeringMethod>().unwrap_err();
+            let message = text.parse::<DeringMethod>().unwrap_err().to_string();
             assert!(message.contains("expected least-change") && !message.contains('\n'), "'{text}': {message}");
         }
     }

@@ -335,8 +335,8 @@ mod tests {
         let mut total = 0;
         let mut cumulative = Vec::new();
         for l in 0..6 {
-            let swaps = table.band(l).entries().filter(|e| (e.abs() - 1.0).abs() > 1e-14).count();
-            total += 3 * 4 * l + 2 * swaps;
+            let exchanges = table.band(l).entries().filter(|e| (e.abs() - 1.0).abs() > 1e-14).count();
+            total += 3 * 4 * l + 2 * exchanges;
             cumulative.push(total);
         }
         assert_eq!(cumulative, [0, 12, 44, 104, 194, 316], "multiplications of bands 0 to l");

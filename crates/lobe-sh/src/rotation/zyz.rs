@@ -187,10 +187,10 @@ mod tests {
             let rotation = Rotation::from_quaternion(random.quaternion()).unwrap();
             let f = ShVec::from_vec(random.signed_vec(9)).unwrap();
             let closed = rotation.rotated(&f);
-            let mut swapped = f.clone();
-            rotate_bands_zyz(rotation.zyz_cos_sin(), 0, swapped.coefficients_mut());
+            let mut exchanged = f.clone();
+            rotate_bands_zyz(rotation.zyz_cos_sin(), 0, exchanged.coefficients_mut());
             for i in 0..9 {
-                assert!((closed[i] - swapped[i]).abs() < 3e-15, "{i}: {} against {}", closed[i], swapped[i]);
+                assert!((closed[i] - exchanged[i]).abs() < 3e-15, "{i}: {} against {}", closed[i], exchanged[i]);
             }
         }
     }
