@@ -1,10 +1,22 @@
-//! Files that are never half-written: what several crates of Lobe need for keeping results on disk.
+//! Long work and its results on disk: what several crates of Lobe need for running, stopping and keeping it.
 //!
 //! | to | use |
 //! |---|---|
 //! | write a file all or nothing | [`write_atomically`]; piece by piece [`StagedWriter`]; several at once [`StagedFile`] |
+//! | watch, stop and continue long work | [`Job`], [`Progress`] |
+//! | tell one piece of work from another | [`Fingerprint`] |
+//! | keep its results in a checkpoint and continue from it | [`RecordFile`], read by [`RecordReader`] |
 //! | learn before long work whether its result can be written | [`check_writable`] |
+//! | clear away what programs that were killed have left | [`remove_abandoned`] |
 
+mod error;
+mod fingerprint;
+mod job;
+mod records;
 mod staged;
 
-pub use staged::{StagedFile, StagedWriter, check_writable, write_atomically};
+pub use error::IoError;
+pub use fingerprint::Fingerprint;
+pub use job::{Job, Progress, Watch};
+pub use records::{RecordFile, RecordFormat, RecordLayout, RecordReader};
+pub use staged::{StagedFile, StagedWriter, check_writable, remove_abandoned, write_atomically};

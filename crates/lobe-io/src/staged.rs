@@ -11,7 +11,7 @@ use tempfile::{Builder, NamedTempFile};
 ///
 /// A new file gets the usual permissions of the user, a replaced one keeps its own. A link is followed. What is
 /// neither file nor folder (a pipe, `/dev/null`) is written in place. A program that is killed while it writes leaves the
-/// temporary file; the next [`check_writable`] removes it.
+/// temporary file; the next [`remove_abandoned`] takes it away.
 ///
 /// # Errors
 /// If the folder does not exist or cannot be written, if `path` is a folder, or if `write` or the disk fails.
@@ -110,19 +110,29 @@ impl Write for StagedWriter {
     }
 }
 
-/// Whether [`write_atomically`] could write `path` now, to be asked before long work. Leaves nothing behind, and takes away what
-/// programs that were killed have left in the folder.
+/// Whether [`write_atomically`] could write `path` now, to be asked before long work. Changes nothing.
 ///
 /// # Errors
 /// Those of [`write_atomically`].
 pub fn check_writable(path: &Path) -> io::Result<()> {
     match Target::of(path)? {
         Target::InPlace(_) => Ok(()),
-        Target::Replace(path) => {
-            let temporary = temporary_beside(&path)?;
-            remove_abandoned(folder_of(&path));
-            drop(temporary);
-            Ok(())
+        Target::Replace(path) => temporary_beside(&path).map(drop),
+    }
+}
+
+/// Removes from the folder of `path` the temporary files of programs that were killed while they wrote. Those that a program
+/// has open stay; what cannot be looked at or removed does no harm and stays too.
+pub fn remove_abandoned(path: &Path) {
+    let Ok(Target::Replace(path)) = Target::of(path) else { return };
+    for entry in fs::read_dir(folder_of(&path)).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_ours = name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
+        if is_ours
+            && let Ok(file) = File::open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
         }
     }
 }
@@ -190,21 +200,6 @@ fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
         // Between its making and its locking another program may have taken it for abandoned.
         if !is_locked || temporary.path().exists() {
             return Ok(temporary);
-        }
-    }
-}
-
-/// Removes the temporary files in a folder that no program has open.
-fn remove_abandoned(folder: &Path) {
-    // What cannot be looked at or removed does no harm.
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let is_ours = name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
-        if is_ours
-            && let Ok(file) = File::open(entry.path())
-            && file.try_lock().is_ok()
-        {
-            let _ = fs::remove_file(entry.path());
         }
     }
 }
@@ -282,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn checking_removes_what_was_abandoned_and_nothing_else() {
+    fn what_was_abandoned_is_removed_when_asked_for_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let abandoned = folder.path().join(".lobe-abcdef.tmp");
         fs::write(&abandoned, "half").unwrap();
@@ -290,6 +285,8 @@ mod tests {
         let path = folder.path().join("a.txt");
         write_atomically(&path, |w| {
             check_writable(&folder.path().join("b.txt"))?;
+            assert!(abandoned.exists(), "a check removes nothing");
+            remove_abandoned(&folder.path().join("b.txt"));
             assert!(!abandoned.exists(), "the file of nobody is removed");
             assert_eq!(names(folder.path()).len(), 2, "that which is being written stays");
             w.write_all(b"whole")

@@ -11,7 +11,7 @@
 //! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | vertices where transfer needs them | [`split_adaptively`], [`split_adaptively_resumable`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
-//! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`] |
+//! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | transfer alone | [`write_transfer`], [`read_transfer`]; of a lightmap as a picture [`write_lightmap`], [`read_lightmap`] |
 //! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
@@ -50,7 +50,7 @@ pub use files::compressed_file::{
 };
 pub use files::lightmap_file::{read_lightmap, write_lightmap};
 pub use files::matrix_file::{read_matrices, read_neighborhood, write_matrices, write_neighborhood};
-pub use files::read_baked::{Baked, read_baked, read_baked_within};
+pub use files::read_baked::{Baked, BakedOrScene, read_baked, read_baked_or_scene, read_baked_within};
 pub use files::transfer_file::{read_transfer, write_transfer};
 pub use job::fingerprint::Fingerprint;
 pub use receivers::lightmap::Lightmap;

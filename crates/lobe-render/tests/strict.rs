@@ -15,11 +15,10 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use lobe_env::{ReadOptions, bundled, project_env, read_env};
+use lobe_env::{MapReadOptions, bundled, project_env, read_env};
+use lobe_image::{Measured, ZTest, compare};
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
-use lobe_render::{
-    DistantLight, LightStrategy, Measured, PathOptions, PathReceiver, PathTracer, SampleCount, ZTest, compare,
-};
+use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, load_sh_json, project};
 use rayon::prelude::*;
@@ -290,7 +289,7 @@ fn the_expansions_kept_are_those_of_the_skies() {
             println!("absent: ../shared/assets/{name}.exr; its expansion is taken as it is");
             continue;
         }
-        let found = project_env(&read_env(&path, &ReadOptions::default()).unwrap().0, HIGHEST);
+        let found = project_env(&read_env(&path, &MapReadOptions::default()).unwrap().0, HIGHEST);
         let kept = load_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
         let error = (&found - &kept).coefficients().iter().map(|c| c.luminance().abs()).fold(0.0, f64::max);
         assert!(error < 1e-6 * found[0].luminance(), "{name}: {error}");

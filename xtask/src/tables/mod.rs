@@ -16,7 +16,8 @@ mod zonal;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use crate::{Outcome, workspace};
+use crate::outcome::Outcome;
+use crate::workspace;
 use graph::{Cost, Graph, Value};
 use plan::Shape;
 use text::Function;

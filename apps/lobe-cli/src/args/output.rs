@@ -5,8 +5,9 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use lobe::io::check_writable;
-use lobe::sh::{ShError, ShFile, save_sh_json, write_sh_json};
+use clap::Args;
+use lobe::io::{check_writable, remove_abandoned};
+use lobe::sh::{Quantity, ShError, ShFile, save_sh_json, write_sh_json};
 use serde::Serialize;
 
 /// A `.sh.json` file to write, or `-` for stdout.
@@ -28,7 +29,7 @@ impl ShOutput {
         match self {
             Self::Stdout => Ok(()),
             Self::File(path) => {
-                check_file(path)?;
+                prepare_file(path)?;
                 let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
                 // A device or a pipe has no extension.
                 if !is_json && (path.is_file() || !path.exists()) {
@@ -49,9 +50,29 @@ impl ShOutput {
     }
 }
 
-/// Refuses a file that could not be written.
-pub(crate) fn check_file(path: &Path) -> anyhow::Result<()> {
+/// `--quantity`: the name of a result that has none by itself.
+#[derive(Args)]
+pub(crate) struct QuantityOption {
+    /// The quantity that the result is written as: radiance, irradiance, transfer, visibility or log-visibility [default: what
+    /// the inputs make, if that is one of these]
+    #[arg(long, value_name = "QUANTITY", value_parser = str::parse::<Quantity>)]
+    quantity: Option<Quantity>,
+}
+
+impl QuantityOption {
+    /// The quantity asked for, else the one that the inputs make; where they make none, the refusal says what to do.
+    pub(crate) fn or(&self, made: Result<Quantity, String>) -> Result<Quantity, String> {
+        match self.quantity {
+            Some(quantity) => Ok(quantity),
+            None => made.map_err(|why| format!("{why}; --quantity names the result whatever it is")),
+        }
+    }
+}
+
+/// Refuses a file that could not be written. Clears away what killed commands have left in its folder.
+pub(crate) fn prepare_file(path: &Path) -> anyhow::Result<()> {
     check_writable(path).map_err(|source| ShError::Io { place: path.display().to_string(), source })?;
+    remove_abandoned(path);
     Ok(())
 }
 

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lobe::env::{EnvMap, WriteOptions, WriteReport, write_env};
+use lobe::env::{EnvMap, MapWriteOptions, MapWriteReport, write_env};
+use lobe::image::{Picture, Tone};
 use lobe::io::write_atomically;
-use lobe::render::{Picture, Tone};
 use lobe::sh::ShError;
 
 use crate::args::input::texels_are;
@@ -50,16 +50,16 @@ impl PictureOutput {
 
     /// Refuses what could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
-        output::check_file(&self.path)
+        output::prepare_file(&self.path)
     }
 
     /// Writes the picture, and says what it is not.
     pub(crate) fn write(&self, map: &EnvMap, talk: Talk) -> anyhow::Result<()> {
-        self.write_with(map, &WriteOptions::default(), talk)
+        self.write_with(map, &MapWriteOptions::default(), talk)
     }
 
     /// Writes the picture with these options, and says what it is not.
-    pub(crate) fn write_with(&self, map: &EnvMap, options: &WriteOptions, talk: Talk) -> anyhow::Result<()> {
+    pub(crate) fn write_with(&self, map: &EnvMap, options: &MapWriteOptions, talk: Talk) -> anyhow::Result<()> {
         let name = self.path.display().to_string();
         match self.kind {
             Kind::Light => note_clamped(&name, write_env(&self.path, map, options)?, talk),
@@ -78,7 +78,7 @@ impl PictureOutput {
 }
 
 /// Says how many texels a format could not hold as they were.
-pub(crate) fn note_clamped(name: &str, report: WriteReport, talk: Talk) {
+pub(crate) fn note_clamped(name: &str, report: MapWriteReport, talk: Talk) {
     if report.clamped > 0 {
         let texels = texels_are(report.clamped);
         let instead = if name.ends_with(".exr") { "without --half it" } else { ".exr" };

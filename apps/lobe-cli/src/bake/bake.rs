@@ -163,7 +163,7 @@ impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         output::check_not_input(&self.output, self.input.path())?;
-        output::check_file(&self.output)?;
+        output::prepare_file(&self.output)?;
         let checkpoint = Checkpoint::beside(&self.output);
         if !self.fresh {
             checkpoint.check_kind(self.splitting.is_adaptive())?;

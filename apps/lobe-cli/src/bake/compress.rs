@@ -77,7 +77,7 @@ impl Compress {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
         output::check_not_input(&self.output, self.input.path())?;
-        output::check_file(&self.output)?;
+        output::prepare_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
         let options = CompressOptions {
             clusters: self.clusters,

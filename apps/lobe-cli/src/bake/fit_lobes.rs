@@ -53,7 +53,7 @@ impl FitLobes {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
         output::check_not_input(&self.output, self.input.path())?;
-        output::check_file(&self.output)?;
+        output::prepare_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
         let options = ZonalFitOptions { lobes: self.lobes, optimize: !self.closed_form, ..ZonalFitOptions::default() };
         let fitted = watched(talk, "fit", |progress| fit_zonal_watched(&transfer, &options, progress))?;

@@ -1,7 +1,8 @@
 //! A photograph as a few directional lights.
 
 use lobe::env::{EnvMap, SunOptions, extract_sun, project_env};
-use lobe::render::{Ball, Picture, Sheet, Tone, View};
+use lobe::image::{Picture, Sheet, Tone};
+use lobe::render::{Ball, View};
 use lobe::sh::{Dir, LightMetric, LightOptions, Rgb, ShVec, Zonal, convolved, extract_lights};
 
 use super::{BACKDROP, SWEEP, Sky, Writer, digits};
@@ -47,7 +48,7 @@ impl Writer<'_> {
         let above = lights.iter().map(|f| sky.tone.apply(&radiance(f)));
         let below = lights.iter().map(|f| tone.apply(&lit(f)));
         let pictures: Vec<Picture> = above.chain(below).collect();
-        let sheet = Sheet { columns: lights.len(), margin: 6, background: BACKDROP }.compose(&pictures);
+        let sheet = Sheet { columns: lights.len(), margin: 6, background: BACKDROP.into() }.compose(&pictures);
         let file = sky.file("lights.png");
         self.write(&file, &sheet, &Tone::PLAIN)?;
         self.page.figure(

@@ -3,7 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use lobe::env::irradiance_at;
-use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot, Tone, View};
+use lobe::image::Tone;
+use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot, View};
 use lobe::sh::{
     Coefficient as _, Dering, DeringMethod, DeringReport, Dir, Expansion as _, Extremum, Quantity, Rgb, ShVec,
     WindowFamily, Zonal, certified_maximum, convolved, deringed,

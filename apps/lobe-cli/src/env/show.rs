@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
-use lobe::render::{EnvironmentSheetOptions, Tone, environment_mapping_sheet};
+use lobe::image::Tone;
+use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;
@@ -41,7 +42,7 @@ impl EnvShow {
         if self.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
             bail!("-o: expected a name that ends in .png, found {}", self.output.display());
         }
-        output::check_file(&self.output)?;
+        output::prepare_file(&self.output)?;
         let map: MappedMap = self.input.read(talk)?;
         let [fine, size, last_size] = CHAIN;
         let cube = resample(&map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;

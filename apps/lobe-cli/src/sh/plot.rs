@@ -5,8 +5,9 @@ use std::str::FromStr;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use lobe::image::{Picture, Tone};
 use lobe::io::write_atomically;
-use lobe::render::{Balloon, CrossSection, CubeCross, Picture, PolarPlot, Tone};
+use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShError, ShVec};
 
 use crate::args::input::ShInput;
@@ -100,7 +101,7 @@ fn size(text: &str) -> Result<usize, String> {
 impl ShPlot {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         self.check_options()?;
-        output::check_file(&self.output.path)?;
+        output::prepare_file(&self.output.path)?;
         let f = self.function(&self.input)?;
         let others = self.beside.iter().map(|input| self.function(input)).collect::<anyhow::Result<Vec<_>>>()?;
         let bytes = self.figure(&f, &others)?;

@@ -5,11 +5,8 @@ use std::io::{self, Cursor};
 use std::path::Path;
 
 use exr::meta::MetaData;
-use exr::meta::attribute::Compression;
-use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels as _,
-    ReadLayers as _, SmallVec, Text, WritableImage as _,
-};
+use exr::prelude::{AnyChannel, AttributeValue, FlatSamples, ReadChannels as _, ReadLayers as _, Text};
+use lobe_image::{ExrAttribute, ExrLayers};
 use lobe_io::write_atomically;
 use serde_json::{Value, json};
 
@@ -68,21 +65,15 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
         "recipe": recipe,
     });
     let mut planes = planes(transfer).map_err(|source| PrtError::Io { file: file.clone(), source })?.into_iter();
-    let mut list: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
+    let mut picture = ExrLayers::new(width, width);
     for name in names(transfer.channels()) {
         for (i, plane) in planes.by_ref().take(transfer.order().pow(2)).enumerate() {
-            list.push(AnyChannel::new(channel(i, name).as_str(), FlatSamples::F32(plane)));
+            picture.channel(channel(i, name), plane);
         }
     }
-    let mut attributes = LayerAttributes::default();
-    let about = Text::from_slice_unchecked(about.to_string().as_bytes());
-    attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(about));
-    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
-    let image = Image::from_layer(Layer::new((width, width), attributes, encoding, AnyChannels::sort(list)));
-    // As much as the numbers take: a vector that grows holds up to three times as much for a while.
-    let mut bytes = Cursor::new(Vec::with_capacity(4 * receivers * transfer.row_len()));
-    image.write().to_buffered(&mut bytes).map_err(|error| PrtError::invalid(&file, error.to_string()))?;
-    write_atomically(path, |out| out.write_all(bytes.get_ref())).map_err(|source| PrtError::Io { file, source })
+    picture.attribute(ATTRIBUTE, ExrAttribute::Text(about.to_string()));
+    let bytes = picture.into_bytes().map_err(|message| PrtError::invalid(&file, message))?;
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { file, source })
 }
 
 /// The pictures of all coefficients, channel by channel.

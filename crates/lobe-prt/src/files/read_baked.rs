@@ -48,17 +48,52 @@ pub fn read_baked_within(path: impl AsRef<Path>, options: &ReadOptions) -> Resul
         });
     }
     let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
+    baked(scene, report, &attributes, &name)
+}
+
+/// A scene from a glTF file, with its transfer if the file carries any.
+#[derive(Clone, Debug)]
+pub enum BakedOrScene {
+    /// The file is baked.
+    Baked(Box<Baked>),
+    /// The file is not baked: the scene, and what else was found in the file.
+    Scene(Scene, ReadReport),
+}
+
+impl From<Scene> for BakedOrScene {
+    /// A scene of which there is nothing else to report.
+    fn from(scene: Scene) -> Self {
+        Self::Scene(scene, ReadReport::default())
+    }
+}
+
+/// Reads a .glb or .gltf file that may or may not be baked, in one pass.
+///
+/// # Errors
+/// Those of [`read_scene`](lobe_scene::read_scene) and, if the file carries transfer, those of [`read_baked`].
+pub fn read_baked_or_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Result<BakedOrScene, PrtError> {
+    let path = path.as_ref();
+    let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
+    if attributes.asset_extras()["lobe"].is_null() {
+        return Ok(BakedOrScene::Scene(scene, report));
+    }
+    let baked = baked(scene, report, &attributes, &path.display().to_string())?;
+    Ok(BakedOrScene::Baked(Box::new(baked)))
+}
+
+/// The transfer of a scene that was read from the file called `name`.
+fn baked(scene: Scene, report: ReadReport, attributes: &GltfAttributes, name: &str) -> Result<Baked, PrtError> {
     let lobe = &attributes.asset_extras()["lobe"];
-    let (order, channels) = check_extras(lobe, &name)?;
+    let (order, channels) = check_extras(lobe, name)?;
     let (transfer, compressed) = if lobe["compression"].is_object() {
-        let compressed = read_compressed(scene.meshes(), &attributes, (order, channels), &name)?;
+        let compressed = read_compressed(scene.meshes(), attributes, (order, channels), name)?;
         (compressed.to_transfer(), Some(compressed))
     } else {
         let mut coefficients = Vec::new();
         for mesh in scene.meshes() {
-            read_mesh(mesh, &attributes, (order, channels), &name, &mut coefficients)?;
+            read_mesh(mesh, attributes, (order, channels), name, &mut coefficients)?;
         }
-        (Transfer::new(order, channels, coefficients).map_err(|error| error.within(&name))?, None)
+        (Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?, None)
     };
     Ok(Baked { recipe: lobe["recipe"].clone(), scene, transfer, compressed, report })
 }

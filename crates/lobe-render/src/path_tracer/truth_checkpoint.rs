@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use lobe_prt::Fingerprint;
 
 use crate::RenderError;
-use crate::path_tracer::reference::Pixel;
+use crate::path_tracer::pixel::Pixel;
 
 /// The first bytes of a checkpoint.
 const MAGIC: &[u8; 8] = b"LOBEPICT";

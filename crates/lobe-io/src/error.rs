@@ -1,0 +1,38 @@
+//! What can go wrong with results on disk.
+
+use std::io;
+use std::path::Path;
+
+/// Why results could not be kept on disk or taken up from there, by whose fault it is.
+///
+/// Every message is one line: where, what was expected, what was found, what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum IoError {
+    /// The file holds something else than it should.
+    #[error("{place}: {message}")]
+    Invalid {
+        /// The file.
+        place: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The operating system refused.
+    #[error("{place}: {source}")]
+    Io {
+        /// The file.
+        place: String,
+        /// The refusal.
+        source: io::Error,
+    },
+}
+
+impl IoError {
+    pub(crate) fn invalid(path: &Path, message: impl Into<String>) -> Self {
+        Self::Invalid { place: path.display().to_string(), message: message.into() }
+    }
+
+    pub(crate) fn io(path: &Path, source: io::Error) -> Self {
+        Self::Io { place: path.display().to_string(), source }
+    }
+}

@@ -1,0 +1,158 @@
+//! How long work is watched, stopped and continued.
+
+use std::fmt;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How far a piece of long work is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Steps that are done: receivers, points or pixels, as the function that works says.
+    pub done: usize,
+    /// Steps in all. Work that finds its end sooner reports `done` equal to `total` then.
+    pub total: usize,
+    /// Steps that an earlier run had done, see [`Job::kept_in`].
+    pub resumed: usize,
+    /// Rays traced since the start of this run; 0 for work that traces none.
+    pub rays: u64,
+    /// Time since the start of this run.
+    pub elapsed: Duration,
+    /// The round that the other numbers are about, from 0. Only [work in rounds](Job::kept_in) has more than one.
+    pub round: usize,
+}
+
+impl Progress {
+    /// The mean pace of this run.
+    #[must_use]
+    pub fn rays_per_second(&self) -> f64 {
+        self.rays as f64 / self.elapsed.as_secs_f64().max(1e-9)
+    }
+
+    /// The time the rest will take at the mean pace of this run. None before anything is done.
+    #[must_use]
+    pub fn seconds_left(&self) -> Option<f64> {
+        let done = self.done - self.resumed;
+        (done > 0).then(|| self.elapsed.as_secs_f64() / done as f64 * (self.total - self.done) as f64)
+    }
+}
+
+/// A function that watches work: it is called some times a second, at least at the start and at the end, and says
+/// whether to go on.
+pub type Watch<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
+
+/// How a piece of long work is run: who watches it, and where it keeps its results so that it can be continued.
+///
+/// By default nobody does and nowhere. Work that is told to stop returns the error `Cancelled` of its crate.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use lobe_io::{Job, Progress};
+///
+/// fn long_work(mut job: Job<'_>) -> Option<usize> {
+///     for done in 0..=10 {
+///         if job.report(&Progress { done, total: 10, ..Progress::default() }).is_break() {
+///             return None;
+///         }
+///     }
+///     Some(10)
+/// }
+///
+/// assert_eq!(long_work(Job::default()), Some(10));
+/// let mut last = 0;
+/// let mut watch = |progress: &Progress| {
+///     last = progress.done;
+///     if last < 5 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+/// };
+/// assert_eq!(long_work(Job::default().watched_by(&mut watch)), None);
+/// assert_eq!(last, 5);
+/// ```
+#[derive(Default)]
+pub struct Job<'a> {
+    watch: Option<Watch<'a>>,
+    checkpoint: Option<PathBuf>,
+}
+
+impl<'a> Job<'a> {
+    /// Calls `watch` with the progress of the work, which is stopped where it returns [`ControlFlow::Break`].
+    #[must_use]
+    pub fn watched_by(mut self, watch: Watch<'a>) -> Self {
+        self.watch = Some(watch);
+        self
+    }
+
+    /// Keeps results in the file `path` while they are found, and takes up those that are there already: work that was
+    /// stopped, or killed at any moment, continues where it was and ends with the same bytes.
+    ///
+    /// Results reach the disk within 10 seconds. The file is locked while the work runs and refused by work with other
+    /// arguments. It remains when the work is done; remove it when the results are safe. Work in rounds that build on
+    /// each other keeps each of them in a file of its own, whose name is `path` and a suffix.
+    ///
+    /// Functions that cannot resume refuse a path as an option that cannot be.
+    #[must_use]
+    pub fn kept_in(mut self, path: impl Into<PathBuf>) -> Self {
+        self.checkpoint = Some(path.into());
+        self
+    }
+
+    /// The file that results are kept in, if any.
+    #[must_use]
+    pub fn checkpoint(&self) -> Option<&Path> {
+        self.checkpoint.as_deref()
+    }
+
+    /// Tells whoever watches how far the work is, and returns whether to go on. To be called by the work.
+    pub fn report(&mut self, progress: &Progress) -> ControlFlow<()> {
+        match &mut self.watch {
+            Some(watch) => watch(progress),
+            None => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Refuses a checkpoint, for work that cannot resume. To be called by the work before it begins.
+    ///
+    /// # Errors
+    /// The message of the refusal, if a file was given.
+    pub fn expect_no_checkpoint(&self) -> Result<(), String> {
+        match &self.checkpoint {
+            None => Ok(()),
+            Some(path) => {
+                Err(format!("expected no checkpoint for work that cannot be resumed, found {}", path.display()))
+            }
+        }
+    }
+}
+
+impl fmt::Debug for Job<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { watch, checkpoint } = self;
+        f.debug_struct("Job").field("is_watched", &watch.is_some()).field("checkpoint", checkpoint).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_that_nobody_watches_goes_on() {
+        let mut job = Job::default();
+        assert!(job.report(&Progress::default()).is_continue(), "{job:?}");
+    }
+
+    #[test]
+    fn work_that_cannot_resume_refuses_a_checkpoint() {
+        assert_eq!(Job::default().expect_no_checkpoint(), Ok(()), "no file");
+        let refused = Job::default().kept_in("a.checkpoint").expect_no_checkpoint().unwrap_err();
+        assert!(refused.ends_with("cannot be resumed, found a.checkpoint"), "{refused}");
+    }
+
+    #[test]
+    fn pace_and_rest_count_this_run_only() {
+        let elapsed = Duration::from_secs(4);
+        let progress = Progress { done: 30, total: 50, resumed: 10, rays: 800, elapsed, round: 0 };
+        assert_eq!(progress.seconds_left(), Some(4.0), "20 done in 4 s, 20 left");
+        assert_eq!(progress.rays_per_second(), 200.0, "800 rays in 4 s");
+        assert_eq!(Progress { done: 10, ..progress }.seconds_left(), None, "nothing is done yet");
+    }
+}
