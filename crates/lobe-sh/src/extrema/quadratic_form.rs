@@ -361,9 +361,9 @@ mod tests {
             let [xx, yy, zz, xy, xz, yz] = form.a;
             let (b, nu) = (form.b, form.form * random.signed());
             let [p, q, r] = x;
-            let form = [[xx, p, p], [yy, q, q], [zz, r, r], [2.0 * xy, p, q], [2.0 * xz, p, r], [2.0 * yz, q, r]];
+            let quadratic = [[xx, p, p], [yy, q, q], [zz, r, r], [2.0 * xy, p, q], [2.0 * xz, p, r], [2.0 * yz, q, r]];
             let rest = [[form.c, 1.0, 1.0], [b[0], p, 1.0], [b[1], q, 1.0], [b[2], r, 1.0]];
-            let exact = compensated(&[&form[..], &rest[..]].concat());
+            let exact = compensated(&[&quadratic[..], &rest[..]].concat());
             let amplitude = form.amplitude([1.0, 1.0]);
             let size = form.c.abs() + amplitude;
             worst[0] = worst[0].max((form.bands(x).iter().sum::<f64>() - exact).abs() / (ROUNDING * size));
