@@ -78,7 +78,7 @@
 //! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
 //! | find extreme values | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
 //! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`] |
-//! | read and write `.sh.json` | `load_sh_json`, `save_sh_json` (feature `json`, on by default) |
+//! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`, on by default) |
 //!
 //! # Types on top, slices below
 //!
@@ -183,7 +183,9 @@ pub use rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
 pub use rotation::rotation::{Rotation, RotationError, tangent_frame};
 pub use scalar::{Coefficient, Real, Rgb};
 #[cfg(feature = "json")]
-pub use sh_json::{FileCoefficients, ShFile, load_sh_json, read_sh_json, save_sh_json, write_sh_json};
+pub use sh_json::{
+    FileCoefficients, ShFile, read_sh_json, read_sh_json_bytes, read_sh_json_from, write_sh_json, write_sh_json_to,
+};
 pub use sphere::dir::Dir;
 pub use sphere::point_sets::even_directions;
 pub use sphere::quadrature::{SphereQuadrature, gauss_legendre};
