@@ -1,12 +1,14 @@
-//! Functions on the sphere as a few numbers each: the real spherical-harmonic basis, expansions in it, and what lighting
-//! does with them.
+//! Functions on the sphere as a few numbers each: the real spherical-harmonic basis, expansions in it, and what
+//! lighting does with them.
 //!
 //! A function `f(s)` of the direction `s` is kept as the coefficients of `f(s) = Σ_i f_i y_i(s)`. Then an integral of a
-//! product is a dot product, light from a whole sky onto a surface is one multiplication per band, and a rotation is exact.
+//! product is a dot product, light from a whole sky onto a surface is one multiplication per band, and a rotation is
+//! exact.
 //!
-//! The basis `y_i` is real and orthonormal with the Condon-Shortley phase kept, as in Sloan's papers, D3DX and DirectXMath:
-//! `y_1 .. y_3 = √(3/4π) (-y, z, -x)`. The flat index is `i = l(l+1) + m` for band `l`; **order** `n` counts bands, so that
-//! there are `n²` coefficients; +z is up. `CONVENTIONS.md` at the root of the repository has the figures.
+//! The basis `y_i` is real and orthonormal with the Condon-Shortley phase kept, as in Sloan's papers, D3DX and
+//! DirectXMath: `y_1 .. y_3 = √(3/4π) (-y, z, -x)`. The flat index is `i = l(l+1) + m` for band `l`; **order** `n`
+//! counts bands, so that there are `n²` coefficients; +z is up. `CONVENTIONS.md` at the root of the repository has the
+//! figures.
 //!
 //! # Example: one function
 //!
@@ -82,22 +84,22 @@
 //!
 //! # Types on top, slices below
 //!
-//! A shader's order is known at compile time, that of a file at run time. One type for both would need a heap allocation
-//! for each value or a fixed maximum. So there are two types, and every operation is written once, for a slice of `n²`
-//! coefficients (`_into`, `_in_place`), which serves both types and the caller's own arrays and vertex buffers without a
-//! copy. The price: stable Rust cannot compute `n²` in a type, so that [`Sh`] counts coefficients; and a slice of the wrong
-//! length is found at run time, by a panic that names it.
+//! A shader's order is known at compile time, that of a file at run time. One type for both would need a heap
+//! allocation for each value or a fixed maximum. So there are two types, and every operation is written once, for a
+//! slice of `n²` coefficients (`_into`, `_in_place`), which serves both types and the caller's own arrays and vertex
+//! buffers without a copy. The price: stable Rust cannot compute `n²` in a type, so that [`Sh`] counts coefficients;
+//! and a slice of the wrong length is found at run time, by a panic that names it.
 //!
-//! Coefficients have the caller's type, usually `f32`. Sums over many terms and all tables are `f64`; only the kernels for
-//! many directions or expansions at once stay in `f32`, for speed.
+//! Coefficients have the caller's type, usually `f32`. Sums over many terms and all tables are `f64`; only the kernels
+//! for many directions or expansions at once stay in `f32`, for speed.
 //!
-//! The mathematics has no errors: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for data
-//! from outside, such as files and matrices that are no rotations.
+//! The mathematics has no errors: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for
+//! data from outside, such as files and matrices that are no rotations.
 //!
 //! # Without the standard library
 //!
-//! With `default-features = false` the crate needs `core` and `alloc` only. Elementary functions then come from `libm`, so
-//! that results may differ in the last place, and files are left out.
+//! With `default-features = false` the crate needs `core` and `alloc` only. Elementary functions then come from `libm`,
+//! so that results may differ in the last place, and files are left out.
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 

@@ -19,8 +19,8 @@ impl<T> Once<T> {
         }
     }
 
-    /// The value, computed by `make` on the first call. Without the feature `std` callers cannot wait for each other: those
-    /// that come at the same time may all compute it, and one of the equal results is kept.
+    /// The value, computed by `make` on the first call. Without the feature `std` callers cannot wait for each other:
+    /// those that come at the same time may all compute it, and one of the equal results is kept.
     pub(crate) fn get_or_init(&self, make: impl FnOnce() -> T) -> &T {
         #[cfg(feature = "std")]
         return self.place.get_or_init(make);

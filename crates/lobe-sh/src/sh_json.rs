@@ -20,8 +20,8 @@ const VERSION: u64 = 1;
 /// number has an indented line of its own. A longer file is not read to its end.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// The largest coefficient: the sun's radiance has eight digits, and sums and squares of such numbers stay far inside `f64`,
-/// pictures of their functions inside `f32`.
+/// The largest coefficient: the sun's radiance has eight digits, and sums and squares of such numbers stay far inside
+/// `f64`, pictures of their functions inside `f32`.
 const LARGEST: f64 = 1e30;
 
 /// The content of a `.sh.json` file.
@@ -99,8 +99,9 @@ impl From<ShVec<Rgb<f64>>> for FileCoefficients {
 /// Reads the file at `path`. Numbers are read to the nearest `f64`.
 ///
 /// # Errors
-/// If the file cannot be read, or its text is cut off, no JSON, of another format or version, of an order outside `1..=64`,
-/// of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three numbers of at most 1e30.
+/// If the file cannot be read, or its text is cut off, no JSON, of another format or version, of an order outside
+/// `1..=64`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three numbers of at
+/// most 1e30.
 pub fn read_sh_json(path: impl AsRef<Path>) -> Result<ShFile, ShError> {
     let path = path.as_ref();
     let name = path.display().to_string();

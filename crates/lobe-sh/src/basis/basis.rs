@@ -34,9 +34,9 @@ const BLOCK: usize = 16;
 ///
 /// The structure is that of [Sloan 2013]; unnormalized, the recurrences are those of [Sloan 2008] A1, where
 /// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. The step by differences `D` is Reinsch's modification of
-/// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the poles,
-/// where neighboring `P̄` differ little, `w` is exact and the small difference is not lost in the rounding of `a z` and
-/// `b`: at order 20 in `f32` the plain recurrence has errors up to 1.1e-5 there.
+/// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the
+/// poles, where neighboring `P̄` differ little, `w` is exact and the small difference is not lost in the rounding of `a
+/// z` and `b`: at order 20 in `f32` the plain recurrence has errors up to 1.1e-5 there.
 ///
 /// Errors measured by the tests `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and
 /// `f32_stays_close_to_f64` (1.5e-6 at order 20).

@@ -13,7 +13,8 @@ use num_traits::Float as _;
 /// ```
 ///
 /// Zero for `m > l`, NaN for `|z| > 1`. Not normalized: it overflows from `l = m = 151` on (test
-/// `the_plain_function_is_finite_to_degree_150`); [`legendre_normalized`] does not. Source: [Sloan 2008] A1; DLMF 14.10.3.
+/// `the_plain_function_is_finite_to_degree_150`); [`legendre_normalized`] does not. Source: [Sloan 2008] A1; DLMF
+/// 14.10.3.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[must_use]

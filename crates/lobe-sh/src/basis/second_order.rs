@@ -40,7 +40,8 @@ impl LocalQuadratic {
         let [xx, xy, yy] = self.hessian;
         let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
         let radius = half.hypot(xy);
-        // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no cancellation.
+        // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no
+        // cancellation.
         let (a, b) = if half >= 0.0 { (radius + half, xy) } else { (xy, radius - half) };
         let length = a.hypot(b);
         let high = if length > 0.0 { [a / length, b / length] } else { [1.0, 0.0] };

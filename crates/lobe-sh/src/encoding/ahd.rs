@@ -31,9 +31,9 @@ const STARTS: [[f64; 3]; 14] = [
 ///   E(n) = A + H max(n·d, 0)
 /// ```
 ///
-/// Colors `A` and `H` and one direction `d` for all channels: nine numbers in color. Such light is kept exactly. `A` and
-/// `H` are not negative, so neither is `E`. The encoding rotates with the light. The direction jumps where two lights are
-/// equally strong: interpolate between neighbors with care.
+/// Colors `A` and `H` and one direction `d` for all channels: nine numbers in color. Such light is kept exactly. `A`
+/// and `H` are not negative, so neither is `E`. The encoding rotates with the light. The direction jumps where two
+/// lights are equally strong: interpolate between neighbors with care.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ahd<T = f32> {

@@ -36,9 +36,9 @@ pub(crate) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
 ///
 /// No normal of a surface points behind it, so that values there are free to lower the error: for the irradiance of one
 /// light by 7 % against truncation at order 3, by 25 % at order 2 (test
-/// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and 5875 at
-/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); those of the factored
-/// matrix are their square roots. After Sloan, Hall, Hart and Snyder 2003.
+/// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and
+/// 5875 at orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); those of the
+/// factored matrix are their square roots. After Sloan, Hall, Hart and Snyder 2003.
 ///
 /// # Panics
 /// If `order` is 0.

@@ -27,8 +27,8 @@ pub enum Hl2Weights {
 ///   linear:   E(n) = Σ_i c_i n'·b_i
 /// ```
 ///
-/// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal. The three directions are
-/// perpendicular to one another and 54.7° from it. The squared form is the published one, after
+/// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal. The three
+/// directions are perpendicular to one another and 54.7° from it. The squared form is the published one, after
 /// [Mitchell, McTaggart and Green 2006]. The linear form cannot represent a constant: `E = 1` becomes 3/2 along the
 /// geometric normal and 0 at the horizon.
 ///

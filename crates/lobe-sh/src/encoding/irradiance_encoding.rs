@@ -125,9 +125,9 @@ impl IrradianceEncoding {
 
     /// Encodes an irradiance given by its expansion.
     ///
-    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; encodings of the whole sphere ignore it. Encodings
-    /// that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the expansion, which
-    /// therefore needs enough bands.
+    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; encodings of the whole sphere ignore it.
+    /// Encodings that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the
+    /// expansion, which therefore needs enough bands.
     #[must_use]
     pub fn encode<T: Coefficient>(self, irradiance: &impl Expansion<T>, frame: Rotation) -> EncodedIrradiance<T> {
         use EncodedIrradiance as E;
@@ -210,8 +210,8 @@ impl<T: Coefficient> EncodedIrradiance<T> {
 /// The number of surfaces over which the error of a hemispherical encoding is averaged.
 const SURFACES: usize = 32;
 
-/// The error of an encoding over all normals and channels; `mean`, `rms` and `max` in units of the mean irradiance over all
-/// channels and normals.
+/// The error of an encoding over all normals and channels; `mean`, `rms` and `max` in units of the mean irradiance over
+/// all channels and normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncodingError {
     /// The mean of `|found - true|`.

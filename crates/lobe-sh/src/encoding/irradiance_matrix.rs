@@ -20,9 +20,9 @@ use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 ///                                                                        c_5 = √(5π)/16  = 0.247707956100376
 /// ```
 ///
-/// The form of [Ramamoorthi and Hanrahan 2001], whose `L` are those of radiance in a basis without the Condon-Shortley phase:
-/// here `L_1±1` and `L_2±1` of Lobe's basis enter with the other sign. The constants are printed there with six digits, two of
-/// them wrongly rounded (0.511664, 0.743125).
+/// The form of [Ramamoorthi and Hanrahan 2001], whose `L` are those of radiance in a basis without the Condon-Shortley
+/// phase: here `L_1±1` and `L_2±1` of Lobe's basis enter with the other sign. The constants are printed there with six
+/// digits, two of them wrongly rounded (0.511664, 0.743125).
 ///
 /// [Ramamoorthi and Hanrahan 2001]: https://cseweb.ucsd.edu/~ravir/papers/envmap/envmap.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]

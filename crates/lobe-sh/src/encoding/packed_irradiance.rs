@@ -8,7 +8,8 @@ use num_traits::Float as _;
 use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
-/// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each channel.
+/// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each
+/// channel.
 ///
 /// ```text
 ///   E(n) = A·(x, y, z, 1) + B·(xy, yz, z², zx) + C (x² - y²)        for each channel
@@ -20,7 +21,8 @@ use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 ///
 /// Signs are those of the basis with the Condon-Shortley phase. Made from radiance, `E_l = A_l L_l`, and divided by π
 /// ([`PackedIrradiance::scaled`]) the constants are those of [Sloan 2008] A10 (`c_0 = 1/(2√π)`, `c_1 = √3/(3√π)`,
-/// `c_2 = √15/(8√π)`, `c_3 = √5/(16√π)`, `c_4 = c_2/2`), and the result is the radiance reflected by a white diffuse surface.
+/// `c_2 = √15/(8√π)`, `c_3 = √5/(16√π)`, `c_4 = c_2/2`), and the result is the radiance reflected by a white diffuse
+/// surface.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +71,8 @@ impl PackedIrradiance {
         Rgb::from_channels(|c| dot4(self.a[c], linear) + dot4(self.b[c], quadratic) + self.c[c] * (x * x - y * y))
     }
 
-    /// The vectors in the order of the paper's shader, ready for upload: `cAr cAg cAb cBr cBg cBb cC`; the last number is 1.
+    /// The vectors in the order of the paper's shader, ready for upload: `cAr cAg cAb cBr cBg cBb cC`; the last number
+    /// is 1.
     #[must_use]
     pub fn to_vectors(&self) -> [[f32; 4]; 7] {
         let [r, g, b] = self.c;

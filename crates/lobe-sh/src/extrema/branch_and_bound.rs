@@ -22,18 +22,19 @@ const DESCENT_STEPS: usize = 12;
 /// The narrowest interval that subdivision can reach, in rounding errors of a value.
 const RESOLUTION: f64 = 16.0;
 
-/// The bound of fourth order is tried where its remainder is below this fraction of the gap that the second order leaves.
+/// The bound of fourth order is tried where its remainder is below this fraction of the gap that the second order
+/// leaves.
 const FOURTH_ORDER_GAP: f64 = 0.05;
 
-/// The minimum over the sphere of a function of one channel, as an interval of width `tolerance` times its root mean square
-/// `√(Σ f_i²/4π)`.
+/// The minimum over the sphere of a function of one channel, as an interval of width `tolerance` times its root mean
+/// square `√(Σ f_i²/4π)`.
 ///
-/// `lo <= min f <= hi` is proven (the source has the derivation) but for rounding, for which the interval allows four times
-/// the largest measured error (tests `rounding_errors_stay_within_their_bound` and
-/// `forms_are_evaluated_within_their_bound`); and `hi - lo <= tolerance · rms` unless the tolerance is below
-/// rounding, `4e-12` at order 10. 1e-6 is a good choice. Functions of up to three bands are quadratic forms and solved
-/// exactly; more bands are searched by branch and bound, which ends for every function and is slowest for functions that
-/// are almost constant along circles or over areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
+/// `lo <= min f <= hi` is proven (the source has the derivation) but for rounding, for which the interval allows four
+/// times the largest measured error (tests `rounding_errors_stay_within_their_bound` and
+/// `forms_are_evaluated_within_their_bound`); and `hi - lo <= tolerance · rms` unless the tolerance is below rounding,
+/// `4e-12` at order 10. 1e-6 is a good choice. Functions of up to three bands are quadratic forms and solved exactly;
+/// more bands are searched by branch and bound, which ends for every function and is slowest for functions that are
+/// almost constant along circles or over areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
 ///
 /// Order 0 and the zero function have the minimum 0 at +z. A coefficient that is not finite gives the interval
 /// from -∞ to ∞.
@@ -47,7 +48,7 @@ const FOURTH_ORDER_GAP: f64 = 0.05;
 /// let f = ShVec::impulse(3, Dir::X, 1.0);
 /// let min = certified_minimum(f.coefficients(), 1e-9);
 /// assert!(min.lo <= f.eval(min.dir) && min.hi - min.lo < 1e-7);
-/// # assert!((min.hi * 4.0 * core::f64::consts::PI + 1.8).abs() < 1e-6, "{min:?}");
+/// # assert!((min.hi * 4.0 * std::f64::consts::PI + 1.8).abs() < 1e-6, "{min:?}");
 /// ```
 ///
 /// # Panics
@@ -139,10 +140,10 @@ struct Search {
 
 /// Branch and bound over spherical triangles, the lowest bound first.
 ///
-/// Every triangle lies in the cap of [`Triangle`]; [`SmoothFunction::lower_bound`] bounds the function there from below,
-/// with an error that falls with the third power of the radius. A cell whose bound is within the width of the incumbent is
-/// pruned, all others are divided into four. The bound converges to the values in the cell, so that cells below a certain
-/// size are always pruned and the search ends.
+/// Every triangle lies in the cap of [`Triangle`]; [`SmoothFunction::lower_bound`] bounds the function there from
+/// below, with an error that falls with the third power of the radius. A cell whose bound is within the width of the
+/// incumbent is pruned, all others are divided into four. The bound converges to the values in the cell, so that cells
+/// below a certain size are always pruned and the search ends.
 pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Option<f64>) -> Extremum {
     let order = order_of_slice(coefficients);
     Basis::<f64>::with_shared(order, |basis| {
@@ -245,8 +246,8 @@ impl Search {
     }
 }
 
-/// Newton's method on the sphere, safeguarded: the curvature along each principal axis enters by its absolute value, steps
-/// are at most `1/n` long, and only those that lower the value are taken.
+/// Newton's method on the sphere, safeguarded: the curvature along each principal axis enters by its absolute value,
+/// steps are at most `1/n` long, and only those that lower the value are taken.
 pub(crate) fn newton_descent(
     start: LocalQuadratic,
     order: usize,

@@ -104,9 +104,9 @@ impl QuadraticForm {
         w[0] * self.linear + w[1] * self.form
     }
 
-    /// A lower bound of the minimum when bands 1 and 2 are scaled by factors `w` for which `other` is not negative: the bound
-    /// of the remainder `f - s f_other`, with the `s >= 0` for which bands 1 and 2 of the remainder are smallest. Tight for
-    /// light of one color.
+    /// A lower bound of the minimum when bands 1 and 2 are scaled by factors `w` for which `other` is not negative: the
+    /// bound of the remainder `f - s f_other`, with the `s >= 0` for which bands 1 and 2 of the remainder are smallest.
+    /// Tight for light of one color.
     pub(crate) fn least_beside(&self, other: &Self, w: [f64; 2]) -> f64 {
         // The inner product of the coefficients, from |b|² and |A|² with the norms √(3/4π) and √(15/8π).
         let inner = |p: &Self, q: &Self| {
@@ -134,8 +134,9 @@ impl QuadraticForm {
         (self.b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     }
 
-    /// The eigenvalues and eigenvectors. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
-    /// conditioned; a rotation in the plane perpendicular to its eigenvector gives the other two, however close they are.
+    /// The eigenvalues and eigenvectors. The eigenvalue farthest from the other two is the extreme root of a cubic, and
+    /// well conditioned; a rotation in the plane perpendicular to its eigenvector gives the other two, however close
+    /// they are.
     pub(crate) fn eigensystem(&self) -> Eigensystem {
         let isolated = self.isolated_eigenvalue();
         let axis = self.isolated_eigenvector(isolated);

@@ -71,8 +71,8 @@ impl PoleDerivatives {
     }
 }
 
-/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the tangents
-/// `a, b` are the principal axes of the curvature, the larger along `a`: `c_11 = 0`, `c_20 >= c_02`.
+/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the
+/// tangents `a, b` are the principal axes of the curvature, the larger along `a`: `c_11 = 0`, `c_20 >= c_02`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taylor {
     /// `c[i][j]`, 0 for `i + j > 4`.

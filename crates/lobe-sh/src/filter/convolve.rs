@@ -10,7 +10,8 @@ use crate::{Coefficient, Expansion, Real, Zonal};
 /// ```
 ///
 /// Bands that the kernel does not reach become zero. With [`Zonal::clamped_cosine`] radiance becomes
-/// irradiance, not divided by π. Only kernels that are symmetric about their axis keep the result a function on the sphere.
+/// irradiance, not divided by π. Only kernels that are symmetric about their axis keep the result a function on the
+/// sphere.
 ///
 /// # Panics
 /// If `coefficients` are not `n²`.
@@ -31,7 +32,7 @@ pub fn convolve_in_place<T: Coefficient>(coefficients: &mut [T], kernel: &Zonal)
 ///
 /// let sky = ShL2::constant(1.0_f64);
 /// let irradiance = convolved(&sky, &Zonal::clamped_cosine(3));
-/// assert!((irradiance.eval(Dir::Z) - core::f64::consts::PI).abs() < 1e-14);
+/// assert!((irradiance.eval(Dir::Z) - std::f64::consts::PI).abs() < 1e-14);
 /// ```
 #[must_use]
 pub fn convolved<T: Coefficient, E: Expansion<T>>(f: &E, kernel: &Zonal) -> E {

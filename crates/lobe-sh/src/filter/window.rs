@@ -49,8 +49,8 @@ pub enum Window {
         /// The band `w > 0` at which it reaches zero.
         width: f64,
     },
-    /// A power of the sigma factors of Lanczos. In one dimension `sinc` is the transform of a box, and the window averages
-    /// `p` times over an interval; on the sphere that is only an analogy.
+    /// A power of the sigma factors of Lanczos. In one dimension `sinc` is the transform of a box, and the window
+    /// averages `p` times over an interval; on the sphere that is only an analogy.
     Lanczos {
         /// The band `w > 0` at which it reaches zero.
         width: f64,

@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::{Rgb, Sh};
 
-// SAFETY: `Rgb` is `repr(C)` with three fields of one type, so that there is no padding, and every bit pattern of them is
-// a color.
+// SAFETY: `Rgb` is `repr(C)` with three fields of one type, so that there is no padding, and every bit pattern of them
+// is a color.
 unsafe impl<S: Zeroable> Zeroable for Rgb<S> {}
 
 // SAFETY: as above, and `S` is `Pod`.

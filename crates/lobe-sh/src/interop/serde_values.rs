@@ -1,8 +1,8 @@
 //! Public values by `serde` (feature `serde`), beside the types that derive it.
 //!
-//! Directions are `[x, y, z]`, rotations and axis permutations three rows, expansions and polygons their list, and what has
-//! a name is that name: a quantity `"log-visibility"`, a window `"hanning:12"`. Reading checks what a constructor would
-//! check; numbers that were written come back bit for bit.
+//! Directions are `[x, y, z]`, rotations and axis permutations three rows, expansions and polygons their list, and what
+//! has a name is that name: a quantity `"log-visibility"`, a window `"hanning:12"`. Reading checks what a constructor
+//! would check; numbers that were written come back bit for bit.
 
 use alloc::format;
 use alloc::string::{String, ToString};

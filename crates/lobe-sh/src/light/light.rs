@@ -20,7 +20,7 @@ use crate::{
 /// let light = sun.project(3, Normalization::Projected)?;
 /// // A white diffuse surface that faces it leaves E/π: the color.
 /// let irradiance = convolved(&light, &Zonal::clamped_cosine(3)).eval(Dir::X);
-/// assert!((irradiance.g / core::f64::consts::PI - 0.9).abs() < 1e-14);
+/// assert!((irradiance.g / std::f64::consts::PI - 0.9).abs() < 1e-14);
 /// # Ok::<(), lobe_sh::ShError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -61,8 +61,8 @@ pub enum Light {
         /// See [`Normalization`]; the radiance is that of the center.
         color: Rgb<f64>,
     },
-    /// A plane polygon, or any contour; see [`SphericalPolygon`]. The surface that faces it has its normal along the vector
-    /// irradiance.
+    /// A plane polygon, or any contour; see [`SphericalPolygon`]. The surface that faces it has its normal along the
+    /// vector irradiance.
     Polygon {
         /// As seen from the receiver.
         polygon: SphericalPolygon,
@@ -77,8 +77,8 @@ pub enum Light {
     /// ```
     ///
     /// With that `c` a surface facing the brighter end reflects exactly its color: `c` is 6/5 for a black ground, 1 for
-    /// equal ends. (D3DX takes 3/2, which reflects 5/4 of it.) From order 2 on the expansion is exact; at order 1 `Projected`
-    /// has `c = 2 max/(max + min)`.
+    /// equal ends. (D3DX takes 3/2, which reflects 5/4 of it.) From order 2 on the expansion is exact; at order 1
+    /// `Projected` has `c = 2 max/(max + min)`.
     Hemisphere {
         /// The zenith.
         up: Dir,
@@ -165,7 +165,7 @@ impl Light {
     ///
     /// let sky = Light::Ambient { color: Rgb::new(0.2, 0.3, 0.5) };
     /// let light: ShL2<Rgb<f32>> = sky.project_as(Normalization::Projected)?;
-    /// # assert!((light[0].g - 0.3 * (4.0 * core::f32::consts::PI).sqrt()).abs() < 1e-6, "{light:?}");
+    /// # assert!((light[0].g - 0.3 * (4.0 * std::f32::consts::PI).sqrt()).abs() < 1e-6, "{light:?}");
     /// # Ok::<(), lobe_sh::ShError>(())
     /// ```
     ///

@@ -16,9 +16,9 @@ use crate::{Basis, Dir, Rotation, ShError, ShVec};
 /// between them undetermined: the receiver lies on the edge.
 const ANTIPODAL_SINE: f64 = 1e-12;
 
-/// The length of the vector irradiance (that of a hemisphere is π) from which on it gives the middle direction in place of
-/// the sum of the vertices, which lies in the plane for a polygon around a receiver in that plane. Small polygons use the
-/// vertices, because their vector irradiance is a difference of large terms.
+/// The length of the vector irradiance (that of a hemisphere is π) from which on it gives the middle direction in place
+/// of the sum of the vertices, which lies in the plane for a polygon around a receiver in that plane. Small polygons
+/// use the vertices, because their vector irradiance is a difference of large terms.
 const LARGE: f64 = 0.1;
 
 /// A solid angle that exceeds half of the sphere by this fraction is half of the sphere but for rounding.
@@ -26,10 +26,10 @@ const HALF_TURN_ROUNDING: f64 = 1e-12;
 
 /// A polygon as seen from the origin, of radiance 1 from both sides, its edges arcs of great circles.
 ///
-/// The inside of the contour is the smaller of its two sides, so the vertices may run either way round, as the edge of a
-/// window does when seen from inside and from outside. If both are equal, because the receiver
-/// lies in the plane of the polygon and inside it, the inside is the hemisphere to the left of the contour. Concave
-/// contours need no triangulation; in one that crosses itself each loop counts with its orientation.
+/// The inside of the contour is the smaller of its two sides, so the vertices may run either way round, as the edge of
+/// a window does when seen from inside and from outside. If both are equal, because the receiver lies in the plane of
+/// the polygon and inside it, the inside is the hemisphere to the left of the contour. Concave contours need no
+/// triangulation; in one that crosses itself each loop counts with its orientation.
 ///
 /// By Stokes' theorem, because `Δy = -l(l+1) y`, the integral over the inside is one along the contour:
 ///
@@ -44,10 +44,11 @@ const HALF_TURN_ROUNDING: f64 = 1e-12;
 ///   e_lm = 1/(l(l+1)) P̄_l^m'(0) sin(mγ)/m        e_l-m = 1/(l(l+1)) P̄_l^m'(0) (1 - cos mγ)/m        e_l0: γ for sin(mγ)/m
 /// ```
 ///
-/// These numbers, rotated from that frame into the world and summed over the edges, are the coefficients: exact at every
-/// order, at the cost of one rotation for each edge. `P̄_l^m` is that of [`Basis`](crate::Basis); its derivative at 0 vanishes
-/// for even `l - m`. `f_00` is the solid angle over `√(4π)`, from signed triangles (Van Oosterom and Strackee 1983).
-/// The same boundary integral, for zonal functions and from three recurrences, is in [Wang and Ramamoorthi 2018].
+/// These numbers, rotated from that frame into the world and summed over the edges, are the coefficients: exact at
+/// every order, at the cost of one rotation for each edge. `P̄_l^m` is that of [`Basis`](crate::Basis); its derivative
+/// at 0 vanishes for even `l - m`. `f_00` is the solid angle over `√(4π)`, from signed triangles (Van Oosterom and
+/// Strackee 1983). The same boundary integral, for zonal functions and from three recurrences, is in [Wang and
+/// Ramamoorthi 2018].
 ///
 /// Errors, measured: 1e-12 against quadrature over triangles to order 10 (test
 /// `polygons_equal_quadrature_over_their_triangles`). The terms of a polygon of angular size `a` are of size `a` and
@@ -100,10 +101,11 @@ impl SphericalPolygon {
         &self.vertices
     }
 
-    /// The part of a plane polygon above the horizon of `normal`, which is what lights the surface; empty if there is none.
+    /// The part of a plane polygon above the horizon of `normal`, which is what lights the surface; empty if there is
+    /// none.
     ///
-    /// The polygon is clipped by the plane of the horizon. Pieces of a concave polygon stay joined along that plane, where
-    /// their edges cancel.
+    /// The polygon is clipped by the plane of the horizon. Pieces of a concave polygon stay joined along that plane,
+    /// where their edges cancel.
     #[must_use]
     pub fn above(&self, normal: Dir) -> Self {
         let n = normal.to_array();

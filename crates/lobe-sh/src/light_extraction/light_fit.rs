@@ -22,7 +22,8 @@ use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, direc
 pub struct DirectionalLight<T> {
     /// Towards the light.
     pub dir: Dir,
-    /// The radiance that a white diffuse surface facing the light reflects, computed from the truncated expansion as with
+    /// The radiance that a white diffuse surface facing the light reflects, computed from the truncated expansion as
+    /// with
     /// [`Normalization::Projected`](crate::Normalization::Projected).
     pub intensity: T,
 }
@@ -152,7 +153,8 @@ impl<T: Coefficient> LightProblem<T> {
     /// The least-squares intensities and ambient light for these directions, in their order, lights of zero intensity
     /// included.
     ///
-    /// Without constraints the ambient light takes up the whole DC term, and the other bands alone determine the lights.
+    /// Without constraints the ambient light takes up the whole DC term, and the other bands alone determine the
+    /// lights.
     pub(crate) fn solve(&self, dirs: &[Dir]) -> LightFit<T::Wide> {
         let count = dirs.len();
         // The DC terms of a light and of ambient light of radiance 1, whose diagonal element is 4π.

@@ -13,12 +13,12 @@ use crate::solver::bfgs_on_sphere::BfgsAscent;
 use crate::sphere::point_sets::thomson_points;
 use crate::{Dir, Expansion, ShVec, eval_basis};
 
-/// Rows of the grid for each band. With 12 rows one of the 14098 maxima of 2000 random expansions of order 6 was missed, a
-/// low hill on a ridge, hardly wider than the grid.
+/// Rows of the grid for each band. With 12 rows one of the 14098 maxima of 2000 random expansions of order 6 was
+/// missed, a low hill on a ridge, hardly wider than the grid.
 const ROWS_PER_BAND: usize = 16;
 
-/// The fraction of the strongest curvature below which a ridge counts as level, see [`may_be_highest`]. With 0.3, a grid of
-/// 12 rows for each band missed one more maximum, of order 5.
+/// The fraction of the strongest curvature below which a ridge counts as level, see [`may_be_highest`]. With 0.3, a
+/// grid of 12 rows for each band missed one more maximum, of order 5.
 const RIDGE_SLACK: f64 = 0.4;
 
 /// The numbers of start points of [Sloan 2008] for orders 1 to 6.
@@ -40,13 +40,13 @@ pub struct Peak {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum PeakSearch {
-    /// Every point of a fine grid that is as high as its eight neighbors. Several times slower than [`PeakSearch::Paper`] at
-    /// order 6 (benchmarks `light-peaks-grid` and `light-peaks-paper`).
+    /// Every point of a fine grid that is as high as its eight neighbors. Several times slower than
+    /// [`PeakSearch::Paper`] at order 6 (benchmarks `light-peaks-grid` and `light-peaks-paper`).
     #[default]
     Grid,
-    /// The 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6, solutions of Thomson's problem. Faster,
-    /// but an ascent may miss a low hill: of the maxima of random expansions 0.3 to 0.7 % are lost at orders 4 to 6, none at
-    /// 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is used.
+    /// The 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6, solutions of Thomson's problem.
+    /// Faster, but an ascent may miss a low hill: of the maxima of random expansions 0.3 to 0.7 % are lost at orders 4
+    /// to 6, none at 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is used.
     ///
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     Paper,
@@ -54,7 +54,8 @@ pub enum PeakSearch {
 
 /// All local maxima of `f`, the highest first.
 ///
-/// Ascends by BFGS ([Sloan 2008]) from every start; maxima closer than a thousandth of the shortest wavelength count as one. A constant has none, nor has a function with a coefficient that is not finite; of a ridge of constant height,
+/// Ascends by BFGS ([Sloan 2008]) from every start; maxima closer than a thousandth of the shortest wavelength count as
+/// one. A constant has none, nor has a function with a coefficient that is not finite; of a ridge of constant height,
 /// such as the equator of `-z²`, some points are returned.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
@@ -138,9 +139,9 @@ fn grid_maxima(f: &ShVec<f64>, rows: usize, slack: f64) -> Vec<Dir> {
 
 /// Tells whether a maximum may lie within a cell of a point, from its value and those of its neighbors on four lines.
 ///
-/// A point is as high as both its neighbors on a line if the slope along the line, `|a - b|`, is at most the curvature `2v -
-/// a - b`. Along a ridge the curvature is small, and rounding or a neighboring saddle would decide; there a slope up to a
-/// fraction of the strongest curvature is accepted.
+/// A point is as high as both its neighbors on a line if the slope along the line, `|a - b|`, is at most the curvature
+/// `2v - a - b`. Along a ridge the curvature is small, and rounding or a neighboring saddle would decide; there a slope
+/// up to a fraction of the strongest curvature is accepted.
 fn may_be_highest(value: f64, lines: [(f64, f64); 4], slack: f64) -> bool {
     let curvature = |(a, b): (f64, f64)| (value - a) + (value - b);
     let strongest = lines.into_iter().map(curvature).fold(0.0, f64::max);

@@ -52,9 +52,9 @@ pub struct Fit<T> {
 /// ```
 ///
 /// Unlike a projection this needs no even distribution of the directions. Each item is `(s_k, v_k, w_k)` with a
-/// finite weight `w_k >= 0`; the solid angle around the sample compensates an uneven distribution. The system is factored by Householder QR, blocks of rows
-/// at a time so that any number of samples needs only `O(n⁴)` memory, then by singular values, all in `f64`. Singular
-/// values below `ε max(samples, n²)` times the largest count as zero.
+/// finite weight `w_k >= 0`; the solid angle around the sample compensates an uneven distribution. The system is
+/// factored by Householder QR, blocks of rows at a time so that any number of samples needs only `O(n⁴)` memory, then
+/// by singular values, all in `f64`. Singular values below `ε max(samples, n²)` times the largest count as zero.
 ///
 /// A sample of weight zero is left out, whatever its value. A value that is not finite makes its channel NaN, in the
 /// expansion and in [`Fit::residual`]; the other channels keep theirs.

@@ -67,8 +67,8 @@ pub struct MonteCarloEstimate<T> {
 ///
 /// The standard error is, for random samples, `√(variance / N)` of the summands `4π f y_i`; for jittered samples
 /// the same within pairs of neighboring cells, which slightly overstates it (the means of a pair's cells differ
-/// too); for the Fibonacci spiral, which is deterministic, the difference from a spiral of half as many points, which takes
-/// `N/2` further evaluations. With fewer than two samples it is infinite.
+/// too); for the Fibonacci spiral, which is deterministic, the difference from a spiral of half as many points, which
+/// takes `N/2` further evaluations. With fewer than two samples it is infinite.
 ///
 /// # Panics
 /// If `options.samples` is 0.

@@ -83,11 +83,11 @@ pub enum DeringMethod {
     /// ```
     #[default]
     LeastChange,
-    /// Sloan's bound and table of windows, for functions of up to three bands such as irradiance: the published method, for
-    /// comparison. It blurs more than needed, because both the bound and the table are conservative.
+    /// Sloan's bound and table of windows, for functions of up to three bands such as irradiance: the published method,
+    /// for comparison. It blurs more than needed, because both the bound and the table are conservative.
     Table,
-    /// The weakest window of a family, found by bisection of its strength. Where the minimum does not rise monotonically
-    /// with the strength, a weaker window might succeed too.
+    /// The weakest window of a family, found by bisection of its strength. Where the minimum does not rise
+    /// monotonically with the strength, a weaker window might succeed too.
     Family(WindowFamily),
 }
 
@@ -140,8 +140,8 @@ pub struct Dering {
     /// The method.
     pub method: DeringMethod,
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
-    /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied to
-    /// the function itself in both cases.
+    /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied
+    /// to the function itself in both cases.
     pub kernel: Option<Zonal>,
 }
 
@@ -174,23 +174,23 @@ pub struct DeringReport {
     /// The fraction of the total energy that was lost, summed over the channels, mean included, after convolution with
     /// [`Dering::kernel`].
     pub energy_removed: f64,
-    /// For [`DeringMethod::LeastChange`], the optimality gap: the norm of the change exceeds the least possible one by at
-    /// most this fraction.
+    /// For [`DeringMethod::LeastChange`], the optimality gap: the norm of the change exceeds the least possible one by
+    /// at most this fraction.
     ///
-    /// The bound is proven: the factors that keep the function non-negative in finitely many directions, the solution of a
-    /// small quadratic program, change it no more than any factors that keep it non-negative everywhere. The gap times the
-    /// change is below 1e-5 of the norm of the function, part of which is the margin for rounding the coefficients (test
-    /// `random_probes_of_order_4_have_no_point_below_zero` and its neighbors).
+    /// The bound is proven: the factors that keep the function non-negative in finitely many directions, the solution
+    /// of a small quadratic program, change it no more than any factors that keep it non-negative everywhere. The gap
+    /// times the change is below 1e-5 of the norm of the function, part of which is the margin for rounding the
+    /// coefficients (test `random_probes_of_order_4_have_no_point_below_zero` and its neighbors).
     pub excess: Option<f64>,
 }
 
-/// Makes a function non-negative by a window that all its channels share, so that no color shifts: the channel that rings
-/// most decides.
+/// Makes a function non-negative by a window that all its channels share, so that no color shifts: the channel that
+/// rings most decides.
 ///
 /// The minimum is certified ([`certified_minimum`](crate::certified_minimum)), not sampled, and a margin is kept for
 /// rounding the coefficients. A function that is negative by no more than rounding is not changed. Every result is
-/// therefore at least `-`[`DERING_ALLOWED`] times the mean everywhere. The mean never changes, and the result turns with
-/// the light: no frame is chosen that could degenerate.
+/// therefore at least `-`[`DERING_ALLOWED`] times the mean everywhere. The mean never changes, and the result turns
+/// with the light: no frame is chosen that could degenerate.
 ///
 /// Zero stays zero. [`DeringReport::outcome`] tells why a function could not be made non-negative.
 ///
@@ -366,8 +366,8 @@ fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
     2.0 * roundoff * bound / mean(f)
 }
 
-/// Sloan's search in the table for a bound of at least `margin` times each mean; `None` if the function has more than three
-/// bands or needs a stronger window than the last.
+/// Sloan's search in the table for a bound of at least `margin` times each mean; `None` if the function has more than
+/// three bands or needs a stronger window than the last.
 fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>> {
     if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
         return None;

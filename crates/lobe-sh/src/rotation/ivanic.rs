@@ -13,8 +13,8 @@ use crate::{Coefficient, Real, Rotation};
 const VECTOR_BLOCK: usize = 8;
 const ROW_BLOCK: usize = 4;
 
-/// Columns with `|n| > STEEP l` use the form of `P` that raises `n` with the band. At this ratio both forms have the same
-/// largest row factor over the divisor `√D`, 5/4, which bounds the growth of errors: `l/√(l² - n²) = 2l/(l + n)`.
+/// Columns with `|n| > STEEP l` use the form of `P` that raises `n` with the band. At this ratio both forms have the
+/// same largest row factor over the divisor `√D`, 5/4, which bounds the growth of errors: `l/√(l² - n²) = 2l/(l + n)`.
 const STEEP: f64 = 0.6;
 
 /// The matrices of all bands of one rotation, prepared to be applied to many expansions.

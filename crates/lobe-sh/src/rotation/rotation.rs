@@ -16,8 +16,8 @@ use crate::{Coefficient, Dir, Expansion, ShError};
 /// `f32` matrices pass, a scale of 0.1 % or a shear does not.
 const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
 
-/// The tolerance of the length of a quaternion: components quantized to eight bits, as glTF allows them, pass; a quaternion
-/// that is not normalized does not.
+/// The tolerance of the length of a quaternion: components quantized to eight bits, as glTF allows them, pass; a
+/// quaternion that is not normalized does not.
 const QUATERNION_TOLERANCE: f64 = 1e-2;
 
 /// Steps of Newton's method towards the nearest rotation. The residual `e` becomes `3/4 e²`, so that two steps from
@@ -67,8 +67,9 @@ impl From<RotationError> for ShError {
 ///   g = R f      g(s) = f(R⁻¹ s)      g(R s) = f(s)
 /// ```
 ///
-/// Coefficients of any order are rotated about z between fixed exchanges of y and z, without a matrix for each band; bands 1
-/// and 2 have closed forms. To apply one rotation to many expansions, see [`RotationMatrices`](crate::RotationMatrices).
+/// Coefficients of any order are rotated about z between fixed exchanges of y and z, without a matrix for each band;
+/// bands 1 and 2 have closed forms. To apply one rotation to many expansions, see
+/// [`RotationMatrices`](crate::RotationMatrices).
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, Rotation, ShL2};
@@ -93,8 +94,8 @@ impl Rotation {
 
     /// The rotation of a matrix, given row by row, that multiplies column vectors.
     ///
-    /// The nearest rotation is kept, found with Newton's method for the polar decomposition, `R ← R (3 - RᵀR) / 2`; that
-    /// removes rounding. Exact matrices stay exact.
+    /// The nearest rotation is kept, found with Newton's method for the polar decomposition, `R ← R (3 - RᵀR) / 2`;
+    /// that removes rounding. Exact matrices stay exact.
     ///
     /// # Errors
     /// If an entry is not finite, an entry of `RᵀR` is more than 1e-4 away from the identity, or the determinant
@@ -103,7 +104,8 @@ impl Rotation {
         Self::from_matrix_within(matrix, 0.0)
     }
 
-    /// [`Rotation::from_matrix`], keeping a matrix as it is whose entries of `RᵀR` are within `rounding` of the identity.
+    /// [`Rotation::from_matrix`], keeping a matrix as it is whose entries of `RᵀR` are within `rounding` of the
+    /// identity.
     pub(crate) fn from_matrix_within(matrix: [[f64; 3]; 3], rounding: f64) -> Result<Self, RotationError> {
         if !matrix.iter().flatten().all(|c| c.is_finite()) {
             return Err(RotationError::NotFinite);
@@ -258,8 +260,8 @@ impl Rotation {
 
     /// Rotates the function whose coefficients these are.
     ///
-    /// Each band is rotated separately and in the same way at every order. The error in `f64` is that of a few roundings: the
-    /// tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
+    /// Each band is rotated separately and in the same way at every order. The error in `f64` is that of a few
+    /// roundings: the tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
     ///
     /// # Panics
     /// If the length is no perfect square.
@@ -290,8 +292,8 @@ impl Rotation {
     //
     //   R_z(-α) R = R_y(β) R_z(γ)   has the second row   (sin γ, cos γ, 0).
     //
-    // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise, but
-    // the product of the three rotations is still R, without a threshold for "close".
+    // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise,
+    // but the product of the three rotations is still R, without a threshold for "close".
     pub(crate) fn zyz_cos_sin(&self) -> [CosSin; 3] {
         let m = &self.matrix;
         let alpha = CosSin::of_vector(m[0][2], m[1][2]);

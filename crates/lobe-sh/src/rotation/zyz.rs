@@ -51,8 +51,8 @@ impl CosSin {
 /// ```
 ///
 /// `J Z(-β) J = R_y(β)`: exchanging y and z turns a rotation about z into the opposite one about y. Only the three
-/// rotations about z depend on the rotation, and no matrix is built. Not counting the entries ±1 of `J`, bands 0 to l take
-/// 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
+/// rotations about z depend on the rotation, and no matrix is built. Not counting the entries ±1 of `J`, bands 0 to l
+/// take 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
 /// `three_z_rotations_and_two_exchanges_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
 ///
 /// Source: [Pinchon and Hoggan 2007].

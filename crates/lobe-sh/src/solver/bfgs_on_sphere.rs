@@ -9,15 +9,15 @@ use crate::{Dir, Expansion, ShVec, eval_with_gradient};
 /// The most steps. From within a grid cell of a maximum some 8 are usual; a flat ridge may take several times as many.
 const STEPS: usize = 200;
 
-/// The gradient at which the ascent has converged, relative to the largest that the bands' energies allow: ten times its
-/// rounding.
+/// The gradient at which the ascent has converged, relative to the largest that the bands' energies allow: ten times
+/// its rounding.
 const FLAT: f64 = 1e-13;
 
 /// The longest step as a fraction of the shortest wavelength `2π/(n-1)`, so that the ascent stays on its hill.
 const LONGEST_STEP: f64 = 0.1;
 
-/// The distance at which a point is compared with its surroundings to tell a maximum from a saddle, as a fraction of the
-/// wavelength.
+/// The distance at which a point is compared with its surroundings to tell a maximum from a saddle, as a fraction of
+/// the wavelength.
 const LOOK_AROUND: f64 = 1e-4;
 
 /// A function on the sphere with the scales that its ascent needs.
@@ -145,8 +145,8 @@ impl<'a> BfgsAscent<'a> {
     }
 }
 
-/// The BFGS update of the inverse Hessian after a step `s` changed the gradient by `y`; `None` where the function is not
-/// concave along the step.
+/// The BFGS update of the inverse Hessian after a step `s` changed the gradient by `y`; `None` where the function is
+/// not concave along the step.
 ///
 /// ```text
 ///   H ← (1 - s yᵀ/yᵀs) H (1 - y sᵀ/yᵀs) + s sᵀ/yᵀs

@@ -27,8 +27,8 @@ pub fn even_directions(count: usize) -> impl Iterator<Item = Dir> {
     })
 }
 
-/// The solution of Thomson's problem: `count` points on the sphere that repel each other with the inverse square of their
-/// distance, in equilibrium.
+/// The solution of Thomson's problem: `count` points on the sphere that repel each other with the inverse square of
+/// their distance, in equilibrium.
 ///
 /// Each point moves along its net force without the part normal to the sphere, times a step that doubles when the
 /// energy falls and halves, the move undone, when it rises ([Sloan 2008]; the paper compares the sum of the forces, but

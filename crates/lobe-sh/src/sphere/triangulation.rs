@@ -62,8 +62,8 @@ pub(crate) fn fine_directions(order: usize) -> [&'static [f64]; 3] {
     directions.each_ref().map(Vec::as_slice)
 }
 
-/// An icosahedron subdivided until there are at least two triangles for each coefficient of a function of `order`, at most
-/// to the last level but one.
+/// An icosahedron subdivided until there are at least two triangles for each coefficient of a function of `order`, at
+/// most to the last level but one.
 pub(crate) fn triangulation(order: usize) -> &'static [Triangle] {
     triangulation_of_level(level_for(order))
 }
@@ -75,8 +75,8 @@ fn triangulation_of_level(level: usize) -> &'static [Triangle] {
     })
 }
 
-/// The triples of the twelve corners `(0, ±1, ±g)` and their cyclic permutations, `g` the golden ratio, that are one edge
-/// apart.
+/// The triples of the twelve corners `(0, ±1, ±g)` and their cyclic permutations, `g` the golden ratio, that are one
+/// edge apart.
 fn icosahedron() -> Vec<Triangle> {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut corners = Vec::new();
