@@ -28,17 +28,17 @@ mod files;
 mod job;
 mod receivers;
 mod sampling;
+mod setters;
 mod transfer;
 mod zonal;
 
-pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_adaptively_resumable};
-pub use bake::bake::{bake, bake_resumable};
-pub use bake::glossy::{TransferMatrices, bake_matrices, bake_matrices_resumable};
-pub use bake::options::{BakeOptions, BakeReport, Mode, Progress};
-pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_resumable};
+pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
+pub use bake::bake::{bake, bake_on_disk};
+pub use bake::glossy::{bake_matrices, bake_matrices_on_disk};
+pub use bake::options::{BakeOptions, BakeReport, Mode};
+pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_on_disk};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
-    error_curve_watched,
 };
 pub use compression::compressed_table::{CompressedTable, WeightBits, Weights};
 pub use compression::compressed_transfer::CompressedTransfer;
@@ -52,13 +52,13 @@ pub use files::lightmap_file::{read_lightmap, write_lightmap};
 pub use files::matrix_file::{read_matrices, read_neighborhood, write_matrices, write_neighborhood};
 pub use files::read_baked::{Baked, read_baked, read_baked_within};
 pub use files::transfer_file::{read_transfer, write_transfer};
-pub use job::fingerprint::Fingerprint;
+pub use job::fingerprint::fingerprint_scene;
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;
 pub use receivers::texel_receivers::TexelReceivers;
 pub use receivers::texel_rows::TexelRows;
-pub use transfer::matrix_rows::{MatrixRows, StoredMatrices};
 pub use transfer::transfer::{Channels, Transfer};
-pub use transfer::transfer_rows::{StoredTransfer, TransferRows};
-pub use zonal::zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal, fit_zonal_watched};
+pub use transfer::transfer_matrices::TransferMatrices;
+pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};
+pub use zonal::zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal};
 pub use zonal::zonal_transfer::ZonalTransfer;

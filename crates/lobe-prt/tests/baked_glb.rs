@@ -5,6 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lobe_io::Job;
 use lobe_prt::{BakedGlb, Channels, CompressOptions, CompressedTransfer, Transfer, WeightBits, read_baked};
 use lobe_scene::{
     Alpha, GltfDocument, LOBE_EXTRAS_VERSION, Material, Mesh, MeshParts, ReadOptions, Scene, Texture, TextureUse, Wrap,
@@ -239,8 +240,8 @@ fn compressed_transfer_comes_back_bit_for_bit() {
     BakedGlb::of_file(&input, &scene).unwrap().write(&plain, &transfer, &Value::Null).unwrap();
     for (components, weights) in [(5, WeightBits::F32), (4, WeightBits::U16), (3, WeightBits::U8), (0, WeightBits::U8)]
     {
-        let options = CompressOptions { clusters: 7, components, weights, ..CompressOptions::default() };
-        let (compressed, _) = CompressedTransfer::new(&transfer, &options).unwrap();
+        let options = CompressOptions::default().clusters(7).components(components).weights(weights);
+        let (compressed, _) = CompressedTransfer::new(&transfer, &options, Job::default()).unwrap();
         BakedGlb::of_file(&input, &scene).unwrap().write_compressed(&first, &compressed, &json!("r")).unwrap();
         parts_of(&first);
         let found = read_baked(&first).unwrap();
@@ -258,8 +259,9 @@ fn compressed_transfer_that_contradicts_itself_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(2);
-    let options = CompressOptions { clusters: 3, components: 2, ..CompressOptions::default() };
-    let (compressed, _) = CompressedTransfer::new(&transfer_of(&scene, 2, Channels::Gray), &options).unwrap();
+    let options = CompressOptions::default().clusters(3).components(2);
+    let (compressed, _) =
+        CompressedTransfer::new(&transfer_of(&scene, 2, Channels::Gray), &options, Job::default()).unwrap();
     BakedGlb::of_scene(&scene).write_compressed(&path, &compressed, &Value::Null).unwrap();
     let (json, bytes) = parts_of(&path);
     for (pointer, value, part) in [

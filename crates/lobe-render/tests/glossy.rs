@@ -16,6 +16,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use lobe_env::{DfgTable, bundled, project_env};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Channels, Mode, Receivers, TransferMatrices, bake_matrices};
 use lobe_render::{
     Camera, DistantLight, Measured, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, TruthOptions, ZTest,
@@ -89,9 +90,9 @@ fn mirrored(n: Dir, v: Dir) -> Dir {
 
 fn matrices(scene: &Scene, receivers: &Receivers, mode: Mode, bounces: usize, seed: u64) -> TransferMatrices {
     let samples = PER_SET as u32;
-    let options = BakeOptions { mode, order: HIGHEST, samples, bounces, energy_stop: 0.0, seed, channels: None };
-    let go_on = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
-    bake_matrices(scene, &Bvh::new(scene), receivers, &options, go_on).unwrap().0
+    let options =
+        BakeOptions::default().mode(mode).order(HIGHEST).samples(samples).bounces(bounces).energy_stop(0.0).seed(seed);
+    bake_matrices(scene, &Bvh::new(scene), receivers, &options, Job::default()).unwrap().0
 }
 
 /// What is sent by each receiver, for each lobe and view of [`cases`].

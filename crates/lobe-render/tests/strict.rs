@@ -12,10 +12,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use lobe_env::{ReadOptions, bundled, project_env, read_env};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
 use lobe_render::{
     DistantLight, LightStrategy, Measured, PathOptions, PathReceiver, PathTracer, SampleCount, ZTest, compare,
@@ -134,17 +134,14 @@ fn in_sets(receivers: &Receivers) -> Receivers {
 
 /// By transfer: one bake for all sets, since each begins with a pilot of as much work as many receivers are.
 fn baked(scene: &Scene, bvh: &Bvh, receivers: &Receivers, mode: Mode, samples: usize) -> Vec<Radiances> {
-    let options = BakeOptions {
-        mode,
-        order: HIGHEST,
-        samples: samples as u32,
-        bounces: BOUNCES,
-        energy_stop: 0.0,
-        seed: 0,
-        channels: None,
-    };
-    let keep_going = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
-    let (transfer, _): (Transfer, _) = bake(scene, bvh, &in_sets(receivers), &options, keep_going).unwrap();
+    let options = BakeOptions::default()
+        .mode(mode)
+        .order(HIGHEST)
+        .samples(samples as u32)
+        .bounces(BOUNCES)
+        .energy_stop(0.0)
+        .seed(0);
+    let (transfer, _): (Transfer, _) = bake(scene, bvh, &in_sets(receivers), &options, Job::default()).unwrap();
     let mut sets = vec![Radiances::new(); SETS];
     for light in rotated_skies() {
         for order in ORDERS {

@@ -34,10 +34,10 @@ pub enum SceneError {
         message: String,
     },
     /// The operating system refused.
-    #[error("{file}: {source}")]
+    #[error("{place}: {source}")]
     Io {
         /// The file.
-        file: String,
+        place: String,
         /// The refusal.
         source: io::Error,
     },

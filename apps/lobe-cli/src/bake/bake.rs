@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
+use lobe::io::Fingerprint;
 use lobe::prt::{
-    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Fingerprint, Grid, Mode,
-    Receivers, TexelReceivers, Transfer, bake_matrices_resumable, bake_neighborhood_resumable, bake_resumable,
+    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Mode, Receivers,
+    TexelReceivers, Transfer, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, fingerprint_scene,
     write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 use lobe::scene::{Bounds, Bvh, Scene};
@@ -231,15 +232,14 @@ impl Bake {
 
     fn bake_options(&self) -> BakeOptions {
         let defaults = BakeOptions::default();
-        BakeOptions {
-            mode: self.mode.mode(),
-            order: self.order,
-            samples: self.samples,
-            bounces: self.bounces.unwrap_or(defaults.bounces),
-            energy_stop: self.energy_stop.unwrap_or(defaults.energy_stop),
-            seed: self.seed,
-            channels: None,
-        }
+        defaults
+            .clone()
+            .mode(self.mode.mode())
+            .order(self.order)
+            .samples(self.samples)
+            .bounces(self.bounces.unwrap_or(defaults.bounces))
+            .energy_stop(self.energy_stop.unwrap_or(defaults.energy_stop))
+            .seed(self.seed)
     }
 
     /// The scene with further vertices where transfer changes, if the options say so. What cannot be kept is found before.
@@ -281,8 +281,8 @@ impl Bake {
             transfer,
         )?;
         let bvh = Bvh::new(&world.near);
-        let (transfer, report) = checkpoint
-            .watched(talk, |path, progress| bake_resumable(&world.near, &bvh, &receivers, &options, path, progress))?;
+        let (transfer, report) =
+            checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, &receivers, &options, job))?;
         let mut recipe = self.recipe(world.scene, &report);
         let Some(compression) = self.compression.options() else {
             write_watched(&transfer, talk, |transfer| match glb {
@@ -292,8 +292,7 @@ impl Bake {
             return Ok((report, None));
         };
         let loaded = transfer.load()?;
-        let compressed =
-            watched(talk, "compress", |progress| CompressedTransfer::new_watched(&loaded, &compression, progress))?;
+        let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&loaded, &compression, job))?;
         let Ok((compressed, saved)) = compressed else { return stopped() };
         stop_before_writing()?;
         recipe["relative_error"] = json!(saved.relative_error);
@@ -309,9 +308,8 @@ impl Bake {
         let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(&world.near, receivers.is_gray()));
         checkpoint.check_room(&self.output, bytes, bytes)?;
         let bvh = Bvh::new(&world.near);
-        let (matrices, report) = checkpoint.watched(talk, |path, progress| {
-            bake_matrices_resumable(&world.near, &bvh, &receivers, &options, path, progress)
-        })?;
+        let (matrices, report) =
+            checkpoint.watched(talk, |job| bake_matrices_on_disk(&world.near, &bvh, &receivers, &options, job))?;
         let recipe = self.recipe(world.scene, &report);
         write_watched(&matrices, talk, |matrices| write_matrices(&self.output, matrices, &recipe))?;
         Ok(report)
@@ -332,9 +330,8 @@ impl Bake {
             [width * width, texels.receivers().len()].map(|points| bytes(points, self.order.pow(2), channels));
         checkpoint.check_room(&self.output, picture, receivers)?;
         let bvh = Bvh::new(&world.near);
-        let (transfer, report) = checkpoint.watched(talk, |path, progress| {
-            bake_resumable(&world.near, &bvh, texels.receivers(), &options, path, progress)
-        })?;
+        let (transfer, report) =
+            checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, texels.receivers(), &options, job))?;
         let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(world.scene, &report));
         write_watched(&picture, talk, |rows| match has_extension(&self.output, "exr") {
             true => write_lightmap(&self.output, rows, &recipe),
@@ -365,9 +362,8 @@ impl Bake {
         let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(&world.near, true));
         checkpoint.check_room(&self.output, bytes, bytes)?;
         let bvh = Bvh::new(&world.near);
-        let (matrices, report) = checkpoint.watched(talk, |path, progress| {
-            bake_neighborhood_resumable(&world.near, &bvh, &near, &options, path, progress)
-        })?;
+        let (matrices, report) =
+            checkpoint.watched(talk, |job| bake_neighborhood_on_disk(&world.near, &bvh, &near, &options, job))?;
         let recipe = self.recipe(world.scene, &report);
         write_watched(&matrices, talk, |matrices| write_neighborhood(&self.output, &grid, matrices, &recipe))?;
         Ok(report)
@@ -408,12 +404,12 @@ impl Bake {
     /// Everything that decides the bytes of the output, and nothing that differs from run to run.
     fn recipe(&self, scene: &Scene, report: &BakeReport) -> Value {
         let mut fingerprint = Fingerprint::of_kind(0);
-        fingerprint.scene(scene);
+        fingerprint_scene(&mut fingerprint, scene);
         let options = self.bake_options();
         let compression = self.compression.options();
         json!({
             "scene": self.input.file_name(),
-            "scene_hash": fingerprint.bits().map(|bits| format!("{bits:016x}")).concat(),
+            "scene_hash": fingerprint.to_string(),
             "mode": self.mode.name(),
             "order": options.order,
             "samples": options.samples,

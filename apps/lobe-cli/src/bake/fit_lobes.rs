@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal_watched, write_zonal_transfer};
+use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal, write_zonal_transfer};
 use serde::Serialize;
 use serde_json::json;
 
@@ -55,8 +55,8 @@ impl FitLobes {
         output::check_not_input(&self.output, self.input.path())?;
         output::prepare_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
-        let options = ZonalFitOptions { lobes: self.lobes, optimize: !self.closed_form, ..ZonalFitOptions::default() };
-        let fitted = watched(talk, "fit", |progress| fit_zonal_watched(&transfer, &options, progress))?;
+        let options = ZonalFitOptions::default().lobes(self.lobes).optimize(!self.closed_form);
+        let fitted = watched(talk, "fit", |job| fit_zonal(&transfer, &options, job))?;
         let Ok((zonal, report)) = fitted else {
             bail!("stopped; nothing is written, and the same command starts anew")
         };

@@ -9,8 +9,7 @@ use std::time::Instant;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, WriteOptions, write_env};
-use lobe::io::{StagedFile, StagedWriter};
-use lobe::prt::Progress;
+use lobe::io::{Progress, StagedFile, StagedWriter};
 use lobe::render::{
     AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
     SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
@@ -296,7 +295,13 @@ impl Render {
                     resumed += steps;
                 }
                 is_told = true;
-                let progress = Progress { done: k * STEPS + steps, total, resumed, rays: 0, elapsed: begin.elapsed() };
+                let progress = Progress {
+                    done: k * STEPS + steps,
+                    total,
+                    resumed,
+                    elapsed: begin.elapsed(),
+                    ..Progress::default()
+                };
                 line.show(progress.done, total, None, progress.seconds_left());
                 ctrl_c::go_on()
             });

@@ -350,15 +350,14 @@ impl Asked {
 
     /// Transfer as it was read. Its recipe says how backs are baked: as its fronts were.
     fn of_file(&self, name: String, recipe: &Value, places: Places, front: Response) -> SceneTransfer {
-        let defaults = BakeOptions { mode: self.mode, order: front.order(), ..BakeOptions::default() };
+        let defaults = BakeOptions::default().mode(self.mode).order(front.order());
         let number = |key: &str| recipe[key].as_u64();
-        let options = BakeOptions {
-            samples: number("samples").and_then(|n| u32::try_from(n).ok()).unwrap_or(defaults.samples),
-            bounces: number("bounces").and_then(|n| usize::try_from(n).ok()).unwrap_or(defaults.bounces),
-            energy_stop: recipe["energy_stop"].as_f64().unwrap_or(defaults.energy_stop),
-            seed: number("seed").unwrap_or(defaults.seed),
-            ..defaults
-        };
+        let options = defaults
+            .clone()
+            .samples(number("samples").and_then(|n| u32::try_from(n).ok()).unwrap_or(defaults.samples))
+            .bounces(number("bounces").and_then(|n| usize::try_from(n).ok()).unwrap_or(defaults.bounces))
+            .energy_stop(recipe["energy_stop"].as_f64().unwrap_or(defaults.energy_stop))
+            .seed(number("seed").unwrap_or(defaults.seed));
         SceneTransfer { places, front, back: None, shine: self.shine(), options, file: Some(name) }
     }
 
@@ -375,13 +374,12 @@ fn bake_now(
 ) -> anyhow::Result<(Scene, Bvh, SceneTransfer)> {
     let scene = input.read(talk)?;
     let defaults = BakeOptions::default();
-    let options = BakeOptions {
-        mode: asked.mode,
-        order: asked.order.unwrap_or(defaults.order),
-        samples: asked.samples.map_or(defaults.samples, |n| n as u32),
-        bounces: asked.bounces.unwrap_or(defaults.bounces),
-        ..defaults
-    };
+    let options = defaults
+        .clone()
+        .mode(asked.mode)
+        .order(asked.order.unwrap_or(defaults.order))
+        .samples(asked.samples.map_or(defaults.samples, |n| n as u32))
+        .bounces(asked.bounces.unwrap_or(defaults.bounces));
     check_memory(memory, &scene, scene.vertex_count(), &options, asked.lobe.is_some())?;
     let (receivers, bvh) = (Receivers::at_vertices(&scene)?, Bvh::new(&scene));
     let front = Response::bake(&scene, &bvh, &receivers, &options, asked.lobe.is_some(), talk)?;

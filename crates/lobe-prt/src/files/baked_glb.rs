@@ -169,7 +169,7 @@ impl BakedGlb {
             out.write_all(shared)?;
             out.write_all(&[0; 3][..padding(shared.len())])
         })
-        .map_err(|source| PrtError::Io { file: path.display().to_string(), source })
+        .map_err(|source| PrtError::Io { place: path.display().to_string(), source })
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.

@@ -67,7 +67,7 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
         "channels": transfer.channels().count(),
         "recipe": recipe,
     });
-    let mut planes = planes(transfer).map_err(|source| PrtError::Io { file: file.clone(), source })?.into_iter();
+    let mut planes = planes(transfer).map_err(|source| PrtError::Io { place: file.clone(), source })?.into_iter();
     let mut list: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
     for name in names(transfer.channels()) {
         for (i, plane) in planes.by_ref().take(transfer.order().pow(2)).enumerate() {
@@ -82,7 +82,7 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
     // As much as the numbers take: a vector that grows holds up to three times as much for a while.
     let mut bytes = Cursor::new(Vec::with_capacity(4 * receivers * transfer.row_len()));
     image.write().to_buffered(&mut bytes).map_err(|error| PrtError::invalid(&file, error.to_string()))?;
-    write_atomically(path, |out| out.write_all(bytes.get_ref())).map_err(|source| PrtError::Io { file, source })
+    write_atomically(path, |out| out.write_all(bytes.get_ref())).map_err(|source| PrtError::Io { place: file, source })
 }
 
 /// The pictures of all coefficients, channel by channel.
@@ -108,7 +108,7 @@ fn planes(transfer: &dyn TransferRows) -> io::Result<Vec<Vec<f32>>> {
 pub fn read_lightmap(path: impl AsRef<Path>) -> Result<(Transfer, Value), PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| PrtError::Io { file: name.clone(), source })?;
+    let bytes = fs::read(path).map_err(|source| PrtError::Io { place: name.clone(), source })?;
     lightmap_of_bytes(&bytes, &name)
 }
 

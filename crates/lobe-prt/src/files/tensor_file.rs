@@ -56,7 +56,7 @@ pub(crate) fn write(path: &Path, header: &impl Serialize, tensors: &[Tensor]) ->
     let views = views.map_err(|e: safetensors::SafeTensorError| invalid(e.to_string()))?;
     let metadata = HashMap::from([(ENTRY.to_owned(), header)]);
     let bytes = serialize(views, Some(metadata)).map_err(|e| invalid(e.to_string()))?;
-    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { file, source })
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { place: file, source })
 }
 
 /// One tensor of `f32` that need not be in memory.
@@ -97,7 +97,7 @@ pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Stre
         }
         Ok(())
     });
-    written.map_err(|source| PrtError::Io { file, source })
+    written.map_err(|source| PrtError::Io { place: file, source })
 }
 
 /// A file's bytes.
@@ -105,7 +105,7 @@ pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Stre
 /// # Errors
 /// [`PrtError::Io`] if it cannot be read.
 pub(crate) fn load(path: &Path) -> Result<Vec<u8>, PrtError> {
-    fs::read(path).map_err(|source| PrtError::Io { file: path.display().to_string(), source })
+    fs::read(path).map_err(|source| PrtError::Io { place: path.display().to_string(), source })
 }
 
 /// What the bytes of a file say that they are, if they are tensors of ours.

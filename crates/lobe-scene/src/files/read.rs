@@ -75,7 +75,7 @@ pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
     let name = path.display().to_string();
     match read_regular(path) {
         Ok(bytes) => Ok((name, bytes)),
-        Err(source) => Err(SceneError::Io { file: name, source }),
+        Err(source) => Err(SceneError::Io { place: name, source }),
     }
 }
 
@@ -239,6 +239,6 @@ impl<'a> Source<'a> {
         };
         let path = folder.join(relative);
         read_regular(&path)
-            .map_err(|source| SceneError::Io { file: format!("{}, named by {}", path.display(), self.name), source })
+            .map_err(|source| SceneError::Io { place: format!("{}, named by {}", path.display(), self.name), source })
     }
 }
