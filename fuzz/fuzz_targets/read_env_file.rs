@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use lobe_env::{EnvFile, ReadOptions, read_env_file_bytes};
+use lobe_env::{EnvFile, MapReadOptions, read_env_file_bytes};
 use lobe_sh::Rgb;
 
 /// Small enough that no input takes long, large enough that every path is reached.
@@ -13,7 +13,7 @@ fn assert_finite(texels: &[Rgb<f32>]) {
 }
 
 fuzz_target!(|bytes: &[u8]| {
-    let options = ReadOptions { max_texels: MAX_TEXELS, ..ReadOptions::default() };
+    let options = MapReadOptions::default().max_texels(MAX_TEXELS);
     match read_env_file_bytes(bytes, "fuzz", &options) {
         Ok((EnvFile::LatLong(map), report)) => {
             assert_eq!((map.width(), map.height()), (report.width, report.height), "size in the report");

@@ -2,14 +2,15 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use lobe_env::{ReadOptions, read_raster_bytes};
+use lobe_image::read_picture_bytes;
+use lobe_env::MapReadOptions;
 
 /// Small enough that no input takes long, large enough that every path is reached.
 const MAX_TEXELS: usize = 1 << 20;
 
 fuzz_target!(|bytes: &[u8]| {
-    let options = ReadOptions { max_texels: MAX_TEXELS, ..ReadOptions::default() };
-    match read_raster_bytes(bytes, "fuzz", &options) {
+    let options = PictureReadOptions::default().max_texels(MAX_TEXELS);
+    match read_picture_bytes(bytes, "fuzz", &options) {
         Ok((raster, _)) => {
             assert_eq!(raster.texels.len(), raster.width * raster.height, "texels of the picture");
             assert!(

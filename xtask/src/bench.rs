@@ -5,7 +5,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::{Outcome, workspace};
+use crate::outcome::Outcome;
+use crate::workspace;
 
 /// What a benchmark is held against: nanoseconds an item on the reference machine, two AVX-512 Xeon cores at 3.8 GHz,
 /// one thread, every peer in its own best build and checked to give the same numbers.

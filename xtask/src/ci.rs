@@ -1,7 +1,8 @@
 //! The two chores made of steps: `ci` is all that continuous integration checks, `quick` its fast part.
 
+use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
-use crate::{Outcome, arch, documents, goldens, sizes};
+use crate::{arch, documents, goldens, sizes, toolchain};
 
 const DENY_DOC_WARNINGS: &[(&str, &str)] = &[("RUSTDOCFLAGS", "-D warnings")];
 
@@ -15,6 +16,31 @@ const CLIPPY: Step =
 /// The mathematics alone, without files.
 const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
+/// The mathematics on a target without an operating system: nothing of the standard library is used.
+const NO_STD: Step = Step {
+    name: "no-std",
+    work: Work::Where(
+        toolchain::has_wasm32,
+        "cargo",
+        "check --package lobe-sh --no-default-features --target wasm32-unknown-unknown",
+    ),
+};
+/// The oldest Rust that the Cargo.toml files promise.
+const OLDEST_RUST: Step = Step {
+    name: "oldest-rust",
+    work: Work::Where(
+        toolchain::has_oldest_rust,
+        "rustup",
+        "run 1.95.0 cargo check --workspace --all-targets --target-dir target/oldest-rust",
+    ),
+};
+/// Slips of the pen.
+const TYPOS: Step = Step { name: "typos", work: Work::Tool("typos", "--format brief", "pip install typos") };
+/// Licenses, and crates that are there twice; see deny.toml.
+const DENY: Step = Step {
+    name: "deny",
+    work: Work::Tool("cargo-deny", "--workspace check bans licenses sources", "cargo install --locked cargo-deny"),
+};
 /// What maintainers see: every link is checked, those of private items too.
 const DOCS_PRIVATE: Step = Step {
     name: "docs-private",
@@ -57,6 +83,8 @@ pub(crate) fn ci() -> Outcome {
         FMT,
         FMT_FUZZ,
         FMT_PEERS,
+        TYPOS,
+        DENY,
         ARCH,
         SIZES,
         DOCUMENTS,
@@ -64,6 +92,8 @@ pub(crate) fn ci() -> Outcome {
         CLIPPY,
         PEERS,
         FEATURES,
+        NO_STD,
+        OLDEST_RUST,
         DOCS_PRIVATE,
         DOCS,
         TEST,

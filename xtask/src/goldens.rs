@@ -2,7 +2,8 @@
 
 use serde_json::Value;
 
-use crate::{Outcome, workspace};
+use crate::outcome::Outcome;
+use crate::workspace;
 
 const STORE: &str = "crates/lobe-testkit/golden/goldens.json";
 

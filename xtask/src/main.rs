@@ -5,15 +5,17 @@ mod bench;
 mod ci;
 mod documents;
 mod goldens;
+mod outcome;
+mod outputs;
 mod sizes;
 mod step;
 mod tables;
+mod toolchain;
 mod workspace;
 
 use std::process::ExitCode;
 
-/// What a chore comes back with: nothing, or one line for each fault it found.
-pub(crate) type Outcome = Result<(), Vec<String>>;
+use outcome::Outcome;
 
 /// A chore: the arguments after its name in, an [`Outcome`] out.
 type Chore = fn(&[String]) -> Outcome;
@@ -22,13 +24,18 @@ type Chore = fn(&[String]) -> Outcome;
 const CHORES: &[(&str, &str, Chore)] = &[
     ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),
-    ("arch", "the arrows of ARCHITECTURE.md against those of the Cargo.toml files", |_| arch::check()),
+    (
+        "arch",
+        "ARCHITECTURE.md's arrows against the code's, circles between files; --circles, --draw [CRATE]",
+        arch::run,
+    ),
     ("sizes", "the length of every Rust file", |_| sizes::check()),
     ("bench", "the benchmarks beside their peers and floors; --table prints the last results", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
     ("tables", "writes the generated products of lobe-sh; with --check only compares", |arguments| {
         tables::run(arguments.iter().any(|argument| argument == "--check"))
     }),
+    ("outputs", "two builds of the command write the same bytes: PROGRAM-BEFORE PROGRAM-AFTER", outputs::run),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];
 

@@ -1,6 +1,7 @@
 //! `sizes`: no Rust file grows past what one reads in one go. The length of functions is clippy's `too_many_lines`.
 
-use crate::{Outcome, workspace};
+use crate::outcome::Outcome;
+use crate::workspace;
 
 /// From here on a file is named, so that its next change considers splitting it.
 const SOFT_LIMIT: usize = 500;

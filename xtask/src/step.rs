@@ -1,16 +1,31 @@
 //! Steps run one after the other, each with its time.
 
+use std::ffi::OsStr;
 use std::process::Command;
 use std::time::Instant;
 
-use crate::{Outcome, workspace};
+use crate::outcome::Outcome;
+use crate::workspace;
 
 /// What a step does.
 pub(crate) enum Work {
     /// A cargo command, and what it adds to the environment.
     Cargo(&'static str, &'static [(&'static str, &'static str)]),
+    /// A program and its arguments that need something of the machine: run where that is there, skipped with the reason
+    /// where it is not.
+    Where(fn() -> Result<(), String>, &'static str, &'static str),
+    /// A program that is not part of Rust, its arguments, and how to get it. Continuous integration has all of them;
+    /// elsewhere the step is skipped without it.
+    Tool(&'static str, &'static str, &'static str),
     /// A chore of this program.
     Chore(fn() -> Outcome),
+}
+
+/// How a step ended that found no fault.
+enum Passed {
+    Whole,
+    /// Not run, for this reason.
+    Skipped(String),
 }
 
 /// A named piece of a longer chore.
@@ -24,18 +39,27 @@ pub(crate) fn run_all(steps: &[Step]) -> Outcome {
     let start = Instant::now();
     let mut summary = String::new();
     let mut faults = Vec::new();
+    let mut skipped = 0;
     for step in steps {
         println!("==> {}{}", step.name, step.command());
         let step_start = Instant::now();
         let outcome = step.run();
-        let verdict = if outcome.is_ok() { "passed" } else { "FAILED" };
+        let verdict = match &outcome {
+            Ok(Passed::Whole) => "passed",
+            Ok(Passed::Skipped(reason)) => {
+                println!("SKIPPED {}: {reason}", step.name);
+                skipped += 1;
+                "skipped"
+            }
+            Err(_) => "FAILED",
+        };
         let seconds = step_start.elapsed().as_secs_f64();
         println!("<== {} {verdict} after {seconds:.1} s", step.name);
-        summary += &format!("{:<14} {verdict} {seconds:7.1} s\n", step.name);
+        summary += &format!("{:<14} {verdict:<7} {seconds:7.1} s\n", step.name);
         faults.extend(outcome.err().into_iter().flatten().map(|fault| format!("{}: {fault}", step.name)));
     }
     let seconds = start.elapsed().as_secs_f64();
-    println!("\n{summary}{:<14} {:6} {seconds:7.1} s", "all", "");
+    println!("\n{summary}{:<14} {:7} {seconds:7.1} s, {skipped} skipped", "all", "");
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
@@ -48,22 +72,40 @@ impl Step {
                     environment.iter().map(|(name, value)| format!("{name}='{value}' ")).collect();
                 format!(": {environment}cargo {arguments}")
             }
+            Work::Where(_, program, arguments) | Work::Tool(program, arguments, _) => {
+                format!(": {program} {arguments}")
+            }
             Work::Chore(_) => format!(": cargo xtask {}", self.name),
         }
     }
 
-    fn run(&self) -> Outcome {
+    fn run(&self) -> Result<Passed, Vec<String>> {
         match self.work {
-            Work::Chore(chore) => chore(),
-            Work::Cargo(arguments, environment) => {
-                let status = Command::new(workspace::cargo())
-                    .args(arguments.split_whitespace())
-                    .envs(environment.iter().copied())
-                    .current_dir(workspace::root())
-                    .status()
-                    .map_err(|error| vec![format!("cargo did not start: {error}")])?;
-                if status.success() { Ok(()) } else { Err(vec![format!("`cargo {arguments}` failed ({status})")]) }
-            }
+            Work::Chore(chore) => chore().map(|()| Passed::Whole),
+            Work::Cargo(arguments, environment) => command(&workspace::cargo(), arguments, environment),
+            Work::Where(is_there, program, arguments) => match is_there() {
+                Ok(()) => command(program.as_ref(), arguments, &[]),
+                Err(reason) => Ok(Passed::Skipped(reason)),
+            },
+            Work::Tool(program, arguments, how_to_get_it) => match Command::new(program).arg("--version").output() {
+                Ok(_) => command(program.as_ref(), arguments, &[]),
+                Err(_) if std::env::var_os("CI").is_none() => {
+                    Ok(Passed::Skipped(format!("{program} is not installed; {how_to_get_it}")))
+                }
+                Err(error) => Err(vec![format!("{program} did not start: {error}; {how_to_get_it}")]),
+            },
         }
     }
+}
+
+/// Runs a program at the root of the repository.
+fn command(program: &OsStr, arguments: &str, environment: &[(&str, &str)]) -> Result<Passed, Vec<String>> {
+    let name = program.to_string_lossy();
+    let status = Command::new(program)
+        .args(arguments.split_whitespace())
+        .envs(environment.iter().copied())
+        .current_dir(workspace::root())
+        .status()
+        .map_err(|error| vec![format!("{name} did not start: {error}")])?;
+    if status.success() { Ok(Passed::Whole) } else { Err(vec![format!("`{name} {arguments}` failed ({status})")]) }
 }

@@ -9,6 +9,8 @@ use serde_json::Value;
 /// A package of the workspace and what it depends on.
 pub(crate) struct Package {
     pub(crate) name: String,
+    /// The folder of its Cargo.toml.
+    pub(crate) folder: PathBuf,
     /// Names of everything it is built with, members of the workspace or not.
     pub(crate) uses: Vec<String>,
     /// Names of what only its tests, examples and benches use.
@@ -58,6 +60,7 @@ fn package(metadata: &Value) -> Package {
     };
     Package {
         name: metadata["name"].as_str().unwrap_or_default().into(),
+        folder: Path::new(metadata["manifest_path"].as_str().unwrap_or_default()).with_file_name(""),
         uses: of_kind(|kind| kind != Some("dev")),
         tests_with: of_kind(|kind| kind == Some("dev")),
     }

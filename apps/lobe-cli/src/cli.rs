@@ -10,7 +10,7 @@ use crate::bake::{bake, compress, fit_lobes};
 use crate::render::render;
 use crate::run::failure::Failure;
 use crate::run::talk::Talk;
-use crate::{compare, demo, env, light, project, sh};
+use crate::{compare, demo, env, light, manual, project, sh};
 
 /// More threads than any machine has; asking for more is a slip of the finger.
 const MAX_THREADS: usize = 1024;
@@ -75,6 +75,10 @@ enum Command {
     /// Work on environment maps, pictures of everything around a point
     #[command(subcommand)]
     Env(EnvCommand),
+    /// Write this help as pages for man
+    Man(manual::ManPages),
+    /// Print a script that lets a shell complete this command's options
+    Completions(manual::Completions),
 }
 
 #[derive(Subcommand)]
@@ -221,6 +225,8 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
         Command::Env(EnvCommand::Ambient(args)) => args.run()?,
         Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
+        Command::Man(args) => args.run(Cli::command())?,
+        Command::Completions(args) => args.run(Cli::command())?,
     }
     Ok(())
 }

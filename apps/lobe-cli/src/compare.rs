@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvError, FileFormat, ReadOptions, read_raster_bytes};
-use lobe::render::{
-    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, Measured, Picture, Tone, ZTest, compare, flip, hdr_flip, read_variance,
-    relative_mse,
+use lobe::env::{EnvError, FileFormat};
+use lobe::image::read_picture_bytes;
+use lobe::image::{
+    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, Measured, Picture, PictureReadOptions, Tone, ZTest, compare, flip,
+    hdr_flip, relative_mse,
 };
+use lobe::render::read_variance;
 use serde::Serialize;
 
 use crate::args::input::{tell, without_options};
@@ -167,12 +169,12 @@ const TO_DO: [&str; 2] = ["scale both down", "only numbers can be compared"];
 
 fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
     let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| EnvError::Io { file: name.clone(), source })?;
-    let read = read_raster_bytes(&bytes, &name, &ReadOptions::default());
-    let (raster, report) = read.map_err(|error| without_options(error.into(), TO_DO))?;
-    tell(&report, &name, talk);
+    let bytes = fs::read(path).map_err(|source| EnvError::Io { place: name.clone(), source })?;
+    let read = read_picture_bytes(&bytes, &name, &PictureReadOptions::default());
+    let (picture, report) = read.map_err(|error| without_options(EnvError::from(error).into(), TO_DO))?;
     let is_display = matches!(report.format, FileFormat::Png | FileFormat::Jpeg);
-    Ok(Read { picture: Picture::new(raster.width, raster.height, raster.texels)?, bytes, is_display })
+    tell(&report.into(), &name, talk);
+    Ok(Read { picture, bytes, is_display })
 }
 
 fn text(found: &Found) -> String {

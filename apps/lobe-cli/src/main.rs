@@ -10,6 +10,7 @@ mod compare;
 mod demo;
 mod env;
 mod light;
+mod manual;
 mod project;
 mod render;
 mod run;

@@ -78,11 +78,10 @@ impl Project {
 
     fn project_by_sampling(&self, map: &MappedMap, sampling: Sampling, talk: Talk) -> ShVec<Rgb<f64>> {
         let defaults = MonteCarlo::default();
-        let options = MonteCarlo {
-            samples: self.samples.unwrap_or(defaults.samples),
-            seed: self.seed.unwrap_or(defaults.seed),
-            sampling,
-        };
+        let options = MonteCarlo::default()
+            .samples(self.samples.unwrap_or(defaults.samples))
+            .seed(self.seed.unwrap_or(defaults.seed))
+            .sampling(sampling);
         let estimate = project_monte_carlo(self.order, &options, |s| map.radiance(s).widen());
         let text = format!(
             "{} directions; standard error of a coefficient {:.1e} at most, largest coefficient {:.1e}",

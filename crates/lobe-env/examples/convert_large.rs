@@ -9,9 +9,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use lobe_env::{
-    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, Mapping, Raster,
-    ReadOptions, Resample, WriteOptions, read_env, resample, write_cube, write_env,
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, MapReadOptions,
+    MapWriteOptions, Mapping, Resample, read_env, resample, write_cube, write_env,
 };
+use lobe_image::Picture;
 use lobe_sh::Rgb;
 
 /// That of the command line.
@@ -24,7 +25,7 @@ const FACE: usize = 1024;
 fn main() -> Result<(), EnvError> {
     let mut files = std::env::args().skip(1);
     let map = match files.next() {
-        Some(file) => timed(&format!("read {file}"), || read_env(&file, &ReadOptions::default()))?.0,
+        Some(file) => timed(&format!("read {file}"), || read_env(&file, &MapReadOptions::default()))?.0,
         None => {
             EnvMap::from_fn(WIDTH, WIDTH / 2, |s| Rgb::new(1.0 + s.x() as f32, 2.0 + s.y() as f32, 1.5 + s.z() as f32))
         }
@@ -54,6 +55,6 @@ fn write(file: &Path, cube: &CubeMap) -> Result<(), EnvError> {
         return Ok(());
     }
     let Raster { width, height, texels } = cube.to_picture(CubeLayout::HorizontalCross, CubeHandedness::Right);
-    write_env(file, &EnvMap::new(width, height, texels)?, &WriteOptions::default())?;
+    write_env(file, &EnvMap::new(width, height, texels)?, &MapWriteOptions::default())?;
     Ok(())
 }

@@ -1,7 +1,8 @@
 //! What can go wrong with a picture of the environment.
 
-use std::fmt;
 use std::io;
+
+use lobe_image::{ImageError, ReadOption};
 
 /// Why an environment map could not be made, read or written, by whose fault it is.
 ///
@@ -10,26 +11,26 @@ use std::io;
 #[non_exhaustive]
 pub enum EnvError {
     /// The file contradicts itself, is cut off, or is no picture.
-    #[error("{file}: {message}")]
+    #[error("{place}: {message}")]
     Invalid {
         /// The file, or the name the caller gave to the bytes.
-        file: String,
+        place: String,
         /// What is wrong with it.
         message: String,
     },
     /// The file may be right, but Lobe does not handle such files.
-    #[error("{file}: {message}")]
+    #[error("{place}: {message}")]
     Unsupported {
         /// The file, or the name the caller gave to the bytes.
-        file: String,
+        place: String,
         /// What it would need.
         message: String,
     },
-    /// The file may be right, but the caller's [`ReadOptions`](crate::ReadOptions) do not let it in.
-    #[error("{file}: {message}; {option}")]
+    /// The file may be right, but the caller's [`MapReadOptions`](crate::MapReadOptions) do not let it in.
+    #[error("{place}: {message}; {option}")]
     Refused {
         /// The file, or the name the caller gave to the bytes.
-        file: String,
+        place: String,
         /// What it holds.
         message: String,
         /// The option that would let it in.
@@ -42,31 +43,23 @@ pub enum EnvError {
     #[error("stopped before it was done")]
     Cancelled,
     /// The operating system refused.
-    #[error("{file}: {source}")]
+    #[error("{place}: {source}")]
     Io {
         /// The file.
-        file: String,
+        place: String,
         /// The refusal.
         source: io::Error,
     },
 }
 
-/// The option of [`ReadOptions`](crate::ReadOptions) that keeps a file out. As text, what a caller of the library can do
-/// about it; a program that names its options otherwise says so itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ReadOption {
-    /// [`ReadOptions::max_texels`](crate::ReadOptions::max_texels): the picture has more.
-    MaxTexels,
-    /// [`ReadOptions::nonfinite`](crate::ReadOptions::nonfinite): there are texels of NaN or infinity.
-    Nonfinite,
-}
-
-impl fmt::Display for ReadOption {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::MaxTexels => "scale it down, or raise ReadOptions::max_texels",
-            Self::Nonfinite => "Nonfinite::Zero in ReadOptions::nonfinite reads them as black",
-        })
+impl From<ImageError> for EnvError {
+    fn from(error: ImageError) -> Self {
+        match error {
+            ImageError::Invalid { place, message } => Self::Invalid { place, message },
+            ImageError::Unsupported { place, message } => Self::Unsupported { place, message },
+            ImageError::Refused { place, message, option } => Self::Refused { place, message, option },
+            ImageError::Io { place, source } => Self::Io { place, source },
+            other => Self::Options(other.to_string()),
+        }
     }
 }

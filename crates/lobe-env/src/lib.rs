@@ -5,10 +5,10 @@
 //! Read a map and ask what it shows:
 //!
 //! ```no_run
-//! use lobe_env::{ReadOptions, read_env};
+//! use lobe_env::{MapReadOptions, read_env};
 //! use lobe_sh::Dir;
 //!
-//! let (sky, report) = read_env("sky.exr", &ReadOptions::default())?;
+//! let (sky, report) = read_env("sky.exr", &MapReadOptions::default())?;
 //! println!("{} x {}, straight up: {:?}", report.width, report.height, sky.radiance(Dir::Z));
 //! # Ok::<(), lobe_env::EnvError>(())
 //! ```
@@ -30,7 +30,7 @@
 //! Turn the light of a photograph by a quarter turn without its picture, and look at what the expansion keeps of it:
 //!
 //! ```
-//! use lobe_env::{WriteOptions, bundled, project_env, reconstruct, write_env};
+//! use lobe_env::{MapWriteOptions, bundled, project_env, reconstruct, write_env};
 //! use lobe_sh::{Dir, Expansion, Rotation};
 //!
 //! let light = project_env(&bundled::sunset().map(), 6);
@@ -40,7 +40,7 @@
 //! let picture = reconstruct(&turned, 64, 32);
 //! # let folder = tempfile::tempdir()?;
 //! # let path = folder.path().join("turned.exr");
-//! write_env(path, &picture, &WriteOptions::default())?;
+//! write_env(path, &picture, &MapWriteOptions::default())?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -48,9 +48,8 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | files | [`read_env`], [`read_env_bytes`], [`ReadOptions`], [`ReadReport`]; [`write_env`], [`WriteOptions`], [`WriteReport`] |
+//! | files | [`read_env`], [`read_env_bytes`], [`MapReadOptions`], [`MapReadReport`]; [`write_env`], [`MapWriteOptions`], [`MapWriteReport`] |
 //! | cube maps as files | [`read_cube()`], [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; whichever the file holds: [`read_env_file`] |
-//! | pictures of any shape | [`read_raster`] |
 //! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
 //! | cubes in pictures and in six files | [`CubeLayout`], [`CubeHandedness`]; [`read_cube_faces`], [`write_cube_faces`] |
 //! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
@@ -59,7 +58,7 @@
 //! | to expansions and back | [`project_env`], [`project_map()`], [`reconstruct()`] |
 //! | what a matte surface sees | [`irradiance_sh`], [`irradiance_map`]; by brute force [`irradiance_at`], [`irradiance_map_brute_force`] |
 //! | the net flow of light | [`vector_irradiance()`], [`VectorIrradiance`] |
-//! | lights of finite size | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`DirectionalLight`], [`compare_approximations`] |
+//! | lights of finite size | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`ParallelBeam`], [`compare_approximations`] |
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
 //! | what a glossy surface sees | [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
 //! | the sun as a light of its own | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
@@ -82,7 +81,6 @@
 //! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.
 
 mod area_light;
-mod codec;
 mod error;
 mod files;
 mod map;
@@ -94,20 +92,19 @@ mod resample;
 mod sky;
 mod vec3;
 
-pub use area_light::area_light::{Approximations, AreaLight, DirectionalLight, PointLight, compare_approximations};
+pub use area_light::area_light::{Approximations, AreaLight, ParallelBeam, PointLight, compare_approximations};
 pub use area_light::disc_light::DiscLight;
 pub use area_light::polygon_light::PolygonLight;
 pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
-pub use codec::raster::{Raster, read_raster, read_raster_bytes};
-pub use codec::texel_format::TexelFormat;
-pub use error::{EnvError, ReadOption};
+pub use error::EnvError;
 pub use files::bundled;
 pub use files::cube_faces::{FACE_NAMES, cube_face_paths, read_cube_faces, write_cube_faces};
-pub use files::read::{FileFormat, Nonfinite, ReadOptions, ReadReport, read_env, read_env_bytes};
+pub use files::read::{MapReadOptions, MapReadReport, read_env, read_env_bytes};
 pub use files::read_cube::{EnvFile, read_cube, read_cube_bytes, read_env_file, read_env_file_bytes};
-pub use files::write::{WriteOptions, WriteReport, write_env};
+pub use files::write::{MapWriteOptions, MapWriteReport, write_env};
 pub use files::write_cube::{CubeWriteOptions, write_cube};
+pub use lobe_image::{FileFormat, Nonfinite, ReadOption, TexelFormat};
 pub use map::adjust::{
     BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,
 };

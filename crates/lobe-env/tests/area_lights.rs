@@ -5,8 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
 use lobe_env::{
-    AreaLight, DirectionalLight, DiscLight, EnvError, PolygonLight, SphereLight, VectorIrradiance,
-    compare_approximations,
+    AreaLight, DiscLight, EnvError, ParallelBeam, PolygonLight, SphereLight, VectorIrradiance, compare_approximations,
 };
 use lobe_sh::{Dir, gauss_legendre};
 use lobe_testkit::{Random, directions};
@@ -367,8 +366,8 @@ fn a_beam_is_exact_where_it_was_made_and_its_error_grows_with_the_offset() {
         let law = ((d + offset).powi(2) + 1.0) / (d * d + 1.0) - 1.0;
         assert!((error - law).abs() < 1e-13, "{offset} further away: {error} against {law}");
     }
-    let aside = DirectionalLight::of(&disc, [1.0, 0.0, 0.0]).unwrap();
+    let aside = ParallelBeam::of(&disc, [1.0, 0.0, 0.0]).unwrap();
     let turned = aside.direction.angle_to(Dir::Z);
     assert!((turned / 0.1_f64.atan() - 1.0).abs() < 0.02, "the direction one unit to the side: {turned}");
-    assert_eq!(DirectionalLight::of(&disc, [0.0, 0.0, 11.0]), None, "behind the disc");
+    assert_eq!(ParallelBeam::of(&disc, [0.0, 0.0, 11.0]), None, "behind the disc");
 }

@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
 use lobe_env::{
-    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, MappedMap, Mapping, Raster, ReadOptions,
-    Resample, TexelFormat, read_cube, resample, write_cube,
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, MapReadOptions, MappedMap, Mapping, Resample,
+    TexelFormat, read_cube, resample, write_cube,
 };
+use lobe_image::Picture;
 use lobe_sh::{Dir, Rgb};
 
 /// The colors of the faces +X, -X, +Y, -Y, +Z, -Z.
@@ -133,11 +134,11 @@ fn every_layout_comes_back_as_it_went_out() {
 fn textures_of_either_hand_come_back_with_all_levels() {
     let folder = tempfile::tempdir().unwrap();
     let chain = CubeMipChain::averaged(lettered_cube());
-    let options = CubeWriteOptions { texels: TexelFormat::Rgba32F, ..CubeWriteOptions::default() };
+    let options = CubeWriteOptions::default().texels(TexelFormat::Rgba32F);
     for name in ["letters.ktx2", "letters.dds"] {
         let path = folder.path().join(name);
         write_cube(&path, &chain.clone().of_handedness(CubeHandedness::Left), &options).unwrap();
-        let (written, _) = read_cube(&path, &ReadOptions::default()).unwrap();
+        let (written, _) = read_cube(&path, &MapReadOptions::default()).unwrap();
         // What stands in the file is what six files for left-handed directions hold: each face by itself.
         for (level, original) in written.levels().iter().zip(chain.levels()) {
             let faces = original.faces(CubeHandedness::Left);
@@ -157,7 +158,7 @@ fn textures_of_either_hand_come_back_with_all_levels() {
 fn textures_of_another_tool_are_read_the_right_way_round() {
     let folder = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data");
     for name in ["letters-rgba16f.ktx2", "letters-rgb9e5.ktx2"] {
-        let (chain, report) = read_cube(folder.join(name), &ReadOptions::default()).unwrap();
+        let (chain, report) = read_cube(folder.join(name), &MapReadOptions::default()).unwrap();
         assert!(*chain.base() == lettered_cube(), "{name}: other letters");
         assert_eq!((report.width, report.levels), (SIZE, 3), "{name}: size and levels");
         for level in &chain.levels()[1..] {

@@ -69,7 +69,7 @@ fn norm_kept(f: &ShVec<Rgb<f64>>, g: &ShVec<Rgb<f64>>) -> f64 {
 /// non-negative. This is its best case: the width to rounding, not to a tenth.
 fn best_of_filament(f: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
     let method = DeringMethod::Family(WindowFamily::Lanczos { power: 4.0 });
-    let (_, report) = deringed(f, &Dering { method, kernel: None });
+    let (_, report) = deringed(f, &Dering::default().method(method));
     let width = match report.window {
         Some(Window::Lanczos { width, .. }) => width.min(FILAMENT_WIDEST),
         _ => FILAMENT_WIDEST,
@@ -108,7 +108,7 @@ fn maps_with_a_sun() -> Vec<(String, EnvMap, Dir)> {
 /// The angle in degrees between the one light that explains most and the sun of the picture, for orders 2 to 10.
 fn angles_to_the_sun(radiance: &ShVec<Rgb<f64>>, sun: Dir, metric: LightMetric, refine: bool) -> Vec<f64> {
     let angle = |order: usize| {
-        let options = LightOptions { count: 1, refine, metric, ..LightOptions::default() };
+        let options = LightOptions::default().count(1).refine(refine).metric(metric);
         let fit = extract_lights(&radiance.resized(order), &options).unwrap();
         fit.lights[0].dir.angle_to(sun).to_degrees()
     };

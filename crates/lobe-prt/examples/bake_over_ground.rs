@@ -8,14 +8,14 @@ use std::time::Instant;
 
 use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, bake};
-use lobe_scene::{Bvh, Material, Mesh, MeshParts, ReadOptions, Scene, read_scene};
+use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, SceneReadOptions, read_scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let file = arguments.next().ok_or("expected the name of a file")?;
     let vertices: usize = arguments.next().map_or(Ok(70_000), |n| n.parse())?;
     let bounces: usize = arguments.next().map_or(Ok(2), |n| n.parse())?;
-    let (object, _) = read_scene(&file, &ReadOptions::default())?;
+    let (object, _) = read_scene(&file, &SceneReadOptions::default())?;
     let bounds = object.bounds();
     let mut edge = 0.5 * (bounds.max[0] - bounds.min[0]);
     let mut split = object;

@@ -11,7 +11,7 @@
 //! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | vertices where transfer needs them | [`split_adaptively`], [`split_adaptively_resumable`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
-//! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`] |
+//! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | transfer alone | [`write_transfer`], [`read_transfer`]; of a lightmap as a picture [`write_lightmap`], [`read_lightmap`] |
 //! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
@@ -27,6 +27,7 @@ mod error;
 mod files;
 mod job;
 mod receivers;
+mod recipe;
 mod sampling;
 mod setters;
 mod transfer;
@@ -43,20 +44,24 @@ pub use compression::compress::{
 pub use compression::compressed_table::{CompressedTable, WeightBits, Weights};
 pub use compression::compressed_transfer::CompressedTransfer;
 pub use error::PrtError;
-pub use files::any_transfer::{AnyTransfer, read_any_transfer};
+pub use files::any_transfer::{AnyTransfer, read_any_transfer, read_any_transfer_bytes};
 pub use files::baked_glb::BakedGlb;
 pub use files::compressed_file::{
-    read_compressed_transfer, read_zonal_transfer, write_compressed_transfer, write_zonal_transfer,
+    read_compressed_transfer, read_compressed_transfer_bytes, read_zonal_transfer, read_zonal_transfer_bytes,
+    write_compressed_transfer, write_zonal_transfer,
 };
-pub use files::lightmap_file::{read_lightmap, write_lightmap};
-pub use files::matrix_file::{read_matrices, read_neighborhood, write_matrices, write_neighborhood};
-pub use files::read_baked::{Baked, read_baked, read_baked_within};
-pub use files::transfer_file::{read_transfer, write_transfer};
+pub use files::lightmap_file::{read_lightmap, read_lightmap_bytes, write_lightmap};
+pub use files::matrix_file::{
+    read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
+};
+pub use files::read_baked::{Baked, BakedOrScene, read_baked, read_baked_or_scene};
+pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_transfer};
 pub use job::fingerprint::fingerprint_scene;
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;
 pub use receivers::texel_receivers::TexelReceivers;
 pub use receivers::texel_rows::TexelRows;
+pub use recipe::{Recipe, RecipeMode};
 pub use transfer::transfer::{Channels, Transfer};
 pub use transfer::transfer_matrices::TransferMatrices;
 pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};

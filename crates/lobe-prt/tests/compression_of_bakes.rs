@@ -11,7 +11,7 @@ use lobe_io::Job;
 use lobe_prt::{
     CompressOptions, CompressedTransfer, Mode, Receivers, Transfer, compress_table, compress_table_within, error_curve,
 };
-use lobe_scene::{ReadOptions, Scene, built_in, read_scene};
+use lobe_scene::{Scene, SceneReadOptions, built_in, read_scene};
 
 /// The part of a sum of squares that roundings to `f32` leave: of the rows, the bases and the weights.
 const ROUNDING: f64 = 1e-12;
@@ -35,7 +35,7 @@ fn energy(transfer: &Transfer) -> f64 {
 /// A hall of columns and the head of a monkey.
 fn bakes() -> [(&'static str, Transfer); 2] {
     let suzi = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lobe-scene/assets/suzi.glb");
-    let (suzi, _) = read_scene(suzi, &ReadOptions::default()).unwrap();
+    let (suzi, _) = read_scene(suzi, &SceneReadOptions::default()).unwrap();
     [("hall", transfer_of(&built_in::columns_hall(1))), ("suzi", transfer_of(&suzi))]
 }
 

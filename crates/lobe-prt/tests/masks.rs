@@ -7,7 +7,7 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{baked, cone_transfer, largest_difference, options, receiver, revolved};
-use lobe_prt::{BakeOptions, Mode};
+use lobe_prt::Mode;
 use lobe_scene::{Alpha, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap};
 use lobe_sh::{Dir, Expansion as _};
 

@@ -6,7 +6,8 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use lobe_render::{EnvironmentSheetOptions, Tone, environment_mapping_sheet};
+use lobe_image::Tone;
+use lobe_render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).ok_or("usage: environment_mapping FOLDER")?);

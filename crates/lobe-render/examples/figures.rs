@@ -8,9 +8,10 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use lobe_image::{Picture, Sheet, Tone, color_bar, compare, diverging, error_map, sequential};
 use lobe_render::{
-    Ball, Balloon, CubeCross, Picture, Profile, ProfilePlot, Sheet, Tone, View, basis_balloons, basis_crosses,
-    color_bar, compare, diverging, error_map, lat_long_picture, lat_long_picture_of, sequential,
+    Ball, Balloon, CubeCross, Profile, ProfilePlot, View, basis_balloons, basis_crosses, lat_long_picture,
+    lat_long_picture_of,
 };
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, project};
 

@@ -1,4 +1,4 @@
-//! Writes the figures of docs/mappings.md: the square ones 200 pixels wide, the others 320.
+//! Writes the figures of docs/guide/src/mappings.md: the square ones 200 pixels wide, the others 320.
 //!
 //! `cargo run -p lobe-render --example mapping_figures -- docs/figures/mappings`
 
@@ -6,7 +6,8 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use lobe_env::Mapping;
-use lobe_render::{Tone, mapping_figure};
+use lobe_image::Tone;
+use lobe_render::mapping_figure;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).ok_or("usage: mapping_figures FOLDER")?);

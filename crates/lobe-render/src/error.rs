@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use lobe_image::ImageError;
+use lobe_prt::PrtError;
+
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -12,12 +15,15 @@ pub enum RenderError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// A picture could not be made, read, written or compared.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// A scene, its transfer or their files are at fault.
+    #[error(transparent)]
+    Prt(PrtError),
     /// The caller's progress function said to stop.
     #[error("stopped before the end")]
     Cancelled,
-    /// What a picture was written to refused.
-    #[error("cannot write the picture: {0}")]
-    Output(std::io::Error),
     /// A file could not be written.
     #[error("{}: cannot write the picture: {source}", path.display())]
     Io {
@@ -26,4 +32,14 @@ pub enum RenderError {
         /// What the system said.
         source: std::io::Error,
     },
+}
+
+impl From<PrtError> for RenderError {
+    /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
+    fn from(error: PrtError) -> Self {
+        match error {
+            PrtError::Cancelled => Self::Cancelled,
+            other => Self::Prt(other),
+        }
+    }
 }

@@ -5,7 +5,7 @@
 //! An environment as a picture, tone mapped:
 //!
 //! ```
-//! use lobe_render::{Picture, Tone};
+//! use lobe_image::{Picture, Tone};
 //!
 //! let sky = Picture::from(&lobe_env::bundled::sunset().map());
 //! let png = sky.resized(256, 128).to_png(&Tone::PHOTOGRAPH)?;
@@ -16,7 +16,8 @@
 //! Whatever draws takes a closure `Fn(Dir) -> value`, so an expansion, an environment or a formula can be drawn alike:
 //!
 //! ```
-//! use lobe_render::{Balloon, Tone};
+//! use lobe_image::Tone;
+//! use lobe_render::Balloon;
 //!
 //! let balloon = Balloon::new(64).picture(|s| s.x() * s.y());
 //! assert!(balloon.to_png(&Tone::PLAIN)?.len() > 500);
@@ -27,7 +28,8 @@
 //!
 //! ```
 //! use lobe_env::{bundled, irradiance_at, irradiance_sh};
-//! use lobe_render::{Ball, compare, error_map};
+//! use lobe_image::{compare, error_map};
+//! use lobe_render::Ball;
 //! use lobe_sh::{Dir, Rgb};
 //!
 //! let sky = bundled::sunset().map();
@@ -45,8 +47,6 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | pictures | [`Picture`], [`Sheet`], [`Label`] |
-//! | to files | [`Picture::write_png`], [`write_animated_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
 //! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
@@ -57,33 +57,24 @@
 //! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
 //! | how a mapping unfolds the sphere | [`mapping_figure()`] |
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
-//! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`scene_picture`], [`SceneHit`] |
+//! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
+//! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`]; without transfer [`light_by_irradiance`] |
 //! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`Estimate`] |
-//! | differences | [`compare()`], [`relative_mse`], [`error_map`], [`color_bar()`]; as eyes see them [`flip()`], [`hdr_flip()`] |
-//! | chance or error | [`ZTest`], [`Measured`], [`read_variance`] |
+//! | the variance in a traced picture | [`read_variance`] |
 //!
-//! # Linear light until the last step
-//!
-//! A [`Picture`] holds linear light in `f32`, and everything but writing a file works on it: resizing, edges, error
-//! maps. The price is twelve bytes a pixel and a transfer function for each pixel written; what it buys is that a
-//! half covered pixel has half the light, that a smaller picture has the mean of the larger one, and that two pictures
-//! can be compared in the unit of the light and be shown with one exposure ([`Tone::fixed_for`]).
-//!
-//! Pixel `(0, 0)` is the top left one, pixel centers lie at +½. Results do not depend on the number of threads.
+//! Pictures themselves, tone mapping, files and comparison are in `lobe-image`. Results do not depend on the number of threads.
 
-mod compare;
+mod camera;
 mod error;
 mod mapping_gallery;
 mod path_tracer;
-mod picture;
 mod plot;
+mod progressive;
 mod scene_view;
 mod vector;
 
-pub use compare::compare::{ErrorReport, compare, error_map, error_of, relative_mse};
-pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
-pub use compare::hdr_flip::hdr_flip;
-pub use compare::z_test::{Measured, ZTest};
+pub use camera::camera::Camera;
+pub use camera::view::View;
 pub use error::RenderError;
 pub use mapping_gallery::blinn_newell::BlinnNewell;
 pub use mapping_gallery::bump::{Bumped, bumped_normal, bumps};
@@ -107,14 +98,6 @@ pub use path_tracer::estimate::{Estimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
 pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_resumable};
 pub use path_tracer::truth_exr::read_variance;
-pub use picture::animated_png::{AnimatedPng, animated_png, write_animated_png};
-pub use picture::color_bar::color_bar;
-pub use picture::colormap::{diverging, sequential};
-pub use picture::picture::Picture;
-pub use picture::sheet::Sheet;
-pub use picture::srgb::{srgb_decode, srgb_encode};
-pub use picture::text::Label;
-pub use picture::tone::{Curve, Exposure, Tone};
 pub use plot::ball::Ball;
 pub use plot::balloon::Balloon;
 pub use plot::cube_cross::{CubeCross, dir_on_cross};
@@ -125,6 +108,7 @@ pub use plot::mapping_figure::mapping_figure;
 pub use plot::polar_plot::{CrossSection, PolarPlot};
 pub use plot::profile_plot::{Profile, ProfilePlot};
 pub use plot::pyramid::{Pyramid, basis_balloons, basis_crosses};
-pub use plot::view::View;
-pub use scene_view::camera::Camera;
-pub use scene_view::receiver_picture::{SceneHit, ViewOptions, scene_picture};
+pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
+pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance};
+pub use scene_view::prt_shading::GlossyLobe;
+pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};

@@ -5,9 +5,10 @@
 use std::f64::consts::PI;
 
 use lobe_env::{EnvMap, bundled, irradiance_at, irradiance_map_brute_force, project_env};
+use lobe_image::{ErrorReport, compare};
 use lobe_render::{
-    BlinnNewell, Camera, CubeMapped, ErrorReport, IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids, Scene,
-    Shading, Solid, SphereMapped, SurfacePoint, Torus, TracedMirror, View, compare, compare_shadings,
+    BlinnNewell, Camera, CubeMapped, IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids, Scene, Shading, Solid,
+    SphereMapped, SurfacePoint, Torus, TracedMirror, View, compare_shadings,
 };
 use lobe_sh::{Coefficient, Dir, Rgb};
 

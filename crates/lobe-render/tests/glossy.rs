@@ -16,11 +16,11 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use lobe_env::{DfgTable, bundled, project_env};
+use lobe_image::{Measured, ZTest};
 use lobe_io::Job;
 use lobe_prt::{BakeOptions, Channels, Mode, Receivers, TransferMatrices, bake_matrices};
 use lobe_render::{
-    Camera, DistantLight, Measured, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, TruthOptions, ZTest,
-    render_truth,
+    Camera, DistantLight, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, TruthOptions, render_truth,
 };
 use lobe_scene::{Bvh, Material, Scene, built_in};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Zonal, gauss_legendre};

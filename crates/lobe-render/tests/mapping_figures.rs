@@ -5,7 +5,8 @@
 use std::path::Path;
 
 use lobe_env::Mapping;
-use lobe_render::{Tone, mapping_figure};
+use lobe_image::Tone;
+use lobe_render::mapping_figure;
 
 #[test]
 fn the_figures_in_the_documents_are_drawn_by_this_code() {

@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use lobe_env::{Brdf as _, EnvMap, Ggx, bundled, lat_long, project_env};
+use lobe_image::{Measured, ZTest};
 use lobe_render::{
-    Camera, DistantLight, Estimate, LightStrategy, Measured, PathOptions, PathReceiver, PathTracer, SampleCount,
-    Surfaces, Truth, TruthOptions, View, ZTest, render_truth,
+    Camera, DistantLight, Estimate, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, Truth,
+    TruthOptions, View, render_truth,
 };
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};

@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use lobe_render::{Ball, Balloon, CubeCross, Picture, RenderError, Tone, lat_long_picture, srgb_decode};
+use lobe_image::{Picture, Tone, srgb_decode};
+use lobe_render::{Ball, Balloon, CubeCross, RenderError, lat_long_picture};
 use lobe_sh::{Dir, Rgb};
 
 /// A function without symmetry.

@@ -14,12 +14,11 @@
 
 use std::path::Path;
 
-use lobe_env::{ReadOptions, bundled, project_env, read_env};
+use lobe_env::{MapReadOptions, bundled, project_env, read_env};
+use lobe_image::{Measured, ZTest, compare};
 use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
-use lobe_render::{
-    DistantLight, LightStrategy, Measured, PathOptions, PathReceiver, PathTracer, SampleCount, ZTest, compare,
-};
+use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, load_sh_json, project};
 use rayon::prelude::*;
@@ -69,7 +68,8 @@ fn turns() -> [Rotation; 3] {
 
 /// A scene from a file of the scene crate, on a square of ground below its lowest point.
 fn over_ground(name: &str, color: [f32; 3]) -> Scene {
-    let (scene, _) = read_scene(file("../lobe-scene/assets").join(name), &lobe_scene::ReadOptions::default()).unwrap();
+    let (scene, _) =
+        read_scene(file("../lobe-scene/assets").join(name), &lobe_scene::SceneReadOptions::default()).unwrap();
     let bounds = scene.bounds();
     let middle: [f32; 3] = std::array::from_fn(|k| 0.5 * (bounds.min[k] + bounds.max[k]));
     let reach = 1.5 * (0..3).map(|k| bounds.max[k] - bounds.min[k]).fold(0.0, f32::max);
@@ -287,7 +287,7 @@ fn the_expansions_kept_are_those_of_the_skies() {
             println!("absent: ../shared/assets/{name}.exr; its expansion is taken as it is");
             continue;
         }
-        let found = project_env(&read_env(&path, &ReadOptions::default()).unwrap().0, HIGHEST);
+        let found = project_env(&read_env(&path, &MapReadOptions::default()).unwrap().0, HIGHEST);
         let kept = load_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
         let error = (&found - &kept).coefficients().iter().map(|c| c.luminance().abs()).fold(0.0, f64::max);
         assert!(error < 1e-6 * found[0].luminance(), "{name}: {error}");

@@ -27,8 +27,8 @@ pub enum SceneError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The scene has more triangles or vertices than [`ReadOptions::limit`](crate::ReadOptions::limit) allows.
-    #[error("{message}: raise ReadOptions::limit")]
+    /// The scene has more triangles or vertices than [`SceneReadOptions::limit`](crate::SceneReadOptions::limit) allows.
+    #[error("{message}: raise SceneReadOptions::limit")]
     TooLarge {
         /// The file, the limit, and what was found.
         message: String,

@@ -35,7 +35,7 @@ fn extraction(c: &mut Criterion) {
     }
     group.finish();
     for (name, refine) in [("light-extract-three-rgb", false), ("light-extract-three-refined-rgb", true)] {
-        let options = LightOptions { count: 3, refine, ..LightOptions::default() };
+        let options = LightOptions::default().count(3).refine(refine);
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(EXPANSIONS as u64));
         for order in ORDERS {

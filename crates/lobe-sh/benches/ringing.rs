@@ -55,7 +55,7 @@ fn dering(c: &mut Criterion) {
         let parsed: DeringMethod = method.parse().unwrap_or_default();
         for &order in orders {
             let f = probe(&mut random, order);
-            let dering = Dering { method: parsed, kernel: None };
+            let dering = Dering::default().method(parsed);
             group.bench_function(BenchmarkId::new(method, order), |bencher| {
                 bencher.iter(|| {
                     let mut g = f.clone();

@@ -1,38 +1,38 @@
-//! What can go wrong around an expansion; the mathematics itself documents its degenerate cases instead.
+//! The errors of this crate. The mathematics has none: it documents its degenerate cases instead.
 
 use std::io;
 
-/// Why an expansion or a rotation could not be made, read or written, by whose fault it is.
+/// Why an expansion or a rotation could not be made, read or written; the variant says whose fault it is.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShError {
     /// The file contradicts itself, is cut off, or is no expansion.
-    #[error("{file}: {message}")]
+    #[error("{place}: {message}")]
     Invalid {
-        /// The file, or the name the caller gave to the bytes.
-        file: String,
-        /// What is wrong with it.
+        /// The file, or the name that the caller gave to the bytes.
+        place: String,
+        /// The fault.
         message: String,
     },
     /// The file may be right, but Lobe does not handle such files.
-    #[error("{file}: {message}")]
+    #[error("{place}: {message}")]
     Unsupported {
-        /// The file, or the name the caller gave to the bytes.
-        file: String,
-        /// What it would need.
+        /// The file, or the name that the caller gave to the bytes.
+        place: String,
+        /// The missing support.
         message: String,
     },
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
     /// The operating system refused.
-    #[error("{file}: {source}")]
+    #[error("{place}: {source}")]
     Io {
-        /// The file.
-        file: String,
-        /// The refusal.
+        /// The file, or the name that the caller gave to the stream.
+        place: String,
+        /// The refusal of the system.
         source: io::Error,
     },
 }

@@ -41,7 +41,7 @@
 //!
 //! // A lamp that can only be sampled: 120° wide, with a hard edge.
 //! let lamp = |s: Dir| -> f64 { if s.dot(Dir::X) > 0.5 { 1.0 } else { 0.0 } };
-//! let estimate = project_monte_carlo(4, &MonteCarlo { samples: 4096, ..Default::default() }, lamp);
+//! let estimate = project_monte_carlo(4, &MonteCarlo::default().samples(4096), lamp);
 //! let exact = Zonal::project(4, &[0.5], 4, |t| if t > 0.5 { 1.0 } else { 0.0 }).towards(Dir::X, 1.0);
 //! let error = (estimate.sh[0] - exact[0]).abs();
 //! assert!(error < 4.0 * estimate.standard_error[0], "{error} against {}", estimate.standard_error[0]);
@@ -93,7 +93,6 @@
 //! comes from outside, files and matrices that claim to be rotations.
 
 mod basis;
-mod coefficient;
 mod encoding;
 mod error;
 mod expansion;
@@ -101,12 +100,13 @@ mod extrema;
 mod filter;
 mod light;
 mod light_extraction;
+mod once;
+mod options;
 mod product;
 mod projection;
-mod real;
-mod rgb;
 mod ringing;
 mod rotation;
+mod scalar;
 #[cfg(feature = "json")]
 mod sh_json;
 mod solver;
@@ -116,20 +116,26 @@ pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
 pub use basis::index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
 pub use basis::legendre::{legendre, legendre_normalized};
-pub use coefficient::Coefficient;
-pub use encoding::{
-    Ahd, AmbientCube, EncodedIrradiance, EncodingError, HBasis, HBasis4, HBasis6, Hl2, Hl2Weights, IrradianceEncoding,
-    IrradianceMatrix, NonLinearL1, PackedIrradiance, Zh3, Zh3Axis, encoding_error, hemisphere_least_squares,
-    tangent_frame,
-};
+pub use encoding::ahd::Ahd;
+pub use encoding::ambient_cube::AmbientCube;
+pub use encoding::h_basis::{HBasis, HBasis4, HBasis6};
+pub use encoding::hemisphere::hemisphere_least_squares;
+pub use encoding::hl2::{Hl2, Hl2Weights};
+pub use encoding::irradiance_encoding::{EncodedIrradiance, EncodingError, IrradianceEncoding, encoding_error};
+pub use encoding::irradiance_matrix::IrradianceMatrix;
+pub use encoding::non_linear_l1::NonLinearL1;
+pub use encoding::packed_irradiance::PackedIrradiance;
+pub use encoding::zh3::{Zh3, Zh3Axis};
 pub use error::ShError;
-pub use expansion::expansion::Expansion;
+pub use expansion::expansion::{Expansion, optimal_linear_direction};
+pub use expansion::fixed_order::FixedOrder;
 pub use expansion::gradient::{eval_basis_gradients, eval_with_gradient};
 pub use expansion::quantity::Quantity;
 pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use expansion::sh_vec::ShVec;
 pub use expansion::zonal::Zonal;
-pub use extrema::branch_and_bound::{Extremum, certified_maximum, certified_minimum};
+pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
+pub use extrema::extremum::Extremum;
 pub use filter::convolve::{convolve_in_place, convolved};
 pub use filter::window::{
     Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, width_of_peak, window_in_place, windowed,
@@ -139,35 +145,28 @@ pub use light::normalization::{Normalization, directional_normalization};
 pub use light::spherical_polygon::SphericalPolygon;
 pub use light_extraction::extract::{
     LightChoice, LightOptions, extract_light, extract_light_per_channel, extract_lights, fit_lights,
-    optimal_linear_direction,
 };
 pub use light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
 pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
-pub use product::cost::{ProductCost, ProductKind};
-pub use product::gaunt::{
-    ExactTriple, MAX_TRIPLE_ORDER, Triple, TripleTensor, exact_triple_product, triple_product, unique_triples,
-};
-pub use product::generated::PRODUCT_COSTS;
+pub use product::gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_coefficient};
 pub use product::grid::product_on_grid;
 pub use product::matrix::ProductMatrix;
-pub use product::product::{product, product_into, square_into, zonal_product_into};
+pub use product::product::{product, product_as, product_into, square_into, zonal_product_into};
 pub use projection::least_squares::{Conditioning, Fit, least_squares};
-pub use projection::monte_carlo::{Estimate, MonteCarlo, Sampling, project_monte_carlo};
-pub use projection::project::{Projection, project, project_to_accuracy};
-pub use real::Real;
-pub use rgb::Rgb;
+pub use projection::monte_carlo::{MonteCarlo, MonteCarloEstimate, Sampling, project_monte_carlo};
+pub use projection::project::{Projection, project, project_as, project_to_accuracy};
 pub use ringing::content_window::ContentWindow;
-pub use ringing::dering::{
-    DERING_ALLOWED, Dering, DeringMethod, DeringOutcome, DeringReport, WindowFamily, dering_in_place, deringed,
-};
+pub use ringing::dering::{Dering, DeringMethod, DeringReport, WindowFamily, dering_in_place, deringed};
+pub use ringing::outcome::{DERING_ALLOWED, DeringOutcome};
 pub use ringing::quadratic_dering::{QuadraticDering, dering_order_3_in_place};
 pub use ringing::sloan_table::{conservative_minimum, dering_table_factors};
 pub use rotation::axis_permutation::AxisPermutation;
 pub use rotation::ivanic::RotationMatrices;
 pub use rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
-pub use rotation::rotation::{Rotation, RotationError};
+pub use rotation::rotation::{Rotation, RotationError, tangent_frame};
+pub use scalar::{Coefficient, Real, Rgb};
 #[cfg(feature = "json")]
 pub use sh_json::{FileCoefficients, ShFile, load_sh_json, read_sh_json, save_sh_json, write_sh_json};
 pub use sphere::dir::Dir;
-pub use sphere::fibonacci::even_directions;
+pub use sphere::point_sets::even_directions;
 pub use sphere::quadrature::{SphereQuadrature, gauss_legendre};

@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::{Coefficient, Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShVec, len};
 use lobe_io::write_atomically;
 
-/// What the field `format` says.
+/// The value of the field `format`.
 const FORMAT: &str = "lobe-sh";
 
 /// The version this code reads and writes.
@@ -49,7 +49,7 @@ const LARGEST: f64 = 1e30;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShFile {
-    /// What the function is.
+    /// The physical quantity that the function describes.
     pub quantity: Quantity,
     /// The function.
     pub coefficients: FileCoefficients,
@@ -107,7 +107,7 @@ pub fn read_sh_json(reader: impl Read, name: &str) -> Result<ShFile, ShError> {
     reader
         .take(MAX_BYTES + 1)
         .read_to_end(&mut bytes)
-        .map_err(|source| ShError::Io { file: name.to_owned(), source })?;
+        .map_err(|source| ShError::Io { place: name.to_owned(), source })?;
     parse(&bytes).map_err(|fault| fault.of(name))
 }
 
@@ -119,7 +119,7 @@ pub fn load_sh_json(path: &Path) -> Result<ShFile, ShError> {
     let name = path.display().to_string();
     match File::open(path) {
         Ok(file) => read_sh_json(file, &name),
-        Err(source) => Err(ShError::Io { file: name, source }),
+        Err(source) => Err(ShError::Io { place: name, source }),
     }
 }
 
@@ -133,7 +133,7 @@ pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Resul
     writer
         .write_all(text.as_bytes())
         .and_then(|()| writer.flush())
-        .map_err(|source| ShError::Io { file: name.to_owned(), source })
+        .map_err(|source| ShError::Io { place: name.to_owned(), source })
 }
 
 /// Writes the file at `path`, all or nothing: see [`lobe_io::write_atomically`].
@@ -143,7 +143,7 @@ pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Resul
 pub fn save_sh_json(path: &Path, file: &ShFile) -> Result<(), ShError> {
     let name = path.display().to_string();
     let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
-    write_atomically(path, |w| w.write_all(text.as_bytes())).map_err(|source| ShError::Io { file: name, source })
+    write_atomically(path, |w| w.write_all(text.as_bytes())).map_err(|source| ShError::Io { place: name, source })
 }
 
 /// The whole text of a file, or why it cannot be one.
@@ -203,10 +203,10 @@ enum Fault {
 
 impl Fault {
     fn of(self, name: &str) -> ShError {
-        let file = name.to_owned();
+        let place = name.to_owned();
         match self {
-            Self::Invalid(message) => ShError::Invalid { file, message },
-            Self::Unsupported(message) => ShError::Unsupported { file, message },
+            Self::Invalid(message) => ShError::Invalid { place, message },
+            Self::Unsupported(message) => ShError::Unsupported { place, message },
         }
     }
 }
@@ -291,7 +291,7 @@ fn read_rows<const N: usize, T>(rows: &[Value], make: impl Fn([f64; N]) -> T) ->
     rows.iter().enumerate().map(read).collect()
 }
 
-/// What is wrong with row `i`, which should have `n` numbers.
+/// The fault of row `i`, which should have `n` numbers.
 fn row_fault(i: usize, row: &Value, n: usize) -> Fault {
     let wanted = match (i, n) {
         (0, _) => "1 or 3 numbers",
@@ -339,7 +339,7 @@ fn json_message(bytes: &[u8], error: &serde_json::Error) -> String {
     }
 }
 
-/// What a file of another well-known kind is, by its first bytes.
+/// The name of a well-known kind of file, by its first bytes.
 fn foreign_kind(bytes: &[u8]) -> Option<&'static str> {
     const KINDS: [(&[u8], &str); 8] = [
         (b"\x76\x2F\x31\x01", "an OpenEXR picture; project it first"),

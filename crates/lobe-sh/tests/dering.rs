@@ -21,7 +21,7 @@ const METHODS: [DeringMethod; 6] = [
 const SUNS: usize = 26;
 
 fn with(method: DeringMethod) -> Dering {
-    Dering { method, kernel: None }
+    Dering::default().method(method)
 }
 
 /// The least value over the test directions and a Fibonacci sphere.
@@ -319,7 +319,7 @@ fn non_negative_functions_come_back_bit_for_bit() {
         for f in [ambient, touching, ShVec::zero(order)] {
             for method in METHODS {
                 for kernel in [None, Some(cosine.clone())] {
-                    let (g, report) = deringed(&f, &Dering { method, kernel });
+                    let (g, report) = deringed(&f, &Dering::default().method(method).kernel(kernel));
                     assert_eq!(report.outcome, DeringOutcome::Unchanged, "order {order}, {method}");
                     assert_eq!(g, f, "order {order}, {method}");
                     assert_eq!(report.energy_removed, 0.0, "order {order}, {method}");
@@ -379,7 +379,7 @@ fn rotation_turns_the_result_along() {
 fn radiance_may_ring_where_its_irradiance_does_not() {
     let cosine = Zonal::clamped_cosine(5);
     let f = &ShVec::impulse(5, Dir::from_angles(0.5, 0.5), 1.0) + &ShVec::constant(5, 0.002);
-    let for_irradiance = Dering { method: DeringMethod::LeastChange, kernel: Some(cosine.clone()) };
+    let for_irradiance = Dering::default().method(DeringMethod::LeastChange).kernel(cosine.clone());
     let (g, report) = deringed(&f, &for_irradiance);
     let (_, direct) = deringed(&f, &Dering::default());
     assert_eq!(report.outcome, DeringOutcome::Windowed, "the irradiance was negative");

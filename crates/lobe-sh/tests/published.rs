@@ -64,7 +64,8 @@ fn projection_error(sampling: Sampling, samples: usize, f: impl Fn(Dir) -> f64, 
     const SEEDS: u64 = 20;
     let mut sum = 0.0;
     for seed in 0..SEEDS {
-        let found = project_monte_carlo(3, &MonteCarlo { samples, seed, sampling }, &f).sh;
+        let found =
+            project_monte_carlo(3, &MonteCarlo::default().samples(samples).seed(seed).sampling(sampling), &f).sh;
         let worst = (&found - exact).coefficients().iter().fold(0.0_f64, |worst, d| worst.max(d.abs()));
         sum += worst * worst / SEEDS as f64;
     }

@@ -43,7 +43,8 @@
 //!
 //! ```
 //! use lobe::env::{bundled, irradiance_at, project_env};
-//! use lobe::render::{Ball, Tone, compare};
+//! use lobe::image::{Tone, compare};
+//! use lobe::render::Ball;
 //! use lobe::sh::{Dir, Rgb, Zonal, convolved};
 //!
 //! let sky = bundled::sunset().map();
@@ -122,6 +123,7 @@
 //! ```
 
 pub use lobe_env as env;
+pub use lobe_image as image;
 pub use lobe_io as io;
 pub use lobe_prt as prt;
 pub use lobe_render as render;
@@ -134,6 +136,9 @@ mod documents {
     #[doc = include_str!("../../../README.md")]
     mod readme {}
 
+    #[doc = include_str!("../README.md")]
+    mod readme_of_the_crate {}
+
     #[doc = include_str!("../../../ARCHITECTURE.md")]
     mod architecture {}
 
@@ -142,4 +147,65 @@ mod documents {
 
     #[doc = include_str!("../../../CONTRIBUTING.md")]
     mod contributing {}
+}
+
+/// The Rust blocks of the guide, `docs/guide`, chapter by chapter.
+#[cfg(doctest)]
+mod guide {
+    #[doc = include_str!("../../../docs/guide/src/introduction.md")]
+    mod introduction {}
+
+    #[doc = include_str!("../../../docs/guide/src/expansions.md")]
+    mod expansions {}
+
+    #[doc = include_str!("../../../docs/guide/src/projection.md")]
+    mod projection {}
+
+    #[doc = include_str!("../../../docs/guide/src/irradiance.md")]
+    mod irradiance {}
+
+    #[doc = include_str!("../../../docs/guide/src/rotation.md")]
+    mod rotation {}
+
+    #[doc = include_str!("../../../docs/guide/src/products.md")]
+    mod products {}
+
+    #[doc = include_str!("../../../docs/guide/src/ringing.md")]
+    mod ringing {}
+
+    #[doc = include_str!("../../../docs/guide/src/lights.md")]
+    mod lights {}
+
+    #[doc = include_str!("../../../docs/guide/src/environment-maps.md")]
+    mod environment_maps {}
+
+    #[doc = include_str!("../../../docs/guide/src/mappings.md")]
+    mod mappings {}
+
+    #[doc = include_str!("../../../docs/guide/src/prefiltering.md")]
+    mod prefiltering {}
+
+    #[doc = include_str!("../../../docs/guide/src/baking.md")]
+    mod baking {}
+
+    #[doc = include_str!("../../../docs/guide/src/compression.md")]
+    mod compression {}
+
+    #[doc = include_str!("../../../docs/guide/src/glossy.md")]
+    mod glossy {}
+
+    #[doc = include_str!("../../../docs/guide/src/rendering.md")]
+    mod rendering {}
+
+    #[doc = include_str!("../../../docs/guide/src/shipping.md")]
+    mod shipping {}
+
+    #[doc = include_str!("../../../docs/guide/src/command-line.md")]
+    mod command_line {}
+
+    #[doc = include_str!("../../../docs/guide/src/formats.md")]
+    mod formats {}
+
+    #[doc = include_str!("../../../docs/guide/src/conventions.md")]
+    mod conventions {}
 }

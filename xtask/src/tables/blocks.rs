@@ -1,6 +1,6 @@
-//! The tensor of triple products as products of complex numbers, a fourth of its size.
+//! The tensor of Gaunt coefficients as products of complex numbers, a fourth of its size.
 
-use lobe_sh::{index, triple_product};
+use lobe_sh::{gaunt_coefficient, index};
 
 /// The two basis functions `y_l^μ`, `y_l^-μ` of one `μ = |m|`, whose coefficients are read as a complex number
 /// `z = f_l^μ + i f_l^-μ`, real for `μ = 0`. Ordered by `μ`, then by band.
@@ -43,7 +43,7 @@ pub(super) fn blocks(orders: [usize; 3]) -> Vec<Block> {
             let lowest = if first.mu == 0 { second.l } else { mu };
             for third in (lowest..order).map(|l| Node { mu, l }) {
                 let [i, j, k] = [first, second, third].map(|node| index(node.l, node.mu as isize));
-                let block = Block { nodes: [first, second, third], constant: triple_product(i, j, k) };
+                let block = Block { nodes: [first, second, third], constant: gaunt_coefficient(i, j, k) };
                 if mu < order && block.constant != 0.0 && needed(block.nodes, orders) {
                     blocks.push(block);
                 }
@@ -87,7 +87,7 @@ mod tests {
                     real * permutations
                 })
                 .sum();
-            let tensor = lobe_sh::TripleTensor::new(order, order, order).triples().len();
+            let tensor = lobe_sh::GauntTensor::new(order, order, order).coefficients().len();
             assert_eq!(entries, tensor, "order {order}");
         }
     }

@@ -1,6 +1,6 @@
 //! `tables`: writes the straight-line products of `lobe-sh`, or checks that they are as this program writes them.
 //!
-//! It links the `lobe-sh` whose sources it writes, for the exact tensor of triple products; the products themselves
+//! It links the `lobe-sh` whose sources it writes, for the exact tensor of Gaunt coefficients; the products themselves
 //! it does not use, so that it can replace them whatever they contain, as long as they compile.
 
 mod blocks;
@@ -16,7 +16,8 @@ mod zonal;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use crate::{Outcome, workspace};
+use crate::outcome::Outcome;
+use crate::workspace;
 use graph::{Cost, Graph, Value};
 use plan::Shape;
 use text::Function;
@@ -187,9 +188,9 @@ fn index(products: &[Product]) -> String {
     for product in products {
         let _ = writeln!(text, "#[rustfmt::skip]\nmod {};", product.kind.module());
     }
-    text += "\nuse crate::product_cost::{ProductCost, ProductKind};\nuse crate::{Coefficient, Real as _};\n\n";
+    text += "\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\nuse crate::{Coefficient, Real as _};\n\n";
     text += COSTS_DOC;
-    text += "#[rustfmt::skip]\npub const PRODUCT_COSTS: &[ProductCost] = &[\n";
+    text += "#[cfg(test)]\n#[rustfmt::skip]\npub(crate) const PRODUCT_COSTS: &[ProductCost] = &[\n";
     for product in products {
         let Cost { multiplications, additions } = product.cost();
         let _ = writeln!(
@@ -306,7 +307,7 @@ mod tests {
                 let (a, b) = (random.signed_vec(a), random.signed_vec(b));
                 let b = if square { a.clone() } else { b };
                 let mut expected = vec![0.0; out];
-                lobe_sh::TripleTensor::new(orders[0], orders[1], orders[2]).product_into(&a, &b, &mut expected);
+                lobe_sh::GauntTensor::new(orders[0], orders[1], orders[2]).product_into(&a, &b, &mut expected);
                 let mine = evaluate(&graph, &results, &BTreeMap::from([('a', a), ('b', b)]));
                 for (k, (mine, negative)) in mine.into_iter().zip(signs).enumerate() {
                     let mine = if negative { -mine } else { mine };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lobe_sh::{index, triple_product};
+use lobe_sh::{gaunt_coefficient, index};
 
 use super::cover::{Edge, multiply_at_source};
 use super::graph::{Graph, Value, signed};
@@ -22,7 +22,7 @@ pub(super) fn build(order: usize) -> (Graph, Vec<Value>) {
     let mut edges = Vec::new();
     for (sink, &[mu, k, l]) in places.iter().enumerate() {
         for source in 0..order {
-            let constant = triple_product(index(source, 0), index(k, mu as isize), index(l, mu as isize));
+            let constant = gaunt_coefficient(index(source, 0), index(k, mu as isize), index(l, mu as isize));
             if constant != 0.0 {
                 edges.push(Edge { source, sink, constant });
             }

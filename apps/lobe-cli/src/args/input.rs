@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvError, EnvMap, Nonfinite, ReadOption, ReadOptions, ReadReport, bundled, read_env_bytes};
+use lobe::env::{EnvError, EnvMap, MapReadOptions, MapReadReport, Nonfinite, ReadOption, bundled, read_env_bytes};
 use lobe::sh::{ShFile, load_sh_json, read_sh_json};
 
 use crate::run::talk::Talk;
@@ -108,18 +108,18 @@ pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
 /// and what to do instead of either.
 pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&str; 2]) -> anyhow::Error {
     match error.downcast_ref() {
-        Some(EnvError::Refused { file, message, option: ReadOption::MaxTexels }) => {
-            anyhow::anyhow!("{file}: {message}; {too_large}")
+        Some(EnvError::Refused { place, message, option: ReadOption::MaxTexels }) => {
+            anyhow::anyhow!("{place}: {message}; {too_large}")
         }
-        Some(EnvError::Refused { file, message, option: ReadOption::Nonfinite }) => {
-            anyhow::anyhow!("{file}: {message}; {nonfinite}")
+        Some(EnvError::Refused { place, message, option: ReadOption::Nonfinite }) => {
+            anyhow::anyhow!("{place}: {message}; {nonfinite}")
         }
         _ => error,
     }
 }
 
 /// Reads a map that is part of the program.
-pub(crate) fn read_bundled(name: &str, options: &ReadOptions) -> anyhow::Result<(EnvMap, ReadReport)> {
+pub(crate) fn read_bundled(name: &str, options: &MapReadOptions) -> anyhow::Result<(EnvMap, MapReadReport)> {
     let Some(found) = bundled::all().into_iter().find(|map| map.name == name) else {
         let known = bundled::all().map(|map| format!("{BUNDLED}{}", map.name)).join(" or ");
         bail!("{BUNDLED}{name}: there is no such map in the program; there is {known}");
@@ -136,7 +136,7 @@ fn holds_expansion(path: &Path) -> bool {
 }
 
 /// Notes what was found remarkable in a file.
-pub(crate) fn tell(report: &ReadReport, name: &str, talk: Talk) {
+pub(crate) fn tell(report: &MapReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);
     }

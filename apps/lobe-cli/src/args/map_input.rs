@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, EnvFile, EnvMap, MappedMap, Mapping, Nonfinite, Raster,
-    ReadOptions, ReadReport, Resample, cube_face_paths, read_cube_faces, read_env_file, read_raster, resample,
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, EnvError, EnvFile, EnvMap, MapReadOptions, MapReadReport,
+    MappedMap, Mapping, Nonfinite, Resample, cube_face_paths, read_cube_faces, read_env_file, resample,
 };
+use lobe::image::{Picture, PictureReadOptions, read_picture};
 
 use crate::args::input::{BUNDLED, NonfiniteOption, PICTURES, explain, read_bundled, tell};
 use crate::args::values;
@@ -35,7 +36,7 @@ pub(crate) struct MapPath {
     from_left_handed: bool,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
     /// to as much again while a .hdr, .png or .jpg is decoded: 3.2 GB for the most that is read without this option
-    #[arg(long, value_name = "N", default_value_t = ReadOptions::default().max_texels, value_parser = max_texels)]
+    #[arg(long, value_name = "N", default_value_t = MapReadOptions::default().max_texels, value_parser = max_texels)]
     max_texels: usize,
 }
 
@@ -115,7 +116,7 @@ impl From<Form> for Mapping {
 impl MapInput {
     /// The map at a path that says itself how it shows the surroundings.
     pub(crate) fn of(path: &Path) -> Self {
-        let max_texels = ReadOptions::default().max_texels;
+        let max_texels = MapReadOptions::default().max_texels;
         let map = MapPath { path: path.to_owned(), from: None, from_left_handed: false, max_texels };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }
@@ -172,7 +173,7 @@ impl MapPath {
     }
 
     /// Reads the map, and tells what was found remarkable.
-    pub(crate) fn read_with(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(Levels, ReadReport)> {
+    pub(crate) fn read_with(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(Levels, MapReadReport)> {
         let (map, report) = self.read_any(nonfinite, talk)?;
         let mapping = map.base().mapping();
         if self.from_left_handed && mapping != Mapping::Cube {
@@ -181,8 +182,8 @@ impl MapPath {
         Ok((map, report))
     }
 
-    fn read_any(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(Levels, ReadReport)> {
-        let options = ReadOptions { nonfinite, max_texels: self.max_texels };
+    fn read_any(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(Levels, MapReadReport)> {
+        let options = MapReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels);
         let name = self.name();
         if let Some(bundled) = name.strip_prefix(BUNDLED) {
             if self.from.is_some_and(|form| form != Form::LatLong) {
@@ -208,8 +209,8 @@ impl MapPath {
         }
         let (map, report) = match self.from {
             Some(form) if !is_texture(&self.path) => {
-                let (picture, report) = read_raster(&self.path, &options)?;
-                (Levels::Single(self.map_of(form, picture)?), report)
+                let (picture, report) = read_picture(&self.path, &of_picture(&options)).map_err(EnvError::from)?;
+                (Levels::Single(self.map_of(form, picture)?), report.into())
             }
             Some(form) if form != Form::Cube => bail!("--from: {name} is a cube map; leave the option out"),
             _ => self.read_as_it_is(&options, talk)?,
@@ -219,7 +220,7 @@ impl MapPath {
     }
 
     /// Reads a file that says itself what it is, or whose proportions do.
-    fn read_as_it_is(&self, options: &ReadOptions, talk: Talk) -> anyhow::Result<(Levels, ReadReport)> {
+    fn read_as_it_is(&self, options: &MapReadOptions, talk: Talk) -> anyhow::Result<(Levels, MapReadReport)> {
         let error = match read_env_file(&self.path, options) {
             Ok((EnvFile::LatLong(map), report)) => return Ok((Levels::Single(map.into()), report)),
             Ok((EnvFile::Cube(chain), report)) => {
@@ -227,17 +228,17 @@ impl MapPath {
             }
             Err(error) => error,
         };
-        let (picture, report) = match read_raster(&self.path, options) {
+        let (picture, report) = match read_picture(&self.path, &of_picture(options)) {
             Ok(read) => read,
             // What is no picture of any shape is damaged, whatever its proportions.
-            Err(damage) => return Err(explain(&self.path, if is_texture(&self.path) { error } else { damage })),
+            Err(damage) => return Err(explain(&self.path, if is_texture(&self.path) { error } else { damage.into() })),
         };
-        if let Ok(layout) = CubeLayout::of_picture(picture.width, picture.height) {
+        if let Ok(layout) = CubeLayout::of_picture(picture.width(), picture.height()) {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&self.name(), &text);
-            return Ok((Levels::Single(self.map_of(Form::Cube, picture)?), report));
+            return Ok((Levels::Single(self.map_of(Form::Cube, picture)?), report.into()));
         }
-        let Raster { width, height, .. } = picture;
+        let (width, height) = (picture.width(), picture.height());
         bail!(
             "{}: a picture of {width} x {height} is neither lat-long (2:1) nor a cube (4:3, 3:4, 6:1 or 1:6); say what it is \
              with --from",
@@ -245,17 +246,21 @@ impl MapPath {
         )
     }
 
-    fn map_of(&self, form: Form, picture: Raster) -> anyhow::Result<MappedMap> {
+    fn map_of(&self, form: Form, picture: Picture) -> anyhow::Result<MappedMap> {
         let named = |error| anyhow::anyhow!("{}: {error}", self.name());
         if form == Form::Cube {
             return Ok(CubeMap::from_picture(&picture, self.handedness()).map_err(named)?.into());
         }
-        MappedMap::new(form.into(), picture.width, picture.height, picture.texels).map_err(named)
+        MappedMap::new(form.into(), picture.width(), picture.height(), picture.into_pixels()).map_err(named)
     }
 
     fn handedness(&self) -> CubeHandedness {
         if self.from_left_handed { CubeHandedness::Left } else { CubeHandedness::Right }
     }
+}
+
+fn of_picture(options: &MapReadOptions) -> PictureReadOptions {
+    PictureReadOptions::default().nonfinite(options.nonfinite).max_texels(options.max_texels)
 }
 
 fn layout_name(layout: CubeLayout) -> &'static str {

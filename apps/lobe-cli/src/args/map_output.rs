@@ -6,8 +6,8 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, FACE_NAMES, MappedMap, Mapping,
-    Raster, TexelFormat, WriteOptions, write_cube, write_cube_faces,
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, FACE_NAMES, MapWriteOptions,
+    MappedMap, Mapping, TexelFormat, write_cube, write_cube_faces,
 };
 
 use crate::args::map_input::{is_texture, six_files};
@@ -187,12 +187,12 @@ impl MapOutput {
 
     /// Writes the map.
     pub(crate) fn write(&self, map: MappedMap, talk: Talk) -> anyhow::Result<()> {
-        let options = WriteOptions { half: self.half };
+        let options = MapWriteOptions::default().half(self.half);
         match &self.output {
             MapFile::Picture(picture) if map.mapping() == Mapping::Cube => {
                 let layout = self.layout.unwrap_or(Layout::HorizontalCross).into();
-                let Raster { width, height, texels } = map.into_cube_map()?.to_picture(layout, self.handedness());
-                picture.write_with(&EnvMap::new(width, height, texels)?, &options, talk)
+                let cube = map.into_cube_map()?.to_picture(layout, self.handedness());
+                picture.write_with(&EnvMap::new(cube.width(), cube.height(), cube.into_pixels())?, &options, talk)
             }
             MapFile::Picture(picture) => {
                 let (width, height) = (map.width(), map.height());
@@ -206,7 +206,7 @@ impl MapOutput {
             MapFile::Faces { folder, extension } => {
                 let cube = map.into_cube_map()?;
                 std::fs::create_dir_all(folder)
-                    .map_err(|source| EnvError::Io { file: folder.display().to_string(), source })?;
+                    .map_err(|source| EnvError::Io { place: folder.display().to_string(), source })?;
                 let report = write_cube_faces(folder, extension, &cube, self.handedness(), &options)?;
                 note_clamped(&folder.display().to_string(), report, talk);
                 Ok(())
@@ -220,7 +220,7 @@ impl MapOutput {
             bail!("-o: a chain of levels is written as .ktx2 or .dds");
         };
         let options =
-            CubeWriteOptions { texels: self.texels.map(TexelFormat::from).unwrap_or_default(), zstd: self.zstd };
+            CubeWriteOptions::default().texels(self.texels.map(TexelFormat::from).unwrap_or_default()).zstd(self.zstd);
         let report = write_cube(path, &chain.of_handedness(self.handedness()), &options)?;
         note_clamped(&path.display().to_string(), report, talk);
         Ok(())

@@ -5,8 +5,9 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use clap::Args;
 use lobe::io::{check_writable, remove_abandoned};
-use lobe::sh::{ShError, ShFile, save_sh_json, write_sh_json};
+use lobe::sh::{Quantity, ShError, ShFile, save_sh_json, write_sh_json};
 use serde::Serialize;
 
 /// A `.sh.json` file to write, or `-` for stdout.
@@ -49,9 +50,28 @@ impl ShOutput {
     }
 }
 
+/// `--quantity`: the name of a result that has none by itself.
+#[derive(Args)]
+pub(crate) struct QuantityOption {
+    /// The quantity that the result is written as: radiance, irradiance, transfer, visibility or log-visibility [default: what
+    /// the inputs make, if that is one of these]
+    #[arg(long, value_name = "QUANTITY", value_parser = str::parse::<Quantity>)]
+    quantity: Option<Quantity>,
+}
+
+impl QuantityOption {
+    /// The quantity asked for, else the one that the inputs make; where they make none, the refusal says what to do.
+    pub(crate) fn or(&self, made: Result<Quantity, String>) -> Result<Quantity, String> {
+        match self.quantity {
+            Some(quantity) => Ok(quantity),
+            None => made.map_err(|why| format!("{why}; --quantity names the result whatever it is")),
+        }
+    }
+}
+
 /// Refuses a file that could not be written. Clears away what killed commands have left in its folder.
 pub(crate) fn prepare_file(path: &Path) -> anyhow::Result<()> {
-    check_writable(path).map_err(|source| ShError::Io { file: path.display().to_string(), source })?;
+    check_writable(path).map_err(|source| ShError::Io { place: path.display().to_string(), source })?;
     remove_abandoned(path);
     Ok(())
 }
@@ -86,5 +106,5 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 }
 
 fn stdout_error(source: io::Error) -> anyhow::Error {
-    ShError::Io { file: "stdout".to_owned(), source }.into()
+    ShError::Io { place: "stdout".to_owned(), source }.into()
 }

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lobe::env::{EnvMap, WriteOptions, WriteReport, write_env};
+use lobe::env::{EnvMap, MapWriteOptions, MapWriteReport, write_env};
+use lobe::image::{Picture, Tone};
 use lobe::io::write_atomically;
-use lobe::render::{Picture, Tone};
 use lobe::sh::ShError;
 
 use crate::args::input::texels_are;
@@ -55,11 +55,11 @@ impl PictureOutput {
 
     /// Writes the picture, and says what it is not.
     pub(crate) fn write(&self, map: &EnvMap, talk: Talk) -> anyhow::Result<()> {
-        self.write_with(map, &WriteOptions::default(), talk)
+        self.write_with(map, &MapWriteOptions::default(), talk)
     }
 
     /// Writes the picture with these options, and says what it is not.
-    pub(crate) fn write_with(&self, map: &EnvMap, options: &WriteOptions, talk: Talk) -> anyhow::Result<()> {
+    pub(crate) fn write_with(&self, map: &EnvMap, options: &MapWriteOptions, talk: Talk) -> anyhow::Result<()> {
         let name = self.path.display().to_string();
         match self.kind {
             Kind::Light => note_clamped(&name, write_env(&self.path, map, options)?, talk),
@@ -68,7 +68,7 @@ impl PictureOutput {
                 let exposure = Tone::PHOTOGRAPH.exposure.factor(&picture);
                 let png = picture.to_png(&Tone::PHOTOGRAPH)?;
                 write_atomically(&self.path, |w| w.write_all(&png))
-                    .map_err(|source| ShError::Io { file: name.clone(), source })?;
+                    .map_err(|source| ShError::Io { place: name.clone(), source })?;
                 let text = format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values");
                 talk.note(&name, &text);
             }
@@ -78,7 +78,7 @@ impl PictureOutput {
 }
 
 /// Says how many texels a format could not hold as they were.
-pub(crate) fn note_clamped(name: &str, report: WriteReport, talk: Talk) {
+pub(crate) fn note_clamped(name: &str, report: MapWriteReport, talk: Talk) {
     if report.clamped > 0 {
         let texels = texels_are(report.clamped);
         let instead = if name.ends_with(".exr") { "without --half it" } else { ".exr" };

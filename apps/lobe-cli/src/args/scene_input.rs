@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::scene::{ReadOptions, ReadReport, Scene, Up, built_in, read_scene};
+use lobe::prt::{BakedOrScene, read_baked_or_scene};
+use lobe::scene::{Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene};
 
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -63,9 +64,7 @@ impl SceneInput {
     /// Reads or makes the scene, and tells what was found remarkable.
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<Scene> {
         let name = self.name();
-        if self.up.is_some() && !self.has_extension(&["obj", "ply"]) {
-            bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
-        }
+        self.check_up()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
             if self.max_triangles.is_some() {
                 bail!("--max-triangles: only of scenes in files; leave the option out");
@@ -81,9 +80,33 @@ impl SceneInput {
         Ok(scene)
     }
 
+    /// Reads or makes the scene as [`SceneInput::read`], and with it the transfer that a baked glTF file holds.
+    pub(crate) fn read_or_baked(&self, talk: Talk) -> anyhow::Result<BakedOrScene> {
+        let Some(file) = self.gltf_file() else { return Ok(self.read(talk)?.into()) };
+        let read = read_baked_or_scene(file, &self.options())?;
+        match &read {
+            BakedOrScene::Baked(baked) => {
+                let name = self.name();
+                baked.report.notes.iter().for_each(|note| talk.note(&name, note));
+            }
+            BakedOrScene::Scene(_, report) => {
+                self.check_up()?;
+                tell(report, &self.name(), talk);
+            }
+        }
+        Ok(read)
+    }
+
+    fn check_up(&self) -> anyhow::Result<()> {
+        if self.up.is_some() && !self.has_extension(&["obj", "ply"]) {
+            bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
+        }
+        Ok(())
+    }
+
     /// How a file is to be read.
-    pub(crate) fn options(&self) -> ReadOptions {
-        let mut options = ReadOptions::default();
+    fn options(&self) -> SceneReadOptions {
+        let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
         options
@@ -96,7 +119,7 @@ impl SceneInput {
 }
 
 /// Notes what was found remarkable in a file.
-fn tell(report: &ReadReport, name: &str, talk: Talk) {
+fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);
     }

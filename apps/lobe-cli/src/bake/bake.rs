@@ -7,12 +7,11 @@ use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use lobe::io::Fingerprint;
 use lobe::prt::{
-    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Mode, Receivers,
-    TexelReceivers, Transfer, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, fingerprint_scene,
-    write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Mode, Receivers, Recipe,
+    RecipeMode, TexelReceivers, Transfer, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk,
+    fingerprint_scene, write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 use lobe::scene::{Bounds, Bvh, Scene};
-use serde_json::{Value, json};
 
 use crate::args::compression::Compression;
 use crate::args::memory::MemoryLimit;
@@ -118,12 +117,12 @@ impl ModeName {
         }
     }
 
-    const fn name(self) -> &'static str {
+    const fn in_recipe(self) -> RecipeMode {
         match self {
-            Self::Unshadowed => "unshadowed",
-            Self::Shadowed => "shadowed",
-            Self::Interreflected => "interreflected",
-            Self::Glossy => "glossy",
+            Self::Unshadowed => RecipeMode::Unshadowed,
+            Self::Shadowed => RecipeMode::Shadowed,
+            Self::Interreflected => RecipeMode::Interreflected,
+            Self::Glossy => RecipeMode::Glossy,
         }
     }
 }
@@ -283,7 +282,7 @@ impl Bake {
         let bvh = Bvh::new(&world.near);
         let (transfer, report) =
             checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, &receivers, &options, job))?;
-        let mut recipe = self.recipe(world.scene, &report);
+        let recipe = self.recipe(world.scene, &report);
         let Some(compression) = self.compression.options() else {
             write_watched(&transfer, talk, |transfer| match glb {
                 Some(glb) => glb.write(&self.output, transfer, &recipe),
@@ -295,7 +294,7 @@ impl Bake {
         let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&loaded, &compression, job))?;
         let Ok((compressed, saved)) = compressed else { return stopped() };
         stop_before_writing()?;
-        recipe["relative_error"] = json!(saved.relative_error);
+        let recipe = recipe.relative_error(saved.relative_error);
         match glb {
             Some(glb) => glb.write_compressed(&self.output, &compressed, &recipe)?,
             None => write_compressed_transfer(&self.output, &compressed, &recipe)?,
@@ -402,34 +401,23 @@ impl Bake {
     }
 
     /// Everything that decides the bytes of the output, and nothing that differs from run to run.
-    fn recipe(&self, scene: &Scene, report: &BakeReport) -> Value {
+    fn recipe(&self, scene: &Scene, report: &BakeReport) -> Recipe {
         let mut fingerprint = Fingerprint::of_kind(0);
         fingerprint_scene(&mut fingerprint, scene);
-        let options = self.bake_options();
         let compression = self.compression.options();
-        json!({
-            "scene": self.input.file_name(),
-            "scene_hash": fingerprint.to_string(),
-            "mode": self.mode.name(),
-            "order": options.order,
-            "samples": options.samples,
-            "bounces": if options.mode == Mode::Interreflected { options.bounces } else { 0 },
-            "bounces_baked": report.bounces,
-            "energy_stop": options.energy_stop,
-            "seed": options.seed,
-            "max_edge": self.splitting.max_edge,
-            "adaptive": self.splitting.adaptive,
-            "min_edge": self.splitting.min_edge,
-            "texels": self.texels,
-            "grid": self.grid,
-            "grid_box": self.grid_box,
-            "clusters": compression.map(|options| options.clusters),
-            "components": compression.map(|options| options.components),
-            "weights": compression.map(|options| 8 * options.weights.bytes()),
-            "rays": report.rays,
-            "stderr_dc": report.stderr_dc,
-            "versions": {"lobe": env!("CARGO_PKG_VERSION")},
-        })
+        Recipe::of_bake(&self.bake_options(), report)
+            .scene(self.input.file_name())
+            .scene_hash(fingerprint.to_string())
+            .mode(self.mode.in_recipe())
+            .max_edge(self.splitting.max_edge)
+            .adaptive(self.splitting.adaptive)
+            .min_edge(self.splitting.min_edge)
+            .texels(self.texels)
+            .grid(self.grid)
+            .grid_box(self.grid_box)
+            .clusters(compression.map(|options| options.clusters))
+            .components(compression.map(|options| options.components))
+            .weights(compression.map(|options| 8 * options.weights.bytes()))
     }
 }
 

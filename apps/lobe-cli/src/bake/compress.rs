@@ -9,7 +9,6 @@ use lobe::prt::{
     write_compressed_transfer,
 };
 use serde::Serialize;
-use serde_json::json;
 
 use crate::args::compression;
 use crate::args::output;
@@ -85,13 +84,12 @@ impl Compress {
         let Ok((compressed, report)) = compressed else {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
-        let recipe = recipe.with(json!({
-            "clusters": self.clusters,
-            "components": self.components,
-            "weights": 8 * self.weights.bytes(),
-            "relative_error": report.relative_error,
-            "compressed_by": env!("CARGO_PKG_VERSION"),
-        }));
+        let recipe = recipe
+            .clusters(Some(self.clusters))
+            .components(Some(self.components))
+            .weights(Some(8 * self.weights.bytes()))
+            .relative_error(report.relative_error)
+            .compressed_by(env!("CARGO_PKG_VERSION").to_owned());
         write_compressed_transfer(&self.output, &compressed, &recipe)?;
         tell_if_too_late(&self.output, talk);
         let curve = if self.curve { Some(self.curve_of(&transfer, &options, talk)?) } else { None };

@@ -6,7 +6,6 @@ use anyhow::bail;
 use clap::Args;
 use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal, write_zonal_transfer};
 use serde::Serialize;
-use serde_json::json;
 
 use crate::args::output;
 use crate::args::transfer_input::TransferInput;
@@ -60,12 +59,11 @@ impl FitLobes {
         let Ok((zonal, report)) = fitted else {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
-        let recipe = recipe.with(json!({
-            "lobes": self.lobes,
-            "closed_form": self.closed_form,
-            "relative_error": report.relative_error,
-            "fitted_by": env!("CARGO_PKG_VERSION"),
-        }));
+        let recipe = recipe
+            .lobes(self.lobes)
+            .closed_form(self.closed_form)
+            .relative_error(report.relative_error)
+            .fitted_by(env!("CARGO_PKG_VERSION").to_owned());
         write_zonal_transfer(&self.output, &zonal, &recipe)?;
         tell_if_too_late(&self.output, talk);
         let printed = Printed {

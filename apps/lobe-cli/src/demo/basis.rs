@@ -1,6 +1,7 @@
 //! The functions everything above is made of.
 
-use lobe::render::{Tone, basis_balloons, basis_crosses};
+use lobe::image::Tone;
+use lobe::render::{basis_balloons, basis_crosses};
 
 use super::Writer;
 

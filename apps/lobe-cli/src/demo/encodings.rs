@@ -1,7 +1,8 @@
 //! Irradiance in nine to twenty-seven numbers, each way of keeping it on a ball of its own.
 
 use lobe::env::irradiance_at;
-use lobe::render::{Ball, Picture, Sheet, Tone, View, error_map};
+use lobe::image::{Picture, Sheet, Tone, error_map};
+use lobe::render::{Ball, View};
 use lobe::sh::{Dir, IrradianceEncoding, Rgb, Zh3Axis, tangent_frame};
 
 use super::{BACKDROP, Sky, Writer, digits};
@@ -93,7 +94,7 @@ impl Writer<'_> {
 
 /// Two pictures in one.
 fn side_by_side(pair: &[Picture; 2]) -> Picture {
-    Sheet { columns: 2, margin: 0, background: BACKDROP }.compose(pair)
+    Sheet { columns: 2, margin: 0, background: BACKDROP.into() }.compose(pair)
 }
 
 /// A share in percent, three digits.

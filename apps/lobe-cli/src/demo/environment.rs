@@ -1,7 +1,7 @@
 //! The photograph itself.
 
 use lobe::env::lat_long;
-use lobe::render::{Picture, Tone};
+use lobe::image::{Picture, Tone};
 use lobe::sh::Expansion as _;
 
 use super::{Sky, Writer, digits};

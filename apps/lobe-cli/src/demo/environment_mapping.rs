@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 use lobe::env::{
     CubeMipChain, Mapping, PrefilterOptions, Resample, SunOptions, cube, extract_sun, prefilter_ggx, resample,
 };
-use lobe::render::{EnvironmentSheetOptions, Picture, Sheet, Tone, environment_mapping_sheet};
+use lobe::image::{Picture, Sheet, Tone};
+use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 use lobe::sh::Rgb;
 
 use super::{Sky, Writer, digits};
@@ -60,7 +61,7 @@ impl Writer<'_> {
             tone.apply(&Picture::from_fn(side, side, look))
         };
         let faces: Vec<Picture> = chain.levels().iter().map(face).collect();
-        Sheet { columns: faces.len(), margin: 4, background: Rgb::new(1.0, 1.0, 1.0) }.compose(&faces)
+        Sheet { columns: faces.len(), margin: 4, background: [1.0; 3] }.compose(&faces)
     }
 
     /// The sun taken out of a photograph.

@@ -1,7 +1,8 @@
 //! The eight ways to lay the sphere out, and what converting costs.
 
 use lobe::env::{MappedMap, Mapping, Resample, project_map, resample};
-use lobe::render::{Picture, Sheet, Tone, mapping_figure};
+use lobe::image::{Picture, Sheet, Tone};
+use lobe::render::mapping_figure;
 use lobe::sh::{Expansion as _, Rgb, ShVec};
 
 use super::{Sky, Writer, digits};
@@ -25,7 +26,7 @@ impl Writer<'_> {
         );
         for (what, pictures) in [("mappings", figures), ("maps", shown)] {
             let file = sky.file(&format!("{what}.png"));
-            let sheet = Sheet { columns: 4, margin: 6, background: Rgb::new(1.0, 1.0, 1.0) }.compose(&pictures);
+            let sheet = Sheet { columns: 4, margin: 6, background: [1.0; 3] }.compose(&pictures);
             self.write(&file, &sheet, &Tone::PLAIN)?;
             self.page.figure(&file, self.picture, what);
         }

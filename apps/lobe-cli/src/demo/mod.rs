@@ -26,8 +26,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lobe::env::bundled::{self, Bundled};
 use lobe::env::{EnvError, EnvMap, project_env};
+use lobe::image::{Exposure, Picture, Tone};
 use lobe::io::write_atomically;
-use lobe::render::{Exposure, Picture, Tone};
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, save_sh_json};
 
 use crate::args::output;
@@ -161,7 +161,7 @@ impl Sky {
 }
 
 fn io_error(path: &Path, source: io::Error) -> EnvError {
-    EnvError::Io { file: path.display().to_string(), source }
+    EnvError::Io { place: path.display().to_string(), source }
 }
 
 impl Writer<'_> {

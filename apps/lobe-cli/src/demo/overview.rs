@@ -1,6 +1,7 @@
 //! One picture that tells the story: the photograph, its reconstructions, the balls.
 
-use lobe::render::{Picture, Sheet, Tone, lat_long_picture_of};
+use lobe::image::{Picture, Sheet, Tone};
+use lobe::render::lat_long_picture_of;
 use lobe::sh::Rgb;
 
 use super::{SWEEP, Sky, Writer};
@@ -23,7 +24,7 @@ impl Writer<'_> {
         let orders: Vec<Picture> = (1..=SWEEP)
             .map(|order| sky.tone.apply(&lat_long_picture_of(2 * small, small, &sky.radiance.resized(order))))
             .collect();
-        let sheet = Sheet { columns: 2, margin: GAP, background: WHITE }.compose(&orders);
+        let sheet = Sheet { columns: 2, margin: GAP, background: WHITE.into() }.compose(&orders);
 
         let mut overview = Picture::filled(width + GAP + sheet.width(), height + 2 * GAP, WHITE);
         let gap = GAP as isize;

@@ -25,7 +25,7 @@ impl Writer<'_> {
             ("Fibonacci spiral", Sampling::Fibonacci),
         ] {
             for samples in [100, 1_600, 25_600] {
-                let options = MonteCarlo { samples, seed: 1, sampling };
+                let options = MonteCarlo::default().samples(samples).seed(1).sampling(sampling);
                 let found = project_monte_carlo(ORDER, &options, |s| sky.map.radiance(s).widen());
                 let error = norm(&(&found.sh - &exact)) / norm(&exact);
                 let reported = norm(&found.standard_error) / norm(&exact);

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe::render::{Picture, lat_long_picture_of};
+use lobe::image::Picture;
+use lobe::render::lat_long_picture_of;
 
 use super::{SWEEP, Sky, Writer, digits, energy, values_like};
 

@@ -3,7 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use lobe::env::irradiance_at;
-use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot, Tone, View};
+use lobe::image::Tone;
+use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot, View};
 use lobe::sh::{
     Coefficient as _, Dering, DeringMethod, DeringReport, Dir, Expansion as _, Extremum, Quantity, Rgb, ShVec,
     WindowFamily, Zonal, certified_maximum, convolved, deringed,
@@ -183,7 +184,7 @@ impl Writer<'_> {
     fn methods_table(&mut self, irradiance: &ShVec<Rgb<f64>>) {
         (self.progress)("methods of dering");
         let rows = METHODS.map(|(name, method)| {
-            let (_, report) = deringed(irradiance, &Dering { method, kernel: None });
+            let (_, report) = deringed(irradiance, &Dering::default().method(method));
             vec![
                 name.to_owned(),
                 bands(&report),

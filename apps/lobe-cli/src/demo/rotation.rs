@@ -1,6 +1,7 @@
 //! The light turned about the vertical.
 
-use lobe::render::{Ball, Sheet, Tone, View};
+use lobe::image::{Sheet, Tone};
+use lobe::render::{Ball, View};
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved, even_directions};
 
 use super::{BACKDROP, Sky, Writer, digits};
@@ -26,7 +27,7 @@ impl Writer<'_> {
         }
         let tone = Tone::OBJECT.fixed_for(&balls[0]);
         let file = sky.file("rotation.png");
-        let sheet = Sheet { columns: STEPS, margin: 4, background: BACKDROP }.compose(&balls);
+        let sheet = Sheet { columns: STEPS, margin: 4, background: BACKDROP.into() }.compose(&balls);
         self.write(&file, &sheet, &tone)?;
         self.page.section(&format!("{name}: the sky turns, the numbers turn with it"));
         self.page.figure(&file, sheet.width(), "the light turned about +z by 0°, 45°, 90°, .. 315°");

@@ -1,7 +1,7 @@
 //! Skies from formulas, and lights of finite size.
 
 use lobe::env::{CieSky, DiscLight, Ground, PolygonLight, PreethamSky, SphereLight, compare_approximations, sky_map};
-use lobe::render::{Picture, Sheet, Tone};
+use lobe::image::{Picture, Sheet, Tone};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 
 use super::{Writer, digits};
@@ -42,7 +42,7 @@ impl Writer<'_> {
             )));
         }
         let shown: Vec<Picture> = pictures.iter().map(|picture| Tone::PHOTOGRAPH.apply(picture)).collect();
-        let sheet = Sheet { columns: HEIGHTS.len(), margin: 4, background: Rgb::new(1.0, 1.0, 1.0) }.compose(&shown);
+        let sheet = Sheet { columns: HEIGHTS.len(), margin: 4, background: [1.0; 3] }.compose(&shown);
         self.write("skies.png", &sheet, &Tone::PLAIN)?;
         self.page.section("Skies without a photograph");
         self.page.figure(

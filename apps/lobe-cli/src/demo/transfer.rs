@@ -2,11 +2,12 @@
 
 use std::ops::ControlFlow;
 
+use lobe::image::{Picture, Pixel, Tone, compare, error_map, write_animated_png};
 use lobe::io::Job;
 use lobe::prt::{BakeOptions, BakeReport, Mode, Receivers, Transfer, bake};
 use lobe::render::{
-    Camera, DistantLight, PathOptions, Picture, SampleCount, SceneHit, Tone, Truth, TruthOptions, ViewOptions, compare,
-    error_map, render_truth, scene_picture, write_animated_png,
+    Camera, DistantLight, PathOptions, SampleCount, SceneHit, Truth, TruthOptions, ViewOptions, render_truth,
+    scene_picture,
 };
 use lobe::scene::{Bvh, Scene, built_in};
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Window, windowed};
@@ -206,7 +207,7 @@ impl Hall {
     }
 
     /// All pixels that show nothing but the hall.
-    pub(super) fn seen(&self, light: &ShVec<Rgb<f64>>, degrees: f64, truth: &Truth) -> Vec<Rgb<f32>> {
+    pub(super) fn seen(&self, light: &ShVec<Rgb<f64>>, degrees: f64, truth: &Truth) -> Vec<Pixel> {
         let [width, height] = self.size;
         let options = ViewOptions { width, height, rays: RAYS };
         let lit = self.transfer.exit_radiance(about_z(degrees).rotated(light).coefficients());
@@ -220,7 +221,7 @@ impl Hall {
 }
 
 /// The pixels of a picture where a truth shows nothing but surfaces.
-pub(super) fn covered<'a>(truth: &'a Truth, picture: &'a Picture) -> impl Iterator<Item = Rgb<f32>> + 'a {
+pub(super) fn covered<'a>(truth: &'a Truth, picture: &'a Picture) -> impl Iterator<Item = Pixel> + 'a {
     truth.coverage.iter().zip(picture.pixels()).filter(|(coverage, _)| **coverage == 1.0).map(|(_, pixel)| *pixel)
 }
 

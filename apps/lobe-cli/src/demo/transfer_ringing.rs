@@ -1,6 +1,7 @@
 //! Where a higher order is farther from the truth, why, and what a window does about it.
 
-use lobe::render::{Curve2d, Picture, Tone, Truth};
+use lobe::image::{Picture, Pixel, Tone};
+use lobe::render::{Curve2d, Truth};
 use lobe::sh::{Coefficient as _, Rgb, ShVec};
 
 use super::lights::{BLACK, BLUE};
@@ -136,7 +137,8 @@ impl Writer<'_> {
 
 impl Found {
     fn of(light: &ShVec<Rgb<f64>>, hall: &Hall, truth: &Truth) -> Self {
-        let luminances = |pixels: Vec<Rgb<f32>>| pixels.iter().map(|c| c.widen().luminance()).collect::<Vec<_>>();
+        let luminance = |c: &Pixel| Rgb::from(*c).widen().luminance();
+        let luminances = |pixels: Vec<Pixel>| pixels.iter().map(luminance).collect::<Vec<_>>();
         let found = luminances(hall.seen(light, 0.0, truth));
         let expected = luminances(covered(truth, &truth.mean).collect());
         let mut sorted = expected.clone();

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
-use lobe::render::{EnvironmentSheetOptions, Tone, environment_mapping_sheet};
+use lobe::image::Tone;
+use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;

@@ -1,6 +1,5 @@
 //! TODO room render.
 
-pub(crate) mod backs;
 pub(crate) mod light;
 pub(crate) mod render;
 pub(crate) mod transfer;

@@ -1,21 +1,20 @@
 //! `lobe render`: a scene under distant light, by transfer or by paths.
 
-use std::f64::consts::FRAC_1_PI;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, WriteOptions, write_env};
+use lobe::env::{EnvMap, MapWriteOptions, write_env};
+use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
 use lobe::io::{Progress, StagedFile, StagedWriter};
 use lobe::render::{
-    AnimatedPng, Camera, Curve, DistantLight, Exposure, LightStrategy, PathOptions, Picture, RenderError, SampleCount,
-    SceneHit, Surfaces, Tone, Truth, TruthOptions, ViewOptions, render_truth_resumable, scene_picture,
+    BakedScene, Camera, DistantLight, GlossyLobe, LightStrategy, LitPicture, PathOptions, RenderError, SampleCount,
+    Surfaces, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_resumable,
 };
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::output;
@@ -23,14 +22,11 @@ use crate::args::picture::note_clamped;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
 use crate::render::light::{LightInput, ReadLight};
-use crate::render::transfer::{Asked, Lobe, SceneTransfer, parse_lobe, prepare};
+use crate::render::transfer::{Asked, parse_lobe};
 use crate::render::view::ViewInput;
 use crate::run::bake_watch::Checkpoint;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
-
-/// A channel that is below zero by more than this part of the mean of the light is a dark spot in the picture, not rounding.
-const VISIBLY_BELOW: f64 = 1e-3;
 
 /// Limits that only slips of the finger exceed.
 const MAX_SAMPLES: usize = 1 << 20;
@@ -48,7 +44,7 @@ const BOUNCES: usize = 3;
 const IRRADIANCE_ORDER: usize = 3;
 
 /// A surface that an order of 4 can just show.
-const LOBE: Lobe = Lobe::Ggx(0.3);
+const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 
 /// A turn of 36 frames takes three seconds.
 const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
@@ -108,7 +104,7 @@ pub(crate) struct Render {
     /// glossy: the lobe that surfaces mirror with, tinted by their base color [default: ggx:0.3]. A lobe about the mirrored
     /// view stands for the surface: 18 % from --mode truth --surfaces gltf for metals of α 0.3, farther for rougher ones
     #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
-    lobe: Option<Lobe>,
+    lobe: Option<GlossyLobe>,
     /// All but truth, which shows the light that it uses: what is seen behind the scene; light, to compare with a truth of the
     /// same --order [default: env]
     #[arg(long, value_enum)]
@@ -174,14 +170,7 @@ fn frames(text: &str) -> Result<usize, String> {
 /// One picture, with all that is known of it if it was traced.
 enum Rendered {
     Traced(Box<Truth>),
-    Shaded(Shaded),
-}
-
-/// A picture of all modes but truth.
-struct Shaded {
-    picture: Picture,
-    /// The part of what is seen of the scene that is below zero.
-    below: f64,
+    Shaded(LitPicture),
 }
 
 impl Rendered {
@@ -193,15 +182,19 @@ impl Rendered {
     }
 }
 
+/// The scene, with transfer where the mode needs it.
+enum Stage {
+    Plain(Scene, Bvh),
+    Baked(Box<BakedScene>),
+}
+
 /// What stays the same from frame to frame.
 struct Work<'a> {
-    scene: &'a Scene,
-    bvh: &'a Bvh,
+    stage: Stage,
     camera: Camera,
     light: &'a ReadLight,
     /// None where the light is used as it was given.
     expansion: Option<ShVec<Rgb<f64>>>,
-    transfer: Option<&'a SceneTransfer>,
 }
 
 impl Render {
@@ -218,31 +211,22 @@ impl Render {
             output::prepare_file(&path)?;
         }
         let light = self.light.read(talk)?;
-        let (scene, bvh, mut transfer) = match self.asked() {
+        let (stage, camera) = match self.asked() {
             None => {
                 let scene = self.scene.read(talk)?;
-                let bvh = Bvh::new(&scene);
-                (scene, bvh, None)
+                let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
+                (Stage::Plain(scene, bvh), camera)
             }
             Some(asked) => {
-                let (scene, bvh, transfer) = prepare(&self.scene, &asked, &self.memory, talk)?;
-                (scene, bvh, Some(transfer))
+                let view = |scene: &Scene| Ok((self.view.camera(scene)?, self.view_options()));
+                let (baked, camera) = asked.prepare(&self.scene, view, &self.memory, talk)?;
+                (Stage::Baked(Box::new(baked)), camera)
             }
         };
-        let camera = self.view.camera(&scene)?;
-        if let Some(transfer) = &mut transfer {
-            transfer.bake_backs(&scene, &bvh, &camera, &self.view_options(), &self.memory, talk)?;
-        }
-        let order = transfer.as_ref().map_or(IRRADIANCE_ORDER, SceneTransfer::order);
+        let order = if let Stage::Baked(baked) = &stage { baked.order() } else { IRRADIANCE_ORDER };
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
-        let work = Work {
-            scene: &scene,
-            bvh: &bvh,
-            camera,
-            light: &light,
-            expansion: is_expansion.then(|| self.light.expansion(&light, order)),
-            transfer: transfer.as_ref(),
-        };
+        let expansion = is_expansion.then(|| self.light.expansion(&light, order));
+        let work = Work { stage, camera, light: &light, expansion };
         self.render_all(&work, frames, talk)
     }
 
@@ -256,7 +240,10 @@ impl Render {
             None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
             Some(path) => {
                 let io = |source| RenderError::Io { path: path.clone(), source };
-                let in_file = |error| if let RenderError::Output(source) = error { io(source) } else { error };
+                let in_file = |error| match error {
+                    ImageError::Output(source) => io(source),
+                    other => other.into(),
+                };
                 let mut file = StagedWriter::new(&path).map_err(io)?;
                 let (width, height) = self.view.size();
                 let mut animation =
@@ -312,7 +299,7 @@ impl Render {
             let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
             self.write(&rendered, &tone, k, talk)?;
             if let (0, Rendered::Shaded(shaded)) = (k, &rendered) {
-                self.note_ringing(shaded.below, talk);
+                self.note_ringing(shaded.below_zero, talk);
             }
             animate(rendered.picture(), &tone)?;
         }
@@ -351,52 +338,40 @@ impl Render {
         checkpoint: &Checkpoint,
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Rendered, RenderError> {
-        if self.mode == Mode::Truth {
-            let (width, height) = self.view.size();
-            let light = match &work.expansion {
-                Some(f) => DistantLight::from_expansion(f.clone()),
-                None => work.light.as_it_is(),
-            };
-            let options = TruthOptions {
-                width,
-                height,
-                count: SampleCount::of(self.samples.unwrap_or(PATHS)),
-                paths: self.path_options(),
-            };
-            let (Work { scene, bvh, camera, .. }, light) = (work, light.turned(turn));
-            let truth = render_truth_resumable(scene, bvh, camera, &light, &options, checkpoint.path(), progress)?;
-            return Ok(Rendered::Traced(Box::new(truth)));
+        match (&work.stage, &work.expansion) {
+            (Stage::Plain(scene, bvh), expansion) if self.mode == Mode::Truth => {
+                let light = match expansion {
+                    Some(f) => DistantLight::from_expansion(f.clone()),
+                    None => work.light.as_it_is(),
+                };
+                let (light, options, kept) = (light.turned(turn), self.truth_options(), checkpoint.path());
+                let truth = render_truth_resumable(scene, bvh, &work.camera, &light, &options, kept, progress)?;
+                Ok(Rendered::Traced(Box::new(truth)))
+            }
+            (stage, Some(f)) => {
+                let behind = match self.background.unwrap_or(Background::Env) {
+                    Background::Env => work.light.as_it_is(),
+                    Background::Light => DistantLight::from_expansion(f.clone()),
+                };
+                let (behind, f) = (behind.turned(turn), turn.rotated(f));
+                let background = |s: Dir| behind.radiance(s);
+                let (camera, options) = (&work.camera, self.view_options());
+                let lit = match stage {
+                    Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, progress),
+                    Stage::Plain(scene, bvh) => {
+                        light_by_irradiance((scene, bvh), &f, camera, &options, background, progress)
+                    }
+                };
+                lit.map(Rendered::Shaded)
+            }
+            (_, None) => unreachable!("all modes but truth light with an expansion"),
         }
-        let Some(f) = &work.expansion else { unreachable!("all modes but truth light with an expansion") };
-        let behind = match self.background.unwrap_or(Background::Env) {
-            Background::Env => work.light.as_it_is(),
-            Background::Light => DistantLight::from_expansion(f.clone()),
-        };
-        let behind = behind.turned(turn);
-        let f = turn.rotated(f);
-        let options = self.view_options();
-        let (scene, bvh, camera) = (work.scene, work.bvh, &work.camera);
-        let background = |s: Dir| behind.radiance(s);
-        let (seen, below) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let limit = -VISIBLY_BELOW * f.mean().luminance().abs();
-        let counted = |sent: Rgb<f64>| {
-            seen.fetch_add(1, Ordering::Relaxed);
-            below.fetch_add(usize::from(sent.r.min(sent.g).min(sent.b) < limit), Ordering::Relaxed);
-            sent
-        };
-        let picture = match work.transfer {
-            Some(transfer) => {
-                let lit = transfer.lit(scene, &f);
-                scene_picture(scene, bvh, camera, &options, background, |hit| counted(lit.radiance(hit)), progress)
-            }
-            None => {
-                let irradiance = convolved(&f, &Zonal::clamped_cosine(f.order()));
-                let matte = |hit: &SceneHit<'_>| counted((hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI));
-                scene_picture(scene, bvh, camera, &options, background, matte, progress)
-            }
-        }?;
-        let below = below.into_inner() as f64 / seen.into_inner().max(1) as f64;
-        Ok(Rendered::Shaded(Shaded { picture, below }))
+    }
+
+    fn truth_options(&self) -> TruthOptions {
+        let (width, height) = self.view.size();
+        let count = SampleCount::of(self.samples.unwrap_or(PATHS));
+        TruthOptions { width, height, count, paths: self.path_options() }
     }
 
     /// What all modes but truth look with.
@@ -451,9 +426,9 @@ impl Render {
         }
         match rendered {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
-            Rendered::Shaded(Shaded { picture, .. }) => {
+            Rendered::Shaded(LitPicture { picture, .. }) => {
                 let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
-                note_clamped(&name, write_env(&path, &pixels, &WriteOptions::default())?, talk);
+                note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
             }
         }
         Ok(())

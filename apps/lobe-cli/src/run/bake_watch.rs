@@ -1,11 +1,13 @@
 //! Long work that is watched, stopped and continued.
 
+use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use lobe::io::{Job, Progress};
 use lobe::prt::PrtError;
+use lobe::render::RenderError;
 
 use crate::run::ctrl_c;
 use crate::run::talk::{ProgressLine, Talk};
@@ -13,12 +15,29 @@ use crate::run::talk::{ProgressLine, Talk};
 /// What a user can do about work that was stopped and has a checkpoint.
 pub(crate) const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
 
+/// An error that may say that work was stopped.
+pub(crate) trait Cancellable: Error + Send + Sync + 'static {
+    fn is_cancelled(&self) -> bool;
+}
+
+impl Cancellable for PrtError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
+impl Cancellable for RenderError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
 /// Does work, with a line where somebody is watching, until it is done or somebody presses Ctrl-C: then how far it was is the
 /// inner error.
-pub(crate) fn watched<T>(
+pub(crate) fn watched<T, E: Cancellable>(
     talk: Talk,
     what: &'static str,
-    work: impl FnOnce(Job<'_>) -> Result<T, PrtError>,
+    work: impl FnOnce(Job<'_>) -> Result<T, E>,
 ) -> anyhow::Result<Result<T, Progress>> {
     ctrl_c::watch();
     let line = talk.progress(what);
@@ -29,7 +48,7 @@ pub(crate) fn watched<T>(
         ctrl_c::go_on()
     }));
     match (result, last) {
-        (Err(PrtError::Cancelled), Some(last)) => Ok(Err(last)),
+        (Err(error), Some(last)) if error.is_cancelled() => Ok(Err(last)),
         (other, _) => Ok(Ok(other?)),
     }
 }

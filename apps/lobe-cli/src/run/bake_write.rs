@@ -123,8 +123,7 @@ mod tests {
     use std::fs;
     use std::ops::ControlFlow;
 
-    use lobe::prt::{Transfer, TransferMatrices, write_matrices, write_transfer};
-    use serde_json::Value;
+    use lobe::prt::{Recipe, Transfer, TransferMatrices, write_matrices, write_transfer};
 
     use super::*;
 
@@ -145,8 +144,8 @@ mod tests {
                 };
                 let job = Job::default().watched_by(watch);
                 let written = match is_transfer {
-                    true => write_rows(&transfer, job, |rows| write_transfer(&path, rows, &Value::Null)),
-                    false => write_rows(&matrices, job, |rows| write_matrices(&path, rows, &Value::Null)),
+                    true => write_rows(&transfer, job, |rows| write_transfer(&path, rows, &Recipe::default())),
+                    false => write_rows(&matrices, job, |rows| write_matrices(&path, rows, &Recipe::default())),
                 };
                 let is_stopped = matches!(written, Err(PrtError::Cancelled));
                 assert_eq!(is_stopped, stop_at < 4, "{written:?}, stopped at call {stop_at}");

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use clap::error::ErrorKind;
 use lobe::env::{EnvError, ReadOption};
 use lobe::prt::PrtError;
+use lobe::render::RenderError;
 use lobe::scene::SceneError;
 use lobe::sh::ShError;
 
@@ -82,10 +83,10 @@ pub(crate) fn report_panic() -> ExitCode {
 /// The message of an error; what the system says about files that everybody meets is said in plain words, and what the
 /// options of reading keep out by the names that they have here.
 fn plain(error: &anyhow::Error) -> String {
-    if let Some(EnvError::Refused { file, message, option }) = error.downcast_ref() {
-        return format!("{file}: {message}; {}", in_flags(*option));
+    if let Some(EnvError::Refused { place, message, option }) = error.downcast_ref() {
+        return format!("{place}: {message}; {}", in_flags(*option));
     }
-    let scene = match error.downcast_ref() {
+    let scene = match prt_error(error) {
         Some(PrtError::Scene(scene)) => Some(scene),
         _ => error.downcast_ref(),
     };
@@ -107,15 +108,23 @@ fn in_flags(option: ReadOption) -> String {
     }
 }
 
+/// An error of transfer, met alone or on the way to a picture.
+fn prt_error(error: &anyhow::Error) -> Option<&PrtError> {
+    match error.downcast_ref() {
+        Some(RenderError::Prt(error)) => Some(error),
+        _ => error.downcast_ref(),
+    }
+}
+
 /// The file and the refusal, if an error is one of the system.
 fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
-    if let Some(EnvError::Io { file, source }) = error.downcast_ref() {
+    if let Some(EnvError::Io { place, source }) = error.downcast_ref() {
+        return Some((place, source));
+    }
+    if let Some(ShError::Io { place: file, source }) = error.downcast_ref() {
         return Some((file, source));
     }
-    if let Some(ShError::Io { file, source }) = error.downcast_ref() {
-        return Some((file, source));
-    }
-    match (error.downcast_ref(), error.downcast_ref()) {
+    match (prt_error(error), error.downcast_ref()) {
         (Some(PrtError::Io { place: file, source }), _)
         | (Some(PrtError::Scene(SceneError::Io { place: file, source })), _)
         | (_, Some(SceneError::Io { place: file, source })) => Some((file, source)),
@@ -174,7 +183,7 @@ mod tests {
 
     #[test]
     fn refusals_of_the_system_are_said_in_plain_words() {
-        let said = |source: io::Error| plain(&EnvError::Io { file: "a.exr".into(), source }.into());
+        let said = |source: io::Error| plain(&EnvError::Io { place: "a.exr".into(), source }.into());
         assert_eq!(
             said(io::Error::from_raw_os_error(2)),
             "a.exr: no such file; check the name and the folder",

@@ -11,7 +11,7 @@ use lobe::sh::{
 };
 
 use crate::args::input::ShInput;
-use crate::args::output::ShOutput;
+use crate::args::output::{QuantityOption, ShOutput};
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -28,6 +28,8 @@ pub(crate) struct ShConvolve {
     /// of roughness ALPHA, 0 to 1 (both integrate to 1); or a .sh.json file of a function of the angle from +z
     #[arg(long, value_name = "cosine|phong:E|ggx:ALPHA|Z.sh.json")]
     kernel: Kernel,
+    #[command(flatten)]
+    quantity: QuantityOption,
     /// The convolution, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "Q")]
     output: ShOutput,
@@ -85,7 +87,7 @@ impl ShConvolve {
                 (p, vec![zonal])
             }
         };
-        let quantity = match self.kernel.quantity_of_result(p.quantity) {
+        let quantity = match self.quantity.or(self.kernel.quantity_of_result(p.quantity)) {
             Ok(quantity) => quantity,
             Err(why) => bail!("{}: {why}", self.input),
         };

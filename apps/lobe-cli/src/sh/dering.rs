@@ -76,7 +76,7 @@ impl ShDering {
         }
         self.output.check()?;
         let file = self.input.read()?;
-        let dering = Dering { method: self.method, kernel: self.kernel(&file)? };
+        let dering = Dering::default().method(self.method).kernel(self.kernel(&file)?);
         let (coefficients, report): (FileCoefficients, DeringReport) = match &file.coefficients {
             FileCoefficients::Scalar(f) => self.deringed(f, &dering)?,
             FileCoefficients::Rgb(f) => self.deringed(f, &dering)?,

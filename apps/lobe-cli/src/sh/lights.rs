@@ -145,7 +145,7 @@ impl ShLights {
             Choose::Residual => LightChoice::Residual,
             Choose::Height => LightChoice::Height,
         };
-        LightOptions { count: self.count, refine: self.refine, metric, choice, ..LightOptions::default() }
+        LightOptions::default().count(self.count).refine(self.refine).metric(metric).choice(choice)
     }
 }
 

@@ -5,7 +5,7 @@ use clap::Args;
 use lobe::sh::{FileCoefficients, Quantity, ShFile, product};
 
 use crate::args::input::ShInput;
-use crate::args::output::ShOutput;
+use crate::args::output::{QuantityOption, ShOutput};
 use crate::args::values;
 
 #[derive(Args)]
@@ -19,6 +19,8 @@ pub(crate) struct ShProduct {
     /// The order (number of bands) of the product, 1 to 64 [default: the higher order of A and B]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
+    #[command(flatten)]
+    quantity: QuantityOption,
     /// The product, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "C")]
     output: ShOutput,
@@ -28,7 +30,7 @@ impl ShProduct {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         self.output.check()?;
         let (a, b) = ShInput::read_two(&self.a, &self.b)?;
-        let quantity = match quantity_of_product(a.quantity, b.quantity) {
+        let quantity = match self.quantity.or(quantity_of_product(a.quantity, b.quantity)) {
             Ok(quantity) => quantity,
             Err(why) => bail!("{} and {}: {why}", self.a, self.b),
         };
@@ -44,7 +46,7 @@ impl ShProduct {
 /// What the product of two quantities is, or why there is none.
 ///
 /// Visibility is a mask: what is masked stays what it is, another visibility too. Radiance times radiance and the like have units
-/// of their own, for which a file has no name.
+/// of their own, for which a file has no name: `--quantity` gives one.
 fn quantity_of_product(a: Quantity, b: Quantity) -> Result<Quantity, String> {
     match (a, b) {
         (Quantity::LogVisibility, _) | (_, Quantity::LogVisibility) => {

@@ -1,6 +1,7 @@
 //! `lobe render`: surfaces seen from behind.
 
-use lobe::env::{ReadOptions, read_raster};
+use lobe::env::MapReadOptions;
+use lobe::image::read_picture;
 
 use crate::harness::Dir;
 
@@ -23,7 +24,7 @@ fn write_square(dir: &Dir) {
 
 /// The mean of a picture.
 fn mean(dir: &Dir, name: &str) -> [f64; 3] {
-    let (raster, _) = read_raster(dir.path(name), &ReadOptions::default()).unwrap();
+    let (raster, _) = read_picture(dir.path(name), &PictureReadOptions::default()).unwrap();
     let count = raster.texels.len() as f64;
     let mut sum = [0.0; 3];
     for texel in raster.texels {

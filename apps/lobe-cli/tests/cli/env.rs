@@ -2,13 +2,13 @@
 
 use std::f32::consts::PI;
 
-use lobe::env::{EnvMap, ReadOptions, read_env};
+use lobe::env::{EnvMap, MapReadOptions, read_env};
 use lobe::sh::{Quantity, Rgb, ShVec, project};
 
 use crate::harness::{Dir, ONE, flat_hdr};
 
 fn read(dir: &Dir, name: &str) -> EnvMap {
-    read_env(dir.path(name), &ReadOptions::default()).unwrap().0
+    read_env(dir.path(name), &MapReadOptions::default()).unwrap().0
 }
 
 /// Asserts that every texel of `map` is `expected`, to a relative error.

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe::env::{ReadOptions, read_env, read_raster};
+use lobe::env::{MapReadOptions, read_env};
+use lobe::image::read_picture;
 use lobe::sh::{FileCoefficients, Quantity};
 use serde_json::Value;
 
@@ -127,7 +128,7 @@ fn a_sky_is_a_picture_or_an_expansion_of_the_same_light() {
 fn an_overcast_sky_is_three_times_as_bright_at_the_zenith_as_at_the_horizon() {
     let dir = Dir::new();
     dir.lobe("env sky --model cie --type 16 --sun 0,0,1 --zenith 3,6,9 -o sky.exr --size 64").stdout();
-    let (sky, _) = read_env(dir.path("sky.exr"), &ReadOptions::default()).unwrap();
+    let (sky, _) = read_env(dir.path("sky.exr"), &MapReadOptions::default()).unwrap();
     let ratio = sky.texel(0, 0).g / sky.texel(0, 31).g;
     assert!((ratio - 3.0).abs() < 0.2 && (sky.texel(0, 0).r - 3.0).abs() < 0.01, "{ratio}");
     assert_eq!(sky.texel(5, 32).g, 0.0, "below the horizon");
@@ -158,7 +159,7 @@ fn options_of_another_sky_and_suns_below_the_horizon_are_refused() {
 fn the_table_of_reflectance_is_smooth_at_the_top_and_grazing_at_the_left() {
     let dir = Dir::new();
     dir.lobe("env dfg -o dfg.exr --size 16").stdout();
-    let (table, _) = read_raster(dir.path("dfg.exr"), &ReadOptions::default()).unwrap();
+    let (table, _) = read_picture(dir.path("dfg.exr"), &PictureReadOptions::default()).unwrap();
     assert_eq!((table.width, table.height), (16, 16), "size");
     let (grazing, facing) = (table.texels[0], table.texels[15]);
     assert!(grazing.g > 0.7 && facing.g < 0.01 && facing.r > 0.98, "{grazing:?}, {facing:?}");

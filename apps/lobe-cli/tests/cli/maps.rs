@@ -1,9 +1,10 @@
 //! `lobe env convert`, `rotate`, `adjust`, `sun`, `prefilter` and `show`: maps in, maps out.
 
 use lobe::env::{
-    CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvFile, MappedMap, Mapping, ReadOptions, TexelFormat,
-    project_map, read_env, read_env_file, read_raster, write_cube,
+    CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvFile, MapReadOptions, MappedMap, Mapping, TexelFormat,
+    project_map, read_env, read_env_file, write_cube,
 };
+use lobe::image::read_picture;
 use lobe::sh::{Expansion as _, FileCoefficients, Rgb, ShVec};
 use serde_json::Value;
 
@@ -20,7 +21,7 @@ fn write_sky(dir: &Dir, name: &str) {
 }
 
 fn read_any(dir: &Dir, name: &str) -> MappedMap {
-    match read_env_file(dir.path(name), &ReadOptions::default()).unwrap().0 {
+    match read_env_file(dir.path(name), &MapReadOptions::default()).unwrap().0 {
         EnvFile::LatLong(map) => map.into(),
         EnvFile::Cube(chain) => chain.into_base().into(),
     }
@@ -69,7 +70,7 @@ fn cubes_are_textures_crosses_and_six_files() {
         [("horizontal-cross", (64, 48)), ("vertical-cross", (48, 64)), ("row", (96, 16)), ("column", (16, 96))]
     {
         dir.lobe(&format!("env convert cube.ktx2 --to cube --layout {layout} --left-handed -o cross.exr")).succeeds();
-        let (picture, _) = read_raster(dir.path("cross.exr"), &ReadOptions::default()).unwrap();
+        let (picture, _) = read_picture(dir.path("cross.exr"), &PictureReadOptions::default()).unwrap();
         assert_eq!((picture.width, picture.height), shape, "{layout}");
         let (_, note) = dir.lobe("env convert cross.exr --from-left-handed -o back.dds --texels rgba32f").succeeds();
         assert!(note.contains("read as the six faces of a cube"), "{layout}: {note}");
@@ -84,7 +85,7 @@ fn cubes_are_textures_crosses_and_six_files() {
 fn write_left_handed(dir: &Dir, name: &str) -> CubeMipChain {
     let cube = CubeMap::from_fn(8, |s| Rgb::new(2.0 + s.x() as f32, 2.0 + s.y() as f32, 2.0 + s.z() as f32));
     let chain = CubeMipChain::averaged(cube);
-    let options = CubeWriteOptions { texels: TexelFormat::Rgba32F, ..CubeWriteOptions::default() };
+    let options = CubeWriteOptions::default().texels(TexelFormat::Rgba32F);
     write_cube(dir.path(name), &chain.clone().of_handedness(CubeHandedness::Left), &options).unwrap();
     chain
 }
@@ -95,7 +96,7 @@ fn textures_are_read_and_written_for_either_hand() {
     for name in ["left.ktx2", "left.dds"] {
         let cube = write_left_handed(&dir, name).into_base();
         dir.lobe(&format!("env convert {name} --from-left-handed --to cube --layout row -o row.exr")).succeeds();
-        let (row, _) = read_raster(dir.path("row.exr"), &ReadOptions::default()).unwrap();
+        let (row, _) = read_picture(dir.path("row.exr"), &PictureReadOptions::default()).unwrap();
         assert_eq!(CubeMap::from_picture(&row, CubeHandedness::Right).unwrap(), cube, "{name} read");
         for back in ["back.ktx2", "back.dds"] {
             dir.lobe(&format!("env convert row.exr --left-handed --texels rgba32f -o {back}")).succeeds();
@@ -105,7 +106,7 @@ fn textures_are_read_and_written_for_either_hand() {
 }
 
 fn read_chain(dir: &Dir, name: &str) -> CubeMipChain {
-    match read_env_file(dir.path(name), &ReadOptions::default()).unwrap().0 {
+    match read_env_file(dir.path(name), &MapReadOptions::default()).unwrap().0 {
         EnvFile::Cube(chain) => chain,
         EnvFile::LatLong(_) => panic!("{name} is no cube"),
     }
@@ -225,7 +226,7 @@ fn clamping_says_what_it_takes() {
     let clamped = &report["clamped"];
     assert_eq!((clamped["texels"].as_u64(), clamped["largest"].as_f64()), (Some(1), Some(200.0)), "{report}");
     assert!(report["blackened"].is_null(), "nobody asked for that: {report}");
-    let (map, _) = read_env(dir.path("dim.exr"), &ReadOptions::default()).unwrap();
+    let (map, _) = read_env(dir.path("dim.exr"), &MapReadOptions::default()).unwrap();
     assert_eq!(map.texel(3, 1), Rgb::new(20.0, 10.0, 0.0), "the hue stays");
     assert_eq!(map.texel(0, 0), Rgb::new(2.0, 2.0, 2.0), "one stop");
     let line = dir.lobe("env adjust sun.exr -o dim.exr").error();
@@ -239,7 +240,7 @@ fn negative_texels_can_be_made_black_and_the_note_about_them_says_how() {
     let (stdout, stderr) = dir.lobe("env adjust rings.exr --non-negative -o clean.exr").succeeds();
     assert!(stdout.starts_with("blackened  1 texels, the lowest channel was -2.0"), "{stdout}");
     assert!(stderr.contains("lobe env adjust --non-negative"), "{stderr}");
-    let (map, _) = read_env(dir.path("clean.exr"), &ReadOptions::default()).unwrap();
+    let (map, _) = read_env(dir.path("clean.exr"), &MapReadOptions::default()).unwrap();
     assert_eq!(map.texel(3, 1), Rgb::new(0.0, 5.0, 0.0), "the channel that is not negative stays");
     let (_, stderr) = dir.lobe("env info clean.exr").succeeds();
     assert_eq!(stderr, "", "no note any more");
@@ -279,7 +280,8 @@ fn an_even_sky_stays_even_however_rough_the_mirror() {
     dir.map("one.exr", 32, 16, |_, _| [1.0; 3]);
     for method in ["gather", "importance --samples 64"] {
         dir.lobe(&format!("env prefilter one.exr -o rough.ktx2 --size 16 --last-size 4 --method {method}")).stdout();
-        let (EnvFile::Cube(chain), _) = read_env_file(dir.path("rough.ktx2"), &ReadOptions::default()).unwrap() else {
+        let (EnvFile::Cube(chain), _) = read_env_file(dir.path("rough.ktx2"), &MapReadOptions::default()).unwrap()
+        else {
             panic!("no cube")
         };
         assert_eq!(chain.levels().len(), 3, "16, 8, 4");
@@ -287,7 +289,7 @@ fn an_even_sky_stays_even_however_rough_the_mirror() {
         assert!(texels.clone().all(|t| *t == Rgb::new(1.0, 1.0, 1.0)), "{method}: the white furnace");
     }
     dir.lobe("env prefilter one.exr -o highlights.exr --lobe phong:20 --size 8").stdout();
-    let (picture, _) = read_raster(dir.path("highlights.exr"), &ReadOptions::default()).unwrap();
+    let (picture, _) = read_picture(dir.path("highlights.exr"), &PictureReadOptions::default()).unwrap();
     assert_eq!((picture.width, picture.height), (32, 24), "a cross of faces");
 }
 

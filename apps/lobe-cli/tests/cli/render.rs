@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe::env::{ReadOptions, read_raster};
+use lobe::image::read_picture;
 use lobe::prt::{Channels, Transfer, write_lightmap};
 use lobe::sh::{Quantity, Rgb, ShVec};
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ fn write_even(dir: &Dir) {
 }
 
 fn pixels(dir: &Dir, name: &str) -> (usize, usize, Vec<Rgb<f32>>) {
-    let (raster, _) = read_raster(dir.path(name), &ReadOptions::default()).unwrap();
+    let (raster, _) = read_picture(dir.path(name), &PictureReadOptions::default()).unwrap();
     (raster.width, raster.height, raster.texels)
 }
 

@@ -227,12 +227,37 @@ fn quantities_that_have_no_product_are_refused() {
     for (a, b) in [("radiance", "transfer"), ("irradiance", "irradiance")] {
         let line = dir.lobe(&format!("sh product {a}.sh.json {b}.sh.json -o c.sh.json")).error();
         let expected = format!(
-            "{a}.sh.json and {b}.sh.json: {a} times {b} is no quantity of a file; expected visibility for one of them"
+            "{a}.sh.json and {b}.sh.json: {a} times {b} is no quantity of a file; expected visibility for one of them; \
+             --quantity names the result whatever it is"
         );
         assert_eq!(line, expected, "{a} and {b}");
     }
     let line = dir.lobe("sh product log-visibility.sh.json log-visibility.sh.json -o c.sh.json").error();
-    assert!(line.ends_with("so add them instead"), "{line}");
+    assert!(line.contains("so add them instead"), "{line}");
+    let line = dir.lobe("sh convolve transfer.sh.json --kernel phong:2 -o c.sh.json").error();
+    assert!(line.contains("the cosine is in it already") && line.contains("--quantity"), "{line}");
+}
+
+#[test]
+fn a_result_without_a_quantity_of_its_own_gets_the_one_that_is_named() {
+    let dir = Dir::new();
+    let pair = [("a", Quantity::Radiance, 2.0), ("b", Quantity::Radiance, 3.0), ("t", Quantity::Transfer, 2.0)];
+    for (name, quantity, value) in pair {
+        dir.sh(&format!("{name}.sh.json"), quantity, ShVec::constant(2, value));
+    }
+    for (args, quantity, value) in [
+        ("product a.sh.json b.sh.json --quantity radiance", Quantity::Radiance, 6.0),
+        ("product a.sh.json b.sh.json --quantity irradiance", Quantity::Irradiance, 6.0),
+        ("convolve t.sh.json --kernel phong:2 --quantity transfer", Quantity::Transfer, 2.0),
+    ] {
+        dir.lobe(&format!("sh {args} -o c.sh.json")).stdout();
+        let c = dir.read_sh("c.sh.json");
+        assert_eq!(c.quantity, quantity, "{args}: quantity");
+        let found = c.coefficients.to_rgb().eval(Direction::X).g;
+        assert!((found - value).abs() < TOLERANCE, "{args}: {found}, not {value}");
+    }
+    let line = dir.lobe("sh product a.sh.json b.sh.json --quantity love -o c.sh.json").error();
+    assert!(line.contains("expected one of radiance, irradiance, transfer, visibility, log-visibility"), "{line}");
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
 
 /// All numbers of a picture.
 fn read_env_picture(dir: &Dir, name: &str) -> Vec<f32> {
-    let raster = lobe::env::read_raster(dir.path(name), &lobe::env::ReadOptions::default()).unwrap().0;
+    let raster = lobe::image::read_picture(dir.path(name), &lobe::image::PictureReadOptions::default()).unwrap().0;
     raster.texels.iter().flat_map(|texel| texel.to_array()).collect()
 }
 

@@ -70,14 +70,14 @@ impl PointLight {
 /// further from the light by `δ` it is too bright by `2δ/d + (δ/d)²` (for light as small as a point), and at a place
 /// to the side its direction is off by `atan(δ/d)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DirectionalLight {
+pub struct ParallelBeam {
     /// The direction that the light comes from.
     pub direction: Dir,
     /// The irradiance on a surface that faces it.
     pub irradiance: f64,
 }
 
-impl DirectionalLight {
+impl ParallelBeam {
     /// The beam with the vector irradiance of `light` at `point`; `None` where no light arrives.
     #[must_use]
     pub fn of(light: &impl AreaLight, point: [f64; 3]) -> Option<Self> {
@@ -141,7 +141,7 @@ pub fn compare_approximations(
     Approximations {
         exact: light.irradiance(point, normal),
         point: light.as_point().irradiance(point, normal),
-        directional: DirectionalLight::of(light, reference).map_or(0.0, |beam| beam.irradiance(normal)),
+        directional: ParallelBeam::of(light, reference).map_or(0.0, |beam| beam.irradiance(normal)),
     }
 }
 

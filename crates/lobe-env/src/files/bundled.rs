@@ -8,7 +8,7 @@
 //! assert_eq!((sunset.name, map.width(), map.height()), ("sunset", 512, 256));
 //! ```
 
-use crate::{EnvMap, ReadOptions, read_env_bytes};
+use crate::{EnvMap, MapReadOptions, read_env_bytes};
 
 /// An environment map inside the program.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ impl Bundled {
     /// Decodes the map.
     #[must_use]
     pub fn map(&self) -> EnvMap {
-        match read_env_bytes(self.bytes, self.name, &ReadOptions::default()) {
+        match read_env_bytes(self.bytes, self.name, &MapReadOptions::default()) {
             Ok((map, _)) => map,
             Err(error) => unreachable!("the test of the bundled maps reads this file: {error}"),
         }

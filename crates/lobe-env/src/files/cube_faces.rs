@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use lobe_image::read_picture;
 use lobe_io::{StagedFile, check_writable};
 
 use crate::files::write;
 use crate::mapping::cube::FACES;
-use crate::read_raster;
-use crate::{CubeHandedness, CubeMap, EnvError, EnvMap, ReadOptions, ReadReport, WriteOptions, WriteReport};
+use crate::{
+    CubeHandedness, CubeMap, EnvError, EnvMap, MapReadOptions, MapReadReport, MapWriteOptions, MapWriteReport,
+};
 
 /// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files.
 pub const FACE_NAMES: [&str; FACES] = ["px", "nx", "py", "ny", "pz", "nz"];
@@ -32,25 +34,26 @@ pub fn cube_face_paths(folder: impl AsRef<Path>, extension: &str) -> [PathBuf; F
 /// [`read_env`](crate::read_env); the reports are those of the faces.
 ///
 /// # Errors
-/// As [`read_raster`]; [`EnvError::Invalid`] if a face is not square, or not of the size of the first.
+/// As [`read_env`](crate::read_env); [`EnvError::Invalid`] if a face is not square, or not of the size of the first.
 pub fn read_cube_faces(
     folder: impl AsRef<Path>,
     extension: &str,
     handedness: CubeHandedness,
-    options: &ReadOptions,
-) -> Result<(CubeMap, [ReadReport; FACES]), EnvError> {
+    options: &MapReadOptions,
+) -> Result<(CubeMap, [MapReadReport; FACES]), EnvError> {
     let mut faces = Vec::with_capacity(FACES);
     let mut reports = Vec::with_capacity(FACES);
     let mut size = 0;
     for path in cube_face_paths(folder, extension) {
-        let (face, report) = read_raster(&path, options)?;
-        size = if faces.is_empty() { face.width } else { size };
-        if (face.width, face.height) != (size, size) {
-            let message = format!("a face of {size} x {size} expected, but this is {} x {}", face.width, face.height);
-            return Err(EnvError::Invalid { file: path.display().to_string(), message });
+        let (face, report) = read_picture(&path, &options.of_picture())?;
+        size = if faces.is_empty() { face.width() } else { size };
+        if (face.width(), face.height()) != (size, size) {
+            let (width, height) = (face.width(), face.height());
+            let message = format!("a face of {size} x {size} expected, but this is {width} x {height}");
+            return Err(EnvError::Invalid { place: path.display().to_string(), message });
         }
-        faces.push(face.texels);
-        reports.push(report);
+        faces.push(face.into_pixels());
+        reports.push(report.into());
     }
     let (Ok(faces), Ok(reports)) = (faces.try_into(), reports.try_into()) else { unreachable!("six files were read") };
     Ok((CubeMap::from_handed_faces(size, &faces, handedness)?, reports))
@@ -68,14 +71,14 @@ pub fn write_cube_faces(
     extension: &str,
     cube: &CubeMap,
     handedness: CubeHandedness,
-    options: &WriteOptions,
-) -> Result<WriteReport, EnvError> {
-    let io = |path: &Path, source| EnvError::Io { file: path.display().to_string(), source };
+    options: &MapWriteOptions,
+) -> Result<MapWriteReport, EnvError> {
+    let io = |path: &Path, source| EnvError::Io { place: path.display().to_string(), source };
     let paths = FACE_NAMES.map(|name| folder.as_ref().join(format!("{name}.{extension}")));
     for path in &paths {
         check_writable(path).map_err(|e| io(path, e))?;
     }
-    let mut report = WriteReport::default();
+    let mut report = MapWriteReport::default();
     let mut staged = Vec::with_capacity(FACES);
     for (path, face) in paths.iter().zip(cube.faces(handedness)) {
         // The writer asks for a picture and does not look at directions.
@@ -91,6 +94,7 @@ pub fn write_cube_faces(
 
 #[cfg(test)]
 mod tests {
+    use lobe_image::PictureReadOptions;
     use lobe_sh::Rgb;
 
     use super::*;
@@ -107,12 +111,12 @@ mod tests {
         let folder = folder("round-trip");
         let cube = CubeMap::from_fn(5, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
         for handedness in [CubeHandedness::Left, CubeHandedness::Right] {
-            let report = write_cube_faces(&folder, "exr", &cube, handedness, &WriteOptions::default()).unwrap();
+            let report = write_cube_faces(&folder, "exr", &cube, handedness, &MapWriteOptions::default()).unwrap();
             assert_eq!(report.clamped, 0, "floats hold everything");
-            let (back, _) = read_cube_faces(&folder, "exr", handedness, &ReadOptions::default()).unwrap();
+            let (back, _) = read_cube_faces(&folder, "exr", handedness, &MapReadOptions::default()).unwrap();
             assert!(back == cube, "{handedness:?}: the cube changed");
         }
-        let (other, _) = read_cube_faces(&folder, "exr", CubeHandedness::Left, &ReadOptions::default()).unwrap();
+        let (other, _) = read_cube_faces(&folder, "exr", CubeHandedness::Left, &MapReadOptions::default()).unwrap();
         assert!(other != cube, "faces written as right-handed are no left-handed ones");
         std::fs::remove_dir_all(folder).unwrap();
     }
@@ -121,9 +125,9 @@ mod tests {
     fn where_one_face_cannot_be_written_none_is() {
         let folder = folder("together");
         let cubes = [1.0, 2.0].map(|light| CubeMap::from_fn(4, |_| Rgb::new(light, light, light)));
-        let write = |cube| write_cube_faces(&folder, "exr", cube, CubeHandedness::Right, &WriteOptions::default());
+        let write = |cube| write_cube_faces(&folder, "exr", cube, CubeHandedness::Right, &MapWriteOptions::default());
         let read =
-            || read_cube_faces(&folder, "exr", CubeHandedness::Right, &ReadOptions::default()).map(|(cube, _)| cube);
+            || read_cube_faces(&folder, "exr", CubeHandedness::Right, &MapReadOptions::default()).map(|(cube, _)| cube);
         write(&cubes[0]).unwrap();
         // A folder in the place of the last face.
         std::fs::remove_file(folder.join("nz.exr")).unwrap();
@@ -132,8 +136,8 @@ mod tests {
         assert!(message.contains("nz.exr") && !message.contains('\n'), "{message}");
         let count = std::fs::read_dir(&folder).unwrap().count();
         assert_eq!(count, 6, "nothing temporary is left");
-        let px = read_raster(folder.join("px.exr"), &ReadOptions::default()).unwrap().0;
-        assert_eq!(px.texels[0].g, 1.0, "the first face is still the old one");
+        let px = read_picture(folder.join("px.exr"), &PictureReadOptions::default()).unwrap().0;
+        assert_eq!(px.pixel(0, 0)[1], 1.0, "the first face is still the old one");
         std::fs::remove_dir(folder.join("nz.exr")).unwrap();
         write(&cubes[1]).unwrap();
         assert!(read().unwrap() == cubes[1], "then all are written");
@@ -145,11 +149,11 @@ mod tests {
         let cube = CubeMap::from_fn(4, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
         for (k, names) in OTHER_NAMES.iter().enumerate() {
             let folder = folder(&format!("names-{k}"));
-            write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Right, &WriteOptions::default()).unwrap();
+            write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Right, &MapWriteOptions::default()).unwrap();
             for (own, other) in FACE_NAMES.iter().zip(names) {
                 std::fs::rename(folder.join(format!("{own}.pfm")), folder.join(format!("{other}.pfm"))).unwrap();
             }
-            let read = read_cube_faces(&folder, "pfm", CubeHandedness::Right, &ReadOptions::default());
+            let read = read_cube_faces(&folder, "pfm", CubeHandedness::Right, &MapReadOptions::default());
             assert!(read.unwrap().0 == cube, "{names:?}");
             std::fs::remove_dir_all(folder).unwrap();
         }
@@ -159,13 +163,13 @@ mod tests {
     fn faces_of_another_size_or_none_are_errors_of_one_line() {
         let folder = folder("sizes");
         let cube = CubeMap::from_fn(4, |_| Rgb::new(1.0, 1.0, 1.0));
-        write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Left, &WriteOptions::default()).unwrap();
-        let read = || read_cube_faces(&folder, "pfm", CubeHandedness::Left, &ReadOptions::default());
+        write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Left, &MapWriteOptions::default()).unwrap();
+        let read = || read_cube_faces(&folder, "pfm", CubeHandedness::Left, &MapReadOptions::default());
         for (name, (w, h)) in [("py", (5, 5)), ("px", (4, 2)), ("nz", (2, 2))] {
             let path = folder.join(format!("{name}.pfm"));
             let kept = std::fs::read(&path).unwrap();
             let map = EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 1.0, 1.0));
-            write_env(&path, &map, &WriteOptions::default()).unwrap();
+            write_env(&path, &map, &MapWriteOptions::default()).unwrap();
             let message = read().unwrap_err().to_string();
             let expected = format!("a face of 4 x 4 expected, but this is {w} x {h}");
             assert!(message.contains(&expected) && !message.contains('\n'), "{name}: {message}");

@@ -2,24 +2,12 @@
 
 use std::path::Path;
 
+use lobe_image::{FileFormat, Picture, read_cube_texture_bytes, read_picture_file};
 use lobe_sh::Rgb;
 
-use crate::codec::read_dds;
-use crate::codec::read_ktx2;
 use crate::files::exr_envmap;
-use crate::files::read::{
-    Decoded, FileFormat, ReadOptions, ReadReport, Shape, decode_picture, format_of, guarded, inspect, invalid,
-    lat_long, read_named, unsupported,
-};
-use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, ReadOption, TexelFormat};
-
-/// A cube map as it comes out of a decoder.
-pub(crate) struct DecodedCube {
-    pub(crate) format: TexelFormat,
-    /// Size and texels of each level, face after face, the largest first.
-    pub(crate) levels: Vec<(usize, Vec<Rgb<f32>>)>,
-    pub(crate) notes: Vec<String>,
-}
+use crate::files::read::{MapReadOptions, MapReadReport, Shape, decode_picture, lat_long};
+use crate::{CubeMap, CubeMipChain, EnvError, EnvMap};
 
 /// What a file of surroundings holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +25,8 @@ pub enum EnvFile {
 ///
 /// # Errors
 /// As [`read_env`](crate::read_env) and [`read_cube`].
-pub fn read_env_file(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(EnvFile, ReadReport), EnvError> {
-    let (name, bytes) = read_named(path.as_ref())?;
+pub fn read_env_file(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(EnvFile, MapReadReport), EnvError> {
+    let (name, bytes) = read_picture_file(path)?;
     read_env_file_bytes(&bytes, &name, options)
 }
 
@@ -46,16 +34,20 @@ pub fn read_env_file(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(E
 ///
 /// # Errors
 /// As [`read_env_file`], except [`EnvError::Io`].
-pub fn read_env_file_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(EnvFile, ReadReport), EnvError> {
-    if matches!(format_of(bytes, name)?, FileFormat::Ktx2 | FileFormat::Dds) {
+pub fn read_env_file_bytes(
+    bytes: &[u8],
+    name: &str,
+    options: &MapReadOptions,
+) -> Result<(EnvFile, MapReadReport), EnvError> {
+    if FileFormat::of_bytes(bytes, name)?.is_texture() {
         let (chain, report) = read_cube_bytes(bytes, name, options)?;
         return Ok((EnvFile::Cube(chain), report));
     }
-    let (decoded, report) = decode_picture(bytes, name, options, Shape::Said)?;
-    if decoded.width == 2 * decoded.height {
-        return Ok((EnvFile::LatLong(lat_long(decoded)), report));
+    let (picture, report) = decode_picture(bytes, name, options, Shape::Said)?;
+    if picture.width() == 2 * picture.height() {
+        return Ok((EnvFile::LatLong(lat_long(picture, &report)), report));
     }
-    let (chain, report) = cube_of_picture(&decoded, report)?;
+    let (chain, report) = cube_of_picture(picture, report)?;
     Ok((EnvFile::Cube(chain), report))
 }
 
@@ -71,13 +63,13 @@ pub fn read_env_file_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> R
 ///   elsewhere and have their outer texels on the edges; each texel is interpolated in its own direction.
 ///
 /// ```
-/// use lobe_env::{CubeMap, CubeMipChain, CubeWriteOptions, ReadOptions, read_cube, write_cube};
+/// use lobe_env::{CubeMap, CubeMipChain, CubeWriteOptions, MapReadOptions, read_cube, write_cube};
 /// use lobe_sh::Rgb;
 ///
 /// let path = std::env::temp_dir().join(format!("lobe-read-cube-{}.ktx2", std::process::id()));
 /// let sky = CubeMipChain::averaged(CubeMap::from_fn(8, |s| Rgb::new(0.5, 0.5, 1.0 + s.z() as f32)));
 /// write_cube(&path, &sky, &CubeWriteOptions::default())?;
-/// let (read, report) = read_cube(&path, &ReadOptions::default())?;
+/// let (read, report) = read_cube(&path, &MapReadOptions::default())?;
 /// std::fs::remove_file(path).ok();
 /// assert_eq!((report.width, report.levels), (8, 4));
 /// // RGBA16F keeps three digits.
@@ -87,11 +79,11 @@ pub fn read_env_file_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> R
 ///
 /// # Errors
 /// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged or cut off;
-/// [`EnvError::Refused`] if it is larger than [`ReadOptions::max_texels`] in its largest level, or has non-finite texels
+/// [`EnvError::Refused`] if it is larger than [`MapReadOptions::max_texels`] in its largest level, or has non-finite texels
 /// that the options do not allow;
 /// [`EnvError::Unsupported`] if it holds no cube map, or one in a form that Lobe does not read.
-pub fn read_cube(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(CubeMipChain, ReadReport), EnvError> {
-    let (name, bytes) = read_named(path.as_ref())?;
+pub fn read_cube(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(CubeMipChain, MapReadReport), EnvError> {
+    let (name, bytes) = read_picture_file(path)?;
     read_cube_bytes(&bytes, &name, options)
 }
 
@@ -102,49 +94,21 @@ pub fn read_cube(path: impl AsRef<Path>, options: &ReadOptions) -> Result<(CubeM
 pub fn read_cube_bytes(
     bytes: &[u8],
     name: &str,
-    options: &ReadOptions,
-) -> Result<(CubeMipChain, ReadReport), EnvError> {
-    let format = format_of(bytes, name)?;
-    let decoded = match format {
-        FileFormat::Ktx2 => guarded(format, name, || read_ktx2::decode(bytes, name, options.max_texels))?,
-        FileFormat::Dds => guarded(format, name, || read_dds::decode(bytes, name, options.max_texels))?,
-        FileFormat::OpenExr => {
-            let (decoded, report) = decode_picture(bytes, name, options, Shape::Cube)?;
-            return cube_of_picture(&decoded, report);
-        }
-        other => {
-            let message = format!("a cube map in KTX2, DDS or OpenEXR expected, found a {other} picture");
-            return Err(unsupported(name, message));
-        }
-    };
-    let size = decoded.levels.first().map_or(0, |(size, _)| *size);
-    let mut report = ReadReport::new(size, size, format, decoded.notes);
-    report.levels = decoded.levels.len();
-    report.notes.insert(0, format!("the texels are {}", decoded.format));
-    let mut levels = Vec::with_capacity(decoded.levels.len());
-    for (size, mut texels) in decoded.levels {
-        inspect(&mut texels, size, &mut report);
-        levels.push(CubeMap::new(size, texels)?);
+    options: &MapReadOptions,
+) -> Result<(CubeMipChain, MapReadReport), EnvError> {
+    if FileFormat::of_bytes(bytes, name)? == FileFormat::OpenExr {
+        let (picture, report) = decode_picture(bytes, name, options, Shape::Cube)?;
+        return cube_of_picture(picture, report);
     }
-    report.judge(options.nonfinite, name)?;
-    Ok((CubeMipChain::new(levels)?, report))
+    let (texture, report) = read_cube_texture_bytes(bytes, name, &options.of_picture())?;
+    let levels = texture.levels.into_iter();
+    let levels = levels.map(|(size, texels)| CubeMap::new(size, texels.into_iter().map(Rgb::from).collect()));
+    Ok((CubeMipChain::new(levels.collect::<Result<_, _>>()?)?, report.into()))
 }
 
 /// The cube map from OpenEXR's faces one above another.
-fn cube_of_picture(decoded: &Decoded, mut report: ReadReport) -> Result<(CubeMipChain, ReadReport), EnvError> {
+fn cube_of_picture(picture: Picture, mut report: MapReadReport) -> Result<(CubeMipChain, MapReadReport), EnvError> {
     report.height = report.width;
-    let map = exr_envmap::cube_from_edges(decoded.width, &decoded.texels)?;
+    let map = exr_envmap::cube_from_edges(picture.width(), &picture.into_pixels::<Rgb<f32>>())?;
     Ok((CubeMipChain::single(map), report))
-}
-
-/// Refuses a cube map larger than the caller allows, before memory is asked for.
-pub(crate) fn check_cube_size(size: u64, max_texels: usize, name: &str) -> Result<(), EnvError> {
-    if size == 0 {
-        return Err(invalid(name, "the cube map has no texels: its faces are 0 x 0".into()));
-    }
-    if size.checked_mul(size).and_then(|n| n.checked_mul(6)).is_none_or(|texels| texels > max_texels as u64) {
-        let message = format!("the faces are {size} x {size}, all six more than the limit of {max_texels} texels");
-        return Err(EnvError::Refused { file: name.into(), message, option: ReadOption::MaxTexels });
-    }
-    Ok(())
 }

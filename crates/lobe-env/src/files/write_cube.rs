@@ -2,20 +2,32 @@
 
 use std::path::Path;
 
-use lobe_io::write_atomically;
-use rayon::prelude::*;
+use lobe_image::{TexelFormat, write_cube_texture};
 
-use crate::codec::write_dds;
-use crate::codec::write_ktx2;
-use crate::{CubeMap, CubeMipChain, EnvError, TexelFormat, WriteReport};
+use crate::{CubeMipChain, EnvError, MapWriteReport};
 
 /// How to write a cube map.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CubeWriteOptions {
     /// How each texel is stored.
     pub texels: TexelFormat,
     /// Compress `.ktx2` with Zstandard, without loss.
     pub zstd: bool,
+}
+
+impl CubeWriteOptions {
+    /// Sets how each texel is stored.
+    #[must_use]
+    pub fn texels(self, texels: TexelFormat) -> Self {
+        Self { texels, ..self }
+    }
+
+    /// Sets whether `.ktx2` is compressed with Zstandard.
+    #[must_use]
+    pub fn zstd(self, zstd: bool) -> Self {
+        Self { zstd, ..self }
+    }
 }
 
 /// Writes a cube map with all its levels as `.ktx2` or `.dds`, as the extension says.
@@ -30,47 +42,7 @@ pub fn write_cube(
     path: impl AsRef<Path>,
     chain: &CubeMipChain,
     options: &CubeWriteOptions,
-) -> Result<WriteReport, EnvError> {
-    let path = path.as_ref();
-    let wrong = |message: String| EnvError::Options(format!("{}: {message}", path.display()));
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let container = match extension.as_str() {
-        "ktx2" => Container::Ktx2,
-        "dds" if options.zstd => return Err(wrong("a .dds holds no Zstandard; write .ktx2".into())),
-        "dds" => Container::Dds,
-        _ => return Err(wrong("a cube map is written as .ktx2 or .dds".into())),
-    };
-    let mut report = WriteReport::default();
-    let mut levels = Vec::with_capacity(chain.levels().len());
-    for level in chain.levels() {
-        let (faces, clamped) = encode_level(level, options.texels).map_err(wrong)?;
-        report.clamped += clamped;
-        levels.push(faces);
-    }
-    let size = chain.base().size();
-    let io = |source| EnvError::Io { file: path.display().to_string(), source };
-    let pieces = match container {
-        Container::Ktx2 => write_ktx2::pieces(size, options.texels, levels, options.zstd).map_err(io)?,
-        Container::Dds => write_dds::pieces(size, options.texels, levels),
-    };
-    write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;
-    Ok(report)
-}
-
-enum Container {
-    Ktx2,
-    Dds,
-}
-
-/// The six faces of a level, encoded in parallel, and how many of its texels did not fit.
-fn encode_level(level: &CubeMap, format: TexelFormat) -> Result<([Vec<u8>; 6], usize), String> {
-    let faces: Vec<_> =
-        (0..6).into_par_iter().map(|f| format.encode_face(level.size(), level.face(f))).collect::<Result<_, _>>()?;
-    let mut encoded: [Vec<u8>; 6] = Default::default();
-    let mut clamped = 0;
-    for (out, (bytes, count)) in encoded.iter_mut().zip(faces) {
-        *out = bytes;
-        clamped += count;
-    }
-    Ok((encoded, clamped))
+) -> Result<MapWriteReport, EnvError> {
+    let levels: Vec<_> = chain.levels().iter().map(|level| (level.size(), level.texels())).collect();
+    Ok(write_cube_texture(path, &levels, options.texels, options.zstd)?.into())
 }

@@ -1,9 +1,10 @@
 //! The six faces of a cube in one picture, or in six, out and in.
 
-use lobe_sh::{Coefficient, Rgb};
+use lobe_image::Picture;
+use lobe_sh::Rgb;
 
 use crate::mapping::cube::FACES;
-use crate::{CubeMap, CubeMipChain, EnvError, Raster};
+use crate::{CubeMap, CubeMipChain, EnvError};
 
 /// In which world the faces are looked up.
 ///
@@ -127,36 +128,33 @@ impl CubeMap {
 
     /// All faces in one picture; the corners of a cross are black.
     #[must_use]
-    pub fn to_picture(&self, layout: CubeLayout, handedness: CubeHandedness) -> Raster {
+    pub fn to_picture(&self, layout: CubeLayout, handedness: CubeHandedness) -> Picture {
         let size = self.size();
         let (columns, rows) = layout.shape();
         let (width, height) = (columns * size, rows * size);
-        let mut texels = vec![Rgb::ZERO; width * height];
+        let mut picture = Picture::filled(width, height, [0.0; 3]);
+        let texels = picture.pixels_mut();
         for (face, pixels) in self.faces(handedness).iter().enumerate() {
             let (column, row, turned) = layout.place(face);
             for (i, texel) in pixels.iter().enumerate() {
                 let i = if turned { size * size - 1 - i } else { i };
-                texels[(row * size + i / size) * width + column * size + i % size] = *texel;
+                texels[(row * size + i / size) * width + column * size + i % size] = texel.to_array();
             }
         }
-        Raster { width, height, texels }
+        picture
     }
 
     /// The map in a picture of all faces, whose [layout](CubeLayout::of_picture) its proportions tell.
     ///
     /// # Errors
-    /// [`EnvError::Options`] if the proportions or the number of texels are wrong.
-    pub fn from_picture(picture: &Raster, handedness: CubeHandedness) -> Result<Self, EnvError> {
-        let &Raster { width, height, ref texels } = picture;
-        if width.checked_mul(height) != Some(texels.len()) {
-            let found = texels.len();
-            return Err(EnvError::Options(format!("{width} x {height} texels expected, {found} given")));
-        }
+    /// [`EnvError::Options`] if the proportions are wrong.
+    pub fn from_picture(picture: &Picture, handedness: CubeHandedness) -> Result<Self, EnvError> {
+        let (width, height, texels) = (picture.width(), picture.height(), picture.pixels());
         let layout = CubeLayout::of_picture(width, height)?;
         let size = width / layout.shape().0;
         let faces = [0, 1, 2, 3, 4, 5].map(|face| {
             let (column, row, turned) = layout.place(face);
-            let at = |i: usize| texels[(row * size + i / size) * width + column * size + i % size];
+            let at = |i: usize| Rgb::from(texels[(row * size + i / size) * width + column * size + i % size]);
             (0..size * size).map(|i| at(if turned { size * size - 1 - i } else { i })).collect()
         });
         Self::from_handed_faces(size, &faces, handedness)

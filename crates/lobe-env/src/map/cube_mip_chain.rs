@@ -1,5 +1,7 @@
 //! A cube map with its smaller versions.
 
+use lobe_image::{mip_level_count, mip_level_size};
+
 use crate::map::cube_average::averaged_to;
 use crate::{CubeMap, EnvError};
 
@@ -22,13 +24,13 @@ impl CubeMipChain {
         let Some(first) = levels.first() else {
             return Err(EnvError::Options("a chain of cube maps needs at least one level".into()));
         };
-        let most = level_count(first.size());
+        let most = mip_level_count(first.size());
         if levels.len() > most {
             let message =
                 format!("a cube map of size {} has at most {most} levels, not {}", first.size(), levels.len());
             return Err(EnvError::Options(message));
         }
-        let expected = |k: usize| level_size(first.size(), k);
+        let expected = |k: usize| mip_level_size(first.size(), k);
         if let Some((k, level)) = levels.iter().enumerate().find(|(k, level)| level.size() != expected(*k)) {
             let message = format!("level {k} must have a size of {}, not {}", expected(k), level.size());
             return Err(EnvError::Options(message));
@@ -81,16 +83,6 @@ impl CubeMipChain {
     }
 }
 
-/// The size of level `k` below a map of size `size`.
-pub(crate) fn level_size(size: usize, k: usize) -> usize {
-    size.checked_shr(k as u32).unwrap_or(0).max(1)
-}
-
-/// The levels from `size` down to 1.
-pub(crate) fn level_count(size: usize) -> usize {
-    size.max(1).ilog2() as usize + 1
-}
-
 #[cfg(test)]
 mod tests {
     use lobe_sh::Rgb;
@@ -108,7 +100,7 @@ mod tests {
         for size in [64, 16, 1, 63, 24, 37, 5, 3] {
             let chain = CubeMipChain::averaged(map(size));
             let mean = chain.base().mean();
-            assert_eq!(chain.levels().len(), level_count(size), "levels of {size}");
+            assert_eq!(chain.levels().len(), mip_level_count(size), "levels of {size}");
             for level in chain.levels() {
                 let error = (level.mean().b / mean.b - 1.0).abs().max((level.mean().r / mean.r - 1.0).abs());
                 assert!(error < tolerance, "{size} to {}: {:?} against {mean:?}", level.size(), level.mean());

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use lobe_image::Picture;
 use lobe_sh::{Dir, Rgb};
 
 use crate::mapping::lat_long;
@@ -138,6 +139,23 @@ impl<'a> From<&'a EnvMap> for Cow<'a, MappedMap> {
 impl From<EnvMap> for Cow<'_, MappedMap> {
     fn from(map: EnvMap) -> Self {
         Self::Owned(map.into())
+    }
+}
+
+impl From<&EnvMap> for Picture {
+    /// The lat-long picture, texel by texel.
+    ///
+    /// ```
+    /// use lobe_env::bundled;
+    /// use lobe_image::{Picture, Tone};
+    ///
+    /// let sky = Picture::from(&bundled::sunset().map());
+    /// let png = sky.resized(256, 128).to_png(&Tone::PHOTOGRAPH)?;
+    /// # assert_eq!(&png[1..4], b"PNG");
+    /// # Ok::<(), lobe_image::ImageError>(())
+    /// ```
+    fn from(map: &EnvMap) -> Self {
+        Self::from_fn(map.width(), map.height(), |x, y| map.texel(x, y))
     }
 }
 

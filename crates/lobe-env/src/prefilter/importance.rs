@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
+use lobe_image::{mip_level_count, mip_level_size};
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::CubeMap;
-use crate::map::cube_mip_chain::{level_count, level_size};
 use crate::mapping::cube::{self, FACES};
 use crate::reflection::specular_lobe::{Kernel, integral};
 use crate::vec3::frame;
@@ -43,8 +43,8 @@ impl ImportanceFilter {
     /// the middle of the texel that holds it, by up to one and a half texels of the source in level 2.
     pub(crate) fn new(source: &CubeMap) -> Self {
         let mut levels = vec![Bordered::new(source)];
-        for k in 1..level_count(source.size()) {
-            let coarse = levels[k - 1].halved(level_size(source.size(), k));
+        for k in 1..mip_level_count(source.size()) {
+            let coarse = levels[k - 1].halved(mip_level_size(source.size(), k));
             levels.push(Bordered::new(&coarse));
         }
         Self { levels }

@@ -2,11 +2,11 @@
 
 use std::ops::ControlFlow;
 
+use lobe_image::{mip_level_count, mip_level_size};
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::map::cube_average::averaged_to;
-use crate::map::cube_mip_chain::{level_count, level_size};
 use crate::mapping::cube::FACES;
 use crate::prefilter::brightness::Brightness;
 use crate::prefilter::cell_tolerance::FilterCut;
@@ -146,7 +146,9 @@ impl PrefilterOptions {
     /// The number of levels.
     #[must_use]
     pub fn levels(&self) -> usize {
-        (0..level_count(self.size)).take_while(|k| *k == 0 || level_size(self.size, *k) >= self.last_size).count()
+        (0..mip_level_count(self.size))
+            .take_while(|k| *k == 0 || mip_level_size(self.size, *k) >= self.last_size)
+            .count()
     }
 
     /// The width `α = r²` of the slopes in a level.
@@ -219,7 +221,7 @@ pub fn prefilter_ggx(
 ) -> Result<CubeMipChain, EnvError> {
     options.check()?;
     let count = options.levels();
-    let size = |k: usize| level_size(options.size, k);
+    let size = |k: usize| mip_level_size(options.size, k);
     let alphas: Vec<f64> = (1..count).map(|k| options.alpha_of_level(k)).collect();
     let engine = Engine::new(source, options.method, alphas.iter().map(|alpha| GgxKernel::new(*alpha)));
     let work = |k: usize| (size(k) * size(k)) as f64;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Basis, Real, gauss_legendre, index, len};
+use lobe_sh::{Basis, gauss_legendre, index, len};
 
 use crate::mapping::lat_long::sin_cos_pi;
 
@@ -68,7 +68,7 @@ impl Polar {
     fn eval_at(&self, y: usize, t: f64, out: &mut [f64]) -> f64 {
         let (sin_theta, cos_theta) = sin_cos_pi((y as f64 + 0.5 + 0.5 * t) / self.height as f64);
         // Towards φ = 0 the basis function of m >= 0 is P̃ itself.
-        f64::with_shared_basis(self.order, |basis: &Basis<f64>| basis.eval_into([sin_theta, 0.0, cos_theta], out));
+        Basis::<f64>::with_shared(self.order, |basis| basis.eval_into([sin_theta, 0.0, cos_theta], out));
         sin_theta
     }
 }

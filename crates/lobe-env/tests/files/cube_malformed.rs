@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use image::ImageFormat;
-use lobe_env::{CubeMipChain, EnvError, ReadOptions, TexelFormat, read_env_file_bytes};
+use lobe_env::{CubeMipChain, EnvError, MapReadOptions, TexelFormat, read_env_file_bytes};
 use lobe_testkit::Random;
 
 use crate::cubes::{colored_faces, encoded, formats};
@@ -14,7 +14,7 @@ use crate::pictures::{ldr, pfm};
 const INDEX: usize = 80;
 
 fn read(bytes: &[u8]) -> Result<(), EnvError> {
-    read_env_file_bytes(bytes, "test", &ReadOptions::default()).map(|_| ())
+    read_env_file_bytes(bytes, "test", &MapReadOptions::default()).map(|_| ())
 }
 
 /// The message of an error that must come, in one line that begins with the file.

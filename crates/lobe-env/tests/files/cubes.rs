@@ -3,7 +3,7 @@
 use std::fs;
 
 use lobe_env::{
-    CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvFile, FileFormat, ReadOptions, ReadReport, TexelFormat,
+    CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvFile, FileFormat, MapReadOptions, MapReadReport, TexelFormat,
     read_cube, read_cube_bytes, read_env_bytes, read_env_file_bytes, write_cube,
 };
 use lobe_sh::Rgb;
@@ -30,15 +30,16 @@ pub(crate) fn colored_faces(size: usize) -> CubeMap {
 pub(crate) fn encoded(name: &str, chain: &CubeMipChain, texels: TexelFormat, zstd: bool) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
-    let report = write_cube(&path, chain, &CubeWriteOptions { texels, zstd }).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_cube(&path, chain, &CubeWriteOptions::default().texels(texels).zstd(zstd))
+        .unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(report.clamped, 0, "{name} {texels}: texels clamped");
     let files: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
     assert_eq!(files, [name], "nothing temporary is left");
     fs::read(path).unwrap()
 }
 
-pub(crate) fn read(bytes: &[u8]) -> Result<(CubeMipChain, ReadReport), EnvError> {
-    read_cube_bytes(bytes, "test", &ReadOptions::default())
+pub(crate) fn read(bytes: &[u8]) -> Result<(CubeMipChain, MapReadReport), EnvError> {
+    read_cube_bytes(bytes, "test", &MapReadOptions::default())
 }
 
 /// The largest error of a channel, relative to the largest channel of its texel.
@@ -167,10 +168,10 @@ fn what_a_format_cannot_hold_is_clamped_and_counted() {
     let write = |texels| write_cube(&path, &chain, &CubeWriteOptions { texels, zstd: false }).unwrap().clamped;
     assert_eq!(write(TexelFormat::Rgba32F), 0, "float holds all");
     assert_eq!(write(TexelFormat::Rgba16F), 1, "half holds NaN but not a million");
-    let error = read_cube(&path, &ReadOptions::default()).map(|_| ()).unwrap_err().to_string();
+    let error = read_cube(&path, &MapReadOptions::default()).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("1 texel is NaN") && error.contains("column 1, row 0"), "{error}");
     assert_eq!(write(TexelFormat::Rgb9e5), 2, "neither NaN nor negative values");
-    let (back, _) = read_cube(&path, &ReadOptions::default()).unwrap();
+    let (back, _) = read_cube(&path, &MapReadOptions::default()).unwrap();
     assert_eq!(back.base().texels()[0], Rgb::new(0.0, 0.0, 65408.0), "the largest value, beside which 1 is nothing");
     assert_eq!(back.base().texels()[1], Rgb::new(0.0, 1.0, 1.0), "NaN is 0");
 }
@@ -180,7 +181,9 @@ fn what_cannot_be_written_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let chain = CubeMipChain::single(colored_faces(2));
     let refused = |name: &str, texels, zstd| {
-        let error = write_cube(folder.path().join(name), &chain, &CubeWriteOptions { texels, zstd }).unwrap_err();
+        let error =
+            write_cube(folder.path().join(name), &chain, &CubeWriteOptions::default().texels(texels).zstd(zstd))
+                .unwrap_err();
         assert!(matches!(error, EnvError::Options(_)), "{name}: {error:?}");
         error.to_string()
     };
@@ -198,12 +201,12 @@ fn what_cannot_be_written_is_refused_by_name() {
 fn a_file_says_itself_whether_it_is_a_cube() {
     let chain = CubeMipChain::single(colored_faces(4));
     let bytes = encoded("a.dds", &chain, TexelFormat::Rgba32F, false);
-    let (file, report) = read_env_file_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+    let (file, report) = read_env_file_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
     assert_eq!((file, report.format), (EnvFile::Cube(chain), FileFormat::Dds), "cube");
     let bundled = lobe_env::bundled::sunset();
-    let (file, _) = read_env_file_bytes(bundled.bytes, "test", &ReadOptions::default()).unwrap();
+    let (file, _) = read_env_file_bytes(bundled.bytes, "test", &MapReadOptions::default()).unwrap();
     assert_eq!(file, EnvFile::LatLong(bundled.map()), "lat-long");
-    let error = read_env_bytes(&bytes, "test", &ReadOptions::default()).unwrap_err().to_string();
+    let error = read_env_bytes(&bytes, "test", &MapReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("cube map") && error.contains("DDS"), "{error}");
     let error = read(bundled.bytes).unwrap_err().to_string();
     assert!(error.contains("cube map expected"), "{error}");

@@ -5,9 +5,9 @@ use std::io::Cursor;
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
 use lobe_env::{
-    CubeMipChain, EnvFile, FileFormat, ReadOptions, lat_long, read_cube_bytes, read_env_bytes, read_env_file_bytes,
-    read_raster_bytes,
+    CubeMipChain, EnvFile, FileFormat, MapReadOptions, lat_long, read_cube_bytes, read_env_bytes, read_env_file_bytes,
 };
+use lobe_image::read_picture_bytes;
 use lobe_sh::{Dir, Rgb};
 
 /// A file of `width` x `height` with the attribute.
@@ -60,7 +60,7 @@ pub(crate) fn cube_exr(size: usize) -> Vec<u8> {
 fn cube_faces_look_where_openexr_says() {
     for size in [2, 7, 16] {
         let bytes = cube_exr(size);
-        let (chain, report) = read_cube_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+        let (chain, report) = read_cube_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
         assert_eq!((report.format, report.width, report.height), (FileFormat::OpenExr, size, size), "report");
         assert!(report.notes.iter().any(|n| n.contains("envmap")), "{:?}", report.notes);
         let map = chain.base();
@@ -79,9 +79,9 @@ fn cube_faces_look_where_openexr_says() {
                 );
             }
         }
-        let (file, _) = read_env_file_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+        let (file, _) = read_env_file_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
         assert_eq!(file, EnvFile::Cube(CubeMipChain::single(map.clone())), "the file says that it is a cube");
-        let (raster, _) = read_raster_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+        let (raster, _) = read_picture_bytes(&bytes, "test", &PictureReadOptions::default()).unwrap();
         assert_eq!((raster.width, raster.height), (size, 6 * size), "as it is");
     }
 }
@@ -93,7 +93,7 @@ fn a_lat_long_map_with_the_attribute_has_its_outer_texels_on_the_edges() {
         let s = lat_long::dir_from_uv(x as f64 / (w - 1) as f64, y as f64 / (h - 1) as f64);
         s.to_array().map(|c| c as f32 + 2.0)
     });
-    let (map, report) = read_env_bytes(&bytes, "test", &ReadOptions::default()).unwrap();
+    let (map, report) = read_env_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
     assert!(report.notes.iter().any(|n| n.contains("on the edges")), "{:?}", report.notes);
     for y in 0..h {
         for x in 0..w {
@@ -109,7 +109,7 @@ fn a_lat_long_map_with_the_attribute_has_its_outer_texels_on_the_edges() {
 
 #[test]
 fn a_cube_is_no_lat_long_map_and_a_wrong_shape_no_cube() {
-    let options = ReadOptions::default();
+    let options = MapReadOptions::default();
     let error = read_env_bytes(&cube_exr(4), "test", &options).unwrap_err().to_string();
     assert!(error.contains("says that it is a cube map"), "{error}");
     for size in [(4, 23), (6, 36 + 6), (24, 4), (16, 8)] {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use exr::prelude::{Blocks, Compression, Encoding, SampleType, Vec2};
 use lobe_env::{
-    EnvError, EnvMap, Nonfinite, ReadOption, ReadOptions, WriteOptions, read_env, read_env_bytes, write_env,
+    EnvError, EnvMap, MapReadOptions, MapWriteOptions, Nonfinite, ReadOption, read_env, read_env_bytes, write_env,
 };
 use lobe_sh::Rgb;
 use lobe_testkit::Random;
@@ -15,7 +15,7 @@ use crate::exr_files::{SCAN_LINES, exr_picture, patch_window, planes, rgb_part};
 const SIZE: (usize, usize) = (16, 8);
 
 fn read(bytes: &[u8]) -> Result<EnvMap, EnvError> {
-    read_env_bytes(bytes, "test", &ReadOptions::default()).map(|(map, _)| map)
+    read_env_bytes(bytes, "test", &MapReadOptions::default()).map(|(map, _)| map)
 }
 
 /// The message of an error that must come, in one line that begins with the file.
@@ -37,7 +37,7 @@ fn small_hdr() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.hdr");
     let map = EnvMap::from_fn(SIZE.0, SIZE.1, |s| Rgb::new(2.0 + s.x() as f32, 1.0, 2.0 + s.z() as f32));
-    write_env(&path, &map, &WriteOptions::default()).unwrap();
+    write_env(&path, &map, &MapWriteOptions::default()).unwrap();
     std::fs::read(path).unwrap()
 }
 
@@ -73,7 +73,7 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
 #[test]
 fn missing_files_and_folders_are_errors_that_name_them() {
     let folder = tempfile::tempdir().unwrap();
-    let read = |path: &Path| read_env(path, &ReadOptions::default()).map(|(map, _)| map);
+    let read = |path: &Path| read_env(path, &MapReadOptions::default()).map(|(map, _)| map);
     expect(read(&folder.path().join("sky.exr")), "missing", &["sky.exr", "No such file"]);
     let result = read(folder.path());
     assert!(matches!(result, Err(EnvError::Io { .. })), "{result:?}");
@@ -90,14 +90,14 @@ fn files_that_are_no_pictures_say_what_was_found() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sky.hdr");
     std::fs::write(&path, "not a picture").unwrap();
-    let result = read_env(&path, &ReadOptions::default()).map(|(map, _)| map);
+    let result = read_env(&path, &MapReadOptions::default()).map(|(map, _)| map);
     expect(result, "text named .hdr", &["sky.hdr", "text beginning with \"not a picture\""]);
 }
 
 #[test]
 #[cfg(unix)]
 fn a_device_without_end_is_refused_by_its_beginning() {
-    let result = read_env("/dev/zero", &ReadOptions::default()).map(|(map, _)| map);
+    let result = read_env("/dev/zero", &MapReadOptions::default()).map(|(map, _)| map);
     expect(result, "zeros", &["/dev/zero", "unknown data", "00, 00"]);
 }
 
@@ -106,7 +106,7 @@ fn the_contents_decide_and_not_the_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("really.hdr");
     std::fs::write(&path, small_exr(Compression::ZIP16, Blocks::ScanLines)).unwrap();
-    let (_, report) = read_env(&path, &ReadOptions::default()).unwrap();
+    let (_, report) = read_env(&path, &MapReadOptions::default()).unwrap();
     assert_eq!(report.format.to_string(), "OpenEXR", "format");
 }
 
@@ -131,7 +131,7 @@ fn pictures_of_a_wrong_shape_say_the_size_found() {
 fn a_large_header_without_data_is_an_error_at_once() {
     let start = Instant::now();
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 50000 +X 100000\n";
-    expect(read(hdr), "hdr", &["100000 x 50000", "limit", "scale it down, or raise ReadOptions::max_texels"]);
+    expect(read(hdr), "hdr", &["100000 x 50000", "limit", "scale it down, or raise MapReadOptions::max_texels"]);
     let error = read(hdr).unwrap_err();
     assert!(matches!(error, EnvError::Refused { option: ReadOption::MaxTexels, .. }), "{error:?}");
     // This file does not say how many blocks it has, so that the new size contradicts nothing in the header.
@@ -140,7 +140,7 @@ fn a_large_header_without_data_is_an_error_at_once() {
     patch_window(&mut exr, "dataWindow", [0, 0, 99_999, 49_999]);
     expect(read(&exr), "exr", &["100000 x 50000", "limit"]);
     // Even where the caller allows such sizes, the data must be there before memory is taken for it.
-    let options = ReadOptions { max_texels: usize::MAX, ..ReadOptions::default() };
+    let options = MapReadOptions::default().max_texels(usize::MAX);
     let read = |bytes: &[u8]| read_env_bytes(bytes, "test", &options).map(|(map, _)| map);
     expect(read(hdr), "hdr without limit", &["ends early", "100000 x 50000"]);
     message(read(&exr), "exr without limit");
@@ -245,7 +245,7 @@ fn non_finite_texels_are_counted_and_refused_or_made_black() {
     expect(read(&bytes), "default", &["2 texels are NaN or infinite", "column 5, row 3", "Nonfinite::Zero"]);
     let error = read(&bytes).unwrap_err();
     assert!(matches!(error, EnvError::Refused { option: ReadOption::Nonfinite, .. }), "{error:?}");
-    let options = ReadOptions { nonfinite: Nonfinite::Zero, ..ReadOptions::default() };
+    let options = MapReadOptions::default().nonfinite(Nonfinite::Zero);
     let (map, report) = read_env_bytes(&bytes, "test", &options).unwrap();
     assert_eq!((report.nonfinite, report.first_nonfinite, report.negative), (2, Some((5, 3)), 1), "counts");
     assert_eq!(map.texel(5, 3), Rgb::new(0.0, 0.0, 0.0), "the whole texel is black");

@@ -5,15 +5,16 @@ use std::io::Cursor;
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageFormat};
 use lobe_env::{
-    CubeMap, CubeMipChain, CubeWriteOptions, EnvMap, FileFormat, Raster, ReadOptions, ReadReport, TexelFormat,
-    WriteOptions, cube, project_env, read_cube, read_env, read_env_bytes, read_raster_bytes, write_cube, write_env,
+    CubeMap, CubeMipChain, CubeWriteOptions, EnvMap, FileFormat, MapReadOptions, MapReadReport, MapWriteOptions,
+    TexelFormat, cube, project_env, read_cube, read_env, read_env_bytes, write_cube, write_env,
 };
+use lobe_image::{Picture, read_picture_bytes};
 use lobe_sh::{Coefficient as _, Expansion, Rgb, ShVec};
 
 use crate::common;
 
-fn read(bytes: &[u8]) -> (EnvMap, ReadReport) {
-    read_env_bytes(bytes, "test", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+fn read(bytes: &[u8]) -> (EnvMap, MapReadReport) {
+    read_env_bytes(bytes, "test", &MapReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A portable float map with these numbers, the lowest row first.
@@ -129,7 +130,7 @@ fn pictures_of_any_shape_are_read_when_asked_for() {
     let picture = image::RgbImage::from_fn(3, 5, |x, y| image::Rgb([255 * u8::from(x == 2 && y == 1), 0, 255]));
     let mut bytes = Cursor::new(Vec::new());
     DynamicImage::ImageRgb8(picture).write_to(&mut bytes, ImageFormat::Png).unwrap();
-    let (raster, report) = read_raster_bytes(&bytes.into_inner(), "test", &ReadOptions::default()).unwrap();
+    let (raster, report) = read_picture_bytes(&bytes.into_inner(), "test", &PictureReadOptions::default()).unwrap();
     let Raster { width, height, texels } = raster;
     assert_eq!((width, height, report.levels), (3, 5, 1), "size");
     assert_eq!((texels[5], texels[4]), (Rgb::new(1.0, 0.0, 1.0), Rgb::new(0.0, 0.0, 1.0)), "texels in rows");
@@ -165,8 +166,8 @@ fn a_real_map_has_the_same_harmonics_through_every_format() {
                 *texel = Rgb::from(texel.to_array().map(|c| c.clamp(low, high)));
             }
             let path = folder.path().join(file);
-            write_env(&path, &map, &WriteOptions { half }).unwrap();
-            let (back, _) = read_env(&path, &ReadOptions::default()).unwrap();
+            write_env(&path, &map, &MapWriteOptions::default().half(half)).unwrap();
+            let (back, _) = read_env(&path, &MapReadOptions::default()).unwrap();
             let error = difference(&project_env(&map, ORDER), &project_env(&back, ORDER));
             println!("{name} through {file} (half {half}): {error:.2e}");
             assert!(error <= tolerance, "{name} through {file} (half {half}): {error} against {tolerance}");
@@ -197,8 +198,13 @@ fn a_real_cube_map_has_the_same_harmonics_through_every_format() {
         for (texels, tolerance) in formats {
             for (file, zstd) in [("a.ktx2", false), ("a.ktx2", true), ("a.dds", false)] {
                 let path = folder.path().join(file);
-                write_cube(&path, &CubeMipChain::single(faces.clone()), &CubeWriteOptions { texels, zstd }).unwrap();
-                let (back, _) = read_cube(&path, &ReadOptions::default()).unwrap();
+                write_cube(
+                    &path,
+                    &CubeMipChain::single(faces.clone()),
+                    &CubeWriteOptions::default().texels(texels).zstd(zstd),
+                )
+                .unwrap();
+                let (back, _) = read_cube(&path, &MapReadOptions::default()).unwrap();
                 let error = difference(&expected, &project(back.base()));
                 println!("{name} through {file} {texels} zstd {zstd}: {error:.2e}");
                 assert!(error <= tolerance, "{name} through {file} {texels}: {error} against {tolerance}");

@@ -1,19 +1,19 @@
 //! OpenEXR files of every kind that Lobe reads, and those it refuses.
 
 use exr::prelude::*;
-use lobe_env::{EnvError, EnvMap, FileFormat, ReadOptions, ReadReport, read_env_bytes};
+use lobe_env::{EnvError, EnvMap, FileFormat, MapReadOptions, MapReadReport, read_env_bytes};
 
 use crate::common;
 use crate::exr_files::{Part, SCAN_LINES, exr_file, exr_picture, exr_with_mip_levels, planes, rgb_part, value};
 
 const SIZE: (usize, usize) = (48, 24);
 
-fn read(bytes: &[u8]) -> (EnvMap, ReadReport) {
-    read_env_bytes(bytes, "test.exr", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+fn read(bytes: &[u8]) -> (EnvMap, MapReadReport) {
+    read_env_bytes(bytes, "test.exr", &MapReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn refusal(bytes: &[u8]) -> String {
-    match read_env_bytes(bytes, "test.exr", &ReadOptions::default()) {
+    match read_env_bytes(bytes, "test.exr", &MapReadOptions::default()) {
         Err(error @ EnvError::Unsupported { .. }) => error.to_string(),
         other => panic!("Unsupported expected, found {other:?}"),
     }

@@ -1,10 +1,10 @@
 //! Radiance files of every kind that Lobe reads, and those it refuses.
 
-use lobe_env::{EnvError, EnvMap, FileFormat, ReadOptions, ReadReport, read_env_bytes};
+use lobe_env::{EnvError, EnvMap, FileFormat, MapReadOptions, MapReadReport, read_env_bytes};
 use lobe_sh::Rgb;
 
-fn read(bytes: &[u8]) -> (EnvMap, ReadReport) {
-    read_env_bytes(bytes, "test.hdr", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+fn read(bytes: &[u8]) -> (EnvMap, MapReadReport) {
+    read_env_bytes(bytes, "test.hdr", &MapReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A file with these header lines, resolution line and pixel bytes.
@@ -88,7 +88,7 @@ fn header_lines_that_say_nothing_are_not_noted() {
 fn impossible_exposures_are_errors() {
     for exposure in ["0", "-1", "inf", "NaN", "1e-45"] {
         let lines = format!("{HEADER}EXPOSURE={exposure}\n");
-        let error = read_env_bytes(&file(&lines, "-Y 8 +X 16", &flat()), "test.hdr", &ReadOptions::default());
+        let error = read_env_bytes(&file(&lines, "-Y 8 +X 16", &flat()), "test.hdr", &MapReadOptions::default());
         let message = error.unwrap_err().to_string();
         assert!(message.contains("EXPOSURE"), "{exposure}: {message}");
     }
@@ -97,13 +97,13 @@ fn impossible_exposures_are_errors() {
 #[test]
 fn other_orientations_and_color_spaces_are_refused_by_name() {
     for resolution in ["+Y 8 +X 16", "-Y 8 -X 16", "+X 16 -Y 8", "-X 16 +Y 8"] {
-        let error = read_env_bytes(&file(HEADER, resolution, &flat()), "test.hdr", &ReadOptions::default());
+        let error = read_env_bytes(&file(HEADER, resolution, &flat()), "test.hdr", &MapReadOptions::default());
         let Err(EnvError::Unsupported { message, .. }) = error else { panic!("{resolution}: {error:?}") };
         let axes: Vec<&str> = resolution.split(' ').step_by(2).collect();
         assert!(message.contains(&axes.join(" ")) && message.contains("-Y h +X w"), "{resolution}: {message}");
     }
     let xyze = file("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n", "-Y 8 +X 16", &flat());
-    let error = read_env_bytes(&xyze, "test.hdr", &ReadOptions::default());
+    let error = read_env_bytes(&xyze, "test.hdr", &MapReadOptions::default());
     let Err(EnvError::Unsupported { message, .. }) = error else { panic!("XYZE: {error:?}") };
     assert!(message.contains("xyze"), "{message}");
 }

@@ -19,7 +19,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use lobe_env::{ReadOptions, read_env_file_bytes, read_raster_bytes};
+use lobe_env::{MapReadOptions, read_env_file_bytes};
+use lobe_image::read_picture_bytes;
 use lobe_sh::read_sh_json;
 
 use crate::corpus::{bad_files, good_files, readme};
@@ -40,10 +41,10 @@ fn read(name: &str, bytes: &[u8]) -> Result<(), String> {
     if name.ends_with(".sh.json") {
         return read_sh_json(bytes, name).map(|_| ()).map_err(|e| e.to_string());
     }
-    let options = ReadOptions::default();
+    let options = MapReadOptions::default();
     let read = read_env_file_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
     // A picture of any shape is read by other checks; it may be good where a map is not, but never panics.
-    let raster = read_raster_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
+    let raster = read_picture_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
     for message in [&read, &raster].into_iter().filter_map(|result| result.as_ref().err()) {
         assert_one_line(name, message);
     }

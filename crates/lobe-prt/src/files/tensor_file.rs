@@ -126,9 +126,9 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
     /// # Errors
     /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later version
     /// wrote them.
-    pub(crate) fn parse(bytes: &'a [u8], name: String, format: &str, version: u32) -> Result<Self, PrtError> {
+    pub(crate) fn parse(bytes: &'a [u8], name: &str, format: &str, version: u32) -> Result<Self, PrtError> {
         // What is wrong may be quoted from the file, line breaks included.
-        let invalid = |message: String| PrtError::invalid(&name, message.replace(['\n', '\r'], " "));
+        let invalid = |message: String| PrtError::invalid(name, message.replace(['\n', '\r'], " "));
         let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
         let entry = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY));
@@ -145,11 +145,11 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
                 "expected version {version} of {format}, found {}; take a Lobe as new as the file",
                 kind.version
             );
-            return Err(PrtError::Unsupported { place: name, message });
+            return Err(PrtError::Unsupported { place: name.to_owned(), message });
         }
         let header = serde_json::from_str(header).map_err(bad_header)?;
         let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
-        Ok(Self { name, header, tensors })
+        Ok(Self { name: name.to_owned(), header, tensors })
     }
 
     pub(crate) fn name(&self) -> &str {

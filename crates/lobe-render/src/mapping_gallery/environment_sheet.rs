@@ -9,10 +9,11 @@ use lobe_env::{
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{
-    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exposure, Glossy, HighlightMap,
-    IrradiancePolynomial, Label, MatteByMap, MatteBySh, Paraboloids, Picture, ReflectionSpace, Scene, Shading, Sheet,
-    Solid, SphereMapped, SurfacePoint, Tone, Torus, TracedMirror, View, bumps, highlights_of_lights,
+    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Glossy, HighlightMap, IrradiancePolynomial,
+    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, Scene, Shading, Solid, SphereMapped, SurfacePoint, Torus,
+    TracedMirror, View, bumps, highlights_of_lights,
 };
+use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 
 /// How often a torus may mirror itself in the traced picture.
 const BOUNCES: usize = 4;
@@ -180,19 +181,19 @@ pub fn environment_mapping_sheet(map: &EnvMap, options: &EnvironmentSheetOptions
         let row_end = pictures.len().next_multiple_of(COLUMNS);
         pictures.resize(row_end, Picture::filled(0, 0, Rgb::ZERO));
     }
-    Sheet { columns: COLUMNS, margin: 6, background: Rgb::splat(1.0) }.compose(&pictures)
+    Sheet { columns: COLUMNS, margin: 6, background: [1.0; 3] }.compose(&pictures)
 }
 
 /// A panel as it is shown, its name above and its error below.
 fn labeled(panel: &EnvironmentPanel, tone: &Tone) -> Picture {
     let shown = tone.apply(&panel.picture);
     // As high as the longest name allows.
-    let wide = Label { left: 0.0, top: 0.0, height: 1.0, color: Rgb::ZERO }.width(panel.technique);
+    let wide = Label { left: 0.0, top: 0.0, height: 1.0, color: [0.0; 3] }.width(panel.technique);
     let height = (0.065 * shown.width() as f64).max(8.0);
     let band = (1.7 * height).ceil() as usize;
     let mut out = Picture::filled(shown.width(), shown.height() + 2 * band, Rgb::splat(1.0));
     out.paste(&shown, 0, band as isize);
-    let label = Label { left: 2.0, top: 0.3 * height, height, color: Rgb::ZERO };
+    let label = Label { left: 2.0, top: 0.3 * height, height, color: [0.0; 3] };
     let fitting = height.min((shown.width() as f64 - 4.0) / wide);
     Label { height: fitting, ..label }.draw(&mut out, panel.technique);
     if let Some(error) = panel.error {

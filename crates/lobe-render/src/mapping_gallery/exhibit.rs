@@ -4,7 +4,8 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::vector::{add, dot, scale, sub};
-use crate::{Camera, ErrorReport, Picture, Solid, compare};
+use crate::{Camera, Solid};
+use lobe_image::{ErrorReport, Picture, Pixel, compare};
 
 /// A point of a surface, and from where it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,8 +124,8 @@ pub fn compare_shadings(
     image: &(impl Shading + ?Sized),
     reference: &(impl Shading + ?Sized),
 ) -> ErrorReport {
-    let values = |shading: &(dyn Fn(&SurfacePoint) -> Rgb<f32> + Sync)| -> Vec<Rgb<f32>> {
-        points.par_iter().map(shading).collect()
+    let values = |shading: &(dyn Fn(&SurfacePoint) -> Rgb<f32> + Sync)| -> Vec<Pixel> {
+        points.par_iter().map(|p| shading(p).to_array()).collect()
     };
     compare(&values(&|p| image.radiance(p)), &values(&|p| reference.radiance(p)))
 }

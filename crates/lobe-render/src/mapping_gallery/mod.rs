@@ -12,6 +12,7 @@ pub(crate) mod irradiance_polynomial;
 pub(crate) mod matte;
 pub(crate) mod paraboloids;
 pub(crate) mod reflection_space;
+pub(crate) mod roots;
 pub(crate) mod solid;
 pub(crate) mod sphere_mapped;
 pub(crate) mod square_texture;

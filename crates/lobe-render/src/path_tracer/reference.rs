@@ -5,15 +5,17 @@ use std::path::Path;
 
 use lobe_io::Fingerprint;
 use lobe_prt::fingerprint_scene;
-use lobe_scene::{Bvh, Ray, Scene};
-use lobe_sh::{Coefficient as _, Dir, Rgb};
+use lobe_scene::{Bvh, Scene};
+use lobe_sh::{Coefficient as _, Rgb};
 
 use crate::path_tracer::estimate::{SampleCount, Spread};
 use crate::path_tracer::path_tracer::{FIRST_PURPOSE, Seen};
-use crate::path_tracer::progressive::in_portions;
+use crate::path_tracer::pixel::Pixel;
 use crate::path_tracer::sampler::SampleSet;
 use crate::path_tracer::truth_checkpoint::TruthCheckpoint;
-use crate::{Camera, DistantLight, PathOptions, PathTracer, Picture, RenderError};
+use crate::progressive::in_portions;
+use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
+use lobe_image::Picture;
 
 /// How a picture is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,29 +47,6 @@ pub struct Truth {
     pub depth: Vec<f32>,
     /// Which part of the pixel shows a surface, 0 to 1.
     pub coverage: Vec<f32>,
-}
-
-/// What is known about a pixel.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pixel {
-    mean: Rgb<f32>,
-    variance: Rgb<f32>,
-    albedo: Rgb<f32>,
-    normal: Rgb<f32>,
-    depth: f32,
-    coverage: f32,
-}
-
-impl Pixel {
-    pub(crate) fn to_numbers(self) -> [f32; 14] {
-        let Self { mean: m, variance: v, albedo: a, normal: n, depth, coverage } = self;
-        [m.r, m.g, m.b, v.r, v.g, v.b, a.r, a.g, a.b, n.r, n.g, n.b, depth, coverage]
-    }
-
-    pub(crate) fn from_numbers(x: [f32; 14]) -> Self {
-        let [mean, variance, albedo, normal] = [0, 3, 6, 9].map(|k| Rgb::new(x[k], x[k + 1], x[k + 2]));
-        Self { mean, variance, albedo, normal, depth: x[12], coverage: x[13] }
-    }
 }
 
 /// The kind of this work among fingerprints.
@@ -206,7 +185,7 @@ fn trace_pixel(
         for path in 0..count.per_set {
             let numbers = samples.path(path);
             let [dx, dy] = numbers.pair(FIRST_PURPOSE);
-            let (ray, towards) = eye_ray(camera, width, height, x + dx, y + dy);
+            let (ray, towards) = camera.ray_of_pixel([width, height], [x + dx, y + dy]);
             match tracer.see(&ray) {
                 None => sum += light.radiance(towards),
                 Some(Seen { albedo: a, normal: n, distance, node }) => {
@@ -232,11 +211,4 @@ fn trace_pixel(
         depth: if hits > 0.0 { (depth / hits) as f32 } else { f32::INFINITY },
         coverage: (hits * part) as f32,
     }
-}
-
-/// The ray through a point of a picture, in pixels from its top left corner, and its direction.
-pub(crate) fn eye_ray(camera: &Camera, width: usize, height: usize, x: f64, y: f64) -> (Ray, Dir) {
-    let half = 0.5 * height as f64;
-    let (origin, towards) = camera.ray((x - 0.5 * width as f64) / half, (half - y) / half);
-    (Ray::new(origin.map(|c| c as f32), towards.to_array().map(|c| c as f32)), towards)
 }

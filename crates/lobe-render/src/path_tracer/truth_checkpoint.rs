@@ -5,7 +5,7 @@ use std::path::Path;
 use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout};
 
 use crate::RenderError;
-use crate::path_tracer::reference::Pixel;
+use crate::path_tracer::pixel::Pixel;
 
 /// Checkpoints of traced pictures among those of Lobe.
 const FORMAT: RecordFormat = RecordFormat {

@@ -3,21 +3,14 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use exr::meta::attribute::Compression;
-use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels as _,
-    ReadLayers as _, SmallVec, Text, WritableImage as _,
-};
+use exr::prelude::{AttributeValue, ReadChannels as _, ReadLayers as _, Text};
+use lobe_image::{ExrAttribute, ExrLayers, Picture, Pixel};
 use lobe_io::write_atomically;
-use lobe_sh::Rgb;
 
-use crate::{Picture, RenderError, Truth};
+use crate::{RenderError, Truth};
 
 /// The attribute that tells how many differences the variance was estimated from.
 const FREEDOM: &str = "lobeDegreesOfFreedom";
-
-/// How many channels there are.
-const CHANNELS: usize = 14;
 
 /// The prefix of the channels of variance.
 const VARIANCE: &str = "variance";
@@ -37,32 +30,22 @@ impl Truth {
     /// # Errors
     /// [`RenderError::Invalid`] if the format cannot hold the picture.
     pub fn to_exr(&self) -> Result<Vec<u8>, RenderError> {
-        let plane = |picture: &Picture, c: usize| picture.pixels().iter().map(|p| p.to_array()[c]).collect();
-        let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
-        let mut add = |name: &str, values: Vec<f32>| {
-            channels.push(AnyChannel::new(name, FlatSamples::F32(values)));
-        };
+        let plane = |picture: &Picture, c: usize| picture.pixels().iter().map(|p| p[c]).collect();
+        let (width, height) = (self.mean.width(), self.mean.height());
+        let mut layers = ExrLayers::new(width, height);
         for (c, name) in ["R", "G", "B"].iter().enumerate() {
-            add(name, plane(&self.mean, c));
-            add(&format!("{VARIANCE}.{name}"), plane(&self.variance, c));
-            add(&format!("albedo.{name}"), plane(&self.albedo, c));
-            add(&format!("normal.{}", ["X", "Y", "Z"][c]), plane(&self.normal, c));
+            layers.channel(*name, plane(&self.mean, c));
+            layers.channel(format!("{VARIANCE}.{name}"), plane(&self.variance, c));
+            layers.channel(format!("albedo.{name}"), plane(&self.albedo, c));
+            layers.channel(format!("normal.{}", ["X", "Y", "Z"][c]), plane(&self.normal, c));
         }
-        add("depth.Z", self.depth.clone());
-        add("coverage.A", self.coverage.clone());
-        let mut attributes = LayerAttributes::default();
-        let freedom = AttributeValue::I32(i32::try_from(self.degrees_of_freedom).unwrap_or(i32::MAX));
-        attributes.other.insert(Text::from(FREEDOM), freedom);
-        let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
-        let size = (self.mean.width(), self.mean.height());
-        let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels)));
-        // As much as the numbers take: a vector that grows holds up to three times as much for a while.
-        let mut bytes = Cursor::new(Vec::with_capacity(size.0 * size.1 * 4 * CHANNELS));
-        let refused = |error: exr::error::Error| {
-            RenderError::Invalid(format!("a {} x {} picture as OpenEXR: {error}", size.0, size.1))
-        };
-        image.write().to_buffered(&mut bytes).map_err(refused)?;
-        Ok(bytes.into_inner())
+        layers.channel("depth.Z", self.depth.clone());
+        layers.channel("coverage.A", self.coverage.clone());
+        let freedom = i32::try_from(self.degrees_of_freedom).unwrap_or(i32::MAX);
+        layers.attribute(FREEDOM, ExrAttribute::Integer(freedom));
+        layers
+            .into_bytes()
+            .map_err(|error| RenderError::Invalid(format!("a {width} x {height} picture as OpenEXR: {error}")))
     }
 
     /// Writes the picture as an OpenEXR file; nothing half-written ever has the final name.
@@ -107,19 +90,20 @@ pub fn read_variance(bytes: &[u8], name: &str) -> Result<(Picture, f64), RenderE
         Some(AttributeValue::I32(count)) => f64::from(*count),
         _ => f64::INFINITY,
     };
-    let pixels = r.iter().zip(&g).zip(&b).map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect();
+    let pixels: Vec<Pixel> = r.iter().zip(&g).zip(&b).map(|((&r, &g), &b)| [r, g, b]).collect();
     Ok((Picture::new(layer.size.width(), layer.size.height(), pixels)?, freedom))
 }
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::Coefficient as _;
+    use lobe_image::{PictureReadOptions, read_picture_bytes};
+    use lobe_sh::{Coefficient as _, Rgb};
 
     use super::*;
 
     #[test]
     fn what_is_written_is_read_again() {
-        let numbered = |first: usize| Picture::from_fn(3, 2, |x, y| Rgb::splat((first + x + 3 * y) as f32));
+        let numbered = |first: usize| Picture::from_fn(3, 2, |x, y| [(first + x + 3 * y) as f32; 3]);
         let truth = Truth {
             mean: numbered(0),
             variance: numbered(10),
@@ -132,8 +116,8 @@ mod tests {
         let bytes = truth.to_exr().unwrap();
         let (variance, freedom) = read_variance(&bytes, "a.exr").unwrap();
         assert_eq!((variance, freedom), (truth.variance, 15.0), "variance");
-        let (raster, _) = lobe_env::read_raster_bytes(&bytes, "a.exr", &lobe_env::ReadOptions::default()).unwrap();
-        assert_eq!(raster.texels, truth.mean.pixels(), "radiance, as everybody reads it");
+        let (read, _) = read_picture_bytes(&bytes, "a.exr", &PictureReadOptions::default()).unwrap();
+        assert_eq!(read.pixels(), truth.mean.pixels(), "radiance, as everybody reads it");
     }
 
     #[test]
@@ -141,7 +125,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         let map = lobe_env::EnvMap::from_fn(4, 2, |_| Rgb::splat(1.0));
-        lobe_env::write_env(&path, &map, &lobe_env::WriteOptions::default()).unwrap();
+        lobe_env::write_env(&path, &map, &lobe_env::MapWriteOptions::default()).unwrap();
         let found = read_variance(&std::fs::read(&path).unwrap(), "a.exr").unwrap_err().to_string();
         assert!(found.starts_with("a.exr: expected channels variance.R, .G and .B, found none"), "{found}");
         let found = read_variance(b"no picture", "b.exr").unwrap_err().to_string();

@@ -2,8 +2,9 @@
 
 use lobe_sh::Rgb;
 
-use crate::picture::text::draw_lines;
-use crate::{Label, Picture, View};
+use crate::View;
+use lobe_image::draw_lines;
+use lobe_image::{Label, Picture};
 
 /// Draws the axes from the point `(x, y)`, each `length` pixels long when seen from the side, with their names.
 pub(crate) fn draw_axes(picture: &mut Picture, view: &View, x: f64, y: f64, length: f64, color: Rgb<f32>) {
@@ -16,7 +17,7 @@ pub(crate) fn draw_axes(picture: &mut Picture, view: &View, x: f64, y: f64, leng
     draw_lines(picture, &lines, (0.03 * length).max(1.2), color);
     for (name, [dx, dy]) in ends {
         let height = (0.3 * length).max(9.0);
-        let label = Label { left: 0.0, top: 0.0, height, color };
+        let label = Label { left: 0.0, top: 0.0, height, color: color.into() };
         let away = length + 0.75 * height;
         // An axis that points at the eye has no direction in the picture.
         let scale = if dx.hypot(dy) > 0.1 { (length * dx.hypot(dy) + 0.75 * height) / dx.hypot(dy) } else { away };

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb};
 use rayon::prelude::*;
 
-use crate::picture::picture::mix;
-use crate::{Picture, View};
+use crate::View;
+use lobe_image::{Picture, mix};
 
 /// Room around the disc, in pixels, for its smooth edge.
 const MARGIN: f64 = 1.0;
@@ -80,7 +80,7 @@ impl Ball {
         let mut picture = Picture::filled(self.size, self.size, background);
         let pixels = picture.pixels_mut();
         for ((i, _), &color) in normals.into_iter().zip(colors) {
-            pixels[i] = mix(background, Rgb::narrow(color.widen()), self.coverage(i));
+            pixels[i] = mix(background, Rgb::<f32>::narrow(color.widen()), self.coverage(i));
         }
         picture
     }

@@ -3,10 +3,11 @@
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
+use crate::View;
 use crate::plot::mesh::{Mesh, Vertex};
 use crate::plot::z_buffer::{Hit, visible};
 use crate::vector::{Vec3, add, dot, normalized, scale};
-use crate::{Picture, View};
+use lobe_image::{Picture, Pixel};
 
 /// Samples along the edge of a pixel: 16 a pixel make silhouettes smooth.
 const SAMPLES: usize = 4;
@@ -71,7 +72,7 @@ impl Balloon {
     }
 
     /// Draws the rows of `pixels`, of which the first is `first_row`: every pixel is the mean of its samples.
-    fn draw_band(&self, mesh: &Mesh, corners: &[Vec3], first_row: usize, pixels: &mut [Rgb<f32>]) {
+    fn draw_band(&self, mesh: &Mesh, corners: &[Vec3], first_row: usize, pixels: &mut [Pixel]) {
         let (width, rows) = (self.size * SAMPLES, pixels.len() / self.size * SAMPLES);
         let hits = visible(corners, &mesh.triangles, width, first_row * SAMPLES, rows);
         for (i, pixel) in pixels.iter_mut().enumerate() {
@@ -81,7 +82,7 @@ impl Balloon {
                 let hit = &hits[(y + k / SAMPLES) * width + x + k % SAMPLES];
                 sum += hit.as_ref().map_or(self.background, |hit| self.shade(mesh, hit));
             }
-            *pixel = sum.scale(1.0 / (SAMPLES * SAMPLES) as f32);
+            *pixel = sum.scale(1.0 / (SAMPLES * SAMPLES) as f32).into();
         }
     }
 

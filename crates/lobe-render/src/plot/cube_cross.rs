@@ -3,9 +3,10 @@
 use lobe_sh::{Dir, Rgb};
 use rayon::prelude::*;
 
-use crate::picture::text::draw_lines;
+use crate::IsoLines;
 use crate::plot::cube::{FACES, Face};
-use crate::{IsoLines, Label, Picture};
+use lobe_image::draw_lines;
+use lobe_image::{Label, Picture};
 
 const BLACK: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 
@@ -113,7 +114,7 @@ impl CubeCross {
         let height = (LABEL_HEIGHT * n).max(9.0);
         for face in FACES {
             let (left, top) = (face.column as f64 * n + 0.05 * n, face.row as f64 * n + 0.04 * n);
-            let label = Label { left, top, height, color: BLACK };
+            let label = Label { left, top, height, color: BLACK.into() };
             shade_box(picture, left - 0.02 * n, top - 0.02 * n, label.width(face.name) + 0.04 * n, height + 0.04 * n);
             label.draw(picture, face.name);
         }
@@ -133,7 +134,7 @@ impl CubeCross {
             });
             let sides = [0, 1, 2, 3].map(|k| [corners[k], corners[(k + 1) % 4]]);
             draw_lines(&mut picture, &sides, 1.0, BLACK);
-            let label = Label { left: 0.0, top: top + 0.5 * (n - height), height, color: BLACK };
+            let label = Label { left: 0.0, top: top + 0.5 * (n - height), height, color: BLACK.into() };
             Label { left: left + 0.5 * (n - label.width(face.name)), ..label }.draw(&mut picture, face.name);
         }
         picture

@@ -4,9 +4,9 @@ use std::fmt::{Arguments, Write};
 
 use lobe_sh::Rgb;
 
-use crate::picture::srgb::srgb_decode;
-use crate::picture::text::distance;
-use crate::{Label, Picture};
+use lobe_image::distance_to_segment;
+use lobe_image::srgb_decode;
+use lobe_image::{Label, Picture};
 
 /// The height of the digits of a text as a part of its font size, as common fonts have it.
 const CAP_HEIGHT: f64 = 0.72;
@@ -124,7 +124,7 @@ impl Drawing {
         for Text { at, anchor, size, color, text, .. } in self.texts.iter().filter(|text| !text.in_words) {
             let height = CAP_HEIGHT * size / (1.0 - DESCENDER);
             let top = at[1] - (1.0 - DESCENDER) * height;
-            let label = Label { left: at[0], top, height, color: linear(*color) };
+            let label = Label { left: at[0], top, height, color: linear(*color).into() };
             let width = label.width(text);
             let shift = match anchor {
                 Anchor::Start => 0.0,
@@ -150,7 +150,7 @@ impl Stroke {
             };
             for y in range(1, height) {
                 for x in range(0, width) {
-                    let distance = distance([x as f64 + 0.5, y as f64 + 0.5], [a, b]);
+                    let distance = distance_to_segment([x as f64 + 0.5, y as f64 + 0.5], [a, b]);
                     let covered = (0.5 * self.width - distance + 0.5).clamp(0.0, self.width.min(1.0));
                     let cell = &mut coverage[y * width + x];
                     *cell = cell.max(covered);

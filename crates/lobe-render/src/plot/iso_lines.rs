@@ -2,8 +2,7 @@
 
 use lobe_sh::Rgb;
 
-use crate::diverging;
-use crate::picture::picture::mix;
+use lobe_image::{diverging, mix};
 
 const LINE: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const ZERO_LINE: Rgb<f32> = Rgb::new(0.0, 0.42, 0.05);
@@ -43,7 +42,7 @@ impl IsoLines {
         let slope = gradient[0].hypot(gradient[1]);
         let fill = if full_scale > 0.0 { value / full_scale } else { 0.0 };
         let lined = mix(diverging(fill), LINE, self.line_coverage(value, slope));
-        mix(lined, ZERO_LINE, self.zero_coverage(value, slope))
+        mix(lined, ZERO_LINE, self.zero_coverage(value, slope)).into()
     }
 
     /// How far the lines at levels other than zero cover a pixel.

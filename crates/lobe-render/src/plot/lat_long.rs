@@ -3,7 +3,7 @@
 use lobe_env::{lat_long, reconstruct};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 
-use crate::Picture;
+use lobe_image::Picture;
 
 /// The lat-long picture of a function: its values towards the centers of the pixels, laid out as [`lat_long`] shows.
 #[must_use]

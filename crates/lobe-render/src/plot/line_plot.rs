@@ -1,7 +1,7 @@
 //! Functions of one number as a plot.
 
-use crate::Picture;
 use crate::plot::drawing::{Anchor, Drawing, nice_step};
+use lobe_image::Picture;
 
 /// Room for the numbers on the left, and below and around the plot.
 const LEFT: f64 = 52.0;

@@ -3,7 +3,7 @@
 use lobe_env::Mapping;
 use lobe_sh::{Coefficient, Dir, Rgb};
 
-use crate::{Label, Picture, srgb_decode};
+use lobe_image::{Label, Picture, srgb_decode};
 
 /// The angle between neighboring parallels and meridians, in degrees.
 const GRID: f64 = 15.0;
@@ -31,7 +31,7 @@ pub fn mapping_figure(mapping: Mapping, width: usize) -> Picture {
     let height = (0.05 * width as f64).clamp(9.0, 16.0);
     for (name, place) in layout.axes() {
         // The whole name stays inside the picture.
-        let label = Label { left: 0.0, top: 0.0, height, color: Rgb::ZERO };
+        let label = Label { left: 0.0, top: 0.0, height, color: [0.0; 3] };
         let inside = |at: f64, length: f64, end: usize| (at - 0.5 * length).clamp(2.0, end as f64 - length - 2.0);
         let (left, top) = (inside(place[0], label.width(name), width), inside(place[1], height, layout.height));
         Label { left, top, ..label }.draw(&mut picture, name);

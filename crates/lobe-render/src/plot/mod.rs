@@ -14,5 +14,4 @@ pub(crate) mod mesh;
 pub(crate) mod polar_plot;
 pub(crate) mod profile_plot;
 pub(crate) mod pyramid;
-pub(crate) mod view;
 pub(crate) mod z_buffer;

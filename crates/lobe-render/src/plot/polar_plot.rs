@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use lobe_sh::Dir;
 
-use crate::Picture;
 use crate::plot::drawing::{Anchor, Drawing, Srgb, nice_step};
+use lobe_image::Picture;
 
 const POSITIVE: Srgb = [200, 30, 30];
 const NEGATIVE: Srgb = [30, 60, 200];

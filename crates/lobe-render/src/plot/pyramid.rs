@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use lobe_sh::{Dir, Expansion, Rgb, ShVec, index};
 
 use crate::plot::axes::draw_axes;
-use crate::{Balloon, CubeCross, Label, Picture, View};
+use crate::{Balloon, CubeCross, View};
+use lobe_image::{Label, Picture};
 
 const WHITE: Rgb<f32> = Rgb::new(1.0, 1.0, 1.0);
 const INK: Rgb<f32> = Rgb::new(0.05, 0.05, 0.05);
@@ -59,7 +60,7 @@ impl Pyramid {
 
     fn draw_numbers(&self, sheet: &mut Picture) {
         let height = self.text_height() as f64;
-        let at = |left: f64, top: f64| Label { left, top, height, color: INK };
+        let at = |left: f64, top: f64| Label { left, top, height, color: INK.into() };
         for l in 0..self.order {
             let (x, y) = self.place(l, -(l as isize));
             let text = format!("l={l}");

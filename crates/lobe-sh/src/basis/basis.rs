@@ -1,11 +1,12 @@
 //! The real spherical-harmonic basis of any order.
 
-use std::sync::OnceLock;
+use std::any::{Any, TypeId};
 
 use crate::basis::index::{index, len, order_of, order_of_slice};
+use crate::once::Once;
 use crate::{Coefficient, Dir, MAX_ORDER, Real};
 
-/// Directions handled together by the batched kernels: one AVX-512 register of `f32`, two of AVX2.
+/// Directions in one block of the batched kernels: one AVX-512 register of `f32`, two of AVX2.
 const BLOCK: usize = 16;
 
 /// The real orthonormal basis `y_i`, orders 1 to `order`, ready to be evaluated.
@@ -29,8 +30,8 @@ const BLOCK: usize = 16;
 /// The structure is that of [Sloan 2013]; unnormalized, the recurrences are those of [Sloan 2008] A1, where
 /// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. The step by differences `D` is Reinsch's modification of
 /// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the poles,
-/// where neighboring `P̄` differ little, `w` is exact and the small difference does not drown in the rounding of
-/// `a z` and `b`: at order 20 in `f32` the plain recurrence is up to 1.1e-5 off there.
+/// where neighboring `P̄` differ little, `w` is exact and the small difference is not lost in the rounding of `a z` and
+/// `b`: at order 20 in `f32` the plain recurrence has errors up to 1.1e-5 there.
 ///
 /// Errors measured by the tests `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and
 /// `f32_stays_close_to_f64` (1.5e-6 at order 20).
@@ -84,6 +85,25 @@ impl<S: Real> Basis<S> {
         Self { order, diagonal, recurrence }
     }
 
+    /// Calls `f` with a basis of at least `order`: the one shared by the whole process up to [`MAX_ORDER`], a new one
+    /// above.
+    pub fn with_shared<R>(order: usize, f: impl FnOnce(&Self) -> R) -> R {
+        static SINGLE: Once<Basis<f32>> = Once::new();
+        static DOUBLE: Once<Basis<f64>> = Once::new();
+        if order > MAX_ORDER {
+            return f(&Self::new(order));
+        }
+        let shared: &dyn Any = if TypeId::of::<S>() == TypeId::of::<f32>() {
+            SINGLE.get_or_init(|| Basis::new(MAX_ORDER))
+        } else {
+            DOUBLE.get_or_init(|| Basis::new(MAX_ORDER))
+        };
+        match shared.downcast_ref() {
+            Some(basis) => f(basis),
+            None => f(&Self::new(order)),
+        }
+    }
+
     /// The number of bands the constants reach.
     #[must_use]
     pub fn order(&self) -> usize {
@@ -100,7 +120,7 @@ impl<S: Real> Basis<S> {
         self.recurrence[self.column_start(m) + l - m - 1]
     }
 
-    /// Where column `m` begins: after `m` columns of `order-1`, `order-2`, .. entries.
+    /// The start of column `m`: after `m` columns of `order-1`, `order-2`, .. entries.
     fn column_start(&self, m: usize) -> usize {
         m * (2 * self.order - 1 - m) / 2
     }
@@ -258,17 +278,7 @@ pub fn eval_basis(s: Dir, order: usize) -> Vec<f64> {
 /// # Panics
 /// If `out.len()` is no perfect square.
 pub fn eval_basis_into<S: Real>(s: [S; 3], out: &mut [S]) {
-    S::with_shared_basis(order_of_slice(out), |basis| basis.eval_into(s, out));
-}
-
-/// Calls `f` with a basis of at least `order`: the one shared by the whole process up to [`MAX_ORDER`], a new
-/// one above.
-pub(crate) fn with_shared<S: Real, R>(
-    shared: &'static OnceLock<Basis<S>>,
-    order: usize,
-    f: impl FnOnce(&Basis<S>) -> R,
-) -> R {
-    if order <= MAX_ORDER { f(shared.get_or_init(|| Basis::new(MAX_ORDER))) } else { f(&Basis::new(order)) }
+    Basis::<S>::with_shared(order_of_slice(out), |basis| basis.eval_into(s, out));
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
-//! Value, slope and curvature of a scalar expansion, several directions at once.
+//! Value, gradient and Hessian of a scalar expansion, several directions at once.
 
 use crate::Basis;
 use crate::basis::basis::Step;
 use crate::basis::index::{index, order_of_slice};
 use crate::sphere::vector::{dot, tangents, unit};
 
-/// A function about a direction to second order, in the plane of two unit tangents.
+/// The value, gradient and Hessian of a function at a direction, in the plane of two unit tangents.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Local {
+pub(crate) struct LocalQuadratic {
     /// The direction.
     pub(crate) s: [f64; 3],
     /// `f(s)`.
@@ -20,8 +20,8 @@ pub(crate) struct Local {
     pub(crate) hessian: [f64; 3],
 }
 
-impl Local {
-    /// Where the great circle that leaves `s` along `a t_1 + b t_2` is after that vector's length.
+impl LocalQuadratic {
+    /// The point of the great circle that leaves `s` along `a t_1 + b t_2`, at a distance of that vector's length.
     pub(crate) fn step(&self, [a, b]: [f64; 2]) -> [f64; 3] {
         let angle = a.hypot(b);
         if angle == 0.0 {
@@ -31,10 +31,25 @@ impl Local {
         let t = [0, 1, 2].map(|k| (a * self.tangents[0][k] + b * self.tangents[1][k]) / angle);
         unit([0, 1, 2].map(|k| cos * self.s[k] + sin * t[k]))
     }
+
+    /// The principal curvatures, the lower first, the slopes along their axes, and the axes in the frame of tangents.
+    pub(crate) fn principal_curvatures(&self) -> ([f64; 2], [f64; 2], [[f64; 2]; 2]) {
+        let [xx, xy, yy] = self.hessian;
+        let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        let radius = half.hypot(xy);
+        // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no cancellation.
+        let (a, b) = if half >= 0.0 { (radius + half, xy) } else { (xy, radius - half) };
+        let length = a.hypot(b);
+        let high = if length > 0.0 { [a / length, b / length] } else { [1.0, 0.0] };
+        let low = [-high[1], high[0]];
+        let [g0, g1] = self.gradient;
+        let slopes = [low, high].map(|v| v[0] * g0 + v[1] * g1);
+        ([mean - radius, mean + radius], slopes, [low, high])
+    }
 }
 
 /// A function and its derivatives in space towards `W` directions, for the continuation `F = Σ Q(z) C(x, y)` of
-/// [`Basis`] off the sphere. The derivatives of the plane are kept by the sums over `l` of a column `m`:
+/// [`Basis`] off the sphere. The derivatives follow from the sums over `l` of a column `m`:
 ///
 /// ```text
 ///   q = Σ_l f_lm Q_l    q' = Σ_l f_lm Q_l'    q'' = Σ_l f_lm Q_l''        (p, p', p'' for -m)
@@ -53,7 +68,7 @@ pub(crate) fn second_order<const W: usize>(
     basis: &Basis<f64>,
     coefficients: &[f64],
     directions: &[[f64; 3]; W],
-) -> [Local; W] {
+) -> [LocalQuadratic; W] {
     let order = order_of_slice(coefficients);
     let mut sums = [[0.0; W]; 9];
     let [x, y, z]: [[f64; W]; 3] = [0, 1, 2].map(|k| std::array::from_fn(|w| directions[w][k]));
@@ -117,7 +132,7 @@ fn add_column<const W: usize>(
 }
 
 /// From derivatives in space to those on the sphere.
-fn on_the_sphere(s: [f64; 3], &[value, fx, fy, fz, fxx, fxy, fzz, fxz, fyz]: &[f64; 9]) -> Local {
+fn on_the_sphere(s: [f64; 3], &[value, fx, fy, fz, fxx, fxy, fzz, fxz, fyz]: &[f64; 9]) -> LocalQuadratic {
     let tangents = tangents(s);
     let gradient = [fx, fy, fz];
     let along = dot(gradient, s);
@@ -129,7 +144,7 @@ fn on_the_sphere(s: [f64; 3], &[value, fx, fy, fz, fxx, fxy, fzz, fxz, fyz]: &[f
         ]
     };
     let [h1, h2] = tangents.map(times);
-    Local {
+    LocalQuadratic {
         s,
         value,
         tangents,
@@ -141,7 +156,7 @@ fn on_the_sphere(s: [f64; 3], &[value, fx, fy, fz, fxx, fxy, fzz, fxz, fyz]: &[f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, Real, ShVec, eval_with_gradient};
+    use crate::{Dir, Expansion as _, ShVec, eval_with_gradient};
     use lobe_testkit::{Random, directions};
 
     #[test]
@@ -150,7 +165,7 @@ mod tests {
         for order in [1, 2, 3, 7, 10] {
             let f = ShVec::from_vec(Random::new(order as u64).signed_vec(order * order)).unwrap();
             for v in directions() {
-                let [local] = f64::with_shared_basis(order, |basis| second_order(basis, f.coefficients(), &[v]));
+                let [local] = Basis::<f64>::with_shared(order, |basis| second_order(basis, f.coefficients(), &[v]));
                 let (value, gradient) = eval_with_gradient(&f, Dir::from_unit(v));
                 assert!((local.value - value).abs() < 1e-12, "order {order} at {v:?}: {} {value}", local.value);
                 for (k, t) in local.tangents.into_iter().enumerate() {
@@ -176,7 +191,7 @@ mod tests {
     fn several_directions_are_as_good_as_one() {
         let f = Random::new(5).signed_vec(36);
         let all = directions();
-        f64::with_shared_basis(6, |basis| {
+        Basis::<f64>::with_shared(6, |basis| {
             for four in all.as_chunks::<4>().0 {
                 for (s, local) in four.iter().zip(second_order(basis, &f, four)) {
                     let [one] = second_order(basis, &f, &[*s]);

@@ -1,13 +1,13 @@
-//! A constant and one light from a direction.
+//! Ambient, highlight and direction (AHD): irradiance as that of a constant and one directional light.
 
 use std::f64::consts::PI;
 
-use super::{coefficient, not_negative, y_0};
+use crate::encoding::irradiance_bands::{coefficient, not_negative, y_0};
 use crate::solver::newton_on_sphere::ascend;
 use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, convolved, eval_with_gradient, optimal_linear_direction};
 
-/// Directions from which the best one is sought beside the linear direction: the faces and corners of the cube. The
-/// function is blurred twice by the cosine, so that its maxima are wide.
+/// Starts of the search for the best direction, besides the linear direction: the faces and corners of the cube. They
+/// suffice because the function is convolved with the cosine twice, so that its maxima are wide.
 const STARTS: [[f64; 3]; 14] = [
     [1.0, 0.0, 0.0],
     [-1.0, 0.0, 0.0],
@@ -25,22 +25,22 @@ const STARTS: [[f64; 3]; 14] = [
     [-1.0, -1.0, -1.0],
 ];
 
-/// Irradiance as ambient, highlight and direction: what a constant and one directional light would give.
+/// Irradiance as ambient, highlight and direction: the irradiance of a constant and one directional light.
 ///
 /// ```text
 ///   E(n) = A + H max(n·d, 0)
 /// ```
 ///
-/// Colors `A` and `H`, one direction `d` for all channels: nine numbers in color. Light that is made so is kept
-/// exactly. `A` and `H` are not negative, so neither is `E`. It turns with the light. The direction jumps where two
-/// lights are equally strong: interpolate between neighbors with care.
+/// Colors `A` and `H` and one direction `d` for all channels: nine numbers in color. Such light is kept exactly. `A` and
+/// `H` are not negative, so neither is `E`. The encoding rotates with the light. The direction jumps where two lights are
+/// equally strong: interpolate between neighbors with care.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahd<T = f32> {
-    /// `A`, the irradiance from everywhere.
+    /// `A`, the irradiance of the constant light.
     pub ambient: T,
-    /// `H`, the irradiance that the light gives to a surface facing it.
+    /// `H`, the irradiance of a surface facing the light.
     pub highlight: T,
-    /// `d`, where the light comes from.
+    /// `d`, towards the light.
     pub direction: Dir,
 }
 
@@ -52,23 +52,23 @@ impl<T: Coefficient> Ahd<T> {
     ///   [π   2π/3] [H] = [∫ E max(n·d,0)] = [√(4π) E_00, Σ_l A_l Σ_m E_lm y_lm(d)]
     /// ```
     ///
-    /// If one of them comes out negative it is set to zero and the other is the best alone.
+    /// If one of them would be negative, it is zero and the other is the best alone.
     #[must_use]
     pub fn towards(direction: Dir, irradiance: &impl Expansion<T>) -> Self {
         Fitter::new(irradiance).towards(direction)
     }
 
-    /// [`Ahd::towards`] the optimal linear direction of the luminance, the cheap choice; +z where there is none.
+    /// [`Ahd::towards`] the optimal linear direction of the luminance, the cheap choice; +z if there is none.
     #[must_use]
     pub fn linear(irradiance: &impl Expansion<T>) -> Self {
         Self::towards(optimal_linear_direction(irradiance).unwrap_or(Dir::Z), irradiance)
     }
 
-    /// The direction too by least squares, summed over channels: of all encodings of this form the nearest.
+    /// Colors and direction by least squares, summed over channels: the nearest encoding of this form.
     ///
-    /// With the best colors for every direction, what is left of the error falls as `p_c(d) = ∫ E_c max(n·d,0) dn`
-    /// grows, `∂error/∂p_c = -2 H_c`: the maximum is climbed from the linear direction and from 14 more (test
-    /// `the_solved_direction_is_the_best_of_a_dense_grid`). +z where every direction is as good.
+    /// With the best colors for every direction, the error falls as `p_c(d) = ∫ E_c max(n·d,0) dn` grows,
+    /// `∂error/∂p_c = -2 H_c`: Newton's method finds its maximum from the linear direction and 14 further starts (test
+    /// `the_solved_direction_is_the_best_of_a_dense_grid`). +z if all directions are equal.
     #[must_use]
     pub fn solved(irradiance: &impl Expansion<T>) -> Self {
         let fitter = Fitter::new(irradiance);
@@ -92,7 +92,7 @@ impl<T: Coefficient> Ahd<T> {
     }
 }
 
-/// What the fit needs of an irradiance.
+/// The integrals of an irradiance that the fit needs.
 struct Fitter<T: Coefficient> {
     /// `∫ E dn`.
     total: T::Wide,
@@ -118,7 +118,7 @@ impl<T: Coefficient> Fitter<T> {
         }
     }
 
-    /// By how much the best colors for `d` lower the squared error, and the gradient of that.
+    /// The decrease of the squared error by the best colors for `d`, and its gradient.
     fn explained(&self, d: Dir) -> (f64, [f64; 3]) {
         let (p, slope) = eval_with_gradient(&self.blurred, d);
         let (mut value, mut gradient) = (0.0, [0.0; 3]);

@@ -1,18 +1,18 @@
-//! Six colors on the faces of a cube.
+//! The ambient cube: six colors, one for each axis direction.
 
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::coefficient;
+use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Real, Sh, ShVec, Zonal, convolved};
 
-/// The faces' axes in their order.
+/// The axes of the faces, in their order.
 const AXES: [[f64; 3]; 6] =
     [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
 
-/// Singular values of the normal equations below this share of the largest count as zero; where the samples determine
-/// all six faces the ratio is 1/2.5 if they are spread evenly.
+/// Singular values of the normal equations below this fraction of the largest count as zero; for samples spread evenly
+/// over the sphere the ratio is 1/2.5.
 const RANK_TOLERANCE: f64 = 1e-12;
 
 /// Irradiance as six colors, mixed by the squares of the normal's components.
@@ -21,9 +21,9 @@ const RANK_TOLERANCE: f64 = 1e-12;
 ///   E(n) = Σ_f c_f V_f(n)        V_f(n) = max(n·a_f, 0)²        a_f = +x, -x, +y, -y, +z, -z
 /// ```
 ///
-/// Three faces count for any normal, and their weights sum to 1: a constant is kept exactly, and colors that are not
-/// negative give no negative irradiance. The cube does not turn: the products `xy`, `yz`, `xz` are lost, so the error of one
-/// directional light depends on where it stands. The RMS error of the irradiance of a light that gives 1 to a surface
+/// Three faces contribute to any normal, and their weights sum to 1: a constant is kept exactly, and colors that are not
+/// negative give no negative irradiance. The cube is not rotation invariant: the products `xy`, `yz`, `xz` are lost, so the
+/// error for one directional light depends on its direction. The RMS error of the irradiance of a light that gives 1 to a surface
 /// facing it is 0.081 for a light on an axis and 0.161 for one on a diagonal of space; within three bands, for light of which
 /// they leave 1 (`16π/17`), 0.0679 and 0.1480 (test `the_cube_wobbles_under_rotation_by_a_factor_of_two`). After McTaggart 2004.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub struct AmbientCube<T = f32> {
 }
 
 impl<T: Coefficient> AmbientCube<T> {
-    /// The cube as it is published: each face has the irradiance towards its axis.
+    /// The cube as published: each face has the irradiance towards its axis.
     #[must_use]
     pub fn from_axes(mut irradiance: impl FnMut(Dir) -> T) -> Self {
         Self { faces: AXES.map(|a| irradiance(Dir::from_unit(a))) }
@@ -73,8 +73,8 @@ impl<T: Coefficient> AmbientCube<T> {
     ///   minimize Σ_k w_k (Σ_f c_f V_f(s_k) - E_k)²
     /// ```
     ///
-    /// Where the samples do not determine the faces, of all best cubes the one of the least sum of squares. Without
-    /// samples all faces are zero. A value that is not finite makes its channel NaN.
+    /// If the samples do not determine the faces, the best cube of least norm is taken. Without samples all faces are zero. A
+    /// value that is not finite makes its channel NaN.
     #[must_use]
     pub fn fit(samples: impl IntoIterator<Item = (Dir, T, f64)>) -> Self {
         let mut normal = Matrix6::zeros();

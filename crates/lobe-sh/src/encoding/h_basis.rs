@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::hemisphere::hemisphere_points;
+use crate::encoding::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
-/// Irradiance of the normals on one side of a surface, in `N` = 4 or 6 numbers a channel.
+/// Irradiance of the normals on one side of a surface, in `N` = 4 or 6 numbers for each channel.
 ///
 /// ```text
 ///   E(n) = Σ_{j<N} c_j H_j(n')        n' = R⁻¹ n
@@ -14,10 +14,10 @@ use crate::{Coefficient, Dir, Expansion, Rotation};
 ///   H_5 = √(15/2π) x y        H_6 = ½ √(15/2π) (x² - y²)
 /// ```
 ///
-/// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal, around which
-/// `n'` stays within 90°. The basis is orthonormal there, so that the least-squares coefficients are plain integrals. Four span
-/// what bands 0 and 1 span. Of the light of one lamp the RMS error over normals and lamps is 0.108 with four and 0.062
-/// with six numbers, of an irradiance of 1 facing it (test `four_and_six_have_the_known_errors`).
+/// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal, from which
+/// `n'` is at most 90° away. The basis is orthonormal there, so that the least-squares coefficients are plain integrals. The
+/// first four functions span the same space as bands 0 and 1. For one directional light that gives 1 to a surface facing
+/// it, the RMS error over normals and lights is 0.108 with four and 0.062 with six numbers (test `four_and_six_have_the_known_errors`).
 /// After [Habel and Wimmer 2010].
 ///
 /// [Habel and Wimmer 2010]: https://www.cg.tuwien.ac.at/research/publications/2010/Habel-2010-EIN/
@@ -29,10 +29,10 @@ pub struct HBasis<const N: usize, T = f32> {
     pub frame: Rotation,
 }
 
-/// Four numbers a channel: a constant and a linear function.
+/// Four numbers for each channel: a constant and a linear function.
 pub type HBasis4<T = f32> = HBasis<4, T>;
 
-/// Six numbers a channel.
+/// Six numbers for each channel.
 pub type HBasis6<T = f32> = HBasis<6, T>;
 
 impl<const N: usize, T: Coefficient> HBasis<N, T> {
@@ -84,8 +84,8 @@ fn functions(n: Dir) -> [f64; 6] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tangent_frame;
     use super::*;
+    use crate::tangent_frame;
     use crate::{Rgb, ShVec, SphereQuadrature, Zonal, hemisphere_least_squares};
     use lobe_testkit::{Random, directions};
 

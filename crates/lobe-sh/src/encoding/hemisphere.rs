@@ -1,25 +1,14 @@
-//! Least squares over the normals of one side of a surface.
+//! Least squares over the hemisphere of normals on one side of a surface.
 
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Dir, Expansion, Rotation, ShVec, least_squares};
-
-/// The rotation that takes +z to `normal`: a tangent frame, `world_from_tangent`. Continuous but for the poles, where
-/// it turns about +z by any angle (none at exactly ±z, but for -z the half turn about +y).
-///
-/// ```text
-///   R = R_z(φ) R_y(θ)
-/// ```
-#[must_use]
-pub fn tangent_frame(normal: Dir) -> Rotation {
-    Rotation::from_euler_zyz(normal.phi(), normal.theta(), 0.0)
-}
+use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
 
 /// Points on the hemisphere `z > 0` and weights that integrate polynomials up to `degree` over it exactly.
 ///
 /// ```text
 ///   ∫_{z>0} f ds = Σ_j Σ_k (w_j/2) (2π/K) f((1 + x_j)/2, φ_k)        K = degree + 1
 /// ```
-pub(super) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
+pub(crate) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
     let azimuths = degree + 1;
     let step = std::f64::consts::TAU / azimuths as f64;
     let mut points = Vec::new();
@@ -34,17 +23,17 @@ pub(super) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
     points
 }
 
-/// The expansion of `order` that is nearest to `f` over the hemisphere around `normal`; elsewhere it may be anything.
+/// The expansion of `order` that is nearest to `f` over the hemisphere around `normal`, and arbitrary elsewhere.
 ///
 /// ```text
 ///   minimize ∫_{s·normal > 0} (g(s) - f(s))² ds        g of order n
 /// ```
 ///
-/// A surface is never asked for the light from behind, and what is not asked for is free to lower the error: of an irradiance
-/// from one light 7 % at order 3, where cutting off is already good, 25 % at order 2 (test
+/// No normal of a surface points behind it, so that values there are free to lower the error: for the irradiance of one
+/// light by 7 % against truncation at order 3, by 25 % at order 2 (test
 /// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and 5875 at
-/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); the factorization sees their
-/// square roots. After Sloan, Hall, Hart and Snyder 2003.
+/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); those of the factored
+/// matrix are their square roots. After Sloan, Hall, Hart and Snyder 2003.
 ///
 /// # Panics
 /// If `order` is 0.

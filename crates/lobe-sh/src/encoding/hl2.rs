@@ -1,16 +1,16 @@
-//! Three colors along the directions of radiosity normal mapping.
+//! The basis of radiosity normal mapping in Half-Life 2: three colors along perpendicular directions.
 
 use std::f64::consts::PI;
 
-use super::hemisphere::hemisphere_points;
+use crate::encoding::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
-/// How [`Hl2`] mixes its colors.
+/// The weights of the colors of [`Hl2`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hl2Weights {
-    /// By the squares of the cosines: colors are irradiances, a constant is kept, nothing is negative.
+    /// The squares of the cosines: colors are irradiances, a constant is kept, nothing is negative.
     Squared,
-    /// By the cosines themselves: the least squares of a function that is linear in the normal and has no constant.
+    /// The cosines themselves: the least-squares fit of a linear function of the normal without a constant.
     Linear,
 }
 
@@ -25,22 +25,22 @@ pub enum Hl2Weights {
 ///
 /// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal. The three directions are
 /// perpendicular to one another and 54.7° from it. The squared form is the published one, after
-/// [Mitchell, McTaggart and Green 2006]. The linear form cannot hold a constant: of `E = 1` it makes 3/2 along the geometric
-/// normal and 0 at the horizon.
+/// [Mitchell, McTaggart and Green 2006]. The linear form cannot represent a constant: `E = 1` becomes 3/2 along the
+/// geometric normal and 0 at the horizon.
 ///
 /// [Mitchell, McTaggart and Green 2006]: https://doi.org/10.1145/1185657.1185832
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hl2<T = f32> {
     /// `c_1, c_2, c_3`.
     pub colors: [T; 3],
-    /// How they are mixed.
+    /// Their weights.
     pub weights: Hl2Weights,
     /// `R`, which takes +z to the geometric normal.
     pub frame: Rotation,
 }
 
 impl<T: Coefficient> Hl2<T> {
-    /// The squared form as it is published: each color is the irradiance towards its direction.
+    /// The squared form as published: each color is the irradiance towards its direction.
     #[must_use]
     pub fn from_directions(frame: Rotation, mut irradiance: impl FnMut(Dir) -> T) -> Self {
         let colors = basis().map(|b| irradiance(frame.rotate_dir(b)));
@@ -66,7 +66,7 @@ impl<T: Coefficient> Hl2<T> {
 
     /// The irradiance of a surface with normal `n`, given in the world, at most 90° from the geometric normal.
     ///
-    /// The squared form of a normal that faces away from all three directions is zero.
+    /// The squared form is zero for a normal that faces away from all three directions.
     #[must_use]
     pub fn eval(&self, n: Dir) -> T {
         let n = self.frame.inverse().rotate_dir(n);
@@ -97,8 +97,8 @@ fn basis() -> [Dir; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tangent_frame;
     use super::*;
+    use crate::tangent_frame;
     use crate::{Rgb, ShVec};
     use lobe_testkit::{Random, directions};
 

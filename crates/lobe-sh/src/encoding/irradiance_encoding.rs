@@ -1,9 +1,11 @@
-//! All encodings under one roof, to loop over.
+//! All irradiance encodings in one enum, to loop over, and their errors.
 
-use super::{Ahd, AmbientCube, HBasis4, HBasis6, Hl2, NonLinearL1, Zh3, Zh3Axis, hemisphere_least_squares};
-use crate::{Coefficient, Dir, Expansion, Rotation, Sh};
+use crate::{
+    Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Rotation, Sh, Zh3, Zh3Axis,
+    even_directions, hemisphere_least_squares, tangent_frame,
+};
 
-/// A way to keep irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
+/// An encoding of irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
 ///
 /// ```
 /// use lobe_sh::{Dir, IrradianceEncoding, Rgb, Rotation, Zonal};
@@ -97,7 +99,7 @@ impl IrradianceEncoding {
         }
     }
 
-    /// How many numbers it takes for an irradiance of `channels` channels; a direction counts as three.
+    /// The count of numbers for an irradiance of `channels` channels; a direction counts as three.
     #[must_use]
     pub const fn floats(self, channels: usize) -> usize {
         match self {
@@ -110,7 +112,7 @@ impl IrradianceEncoding {
         }
     }
 
-    /// Whether it serves only the normals on one side of a surface, at most 90° from its geometric normal.
+    /// True if it holds only the normals on one side of a surface, at most 90° from its geometric normal.
     #[must_use]
     pub const fn is_hemispherical(self) -> bool {
         matches!(self, Self::HBasis4 | Self::HBasis6 | Self::HemisphereSh3 | Self::Hl2 | Self::Hl2Linear)
@@ -118,9 +120,9 @@ impl IrradianceEncoding {
 
     /// Encodes an irradiance given by its expansion.
     ///
-    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; those of the whole sphere do not look at it. Encodings
-    /// that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the expansion: give it
-    /// enough bands.
+    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; encodings of the whole sphere ignore it. Encodings
+    /// that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the expansion, which
+    /// therefore needs enough bands.
     #[must_use]
     pub fn encode<T: Coefficient>(self, irradiance: &impl Expansion<T>, frame: Rotation) -> EncodedIrradiance<T> {
         use EncodedIrradiance as E;
@@ -148,24 +150,24 @@ impl IrradianceEncoding {
     }
 }
 
-/// What [`IrradianceEncoding::encode`] makes.
+/// The result of [`IrradianceEncoding::encode`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EncodedIrradiance<T = f32> {
     /// Bands 0 and 1.
     Sh2(Sh<4, T>),
     /// Bands 0 to 2.
     Sh3(Sh<9, T>),
-    /// Bands 0 and 1, read by a curve.
+    /// Bands 0 and 1, evaluated non-linearly.
     NonLinearL1(NonLinearL1<T>),
     /// Bands 0 and 1 and a zonal coefficient.
     Zh3(Zh3<T>),
     /// Six colors.
     AmbientCube(AmbientCube<T>),
-    /// A constant and a light.
+    /// A constant and a directional light.
     Ahd(Ahd<T>),
-    /// Four numbers of a hemisphere.
+    /// Four coefficients of a hemisphere.
     HBasis4(HBasis4<T>),
-    /// Six numbers of a hemisphere.
+    /// Six coefficients of a hemisphere.
     HBasis6(HBasis6<T>),
     /// Three colors of a hemisphere.
     Hl2(Hl2<T>),
@@ -187,4 +189,58 @@ impl<T: Coefficient> EncodedIrradiance<T> {
             Self::Hl2(e) => e.eval(n),
         }
     }
+}
+
+/// The number of surfaces over which the error of a hemispherical encoding is averaged.
+const SURFACES: usize = 32;
+
+/// The error of an encoding over all normals and channels; `mean`, `rms` and `max` in units of the mean irradiance over all
+/// channels and normals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EncodingError {
+    /// The mean of `|found - true|`.
+    pub mean: f64,
+    /// The root of the mean of `(found - true)²`.
+    pub rms: f64,
+    /// The largest `|found - true|`.
+    pub max: f64,
+    /// The lowest irradiance, in the unit of the values: negative if the encoding rings.
+    pub lowest: f64,
+}
+
+/// Encodes `irradiance` and compares it with the true values, given for normals that cover the sphere evenly.
+///
+/// A hemispherical encoding is made for 32 surfaces whose normals cover the sphere evenly, and compared for the normals
+/// within 90° of each. Without values the errors are NaN; if the mean irradiance is 0, they are NaN or infinite.
+#[must_use]
+pub fn encoding_error<T: Coefficient>(
+    encoding: IrradianceEncoding,
+    irradiance: &impl Expansion<T>,
+    truth: &[(Dir, T)],
+) -> EncodingError {
+    let channels = |value: T| (0..T::CHANNELS).map(move |c| value.widen().channel(c));
+    let count = (truth.len() * T::CHANNELS) as f64;
+    let unit = truth.iter().flat_map(|(_, e)| channels(*e)).sum::<f64>() / count;
+    let frames = match encoding.is_hemispherical() {
+        true => even_directions(SURFACES).map(|normal| Some((normal, tangent_frame(normal)))).collect(),
+        false => vec![None],
+    };
+    let (mut sum, mut squares, mut terms) = (0.0, 0.0, 0_usize);
+    let (mut max, mut lowest) = (0.0, f64::INFINITY);
+    for surface in frames {
+        let encoded = encoding.encode(irradiance, surface.map_or(Rotation::IDENTITY, |(_, frame)| frame));
+        for (n, expected) in truth.iter().filter(|(n, _)| surface.is_none_or(|(normal, _)| n.dot(normal) >= 0.0)) {
+            for (a, b) in channels(encoded.eval(*n)).zip(channels(*expected)) {
+                let error = (a - b).abs();
+                sum += error;
+                squares += error * error;
+                terms += 1;
+                // NaN is larger than anything.
+                max = if error.is_nan() || error > max { error } else { max };
+                lowest = if a.is_nan() || a < lowest { a } else { lowest };
+            }
+        }
+    }
+    let terms = terms as f64;
+    EncodingError { mean: sum / terms / unit, rms: (squares / terms).sqrt() / unit, max: max / unit, lowest }
 }

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::coefficient;
+use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
-/// The quadratic form of nine coefficients in color, a symmetric matrix a channel.
+/// The quadratic form of nine coefficients in color, one symmetric matrix for each channel.
 ///
 /// ```text
 ///   E(n) = N̂ᵀ M N̂        N̂ = (x, y, z, 1)
@@ -18,8 +18,8 @@ use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 /// ```
 ///
 /// The form of [Ramamoorthi and Hanrahan 2001], whose `L` are those of radiance in a basis without the Condon-Shortley phase:
-/// here `L_1±1` and `L_2±1` of Lobe's basis enter with the other sign. The constants are printed there to six digits, two of
-/// them rounded wrongly (0.511664, 0.743125).
+/// here `L_1±1` and `L_2±1` of Lobe's basis enter with the other sign. The constants are printed there with six digits, two of
+/// them wrongly rounded (0.511664, 0.743125).
 ///
 /// [Ramamoorthi and Hanrahan 2001]: https://cseweb.ucsd.edu/~ravir/papers/envmap/envmap.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]

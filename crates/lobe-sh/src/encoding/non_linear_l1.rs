@@ -1,12 +1,12 @@
-//! Four numbers a channel, read by a curve that never goes below zero.
+//! Non-linear evaluation of bands 0 and 1 that is never negative, after Geomerics.
 
 use std::f64::consts::PI;
 
-use super::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
+use crate::encoding::irradiance_bands::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
 use crate::sphere::vector::dot;
 use crate::{Coefficient, Dir, Expansion, Real, Sh};
 
-/// Irradiance as the bands 0 and 1 of each channel, read by a power of the cosine instead of the linear term.
+/// Irradiance as bands 0 and 1 of each channel, evaluated with a power of the cosine in place of the linear term.
 ///
 /// ```text
 ///   E(n) = π R_0 (a + (1 - a)(p + 1) q^p)        q = (1 + n·d)/2        p = 1 + 2r        a = (1 - r)/(1 + r)
@@ -15,12 +15,12 @@ use crate::{Coefficient, Dir, Expansion, Real, Sh};
 ///
 /// `⟨ ⟩` is the mean over the sphere of the radiance `L`, so that `r <= 1` for every light. With these the mean of `E` is kept
 /// exactly, a constant is a constant, and a single directional light has the right peak, `4π R_0` (tests
-/// `the_mean_is_kept_exactly`, `a_constant_stays_a_constant`, `one_light_has_its_peak_and_is_dark_behind`). Feeding orthonormal
-/// coefficients in place of `R_0` and `R_1`, as several shaders do, makes a white sky 1.128 instead of 1. The mean of `E s`
-/// comes out as it should at `r = 1/2`, 10 % too small at `r = 1`. After the diffuse reconstruction of Geomerics
+/// `the_mean_is_kept_exactly`, `a_constant_stays_a_constant`, `one_light_has_its_peak_and_is_dark_behind`). With orthonormal
+/// coefficients in place of `R_0` and `R_1`, as in several shaders, a white sky is 1.128 in place of 1. The mean of `E s` is
+/// exact at `r = 1/2` and 10 % too small at `r = 1`. After the diffuse reconstruction of Geomerics
 /// (Hazel 2015).
 ///
-/// Never negative. `r` is cut off at 1, which only an expansion that is the light of nothing exceeds. A channel whose mean
+/// Never negative. `r` is limited to 1, which no expansion of non-negative light exceeds. A channel whose mean
 /// is zero or below is 0 everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonLinearL1<T = f32> {

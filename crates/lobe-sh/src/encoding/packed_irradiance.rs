@@ -1,11 +1,11 @@
-//! Order-3 irradiance as the seven vectors a shader takes.
+//! Order-3 irradiance as seven vectors for a shader, after Sloan.
 
 use std::f64::consts::PI;
 
-use super::coefficient;
+use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
-/// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products a channel.
+/// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each channel.
 ///
 /// ```text
 ///   E(n) = A·(x, y, z, 1) + B·(xy, yz, z², zx) + C (x² - y²)        for each channel
@@ -17,7 +17,7 @@ use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 ///
 /// Signs are those of the basis with the Condon-Shortley phase. Made from radiance, `E_l = A_l L_l`, and divided by π
 /// ([`PackedIrradiance::scaled`]) the constants are those of [Sloan 2008] A10 (`c_0 = 1/(2√π)`, `c_1 = √3/(3√π)`,
-/// `c_2 = √15/(8√π)`, `c_3 = √5/(16√π)`, `c_4 = c_2/2`), and the result the radiance that white paper leaves.
+/// `c_2 = √15/(8√π)`, `c_3 = √5/(16√π)`, `c_4 = c_2/2`), and the result is the radiance reflected by a white diffuse surface.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct PackedIrradiance {
 }
 
 impl PackedIrradiance {
-    /// Packs the first three bands of an irradiance. Any other function is packed as well.
+    /// Packs the first three bands of an irradiance, or of any other function.
     #[must_use]
     pub fn from_irradiance_sh<T: Coefficient<Wide = Rgb<f64>>>(irradiance: &impl Expansion<T>) -> Self {
         let (k_0, k_1) = (0.5 / PI.sqrt(), (0.75 / PI).sqrt());
@@ -50,7 +50,7 @@ impl PackedIrradiance {
         Self::from_irradiance_sh(&e)
     }
 
-    /// Every number times `s`: by `1/π` it becomes what a white diffuse surface sends back.
+    /// Every number times `s`; with `1/π` the values are the radiance reflected by a white diffuse surface.
     #[must_use]
     pub fn scaled(self, s: f64) -> Self {
         Self { a: self.a.map(|v| v.map(|x| x * s)), b: self.b.map(|v| v.map(|x| x * s)), c: self.c.map(|x| x * s) }
@@ -76,8 +76,8 @@ impl PackedIrradiance {
 
 #[cfg(test)]
 mod tests {
-    use super::super::IrradianceMatrix;
     use super::*;
+    use crate::IrradianceMatrix;
     use crate::{ShL2, ShVec, convolved};
     use lobe_testkit::{Random, directions};
 

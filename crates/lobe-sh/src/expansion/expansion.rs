@@ -1,7 +1,8 @@
-//! What every expansion can do, whether its order is known at compile time or at run time.
+//! The operations common to all expansions, whether the order is known at compile time or at run time.
 
 use crate::basis::index::{band_range, order_of_slice};
-use crate::{Coefficient, Dir, Real};
+use crate::scalar::luminance;
+use crate::{Basis, Coefficient, Dir};
 
 /// A function on the sphere, `f(s) = Σ_i f_i y_i(s)`, given by its coefficients in index order `i = l(l+1) + m`.
 ///
@@ -40,7 +41,7 @@ pub trait Expansion<T: Coefficient>: Clone {
     ///   ∫ f g ds = Σ_i f_i g_i
     /// ```
     ///
-    /// Where the orders differ, the missing coefficients of the shorter one are zero. Summed in `f64`.
+    /// If the orders differ, the missing coefficients of the shorter one are zero. Summed in `f64`.
     fn dot(&self, other: &impl Expansion<T>) -> T {
         dot(self.coefficients(), other.coefficients())
     }
@@ -48,7 +49,7 @@ pub trait Expansion<T: Coefficient>: Clone {
     /// The value `f(s)` towards `s`, summed in `f64`.
     fn eval(&self, s: Dir) -> T {
         let mut sum = T::Wide::ZERO;
-        f64::with_shared_basis(self.order(), |basis| {
+        Basis::<f64>::with_shared(self.order(), |basis| {
             basis.for_each(s.to_array(), self.order(), |i, y| sum += self.coefficients()[i].widen().scale(y));
         });
         T::narrow(sum)
@@ -61,7 +62,7 @@ pub trait Expansion<T: Coefficient>: Clone {
     /// # Panics
     /// If the four slices differ in length.
     fn eval_many_into(&self, components: [&[T::Scalar]; 3], out: &mut [T]) {
-        T::Scalar::with_shared_basis(self.order(), |basis| {
+        Basis::<T::Scalar>::with_shared(self.order(), |basis| {
             basis.eval_expansion_into(self.coefficients(), components, out);
         });
     }
@@ -85,6 +86,24 @@ fn dot<T: Coefficient>(a: &[T], b: &[T]) -> T {
         sum += a.widen() * b.widen();
     }
     T::narrow(sum)
+}
+
+/// The optimal linear direction: the direction of band 1, for colors that of their luminance.
+///
+/// ```text
+///   d = (-f_3, -f_1, f_2) / |..|
+/// ```
+///
+/// `None` below order 2, and if band 1 is zero or not finite.
+#[must_use]
+pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
+    match f.coefficients() {
+        [_, y, z, x, ..] => {
+            let [x, y, z] = [*x, *y, *z].map(|c| luminance(c.widen()));
+            Dir::new([-x, -y, z])
+        }
+        _ => None,
+    }
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ impl<S: Real> Basis<S> {
 #[must_use]
 pub fn eval_basis_gradients(s: Dir, order: usize) -> Vec<[f64; 3]> {
     let mut out = vec![[0.0; 3]; len(order)];
-    f64::with_shared_basis(order, |basis| {
+    Basis::<f64>::with_shared(order, |basis| {
         basis.for_each_gradient(s.to_array(), order, |i, _, gradient| out[i] = gradient);
     });
     out
@@ -64,7 +64,7 @@ pub fn eval_basis_gradients(s: Dir, order: usize) -> Vec<[f64; 3]> {
 pub fn eval_with_gradient<T: Coefficient>(f: &impl Expansion<T>, s: Dir) -> (T, [T; 3]) {
     let mut value = T::Wide::ZERO;
     let mut gradient = [T::Wide::ZERO; 3];
-    f64::with_shared_basis(f.order(), |basis| {
+    Basis::<f64>::with_shared(f.order(), |basis| {
         basis.for_each_gradient(s.to_array(), f.order(), |i, y, d| {
             let c = f.coefficients()[i].widen();
             value += c.scale(y);

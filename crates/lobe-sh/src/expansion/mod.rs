@@ -1,8 +1,12 @@
-//! TODO room expansion.
+//! Functions on the sphere by their coefficients.
+//!
+//! Read [`expansion`] first: the trait that both kinds share. [`sh`] has the order in its type, [`sh_vec`] at run time,
+//! [`zonal`] one coefficient for each band; [`fixed_order`] is how functions return the first kind. [`gradient`] has
+//! slopes, [`quantity`] the physical meaning. Uses `basis`, `sphere` and `scalar`.
 
 pub(crate) mod expansion;
+pub(crate) mod fixed_order;
 pub(crate) mod gradient;
-pub(crate) mod luminance;
 pub(crate) mod quantity;
 pub(crate) mod sh;
 pub(crate) mod sh_vec;

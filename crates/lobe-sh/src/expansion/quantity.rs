@@ -1,9 +1,9 @@
-//! What physical quantity an expansion stands for.
+//! The physical quantity that an expansion describes.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// What the function on the sphere is, so that files of different meaning are not mixed up.
+/// The physical quantity that a function on the sphere describes; files carry it so that they are not confused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// Light arriving from a direction, L [W m⁻² sr⁻¹].

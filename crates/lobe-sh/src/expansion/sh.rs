@@ -6,7 +6,7 @@ use serde::de::{Deserialize, Deserializer, Error as _};
 use serde::{Serialize, Serializer};
 
 use crate::basis::index::order_of;
-use crate::{Coefficient, Dir, Expansion, ShVec, eval_basis_into};
+use crate::{Coefficient, Dir, Expansion, eval_basis_into};
 
 /// An expansion of `N` coefficients, a perfect square: order `n = √N`, index order `i = l(l+1) + m`.
 ///
@@ -211,10 +211,10 @@ impl<const N: usize, T: Coefficient + Serialize> Serialize for Sh<N, T> {
 
 impl<'de, const N: usize, T: Coefficient + Deserialize<'de>> Deserialize<'de> for Sh<N, T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let f = ShVec::<T>::deserialize(deserializer)?;
-        match f.coefficients().len() {
-            len if len == N => Ok(Self::from_slice(f.coefficients())),
-            len => Err(D::Error::custom(format!("expected {N} coefficients, found {len}"))),
+        let coefficients = Vec::<T>::deserialize(deserializer)?;
+        match <[T; N]>::try_from(coefficients) {
+            Ok(coefficients) => Ok(Self::from(coefficients)),
+            Err(other) => Err(D::Error::custom(format!("expected {N} coefficients, found {}", other.len()))),
         }
     }
 }
@@ -223,6 +223,7 @@ impl<'de, const N: usize, T: Coefficient + Deserialize<'de>> Deserialize<'de> fo
 mod tests {
     use super::*;
     use crate::Rgb;
+    use crate::ShVec;
 
     #[test]
     fn arithmetic_is_that_of_the_functions() {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Dir, Expansion, Real, ShVec};
+use crate::{Basis, Coefficient, Dir, Expansion, ShVec};
 
 /// A function of the angle to an axis alone, by one coefficient per band.
 ///
@@ -16,7 +16,7 @@ use crate::{Coefficient, Dir, Expansion, Real, ShVec};
 ///   h(cos θ) = Σ_l z_l K_l P_l(cos θ)        K_l = √((2l+1)/4π)
 /// ```
 ///
-/// About +z it is the expansion with `f_l0 = z_l` and all others zero. It is a light's shape
+/// About +z it is the expansion with `f_l0 = z_l` and all others zero. It is the shape of a light
 /// ([`Zonal::towards`]) or a kernel to convolve with ([`convolve_in_place`](crate::convolve_in_place)).
 /// Operators need equal orders; [`Zonal::resized`] makes them equal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ impl Zonal {
         Self { coefficients }
     }
 
-    /// The zonal part of `f` about `axis`: of all zonal functions the nearest one.
+    /// The zonal part of `f` about `axis`: the nearest zonal function.
     ///
     /// ```text
     ///   z_l = √(4π/(2l+1)) Σ_m f_lm y_lm(axis)
@@ -42,7 +42,7 @@ impl Zonal {
     #[must_use]
     pub fn about(axis: Dir, f: &impl Expansion<f64>) -> Self {
         let mut coefficients = vec![0.0; f.order()];
-        f64::with_shared_basis(f.order(), |basis| {
+        Basis::<f64>::with_shared(f.order(), |basis| {
             basis.for_each(axis.to_array(), f.order(), |i, y| coefficients[i.isqrt()] += f.coefficients()[i] * y);
         });
         for (l, z) in coefficients.iter_mut().enumerate() {
@@ -110,7 +110,7 @@ impl Zonal {
 
     /// The integral over the sphere of the product of two functions of the same axis, `Σ_l z_l z'_l`.
     ///
-    /// Where the orders differ, the missing coefficients of the shorter one are zero.
+    /// If the orders differ, the missing coefficients of the shorter one are zero.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         self.coefficients.iter().zip(&other.coefficients).map(|(a, b)| a * b).sum()
@@ -146,7 +146,7 @@ impl Zonal {
     pub fn towards_into<T: Coefficient>(&self, axis: Dir, value: T, out: &mut [T]) {
         let order = order_of_slice(out);
         let value = value.widen();
-        f64::with_shared_basis(order, |basis| {
+        Basis::<f64>::with_shared(order, |basis| {
             basis.for_each(axis.to_array(), order, |i, y| out[i] = T::narrow(value.scale(y)));
         });
         for (l, factor) in (0..order).zip(self.factors().chain(std::iter::repeat(0.0))) {

@@ -1,55 +1,38 @@
-//! Where a function on the sphere is least, with proof.
+//! Certified extreme values of a function on the sphere by branch and bound.
 
 use std::collections::BinaryHeap;
 
 use crate::basis::index::{len, order_of_slice};
-use crate::basis::second_order::{Local, second_order};
-use crate::extrema::cap_bound::{SmoothFunction, least_of_disc};
-use crate::extrema::quadratic_form::Quadric;
+use crate::basis::second_order::{LocalQuadratic, second_order};
+use crate::extrema::cap_bound::{SmoothFunction, quadratic_lower_bound};
+use crate::extrema::quadratic_form::QuadraticForm;
 use crate::extrema::taylor::{PoleDerivatives, Taylor};
 use crate::sphere::triangulation::{Triangle, triangulation};
-use crate::{Dir, Real};
+use crate::{Basis, Dir, Extremum, Real};
 
-/// An interval that holds the least value of a function ([`certified_minimum`]) or its greatest
-/// ([`certified_maximum`]), and a direction towards which the function has a value in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extremum {
-    /// The extreme value is not below this.
-    pub lo: f64,
-    /// The extreme value is not above this.
-    pub hi: f64,
-    /// Where it was found; of several equal ones one.
-    pub dir: Dir,
-}
+/// The most Newton steps towards a local minimum: from a good start four suffice, leaving a saddle takes a few more.
+const DESCENT_STEPS: usize = 12;
 
-impl Extremum {
-    /// The extreme value of a function with a coefficient that is not a finite number: nothing is known.
-    const UNKNOWN: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, dir: Dir::Z };
-}
-
-/// Newton steps that polish a minimum: from a good start four suffice, from a saddle it takes a few to leave.
-const POLISH_STEPS: usize = 12;
-
-/// The least interval, in rounding errors of a value, that subdivision can still reach.
+/// The narrowest interval that subdivision can reach, in rounding errors of a value.
 const RESOLUTION: f64 = 16.0;
 
-/// The fourth order is tried where its remainder is below this part of what the second leaves open.
-const WORTH: f64 = 0.05;
+/// The bound of fourth order is tried where its remainder is below this fraction of the gap that the second order leaves.
+const FOURTH_ORDER_GAP: f64 = 0.05;
 
-/// The least value over the sphere of the function of one channel, to `tolerance` times its root mean square `√(Σ
-/// f_i²/4π)`.
+/// The minimum over the sphere of a function of one channel, as an interval of width `tolerance` times its root mean square
+/// `√(Σ f_i²/4π)`.
 ///
-/// `lo <= min f <= hi` is proven (see the derivation in the source) but for rounding, for which four times the largest
-/// error that was measured is allowed (tests `rounding_errors_stay_within_their_bound` and
-/// `forms_are_evaluated_within_their_bound`); and `hi - lo <= tolerance · rms` unless the tolerance asks for more than
-/// rounding leaves, `4e-12` at order 10. 1e-6 is a good choice. Functions of up to three bands are quadratic forms and
-/// solved exactly; more bands are searched by branch and bound, which ends for every function. The slowest are those
-/// that are almost level along circles or areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
+/// `lo <= min f <= hi` is proven (the source has the derivation) but for rounding, for which the interval allows four times
+/// the largest measured error (tests `rounding_errors_stay_within_their_bound` and
+/// `forms_are_evaluated_within_their_bound`); and `hi - lo <= tolerance · rms` unless the tolerance is below
+/// rounding, `4e-12` at order 10. 1e-6 is a good choice. Functions of up to three bands are quadratic forms and solved
+/// exactly; more bands are searched by branch and bound, which ends for every function and is slowest for functions that
+/// are almost constant along circles or over areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
 ///
 /// Order 0 and the zero function have the minimum 0 at +z. A coefficient that is not finite gives the interval
 /// from -∞ to ∞.
 ///
-/// The maximum of `f` is minus the minimum of `-f`: see [`certified_maximum`].
+/// See [`certified_maximum`] for the maximum.
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, ShVec, certified_minimum};
@@ -69,7 +52,7 @@ pub fn certified_minimum<T: Real>(coefficients: &[T], tolerance: f64) -> Extremu
     minimum_of(&wide, tolerance, None)
 }
 
-/// The greatest value over the sphere, as an interval: `lo <= f(dir) <= max f <= hi`.
+/// The maximum over the sphere, as an interval: `lo <= f(dir) <= max f <= hi`.
 ///
 /// Otherwise as [`certified_minimum`].
 ///
@@ -82,24 +65,24 @@ pub fn certified_maximum<T: Real>(coefficients: &[T], tolerance: f64) -> Extremu
     Extremum { lo: -hi, hi: -lo, dir }
 }
 
-/// [`certified_minimum`]; with a `level` it ends as soon as it is known on which side of it the minimum lies.
+/// [`certified_minimum`]; with a `level`, the search ends as soon as the minimum is known to lie above or below it.
 pub(crate) fn minimum_of(coefficients: &[f64], tolerance: f64, level: Option<f64>) -> Extremum {
     let order = order_of_slice(coefficients);
     let largest = coefficients.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     if !coefficients.iter().all(|c| c.is_finite()) {
         return Extremum::UNKNOWN;
     }
-    // By a power of two, which rounds nothing, so that no square and no cube leaves the range of numbers.
+    // Scale by a power of two, which does not round, so that squares and cubes stay in range.
     let scale = 2.0_f64.powi((-largest.max(f64::MIN_POSITIVE).log2().floor()).min(1000.0) as i32);
     let scaled: Vec<f64> = coefficients.iter().map(|c| c * scale).collect();
     let found = if order <= 3 {
-        Quadric::new(&scaled, 0).minimum([1.0, 1.0])
+        QuadraticForm::new(&scaled, 0).minimum([1.0, 1.0])
     } else {
-        // Bands that are zero at the top would only slow down; at least the four of a generic function stay.
+        // Drop the highest bands if they are zero.
         let order = (4..=order).rev().find(|&n| scaled[len(n - 1)..len(n)].iter().any(|c| *c != 0.0)).unwrap_or(3);
         let scaled = &scaled[..len(order)];
         if order <= 3 {
-            Quadric::new(scaled, 0).minimum([1.0, 1.0])
+            QuadraticForm::new(scaled, 0).minimum([1.0, 1.0])
         } else {
             branch_and_bound(scaled, tolerance, level.map(|level| level * scale))
         }
@@ -107,7 +90,7 @@ pub(crate) fn minimum_of(coefficients: &[f64], tolerance: f64, level: Option<f64
     Extremum { lo: found.lo / scale, hi: found.hi / scale, dir: found.dir }
 }
 
-/// A triangle of the sphere with a lower bound of the function on it, ordered so that a heap gives the lowest first.
+/// A triangle of the sphere with a lower bound of the function on it; ordered so that the heap yields the lowest first.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     lower: f64,
@@ -134,28 +117,29 @@ impl Ord for Cell {
     }
 }
 
-/// The state of a search.
+/// The state of branch and bound.
 struct Search {
     f: SmoothFunction,
-    /// How wide the interval may be.
+    /// The width of the interval to reach.
     width: f64,
     level: Option<f64>,
     heap: BinaryHeap<Cell>,
-    /// The least lower bound of all cells that were set aside for good.
-    floor: f64,
+    /// The lowest bound of all pruned cells.
+    lowest_pruned: f64,
+    /// The lowest value found, the incumbent, and its direction.
     hi: f64,
     dir: [f64; 3],
 }
 
 /// Branch and bound over spherical triangles, the lowest bound first.
 ///
-/// Every triangle lies in the cap of [`Triangle`]; [`SmoothFunction::lower_bound`] bounds the function there from below
-/// with an error that falls with the third power of the radius. A cell whose bound is within the width of the best
-/// value found is set aside, all others are divided into four. Because the bound tends to the values in the cell, cells
-/// of a certain size are always set aside: it ends.
+/// Every triangle lies in the cap of [`Triangle`]; [`SmoothFunction::lower_bound`] bounds the function there from below,
+/// with an error that falls with the third power of the radius. A cell whose bound is within the width of the incumbent is
+/// pruned, all others are divided into four. The bound converges to the values in the cell, so that cells below a certain
+/// size are always pruned and the search ends.
 pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Option<f64>) -> Extremum {
     let order = order_of_slice(coefficients);
-    f64::with_shared_basis(order, |basis| {
+    Basis::<f64>::with_shared(order, |basis| {
         let f = SmoothFunction::new(coefficients);
         let square: f64 = coefficients.iter().map(|c| c * c).sum();
         let rms = (square / (4.0 * std::f64::consts::PI)).sqrt();
@@ -166,20 +150,21 @@ pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Opti
             width,
             level,
             heap: BinaryHeap::new(),
-            floor: f64::INFINITY,
+            lowest_pruned: f64::INFINITY,
             hi: f64::INFINITY,
             dir: [0.0, 0.0, 1.0],
         };
         let evaluate = |directions: &[[f64; 3]; 4]| second_order(basis, coefficients, directions);
-        let polish = |local: Local| polished(local, order, |s| second_order(basis, coefficients, &[s])[0]);
+        let descend =
+            |local: LocalQuadratic| newton_descent(local, order, |s| second_order(basis, coefficients, &[s])[0]);
         PoleDerivatives::with_shared(order, |table| {
             let mut work = vec![0.0; coefficients.len()];
             let expand = |s: [f64; 3]| Taylor::new(table, coefficients, s, &mut work);
-            search.run(triangulation(order), evaluate, polish, expand);
+            search.run(triangulation(order), evaluate, descend, expand);
         });
         let rounding = search.f.rounding();
         let hi = search.hi + rounding;
-        Extremum { lo: search.floor.min(search.hi) - rounding, hi, dir: Dir::from_unit(search.dir) }
+        Extremum { lo: search.lowest_pruned.min(search.hi) - rounding, hi, dir: Dir::from_unit(search.dir) }
     })
 }
 
@@ -187,76 +172,84 @@ impl Search {
     fn run(
         &mut self,
         start: &[Triangle],
-        evaluate: impl Fn(&[[f64; 3]; 4]) -> [Local; 4],
-        polish: impl Fn(Local) -> Local,
+        evaluate: impl Fn(&[[f64; 3]; 4]) -> [LocalQuadratic; 4],
+        descend: impl Fn(LocalQuadratic) -> LocalQuadratic,
         mut expand: impl FnMut([f64; 3]) -> Taylor,
     ) {
-        // All centers first: the best of them, polished, sets most cells aside at once.
-        let centers: Vec<Local> =
+        // Evaluate all centers; descend from the lowest for a first incumbent, which prunes most cells at once.
+        let centers: Vec<LocalQuadratic> =
             start.as_chunks::<4>().0.iter().flat_map(|four| evaluate(&four.map(|t| t.center))).collect();
         if let Some(best) = centers.iter().min_by(|a, b| a.value.total_cmp(&b.value)) {
-            self.lower_to(polish(*best));
+            self.improve(descend(*best));
         }
+        // Bound every cell.
         for (triangle, local) in start.iter().zip(&centers) {
-            self.add(*triangle, local, &polish);
+            self.add(*triangle, local, &descend);
         }
+        // Take the cell of the lowest bound; when that can be pruned, so can all others.
         while let Some(cell) = self.heap.pop() {
-            if cell.lower >= self.enough() || self.is_below_level() {
-                self.floor = self.floor.min(cell.lower);
+            if cell.lower >= self.pruning_bound() || self.is_below_level() {
+                self.lowest_pruned = self.lowest_pruned.min(cell.lower);
                 break;
             }
+            // Try the bound of fourth order where it may prune.
             let Triangle { center, radius, .. } = cell.triangle;
-            if self.f.remainder(radius) < WORTH * (self.hi - cell.lower) {
-                let lower = self.f.lower_bound_of_valley(&expand(center), radius);
-                if lower >= self.enough() {
-                    self.floor = self.floor.min(lower);
+            if self.f.remainder(radius) < FOURTH_ORDER_GAP * (self.hi - cell.lower) {
+                let lower = self.f.lower_bound_of_fourth_order(&expand(center), radius);
+                if lower >= self.pruning_bound() {
+                    self.lowest_pruned = self.lowest_pruned.min(lower);
                     continue;
                 }
             }
+            // Divide the cell into four.
             let quarters = cell.triangle.quarters();
             for (triangle, local) in quarters.into_iter().zip(evaluate(&quarters.map(|t| t.center))) {
-                self.add(triangle, &local, &polish);
+                self.add(triangle, &local, &descend);
             }
         }
     }
 
-    /// A lower bound that needs no further division.
-    fn enough(&self) -> f64 {
-        let enough = self.hi - self.width;
-        self.level.map_or(enough, |level| enough.min(level))
+    /// The bound from which on a cell is pruned.
+    fn pruning_bound(&self) -> f64 {
+        let pruning_bound = self.hi - self.width;
+        self.level.map_or(pruning_bound, |level| pruning_bound.min(level))
     }
 
     fn is_below_level(&self) -> bool {
         self.level.is_some_and(|level| self.hi < level)
     }
 
-    fn lower_to(&mut self, local: Local) {
+    fn improve(&mut self, local: LocalQuadratic) {
         if local.value < self.hi {
             (self.hi, self.dir) = (local.value, local.s);
         }
     }
 
-    fn add(&mut self, triangle: Triangle, local: &Local, polish: impl Fn(Local) -> Local) {
+    fn add(&mut self, triangle: Triangle, local: &LocalQuadratic, descend: impl Fn(LocalQuadratic) -> LocalQuadratic) {
         if local.value < self.hi {
-            self.lower_to(*local);
-            self.lower_to(polish(*local));
+            self.improve(*local);
+            self.improve(descend(*local));
         }
-        let lower = self.f.lower_bound(local, triangle.radius, least_of_disc);
-        if lower >= self.enough() {
-            self.floor = self.floor.min(lower);
+        let lower = self.f.lower_bound(local, triangle.radius, quadratic_lower_bound);
+        if lower >= self.pruning_bound() {
+            self.lowest_pruned = self.lowest_pruned.min(lower);
         } else {
             self.heap.push(Cell { lower, triangle });
         }
     }
 }
 
-/// Newton's method on the sphere, made safe: the curvature along each principal axis counts by its absolute value,
-/// steps are at most `1/n` long, and only those that go down are taken.
-pub(crate) fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -> Local) -> Local {
+/// Newton's method on the sphere, safeguarded: the curvature along each principal axis enters by its absolute value, steps
+/// are at most `1/n` long, and only those that lower the value are taken.
+pub(crate) fn newton_descent(
+    start: LocalQuadratic,
+    order: usize,
+    evaluate: impl Fn([f64; 3]) -> LocalQuadratic,
+) -> LocalQuadratic {
     let longest = 1.0 / order as f64;
     let mut best = start;
-    for _ in 0..POLISH_STEPS {
-        let (curvatures, slopes, axes) = principal(&best);
+    for _ in 0..DESCENT_STEPS {
+        let (curvatures, slopes, axes) = best.principal_curvatures();
         let small = 1e-12 * (curvatures[0].abs() + curvatures[1].abs()) + f64::MIN_POSITIVE;
         let steps = [0, 1].map(|k| -slopes[k] / curvatures[k].abs().max(small));
         let length = steps[0].hypot(steps[1]);
@@ -271,21 +264,6 @@ pub(crate) fn polished(start: Local, order: usize, evaluate: impl Fn([f64; 3]) -
     best
 }
 
-/// The principal curvatures, the lower first, the slopes along their axes, and the axes in the frame of tangents.
-pub(crate) fn principal(local: &Local) -> ([f64; 2], [f64; 2], [[f64; 2]; 2]) {
-    let [xx, xy, yy] = local.hessian;
-    let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-    let radius = half.hypot(xy);
-    // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no cancellation.
-    let (a, b) = if half >= 0.0 { (radius + half, xy) } else { (xy, radius - half) };
-    let length = a.hypot(b);
-    let high = if length > 0.0 { [a / length, b / length] } else { [1.0, 0.0] };
-    let low = [-high[1], high[0]];
-    let [g0, g1] = local.gradient;
-    let slopes = [low, high].map(|v| v[0] * g0 + v[1] * g1);
-    ([mean - radius, mean + radius], slopes, [low, high])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -298,7 +276,7 @@ mod tests {
         let mut random = Random::new(21);
         for case in 0..300 {
             let f = random.signed_vec(9);
-            let exact = Quadric::new(&f, 0).minimum([1.0, 1.0]);
+            let exact = QuadraticForm::new(&f, 0).minimum([1.0, 1.0]);
             let found = branch_and_bound(&f, 1e-8, None);
             let close = found.lo <= exact.hi && exact.lo <= found.hi && found.hi - found.lo < 1e-7;
             assert!(close, "case {case}: {found:?} against {exact:?}");
@@ -320,10 +298,10 @@ mod tests {
     #[test]
     fn principal_axes_diagonalize() {
         let f = Zonal::new(vec![0.1, -0.4, 0.8, 0.3]).towards(Dir::from_angles(1.0, 1.0), 1.0);
-        f64::with_shared_basis(4, |basis| {
+        Basis::<f64>::with_shared(4, |basis| {
             for v in lobe_testkit::directions() {
                 let [local] = second_order(basis, f.coefficients(), &[v]);
-                let ([low, high], _, [a, b]) = principal(&local);
+                let ([low, high], _, [a, b]) = local.principal_curvatures();
                 let [xx, xy, yy] = local.hessian;
                 let form = |p: [f64; 2], q: [f64; 2]| p[0] * (xx * q[0] + xy * q[1]) + p[1] * (xy * q[0] + yy * q[1]);
                 let errors = [form(a, a) - low, form(b, b) - high, form(a, b)].map(f64::abs);

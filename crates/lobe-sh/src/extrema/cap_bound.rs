@@ -1,15 +1,14 @@
 //! Proven lower bounds of a function on a cap of the sphere.
 
 use crate::basis::index::order_of_slice;
-use crate::basis::second_order::Local;
-use crate::extrema::branch_and_bound::principal;
-use crate::extrema::quartic_bound::least_of_valley;
+use crate::basis::second_order::LocalQuadratic;
+use crate::extrema::quartic_bound::quartic_lower_bound;
 use crate::extrema::taylor::{DERIVATIVES, PoleDerivatives, Taylor};
 
-/// Steps towards the best multiplier of a disc; the bound is valid after any number of them.
+/// Newton steps towards the best multiplier of a disc; the bound is valid after any number of them.
 const MULTIPLIER_STEPS: usize = 4;
 
-/// How strongly a function of finitely many bands can vary, from its coefficients alone.
+/// Bounds of the derivatives of a band-limited function, from its coefficients alone.
 ///
 /// # Derivation
 ///
@@ -31,7 +30,7 @@ const MULTIPLIER_STEPS: usize = 4;
 ///   |dᵏf/dtᵏ| <= M_k = Σ_l √D_k,l ‖f_l‖                                                                   (1)
 /// ```
 ///
-/// which no bound from the norms of the bands can better: the kernels' derivatives of all bands attain it together.
+/// which is the best bound from the norms of the bands: the derivatives of the kernels of all bands attain it together.
 /// (The inequality of Bernstein, `lᵏ max|f_l|` for each band, together with `max|f_l| <= √((2l+1)/4π) ‖f_l‖` is weaker,
 /// as `D_k,l <= l²ᵏ (2l+1)/4π`: on the equator `D_k,l = Σ_m m²ᵏ y_lm²`.)
 ///
@@ -49,14 +48,14 @@ const MULTIPLIER_STEPS: usize = 4;
 ///   g·v + ½ vᵀ H v  >=  g·v + ½ vᵀ (H + μ) v - ½ μ ρ²  >=  -½ gᵀ (H + μ)⁻¹ g - ½ μ ρ²                     (3)
 /// ```
 ///
-/// With the terms of third and fourth order, and `M_5 ρ⁵/120` for the rest, [`least_of_valley`] bounds the polynomial:
-/// dearer, and in valleys much tighter.
+/// With the terms of third and fourth order and the remainder `M_5 ρ⁵/120`, [`quartic_lower_bound`] bounds the polynomial:
+/// at a higher cost, but much more tightly in valleys.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SmoothFunction {
     /// `M_0 .. M_5`.
     bounds: [f64; DERIVATIVES],
-    /// What rounding may do to a value, relative to `M_0`; to a k-th derivative, to `M_k`. Not proven: four times the
-    /// largest error that the test `rounding_errors_stay_within_their_bound` finds.
+    /// The rounding error of a value relative to `M_0`, and of a k-th derivative relative to `M_k`. Not proven: four times
+    /// the largest error that the test `rounding_errors_stay_within_their_bound` finds.
     rounding: f64,
 }
 
@@ -64,7 +63,7 @@ impl SmoothFunction {
     pub(crate) fn new(coefficients: &[f64]) -> Self {
         let order = order_of_slice(coefficients);
         let bounds = PoleDerivatives::with_shared(order, |table| table.bounds(coefficients));
-        // The recurrences over `l` gain about an error of one rounding a step, near the poles of their square.
+        // The recurrences over `l` add about one rounding for each step, near the poles its square.
         let n = order as f64;
         Self { bounds, rounding: f64::EPSILON * (4.0 + n * n) }
     }
@@ -76,7 +75,12 @@ impl SmoothFunction {
 
     /// A lower bound of the function on the cap of `radius` about `local`; `least` bounds the quadratic part.
     #[inline]
-    pub(crate) fn lower_bound(&self, local: &Local, radius: f64, least: impl Fn(&Local, f64) -> f64) -> f64 {
+    pub(crate) fn lower_bound(
+        &self,
+        local: &LocalQuadratic,
+        radius: f64,
+        least: impl Fn(&LocalQuadratic, f64) -> f64,
+    ) -> f64 {
         let [m0, m1, m2, m3, ..] = self.bounds;
         let remainder = m3 * radius * radius * radius / 6.0;
         let rounding = self.rounding * (m0 + radius * (m1 + 0.5 * radius * m2));
@@ -84,15 +88,15 @@ impl SmoothFunction {
     }
 
     /// A lower bound of the function on the cap of `radius` about the center of `taylor`.
-    pub(crate) fn lower_bound_of_valley(&self, taylor: &Taylor, radius: f64) -> f64 {
+    pub(crate) fn lower_bound_of_fourth_order(&self, taylor: &Taylor, radius: f64) -> f64 {
         let [m0, m1, m2, m3, m4, _] = self.bounds;
-        // The turned function has the rounding of three more recurrences.
+        // The rotated function has the rounding of three more recurrences.
         let rounding = 4.0 * self.rounding;
         let rounding = rounding * (m0 + radius * (m1 + radius * (m2 / 2.0 + radius * (m3 / 6.0 + radius * m4 / 24.0))));
-        least_of_valley(taylor, radius) - self.remainder(radius) - rounding
+        quartic_lower_bound(taylor, radius) - self.remainder(radius) - rounding
     }
 
-    /// What terms beyond the fourth order may be at that distance.
+    /// A bound of the terms beyond the fourth order at that distance.
     pub(crate) fn remainder(&self, radius: f64) -> f64 {
         self.bounds[5] * radius.powi(5) / 120.0
     }
@@ -102,12 +106,12 @@ impl SmoothFunction {
 ///
 /// In the principal axes the best `μ` has `|(H + μ)⁻¹ g| = ρ`. As each part alone is at most `ρ`, `μ >= |g_k|/ρ - λ_k`
 /// is a start below it, from where Newton's method on `1/|(H + μ)⁻¹ g|`, which is concave, rises.
-pub(crate) fn least_of_disc(local: &Local, radius: f64) -> f64 {
-    let ([low, high], [g0, g1], _) = principal(local);
+pub(crate) fn quadratic_lower_bound(local: &LocalQuadratic, radius: f64) -> f64 {
+    let ([low, high], [g0, g1], _) = local.principal_curvatures();
     let (p, q) = (g0 * g0, g1 * g1);
     let mut mu = (g0.abs() / radius - low).max(g1.abs() / radius - high).max(0.0);
     let scale = low.abs().max(high.abs());
-    // Positive in spite of rounding: a little more than needed costs a little of the bound.
+    // Keep H + μ positive in spite of rounding.
     if low + mu <= f64::EPSILON * 4.0 * scale {
         mu = -low + 8.0 * f64::EPSILON * scale + f64::MIN_POSITIVE;
     }
@@ -130,7 +134,7 @@ mod tests {
     use crate::basis::index::index;
     use crate::basis::second_order::second_order;
     use crate::sphere::vector::cross;
-    use crate::{Basis, Dir, Expansion as _, Real as _, Rotation, ShVec, eval_basis};
+    use crate::{Basis, Dir, Expansion as _, Rotation, ShVec, eval_basis};
     use lobe_testkit::{Random, directions};
 
     #[test]
@@ -201,11 +205,11 @@ mod tests {
         for order in [2, 4, 7, 10] {
             let f = random.signed_vec(order * order);
             let smooth = SmoothFunction::new(&f);
-            f64::with_shared_basis(order, |basis| {
+            Basis::<f64>::with_shared(order, |basis| {
                 for _ in 0..50 {
                     let [local] = second_order(basis, &f, &[random.direction()]);
                     for radius in [0.3, 0.03, 0.003] {
-                        let lower = smooth.lower_bound(&local, radius, least_of_disc);
+                        let lower = smooth.lower_bound(&local, radius, quadratic_lower_bound);
                         let mut least = f64::INFINITY;
                         for k in 0..400 {
                             let (r, angle) = (radius * (f64::from(k) / 399.0).sqrt(), 2.4 * f64::from(k));

@@ -1,18 +1,19 @@
-//! The exact minimum of a function of three bands: a quadratic form on the unit sphere.
+//! A function of three bands as a quadratic form on the unit sphere, and its exact minimum.
 
 use std::f64::consts::PI;
 
+use crate::once::Once;
 use crate::sphere::vector::{dot, tangents, unit};
 use crate::{Coefficient, Dir, Extremum, Real};
 
-/// Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
+/// The most Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
 const NEWTON_STEPS: usize = 64;
 
-/// The relative step after which the multiplier stands still; the next step would be of the order of its square.
+/// The relative step at which the multiplier has converged; the next step would be of the order of its square.
 const CONVERGED: f64 = 1e-9;
 
-/// What rounding may do to a value of the form and to the remainder, some twenty operations each, relative to the
-/// largest value: four times the largest error that the test `forms_are_evaluated_within_their_bound` finds.
+/// The rounding error of a value of the form and of the remainder, some twenty operations each, relative to the largest
+/// value: four times the largest error that the test `forms_are_evaluated_within_their_bound` finds.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A function of bands 0 to 2, `f(x) = c + b·x + xᵀ A x` on `|x| = 1`, with `A` symmetric and without trace.
@@ -46,10 +47,10 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// If `h(0) >= 1`, `b` has no part along the lowest eigenvector, which then completes `x` at `t = 0` to a unit vector
 /// (the hard case of the trust-region problem, and the usual one here: a sun's ring of minima).
 ///
-/// Bands scaled by `w_1, w_2` only change the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows solves
-/// for eigenvectors once.
+/// Scaling the bands by `w_1, w_2` only changes the right side to `h(t/w_2) = w_1/w_2`, so that a search over windows
+/// computes the eigenvectors once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Quadric {
+pub(crate) struct QuadraticForm {
     /// The mean.
     pub(crate) c: f64,
     b: [f64; 3],
@@ -61,9 +62,9 @@ pub(crate) struct Quadric {
     pub(crate) form: f64,
 }
 
-/// A [`Quadric`] in its principal axes.
+/// The eigenvalues and eigenvectors of a [`QuadraticForm`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spectrum {
+pub(crate) struct Eigensystem {
     /// The lowest eigenvalue.
     pub(crate) low: f64,
     /// The distances of the eigenvalues from the lowest, which comes first.
@@ -74,7 +75,7 @@ pub(crate) struct Spectrum {
     pub(crate) beta: [f64; 3],
 }
 
-impl Quadric {
+impl QuadraticForm {
     /// From the `n²` coefficients of one channel, `n` up to 3; missing bands are zero.
     pub(crate) fn new<T: Coefficient>(coefficients: &[T], channel: usize) -> Self {
         let mut f = [0.0; 9];
@@ -94,17 +95,17 @@ impl Quadric {
         Self { c, b, a, linear: dot(b, b).sqrt(), form: (2.0 / 3.0 * square).sqrt() }
     }
 
-    /// How far bands 1 and 2, scaled by `w`, may pull the function down, at most.
+    /// An upper bound of the absolute value of bands 1 and 2, scaled by `w`.
     #[inline]
-    pub(crate) fn reach(&self, w: [f64; 2]) -> f64 {
+    pub(crate) fn amplitude(&self, w: [f64; 2]) -> f64 {
         w[0] * self.linear + w[1] * self.form
     }
 
-    /// A lower bound of the least value when bands 1 and 2 are scaled by `w`, under which `other` is not negative: that
-    /// of the rest `f - s f_other`, with the `s >= 0` that leaves the least of bands 1 and 2. Tight for light of one
-    /// color.
+    /// A lower bound of the minimum when bands 1 and 2 are scaled by factors `w` for which `other` is not negative: the bound
+    /// of the remainder `f - s f_other`, with the `s >= 0` for which bands 1 and 2 of the remainder are smallest. Tight for
+    /// light of one color.
     pub(crate) fn least_beside(&self, other: &Self, w: [f64; 2]) -> f64 {
-        // Both sums as coefficients have them: |b|² and |A|², their norms being √(3/4π) and √(15/8π).
+        // The inner product of the coefficients, from |b|² and |A|² with the norms √(3/4π) and √(15/8π).
         let inner = |p: &Self, q: &Self| {
             let diagonal = p.a[0] * q.a[0] + p.a[1] * q.a[1] + p.a[2] * q.a[2];
             let rest = p.a[3] * q.a[3] + p.a[4] * q.a[4] + p.a[5] * q.a[5];
@@ -115,10 +116,10 @@ impl Quadric {
         let b = [0, 1, 2].map(|k| self.b[k] - s * other.b[k]);
         let a = [0, 1, 2, 3, 4, 5].map(|k| self.a[k] - s * other.a[k]);
         let rest = Self::from_parts(self.c - s * other.c, b, a);
-        rest.c - rest.reach(w)
+        rest.c - rest.amplitude(w)
     }
 
-    /// The values towards `x` of the three bands.
+    /// The values of the three bands towards `x`.
     #[inline]
     pub(crate) fn bands(&self, x: [f64; 3]) -> [f64; 3] {
         [self.c, dot(self.b, x), dot(x, times(&self.a, x))]
@@ -130,16 +131,16 @@ impl Quadric {
         (self.b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     }
 
-    /// The principal axes. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
-    /// conditioned; a rotation in the plane across its axis gives the others, however near to each other they are.
-    pub(crate) fn spectrum(&self) -> Spectrum {
-        let lone = self.lone_eigenvalue();
-        let axis = self.lone_axis(lone);
+    /// The eigenvalues and eigenvectors. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
+    /// conditioned; a rotation in the plane perpendicular to its eigenvector gives the other two, however close they are.
+    pub(crate) fn eigensystem(&self) -> Eigensystem {
+        let isolated = self.isolated_eigenvalue();
+        let axis = self.isolated_eigenvector(isolated);
         let [u, v] = tangents(axis);
         let au = times(&self.a, u);
         let (uu, uv) = (dot(u, au), dot(v, au));
-        // tan 2φ = uv/half, with the smaller of the two angles; eigenvalues -lone/2 ± root, the trace being 0.
-        let half = -0.5 * lone - uu;
+        // tan 2φ = uv/half, with the smaller of the two angles; eigenvalues -isolated/2 ± root, the trace being 0.
+        let half = -0.5 * isolated - uu;
         let root = (half * half + uv * uv).sqrt();
         let tan = if root > 0.0 { uv / (half.abs() + root) * half.signum() } else { 0.0 };
         let cos = 1.0 / (tan * tan + 1.0).sqrt();
@@ -148,9 +149,9 @@ impl Quadric {
         if half < 0.0 {
             pair.swap(0, 1);
         }
-        let (low, far) = (-0.5 * lone - root, 1.5 * lone.abs());
-        if lone < 0.0 {
-            self.along([axis, pair[0], pair[1]], lone, [0.0, far - root, far + root])
+        let (low, far) = (-0.5 * isolated - root, 1.5 * isolated.abs());
+        if isolated < 0.0 {
+            self.along([axis, pair[0], pair[1]], isolated, [0.0, far - root, far + root])
         } else {
             self.along([pair[0], pair[1], axis], low, [0.0, 2.0 * root, far + root])
         }
@@ -164,7 +165,7 @@ impl Quadric {
     ///
     /// and the one of the sign of `det B` lies between √3 and 2 in size. Newton's method from the parabola that has the
     /// value and slope at `det B = 0` and the value at 2, which errs by 3e-3: 7e-6, 4e-11, rounding.
-    fn lone_eigenvalue(&self) -> f64 {
+    fn isolated_eigenvalue(&self) -> f64 {
         let p = 0.5 * self.form;
         if p == 0.0 {
             return 0.0;
@@ -180,10 +181,10 @@ impl Quadric {
         (p * x).copysign(determinant)
     }
 
-    /// The axis of an eigenvalue apart from the others: any column of the adjugate of `A - λ`, the longest for safety.
-    fn lone_axis(&self, lone: f64) -> [f64; 3] {
+    /// The eigenvector of an eigenvalue apart from the others: a column of the adjugate of `A - λ`, the longest one.
+    fn isolated_eigenvector(&self, isolated: f64) -> [f64; 3] {
         let [xx, yy, zz, xy, xz, yz] = self.a;
-        let [xx, yy, zz] = [xx - lone, yy - lone, zz - lone];
+        let [xx, yy, zz] = [xx - isolated, yy - isolated, zz - isolated];
         let (dx, dy, dz) = (yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy);
         let (ex, ey, ez) = (xy * xz - yz * xx, xy * yz - xz * yy, xz * yz - xy * zz);
         if dx >= dy && dx >= dz {
@@ -195,38 +196,38 @@ impl Quadric {
         }
     }
 
-    /// The linear part in the principal axes, without what is rounding.
-    fn along(&self, axes: [[f64; 3]; 3], low: f64, distances: [f64; 3]) -> Spectrum {
+    /// The linear part along the eigenvectors; components within rounding become zero.
+    fn along(&self, axes: [[f64; 3]; 3], low: f64, distances: [f64; 3]) -> Eigensystem {
         let rounding = f64::EPSILON * self.linear;
         let beta = axes.map(|axis| 0.5 * dot(axis, self.b)).map(|b| if b.abs() <= rounding { 0.0 } else { b });
-        Spectrum { low, distances, axes, beta }
+        Eigensystem { low, distances, axes, beta }
     }
 
     /// The direction of the least value when bands 1 and 2 are scaled by `w`, both at least 0.
     #[inline]
-    pub(crate) fn lowest(&self, spectrum: &Spectrum, w: [f64; 2]) -> [f64; 3] {
-        // A form that changes no digit of the linear part, or none at all.
+    pub(crate) fn lowest(&self, eigensystem: &Eigensystem, w: [f64; 2]) -> [f64; 3] {
+        // Ignore a form that changes no digit of the linear part.
         if w[1] * self.form <= 0.25 * f64::EPSILON * w[0] * self.linear {
             let linear = self.linear * w[0];
             return if linear > 0.0 { unit(self.b.map(|b| -b)) } else { [0.0, 0.0, 1.0] };
         }
-        spectrum.lowest(w[0] / w[1])
+        eigensystem.lowest(w[0] / w[1])
     }
 
-    /// The minimum when bands 1 and 2 are scaled by `w`, certified by (1) of [`Quadric`]:
+    /// The minimum when bands 1 and 2 are scaled by `w`, certified by (1) of [`QuadraticForm`]:
     ///
     /// ```text
     ///   f(y) >= f(x) - 2 |2 (A + ν) x + b|        for all y, if A + ν has no negative eigenvalue
     /// ```
     pub(crate) fn minimum(&self, w: [f64; 2]) -> Extremum {
-        let x = self.lowest(&self.spectrum(), w);
+        let x = self.lowest(&self.eigensystem(), w);
         let [c, linear, quadratic] = self.bands(x);
         let value = c + w[0] * linear + w[1] * quadratic;
-        let rounding = ROUNDING * (c.abs() + self.reach(w));
+        let rounding = ROUNDING * (c.abs() + self.amplitude(w));
         let b = self.b.map(|b| w[0] * b);
         let a = self.a.map(|a| w[1] * a);
         let ax = times(&a, x);
-        // The multiplier that leaves the least remainder, moved up until A + ν is positive.
+        // Take the multiplier of the least remainder, and raise it until A + ν is positive.
         let best = -0.5 * dot([0, 1, 2].map(|k| 2.0 * ax[k] + b[k]), x);
         let form = w[1] * self.form;
         let mut shift = ROUNDING * (form + best.abs());
@@ -241,7 +242,7 @@ impl Quadric {
     }
 }
 
-impl Spectrum {
+impl Eigensystem {
     /// The direction of the least value when the linear part is scaled by `kappa` against the form.
     #[inline]
     fn lowest(&self, kappa: f64) -> [f64; 3] {
@@ -259,7 +260,7 @@ impl Spectrum {
             let square = dot(y, y);
             if square <= 1.0 {
                 if step == 0 && t == 0.0 {
-                    // The lowest axis is free: both signs give the same value.
+                    // The component along the lowest eigenvector is free; both signs give the same value.
                     y[0] += (1.0 - square).sqrt() * if y[0] < 0.0 { -1.0 } else { 1.0 };
                 }
                 break;
@@ -300,7 +301,7 @@ fn times(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] 
 
 /// `1/√4π`, `√(3/4π)`, `√(15/16π)`, `1/√3`, `√3`.
 fn norms() -> &'static [f64; 5] {
-    static NORMS: std::sync::OnceLock<[f64; 5]> = std::sync::OnceLock::new();
+    static NORMS: Once<[f64; 5]> = Once::new();
     NORMS.get_or_init(|| {
         [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip(), 3.0_f64.sqrt()]
     })
@@ -316,7 +317,7 @@ mod tests {
     #[test]
     fn the_quadratic_form_is_the_function() {
         let f = ShL2::<f64>::from_slice(&Random::new(1).signed_vec(9));
-        let quadric = Quadric::new(f.coefficients(), 0);
+        let quadric = QuadraticForm::new(f.coefficients(), 0);
         for s in directions() {
             let sum: f64 = quadric.bands(s).iter().sum();
             let value = f.eval(Dir::from_unit(s));
@@ -352,7 +353,7 @@ mod tests {
             // One band alone, and bands of unequal sizes.
             f[1..4].iter_mut().for_each(|c| *c *= [1.0, 1e-3, 0.0][case % 3]);
             f[4..].iter_mut().for_each(|c| *c *= [1.0, 0.0, 1e-3][case % 5 % 3]);
-            let quadric = Quadric::new(&f, 0);
+            let quadric = QuadraticForm::new(&f, 0);
             let x = random.direction();
             let [xx, yy, zz, xy, xz, yz] = quadric.a;
             let (b, nu) = (quadric.b, quadric.form * random.signed());
@@ -360,8 +361,8 @@ mod tests {
             let form = [[xx, p, p], [yy, q, q], [zz, r, r], [2.0 * xy, p, q], [2.0 * xz, p, r], [2.0 * yz, q, r]];
             let rest = [[quadric.c, 1.0, 1.0], [b[0], p, 1.0], [b[1], q, 1.0], [b[2], r, 1.0]];
             let exact = compensated(&[&form[..], &rest[..]].concat());
-            let reach = quadric.reach([1.0, 1.0]);
-            let size = quadric.c.abs() + reach;
+            let amplitude = quadric.amplitude([1.0, 1.0]);
+            let size = quadric.c.abs() + amplitude;
             worst[0] = worst[0].max((quadric.bands(x).iter().sum::<f64>() - exact).abs() / (ROUNDING * size));
             let ax = times(&quadric.a, x);
             for (k, row) in [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].into_iter().enumerate() {
@@ -374,7 +375,7 @@ mod tests {
                 ]);
                 let found = 2.0 * (ax[k] + nu * x[k]) + b[k];
                 // The remainder is multiplied by 2.
-                worst[1] = worst[1].max(2.0 * (found - exact).abs() / (ROUNDING * reach.max(f64::MIN_POSITIVE)));
+                worst[1] = worst[1].max(2.0 * (found - exact).abs() / (ROUNDING * amplitude.max(f64::MIN_POSITIVE)));
             }
         }
         println!("a value errs by {:.3} of the bound, a remainder by {:.3}", worst[0], worst[1]);
@@ -401,7 +402,7 @@ mod tests {
             for a in &mut a[..3] {
                 *a -= nu;
             }
-            let quadric = Quadric::from_parts(0.5, b, a);
+            let quadric = QuadraticForm::from_parts(0.5, b, a);
             let expected: f64 = quadric.bands(x).iter().sum();
             let found = quadric.minimum([1.0, 1.0]);
             let close = found.lo <= expected && expected <= found.hi && found.hi - found.lo < 1e-12;
@@ -422,8 +423,8 @@ mod tests {
             if case % 3 == 2 {
                 f.iter_mut().for_each(|c| *c += 1e-9 * random.unit());
             }
-            let quadric = Quadric::new(&f, 0);
-            let Spectrum { low, distances, axes, .. } = quadric.spectrum();
+            let quadric = QuadraticForm::new(&f, 0);
+            let Eigensystem { low, distances, axes, .. } = quadric.eigensystem();
             let (_, rows) = quadric.parts();
             assert!(distances[0] == 0.0 && distances.iter().all(|d| *d >= 0.0), "case {case}: {distances:?}");
             for i in 0..3 {
@@ -445,10 +446,10 @@ mod tests {
         for case in 0..1000 {
             let mut f = random.signed_vec(9);
             f[0] = 0.0;
-            f[0] = -Quadric::new(&f, 0).minimum([1.0, 1.0]).lo * (4.0 * PI).sqrt();
+            f[0] = -QuadraticForm::new(&f, 0).minimum([1.0, 1.0]).lo * (4.0 * PI).sqrt();
             let scale = 2.0 * random.unit();
             let g: Vec<f64> = f.iter().map(|f| scale * f + 0.1 * (random.unit() - 0.5) * f64::from(case % 4)).collect();
-            let (f, g) = (Quadric::new(&f, 0), Quadric::new(&g, 0));
+            let (f, g) = (QuadraticForm::new(&f, 0), QuadraticForm::new(&g, 0));
             let (bound, least) = (g.least_beside(&f, [1.0, 1.0]), g.minimum([1.0, 1.0]));
             assert!(bound <= least.hi + 1e-14, "case {case}: {bound} against {least:?}");
             assert!(case % 4 > 0 || bound > -1e-14, "case {case}, one color: {bound}");
@@ -463,8 +464,8 @@ mod tests {
             let w = [[1.0, 1.0], [0.5, 0.25], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1e-9, 1.0], [1.0, 1e-12]][case % 7];
             let mut scaled = f;
             crate::scale_bands_in_place(scaled.coefficients_mut(), &[1.0, w[0], w[1]]);
-            let a = Quadric::new(f.coefficients(), 0).minimum(w);
-            let b = Quadric::new(scaled.coefficients(), 0).minimum([1.0, 1.0]);
+            let a = QuadraticForm::new(f.coefficients(), 0).minimum(w);
+            let b = QuadraticForm::new(scaled.coefficients(), 0).minimum([1.0, 1.0]);
             assert!((a.hi - b.hi).abs() < 1e-12 && (a.lo - b.lo).abs() < 1e-12, "case {case}, {w:?}: {a:?} {b:?}");
         }
     }
@@ -480,7 +481,7 @@ mod tests {
             let (a, b) = (0.5 * (q1 + q2) - q0, 0.5 * (q1 - q2));
             let inside = if a > 0.0 && b.abs() < 2.0 * a { q0 - b * b / (4.0 * a) } else { f64::INFINITY };
             let expected = inside.min(q1).min(q2);
-            let found = Quadric::new(z.towards(axis, 1.0).coefficients(), 0).minimum([1.0, 1.0]);
+            let found = QuadraticForm::new(z.towards(axis, 1.0).coefficients(), 0).minimum([1.0, 1.0]);
             assert!((found.hi - expected).abs() < 1e-13 && found.lo <= expected + 1e-15, "{found:?}, {expected}");
             assert!(found.hi - found.lo < 1e-12, "{found:?} is wide");
         }

@@ -1,27 +1,26 @@
-//! A lower bound of a polynomial of fourth degree on a disc, tight in valleys.
+//! A lower bound of a quartic polynomial on a disc, tight in curved valleys.
 
 use crate::extrema::taylor::Taylor;
 
-/// Newton steps towards the floor; any number gives a bound.
+/// Newton steps towards the floor of the valley; any number of them gives a bound.
 const STEPS: usize = 3;
 
-/// Rounding errors, relative to the largest term, of what is computed here.
+/// The rounding errors of this bound, relative to the largest term.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A lower bound of the polynomial for `|u|, |v| <= radius`; -∞ where it does not curve upwards along `u`.
 ///
-/// Bounds that round away all beyond second order see a bent valley, such as part of a ring, with an error of the third
-/// power of the radius. Here the polynomial is seen as one in `u` whose coefficients depend on `v`, and is minimized
-/// over `u`:
+/// In a curved valley, such as part of a ring, a bound of second order has an error of the third power of the radius. Here
+/// the polynomial is taken as one in `u` whose coefficients depend on `v`, and minimized over `u`:
 ///
 /// ```text
 ///   P(u, v) = a(v) + b(v) u + k(u, v) u²  >=  a(v) - b(v)²/4κ        k >= κ > 0 on the disc
 /// ```
 ///
-/// after `u` was shifted to the floor of the valley at `v = 0`, so that `b(0) = 0` but for rounding. What is lost by
-/// `κ` is of the fifth power. The right-hand side is a polynomial of sixth degree in one variable, and is bounded in
+/// after `u` was shifted to the floor of the valley at `v = 0`, so that `b(0) = 0` but for rounding. The loss by `κ` is of
+/// the fifth power. The right-hand side is a polynomial of sixth degree in one variable, and is bounded in
 /// the same way.
-pub(crate) fn least_of_valley(taylor: &Taylor, radius: f64) -> f64 {
+pub(crate) fn quartic_lower_bound(taylor: &Taylor, radius: f64) -> f64 {
     let mut c = taylor.c;
     let size: f64 =
         c.iter().rev().fold(0.0, |sum, row| sum * radius + row.iter().rev().fold(0.0, |sum, c| sum * radius + c.abs()));
@@ -124,7 +123,7 @@ mod tests {
             c[1][1] = 0.0;
             c[2][0] = 2.0 * random.unit();
             for radius in [1.0, 0.3, 0.1] {
-                let (bound, least) = (least_of_valley(&Taylor { c }, radius), least_sampled(&c, radius));
+                let (bound, least) = (quartic_lower_bound(&Taylor { c }, radius), least_sampled(&c, radius));
                 assert!(bound <= least, "case {case}, radius {radius}: {bound} above {least}");
                 bounded += usize::from(bound.is_finite());
             }
@@ -145,7 +144,7 @@ mod tests {
                 // A third derivative across makes the floor bend and tilt.
                 c[3][0] = 0.2;
                 let least = least_sampled(&c, radius).min(0.0);
-                let lost = least - least_of_valley(&Taylor { c }, radius);
+                let lost = least - quartic_lower_bound(&Taylor { c }, radius);
                 // Sampling misses the floor by 1e-4 of the curvature times the squared radius at the most.
                 assert!(lost < 1.5 * radius.powi(4), "bend {bend}, {aside}, radius {radius}: {lost} lost");
                 assert!(
@@ -162,7 +161,7 @@ mod tests {
         let mut c = [[0.0; 5]; 5];
         (c[0][0], c[1][0], c[2][0], c[0][1], c[0][2]) = (1.0, 0.2, 2.0, -0.1, 1.0);
         let exact = 1.0 - 0.04 / 8.0 - 0.01 / 4.0;
-        let found = least_of_valley(&Taylor { c }, 0.2);
+        let found = quartic_lower_bound(&Taylor { c }, 0.2);
         assert!((found - exact).abs() < 1e-13, "{found} against {exact}");
     }
 }

@@ -1,9 +1,8 @@
-//! A function on the sphere about a direction, to fourth order, and bounds of its derivatives.
-
-use std::sync::OnceLock;
+//! The Taylor polynomial of fourth degree of a function on the sphere, and bounds of its derivatives.
 
 use crate::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
+use crate::once::Once;
 use crate::rotation::zyz::{CosSin, rotate_bands_zyz};
 
 /// Derivatives of order 0 to 5 are kept: four for the polynomial, the fifth for its remainder.
@@ -26,7 +25,7 @@ pub(crate) struct PoleDerivatives {
 impl PoleDerivatives {
     /// Calls `f` with a table of at least `order` bands.
     pub(crate) fn with_shared<R>(order: usize, f: impl FnOnce(&Self) -> R) -> R {
-        static SHARED: OnceLock<PoleDerivatives> = OnceLock::new();
+        static SHARED: Once<PoleDerivatives> = Once::new();
         if order <= MAX_ORDER { f(SHARED.get_or_init(|| Self::new(MAX_ORDER))) } else { f(&Self::new(order)) }
     }
 
@@ -53,7 +52,7 @@ impl PoleDerivatives {
         t
     }
 
-    /// What no derivative of the function along any great circle exceeds, for derivatives of order 0 to 5: see
+    /// Upper bounds of the derivatives of order 0 to 5 of the function along any great circle, see
     /// [`SmoothFunction`](crate::extrema::cap_bound::SmoothFunction).
     pub(crate) fn bounds(&self, coefficients: &[f64]) -> [f64; DERIVATIVES] {
         let mut bounds = [0.0; DERIVATIVES];
@@ -67,8 +66,7 @@ impl PoleDerivatives {
     }
 }
 
-/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the
-/// tangents
+/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the tangents
 /// `a, b` are the principal axes of the curvature, the larger along `a`: `c_11 = 0`, `c_20 >= c_02`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taylor {
@@ -77,7 +75,7 @@ pub(crate) struct Taylor {
 }
 
 impl Taylor {
-    /// The function is turned until `s` is the pole. There, with `C_km = Σ_l t_k,m f_lm / k!` and `S_km` the same of
+    /// The function is rotated until `s` is the pole. There, with `C_km = Σ_l t_k,m f_lm / k!` and `S_km` the same of
     /// `f_l,-m`,
     ///
     /// ```text
@@ -159,8 +157,7 @@ fn polynomial(waves: &Waves) -> [[f64; 5]; 5] {
 mod tests {
     use super::*;
     use crate::basis::second_order::second_order;
-    use crate::extrema::branch_and_bound::principal;
-    use crate::{Dir, Expansion as _, Real as _, ShVec, eval_basis};
+    use crate::{Basis, Dir, Expansion as _, ShVec, eval_basis};
     use lobe_testkit::{Random, directions};
 
     #[test]
@@ -193,8 +190,8 @@ mod tests {
                 let mut work = vec![0.0; order * order];
                 for s in directions() {
                     let Taylor { c } = Taylor::new(table, f.coefficients(), s, &mut work);
-                    let [local] = f64::with_shared_basis(order, |basis| second_order(basis, f.coefficients(), &[s]));
-                    let ([low, high], _, [b, a]) = principal(&local);
+                    let [local] = Basis::<f64>::with_shared(order, |basis| second_order(basis, f.coefficients(), &[s]));
+                    let ([low, high], _, [b, a]) = local.principal_curvatures();
                     assert!((local.value - c[0][0]).abs() < 1e-12, "value {} against {}", c[0][0], local.value);
                     let curvatures = (2.0 * c[0][2] - low).abs().max((2.0 * c[2][0] - high).abs());
                     assert!(

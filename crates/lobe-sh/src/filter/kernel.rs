@@ -67,18 +67,18 @@ impl Zonal {
         Self::from_convolution_factors(factors.into_iter().take(order))
     }
 
-    /// The lobe of a GGX mirror of roughness `alpha` in `[0, 1]` seen along its normal, which integrates to 1.
+    /// The GGX lobe of roughness `alpha` in `[0, 1]` for a view along the normal, which integrates to 1.
     ///
     /// ```text
     ///   h(θ) ∝ D(θ/2) max(cos θ, 0)        D(θ_h) = α² / (π ((α² - 1) cos² θ_h + 1)²)
     /// ```
     ///
-    /// The half vector of a reflected direction at angle `θ` from the normal stands at `θ/2`; the factor `cos θ` is
+    /// The half vector of a reflected direction at angle `θ` from the normal is at `θ/2`; the factor `cos θ` is
     /// the weight of the split-sum prefilter (Karis 2013). `D` is that of [Walter et al. 2007] eq. 33. With
     /// `α = 0` it is an impulse: all convolution factors are 1.
     ///
-    /// Integrated over `d = 1 - cos θ`, piece by piece between ends that grow by a factor of four from the width of
-    /// the peak, `α²`, so that the sharpest lobes keep their digits: the tests `ggx_factors_agree_with_brute_force` and
+    /// Integrated over `d = 1 - cos θ` in pieces whose ends grow by a factor of four from the width of the peak, `α²`, so that
+    /// the sharpest lobes keep their digits: the tests `ggx_factors_agree_with_brute_force` and
     /// `the_linear_ggx_factor_has_its_closed_form` bound the error by 1e-11 and 1e-14.
     ///
     /// # Panics

@@ -1,4 +1,4 @@
-//! Windows: factors per band that trade ringing for blur.
+//! Windows: factors per band that exchange ringing for blur.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -7,7 +7,7 @@ use std::str::FromStr;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::{Coefficient, Expansion, Real};
 
-/// A factor for every band, 1 at band 0, so that the mean over the sphere stays.
+/// One factor for each band, 1 for band 0, so that the mean over the sphere does not change.
 ///
 /// ```text
 ///   Hanning            (1 + cos(π l/w)) / 2                     0 from l = w on
@@ -43,15 +43,15 @@ pub enum Window {
         /// The band `w > 0` at which it reaches zero.
         width: f64,
     },
-    /// A power of the sigma factors of Lanczos. In one dimension `sinc` is the transform of a box, so that the function
-    /// would be averaged `p` times over an interval; on the sphere it is that only in the likeness.
+    /// A power of the sigma factors of Lanczos. In one dimension `sinc` is the transform of a box, and the window averages
+    /// `p` times over an interval; on the sphere that is only an analogy.
     Lanczos {
         /// The band `w > 0` at which it reaches zero.
         width: f64,
         /// The power `p > 0`; 4 in [Sloan 2017](Self).
         power: f64,
     },
-    /// The heat kernel of the sphere. It is positive: it makes no non-negative function negative, nor lowers a minimum.
+    /// The heat kernel of the sphere. It is positive: it never lowers a minimum.
     Gauss {
         /// The width σ in radians: for small σ the standard deviation along each of two perpendicular arcs.
         sigma: f64,
@@ -61,7 +61,7 @@ pub enum Window {
         /// The weight `λ >= 0`; [`Window::squared_laplacian_of`] finds it.
         lambda: f64,
     },
-    /// What a directional or point light is blurred by before it is added to an order 3 probe.
+    /// The blur of a directional or point light before it is added to a probe of order 3.
     PunctualLight,
 }
 
@@ -100,8 +100,8 @@ impl Window {
         (0..order).map(|l| (2 * l + 1) as f64 / (4.0 * PI) * self.factor(l)).sum()
     }
 
-    /// The squared Laplacian window that leaves `fraction` of the squared Laplacian of this very function, the sum over
-    /// its channels; see [`squared_laplacian_lambda`].
+    /// The squared Laplacian window that leaves `fraction` of the squared Laplacian of this function, summed over its
+    /// channels; see [`squared_laplacian_lambda`].
     ///
     /// # Panics
     /// If `coefficients` are not `n²`.
@@ -127,7 +127,7 @@ impl Window {
 /// ```
 #[must_use]
 pub fn width_of_peak(order: usize, peak: f64, window: impl Fn(f64) -> Window) -> Option<f64> {
-    /// Bits of a number and some to spare, for either end of the interval.
+    /// The bits of a number and some more, for each end of the interval.
     const STEPS: usize = 120;
 
     let whole = (order * order) as f64 / (4.0 * PI);
@@ -149,7 +149,7 @@ pub fn width_of_peak(order: usize, peak: f64, window: impl Fn(f64) -> Window) ->
     Some(high)
 }
 
-/// `(l (l+1))²`: what the squared Laplacian multiplies the energy of band `l` by.
+/// `(l (l+1))²`: the factor of the energy of band `l` in the squared Laplacian.
 fn squared_eigenvalue(l: usize) -> f64 {
     let eigenvalue = (l * (l + 1)) as f64;
     eigenvalue * eigenvalue
@@ -195,7 +195,7 @@ pub fn squared_laplacian<T: Coefficient>(coefficients: &[T]) -> f64 {
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[must_use]
 pub fn squared_laplacian_lambda(band_energies: &[f64], fraction: f64) -> f64 {
-    /// Even for a fraction of 1e-12 there are fewer than 50 steps; the cap only guards against what was not thought of.
+    /// The most steps: even a fraction of 1e-12 takes fewer than 50.
     const STEPS: usize = 200;
 
     let total: f64 = curvatures(band_energies).map(|(eigenvalue, e)| eigenvalue * e).sum();
@@ -211,7 +211,7 @@ pub fn squared_laplacian_lambda(band_energies: &[f64], fraction: f64) -> f64 {
     let mut lambda = 0.0;
     for _ in 0..STEPS {
         let next = newton_step(band_energies, fraction * total, lambda);
-        // From below: the first step that does not go up is rounding.
+        // The steps approach from below: one that does not rise is rounding.
         if next <= lambda || next.is_nan() {
             break;
         }
@@ -239,7 +239,7 @@ fn newton_step(band_energies: &[f64], target: f64, lambda: f64) -> f64 {
 
 /// Multiplies every band of a function by its factor; bands beyond the last factor become zero.
 ///
-/// A factor of 1 leaves its band bit for bit.
+/// A factor of 1 changes no bit of its band.
 ///
 /// # Panics
 /// If `coefficients` are not `n²`.

@@ -1,9 +1,11 @@
-//! Lights with a name, as a program or a command line describes them.
+//! Analytic lights by name, as a program or a command line describes them.
 
 use std::f64::consts::PI;
 
 use crate::light::normalization::{cone_irradiance, soft_cone_irradiance};
-use crate::{Coefficient as _, Dir, Expansion as _, Normalization, Rgb, ShError, ShVec, SphericalPolygon, Zonal};
+use crate::{
+    Coefficient, Dir, Expansion as _, FixedOrder, Normalization, Rgb, ShError, ShVec, SphericalPolygon, Zonal,
+};
 
 /// An analytic light, to be turned into an expansion of any order by [`Light::project`].
 ///
@@ -20,7 +22,7 @@ use crate::{Coefficient as _, Dir, Expansion as _, Normalization, Rgb, ShError, 
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Light {
-    /// The same from everywhere. A white surface leaves the color whatever the normalization.
+    /// The same radiance from everywhere. A white surface reflects the color, whatever the normalization.
     Ambient {
         /// Radiance.
         color: Rgb<f64>,
@@ -41,7 +43,7 @@ pub enum Light {
         /// See [`Normalization`].
         color: Rgb<f64>,
     },
-    /// A disc that fades to its edge; see [`Zonal::soft_cone`].
+    /// A disc that fades towards its edge; see [`Zonal::soft_cone`].
     SoftCone {
         /// Towards its center.
         dir: Dir,
@@ -50,22 +52,23 @@ pub enum Light {
         /// See [`Normalization`]; the radiance is that of the center.
         color: Rgb<f64>,
     },
-    /// A plane polygon, or any contour; see [`SphericalPolygon`]. It is faced by looking along its vector irradiance.
+    /// A plane polygon, or any contour; see [`SphericalPolygon`]. The surface that faces it has its normal along the vector
+    /// irradiance.
     Polygon {
         /// As seen from the receiver.
         polygon: SphericalPolygon,
         /// See [`Normalization`].
         color: Rgb<f64>,
     },
-    /// Radiance that runs from `ground` at the nadir to `sky` at the zenith in proportion to the height `t = s·up`.
+    /// Radiance that is linear in the height `t = s·up`, from `ground` at the nadir to `sky` at the zenith.
     ///
     /// ```text
     ///   L = c ((1+t)/2 sky + (1-t)/2 ground)
     ///   c = 1 (Normalization::None),    c = 6 max/(5 max + min) of sky and ground, channel by channel (the others)
     /// ```
     ///
-    /// With that `c` a surface that faces the brighter end leaves exactly its color: 6/5 for a black ground, 1 for
-    /// equal ends. (D3DX takes 3/2, which leaves 5/4.) From order 2 on the expansion is exact; at order 1 `Projected`
+    /// With that `c` a surface facing the brighter end reflects exactly its color: `c` is 6/5 for a black ground, 1 for
+    /// equal ends. (D3DX takes 3/2, which reflects 5/4 of it.) From order 2 on the expansion is exact; at order 1 `Projected`
     /// has `c = 2 max/(max + min)`.
     Hemisphere {
         /// The zenith.
@@ -97,7 +100,7 @@ impl Light {
     /// A sphere of constant radiance: the cone of half angle `asin(radius/distance)`, the same for every band.
     ///
     /// # Errors
-    /// [`ShError::Options`] unless `0 < radius < distance`, both finite: from inside there is no shape to see.
+    /// [`ShError::Options`] unless `0 < radius < distance`, both finite: inside the sphere there is no cone.
     pub fn sphere(dir: Dir, distance: f64, radius: f64, color: Rgb<f64>) -> Result<Self, ShError> {
         if !(radius > 0.0 && radius < distance && distance.is_finite()) {
             return Err(ShError::Options(format!(
@@ -146,6 +149,26 @@ impl Light {
         }
     }
 
+    /// [`Light::project`] to the order of the type that is asked for, of colors in `f32` or `f64`.
+    ///
+    /// ```
+    /// use lobe_sh::{Light, Normalization, Rgb, ShL2};
+    ///
+    /// let sky = Light::Ambient { color: Rgb::new(0.2, 0.3, 0.5) };
+    /// let light: ShL2<Rgb<f32>> = sky.project_as(Normalization::Projected)?;
+    /// # assert!((light[0].g - 0.3 * (4.0 * std::f32::consts::PI).sqrt()).abs() < 1e-6, "{light:?}");
+    /// # Ok::<(), lobe_sh::ShError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Light::project`].
+    pub fn project_as<E>(&self, normalization: Normalization) -> Result<E, ShError>
+    where
+        E: FixedOrder<Value: Coefficient<Wide = Rgb<f64>>>,
+    {
+        Ok(self.project(E::ORDER, normalization)?.map(E::Value::narrow).to_fixed())
+    }
+
     fn check(&self) -> Result<(), ShError> {
         let colors: &[Rgb<f64>] = match self {
             Self::Ambient { color }
@@ -179,7 +202,7 @@ impl Light {
     }
 }
 
-/// What brings the light to its normalization; `projected` and `exact` are irradiances of the facing surface.
+/// The factor that normalizes a light; `projected` and `exact` are irradiances of the facing surface.
 fn factor(
     normalization: Normalization,
     projected: impl FnOnce() -> f64,
@@ -214,7 +237,7 @@ fn polygon_factor(polygon: &SphericalPolygon, order: usize, normalization: Norma
 }
 
 fn hemisphere(order: usize, up: Dir, sky: Rgb<f64>, ground: Rgb<f64>, normalization: Normalization) -> ShVec<Rgb<f64>> {
-    // What reaches a surface that faces one end from that end: (1 + slope)/2, and from the other: (1 - slope)/2.
+    // A surface that faces one end receives (1 + slope)/2 of its color from that end and (1 - slope)/2 from the other.
     let slope = match normalization {
         Normalization::Projected if order == 1 => 0.0,
         _ => 2.0 / 3.0,

@@ -1,7 +1,9 @@
-//! TODO room light.
+//! Analytic lights as expansions.
+//!
+//! Read [`light`] first. [`cone`] and [`spherical_polygon`] have the shapes in closed form, [`normalization`] what the
+//! color of a light means. Uses `rotation`, `expansion` and what stands below them.
 
 pub(crate) mod cone;
 pub(crate) mod light;
 pub(crate) mod normalization;
-pub(crate) mod soft_cone;
 pub(crate) mod spherical_polygon;

@@ -1,16 +1,16 @@
-//! How bright a light is: what a white surface that faces it sends back.
+//! The normalization of lights, and the irradiance of a surface that faces one.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::Zonal;
 use crate::expansion::zonal::zonal_norm;
-use crate::light::soft_cone::ease_sine;
+use crate::light::cone::ease_sine;
 
-/// What a light of color 1 stands for.
+/// The meaning of a light's color.
 ///
 /// | | [`Projected`](Self::Projected) | [`Analytic`](Self::Analytic) | [`None`](Self::None) |
 /// |---|---|---|---|
-/// | meaning | a facing white Lambertian, lit by the truncated expansion, leaves exactly 1 | the same, lit by the true light | radiance 1 in the shape |
+/// | a light of color 1 | makes a white Lambertian surface facing it reflect exactly 1, lit by the truncated expansion | the same, lit by the exact light | has radiance 1 inside its shape |
 /// | directional | `4π/3`, `16π/17`, `16π/17`, `32π/31` .. times `y_i(dir)`, orders 2, 3, 4, 5 | `π y_i(dir)` | `y_i(dir)`: irradiance 1 |
 /// | cone of half angle `a` | from its own bands | `1/sin² a` | as it is |
 ///
@@ -36,7 +36,7 @@ impl Zonal {
         Self::new((0..order).map(zonal_norm).collect())
     }
 
-    /// The irradiance that a surface receives which faces the axis, from light with these coefficients.
+    /// The irradiance of a surface that faces the axis, from light with these coefficients.
     ///
     /// ```text
     ///   E = Σ_l A_l z_l K_l
@@ -52,7 +52,7 @@ impl Zonal {
     }
 }
 
-/// The factor that makes a directional light of a given order leave 1 from a facing white surface.
+/// The factor that makes a white surface reflect 1 when it faces a directional light of a given order.
 ///
 /// ```text
 ///   4π, 4π/3, 16π/17, 16π/17, 32π/31, 32π/31, 256π/261, 256π/261, 512π/505, 512π/505 for orders 1 to 10

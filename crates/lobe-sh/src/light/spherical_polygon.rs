@@ -1,29 +1,29 @@
-//! A polygon of constant radiance, by integrals along its edges.
+//! The exact expansion of a polygon of constant radiance, by integrals along its edges.
 
 use std::f64::consts::PI;
 
 use crate::basis::index::{band_range, index, order_of_slice};
 use crate::sphere::vector::{cross, difference, dot, length};
-use crate::{Dir, Real, Rotation, ShError, ShVec};
+use crate::{Basis, Dir, Rotation, ShError, ShVec};
 
 /// Two vertices whose directions are nearer to opposite than this (the sine of the angle) leave the great circle
-/// between them undetermined: the receiver stands on the edge.
+/// between them undetermined: the receiver lies on the edge.
 const ANTIPODAL_SINE: f64 = 1e-12;
 
-/// From this length of the vector irradiance on (a hemisphere has π) it, and no longer the sum of the vertices, says
-/// where the middle is: of a polygon around a receiver in its plane that sum lies in the plane. Small polygons keep the
+/// The length of the vector irradiance (that of a hemisphere is π) from which on it gives the middle direction in place of
+/// the sum of the vertices, which lies in the plane for a polygon around a receiver in that plane. Small polygons use the
 /// vertices, because their vector irradiance is a difference of large terms.
 const LARGE: f64 = 0.1;
 
-/// A solid angle this much above half of the sphere, relative to it, is half of the sphere and rounding.
+/// A solid angle that exceeds half of the sphere by this fraction is half of the sphere but for rounding.
 const HALF_TURN_ROUNDING: f64 = 1e-12;
 
 /// A polygon as seen from the origin, of radiance 1 from both sides, its edges arcs of great circles.
 ///
-/// The light is what lies inside the contour. Of its two sides the inside is the smaller one, so the vertices may run
-/// either way round, as the edge of a window does for those inside and outside. If both are equal, because the receiver
+/// The inside of the contour is the smaller of its two sides, so the vertices may run either way round, as the edge of a
+/// window does when seen from inside and from outside. If both are equal, because the receiver
 /// lies in the plane of the polygon and inside it, the inside is the hemisphere to the left of the contour. Concave
-/// contours need no triangles; of one that crosses itself each loop counts with its sense of rotation.
+/// contours need no triangulation; in one that crosses itself each loop counts with its orientation.
 ///
 /// By Stokes' theorem, because `Δy = -l(l+1) y`, the integral over the inside is one along the contour:
 ///
@@ -38,8 +38,8 @@ const HALF_TURN_ROUNDING: f64 = 1e-12;
 ///   e_lm = 1/(l(l+1)) P̄_l^m'(0) sin(mγ)/m        e_l-m = 1/(l(l+1)) P̄_l^m'(0) (1 - cos mγ)/m        e_l0: γ for sin(mγ)/m
 /// ```
 ///
-/// Those numbers, rotated from that frame into the world, summed over the edges, are the polygon: exact at every order,
-/// and at the cost of one rotation an edge. `P̄_l^m` is that of [`Basis`](crate::Basis); its derivative at 0 vanishes
+/// These numbers, rotated from that frame into the world and summed over the edges, are the coefficients: exact at every
+/// order, at the cost of one rotation for each edge. `P̄_l^m` is that of [`Basis`](crate::Basis); its derivative at 0 vanishes
 /// for even `l - m`. `f_00` is the solid angle over `√(4π)`, from signed triangles (Van Oosterom and Strackee 1983).
 /// The same boundary integral, for zonal functions and from three recurrences, is in [Wang and Ramamoorthi 2018].
 ///
@@ -47,7 +47,7 @@ const HALF_TURN_ROUNDING: f64 = 1e-12;
 /// `polygons_equal_quadrature_over_their_triangles`). The terms of a polygon of angular size `a` are of size `a` and
 /// cancel to `a²`: the relative error grows as `1e-15/a` (test `small_polygons_keep_their_digits`).
 ///
-/// Vertices that coincide, or edges that run back, change nothing. A contour without area is zero.
+/// Coincident vertices and edges that run back contribute nothing. A contour without area gives zero.
 ///
 /// [Wang and Ramamoorthi 2018]: https://doi.org/10.1145/3197517.3201291
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl SphericalPolygon {
                 return Err(ShError::Options(format!("vertex {k} of the polygon is the receiver itself")));
             }
         }
-        // All lengths are of the same size within one polygon, but may be tiny or huge as a whole.
+        // Scale the polygon as a whole, which may be tiny or huge.
         let largest = vertices.iter().flatten().fold(0.0_f64, |m, c| m.max(c.abs()));
         let polygon = Self { vertices: vertices.into_iter().map(|v| v.map(|c| c / largest)).collect() };
         for (k, (a, b)) in polygon.edges().enumerate() {
@@ -88,11 +88,10 @@ impl SphericalPolygon {
         Ok(polygon)
     }
 
-    /// The part of a plane polygon above the horizon of `normal`, as irradiance on a surface needs it; empty if there
-    /// is none.
+    /// The part of a plane polygon above the horizon of `normal`, which is what lights the surface; empty if there is none.
     ///
-    /// The cut runs through space along the plane of the horizon. Pieces of a concave polygon stay joined along it,
-    /// where they cancel.
+    /// The polygon is clipped by the plane of the horizon. Pieces of a concave polygon stay joined along that plane, where
+    /// their edges cancel.
     #[must_use]
     pub fn above(&self, normal: Dir) -> Self {
         let n = normal.to_array();
@@ -184,7 +183,7 @@ impl SphericalPolygon {
     fn signed_solid_angle(&self) -> f64 {
         let Some(middle) = self.middle() else { return 0.0 };
         let sum: f64 = self.edges().map(|(a, b)| triangle_solid_angle(middle.to_array(), a, b)).sum();
-        // Whole turns are of no meaning; the smaller side is the inside.
+        // Remove whole spheres: the smaller side is the inside.
         sum - 4.0 * PI * (sum / (4.0 * PI) * (1.0 - HALF_TURN_ROUNDING)).round_ties_even()
     }
 
@@ -197,8 +196,7 @@ impl SphericalPolygon {
         }
         let left = self.of_left_side();
         if length(left) > LARGE {
-            // From the opposite direction the edges of a clockwise contour would be hard to tell apart.
-            // A sum of vertices that is nothing but rounding says nothing.
+            // Choose the side on which the vertices lie, unless their sum is nothing but rounding.
             let is_opposite = dot(left, vertices) < -LARGE * length(left);
             return Dir::new(if is_opposite { left.map(|c| -c) } else { left });
         }
@@ -244,7 +242,7 @@ struct EquatorSlopes {
 impl EquatorSlopes {
     fn new(order: usize) -> Self {
         let mut slopes = vec![0.0; order * order];
-        f64::with_shared_basis(order, |basis| {
+        Basis::<f64>::with_shared(order, |basis| {
             for m in 0..order {
                 // At z = 0 the recurrences are P_l = -b P_{l-2} and P_l' = a P_{l-1} - b P_{l-2}'.
                 let (mut p_before, mut p) = (0.0, basis.diagonal(m));

@@ -1,41 +1,25 @@
-//! Lights out of an expansion: one in closed form, several by least squares.
+//! Directional lights extracted from an expansion: one in closed form, several by least squares.
 
-use crate::expansion::luminance::{luminance, luminance_of};
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::refine::refine;
+use crate::options::setters;
+use crate::scalar::luminance;
 use crate::{
     Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
+    optimal_linear_direction,
 };
 
-/// When so little of the energy is left, nothing but rounding is.
-const NOTHING_LEFT: f64 = 1e-28;
+/// The residual, as a fraction of the energy, that is nothing but rounding.
+const ROUNDING: f64 = 1e-28;
 
-/// A further light must take away this part of what is left.
-const WORTH_IT: f64 = 1e-9;
+/// The least fraction of the residual that a further light must remove.
+const LEAST_GAIN: f64 = 1e-9;
 
-/// The optimal linear direction: where band 1 points, of colors that of their luminance.
-///
-/// ```text
-///   d = (-f_3, -f_1, f_2) / |..|
-/// ```
-///
-/// `None` below order 2, where band 1 is zero and where it is not finite.
-#[must_use]
-pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option<Dir> {
-    match f.coefficients() {
-        [_, y, z, x, ..] => {
-            let [x, y, z] = [*x, *y, *z].map(|c| luminance(c.widen()));
-            Dir::new([-x, -y, z])
-        }
-        _ => None,
-    }
-}
-
-/// One directional light and ambient light in place of `f`, in closed form, the channels sharing the direction of the
+/// One directional light and ambient light that approximate `f`, in closed form; the channels share the direction of the
 /// luminance.
 ///
-/// Of all intensities `c` and `a` they make diffuse surfaces of all normals reflect most nearly what `f` makes them
-/// reflect ([Sloan 2008] A5), from the [`optimal_linear_direction`] `d`:
+/// The intensities `c` and `a` are those whose irradiance is nearest to that of `f`, in the mean square over all normals
+/// ([Sloan 2008] A5), for a light in the [`optimal_linear_direction`] `d`:
 ///
 /// ```text
 ///   c = Σ_{l>=1} w_l² Σ_m f_lm N y_lm(d) / Σ_{l>=1} w_l² N² (2l+1)/4π        w_l = A_l/π
@@ -46,8 +30,8 @@ pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option
 /// 316π/867` for orders 2, 3, 4, `N/(2√π)` is `2√π/3, 8√π/17, 8√π/17`. (One print of the paper has `√π/2` in place of
 /// `1/(2√π)`.)
 ///
-/// Either may be negative; [`extract_lights`] keeps them from it. An expansion without a linear part has no light, only
-/// ambient.
+/// Either may be negative; [`extract_lights`] prevents that. An expansion without a linear band has no light, only ambient
+/// light.
 ///
 /// # Errors
 /// [`ShError::Options`] below order 2 and for coefficients that are not finite.
@@ -71,7 +55,7 @@ pub fn extract_light<T: Coefficient>(f: &impl Expansion<T>) -> Result<LightFit<T
     Ok(fit)
 }
 
-/// [`extract_light`] for every channel by itself, each with its own direction.
+/// [`extract_light`] for each channel, with a direction of its own.
 ///
 /// # Errors
 /// As for [`extract_light`].
@@ -83,33 +67,35 @@ pub fn extract_light_per_channel<T: Coefficient>(f: &impl Expansion<T>) -> Resul
     (0..T::CHANNELS).map(channel).collect()
 }
 
-/// How [`extract_lights`] chooses among the maxima.
+/// The choice of [`extract_lights`] among the maxima.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightChoice {
-    /// One after the other the maximum that, as a light, leaves least unexplained together with those chosen before. A
-    /// side lobe of a bright light is never worth much.
+    /// Greedily, as in orthogonal matching pursuit: each time the maximum whose light, together with those chosen before,
+    /// leaves the smallest residual. Side lobes of a bright light are not taken for lights.
     #[default]
     Residual,
-    /// The highest, as [Sloan 2008] has it.
+    /// The highest maxima, as in [Sloan 2008].
     ///
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     Height,
 }
 
-/// What [`extract_lights`] is to do.
+/// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative and
+/// nothing refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LightOptions {
-    /// The most lights to find.
+    /// The greatest number of lights.
     pub count: usize,
-    /// Whether the directions move to where least is left unexplained, together with the intensities.
+    /// Refine the directions together with the intensities to a minimum of the residual.
     pub refine: bool,
-    /// What least squares compare.
+    /// The metric of the least squares.
     pub metric: LightMetric,
-    /// Which maxima are taken.
+    /// The choice among the maxima.
     pub choice: LightChoice,
-    /// How the maxima are found.
+    /// The search for the maxima.
     pub search: PeakSearch,
-    /// Whether intensities and ambient light are kept from being negative.
+    /// Constrain intensities and ambient light not to be negative (NNLS).
     pub non_negative: bool,
 }
 
@@ -126,15 +112,24 @@ impl Default for LightOptions {
     }
 }
 
-/// Several directional lights and ambient light in place of `f` ([Sloan 2008], "Extracting multiple lights").
+setters!(LightOptions {
+    count: usize,
+    refine: bool,
+    metric: LightMetric,
+    choice: LightChoice,
+    search: PeakSearch,
+    non_negative: bool,
+});
+
+/// Several directional lights and ambient light that approximate `f` ([Sloan 2008], "Extracting multiple lights").
 ///
-/// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light are
-/// those of least squares, channel by channel, none negative unless the options allow it. With `refine` the directions
-/// then move by the method of Levenberg and Marquardt, and further lights are looked for among the maxima of what is
-/// left; so one broad peak may give two lights.
+/// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light solve a
+/// least-squares problem for each channel, non-negative (NNLS) unless the options allow otherwise. With `refine` the
+/// directions then move by the method of Levenberg and Marquardt, and further lights are sought among the maxima of the
+/// residual, so that one broad peak may give two lights.
 ///
-/// There are fewer lights than asked for if there are fewer maxima, or if no further light lowers the residual. A
-/// constant or zero expansion has none, only ambient light.
+/// The result has fewer lights than asked for if there are fewer maxima, or if no further light lowers the residual. A
+/// constant expansion has only ambient light.
 ///
 /// # Errors
 /// [`ShError::Options`] below order 2 and for coefficients that are not finite.
@@ -146,7 +141,7 @@ pub fn extract_lights<T: Coefficient>(
 ) -> Result<LightFit<T::Wide>, ShError> {
     let problem = LightProblem::<T>::new(f, options.metric, options.non_negative)?;
     let peaks: Vec<Dir> =
-        local_maxima(&luminance_of(&problem.f), options.search).into_iter().map(|peak| peak.dir).collect();
+        local_maxima(&problem.f.map(luminance), options.search).into_iter().map(|peak| peak.dir).collect();
     let mut fit = match options.choice {
         LightChoice::Height => problem.solve(&peaks[..options.count.min(peaks.len())]),
         LightChoice::Residual => chosen_by_residual(&problem, &peaks, options.count),
@@ -160,9 +155,9 @@ pub fn extract_lights<T: Coefficient>(
     Ok(fit)
 }
 
-/// The intensities of least squares of lights in given directions, and the ambient light.
+/// The least-squares intensities of lights in given directions, and the ambient light.
 ///
-/// Lights of no intensity stay, and all keep their order. Equal directions share their light.
+/// Lights of zero intensity are kept, and so is the order. Lights in equal directions get equal intensities.
 ///
 /// # Errors
 /// As for [`extract_lights`].
@@ -174,7 +169,7 @@ pub fn fit_lights<T: Coefficient>(
     Ok(LightProblem::<T>::new(f, options.metric, options.non_negative)?.solve(dirs))
 }
 
-/// Adds to `dirs` the one of `candidates` that leaves least; `None` if none takes enough away.
+/// The fit with the further light, one of `candidates`, that leaves the smallest residual; `None` if none lowers it enough.
 fn with_best<T: Coefficient>(
     problem: &LightProblem<T>,
     before: &LightFit<T::Wide>,
@@ -183,7 +178,7 @@ fn with_best<T: Coefficient>(
     let fits = candidates.iter().map(|candidate| problem.solve(&dirs_and(before, *candidate)));
     let best = fits.min_by(|a, b| total(a.residual).total_cmp(&total(b.residual)))?;
     let (after, left) = (total(best.residual), total(before.residual));
-    (after < (1.0 - WORTH_IT) * left && left > NOTHING_LEFT * total(before.energy)).then_some(best)
+    (after < (1.0 - LEAST_GAIN) * left && left > ROUNDING * total(before.energy)).then_some(best)
 }
 
 fn dirs_and<T>(fit: &LightFit<T>, further: Dir) -> Vec<Dir> {
@@ -203,11 +198,11 @@ fn chosen_by_residual<T: Coefficient>(problem: &LightProblem<T>, peaks: &[Dir], 
     fit
 }
 
-/// One light after the other from the maxima of what is left, all of them refined after each.
+/// Adds lights one by one from the maxima of the residual, and refines all of them after each.
 fn refined_one_by_one<T: Coefficient>(problem: &LightProblem<T>, options: &LightOptions) -> LightFit<T::Wide> {
     let mut fit = problem.solve(&[]);
     while fit.lights.len() < options.count {
-        let left = luminance_of(&problem.left_of(&fit));
+        let left = problem.residual_of(&fit).map(luminance);
         let peaks: Vec<Dir> = local_maxima(&left, options.search).into_iter().map(|peak| peak.dir).collect();
         let Some(better) = with_best(problem, &fit, &peaks) else { break };
         fit = refine(problem, better);

@@ -1,13 +1,13 @@
-//! Directional lights and ambient light in place of an expansion.
+//! The least-squares fit of directional lights and ambient light to an expansion.
 
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::legendre::legendre_all;
-use crate::expansion::luminance::luminance;
 use crate::expansion::zonal::zonal_norm;
-use crate::solver::nnls::{Normal, least_squares_solution, non_negative_solution};
+use crate::scalar::luminance;
+use crate::solver::nnls::{NormalEquations, least_squares_solution, nnls};
 use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
 
 /// A light from one direction.
@@ -15,23 +15,23 @@ use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, direc
 pub struct DirectionalLight<T> {
     /// Towards the light.
     pub dir: Dir,
-    /// What a white diffuse surface that faces it leaves, by the truncated expansion: that of
+    /// The radiance that a white diffuse surface facing the light reflects, computed from the truncated expansion as with
     /// [`Normalization::Projected`](crate::Normalization::Projected).
     pub intensity: T,
 }
 
-/// Lights found in an expansion, and what they leave unexplained.
+/// Lights found in an expansion, and the residual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightFit<T> {
     /// The order of the expansion; the unit of the intensities depends on it.
     pub order: usize,
     /// The lights, the brightest first; those of [`fit_lights`](crate::fit_lights) in the order of their directions.
     pub lights: Vec<DirectionalLight<T>>,
-    /// The radiance from everywhere.
+    /// The radiance of the ambient light.
     pub ambient: T,
-    /// What is left of [`LightFit::energy`] once the lights are taken out.
+    /// The energy of the difference from the expansion, weighted like [`LightFit::energy`].
     pub residual: T,
-    /// The sum of the squared coefficients, weighted as the [`LightMetric`] has it.
+    /// The sum of the squared coefficients, weighted by the [`LightMetric`].
     pub energy: T,
 }
 
@@ -51,13 +51,13 @@ impl<T: Coefficient<Scalar = f64>> LightFit<T> {
     }
 }
 
-/// In what sense lights are like the expansion they replace.
+/// The metric in which lights approximate an expansion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightMetric {
-    /// What diffuse surfaces of all normals reflect: band `l` weighs `(A_l/π)²`, so bands 3, 5, 7 .. do not count.
+    /// The irradiance over all normals: band `l` has the weight `(A_l/π)²`, so that bands 3, 5, 7 .. do not count.
     #[default]
     Irradiance,
-    /// The radiance itself: all bands weigh 1.
+    /// The radiance: all bands have the weight 1.
     Radiance,
 }
 
@@ -140,11 +140,10 @@ impl<T: Coefficient> LightProblem<T> {
         sum
     }
 
-    /// The intensities and the ambient light of least squares for these directions, lights of no intensity included, in
-    /// the order given.
+    /// The least-squares intensities and ambient light for these directions, in their order, lights of zero intensity
+    /// included.
     ///
-    /// If nothing is kept from being negative, the ambient light takes up all of the DC term, and the other bands
-    /// alone determine the lights.
+    /// Without constraints the ambient light takes up the whole DC term, and the other bands alone determine the lights.
     pub(crate) fn solve(&self, dirs: &[Dir]) -> LightFit<T::Wide> {
         let count = dirs.len();
         // The DC terms of a light and of ambient light of radiance 1, whose diagonal element is 4π.
@@ -165,7 +164,7 @@ impl<T: Coefficient> LightProblem<T> {
                         let own_dc = if i < count { dc } else { ambient_unit };
                         lights.get(i).map_or(0.0, |x| x.channel(c)) + w_0 * own_dc * f_0
                     });
-                    DVector::from_vec(non_negative_solution(&Normal { gram: &gram, right: &right }))
+                    DVector::from_vec(nnls(&NormalEquations { gram: &gram, right: &right }))
                 } else {
                     let bands = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
                     let x = least_squares_solution(&bands, &DVector::from_fn(count, |i, _| lights[i].channel(c)));
@@ -183,12 +182,12 @@ impl<T: Coefficient> LightProblem<T> {
             residual: T::Wide::ZERO,
             energy: self.energy_of(&self.f),
         };
-        fit.residual = self.energy_of(&self.left_of(&fit));
+        fit.residual = self.energy_of(&self.residual_of(&fit));
         fit
     }
 
-    /// What the lights leave unexplained.
-    pub(crate) fn left_of(&self, fit: &LightFit<T::Wide>) -> ShVec<T::Wide> {
+    /// The expansion less that of the lights.
+    pub(crate) fn residual_of(&self, fit: &LightFit<T::Wide>) -> ShVec<T::Wide> {
         &self.f - &fit.to_sh()
     }
 

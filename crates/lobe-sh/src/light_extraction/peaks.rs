@@ -1,19 +1,19 @@
 //! All local maxima of a function on the sphere.
 
 use std::f64::consts::PI;
-use std::sync::OnceLock;
 
 use crate::basis::index::{index, len};
-use crate::solver::bfgs_on_sphere::Hill;
-use crate::sphere::thomson::thomson_points;
+use crate::once::Once;
+use crate::solver::bfgs_on_sphere::BfgsAscent;
+use crate::sphere::point_sets::thomson_points;
 use crate::{Dir, Expansion, ShVec, eval_basis};
 
-/// Rows of the grid for every band. Of the 14098 maxima of 2000 random expansions of order 6 a grid of 12 missed one: a
+/// Rows of the grid for each band. With 12 rows one of the 14098 maxima of 2000 random expansions of order 6 was missed, a
 /// low hill on a ridge, hardly wider than the grid.
 const ROWS_PER_BAND: usize = 16;
 
-/// The part of the strongest bend that passes for a level ridge; see [`may_be_highest`]. With 0.3, a grid of 12 missed
-/// one maximum of order 5 besides.
+/// The fraction of the strongest curvature below which a ridge counts as level, see [`may_be_highest`]. With 0.3, a grid of
+/// 12 rows for each band missed one more maximum, of order 5.
 const RIDGE_SLACK: f64 = 0.4;
 
 /// The numbers of start points of [Sloan 2008] for orders 1 to 6.
@@ -24,23 +24,22 @@ const PAPER_STARTS: [usize; 6] = [1, 3, 6, 10, 15, 22];
 /// A local maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Where.
+    /// Its direction.
     pub dir: Dir,
-    /// The value there.
+    /// The value of the function there.
     pub value: f64,
 }
 
-/// Where the climbs of [`local_maxima`] begin.
+/// The starts of the ascents of [`local_maxima`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PeakSearch {
-    /// At every point of a fine grid that is as high as its eight neighbors. At order 6 several times as slow as
-    /// [`PeakSearch::Paper`] (benchmarks `light-peaks-grid` and `light-peaks-paper`).
+    /// Every point of a fine grid that is as high as its eight neighbors. Several times slower than [`PeakSearch::Paper`] at
+    /// order 6 (benchmarks `light-peaks-grid` and `light-peaks-paper`).
     #[default]
     Grid,
-    /// At the 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6: points at rest in Thomson's
-    /// problem. Faster, but a climb may pass a low hill by: of the maxima of random expansions 0.3 to 0.7 % are lost at
-    /// orders 4 to 6, none at 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is
-    /// taken.
+    /// The 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6, solutions of Thomson's problem. Faster,
+    /// but an ascent may miss a low hill: of the maxima of random expansions 0.3 to 0.7 % are lost at orders 4 to 6, none at
+    /// 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is used.
     ///
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     Paper,
@@ -48,9 +47,8 @@ pub enum PeakSearch {
 
 /// All local maxima of `f`, the highest first.
 ///
-/// A climb by BFGS ([Sloan 2008]) begins at every start; maxima nearer to each other than a thousandth of the shortest
-/// wavelength are one. A constant, and a function with a coefficient that is not finite, has none; of a ridge that is
-/// everywhere equally high, such as the equator of `-z²`, some points are returned.
+/// Ascends by BFGS ([Sloan 2008]) from every start; maxima closer than a thousandth of the shortest wavelength count as one. A constant has none, nor has a function with a coefficient that is not finite; of a ridge of constant height,
+/// such as the equator of `-z²`, some points are returned.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 ///
@@ -65,16 +63,16 @@ pub enum PeakSearch {
 #[must_use]
 pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
     let Some(f) = ShVec::from_vec(f.coefficients().to_vec()) else { unreachable!("an expansion has n² coefficients") };
-    let Some(hill) = Hill::new(&f) else { return Vec::new() };
+    let Some(hill) = BfgsAscent::new(&f) else { return Vec::new() };
     let starts = match (search, PAPER_STARTS.get(f.order() - 1)) {
         (PeakSearch::Paper, Some(_)) => paper_starts(f.order()).to_vec(),
         _ => grid_maxima(&f, ROWS_PER_BAND * f.order(), RIDGE_SLACK),
     };
-    climbed(&hill, starts)
+    ascended(&hill, starts)
 }
 
-/// Where the climbs from these points end, each place once, the highest first.
-fn climbed(hill: &Hill<'_>, starts: Vec<Dir>) -> Vec<Peak> {
+/// The ends of the ascents from these points, each once, the highest first.
+fn ascended(hill: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
     let mut peaks: Vec<Peak> = Vec::new();
     for start in starts {
         let (dir, value) = hill.ascend(start);
@@ -89,7 +87,7 @@ fn climbed(hill: &Hill<'_>, starts: Vec<Dir>) -> Vec<Peak> {
 }
 
 fn paper_starts(order: usize) -> &'static [Dir] {
-    static SETS: OnceLock<Vec<Vec<Dir>>> = OnceLock::new();
+    static SETS: Once<Vec<Vec<Dir>>> = Once::new();
     let set = |count: &usize| thomson_points(*count).into_iter().map(Dir::from_unit).collect();
     &SETS.get_or_init(|| PAPER_STARTS.iter().map(set).collect())[order - 1]
 }
@@ -99,7 +97,7 @@ fn grid_maxima(f: &ShVec<f64>, rows: usize, slack: f64) -> Vec<Dir> {
     let columns = 2 * rows;
     let theta = |row: usize| PI * (row as f64 + 0.5) / rows as f64;
     let values = grid_values(f, rows, columns, theta);
-    // Over a pole the grid goes on half way round.
+    // Beyond a pole the grid continues on the opposite meridian.
     let at = |row: isize, column: usize| {
         let beyond = row < 0 || row >= rows as isize;
         let row = if row < 0 { 0 } else { row.unsigned_abs().min(rows - 1) };
@@ -131,17 +129,17 @@ fn grid_maxima(f: &ShVec<f64>, rows: usize, slack: f64) -> Vec<Dir> {
     starts
 }
 
-/// Whether a maximum may lie within a cell of a point, from its value and those of its neighbors on four lines.
+/// Tells whether a maximum may lie within a cell of a point, from its value and those of its neighbors on four lines.
 ///
-/// A point is as high as both its neighbors on a line if the slope over the line, `|a - b|`, is at most the bend `2v -
-/// a - b`. On a ridge, where the bend along it is small and rounding or a neighboring saddle decides, a slope up to a
-/// part of the strongest bend is let through.
+/// A point is as high as both its neighbors on a line if the slope along the line, `|a - b|`, is at most the curvature `2v -
+/// a - b`. Along a ridge the curvature is small, and rounding or a neighboring saddle would decide; there a slope up to a
+/// fraction of the strongest curvature is accepted.
 fn may_be_highest(value: f64, lines: [(f64, f64); 4], slack: f64) -> bool {
-    let bend = |(a, b): (f64, f64)| (value - a) + (value - b);
-    let strongest = lines.into_iter().map(bend).fold(0.0, f64::max);
+    let curvature = |(a, b): (f64, f64)| (value - a) + (value - b);
+    let strongest = lines.into_iter().map(curvature).fold(0.0, f64::max);
     lines.into_iter().all(|(a, b)| {
-        let bend = bend((a, b));
-        bend >= -slack * strongest && (a - b).abs() <= bend.max(slack * strongest)
+        let curvature = curvature((a, b));
+        curvature >= -slack * strongest && (a - b).abs() <= curvature.max(slack * strongest)
     })
 }
 
@@ -179,9 +177,9 @@ fn grid_values(f: &ShVec<f64>, rows: usize, columns: usize, theta: impl Fn(usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Real as _;
+    use crate::Basis;
     use crate::basis::second_order::second_order;
-    use crate::extrema::branch_and_bound::polished;
+    use crate::extrema::branch_and_bound::newton_descent;
     use lobe_testkit::Random;
 
     #[test]
@@ -219,14 +217,14 @@ mod tests {
         let negative: Vec<f64> = f.coefficients().iter().map(|c| -c).collect();
         let steepness = f.order() as f64 * f.dot(f).sqrt();
         let mut maxima: Vec<Dir> = Vec::new();
-        f64::with_shared_basis(f.order(), |basis| {
+        Basis::<f64>::with_shared(f.order(), |basis| {
             let evaluate = |s: [f64; 3]| second_order(basis, &negative, &[s])[0];
             for row in 0..rows {
                 for column in (0..columns).filter(|column| is_highest(row, *column)) {
                     let start = Dir::from_angles(theta(row), 2.0 * PI * column as f64 / columns as f64);
                     let mut local = evaluate(start.to_array());
                     loop {
-                        local = polished(local, f.order(), evaluate);
+                        local = newton_descent(local, f.order(), evaluate);
                         // Where a whole Newton step does not help, a short one along the slope does, but at the top.
                         let [a, b] = local.gradient;
                         let steps = (0..40).map(|k| 0.3 * 0.5_f64.powi(k) / f.order() as f64 / a.hypot(b));
@@ -303,10 +301,10 @@ mod tests {
     fn a_climb_leaves_a_saddle_and_a_minimum() {
         // xy: maxima at ±45° in the plane, saddles at the poles; -z: a minimum at the zenith.
         let saddle = crate::project(3, 2, |s| s.x() * s.y());
-        let (top, value) = Hill::new(&saddle).unwrap().ascend(Dir::Z);
+        let (top, value) = BfgsAscent::new(&saddle).unwrap().ascend(Dir::Z);
         assert!((value - 0.5).abs() < 1e-12, "{top:?}: {value}");
         let below = crate::project(2, 1, |s| -s.z());
-        let (top, value) = Hill::new(&below).unwrap().ascend(Dir::Z);
+        let (top, value) = BfgsAscent::new(&below).unwrap().ascend(Dir::Z);
         assert!((value - 1.0).abs() < 1e-12, "{top:?}: {value}");
     }
 

@@ -1,4 +1,4 @@
-//! Directions and intensities of lights improved together.
+//! Refinement of directions and intensities together: variable projection with Levenberg-Marquardt steps.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,32 +7,33 @@ use crate::solver::bfgs_on_sphere::stepped;
 use crate::sphere::vector::{dot, tangents};
 use crate::{Coefficient, Dir, Expansion as _, LightFit, eval_basis, eval_basis_gradients};
 
-/// Steps allowed; a probe made of well separated lights needs some six, lights that drift together many.
+/// The most steps: well separated lights need some six, lights that drift together many.
 const STEPS: usize = 60;
 
-/// Steps shorter than this, in radians, change nothing.
+/// The step at which the refinement has converged, in radians.
 const SHORTEST_STEP: f64 = 1e-13;
 
-/// No light moves farther in one step than this part of the shortest wavelength.
+/// The longest step of a light as a fraction of the shortest wavelength.
 const LONGEST_STEP: f64 = 0.1;
 
-/// The damping to begin with, relative to the diagonal: near Gauss and Newton's step, which is right for lights apart.
+/// The first damping, relative to the diagonal: close to the Gauss-Newton step, which suits well separated lights.
 const FIRST_DAMPING: f64 = 1e-3;
 
-/// The damping that a failed step multiplies and a successful one divides by.
+/// The factor by which a failed step raises the damping and a successful one lowers it.
 const DAMPING_FACTOR: f64 = 10.0;
 
-/// Beyond this damping no step will be found.
+/// The damping at which the search for a step ends.
 const MOST_DAMPING: f64 = 1e12;
 
-/// A vector that loses more than all but this part of its length to those before depends on them: half of the digits.
+/// A vector counts as dependent on those before if less than this fraction of its length is orthogonal to them: half of the
+/// digits.
 const DEPENDENT: f64 = 1e-8;
 
 /// Moves the directions of a fit, intensities and ambient light with them, to a minimum of the residual.
 ///
-/// Variable projection: the intensities are those of least squares for whatever directions, so only two angles a light
-/// are left. The Jacobian is that of the directions with what the intensities can make up for projected out (Kaufman
-/// 1975), the step that of Levenberg and Marquardt:
+/// Variable projection: the intensities are the least-squares solution for the current directions, so that only two angles
+/// for each light remain. The Jacobian is that of the directions, projected to the complement of the lights (Kaufman 1975),
+/// the step that of Levenberg and Marquardt:
 ///
 /// ```text
 ///   r = w (f - Σ_k c_k L(d_k) - a L_a)        J = -(1 - QQᵀ) w c_k N ∇y(d_k)        Q spans w L(d_k), w L_a
@@ -47,6 +48,7 @@ pub(crate) fn refine<T: Coefficient>(problem: &LightProblem<T>, start: LightFit<
         if fit.lights.is_empty() || total(fit.residual) == 0.0 {
             break;
         }
+        // Linearize, and take a damped step that lowers the residual.
         let (jacobian, residual) = linearized(problem, &fit);
         let normal = jacobian.transpose() * &jacobian;
         let right = -(jacobian.transpose() * residual);
@@ -59,7 +61,7 @@ pub(crate) fn refine<T: Coefficient>(problem: &LightProblem<T>, start: LightFit<
     fit
 }
 
-/// Raises the damping until the residual falls. The second value is the length of the step.
+/// Raises the damping until the step lowers the residual. The second value is the length of the step.
 fn damped_step<T: Coefficient>(
     problem: &LightProblem<T>,
     fit: &LightFit<T::Wide>,
@@ -68,7 +70,7 @@ fn damped_step<T: Coefficient>(
     damping: &mut f64,
 ) -> Option<(LightFit<T::Wide>, f64)> {
     let longest = LONGEST_STEP * 2.0 * std::f64::consts::PI / (problem.order() - 1) as f64;
-    // A light of no intensity does not move, and needs a diagonal all the same.
+    // A light of zero intensity does not move, but its diagonal element must not be zero.
     let floor = normal.diagonal().amax() * f64::EPSILON;
     if floor == 0.0 {
         return None;
@@ -103,7 +105,7 @@ fn linearized<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>
     let order = problem.order();
     let rows = order * order;
     let weights: Vec<f64> = problem.coefficient_weights().map(f64::sqrt).collect();
-    let left = problem.left_of(fit);
+    let left = problem.residual_of(fit);
     let lights: Vec<Vec<f64>> = fit.lights.iter().map(|light| eval_basis(light.dir, order)).collect();
     let slopes: Vec<Vec<[f64; 3]>> = fit.lights.iter().map(|light| eval_basis_gradients(light.dir, order)).collect();
     let mut jacobian = DMatrix::zeros(rows * T::CHANNELS, 2 * lights.len());
@@ -112,7 +114,7 @@ fn linearized<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>
         for i in 0..rows {
             residual[c * rows + i] = weights[i] * left.coefficients()[i].channel(c);
         }
-        // Unknowns at zero stay there for this step: only the others can make up for a turn.
+        // Intensities at zero stay there during this step; only the others adapt to a turn.
         let active = (0..lights.len()).filter(|k| fit.lights[*k].intensity.channel(c) != 0.0);
         let mut span: Vec<DVector<f64>> =
             active.map(|k| DVector::from_fn(rows, |i, _| weights[i] * lights[k][i])).collect();
@@ -134,7 +136,7 @@ fn linearized<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>
     (jacobian, residual)
 }
 
-/// Gram and Schmidt, twice each for the digits; vectors that depend on those before are dropped.
+/// Gram-Schmidt orthogonalization, twice for each vector; vectors that depend on those before are dropped.
 fn orthonormalize(span: &mut Vec<DVector<f64>>) {
     let mut basis: Vec<DVector<f64>> = Vec::with_capacity(span.len());
     for mut v in span.drain(..) {

@@ -1,43 +1,42 @@
-//! The integrals of three basis functions, in exact arithmetic.
+//! Gaunt coefficients: the integrals of three basis functions, in exact arithmetic.
 
 use std::f64::consts::PI;
-use std::sync::OnceLock;
 
 use crate::basis::index::{band_range, len};
+use crate::once::Once;
 use crate::{Coefficient, Real, band_and_m};
 
-/// The highest order whose triple products Lobe computes. Above it products go over a grid, whose cost grows with the
-/// third power of the order, that of the tensor with the fifth.
-pub const MAX_TRIPLE_ORDER: usize = 10;
+/// The highest order for which Lobe computes Gaunt coefficients. Products of higher orders go over a grid: its cost grows
+/// with the third power of the order, that of the tensor with the fifth.
+pub const MAX_GAUNT_ORDER: usize = 10;
 
-/// The primes that divide factorials up to `(l1 + l2 + l3 + 1)!` for bands below [`MAX_TRIPLE_ORDER`].
+/// The primes that divide factorials up to `(l1 + l2 + l3 + 1)!` for bands below [`MAX_GAUNT_ORDER`].
 const PRIMES: [u32; 9] = [2, 3, 5, 7, 11, 13, 17, 19, 23];
 
-/// The exact value of an integral of three basis functions, `numerator / denominator · √(radicand / π)`.
+/// The exact value of a Gaunt coefficient, `numerator / denominator · √(radicand / π)`.
 ///
-/// In lowest terms and with a square-free radicand, so two equal integrals have equal members.
+/// In lowest terms and with a square-free radicand, so that equal values have equal fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct ExactTriple {
+pub(crate) struct ExactGaunt {
     /// Never zero; carries the sign.
-    pub numerator: i64,
+    numerator: i64,
     /// Positive.
-    pub denominator: i64,
+    denominator: i64,
     /// Positive, without a square factor.
-    pub radicand: i64,
+    radicand: i64,
 }
 
-impl ExactTriple {
+impl ExactGaunt {
     /// The nearest number in `f64`, to within two units in the last place: the integers are exact, then come a
     /// quotient, a root and a product.
-    #[must_use]
-    pub fn to_f64(self) -> f64 {
+    fn to_f64(self) -> f64 {
         self.numerator as f64 / self.denominator as f64 * (self.radicand as f64 / PI).sqrt()
     }
 }
 
-/// One entry of the tensor, `Γ_ijk = value`.
+/// One entry of a [`GauntTensor`], `Γ_ijk = value`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Triple {
+pub struct GauntCoefficient {
     /// Flat index of the first function.
     pub i: usize,
     /// Flat index of the second function.
@@ -65,19 +64,16 @@ pub struct Triple {
 //
 // The three powers of -1 cancel, so the sign is that of both sums and of the azimuthal part.
 
-/// The integral `Γ_ijk = ∫ y_i y_j y_k ds` over the sphere, exactly; `None` if it is zero.
+/// [`gaunt_coefficient`] without rounding; `None` if it is zero.
 ///
-/// It is zero unless `l1 + l2 + l3` is even, no band is greater than the sum of the others, the greatest `|m|` is the
-/// sum of the others and an even number of the `m` is negative. Where these hold it may vanish by accident, which the
-/// integer sum of the 3j symbol shows exactly. The test `triple_products_equal_quadrature` bounds the error of the
+/// Where the selection rules hold, the integer sum of the 3j symbol shows whether the coefficient vanishes by accident. The test `gaunt_coefficients_equal_quadrature` bounds the error of the
 /// value in `f64` by 1e-13.
 ///
 /// # Panics
-/// If an index belongs to band [`MAX_TRIPLE_ORDER`] or higher.
-#[must_use]
-pub fn exact_triple_product(i: usize, j: usize, k: usize) -> Option<ExactTriple> {
-    let limit = len(MAX_TRIPLE_ORDER);
-    assert!(i < limit && j < limit && k < limit, "triple products reach index {}, not {i}, {j}, {k}", limit - 1);
+/// If an index belongs to band [`MAX_GAUNT_ORDER`] or higher.
+pub(crate) fn exact_gaunt_coefficient(i: usize, j: usize, k: usize) -> Option<ExactGaunt> {
+    let limit = len(MAX_GAUNT_ORDER);
+    assert!(i < limit && j < limit && k < limit, "Gaunt coefficients reach index {}, not {i}, {j}, {k}", limit - 1);
     let mut f = [i, j, k].map(band_and_m);
     f.sort_by_key(|&(_, m)| m.unsigned_abs());
     let [(l1, m1), (l2, m2), (l3, m3)] = f;
@@ -93,20 +89,23 @@ pub fn exact_triple_product(i: usize, j: usize, k: usize) -> Option<ExactTriple>
     (racah != 0).then(|| reduce(sign * racah, l, mu))
 }
 
-/// `Γ_ijk` in `f64`; zero where [`exact_triple_product`] is `None`.
+/// The Gaunt coefficient of three real basis functions, `Γ_ijk = ∫ y_i y_j y_k ds`, computed exactly and rounded once.
+///
+/// Zero unless `l1 + l2 + l3` is even, no band is greater than the sum of the other two, the greatest `|m|` is the sum of
+/// the other two and an even number of the `m` is negative; in a few further cases it vanishes by accident.
 ///
 /// ```
 /// // A product with the constant y_00 = 1/√(4π) only scales.
 /// let y_00 = lobe_sh::eval_basis(lobe_sh::Dir::Z, 1)[0];
-/// assert!((lobe_sh::triple_product(0, 5, 5) - y_00).abs() < 1e-16);
-/// assert_eq!(lobe_sh::triple_product(0, 5, 6), 0.0);
+/// assert!((lobe_sh::gaunt_coefficient(0, 5, 5) - y_00).abs() < 1e-16);
+/// assert_eq!(lobe_sh::gaunt_coefficient(0, 5, 6), 0.0);
 /// ```
 ///
 /// # Panics
-/// If an index belongs to band [`MAX_TRIPLE_ORDER`] or higher.
+/// If an index belongs to band [`MAX_GAUNT_ORDER`] or higher.
 #[must_use]
-pub fn triple_product(i: usize, j: usize, k: usize) -> f64 {
-    exact_triple_product(i, j, k).map_or(0.0, ExactTriple::to_f64)
+pub fn gaunt_coefficient(i: usize, j: usize, k: usize) -> f64 {
+    exact_gaunt_coefficient(i, j, k).map_or(0.0, ExactGaunt::to_f64)
 }
 
 /// The integer sum `N` for `m = (μ1, μ2, -μ1-μ2)`.
@@ -130,7 +129,7 @@ fn binomial(n: usize, k: usize) -> i128 {
 
 /// `racah · Π l! / (2 Π (J-2l)! (J+1)!) · √(c² Π (2l+1) (l+m)! (l-m)! / π)` in lowest terms, `c² = 1/2` where all
 /// `μ` are positive, else 1.
-fn reduce(racah: i128, l: [usize; 3], mu: [usize; 3]) -> ExactTriple {
+fn reduce(racah: i128, l: [usize; 3], mu: [usize; 3]) -> ExactGaunt {
     let sum: usize = l.iter().sum();
     let (mut numerator, mut denominator, mut radicand) = (racah, 1, 1);
     for prime in PRIMES {
@@ -153,8 +152,8 @@ fn reduce(racah: i128, l: [usize; 3], mu: [usize; 3]) -> ExactTriple {
         let power = p.pow(outside.unsigned_abs());
         if outside < 0 { denominator *= power } else { numerator *= power }
     }
-    let fits = |n: i128| i64::try_from(n).unwrap_or_else(|_| unreachable!("bands below {MAX_TRIPLE_ORDER} fit: {n}"));
-    ExactTriple { numerator: fits(numerator), denominator: fits(denominator), radicand: fits(radicand) }
+    let fits = |n: i128| i64::try_from(n).unwrap_or_else(|_| unreachable!("bands below {MAX_GAUNT_ORDER} fit: {n}"));
+    ExactGaunt { numerator: fits(numerator), denominator: fits(denominator), radicand: fits(radicand) }
 }
 
 /// The exponent of `prime` in `n`.
@@ -173,32 +172,32 @@ fn factorial_exponent(prime: u32, n: usize) -> i32 {
 }
 
 /// The non-zero `Γ_ijk` with `i <= j <= k` and `k` in band `l`, computed once.
-fn unique_of_band(l: usize) -> &'static [Triple] {
-    static BANDS: [OnceLock<Vec<Triple>>; MAX_TRIPLE_ORDER] = [const { OnceLock::new() }; MAX_TRIPLE_ORDER];
+fn unique_of_band(l: usize) -> &'static [GauntCoefficient] {
+    static BANDS: [Once<Vec<GauntCoefficient>>; MAX_GAUNT_ORDER] = [const { Once::new() }; MAX_GAUNT_ORDER];
     BANDS[l].get_or_init(|| {
-        let mut triples = Vec::new();
+        let mut coefficients = Vec::new();
         for k in band_range(l) {
             for j in 0..=k {
                 let all = (0..=j).filter_map(|i| {
-                    exact_triple_product(i, j, k).map(|value| Triple { i, j, k, value: value.to_f64() })
+                    exact_gaunt_coefficient(i, j, k).map(|value| GauntCoefficient { i, j, k, value: value.to_f64() })
                 });
-                triples.extend(all);
+                coefficients.extend(all);
             }
         }
-        triples
+        coefficients
     })
 }
 
 /// The non-zero `Γ_ijk` with `i <= j <= k` of an order, each of which stands for all its permutations.
 ///
 /// # Panics
-/// If `order` is above [`MAX_TRIPLE_ORDER`].
-pub fn unique_triples(order: usize) -> impl Iterator<Item = Triple> {
-    assert!(order <= MAX_TRIPLE_ORDER, "triple products reach order {MAX_TRIPLE_ORDER}, not {order}");
+/// If `order` is above [`MAX_GAUNT_ORDER`].
+fn unique_coefficients(order: usize) -> impl Iterator<Item = GauntCoefficient> {
+    assert!(order <= MAX_GAUNT_ORDER, "Gaunt coefficients reach order {MAX_GAUNT_ORDER}, not {order}");
     (0..order).flat_map(unique_of_band).copied()
 }
 
-/// The tensor `Γ_ijk = ∫ y_i y_j y_k ds` for two factors and a product of given orders, its zeros left out.
+/// The Gaunt coefficients `Γ_ijk = ∫ y_i y_j y_k ds` for two factors and a product of given orders, zeros left out.
 ///
 /// ```text
 ///   c_k = Σ_ij Γ_ijk a_i b_j        c = a b        i < n_a²   j < n_b²   k < n_c²
@@ -208,35 +207,35 @@ pub fn unique_triples(order: usize) -> impl Iterator<Item = Triple> {
 /// entries at orders 1 to 10, of which 1, 4, 25, 77, 238, 549, 1196, 2300, 4185 and 7042 are different ones; the test
 /// `the_numbers_of_non_zeros_are_those_known` checks them.
 #[derive(Clone, Debug)]
-pub struct TripleTensor {
+pub struct GauntTensor {
     orders: [usize; 3],
-    triples: Vec<Triple>,
+    coefficients: Vec<GauntCoefficient>,
     /// The pairs `(i, j)` that have entries, with the end of their part of `terms`; `i <= j` alone for equal orders.
     pairs: Vec<(u32, u32, u32)>,
     /// `k` and the value.
     terms: Vec<(u32, f64)>,
 }
 
-impl TripleTensor {
+impl GauntTensor {
     /// The tensor for factors of orders `order_a` and `order_b` and a product of order `order_out`.
     ///
     /// # Panics
-    /// If an order is above [`MAX_TRIPLE_ORDER`].
+    /// If an order is above [`MAX_GAUNT_ORDER`].
     #[must_use]
     pub fn new(order_a: usize, order_b: usize, order_out: usize) -> Self {
         let orders = [order_a, order_b, order_out];
-        let inside = |t: &Triple| t.i < len(order_a) && t.j < len(order_b) && t.k < len(order_out);
-        let mut triples: Vec<Triple> =
-            unique_triples(order_a.max(order_b).max(order_out)).flat_map(permutations).filter(inside).collect();
-        triples.sort_by_key(|t| (t.i, t.j, t.k));
+        let inside = |t: &GauntCoefficient| t.i < len(order_a) && t.j < len(order_b) && t.k < len(order_out);
+        let mut coefficients: Vec<GauntCoefficient> =
+            unique_coefficients(order_a.max(order_b).max(order_out)).flat_map(permutations).filter(inside).collect();
+        coefficients.sort_by_key(|t| (t.i, t.j, t.k));
         let (mut pairs, mut terms) = (Vec::new(), Vec::new());
-        for pair in triples.chunk_by(|s, t| (s.i, s.j) == (t.i, t.j)) {
+        for pair in coefficients.chunk_by(|s, t| (s.i, s.j) == (t.i, t.j)) {
             if order_a != order_b || pair[0].i <= pair[0].j {
                 terms.extend(pair.iter().map(|t| (t.k as u32, t.value)));
                 pairs.push((pair[0].i as u32, pair[0].j as u32, terms.len() as u32));
             }
         }
-        Self { orders, triples, pairs, terms }
+        Self { orders, coefficients, pairs, terms }
     }
 
     /// The orders of the factors and of the product.
@@ -247,8 +246,8 @@ impl TripleTensor {
 
     /// The entries, ascending in `(i, j, k)`.
     #[must_use]
-    pub fn triples(&self) -> &[Triple] {
-        &self.triples
+    pub fn coefficients(&self) -> &[GauntCoefficient] {
+        &self.coefficients
     }
 
     /// The product of two expansions, `out` overwritten.
@@ -275,13 +274,13 @@ impl TripleTensor {
     }
 }
 
-/// The different permutations of the indices of a triple.
-fn permutations(t: Triple) -> impl Iterator<Item = Triple> {
-    let Triple { i, j, k, .. } = t;
+/// The different permutations of the indices of a coefficient.
+fn permutations(t: GauntCoefficient) -> impl Iterator<Item = GauntCoefficient> {
+    let GauntCoefficient { i, j, k, .. } = t;
     let mut all = [[i, j, k], [i, k, j], [j, i, k], [j, k, i], [k, i, j], [k, j, i]];
     all.sort_unstable();
     let different = move |n: &usize| *n == 0 || all[*n] != all[*n - 1];
-    (0..all.len()).filter(different).map(move |n| Triple { i: all[n][0], j: all[n][1], k: all[n][2], ..t })
+    (0..all.len()).filter(different).map(move |n| GauntCoefficient { i: all[n][0], j: all[n][1], k: all[n][2], ..t })
 }
 
 #[cfg(test)]
@@ -294,7 +293,7 @@ mod tests {
     const QUADRATURE_ERROR: f64 = 1e-13;
 
     #[test]
-    fn triple_products_equal_quadrature() {
+    fn gaunt_coefficients_equal_quadrature() {
         let order = 7;
         let n = len(order);
         let rule = SphereQuadrature::of_degree(3 * (order - 1));
@@ -314,7 +313,7 @@ mod tests {
         for i in 0..n {
             for j in 0..=i {
                 for k in 0..=j {
-                    let (sum, exact) = (sums[(i * n + j) * n + k], triple_product(i, j, k));
+                    let (sum, exact) = (sums[(i * n + j) * n + k], gaunt_coefficient(i, j, k));
                     assert!((sum - exact).abs() < QUADRATURE_ERROR, "({i}, {j}, {k}): {sum} against {exact}");
                 }
             }
@@ -323,13 +322,12 @@ mod tests {
 
     #[test]
     fn the_highest_bands_equal_quadrature_too() {
-        let rule = SphereQuadrature::of_degree(3 * (MAX_TRIPLE_ORDER - 1));
+        let rule = SphereQuadrature::of_degree(3 * (MAX_GAUNT_ORDER - 1));
         let mut random = lobe_testkit::Random::new(4);
-        let points: Vec<_> =
-            rule.points().map(|(s, weight)| (weight, crate::eval_basis(s, MAX_TRIPLE_ORDER))).collect();
-        let top: Vec<Triple> = unique_of_band(MAX_TRIPLE_ORDER - 1).to_vec();
+        let points: Vec<_> = rule.points().map(|(s, weight)| (weight, crate::eval_basis(s, MAX_GAUNT_ORDER))).collect();
+        let top: Vec<GauntCoefficient> = unique_of_band(MAX_GAUNT_ORDER - 1).to_vec();
         for _ in 0..200 {
-            let Triple { i, j, k, value } = top[random.next_u64() as usize % top.len()];
+            let GauntCoefficient { i, j, k, value } = top[random.next_u64() as usize % top.len()];
             let sum: f64 = points.iter().map(|(weight, y)| weight * y[i] * y[j] * y[k]).sum();
             assert!((sum - value).abs() < QUADRATURE_ERROR, "({i}, {j}, {k}): {sum} against {value}");
         }
@@ -339,9 +337,9 @@ mod tests {
     fn the_numbers_of_non_zeros_are_those_known() {
         let counts = [1, 10, 83, 353, 1158, 2907, 6460, 12868, 23621, 40418];
         let unique = [1, 4, 25, 77, 238, 549, 1196, 2300, 4185, 7042];
-        for n in 1..=MAX_TRIPLE_ORDER {
-            assert_eq!(TripleTensor::new(n, n, n).triples().len(), counts[n - 1], "order {n}");
-            assert_eq!(unique_triples(n).count(), unique[n - 1], "order {n}, sorted indices");
+        for n in 1..=MAX_GAUNT_ORDER {
+            assert_eq!(GauntTensor::new(n, n, n).coefficients().len(), counts[n - 1], "order {n}");
+            assert_eq!(unique_coefficients(n).count(), unique[n - 1], "order {n}, sorted indices");
         }
         for ([a, b, c], count) in [
             ([6, 3, 3], 162),
@@ -353,15 +351,15 @@ mod tests {
             ([4, 3, 4], 215),
             ([2, 2, 3], 21),
         ] {
-            assert_eq!(TripleTensor::new(a, b, c).triples().len(), count, "orders {a} x {b} -> {c}");
+            assert_eq!(GauntTensor::new(a, b, c).coefficients().len(), count, "orders {a} x {b} -> {c}");
         }
     }
 
     #[test]
     fn golden_counts_agree() {
         for (key, mine) in [
-            ("/triple/nonzeros", (|n| TripleTensor::new(n, n, n).triples().len()) as fn(usize) -> usize),
-            ("/triple/unique_sorted", |n| unique_triples(n).count()),
+            ("/triple/nonzeros", (|n| GauntTensor::new(n, n, n).coefficients().len()) as fn(usize) -> usize),
+            ("/triple/unique_sorted", |n| unique_coefficients(n).count()),
         ] {
             for (order, golden) in golden_f64s("/triple/order").into_iter().zip(golden_f64s(key)) {
                 let mine = mine(order as usize);
@@ -373,8 +371,8 @@ mod tests {
     #[test]
     fn a_zonal_factor_about_z_fills_the_known_places() {
         for (order, count) in [(2, 6), (3, 19), (4, 44), (5, 85), (6, 146), (7, 231), (8, 344)] {
-            let tensor = TripleTensor::new(order, order, order);
-            let zonal = tensor.triples().iter().filter(|t| band_and_m(t.i).1 == 0);
+            let tensor = GauntTensor::new(order, order, order);
+            let zonal = tensor.coefficients().iter().filter(|t| band_and_m(t.i).1 == 0);
             let mut places: Vec<_> = zonal.map(|t| (t.j, t.k)).collect();
             places.sort_unstable();
             places.dedup();
@@ -384,13 +382,13 @@ mod tests {
 
     #[test]
     fn exact_values_are_in_lowest_terms() {
-        let y_00 = exact_triple_product(0, 0, 0).unwrap();
-        assert_eq!(y_00, ExactTriple { numerator: 1, denominator: 2, radicand: 1 }, "1/√(4π)");
+        let y_00 = exact_gaunt_coefficient(0, 0, 0).unwrap();
+        assert_eq!(y_00, ExactGaunt { numerator: 1, denominator: 2, radicand: 1 }, "1/√(4π)");
         // ∫ y_20³ ds = √(5/π)/7, by expanding (3z² - 1)³.
-        let y_20 = exact_triple_product(6, 6, 6).unwrap();
-        assert_eq!(y_20, ExactTriple { numerator: 1, denominator: 7, radicand: 5 }, "∫ y_20³");
-        for t in unique_triples(6) {
-            let e = exact_triple_product(t.i, t.j, t.k).unwrap();
+        let y_20 = exact_gaunt_coefficient(6, 6, 6).unwrap();
+        assert_eq!(y_20, ExactGaunt { numerator: 1, denominator: 7, radicand: 5 }, "∫ y_20³");
+        for t in unique_coefficients(6) {
+            let e = exact_gaunt_coefficient(t.i, t.j, t.k).unwrap();
             let square = (2..9).find(|p| e.radicand % (p * p) == 0);
             assert_eq!(square, None, "radicand of {e:?}");
         }

@@ -1,9 +1,9 @@
-//! Products of any number of functions on a grid.
+//! Products of any number of functions, multiplied point by point on a quadrature grid.
 
 use std::f64::consts::PI;
 
 use crate::basis::index::{index, len, order_of_slice};
-use crate::{Coefficient, Real as _, ShVec, SphereQuadrature};
+use crate::{Basis, Coefficient, ShVec, SphereQuadrature};
 
 /// The product of any number of functions of any orders, cut off at `order` once, at the end.
 ///
@@ -74,7 +74,7 @@ impl RowGrid {
     /// `y_lm(z, φ = 0)` for `m >= 0`, the part of the basis that depends on `z`. Same index as the basis.
     pub(crate) fn theta_into(&self, z: f64, theta: &mut [f64]) {
         let r = ((1.0 - z) * (1.0 + z)).sqrt();
-        f64::with_shared_basis(self.order, |basis| basis.eval_into([r, 0.0, z], theta));
+        Basis::<f64>::with_shared(self.order, |basis| basis.eval_into([r, 0.0, z], theta));
     }
 
     /// `cos mφ` and `sin mφ` at azimuth `k`.

@@ -1,10 +1,10 @@
-//! The matrix that multiplies by a fixed function.
+//! Multiplication by a fixed function as a matrix.
 
 use std::f64::consts::PI;
 
 use crate::basis::index::{index, len, order_of_slice};
 use crate::product::grid::RowGrid;
-use crate::{Coefficient, Dir, Expansion, MAX_TRIPLE_ORDER, Real, TripleTensor, band_and_m};
+use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, band_and_m};
 
 /// Multiplication by a fixed function `f`, cut off at an order, as a symmetric matrix.
 ///
@@ -13,12 +13,11 @@ use crate::{Coefficient, Dir, Expansion, MAX_TRIPLE_ORDER, Real, TripleTensor, b
 /// ```
 ///
 /// With a visibility or shadow function for `f` it is the transfer matrix of [Green 2003], which turns light into
-/// shadowed light. `f` is a number everywhere; a colored function has one matrix for each channel. What the matrix is
-/// applied to may be colored.
+/// shadowed light. `f` has one channel; a colored function has one matrix for each. The matrix may be applied to colors.
 ///
-/// `M` takes in `f` up to band `2n - 2` for order `n`; the bands above meet no pair of functions. To apply it costs
-/// `n⁴` multiplications and additions: fewer than [`product_into`](crate::product_into) needs from order 5 on, so it
-/// pays where one function multiplies many.
+/// `M` depends on `f` up to band `2n - 2` for order `n`; higher bands have no Gaunt coefficients with two functions of that
+/// order. To apply it costs `n⁴` multiplications and additions, fewer than [`product_into`](crate::product_into) from order
+/// 5 on, so it pays where one function multiplies many.
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, ProductMatrix, ShL1, ShVec};
@@ -40,18 +39,18 @@ pub struct ProductMatrix<S> {
 impl<S: Real> ProductMatrix<S> {
     /// The matrix of an expansion of any order, for functions and products of order `order`. Exact up to rounding.
     ///
-    /// From the tensor of triple products, with exact zeros, up to order [`MAX_TRIPLE_ORDER`]; above, by quadrature.
+    /// From the [`GauntTensor`], with exact zeros, up to order [`MAX_GAUNT_ORDER`]; above, by quadrature.
     #[must_use]
     pub fn new(f: &impl Expansion<S>, order: usize) -> Self {
-        // Bands from 2n - 1 on meet no pair of functions.
+        // Bands from 2n - 1 on have no Gaunt coefficients with two functions of order n.
         let used = f.order().min((2 * order).saturating_sub(1));
         let f: Vec<f64> = f.coefficients()[..len(used)].iter().map(|c| c.to_f64()).collect();
-        if used.max(order) > MAX_TRIPLE_ORDER {
+        if used.max(order) > MAX_GAUNT_ORDER {
             let f = crate::ShVec::from_vec(f).unwrap_or_else(|| unreachable!("n² coefficients were kept"));
             return Self::from_fn(order, used - 1, |s| f.eval(s));
         }
         let mut entries = vec![0.0; len(order) * len(order)];
-        for t in TripleTensor::new(order, order, used).triples() {
+        for t in GauntTensor::new(order, order, used).coefficients() {
             entries[t.i * len(order) + t.j] += t.value * f[t.k];
         }
         Self::from_f64(order, &entries)

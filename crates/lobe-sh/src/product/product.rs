@@ -1,11 +1,10 @@
 //! The product of two functions.
 
-use std::sync::OnceLock;
-
 use crate::basis::index::{len, order_of_slice};
+use crate::once::Once;
 use crate::product::generated;
 use crate::product::grid::product_on_grid;
-use crate::{Coefficient, Expansion, MAX_TRIPLE_ORDER, Real as _, ShVec, TripleTensor, Zonal};
+use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
 
 /// The product of two functions, cut off at the order that `out` has room for.
 ///
@@ -13,15 +12,15 @@ use crate::{Coefficient, Expansion, MAX_TRIPLE_ORDER, Real as _, ShVec, TripleTe
 ///   c_k = ∫ f g y_k ds = Σ_ij Γ_ijk a_i b_j        Γ_ijk = ∫ y_i y_j y_k ds
 /// ```
 ///
-/// The caller picks the order of the product: of two functions of orders `n_a` and `n_b` it is `n_a + n_b - 1`, and
-/// anything less drops the highest bands. Cut-off products commute, and their unit element is the constant 1, the
-/// expansion `√(4π) y_00`, but they **do not associate**: `(f g) h` and `f (g h)` have lost different parts before the
-/// last product (test `truncated_products_do_not_associate`). [`product_on_grid`] multiplies many factors without
-/// that.
+/// The caller chooses the order of the product. The full product of functions of orders `n_a` and `n_b` has order
+/// `n_a + n_b - 1`; a lower order drops the highest bands. Truncated products commute, and the constant 1, the expansion
+/// `√(4π) y_00`, is their unit element, but they **do not associate**: `(f g) h` and `f (g h)` lose different bands before
+/// the last product (test `truncated_products_do_not_associate`). [`product_on_grid`] multiplies many factors and truncates
+/// once.
 ///
-/// Straight-line code where the program `xtask tables` has written some ([`PRODUCT_COSTS`](crate::PRODUCT_COSTS)),
-/// the sparse tensor up to order [`MAX_TRIPLE_ORDER`], a grid above. Equal to quadrature within 1e-12 of the largest
-/// coefficient (test `products_equal_quadrature_at_every_mix_of_orders`).
+/// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other orders
+/// up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, and higher ones a grid. All equal quadrature
+/// within 1e-12 of the largest coefficient (test `products_equal_quadrature_at_every_mix_of_orders`).
 ///
 /// The method of the generated code is after [Snyder 2006]; where it gathers triples of coefficients this one gathers
 /// triples of complex numbers, which needs a quarter fewer operations.
@@ -53,6 +52,22 @@ pub fn product_into<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
 #[must_use]
 pub fn product<T: Coefficient>(a: &impl Expansion<T>, b: &impl Expansion<T>, order: usize) -> ShVec<T> {
     let mut out = ShVec::zero(order);
+    product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
+    out
+}
+
+/// [`product`], cut off at the order of the type that is asked for.
+///
+/// ```
+/// use lobe_sh::{Dir, Expansion as _, ShL1, ShL2, product_as};
+///
+/// let f = ShL1::impulse(Dir::X, 1.0_f64);
+/// let square: ShL2<f64> = product_as(&f, &f);
+/// assert!((square.eval(Dir::X) - f.eval(Dir::X).powi(2)).abs() < 1e-14);
+/// ```
+#[must_use]
+pub fn product_as<E: FixedOrder>(a: &impl Expansion<E::Value>, b: &impl Expansion<E::Value>) -> E {
+    let mut out = E::zero();
     product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
     out
 }
@@ -102,7 +117,7 @@ pub fn zonal_product_into<T: Coefficient>(zonal: &Zonal, b: &[T], out: &mut [T])
 fn product_by_tensor_or_grid<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
     let [n_a, n_b, n_out] = [order_of_slice(a), order_of_slice(b), order_of_slice(out)];
     let highest = n_a.max(n_b).max(n_out);
-    if highest <= MAX_TRIPLE_ORDER {
+    if highest <= MAX_GAUNT_ORDER {
         shared_tensor([n_a, n_b, n_out]).product_into(a, b, out);
     } else {
         out.copy_from_slice(product_on_grid(&[a, b], n_out).coefficients());
@@ -110,9 +125,9 @@ fn product_by_tensor_or_grid<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
 }
 
 /// The tensor for these orders, made once.
-fn shared_tensor(orders: [usize; 3]) -> &'static TripleTensor {
-    const SIDE: usize = MAX_TRIPLE_ORDER + 1;
-    static TENSORS: [OnceLock<TripleTensor>; SIDE * SIDE * SIDE] = [const { OnceLock::new() }; SIDE * SIDE * SIDE];
+fn shared_tensor(orders: [usize; 3]) -> &'static GauntTensor {
+    const SIDE: usize = MAX_GAUNT_ORDER + 1;
+    static TENSORS: [Once<GauntTensor>; SIDE * SIDE * SIDE] = [const { Once::new() }; SIDE * SIDE * SIDE];
     let [a, b, out] = orders;
-    TENSORS[(a * SIDE + b) * SIDE + out].get_or_init(|| TripleTensor::new(a, b, out))
+    TENSORS[(a * SIDE + b) * SIDE + out].get_or_init(|| GauntTensor::new(a, b, out))
 }

@@ -1,9 +1,9 @@
-//! The expansion that fits scattered samples best.
+//! Least-squares fit of an expansion to scattered samples.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::index::len;
-use crate::{Coefficient, Dir, Real, ShVec};
+use crate::{Basis, Coefficient, Dir, Real, ShVec};
 
 /// Rows gathered before they are folded into the triangular factor. More rows cost memory, fewer cost time: each
 /// fold also factors the triangle again.
@@ -13,27 +13,28 @@ const ROWS_PER_FOLD: usize = 1024;
 /// gone.
 const ILL_CONDITION: f64 = 67_108_864.0;
 
-/// How far the result of [`least_squares`] can be trusted.
+/// The conditioning of a [`least_squares`] problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Conditioning {
     /// The samples determine every coefficient.
     Well,
-    /// They do, but errors of the samples may grow by more than 7e7 in the coefficients.
+    /// They do, but errors of the samples may be amplified by more than 7e7 in the coefficients.
     Ill,
-    /// They do not; of all best fits the result is the one of least energy.
+    /// They do not; of all best fits the result is the one of least norm.
     RankDeficient,
 }
 
-/// A fit and what is known of it.
+/// The result of [`least_squares`].
 #[derive(Clone, Debug)]
 pub struct Fit<T> {
     /// The expansion.
     pub sh: ShVec<T>,
-    /// How many combinations of coefficients the samples determine, at most `n²`.
+    /// The numerical rank: the number of combinations of coefficients that the samples determine, at most `n²`.
     pub rank: usize,
-    /// The ratio of the largest to the smallest singular value that counts; 1 is best. Infinite without samples.
+    /// The condition number: the ratio of the largest singular value to the smallest one above the threshold. Infinite
+    /// without samples.
     pub condition: f64,
-    /// The verdict on `rank` and `condition`.
+    /// `rank` and `condition`, classified.
     pub conditioning: Conditioning,
     /// `√(Σ_k w_k (f(s_k) - v_k)² / Σ_k w_k)`, the worst channel; zero without samples, NaN if a channel is.
     pub residual: f64,
@@ -46,7 +47,7 @@ pub struct Fit<T> {
 /// ```
 ///
 /// Unlike a projection this needs no even distribution of the directions. Each item is `(s_k, v_k, w_k)` with a
-/// finite weight `w_k >= 0`; a solid angle makes even the uneven. The system is factored by Householder QR, blocks of rows
+/// finite weight `w_k >= 0`; the solid angle around the sample compensates an uneven distribution. The system is factored by Householder QR, blocks of rows
 /// at a time so that any number of samples needs only `O(n⁴)` memory, then by singular values, all in `f64`. Singular
 /// values below `ε max(samples, n²)` times the largest count as zero.
 ///
@@ -59,7 +60,7 @@ pub struct Fit<T> {
 pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<Item = (Dir, T, f64)>) -> Fit<T> {
     assert!(order > 0, "a fit needs order 1 at least");
     let columns = len(order);
-    let mut triangle = Triangle::new(columns, T::CHANNELS);
+    let mut triangle = TriangularFactor::new(columns, T::CHANNELS);
     let (mut count, mut total_weight) = (0, 0.0);
     for (s, value, weight) in samples {
         assert!(weight >= 0.0 && weight.is_finite(), "a weight is finite and not negative, not {weight}");
@@ -68,7 +69,7 @@ pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<It
         }
         let root = weight.sqrt();
         triangle.push(|row| {
-            f64::with_shared_basis(order, |basis| {
+            Basis::<f64>::with_shared(order, |basis| {
                 basis.eval_into(s.to_array(), &mut row[..columns]);
             });
             for (c, place) in row[columns..].iter_mut().enumerate() {
@@ -90,7 +91,7 @@ pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<It
 /// ```
 ///
 /// Stacking new rows under an old `R` and factoring again gives the `R` of all rows.
-struct Triangle {
+struct TriangularFactor {
     columns: usize,
     channels: usize,
     factor: DMatrix<f64>,
@@ -98,7 +99,7 @@ struct Triangle {
     pending: Vec<f64>,
 }
 
-impl Triangle {
+impl TriangularFactor {
     fn new(columns: usize, channels: usize) -> Self {
         Self { columns, channels, factor: DMatrix::zeros(columns + channels, columns + channels), pending: Vec::new() }
     }

@@ -1,4 +1,7 @@
-//! TODO room projection.
+//! From a function to its expansion.
+//!
+//! Read [`project`] first: quadrature, exact for polynomials. [`monte_carlo`] samples with an estimate of the error,
+//! [`least_squares`] fits scattered samples. Uses `expansion` and what stands below it.
 
 pub(crate) mod least_squares;
 pub(crate) mod monte_carlo;

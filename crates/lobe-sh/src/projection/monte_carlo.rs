@@ -1,11 +1,12 @@
-//! Projection of a function by sampling.
+//! Projection of a function by Monte Carlo integration.
 
 use std::f64::consts::PI;
 
 use crate::basis::index::len;
-use crate::{Coefficient, Dir, Real, ShVec};
+use crate::options::setters;
+use crate::{Basis, Coefficient, Dir, ShVec};
 
-/// How the directions of a Monte Carlo projection are chosen.
+/// The choice of the directions of a Monte Carlo projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
     /// Independent uniform directions; the error falls with `N^(-1/2)`.
@@ -20,14 +21,15 @@ pub enum Sampling {
     Fibonacci,
 }
 
-/// Options of [`project_monte_carlo`].
+/// Options of [`project_monte_carlo`]: by default 10000 jittered samples of seed 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MonteCarlo {
     /// The number of samples; [`Sampling::Jittered`] rounds it down to a square.
     pub samples: usize,
-    /// Different seeds give independent results, equal seeds equal bytes.
+    /// The seed: different seeds give independent results, equal seeds equal bytes.
     pub seed: u64,
-    /// How directions are chosen.
+    /// The choice of the directions.
     pub sampling: Sampling,
 }
 
@@ -37,14 +39,16 @@ impl Default for MonteCarlo {
     }
 }
 
-/// An expansion and how well it is known.
+setters!(MonteCarlo { samples: usize, seed: u64, sampling: Sampling });
+
+/// An expansion with its statistical error.
 #[derive(Clone, Debug)]
-pub struct Estimate<T> {
+pub struct MonteCarloEstimate<T> {
     /// The estimated expansion.
     pub sh: ShVec<T>,
     /// The standard error of every coefficient; see [`project_monte_carlo`] for what it means.
     pub standard_error: ShVec<T>,
-    /// How often the function was evaluated.
+    /// The number of evaluations of the function.
     pub evaluations: usize,
 }
 
@@ -55,14 +59,18 @@ pub struct Estimate<T> {
 /// ```
 ///
 /// The standard error is, for random samples, `√(variance / N)` of the summands `4π f y_i`; for jittered samples
-/// the same within pairs of neighboring cells, which overstates it a little (the cells of a pair differ in mean
-/// too); for the Fibonacci spiral, which has no statistic, the difference from a spiral of half as many
-/// points, taken with `N/2` further evaluations. With fewer than two samples it is infinite.
+/// the same within pairs of neighboring cells, which slightly overstates it (the means of a pair's cells differ
+/// too); for the Fibonacci spiral, which is deterministic, the difference from a spiral of half as many points, which takes
+/// `N/2` further evaluations. With fewer than two samples it is infinite.
 ///
 /// # Panics
 /// If `options.samples` is 0.
 #[must_use]
-pub fn project_monte_carlo<T: Coefficient>(order: usize, options: &MonteCarlo, f: impl FnMut(Dir) -> T) -> Estimate<T> {
+pub fn project_monte_carlo<T: Coefficient>(
+    order: usize,
+    options: &MonteCarlo,
+    f: impl FnMut(Dir) -> T,
+) -> MonteCarloEstimate<T> {
     assert!(options.samples > 0, "a Monte Carlo projection needs one sample at least");
     let estimator = Estimator { order, seed: options.seed, f };
     match options.sampling {
@@ -82,13 +90,13 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     /// The summands `4π f(s) y_i(s)` of one direction.
     fn summands_into(&mut self, s: Dir, out: &mut [T::Wide]) {
         let value = (self.f)(s).widen().scale(4.0 * PI);
-        f64::with_shared_basis(self.order, |basis| {
+        Basis::<f64>::with_shared(self.order, |basis| {
             basis.for_each(s.to_array(), self.order, |i, y| out[i] = value.scale(y));
         });
     }
 
     /// Random samples: mean and variance by Welford's updates.
-    fn random(mut self, samples: usize) -> Estimate<T> {
+    fn random(mut self, samples: usize) -> MonteCarloEstimate<T> {
         let n = len(self.order);
         let mut summands = vec![T::Wide::ZERO; n];
         let mut mean = vec![T::Wide::ZERO; n];
@@ -110,7 +118,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     /// `cells × cells` jittered samples. Neighboring cells along `φ` form the pairs of the error estimate:
     /// the variance of a pair's sum is at most the mean square of its difference. An odd last cell counts as a
     /// pair with the one before it, at half weight.
-    fn jittered(mut self, cells: usize) -> Estimate<T> {
+    fn jittered(mut self, cells: usize) -> MonteCarloEstimate<T> {
         let n = len(self.order);
         let mut summands = vec![T::Wide::ZERO; n];
         let mut before = vec![T::Wide::ZERO; n];
@@ -138,7 +146,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
         estimate(mean, squares.iter().map(|q| square_root(*q).scale(scale)).collect(), samples)
     }
 
-    fn fibonacci(mut self, samples: usize) -> Estimate<T> {
+    fn fibonacci(mut self, samples: usize) -> MonteCarloEstimate<T> {
         let full = self.spiral(samples);
         let half = self.spiral(samples / 2);
         let error = full.iter().zip(half).map(|(a, b)| absolute(*a - b)).collect();
@@ -161,12 +169,16 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     }
 }
 
-fn estimate<T: Coefficient>(mean: Vec<T::Wide>, mut standard_error: Vec<T::Wide>, evaluations: usize) -> Estimate<T> {
+fn estimate<T: Coefficient>(
+    mean: Vec<T::Wide>,
+    mut standard_error: Vec<T::Wide>,
+    evaluations: usize,
+) -> MonteCarloEstimate<T> {
     if evaluations < 2 {
         standard_error.fill(T::Wide::splat(f64::INFINITY));
     }
     let expansion = |c: Vec<T>| ShVec::from_vec(c).unwrap_or_else(|| unreachable!("n² sums were made"));
-    Estimate {
+    MonteCarloEstimate {
         sh: expansion(mean.into_iter().map(T::narrow).collect()),
         standard_error: expansion(standard_error.into_iter().map(T::narrow).collect()),
         evaluations,
@@ -190,7 +202,7 @@ fn direction(u: f64, v: f64) -> Dir {
     Dir::from_unit([sin_theta * cos_phi, sin_theta * sin_phi, 1.0 - 2.0 * u])
 }
 
-/// Number `index` of the sequence `seed`, uniform in `[0, 1)`: the finaliser of `SplitMix64` (Steele, Lea and Flood
+/// Number `index` of the sequence `seed`, uniform in `[0, 1)`: the finalizer of `SplitMix64` (Steele, Lea and Flood
 /// 2014) over a counter, so that any sample can be made without the ones before it.
 fn uniform(seed: u64, index: u64) -> f64 {
     const GAMMA: u64 = 0x9E37_79B9_7F4A_7C15; // 2⁶⁴ / golden ratio, odd

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 use crate::basis::index::{index, len};
-use crate::{Coefficient, Dir, ShVec, SphereQuadrature};
+use crate::{Coefficient, Dir, FixedOrder, ShVec, SphereQuadrature};
 
-/// The lowest degree [`project_to_accuracy`] starts from, beyond what the order itself asks for.
+/// The degree from which [`project_to_accuracy`] starts, beyond twice the order.
 const FIRST_EXTRA_DEGREE: usize = 16;
 
-/// The highest quadrature degree [`project_to_accuracy`] goes to: 2.1 million evaluations.
+/// The highest quadrature degree of [`project_to_accuracy`]: 2.1 million evaluations.
 const LAST_DEGREE: usize = 2047;
 
 /// The expansion of a band-limited function, exact up to rounding.
@@ -31,7 +31,20 @@ pub fn project<T: Coefficient>(order: usize, degree: usize, f: impl FnMut(Dir) -
     quadrature_sum(order, &SphereQuadrature::of_degree(degree + order.saturating_sub(1)), f).map(T::narrow)
 }
 
-/// What [`project_to_accuracy`] found.
+/// [`project`] to the order of the type that is asked for.
+///
+/// ```
+/// use lobe_sh::{ShL1, project_as};
+///
+/// let f = project_as::<ShL1<f64>>(1, |s| 1.0 + 0.5 * s.z());
+/// assert!((f[2] - 0.5 * 2.046653415892977).abs() < 1e-14); // 0.5 √(4π/3)
+/// ```
+#[must_use]
+pub fn project_as<E: FixedOrder>(degree: usize, f: impl FnMut(Dir) -> E::Value) -> E {
+    project(E::ORDER, degree, f).to_fixed()
+}
+
+/// The result of [`project_to_accuracy`].
 #[derive(Clone, Debug)]
 pub struct Projection<T> {
     /// The expansion.
@@ -39,9 +52,9 @@ pub struct Projection<T> {
     /// The largest change of any coefficient, any channel, when the quadrature degree was last doubled: an estimate
     /// of the error, usually far above it. NaN if the function was NaN where it was evaluated.
     pub error: f64,
-    /// Whether `error` is within the tolerance asked for.
+    /// True if `error` is within the tolerance.
     pub converged: bool,
-    /// How often the function was evaluated.
+    /// The number of evaluations of the function.
     pub evaluations: usize,
 }
 
@@ -52,10 +65,9 @@ pub struct Projection<T> {
 /// degree, kinks with its square, jumps with its first power: for a zonal function with known jumps
 /// [`Zonal::project`](crate::Zonal::project) is exact instead.
 ///
-/// The error is estimated from the function's values, and no number of values bounds it: what is smaller than the
-/// distance of the nodes, about `180° / (4 order + 32)` at the first comparison, may be missed altogether and the
-/// result still count as converged (test `what_falls_between_the_nodes_is_missed`). A sun belongs into
-/// [`Zonal::project`](crate::Zonal::project).
+/// The error is an estimate: features smaller than the distance of the nodes, about `180° / (4 order + 32)` at the first
+/// comparison, may be missed altogether while the result counts as converged (test
+/// `what_falls_between_the_nodes_is_missed`). Use [`Zonal::project`](crate::Zonal::project) for a sun.
 #[must_use]
 pub fn project_to_accuracy<T: Coefficient>(order: usize, tolerance: f64, mut f: impl FnMut(Dir) -> T) -> Projection<T> {
     let mut degree = 2 * order + FIRST_EXTRA_DEGREE;

@@ -1,31 +1,31 @@
-//! A window that leaves the light alone and calms what is away from it.
+//! A window that keeps the function towards the light and smooths it elsewhere.
 
 use std::f64::consts::TAU;
 
 use crate::basis::index::{band_range, len};
 use crate::basis::legendre::legendre_all;
-use crate::encoding::tangent_frame;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{
-    Coefficient, Dir, Expansion, Real as _, ShVec, Window, eval_basis_into, optimal_linear_direction, windowed,
+    Basis, Coefficient, Dir, Expansion, ShVec, Window, eval_basis_into, optimal_linear_direction, tangent_frame,
+    windowed,
 };
 
-/// A window that depends on what it is applied to: none towards the light, the whole of another window away from it.
+/// A window that depends on the function: none towards the light, the whole of another window away from it.
 ///
 /// ```text
 ///   f_c(n) = w f(n) + (1 - w) f_w(n)        w(n) = (max(0, (n·r - c_t) / (1 - c_t)))^p
 /// ```
 ///
 /// `f_w` is `f` under any [`Window`], `r` the light's direction, the [`optimal_linear_direction`] of the luminance, one
-/// for all channels. `f_c` is `f` towards `r`, so the contrast stays; on the far half, `n·r <= c_t`, it is `f_w`. Where
-/// neither is negative, `f_c` is not; where `f` rings near the light, `f_c` rings in proportion `w`: a sun of order 6
+/// for all channels. `f_c` is `f` towards `r`, so the contrast stays; for `n·r <= c_t`, on the far side, it is `f_w`. Where
+/// neither is negative, `f_c` is not; where `f` rings near the light, `f_c` rings in proportion to `w`: a sun of order 6
 /// keeps its peak of 2.86, and with the Hanning window of width 6 its lowest value rises from -0.477 to -0.257 (test
 /// `suns_keep_their_peak_and_ring_less`); under that window alone the peak is 1.12 and the lowest value -0.038.
-/// For no ringing at all there is [`deringed`](crate::deringed).
+/// [`deringed`](crate::deringed) removes ringing entirely.
 ///
 /// The formula of `w` and its numbers [`THRESHOLD`](Self::THRESHOLD) and [`POWER`](Self::POWER) are those of
-/// [Sloan 2008]; that `n` is the direction of evaluation, `r` that of the light, and `w` the share of the function
-/// without a window, is Lobe's reading of it.
+/// [Sloan 2008]; the paper does not say what `n`, `r` and `w` are; that they are the direction of evaluation, that of
+/// the light and the share of the function without a window is Lobe's reading.
 ///
 /// Without a direction, that is below order 2 and where band 1 is zero or not finite, `f_c` is `f_w` everywhere.
 ///
@@ -45,7 +45,7 @@ use crate::{
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContentWindow {
-    /// Where the light comes from; `None` is the window everywhere.
+    /// The direction towards the light; `None` applies the window everywhere.
     pub dir: Option<Dir>,
     /// The window away from the light.
     pub window: Window,
@@ -55,7 +55,7 @@ impl ContentWindow {
     /// The published `c_t`: the cosine of the angle from the light, 86°, from which on the window is whole.
     pub const THRESHOLD: f64 = 0.07;
 
-    /// The published `p`: how fast the window comes in; a little below 1, so slowly at first.
+    /// The published `p`, the exponent of the transition.
     pub const POWER: f64 = 0.8;
 
     /// The window for a function.
@@ -77,7 +77,7 @@ impl ContentWindow {
         let w = self.weight(n);
         let factors: Vec<f64> = self.window.factors(f.order()).iter().map(|k| w + (1.0 - w) * k).collect();
         let mut sum = T::Wide::ZERO;
-        f64::with_shared_basis(f.order(), |basis| {
+        Basis::<f64>::with_shared(f.order(), |basis| {
             basis.for_each(n.to_array(), f.order(), |i, y| {
                 sum += f.coefficients()[i].widen().scale(factors[i.isqrt()] * y);
             });
@@ -92,9 +92,9 @@ impl ContentWindow {
     /// ```
     ///
     /// Exact up to rounding, 1e-13 of the largest coefficient (test `the_projection_is_that_of_a_fine_quadrature`): the
-    /// integral is one of a polynomial times `w` over a cap, for which there is an exact rule. What the bands left out
-    /// would add is another matter, see [`energy`](Self::energy). Of a sun of order 6 and the Hanning window of width 6 it
-    /// is 19 % of the root mean square at order 6, 2.2 % at order 8 and 0.7 % at order 12; the peak of 2.865 becomes 2.52,
+    /// integral is one of a polynomial times `w` over a cap, for which there is an exact rule. The truncation to `order` is a
+    /// further error, which [`energy`](Self::energy) measures: for a sun of order 6 and the Hanning window of width 6 it is
+    /// 19 % of the root mean square at order 6, 2.2 % at order 8 and 0.7 % at order 12; the peak of 2.865 becomes 2.52,
     /// 2.90 and 2.87 (test `the_projection_of_a_sun_loses_what_is_stated`).
     #[must_use]
     pub fn project<T: Coefficient>(&self, f: &impl Expansion<T>, order: usize) -> ShVec<T> {
@@ -118,8 +118,8 @@ impl ContentWindow {
         sums.map(T::narrow)
     }
 
-    /// The energy `∫ f_c² ds`, the sum over the channels. The energy of a [projection](Self::project) is less by that of
-    /// the bands it leaves out, the square of its error.
+    /// The energy `∫ f_c² ds`, summed over the channels. That of a [projection](Self::project) is less by the energy of the
+    /// bands left out, which is the square of its error.
     #[must_use]
     pub fn energy<T: Coefficient>(&self, f: &impl Expansion<T>) -> f64 {
         let f = wide(f);
@@ -135,7 +135,7 @@ impl ContentWindow {
         energy
     }
 
-    /// `f - f_w`, what the window takes away.
+    /// `f - f_w`, the part that the window removes.
     fn removed<W: Coefficient<Scalar = f64>>(&self, f: &ShVec<W>) -> ShVec<W> {
         let mut removed = f.clone();
         for (l, k) in self.window.factors(f.order()).into_iter().enumerate() {

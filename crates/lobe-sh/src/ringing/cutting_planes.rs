@@ -1,35 +1,35 @@
-//! Factors per band that change a function least while it becomes non-negative, for any order.
+//! Kelley's cutting planes: the factors per band that make a function non-negative with the least change, at any order.
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::second_order::second_order;
-use crate::extrema::branch_and_bound::{minimum_of, polished};
-use crate::solver::ldp::least_norm;
+use crate::extrema::branch_and_bound::{minimum_of, newton_descent};
+use crate::solver::ldp::least_distance;
 use crate::sphere::triangulation::fine_directions;
 use crate::sphere::vector::dot;
-use crate::{Basis, Extremum, Real as _, eval_basis_into, scale_bands_in_place};
+use crate::{Basis, Extremum, eval_basis_into, scale_bands_in_place};
 
-/// How far below zero, relative to the mean, the function may still be when the planes have converged. The final blend
-/// with the mean removes it at the same price.
+/// The depth below zero, relative to the mean, at which the planes have converged. The final blend with the mean removes
+/// it, and changes the function by about as much.
 const CONVERGED: f64 = 1e-6;
 
-/// The width of the certified minimum relative to the mean; the blend pays for it as well.
+/// The width of the certified minimum's interval relative to the mean; the final blend covers it as well.
 const WIDTH: f64 = 5e-7;
 
-/// Rounds of planes; 8 to 25 are usual. After the last the function is blended from where it is, and `excess` tells what
-/// that cost.
+/// The most rounds of planes; 8 to 25 are usual. After the last one the function is blended as it is, and `excess` includes
+/// the cost.
 const MAX_ROUNDS: usize = 100;
 
-/// A plane whose condition is met with so much to spare, relative to the mean, is forgotten, unless it decides.
-const SPARE: f64 = 0.3;
+/// A plane is dropped if the solution satisfies it with this slack, relative to the mean.
+const MAX_SLACK: f64 = 0.3;
 
-/// Bands of less than this part of the energy are left alone.
+/// Bands with less than this fraction of the energy keep the factor 1.
 const NO_ENERGY: f64 = 1e-28;
 
-/// What [`least_change`] found.
+/// The result of [`least_change`].
 pub(crate) struct LeastChange {
     /// One factor for every band.
     pub(crate) factors: Vec<f64>,
-    /// The norm of the change divided by the least possible one, minus 1, is at most this.
+    /// An upper bound of the norm of the change divided by the least possible one, minus 1.
     pub(crate) excess: f64,
 }
 
@@ -40,27 +40,28 @@ pub(crate) struct LeastChange {
 ///   subject to  Σ_l w_l f_l(s) >= 0  for all s and channels,    w_0 = 1,  0 <= w_l <= 1
 /// ```
 ///
-/// What is minimized is the squared norm of the change. For every direction `s` the condition is linear in `w`, so the
-/// admissible set is convex. It is approached from outside by planes: solve with the planes so far, find the lowest
-/// points of the result, add their planes, until the certified minimum is above `-1e-6` of the mean. Blending towards the
-/// mean then makes it non-negative: if `Σ w_l f_l >= m` with `m < 0 < f_0 = c`, the factors `t w_l` give
+/// The objective is the squared norm of the change. For every direction `s` the constraint is linear in `w`, so the feasible
+/// set is convex, and Kelley's method of cutting planes approaches it from outside: solve the quadratic program with the
+/// planes so far, find the minima of the result, add their planes, until the certified minimum is above `-1e-6` of the
+/// mean. Blending towards the mean then makes the function non-negative: if `Σ w_l f_l >= m` with `m < 0 < f_0 = c`, the
+/// factors `t w_l` give
 ///
 /// ```text
 ///   (1 - t) c + t Σ_l w_l f_l >= (1 - t) c + t m = margin        t = (c - margin) / (c - m)
 /// ```
 ///
-/// No non-negative function is nearer than the last solution before the blend, because the planes are necessary: that bounds
-/// the excess.
+/// The planes are necessary conditions, so that no feasible factors change the function less than the last solution before
+/// the blend: that bounds the excess.
 ///
 /// `channels` are finite, each with a positive mean.
 pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> LeastChange {
-    f64::with_shared_basis(order, |basis| {
+    Basis::<f64>::with_shared(order, |basis| {
         let channels: Vec<Channel<'_>> = channels.iter().map(|f| Channel::new(f, basis)).collect();
-        let mut planes = Planes::new(&channels, order);
+        let mut planes = CuttingPlanes::new(&channels, order);
         let mut factors = vec![1.0; order];
         let mut lowest = f64::NEG_INFINITY;
         for round in 1.. {
-            // Quick searches until they find no more, then one with proof.
+            // Search for minima below zero, quickly at first; when that finds none, with proof.
             let mut low: Vec<Vec<f64>> = channels.iter().flat_map(|channel| channel.low_points(&factors)).collect();
             if low.is_empty() || round == MAX_ROUNDS {
                 let minima: Vec<Extremum> =
@@ -72,9 +73,11 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
             if low.is_empty() || round == MAX_ROUNDS {
                 break;
             }
+            // Cut them off, and solve again.
             planes.add(low);
             factors = planes.nearest();
         }
+        // Blend with the mean until the function is non-negative.
         let least = planes.change(&factors);
         let t = ((1.0 - margin).max(0.0) / (1.0 - lowest)).min(1.0);
         planes.free.iter().for_each(|&(l, _)| factors[l] *= t);
@@ -82,13 +85,13 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
     })
 }
 
-/// By how much, at most, the change by `factors` exceeds that by the best ones, if in each of the `directions` of a channel the
-/// function would otherwise be negative.
+/// An upper bound of the relative excess of the change by `factors` over the least possible one, from one constraint for
+/// each channel, in the direction given for it.
 pub(crate) fn excess_at(channels: &[Vec<f64>], factors: &[f64], directions: &[[f64; 3]]) -> f64 {
     let order = factors.len();
-    f64::with_shared_basis(order, |basis| {
+    Basis::<f64>::with_shared(order, |basis| {
         let channels: Vec<Channel<'_>> = channels.iter().map(|f| Channel::new(f, basis)).collect();
-        let mut planes = Planes::new(&channels, order);
+        let mut planes = CuttingPlanes::new(&channels, order);
         planes.add(channels.iter().zip(directions).map(|(channel, s)| channel.bands_at(*s)).collect());
         let least = planes.nearest();
         excess(planes.change(factors), planes.change(&least))
@@ -99,17 +102,17 @@ fn excess(change: f64, least: f64) -> f64 {
     if change > least { change / least - 1.0 } else { 0.0 }
 }
 
-/// The planes in the space of the factors that the admissible set is known to lie beyond.
-struct Planes {
+/// The cutting planes: half spaces that contain the feasible factors.
+struct CuttingPlanes {
     order: usize,
-    /// The bands whose factors are free, and the roots of their energies.
+    /// The bands whose factors are unknown, with the square roots of their energies.
     free: Vec<(usize, f64)>,
     /// In the unknowns `u_l = √E_l (w_l - 1)`, rows `(g, h)` with `g·u >= h`.
     rows: Vec<(Vec<f64>, f64)>,
 }
 
-impl Planes {
-    /// `0 <= w_l <= 1`.
+impl CuttingPlanes {
+    /// The bounds `0 <= w_l <= 1`.
     fn new(channels: &[Channel<'_>], order: usize) -> Self {
         let energy = |l: usize| channels.iter().flat_map(|ch| &ch.f[band_range(l)]).map(|c| c * c).sum::<f64>();
         let total: f64 = (0..order).map(energy).sum();
@@ -120,7 +123,7 @@ impl Planes {
         Self { order, free, rows }
     }
 
-    /// Adds `Σ_l w_l p_l >= 0` for the values `p_l` of the bands at points, relative to the mean, `p_0 = 1`.
+    /// Adds `Σ_l w_l p_l >= 0` for each point, given by the values `p_l` of the bands there relative to the mean, `p_0 = 1`.
     fn add(&mut self, points: Vec<Vec<f64>>) {
         for p in points {
             let plane: Vec<f64> = self.free.iter().map(|&(l, root)| p[l] / root).collect();
@@ -128,15 +131,15 @@ impl Planes {
         }
     }
 
-    /// The factors beyond all planes that are nearest to 1; forgets planes far from them.
+    /// The factors that satisfy all planes with the least change (LDP); drops planes with much slack.
     fn nearest(&mut self) -> Vec<f64> {
-        let u = least_norm(&self.rows, self.free.len());
-        let spare = |(g, h): &(Vec<f64>, f64)| g.iter().zip(&u).map(|(g, u)| g * u).sum::<f64>() - h;
+        let u = least_distance(&self.rows, self.free.len());
+        let slack = |(g, h): &(Vec<f64>, f64)| g.iter().zip(&u).map(|(g, u)| g * u).sum::<f64>() - h;
         let sides = 2 * self.free.len();
         let mut k = 0;
         self.rows.retain(|row| {
             k += 1;
-            k <= sides || spare(row) < SPARE
+            k <= sides || slack(row) < MAX_SLACK
         });
         let mut factors = vec![1.0; self.order];
         for (&(l, root), u) in self.free.iter().zip(&u) {
@@ -145,18 +148,18 @@ impl Planes {
         factors
     }
 
-    /// The norm of what factors change.
+    /// The norm of the change by these factors.
     fn change(&self, factors: &[f64]) -> f64 {
         self.free.iter().map(|&(l, root)| (root * (1.0 - factors[l])).powi(2)).sum::<f64>().sqrt()
     }
 }
 
-/// One channel, relative to its mean.
+/// One channel, scaled by its mean.
 struct Channel<'a> {
     f: &'a [f64],
     basis: &'a Basis<f64>,
     mean: f64,
-    /// The values of each band at the directions of [`fine_directions`].
+    /// The values of each band towards the directions of [`fine_directions`].
     samples: Vec<Vec<f64>>,
 }
 
@@ -175,7 +178,7 @@ impl<'a> Channel<'a> {
         Self { f, basis, mean, samples: (0..order).map(sample).collect() }
     }
 
-    /// The function under a window, relative to the mean.
+    /// The windowed function, relative to the mean.
     fn windowed(&self, factors: &[f64]) -> Vec<f64> {
         let mut windowed: Vec<f64> = self.f.iter().map(|c| c / self.mean).collect();
         scale_bands_in_place(&mut windowed, factors);
@@ -190,22 +193,23 @@ impl<'a> Channel<'a> {
         (0..self.samples.len()).map(value).collect()
     }
 
-    /// The least value; with `level` only so far that it is known on which side of `-CONVERGED` it lies.
+    /// The certified minimum; with `level` the search ends as soon as it is known to lie above or below `-CONVERGED`.
     fn certified(&self, factors: &[f64], level: bool) -> Extremum {
         let windowed = self.windowed(factors);
         let rms = (windowed.iter().map(|c| c * c).sum::<f64>() / (4.0 * std::f64::consts::PI)).sqrt();
         minimum_of(&windowed, WIDTH / rms, level.then_some(-CONVERGED))
     }
 
-    /// The bands at minima below zero: from the lowest samples that are not close to each other, Newton's method. May miss some.
+    /// The values of the bands at minima below zero, found by Newton's method from the lowest samples that are not close to each
+    /// other. May miss some minima.
     fn low_points(&self, factors: &[f64]) -> Vec<Vec<f64>> {
-        /// At most so many: a ring of minima has no end of them.
-        const MOST: usize = 12;
-        /// A sample above this part of the mean has no zero near it, as a rule.
+        /// The most starts: a ring of minima has infinitely many points.
+        const MAX_STARTS: usize = 12;
+        /// A sample above this fraction of the mean rarely has a zero near it.
         const HIGH: f64 = 0.5;
-        /// Starts are so far apart, in parts of `1/n`.
+        /// The least angle between two starts, as a fraction of `1/n`.
         const APART: f64 = 0.7;
-        /// Points at which no band differs by more, relative to the mean, give the same plane: those of a ring.
+        /// Points at which no band differs by more, relative to the mean, give the same plane, as those of a ring do.
         const SAME: f64 = 1e-7;
 
         let order = factors.len();
@@ -219,13 +223,13 @@ impl<'a> Channel<'a> {
         let apart = (APART / order as f64).cos();
         let mut starts: Vec<[f64; 3]> = Vec::new();
         for s in low.into_iter().map(|k| [x[k], y[k], z[k]]) {
-            if starts.len() < MOST && starts.iter().all(|d| dot(*d, s) < apart) {
+            if starts.len() < MAX_STARTS && starts.iter().all(|d| dot(*d, s) < apart) {
                 starts.push(s);
             }
         }
         let windowed = self.windowed(factors);
         let at = |s: [f64; 3]| second_order(self.basis, &windowed, &[s])[0];
-        let minima = starts.into_iter().map(|s| polished(at(s), order, at));
+        let minima = starts.into_iter().map(|s| newton_descent(at(s), order, at));
         let mut found: Vec<Vec<f64>> = Vec::new();
         for local in minima.filter(|local| local.value < -CONVERGED) {
             let bands = self.bands_at(local.s);

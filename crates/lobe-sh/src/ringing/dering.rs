@@ -1,29 +1,29 @@
-//! Removing ringing: the window that makes a function non-negative.
+//! Dering: the window that makes a function non-negative.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
-use crate::extrema::quadratic_form::Quadric;
+use crate::extrema::quadratic_form::QuadraticForm;
 use crate::filter::convolve::convolve_in_place;
 use crate::filter::window::band_energies;
+use crate::options::setters;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
-use crate::{Coefficient, Expansion, Extremum, Real, Window, Zonal, eval_basis_into, scale_bands_in_place};
+use crate::{
+    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, Window, Zonal, eval_basis_into,
+    scale_bands_in_place,
+};
 
-/// How far below zero, relative to the mean, a function may be and still count as non-negative: rounding of
-/// coefficients to `f32` does as much to a function whose minimum is exactly 0.
-pub const DERING_ALLOWED: f64 = 5e-7;
-
-/// The width of the reported minima relative to the mean.
+/// The width of the reported intervals of the minima, relative to the mean.
 const REPORTED: f64 = 4e-7;
 
-/// Halvings of the interval of a family's strength.
+/// Bisections of the interval of a family's strength.
 const HALVINGS: usize = 30;
 
-/// Windows of one parameter, from none to one that leaves only the mean.
+/// A family of windows with one parameter, the strength, from no window to one that leaves only the mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum WindowFamily {
@@ -41,7 +41,7 @@ pub enum WindowFamily {
 }
 
 impl WindowFamily {
-    /// The window of a strength: 0 is none, and any function with a positive mean becomes non-negative at some
+    /// The window of a given strength: 0 is none, and every function with a positive mean becomes non-negative at some
     /// strength.
     fn window(self, strength: f64) -> Window {
         match self {
@@ -52,7 +52,7 @@ impl WindowFamily {
         }
     }
 
-    /// The strength that the search for an upper end begins with, and by what it grows.
+    /// The strength at which the search for an upper end begins, and the factor by which it grows.
     fn first(self) -> (f64, f64) {
         match self {
             // At strength 1 the window is zero from band 1 on.
@@ -63,7 +63,7 @@ impl WindowFamily {
     }
 }
 
-/// How a function is made non-negative.
+/// The method that makes a function non-negative.
 ///
 /// In text: `least-change`, `table`, or the name of a family, `hanning`, `lanczos:4`, `gauss`, `squared-laplacian`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -76,11 +76,11 @@ pub enum DeringMethod {
     /// ```
     #[default]
     LeastChange,
-    /// Sloan's table and bound, for functions of up to three bands: irradiance. Stronger than needed, because both the
-    /// bound and the table are conservative; the published way, for comparison.
+    /// Sloan's bound and table of windows, for functions of up to three bands such as irradiance: the published method, for
+    /// comparison. It blurs more than needed, because both the bound and the table are conservative.
     Table,
-    /// The weakest window of a family. (The last strength that fails and the first that succeeds are found by halving;
-    /// where a minimum does not rise all the way with the strength, a weaker one might succeed too.)
+    /// The weakest window of a family, found by bisection of its strength. Where the minimum does not rise monotonically
+    /// with the strength, a weaker window might succeed too.
     Family(WindowFamily),
 }
 
@@ -119,75 +119,68 @@ impl FromStr for DeringMethod {
     }
 }
 
-/// What to make non-negative, and how.
+/// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Dering {
     /// The method.
     pub method: DeringMethod,
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
-    /// [`Zonal::clamped_cosine`], radiance is left as negative as it is as long as its irradiance is not. The factors
-    /// are applied to the function that was given.
+    /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied to
+    /// the function itself in both cases.
     pub kernel: Option<Zonal>,
 }
 
-/// Whether a function was changed, and if not, why.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DeringOutcome {
-    /// It was not negative (down to [`DERING_ALLOWED`]), and is bit for bit what it was.
-    Unchanged,
-    /// It was negative somewhere and is not any more.
-    Windowed,
-    /// The mean of a channel is not positive though the channel is not zero: no window makes such a function
-    /// non-negative. It is bit for bit what it was.
-    MeanNotPositive {
-        /// The first such channel.
-        channel: usize,
-    },
-    /// A coefficient is not a finite number. The function is bit for bit what it was.
-    NotFinite,
-    /// [`DeringMethod::Table`] was asked for a function of more than three bands, or one that the strongest window of
-    /// the table does not suffice for (no light does that). The function is bit for bit what it was.
-    BeyondTable,
+setters!(Dering { method: DeringMethod });
+
+impl Dering {
+    /// These options with another [`kernel`](field@Self::kernel), or with none.
+    #[must_use]
+    pub fn kernel(mut self, kernel: impl Into<Option<Zonal>>) -> Self {
+        self.kernel = kernel.into();
+        self
+    }
 }
 
-/// What [`dering_in_place`] did.
+/// The report of [`dering_in_place`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeringReport {
-    /// Whether the function was changed.
+    /// How it ended: changed, unchanged or refused.
     pub outcome: DeringOutcome,
-    /// The least value of every channel before, of the function under [`Dering::kernel`].
+    /// The minimum of every channel before, of the function convolved with [`Dering::kernel`].
     pub before: Vec<Extremum>,
-    /// The same after.
+    /// The minimum of every channel afterwards.
     pub after: Vec<Extremum>,
     /// The factor of every band; all are 1 if nothing was changed.
     pub factors: Vec<f64>,
-    /// The window, if a family was searched and the function changed.
+    /// The window, if a [`WindowFamily`] was searched and the function changed.
     pub window: Option<Window>,
-    /// The part of its energy that every band lost, `1 - w_l²`.
+    /// The fraction of its energy that every band lost, `1 - w_l²`.
     pub removed: Vec<f64>,
-    /// The part of the whole energy that was lost, mean included, channels summed, under [`Dering::kernel`].
+    /// The fraction of the total energy that was lost, summed over the channels, mean included, after convolution with
+    /// [`Dering::kernel`].
     pub energy_removed: f64,
-    /// For [`DeringMethod::LeastChange`]: the norm of the change exceeds that by the best factors by at most this part
-    /// of it.
+    /// For [`DeringMethod::LeastChange`], the optimality gap: the norm of the change exceeds the least possible one by at
+    /// most this fraction.
     ///
-    /// That is proven: in some directions the function must not be negative, and the factors that see to that alone, a
-    /// small quadratic program, change it less than any that see to all. Times the change it is below 1e-5 of the norm
-    /// of the function, part of which is for rounding the coefficients (tests
-    /// `random_probes_of_order_4_have_no_point_below_zero` and the like).
+    /// The bound is proven: the factors that keep the function non-negative in finitely many directions, the solution of a
+    /// small quadratic program, change it no more than any factors that keep it non-negative everywhere. The gap times the
+    /// change is below 1e-5 of the norm of the function, part of which is the margin for rounding the coefficients (test
+    /// `random_probes_of_order_4_have_no_point_below_zero` and its neighbors).
     pub excess: Option<f64>,
 }
 
-/// Makes a function non-negative by a window that all its channels share: the worst decides, so that no color shifts.
+/// Makes a function non-negative by a window that all its channels share, so that no color shifts: the channel that rings
+/// most decides.
 ///
-/// The least value is not sampled but certified ([`certified_minimum`](crate::certified_minimum)), and what rounding
-/// the coefficients may take away is kept as a margin. A function that was as good as non-negative stays as it is, so
-/// what holds of every result is: nowhere below `-`[`DERING_ALLOWED`] times the mean. The mean never changes. It does
-/// not matter where the light comes from: nothing is rotated, and there is no frame to degenerate.
+/// The minimum is certified ([`certified_minimum`](crate::certified_minimum)), not sampled, and a margin is kept for
+/// rounding the coefficients. A function that is negative by no more than rounding is not changed. Every result is
+/// therefore at least `-`[`DERING_ALLOWED`] times the mean everywhere. The mean never changes, and the result turns with
+/// the light: no frame is chosen that could degenerate.
 ///
-/// Zero stays zero, and what cannot be made non-negative says so in [`DeringReport::outcome`].
+/// Zero stays zero. [`DeringReport::outcome`] tells why a function could not be made non-negative.
 ///
-/// Source: the idea, and that the worst channel decides, [Sloan 2017]; the methods are described at [`DeringMethod`].
+/// Source: [Sloan 2017] for the idea and for letting the worst channel decide; [`DeringMethod`] describes the methods.
 ///
 /// ```
 /// use lobe_sh::{Dering, Dir, Expansion as _, ShL2, Zonal, convolved, dering_in_place};
@@ -204,17 +197,21 @@ pub struct DeringReport {
 ///
 /// [Sloan 2017]: https://www.ppsloan.org/publications/shdering.pdf
 pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &Dering) -> DeringReport {
+    // Convolve with the kernel whose result is to be non-negative.
     let order = order_of_slice(coefficients);
     let mut examined: Vec<T::Wide> = coefficients.iter().map(|c| c.widen()).collect();
     if let Some(kernel) = &dering.kernel {
         convolve_in_place(&mut examined, kernel);
     }
+    // Certify the minimum of every channel.
     let before = minima(&examined);
     let energy_before: f64 = band_energies(&examined).iter().sum();
+    // Find the factors, unless the function needs none or has none.
     let Solution { outcome, factors, window, excess } = match refusal(&examined, &before) {
         Some(outcome) => Solution::none(outcome),
         None => solve(&examined, &dering.method, unit_roundoff::<T::Scalar>()),
     };
+    // Apply the factors, and certify the minimum again.
     let mut after = before.clone();
     if let Some(factors) = &factors {
         scale_bands_in_place(coefficients, factors);
@@ -224,6 +221,7 @@ pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &Dering) 
         }
         after = minima(&examined);
     }
+    // Report the energy lost.
     let energy_removed = match factors {
         Some(_) => 1.0 - band_energies(&examined).iter().sum::<f64>() / energy_before,
         None => 0.0,
@@ -263,7 +261,7 @@ fn minimum_to(f: &[f64], width: f64, level: Option<f64>) -> Extremum {
     minimum_of(f, width * part, level)
 }
 
-/// Why a function stays as it is.
+/// The reason not to change a function, if there is one.
 fn refusal<T: Coefficient>(examined: &[T], before: &[Extremum]) -> Option<DeringOutcome> {
     let mut unchanged = true;
     let mut refusal = None;
@@ -280,7 +278,7 @@ fn refusal<T: Coefficient>(examined: &[T], before: &[Extremum]) -> Option<Dering
     refusal.or(unchanged.then_some(DeringOutcome::Unchanged))
 }
 
-/// What a method found.
+/// The result of a method.
 struct Solution {
     outcome: DeringOutcome,
     factors: Option<Vec<f64>>,
@@ -331,7 +329,7 @@ fn solve<T: Coefficient>(examined: &[T], method: &DeringMethod, roundoff: f64) -
     }
 }
 
-/// Where each channel is lowest under a window.
+/// The direction of each channel's minimum after windowing.
 fn lowest_directions(channels: &[Vec<f64>], factors: &[f64]) -> Vec<[f64; 3]> {
     let lowest = |f: &Vec<f64>| {
         let mut windowed = f.clone();
@@ -341,7 +339,7 @@ fn lowest_directions(channels: &[Vec<f64>], factors: &[f64]) -> Vec<[f64; 3]> {
     channels.iter().map(lowest).collect()
 }
 
-/// What rounding each coefficient to the caller's number type can take from a value, relative to the mean.
+/// The most by which rounding each coefficient to the caller's number type can lower a value, relative to the mean.
 fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
     let bound: f64 = factors
         .iter()
@@ -354,30 +352,30 @@ fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
     2.0 * roundoff * bound / mean(f)
 }
 
-/// Sloan's search for a bound of at least `margin` times each mean; `None` if the function has more than three bands or
-/// is beyond the strongest window.
+/// Sloan's search in the table for a bound of at least `margin` times each mean; `None` if the function has more than three
+/// bands or needs a stronger window than the last.
 fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>> {
     if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
         return None;
     }
-    let quadrics: Vec<Quadric> = channels.iter().map(|f| Quadric::new(&f[..f.len().min(len(3))], 0)).collect();
-    let place = table_place(&quadrics, margin)?;
+    let forms: Vec<QuadraticForm> = channels.iter().map(|f| QuadraticForm::new(&f[..f.len().min(len(3))], 0)).collect();
+    let place = table_place(&forms, margin)?;
     let factors = dering_table_factors(place);
     Some((0..order).map(|l| factors[l.min(3)]).collect())
 }
 
 /// The weakest window of a family under which no channel is below `margin` times its mean.
 fn weakest(family: WindowFamily, channels: &[Vec<f64>], margin: f64) -> Window {
-    // Directions that have shown a window to be too weak: most others fail there as well, which costs no search.
-    let mut witnesses: Vec<Vec<Vec<f64>>> = vec![Vec::new(); channels.len()];
+    // Remember the directions in which a window was too weak: most others fail there too, which takes no search to see.
+    let mut violated: Vec<Vec<Vec<f64>>> = vec![Vec::new(); channels.len()];
     let mut holds = |window: Window| {
         let order = order_of_slice(&channels[0]);
         let factors = window.factors(order);
         let low = |bands: &Vec<f64>| bands.iter().zip(&factors).map(|(b, w)| b * w).sum::<f64>() < 0.0;
-        if witnesses.iter().any(|seen| seen.iter().any(low)) {
+        if violated.iter().any(|seen| seen.iter().any(low)) {
             return false;
         }
-        for (f, seen) in channels.iter().zip(&mut witnesses) {
+        for (f, seen) in channels.iter().zip(&mut violated) {
             let mut scaled = f.clone();
             scale_bands_in_place(&mut scaled, &factors);
             let level = margin * mean(f);
@@ -393,10 +391,11 @@ fn weakest(family: WindowFamily, channels: &[Vec<f64>], margin: f64) -> Window {
     };
     let (mut high, growth) = family.first();
     let mut low = 0.0;
-    // Ends where the window has become zero from band 1 on: at the latest after some hundred steps.
+    // Raise the strength until the window suffices, at the latest when it is zero from band 1 on.
     while !holds(family.window(high)) && family.window(high).factor(1) > 0.0 {
         (low, high) = (high, high * growth);
     }
+    // Bisect between the last strength that fails and the first that suffices.
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if holds(family.window(middle)) { high = middle } else { low = middle }

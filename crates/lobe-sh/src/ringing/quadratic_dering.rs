@@ -1,27 +1,28 @@
 //! The least change that makes three bands non-negative: two factors, found in a plane.
 
 use crate::basis::index::order_of_slice;
-use crate::extrema::quadratic_form::{Quadric, Spectrum};
+use crate::extrema::quadratic_form::{Eigensystem, QuadraticForm};
 use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
 
-/// Cutting planes. What is returned is non-negative after any number.
+/// The most cutting planes. The result is non-negative after any number of them.
 const MAX_CUTS: usize = 24;
 
-/// What is left below zero, relative to the mean, is blended away at the same price. The factors are known to about the
-/// square root of that, because near the optimum the change hardly depends on them.
+/// The depth below zero, relative to the mean, at which the planes have converged; a blend with the mean removes it. The
+/// factors are known to about its square root, because near the optimum the change hardly depends on them.
 const CONVERGED: f64 = 1e-6;
 
-/// What another channel may be below zero, relative to the mean, where one decides: equal channels do not differ by more.
-/// It is blended away.
+/// The depth below zero, relative to the mean, that another channel may have where one decides, removed by the blend:
+/// channels that are equal but for rounding differ by less.
 const TIE: f64 = 1e-8;
 
-/// What rounding of `f64` can do to a minimum, relative to the function's scale.
+/// The effect of rounding in `f64` on a minimum, relative to the function's scale.
 const ROUNDING: f64 = 1e-14;
 
-/// What [`dering_order_3_in_place`] did.
+/// The result of [`dering_order_3_in_place`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct QuadraticDering {
-    /// Whether and why.
+    /// How it ended.
     pub outcome: DeringOutcome,
     /// The factors of bands 0 to 2.
     pub factors: [f64; 3],
@@ -34,14 +35,13 @@ pub struct QuadraticDering {
 ///   minimize  E_1 (1 - w_1)² + E_2 (1 - w_2)²        subject to  c + w_1 b·x + w_2 xᵀ A x >= 0 on the sphere, 0 <= w <= 1
 /// ```
 ///
-/// All channels share the factors; `E_l` sums their energies. The channel that rings most usually decides alone: Newton's method
-/// follows the boundary of its windows to the nearest, and a bound shows that the others need no more. Otherwise every
-/// direction `x` gives a line in the plane of `w`; while the function is negative somewhere, the line of its lowest direction is
-/// added, and because the last answer violates it, the next one lies on it: a problem in one unknown. The answer for the
-/// irradiance of a sun alone is `w = (0.857890, 0.909395)` to 3e-4 (test `the_irradiance_of_an_impulse_has_its_known_factors`).
+/// All channels share the factors; `E_l` sums their energies. Usually the channel that rings most decides alone: Newton's
+/// method finds the point of least change on the boundary of its feasible set, and a bound shows that the other channels
+/// need no more. Otherwise cutting planes: every direction `x` gives a line in the plane of `w`; while the function is
+/// negative somewhere, the line of its minimum is added, and because the last solution violates that line, the next one
+/// lies on it, which leaves one unknown. The factors for the irradiance of a sun alone are `w = (0.857890, 0.909395)` to 3e-4 (test `the_irradiance_of_an_impulse_has_its_known_factors`).
 ///
-/// A function whose least value is above [`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean below zero is returned bit
-/// for bit.
+/// A function that is nowhere below `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean keeps every bit.
 ///
 /// # Panics
 /// If there are more than 9 coefficients, or not `n²`.
@@ -55,37 +55,37 @@ pub fn dering_order_3_in_place<T: Coefficient>(coefficients: &mut [T]) -> Quadra
     found
 }
 
-/// A channel and, once it was needed, its principal axes.
+/// A channel and, once needed, its eigensystem.
 struct Channel {
-    quadric: Quadric,
-    spectrum: Option<Spectrum>,
+    form: QuadraticForm,
+    eigensystem: Option<Eigensystem>,
 }
 
 impl Channel {
     #[inline]
-    fn spectrum(&mut self) -> &Spectrum {
-        let quadric = &self.quadric;
-        self.spectrum.get_or_insert_with(|| quadric.spectrum())
+    fn eigensystem(&mut self) -> &Eigensystem {
+        let form = &self.form;
+        self.eigensystem.get_or_insert_with(|| form.eigensystem())
     }
 
-    /// The least value under the factors `w`, `w_2` not 0, relative to the mean, as [`Spectrum::least`] finds it, if it may
-    /// be negative.
+    /// The least value under the factors `w`, `w_2` not 0, relative to the mean, as [`Eigensystem::least`] finds it; `None` if it
+    /// cannot be negative.
     #[inline]
     fn least(&mut self, w: [f64; 2], enough: f64) -> Option<(f64, f64)> {
-        let c = self.quadric.c;
-        (self.quadric.reach(w) > c).then(|| self.spectrum().least(c, [w[0] / w[1], w[1]], enough))
+        let c = self.form.c;
+        (self.form.amplitude(w) > c).then(|| self.eigensystem().least(c, [w[0] / w[1], w[1]], enough))
     }
 
-    /// The direction in which the channel is lowest as `1 + w_1 p + w_2 q`, values relative to the mean, if it may be
+    /// `p` and `q` of the value `1 + w_1 p + w_2 q` at the channel's minimum, relative to the mean; `None` if it cannot be
     /// negative.
     #[inline]
     fn lowest(&mut self, w: [f64; 2]) -> Option<[f64; 2]> {
-        let c = self.quadric.c;
-        if self.quadric.reach(w) <= c {
+        let c = self.form.c;
+        if self.form.amplitude(w) <= c {
             return None;
         }
-        let quadric = self.quadric;
-        let [_, linear, form] = quadric.bands(quadric.lowest(self.spectrum(), w));
+        let form = self.form;
+        let [_, linear, form] = form.bands(form.lowest(self.eigensystem(), w));
         Some([linear / c, form / c])
     }
 }
@@ -94,54 +94,54 @@ impl Channel {
 pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> QuadraticDering {
     let mut channels: [Option<Channel>; 3] = [const { None }; 3];
     for (c, channel) in channels.iter_mut().enumerate().take(T::CHANNELS) {
-        let quadric = Quadric::new(coefficients, c);
-        let reach = quadric.reach([1.0, 1.0]);
-        if !(quadric.c + reach).is_finite() {
+        let form = QuadraticForm::new(coefficients, c);
+        let reach = form.amplitude([1.0, 1.0]);
+        if !(form.c + reach).is_finite() {
             return QuadraticDering { outcome: DeringOutcome::NotFinite, factors: [1.0; 3] };
         }
-        if quadric.c == 0.0 && reach == 0.0 {
+        if form.c == 0.0 && reach == 0.0 {
             continue;
         }
-        if quadric.c <= 0.0 {
+        if form.c <= 0.0 {
             return QuadraticDering { outcome: DeringOutcome::MeanNotPositive { channel: c }, factors: [1.0; 3] };
         }
-        *channel = Some(Channel { quadric, spectrum: None });
+        *channel = Some(Channel { form, eigensystem: None });
     }
     let Some(ringing) = first_ringing(&mut channels) else {
         return QuadraticDering { outcome: DeringOutcome::Unchanged, factors: [1.0; 3] };
     };
     let weights = weights(coefficients);
     let (w, worst) = by_one_channel(&mut channels, ringing, weights).unwrap_or_else(|| by_cuts(&mut channels, weights));
-    // Blend with the mean, and a little more for the rounding of the result: see `least_change`.
-    let scale = channels.iter().flatten().map(|ch| 1.0 + ch.quadric.reach(w) / ch.quadric.c).fold(0.0, f64::max);
+    // Blend with the mean as `least_change` does, with a margin for the rounding of the result.
+    let scale = channels.iter().flatten().map(|ch| 1.0 + ch.form.amplitude(w) / ch.form.c).fold(0.0, f64::max);
     let margin = (unit_roundoff::<T::Scalar>() + ROUNDING) * scale;
     let t = (1.0 - margin).max(0.0) / (1.0 - worst.min(0.0));
     QuadraticDering { outcome: DeringOutcome::Windowed, factors: [1.0, t * w[0], t * w[1]] }
 }
 
-/// The first channel that is negative without a window, the one of the largest bands before the others, and the multiplier
-/// of its minimum.
+/// The first channel that is negative without a window, beginning with the one of the largest amplitude, and the
+/// multiplier of its minimum.
 fn first_ringing(channels: &mut [Option<Channel>; 3]) -> Option<(usize, f64)> {
-    let reach = channels.each_ref().map(|ch| ch.as_ref().map_or(0.0, |ch| ch.quadric.reach([1.0, 1.0]) / ch.quadric.c));
+    let reach = channels.each_ref().map(|ch| ch.as_ref().map_or(0.0, |ch| ch.form.amplitude([1.0, 1.0]) / ch.form.c));
     let largest = [1, 2].into_iter().fold(0, |a, b| if reach[b] > reach[a] { b } else { a });
-    let mut passed: Option<Quadric> = None;
+    let mut passed: Option<QuadraticForm> = None;
     for k in [largest, (largest + 1) % 3, (largest + 2) % 3] {
         let Some(channel) = &mut channels[k] else { continue };
-        // What `least` would find at once, and what a channel of nearly the same color tells.
+        // Skip a channel that its amplitude, or a channel of nearly the same color, shows to be non-negative.
         let near = reach[k] > 1.0;
-        if !near || passed.is_some_and(|other| channel.quadric.least_beside(&other, [1.0, 1.0]) >= 0.0) {
+        if !near || passed.is_some_and(|other| channel.form.least_beside(&other, [1.0, 1.0]) >= 0.0) {
             continue;
         }
         match channel.least([1.0, 1.0], -crate::DERING_ALLOWED) {
             Some((value, t)) if value < -crate::DERING_ALLOWED => return Some((k, t)),
-            _ => passed = Some(channel.quadric),
+            _ => passed = Some(channel.form),
         }
     }
     None
 }
 
-/// The best factors, and the least value they leave relative to the mean, if a single channel decides: what is best for it
-/// suffices for the others, as it does for most light. `None` if that is not so.
+/// The best factors and the least value they leave, relative to the mean, if the best factors of a single channel suffice
+/// for the others, as they do for most light; `None` if they do not.
 fn by_one_channel(
     channels: &mut [Option<Channel>; 3],
     (mut decides, mut t): (usize, f64),
@@ -149,12 +149,12 @@ fn by_one_channel(
 ) -> Option<([f64; 2], f64)> {
     for _ in 0..channels.len() {
         let channel = channels[decides].as_mut()?;
-        let quadric = channel.quadric;
-        let w = channel.spectrum().nearest(quadric.c, weights, t)?;
+        let form = channel.form;
+        let w = channel.eigensystem().nearest(form.c, weights, t)?;
         let mut worst = (decides, 0.0);
         for other in (0..channels.len()).filter(|k| *k != decides) {
             let Some(channel) = &mut channels[other] else { continue };
-            let mut value = channel.quadric.least_beside(&quadric, w) / channel.quadric.c;
+            let mut value = channel.form.least_beside(&form, w) / channel.form.c;
             if value < -TIE {
                 value = channel.least(w, 0.0).map_or(0.0, |(value, _)| value);
             }
@@ -165,7 +165,7 @@ fn by_one_channel(
         if worst.1 >= -TIE {
             return Some((w, worst.1));
         }
-        // Its own best factors may do for all.
+        // Try the factors of the channel that is now lowest.
         decides = worst.0;
         let (value, at) = channels[decides].as_mut()?.least([1.0, 1.0], 0.0)?;
         if value >= 0.0 {
@@ -176,7 +176,7 @@ fn by_one_channel(
     None
 }
 
-/// The same for any channels, by cutting planes.
+/// The best factors and the least value they leave for any channels, by cutting planes.
 fn by_cuts(channels: &mut [Option<Channel>; 3], weights: [f64; 2]) -> ([f64; 2], f64) {
     let mut w = [1.0, 1.0];
     let mut low = lowest(channels, w);
@@ -185,7 +185,7 @@ fn by_cuts(channels: &mut [Option<Channel>; 3], weights: [f64; 2]) -> ([f64; 2],
         cuts[count] = low.cut;
         count += 1;
         w = nearest_on_last(&cuts[..count], weights);
-        // One channel until it is done, then the others: most often that channel decides.
+        // Finish one channel before looking at the others: most often it decides.
         low = lowest_of(channels, low.channel, w);
         if low.value >= -CONVERGED || count == MAX_CUTS {
             low = lowest(channels, w);
@@ -194,12 +194,12 @@ fn by_cuts(channels: &mut [Option<Channel>; 3], weights: [f64; 2]) -> ([f64; 2],
     (w, low.value)
 }
 
-/// The relative error that rounding to `S` makes.
+/// The unit roundoff of `S`: the largest relative error of rounding to it.
 pub(crate) fn unit_roundoff<S: Real>() -> f64 {
     if size_of::<S>() == 4 { 0.5 * f64::from(f32::EPSILON) } else { 0.5 * f64::EPSILON }
 }
 
-/// Where a channel is lowest.
+/// The minimum of a channel under some factors.
 #[derive(Clone, Copy)]
 struct Low {
     channel: usize,
@@ -208,7 +208,7 @@ struct Low {
     cut: [f64; 2],
 }
 
-/// The least of all channels.
+/// The lowest minimum of all channels.
 #[inline]
 fn lowest(channels: &mut [Option<Channel>; 3], w: [f64; 2]) -> Low {
     let all = [0, 1, 2].map(|c| lowest_of(channels, c, w));
@@ -223,7 +223,7 @@ fn lowest_of(channels: &mut [Option<Channel>; 3], channel: usize, w: [f64; 2]) -
     }
 }
 
-/// The energies of bands 1 and 2 over all channels.
+/// The energies of bands 1 and 2, summed over the channels.
 fn weights<T: Coefficient>(coefficients: &[T]) -> [f64; 2] {
     let mut weights = [0.0; 2];
     for (i, f) in coefficients.iter().enumerate().skip(1) {
@@ -231,17 +231,17 @@ fn weights<T: Coefficient>(coefficients: &[T]) -> [f64; 2] {
             weights[usize::from(i > 3)] += f.channel(c).to_f64().powi(2);
         }
     }
-    // A band without energy has an almost free factor.
+    // Keep a tiny weight for a band without energy, whose factor is arbitrary.
     let floor = f64::EPSILON * f64::EPSILON * (weights[0] + weights[1]);
     weights.map(|e| e.max(floor))
 }
 
-/// The point of the last line `1 + p w_1 + q w_2 = 0` nearest to (1, 1) in the weighted distance, as far along the line as
-/// the other half planes and the square `0 <= w <= 1` let it.
+/// The point of the last line `1 + p w_1 + q w_2 = 0` that is nearest to (1, 1) in the weighted distance among those in all
+/// other half planes and in the square `0 <= w <= 1`.
 #[inline]
 fn nearest_on_last(cuts: &[[f64; 2]], [e1, e2]: [f64; 2]) -> [f64; 2] {
     let Some((&[p, q], others)) = cuts.split_last() else { return [1.0, 1.0] };
-    // Weights swapped instead of inverted: only their ratio counts.
+    // Swap the weights in place of inverting them: only their ratio counts.
     let tau = -(1.0 + p + q) / (p * p * e2 + q * q * e1);
     let foot = [1.0 + tau * p * e2, 1.0 + tau * q * e1];
     let along = [q, -p];
@@ -262,7 +262,7 @@ fn nearest_on_last(cuts: &[[f64; 2]], [e1, e2]: [f64; 2]) -> [f64; 2] {
         clip(foot[k], along[k]);
         clip(1.0 - foot[k], -along[k]);
     }
-    // Between lines that are almost parallel rounding may leave nothing: their crossing will do.
+    // Rounding may leave nothing between lines that are almost parallel; take their crossing.
     let t = if low <= high { 0.0_f64.clamp(low, high) } else { 0.5 * (low + high) };
     [0, 1].map(|k| (foot[k] + t * along[k]).clamp(0.0, 1.0))
 }
@@ -273,7 +273,7 @@ mod tests {
     use lobe_testkit::Random;
 
     fn channels(f: &[[f64; 9]; 3]) -> [Option<Channel>; 3] {
-        f.map(|f| Some(Channel { quadric: Quadric::new(&f, 0), spectrum: None }))
+        f.map(|f| Some(Channel { form: QuadraticForm::new(&f, 0), eigensystem: None }))
     }
 
     /// Newton's method along the boundary and cutting planes have nothing in common but the lowest direction.

@@ -1,16 +1,16 @@
-//! Sloan's bound of the least value of a function of three bands, and his table of windows.
+//! Sloan's lower bound of a function of three bands, and his table of windows.
 
 use std::f64::consts::PI;
 
-use crate::extrema::quadratic_form::Quadric;
+use crate::extrema::quadratic_form::QuadraticForm;
 use crate::sphere::vector::{dot, unit};
 use crate::{Real, order_of};
 
-/// The windows between which the table interpolates: `(w, p, e)` stands for the factors `sinc(π l/w)^p`, that of band 1
-/// times `e`. Between none and the last, at which even an impulse of light gives no negative irradiance.
+/// The windows between which the table interpolates: `(w, p, e)` are the factors `sinc(π l/w)^p`, that of band 1
+/// times `e`. They begin from no window, and under the last even an impulse of light has no negative irradiance.
 const ROWS: [(f64, f64, f64); 3] = [(12.0, 4.5, 0.99), (10.0, 5.0, 0.98), (6.5, 5.5, 0.94)];
 
-/// Halvings of the table's range; one part in 10⁷ is finer than the irradiance can show.
+/// Bisections of the table's range, to one part in 10⁷.
 const HALVINGS: usize = 24;
 
 /// A lower bound of the least value of a function of up to three bands.
@@ -22,9 +22,9 @@ const HALVINGS: usize = 24;
 ///   g(z) = c + b z + ζ z² - (ζ/2 + q_2) (1 - z²) + 2 q_1 z √(1 - z²)        -1 <= z <= 0
 /// ```
 ///
-/// Up to the true phases this is `f`, so `min g <= min f`. The other half sphere needs no look: there the worst phase
-/// has `-2 q_1 z √(1 - z²)`, which mirrored to `-z` is the same with a lower linear part. `g` is a quadratic form in
-/// `(z, √(1 - z²))`, so that its minimum is exact too, where the source takes Newton steps. It is less than the true
+/// With its true phases this is `f`, so that `min g <= min f`. The other hemisphere has the worst phase `-2 q_1 z √(1 - z²)`,
+/// which mirrored to `-z` is the same with a lower linear part, so that it adds nothing. `g` is a quadratic form in
+/// `(z, √(1 - z²))`, so that its minimum is exact, where the source takes Newton steps. The bound is below the true
 /// minimum, by 0.12 on average for coefficients of unit variance (test `the_bound_is_conservative_and_this_loose`); the
 /// true one, [`certified_minimum`](crate::certified_minimum), costs no more.
 ///
@@ -40,12 +40,12 @@ const HALVINGS: usize = 24;
 pub fn conservative_minimum<T: Real>(coefficients: &[T]) -> f64 {
     let count = coefficients.len();
     assert!(count <= 9 && order_of(count).is_some(), "the bound is for 0, 1, 4 or 9 coefficients, not {count}");
-    bound(&Quadric::new(coefficients, 0), [1.0, 1.0])
+    bound(&QuadraticForm::new(coefficients, 0), [1.0, 1.0])
 }
 
 /// [`conservative_minimum`] of a function whose bands 1 and 2 are scaled by `w`.
-fn bound(quadric: &Quadric, w: [f64; 2]) -> f64 {
-    let (b, a) = quadric.parts();
+fn bound(form: &QuadraticForm, w: [f64; 2]) -> f64 {
+    let (b, a) = form.parts();
     let length = dot(b, b).sqrt();
     let z = if length > 0.0 { unit(b) } else { [0.0, 0.0, 1.0] };
     let az = a.map(|row| dot(row, z));
@@ -58,8 +58,8 @@ fn bound(quadric: &Quadric, w: [f64; 2]) -> f64 {
     // Coordinates (z, r, third), the third like r but not coupled; the trace goes into the constant.
     let across = -(0.5 * zeta + q2) * w[1];
     let mean = (zeta * w[1] + 2.0 * across) / 3.0;
-    let form = [zeta * w[1] - mean, across - mean, across - mean, q1 * w[1], 0.0, 0.0];
-    Quadric::from_parts(quadric.c + mean, [length * w[0], 0.0, 0.0], form).minimum([1.0, 1.0]).lo
+    let matrix = [zeta * w[1] - mean, across - mean, across - mean, q1 * w[1], 0.0, 0.0];
+    QuadraticForm::from_parts(form.c + mean, [length * w[0], 0.0, 0.0], matrix).minimum([1.0, 1.0]).lo
 }
 
 /// The factors of bands 0 to 3 at a place of Sloan's table of windows, from 0, no window, to 1, the strongest; the
@@ -97,7 +97,7 @@ fn row_factors(row: usize) -> [f64; 4] {
 
 /// The first place of the table at which the bounds of all channels are at least `margin` times their means; `None` if
 /// there is none.
-pub(crate) fn table_place(channels: &[Quadric], margin: f64) -> Option<f64> {
+pub(crate) fn table_place(channels: &[QuadraticForm], margin: f64) -> Option<f64> {
     let holds = |place: f64| {
         let [_, w1, w2, _] = dering_table_factors(place);
         channels.iter().all(|q| bound(q, [w1, w2]) >= margin * q.c)
@@ -140,8 +140,8 @@ mod tests {
         let published = [-0.158333, -0.120294, -0.088160, -0.069988, -0.053942, -0.003544, 0.000544];
         for (row, published) in published.into_iter().enumerate() {
             let [_, w1, w2, _] = dering_table_factors(row as f64 / 6.0);
-            let quadric = Quadric::new(f.coefficients(), 0);
-            let scaled = bound(&quadric, [w1, w2]) / quadric.c;
+            let form = QuadraticForm::new(f.coefficients(), 0);
+            let scaled = bound(&form, [w1, w2]) / form.c;
             assert!((scaled - published).abs() < 2e-6, "row {row}: {scaled} against {published}");
         }
     }

@@ -1,12 +1,12 @@
-//! Exchanges of the coordinate axes: the 48 symmetries of the cube.
+//! Permutations of the coordinate axes with signs: the 48 symmetries of the cube.
 
 use crate::rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
-use crate::rotation::yz_exchange::swap_yz_in_place;
+use crate::rotation::yz_exchange::exchange_yz_in_place;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
-/// The axes exchanged and some of them reversed: a matrix with one ±1 in each row and column.
+/// A permutation of the axes with some of them reversed: a matrix with one ±1 in each row and column.
 ///
-/// Like a rotation it moves the function: `g(s) = f(P⁻¹ s)`. Of the 48, 24 are rotations and 24 mirror as well. Those
+/// Like a rotation it moves the function: `g(s) = f(P⁻¹ s)`. Of the 48, 24 are rotations and 24 contain a reflection. Those
 /// that keep the z axis only permute coefficients and change signs, and are exact; the others take one multiplication by
 /// the fixed matrix that exchanges y and z.
 ///
@@ -109,7 +109,7 @@ impl AxisPermutation {
         Self { matrix: next.matrix.map(|row| [0, 1, 2].map(|j| (0..3).map(|k| row[k] * m[k][j]).sum())) }
     }
 
-    /// Where the direction `s` is taken: `P s`.
+    /// The moved direction `P s`.
     #[must_use]
     pub fn apply_to_dir(&self, s: Dir) -> Dir {
         let v = s.to_array();
@@ -121,7 +121,7 @@ impl AxisPermutation {
     /// # Panics
     /// If the length is no perfect square.
     //
-    // Where P keeps the z axis it is mirrors and a quarter turn. Otherwise, P e_z = ±e_x or ±e_y = A e_y for a quarter
+    // If P keeps the z axis, it consists of mirrors and a quarter turn. Otherwise, P e_z = ±e_x or ±e_y = A e_y for a quarter
     // turn A about z, and with the exchange J of y and z, B = J A⁻¹ P keeps +z: P = A J B.
     pub fn apply_in_place<T: Coefficient>(&self, coefficients: &mut [T]) {
         if self.matrix[2][2] != 0 {
@@ -137,7 +137,7 @@ impl AxisPermutation {
         };
         let a = (0..quarters).fold(Self::IDENTITY, |a, _| a.then(Self::QUARTER_TURN));
         self.then(a.inverse()).then(EXCHANGE_YZ).apply_keeping_z(coefficients);
-        swap_yz_in_place(coefficients);
+        exchange_yz_in_place(coefficients);
         quarter_turn_in_place(coefficients, quarters);
     }
 

@@ -1,15 +1,14 @@
-//! Rotation matrices of all bands by recurrence, for one rotation of many expansions.
+//! Rotation matrices of all bands by the recurrence of Ivanic and Ruedenberg, for one rotation of many expansions.
 
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::{Coefficient, Real, Rotation};
 
-/// Vectors and rows handled together when many expansions are rotated: in `f32` their sums take half of the SSE
-/// registers.
+/// Vectors and rows of one block when many expansions are rotated: in `f32` their sums take half of the SSE registers.
 const VECTOR_BLOCK: usize = 8;
 const ROW_BLOCK: usize = 4;
 
-/// Columns with `|n| > STEEP l` use the form of `P` that raises `n` with the band. Here the largest row factor over the
-/// divisor `√D`, which bounds how errors of the band before grow, is 5/4 in both forms: `l/√(l² - n²) = 2l/(l + n)`.
+/// Columns with `|n| > STEEP l` use the form of `P` that raises `n` with the band. At this ratio both forms have the same
+/// largest row factor over the divisor `√D`, 5/4, which bounds the growth of errors: `l/√(l² - n²) = 2l/(l + n)`.
 const STEEP: f64 = 0.6;
 
 /// The matrices of all bands of one rotation, prepared to be applied to many expansions.
@@ -40,7 +39,7 @@ const STEEP: f64 = 0.6;
 /// The paper has the last two forms of `P` for `|n| = l` only. They hold for all `|n| >= 2`, because
 /// `(x + iy)(y_{l-1}^{n-1} + i y_{l-1}^{1-n})` is `y_l^n + i y_l^-n` times a factor, plus lower bands; and near
 /// `|n| = l` the first form divides by little. As printed, the recurrence loses a digit every eleven bands and is 5e-11
-/// off at order 64; in this form it stays within 1e-12 of [`Rotation::apply_into`], which knows nothing of it (test
+/// off at order 64; in this form it stays within 1e-12 of [`Rotation::apply_into`], an independent route (test
 /// `every_route_agrees_at_order_64`). `the_matrices_are_orthogonal` bounds the residual of `M Mᵀ`.
 ///
 /// ```
@@ -93,7 +92,7 @@ impl<S: Real> RotationMatrices<S> {
         self.order
     }
 
-    /// The entry of band `l` that says how much of `f_ln` goes to `f_lm`.
+    /// The entry of band `l` by which `f_ln` contributes to `f_lm`.
     ///
     /// # Panics
     /// If `l >= order` or `m` or `n` lies outside `-l..=l`.
@@ -262,7 +261,7 @@ impl BandMatrix {
     }
 }
 
-/// The largest `|n|` whose column of band `l` does not raise `n`.
+/// The largest `|n|` of band `l` whose column uses the first form of `P`.
 fn flat_columns(l: usize) -> usize {
     (STEEP * l as f64) as usize
 }
@@ -288,6 +287,6 @@ fn terms(l: isize, m: isize) -> impl Iterator<Item = (f64, isize, isize)> {
         2.. => [(u, 0, m), (v, 1, m - 1), (-v, -1, 1 - m), (w, 1, m + 1), (w, -1, -m - 1)],
         _ => [(u, 0, m), (v, 1, m + 1), (v, -1, -m - 1), (w, 1, m - 1), (-w, -1, 1 - m)],
     };
-    // A factor vanishes where its row lies outside of band l - 1.
+    // A factor vanishes if its row lies outside of band l - 1.
     five.into_iter().filter(|(factor, _, _)| *factor != 0.0)
 }

@@ -1,4 +1,4 @@
-//! Mirrors and quarter turns about z: changes of sign and place only, exact in every number type.
+//! Reflections along the axes and quarter turns about z: they only permute coefficients and change signs, exactly.
 
 use crate::Coefficient;
 use crate::basis::index::{index, order_of_slice};

@@ -7,12 +7,12 @@ use crate::rotation::low_bands::{rotate_band_1, rotate_band_2};
 use crate::rotation::zyz::{CosSin, rotate_bands_zyz};
 use crate::{Coefficient, Dir, Expansion, ShError};
 
-/// How far the entries of `RᵀR` may be from those of the identity: matrices printed with four decimals and long
-/// products of `f32` matrices pass, a scale of 0.1 % or a shear does not.
+/// The tolerance of the entries of `RᵀR` against the identity: matrices printed with four decimals and long products of
+/// `f32` matrices pass, a scale of 0.1 % or a shear does not.
 const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
 
-/// How far the length of a quaternion may be from 1: components quantized to eight bits pass, as glTF allows them;
-/// a quaternion that nobody normalized does not.
+/// The tolerance of the length of a quaternion: components quantized to eight bits, as glTF allows them, pass; a quaternion
+/// that is not normalized does not.
 const QUATERNION_TOLERANCE: f64 = 1e-2;
 
 /// Steps of Newton's method towards the nearest rotation. The residual `e` becomes `3/4 e²`, so that two steps from
@@ -22,7 +22,7 @@ const NEWTON_STEPS: usize = 3;
 /// The first band that has no closed form here.
 const FIRST_ZYZ_BAND: usize = 3;
 
-/// Why something is no rotation.
+/// The reason why a matrix or quaternion is no rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RotationError {
@@ -50,21 +50,20 @@ pub enum RotationError {
 }
 
 impl From<RotationError> for ShError {
-    /// What is no rotation is the fault of whoever asked for it.
+    /// The caller asked for a rotation that cannot be.
     fn from(error: RotationError) -> Self {
         Self::Options(error.to_string())
     }
 }
 
-/// A rotation about the origin. It turns the function itself:
+/// A rotation about the origin. It rotates the function itself:
 ///
 /// ```text
 ///   g = R f      g(s) = f(R⁻¹ s)      g(R s) = f(s)
 /// ```
 ///
-/// Coefficients go through fixed 90-degree swaps and rotations about z, without a matrix per band, for any order;
-/// bands 1 and 2 have closed forms. To apply one rotation to many expansions, see
-/// [`RotationMatrices`](crate::RotationMatrices).
+/// Coefficients of any order are rotated about z between fixed exchanges of y and z, without a matrix for each band; bands 1
+/// and 2 have closed forms. To apply one rotation to many expansions, see [`RotationMatrices`](crate::RotationMatrices).
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, Rotation, ShL2};
@@ -89,8 +88,8 @@ impl Rotation {
 
     /// The rotation of a matrix, given row by row, that multiplies column vectors.
     ///
-    /// Rounding is removed: what is kept is the nearest rotation, found with Newton's method for the polar
-    /// decomposition, `R ← R (3 - RᵀR) / 2`. Exact matrices stay exact.
+    /// The nearest rotation is kept, found with Newton's method for the polar decomposition, `R ← R (3 - RᵀR) / 2`; that
+    /// removes rounding. Exact matrices stay exact.
     ///
     /// # Errors
     /// If an entry is not finite, an entry of `RᵀR` is more than 1e-4 away from the identity, or the determinant
@@ -208,7 +207,7 @@ impl Rotation {
 
     /// The angles `(α, β, γ)` of [`Rotation::from_euler_zyz`], `β` in `[0, π]`.
     ///
-    /// At `β = 0` and `β = π` only `α + γ` or `α - γ` is determined. The split then follows the rounding of the
+    /// At `β = 0` and `β = π` only `α + γ` or `α - γ` is determined. Their division then follows the rounding of the
     /// matrix (`α = 0` if it has none), and the three angles together still give the rotation to rounding.
     #[must_use]
     pub fn to_euler_zyz(&self) -> (f64, f64, f64) {
@@ -229,7 +228,7 @@ impl Rotation {
         Self { matrix: nearest_orthonormal(multiply(&next.matrix, &self.matrix)) }
     }
 
-    /// Where the direction `s` is taken: `R s`.
+    /// The rotated direction `R s`.
     #[inline]
     #[must_use]
     pub fn rotate_dir(&self, s: Dir) -> Dir {
@@ -249,8 +248,8 @@ impl Rotation {
 
     /// Rotates the function whose coefficients these are.
     ///
-    /// Each band is turned by itself, and the same way whatever the order. The error in `f64` is that of some roundings:
-    /// the tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
+    /// Each band is rotated separately and in the same way at every order. The error in `f64` is that of a few roundings: the
+    /// tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
     ///
     /// # Panics
     /// If the length is no perfect square.
@@ -281,8 +280,8 @@ impl Rotation {
     //
     //   R_z(-α) R = R_y(β) R_z(γ)   has the second row   (sin γ, cos γ, 0).
     //
-    // γ from that row takes up what α got wrong: close to β = 0 and π the direction (cos α, sin α) is rounding
-    // noise, but the product of the three turns is R all the same, without a threshold for "close".
+    // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise, but
+    // the product of the three rotations is still R, without a threshold for "close".
     pub(crate) fn zyz_cos_sin(&self) -> [CosSin; 3] {
         let m = &self.matrix;
         let alpha = CosSin::of_vector(m[0][2], m[1][2]);
@@ -296,6 +295,17 @@ impl Default for Rotation {
     fn default() -> Self {
         Self::IDENTITY
     }
+}
+
+/// The rotation that takes +z to `normal`: a tangent frame, `world_from_tangent`. Continuous but for the poles, where
+/// it turns about +z by any angle (none at exactly ±z, but for -z the half turn about +y).
+///
+/// ```text
+///   R = R_z(φ) R_y(θ)
+/// ```
+#[must_use]
+pub fn tangent_frame(normal: Dir) -> Rotation {
+    Rotation::from_euler_zyz(normal.phi(), normal.theta(), 0.0)
 }
 
 fn multiply(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
@@ -325,7 +335,7 @@ fn orthonormality_residual(m: &[[f64; 3]; 3]) -> f64 {
     residual
 }
 
-/// The orthonormal matrix nearest to one that is nearly so.
+/// The orthonormal matrix nearest to an almost orthonormal one.
 fn nearest_orthonormal(mut m: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     for _ in 0..NEWTON_STEPS {
         let gram = gram(&m);

@@ -1,8 +1,9 @@
-//! A half turn on spinors, from which rotations by 90° are made.
+//! Wigner's d-matrices of the angle π/2, by recurrence over spinors.
 
 use std::f64::consts::SQRT_2;
 
-/// The half turn about the axis between x and z, that exchanges `+x` and `+z`, on spinors of `N` indices.
+/// Wigner's matrix of the half turn that exchanges `+x` and `+z`, on spinors of `N` indices: for `N = 2l` that is
+/// `d^l(π/2)` but for signs, see [`YzExchange`](crate::rotation::yz_exchange::YzExchange).
 ///
 /// ```text
 ///   e_k = √(N over k) u^(N-k) v^k        u → (u + v)/√2        v → (u - v)/√2        e_k → Σ_k' B_{k'k}^N e_k'
@@ -11,20 +12,20 @@ use std::f64::consts::SQRT_2;
 ///                   + √k'       [ √(N+1-k) B_{k'-1,k} - √k B_{k'-1,k-1} ] } / (√2 (N+1))
 /// ```
 ///
-/// with `B^N` on the right. Each step writes `e_k^{N+1} = √((N+1-k)/(N+1)) u e_k^N + √(k/(N+1)) v e_{k-1}^N`, that
-/// is, it adds one spinor index and symmetrizes: weights whose squares sum to 1, no division by a small number, so that
+/// with `B^N` on the right. Each step expresses `e_k^{N+1} = √((N+1-k)/(N+1)) u e_k^N + √(k/(N+1)) v e_{k-1}^N`: it adds
+/// one spinor index and symmetrizes. The squares of the weights sum to 1 and nothing divides by a small number, so that
 /// errors do not grow ([Risbo 1996], for any angle). `B` is symmetric. The test
 /// `the_half_turn_has_the_exact_values_of_krawtchouk` finds every entry to order 60 within 1e-14 of exact integers.
 ///
 /// [Risbo 1996]: https://doi.org/10.1007/BF01090814
-pub(crate) struct HalfTurn {
-    /// Entries are kept for `k < size` only: no step needs a higher one.
+pub(crate) struct WignerHalfPi {
+    /// Entries are stored for `k < size` only: no step needs a higher one.
     size: usize,
     n: usize,
     matrix: Vec<f64>,
 }
 
-impl HalfTurn {
+impl WignerHalfPi {
     /// `B^0`.
     pub(crate) fn new(size: usize) -> Self {
         let mut matrix = vec![0.0; size * size];
@@ -69,7 +70,7 @@ mod tests {
     fn the_half_turn_has_the_exact_values_of_krawtchouk() {
         const N: usize = 118;
         let binomial = |n: usize, k: usize| (0..k).fold(1_i128, |b, j| b * (n - j) as i128 / (j + 1) as i128);
-        let mut half_turn = HalfTurn::new(N / 2 + 1);
+        let mut half_turn = WignerHalfPi::new(N / 2 + 1);
         for _ in 0..N {
             half_turn.advance();
         }

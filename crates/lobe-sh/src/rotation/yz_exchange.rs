@@ -1,13 +1,13 @@
 //! The exchange of the y and z axes, as matrices on the coefficients of each band.
 
 use std::f64::consts::SQRT_2;
-use std::sync::OnceLock;
 
 use crate::basis::index::{band_range, order_of_slice};
-use crate::rotation::wigner_half_pi::HalfTurn;
+use crate::once::Once;
+use crate::rotation::wigner_half_pi::WignerHalfPi;
 use crate::{Coefficient, MAX_ORDER, Real};
 
-/// Rows of a [`Block`] that are summed side by side: one AVX register of `f64`, one SSE register of `f32`.
+/// Rows of a [`Block`] that are summed together: one AVX register of `f64`, one SSE register of `f32`.
 const LANES: usize = 4;
 
 /// The matrices `J_l` that exchange y and z in bands `0..order`: if `g(x, y, z) = f(x, z, y)` then `g = J f`.
@@ -16,15 +16,15 @@ const LANES: usize = 4;
 ///   J_(l,±m')(l,±m) = (-1)^(⌊m/2⌋ + ⌊m'/2⌋ + l(m + m')) 2 B_{l-m',l-m}^{2l} / √2^([m=0] + [m'=0])       m, m' >= 0
 /// ```
 ///
-/// between functions of the same parity in x whose parities in y and z change places; all other entries vanish.
-/// `J` is symmetric and its own inverse. `B` is the matrix of [`HalfTurn`]. The test
-/// `the_swap_is_its_own_inverse` bounds the error at order 64 by 1e-13.
+/// between functions of the same parity in x whose parities in y and z are exchanged; all other entries vanish.
+/// `J` is symmetric and its own inverse. `B` is the matrix of [`WignerHalfPi`]. The test
+/// `the_exchange_is_its_own_inverse` bounds the error at order 64 by 1e-13.
 ///
-/// Source: the role of `J` is that in [Pinchon and Hoggan 2007]; its computation here is from the spinors.
+/// Source: `J` has the role that [Pinchon and Hoggan 2007] give it; it is computed from the spinors here.
 ///
 /// [Pinchon and Hoggan 2007]: https://doi.org/10.1088/1751-8113/40/7/011
 //
-// J is a product of turns and a mirror, y → -y: J = M_y R_z(-90°) R_y(90°) R_z(90°), where (x, y, z) becomes
+// J is a product of rotations and a reflection, y → -y: J = M_y R_z(-90°) R_y(90°) R_z(90°), where (x, y, z) becomes
 // (-y, x, z), (z, x, y), (x, -z, y), (x, z, y).
 //
 // The first, third and fourth only exchange y_l^m with y_l^-m and change signs. With the complex functions
@@ -35,12 +35,12 @@ const LANES: usize = 4;
 // by d_{m',-m}(90°) = (-1)^(l+m') d_{m'm}(90°): twice d, or nothing. Finally d_{m'm} = (-1)^(l-m) B_{l-m',l-m}, because
 // the spinor matrix of R_y(90°), [[1, -1], [1, 1]]/√2, is that of the half turn times diag(1, -1). Collecting the signs
 // gives the formula above.
-pub(crate) struct SwapTable {
-    bands: Vec<SwapBand>,
+pub(crate) struct YzExchange {
+    bands: Vec<YzExchangeBand>,
 }
 
 /// The blocks of `J_l` that do not vanish. Lists of coefficients are sorted as in [`SplitBand`].
-pub(crate) struct SwapBand {
+pub(crate) struct YzExchangeBand {
     /// Cosines to cosines: of even `m` if `l` is even, of odd `m` if `l` is odd.
     cos_from_cos: Block,
     /// Sines to sines: of odd `m` if `l` is even, of even `m` if `l` is odd.
@@ -51,8 +51,8 @@ pub(crate) struct SwapBand {
     cos_from_sin: Block,
 }
 
-/// One band's coefficients, sorted: `cos_even` holds m = 0, 2, 4 .., `cos_odd` m = 1, 3 .., `sin_even`
-/// m = -2, -4 .. and `sin_odd` m = -1, -3 ... Each list may be longer than it needs to be, by up to `LANES` places.
+/// The coefficients of one band, sorted: `cos_even` holds m = 0, 2, 4 .., `cos_odd` m = 1, 3 .., `sin_even`
+/// m = -2, -4 .. and `sin_odd` m = -1, -3 ... Each list may be longer than needed by up to `LANES` places.
 pub(crate) struct SplitBand<'a, T> {
     pub(crate) cos_even: &'a mut [T],
     pub(crate) sin_even: &'a mut [T],
@@ -110,38 +110,38 @@ impl<'a, T: Coefficient> SplitBand<'a, T> {
     }
 }
 
-impl SwapTable {
+impl YzExchange {
     /// Calls `f` with a table of at least `order` bands: the one shared by the whole process up to [`MAX_ORDER`], a
     /// new one above.
     pub(crate) fn with_shared<R>(order: usize, f: impl FnOnce(&Self) -> R) -> R {
-        static SHARED: OnceLock<SwapTable> = OnceLock::new();
+        static SHARED: Once<YzExchange> = Once::new();
         if order <= MAX_ORDER { f(SHARED.get_or_init(|| Self::new(MAX_ORDER))) } else { f(&Self::new(order)) }
     }
 
     pub(crate) fn new(order: usize) -> Self {
-        let mut half_turn = HalfTurn::new(order);
+        let mut wigner = WignerHalfPi::new(order);
         let bands = (0..order)
             .map(|l| {
-                let band = SwapBand::new(l, &half_turn);
-                half_turn.advance();
-                half_turn.advance();
+                let band = YzExchangeBand::new(l, &wigner);
+                wigner.advance();
+                wigner.advance();
                 band
             })
             .collect();
         Self { bands }
     }
 
-    pub(crate) fn band(&self, l: usize) -> &SwapBand {
+    pub(crate) fn band(&self, l: usize) -> &YzExchangeBand {
         &self.bands[l]
     }
 }
 
-impl SwapBand {
-    fn new(l: usize, half_turn: &HalfTurn) -> Self {
+impl YzExchangeBand {
+    fn new(l: usize, wigner: &WignerHalfPi) -> Self {
         // |m| of place k of the four lists, and their lengths.
         let (even, odd, sin_even) = (|k: usize| 2 * k, |k: usize| 2 * k + 1, |k: usize| 2 * k + 2);
         let (evens, odds, sin_evens) = (l / 2 + 1, l.div_ceil(2), l / 2);
-        let entry = |row: usize, column: usize| entry(l, row, column, half_turn);
+        let entry = |row: usize, column: usize| entry(l, row, column, wigner);
         if l.is_multiple_of(2) {
             Self {
                 cos_from_cos: Block::new(evens, evens, |r, c| entry(even(r), even(c))),
@@ -185,12 +185,12 @@ impl SwapBand {
     }
 }
 
-/// The entry of `J_l` for the absolute values `row` and `column` of `m'` and `m`, see [`SwapTable`].
-fn entry(l: usize, row: usize, column: usize, half_turn: &HalfTurn) -> f64 {
+/// The entry of `J_l` for the absolute values `row` and `column` of `m'` and `m`, see [`YzExchange`].
+fn entry(l: usize, row: usize, column: usize, wigner: &WignerHalfPi) -> f64 {
     let exponent = row / 2 + column / 2 + l * (row + column);
     let sign = if exponent.is_multiple_of(2) { 1.0 } else { -1.0 };
     let weight = |m: usize| if m == 0 { 1.0 } else { SQRT_2 };
-    sign * weight(row) * weight(column) * half_turn.get(l - row, l - column)
+    sign * weight(row) * weight(column) * wigner.get(l - row, l - column)
 }
 
 /// A dense matrix, stored in strips of `LANES` rows, column after column; the last strip is filled up with zeros.
@@ -234,12 +234,12 @@ impl Block {
 }
 
 /// Exchanges y and z: the coefficients of `g(x, y, z) = f(x, z, y)`.
-pub(crate) fn swap_yz_in_place<T: Coefficient>(coefficients: &mut [T]) {
+pub(crate) fn exchange_yz_in_place<T: Coefficient>(coefficients: &mut [T]) {
     let order = order_of_slice(coefficients);
     let mut work = vec![T::ZERO; 2 * SplitBand::<T>::places(order)];
     let (from, to) = work.split_at_mut(SplitBand::<T>::places(order));
     let (mut from, mut to) = (SplitBand::new(order, from), SplitBand::new(order, to));
-    SwapTable::with_shared(order, |table| {
+    YzExchange::with_shared(order, |table| {
         for l in 0..order {
             let band = &mut coefficients[band_range(l)];
             from.load(l, band);
@@ -262,11 +262,11 @@ mod tests {
     }
 
     #[test]
-    fn the_swap_exchanges_y_and_z_of_the_direction() {
+    fn the_exchange_swaps_y_and_z_of_the_direction() {
         for order in [1, 2, 3, 4, 5, 17, 64, 66] {
             let f = random(order);
             let mut g = f.clone();
-            swap_yz_in_place(g.coefficients_mut());
+            exchange_yz_in_place(g.coefficients_mut());
             let scale = f.dot(&f).sqrt() * order as f64;
             for [x, y, z] in lobe_testkit::directions() {
                 let (got, expected) = (g.eval(Dir::from_unit([x, y, z])), f.eval(Dir::from_unit([x, z, y])));
@@ -276,19 +276,19 @@ mod tests {
     }
 
     #[test]
-    fn the_swap_is_its_own_inverse() {
+    fn the_exchange_is_its_own_inverse() {
         let f = random(MAX_ORDER);
         let mut g = f.clone();
-        swap_yz_in_place(g.coefficients_mut());
-        swap_yz_in_place(g.coefficients_mut());
+        exchange_yz_in_place(g.coefficients_mut());
+        exchange_yz_in_place(g.coefficients_mut());
         for (i, (a, b)) in f.coefficients().iter().zip(g.coefficients()).enumerate() {
             assert!((a - b).abs() < ORDER_64, "coefficient {i}: {a} became {b}");
         }
     }
 
     #[test]
-    fn the_swap_is_symmetric() {
-        let table = SwapTable::new(MAX_ORDER);
+    fn the_exchange_is_symmetric() {
+        let table = YzExchange::new(MAX_ORDER);
         for l in 0..MAX_ORDER {
             let band = table.band(l);
             for (a, b) in [
@@ -307,8 +307,8 @@ mod tests {
     }
 
     #[test]
-    fn the_swap_has_the_known_values_and_zeros() {
-        let table = SwapTable::new(6);
+    fn the_exchange_has_the_known_values_and_zeros() {
+        let table = YzExchange::new(6);
         let distinct = |l: usize| {
             let mut values: Vec<f64> = table.band(l).entries().map(f64::abs).collect();
             values.sort_by(f64::total_cmp);
@@ -328,8 +328,8 @@ mod tests {
     }
 
     #[test]
-    fn three_turns_and_two_swaps_take_few_multiplications() {
-        let table = SwapTable::new(6);
+    fn three_z_rotations_and_two_exchanges_take_few_multiplications() {
+        let table = YzExchange::new(6);
         let mut total = 0;
         let mut cumulative = Vec::new();
         for l in 0..6 {

@@ -1,7 +1,7 @@
-//! Rotation of coefficients by turns about z and fixed swaps of axes.
+//! Rotation of coefficients by Euler angles: rotations about z and fixed exchanges of y and z.
 
 use crate::basis::index::{band_range, order_of_slice};
-use crate::rotation::yz_exchange::{SplitBand, SwapBand, SwapTable};
+use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
 use crate::{Coefficient, Real};
 
 /// Orders up to this one work on the stack alone.
@@ -10,10 +10,10 @@ const STACK_ORDER: usize = 11;
 /// Places for two [`SplitBand`]s of order [`STACK_ORDER`].
 const STACK_PLACES: usize = 2 * SplitBand::<f64>::places(STACK_ORDER);
 
-/// Places for three [`Turn`]s of order [`STACK_ORDER`].
-const STACK_TURN_PLACES: usize = 3 * turn_places(STACK_ORDER);
+/// Places for three [`ZRotation`]s of order [`STACK_ORDER`].
+const STACK_ROTATION_PLACES: usize = 3 * z_rotation_places(STACK_ORDER);
 
-/// Squares below this have lost digits to underflow; their roots are zero beside the rounding of 1.
+/// Squares below this have lost digits to underflow; their roots are negligible against the rounding of 1.
 const ZERO_SQUARE: f64 = 1e-280;
 
 /// Cosine and sine of one angle.
@@ -24,8 +24,8 @@ pub(crate) struct CosSin {
 }
 
 impl CosSin {
-    /// Of the angle from the first axis to the vector `(x, y)`, `|x|, |y| <= 1`; of 0 for a vector that is zero beside
-    /// the rounding of 1.
+    /// Those of the angle from the first axis to the vector `(x, y)`, `|x|, |y| <= 1`; those of 0 for a vector that is
+    /// negligible against the rounding of 1.
     pub(crate) fn of_vector(x: f64, y: f64) -> Self {
         let square = x * x + y * y;
         if square < ZERO_SQUARE {
@@ -46,9 +46,9 @@ impl CosSin {
 /// ```
 ///
 /// `J Z(-β) J = R_y(β)`: exchanging y and z turns a rotation about z into the opposite one about y. Only the three
-/// turns depend on the rotation, and no matrix is built. With the entries ±1 of `J` free, bands 0 to l take
+/// rotations about z depend on the rotation, and no matrix is built. Not counting the entries ±1 of `J`, bands 0 to l take
 /// 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
-/// `three_turns_and_two_swaps_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
+/// `three_z_rotations_and_two_exchanges_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
 ///
 /// Source: [Pinchon and Hoggan 2007].
 ///
@@ -56,11 +56,11 @@ impl CosSin {
 pub(crate) fn rotate_bands_zyz<T: Coefficient>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
     let order = order_of_slice(coefficients);
     if order <= STACK_ORDER {
-        let (mut work, mut turns) = ([T::ZERO; STACK_PLACES], [T::Scalar::ZERO; STACK_TURN_PLACES]);
+        let (mut work, mut turns) = ([T::ZERO; STACK_PLACES], [T::Scalar::ZERO; STACK_ROTATION_PLACES]);
         rotate_with(angles, first_band, coefficients, &mut work, &mut turns);
     } else {
         let mut work = vec![T::ZERO; 2 * SplitBand::<T>::places(order)];
-        let mut turns = vec![T::Scalar::ZERO; 3 * turn_places(order)];
+        let mut turns = vec![T::Scalar::ZERO; 3 * z_rotation_places(order)];
         rotate_with(angles, first_band, coefficients, &mut work, &mut turns);
     }
 }
@@ -75,26 +75,26 @@ fn rotate_with<T: Coefficient>(
     let order = order_of_slice(coefficients);
     let (a, b) = work.split_at_mut(SplitBand::<T>::places(order));
     let (mut a, mut b) = (SplitBand::new(order, a), SplitBand::new(order, b));
-    let (alpha_turn, rest) = turns.split_at_mut(turn_places(order));
-    let (beta_turn, gamma_turn) = rest.split_at_mut(turn_places(order));
+    let (alpha_turn, rest) = turns.split_at_mut(z_rotation_places(order));
+    let (beta_turn, gamma_turn) = rest.split_at_mut(z_rotation_places(order));
     let turns = [
-        Turn::new(alpha, order, alpha_turn),
-        Turn::new(CosSin { sin: -beta.sin, ..beta }, order, beta_turn),
-        Turn::new(gamma, order, gamma_turn),
+        ZRotation::new(alpha, order, alpha_turn),
+        ZRotation::new(CosSin { sin: -beta.sin, ..beta }, order, beta_turn),
+        ZRotation::new(gamma, order, gamma_turn),
     ];
-    SwapTable::with_shared(order, |table| {
+    YzExchange::with_shared(order, |table| {
         for l in first_band..order {
-            let (band, swap) = (&mut coefficients[band_range(l)], table.band(l));
-            // With a constant band the loops unroll, which takes up to two thirds of the time away at these sizes.
+            let (band, exchange) = (&mut coefficients[band_range(l)], table.band(l));
+            // With a constant band the loops unroll, which saves up to two thirds of the time at these sizes.
             match l {
-                3 => rotate_band(3, &turns, swap, band, &mut a, &mut b),
-                4 => rotate_band(4, &turns, swap, band, &mut a, &mut b),
-                5 => rotate_band(5, &turns, swap, band, &mut a, &mut b),
-                6 => rotate_band(6, &turns, swap, band, &mut a, &mut b),
-                7 => rotate_band(7, &turns, swap, band, &mut a, &mut b),
-                8 => rotate_band(8, &turns, swap, band, &mut a, &mut b),
-                9 => rotate_band(9, &turns, swap, band, &mut a, &mut b),
-                _ => rotate_band(l, &turns, swap, band, &mut a, &mut b),
+                3 => rotate_band(3, &turns, exchange, band, &mut a, &mut b),
+                4 => rotate_band(4, &turns, exchange, band, &mut a, &mut b),
+                5 => rotate_band(5, &turns, exchange, band, &mut a, &mut b),
+                6 => rotate_band(6, &turns, exchange, band, &mut a, &mut b),
+                7 => rotate_band(7, &turns, exchange, band, &mut a, &mut b),
+                8 => rotate_band(8, &turns, exchange, band, &mut a, &mut b),
+                9 => rotate_band(9, &turns, exchange, band, &mut a, &mut b),
+                _ => rotate_band(l, &turns, exchange, band, &mut a, &mut b),
             }
         }
     });
@@ -104,35 +104,36 @@ fn rotate_with<T: Coefficient>(
 #[inline(always)]
 fn rotate_band<T: Coefficient>(
     l: usize,
-    [z_alpha, z_minus_beta, z_gamma]: &[Turn<'_, T::Scalar>; 3],
-    swap: &SwapBand,
+    [z_alpha, z_minus_beta, z_gamma]: &[ZRotation<'_, T::Scalar>; 3],
+    exchange: &YzExchangeBand,
     band: &mut [T],
     a: &mut SplitBand<'_, T>,
     b: &mut SplitBand<'_, T>,
 ) {
+    // R_z(γ), then R_y(β) between exchanges of y and z, then R_z(α).
     a.load(l, band);
     z_gamma.apply(l, a);
-    swap.apply(l, a, b);
+    exchange.apply(l, a, b);
     z_minus_beta.apply(l, b);
-    swap.apply(l, b, a);
+    exchange.apply(l, b, a);
     z_alpha.apply(l, a);
     a.store(l, band);
 }
 
-/// Places that a [`Turn`] needs.
-const fn turn_places(order: usize) -> usize {
+/// Places that a [`ZRotation`] needs.
+const fn z_rotation_places(order: usize) -> usize {
     4 * (order / 2 + 1)
 }
 
 /// A rotation about z: cosine and sine of `m a` for even `m` from 2 and for odd `m` from 1.
-struct Turn<'a, S> {
+struct ZRotation<'a, S> {
     cos_even: &'a [S],
     sin_even: &'a [S],
     cos_odd: &'a [S],
     sin_odd: &'a [S],
 }
 
-impl<'a, S: Real> Turn<'a, S> {
+impl<'a, S: Real> ZRotation<'a, S> {
     /// By repeated multiplication, `e^{i(m+1)a} = e^{ia} e^{ima}`, in `f64`: the error grows as `m` roundings.
     fn new(angle: CosSin, order: usize, places: &'a mut [S]) -> Self {
         let each = order / 2 + 1;
@@ -153,13 +154,13 @@ impl<'a, S: Real> Turn<'a, S> {
     #[inline(always)]
     fn apply<T: Coefficient<Scalar = S>>(&self, l: usize, band: &mut SplitBand<'_, T>) {
         let (evens, odds) = (l / 2, l.div_ceil(2));
-        turn_pairs(self.cos_even, self.sin_even, &mut band.sin_even[..evens], &mut band.cos_even[1..=evens]);
-        turn_pairs(self.cos_odd, self.sin_odd, &mut band.sin_odd[..odds], &mut band.cos_odd[..odds]);
+        rotate_pairs(self.cos_even, self.sin_even, &mut band.sin_even[..evens], &mut band.cos_even[1..=evens]);
+        rotate_pairs(self.cos_odd, self.sin_odd, &mut band.sin_odd[..odds], &mut band.cos_odd[..odds]);
     }
 }
 
 #[inline(always)]
-fn turn_pairs<T: Coefficient>(cos: &[T::Scalar], sin: &[T::Scalar], minus: &mut [T], plus: &mut [T]) {
+fn rotate_pairs<T: Coefficient>(cos: &[T::Scalar], sin: &[T::Scalar], minus: &mut [T], plus: &mut [T]) {
     let count = minus.len();
     let (cos, sin, plus) = (&cos[..count], &sin[..count], &mut plus[..count]);
     for k in 0..count {
@@ -175,7 +176,7 @@ mod tests {
     use crate::{Expansion as _, Rotation, ShVec};
 
     #[test]
-    fn swaps_agree_with_the_closed_forms_of_bands_1_and_2() {
+    fn exchanges_agree_with_the_closed_forms_of_bands_1_and_2() {
         let mut random = lobe_testkit::Random::new(41);
         for _ in 0..100 {
             let rotation = Rotation::from_quaternion(random.quaternion()).unwrap();

@@ -1,21 +1,23 @@
-//! The way uphill from a point to a maximum of a function on the sphere.
+//! Ascent to a local maximum of an expansion by the method of Broyden, Fletcher, Goldfarb and Shanno (BFGS).
 
 use crate::sphere::vector::{difference, dot, length, tangents};
 use crate::{Dir, Expansion, ShVec, eval_with_gradient};
 
-/// Steps allowed. A start within a grid cell of a maximum needs some 8; a flat ridge may take several times as many.
+/// The most steps. From within a grid cell of a maximum some 8 are usual; a flat ridge may take several times as many.
 const STEPS: usize = 200;
 
-/// The gradient, over the largest that the bands' energies allow, at which a maximum is found: ten times its rounding.
+/// The gradient at which the ascent has converged, relative to the largest that the bands' energies allow: ten times its
+/// rounding.
 const FLAT: f64 = 1e-13;
 
-/// A step never goes farther than this part of the shortest wavelength `2π/(n-1)`, so that the climb stays on its hill.
+/// The longest step as a fraction of the shortest wavelength `2π/(n-1)`, so that the ascent stays on its hill.
 const LONGEST_STEP: f64 = 0.1;
 
-/// Where a found point is compared with its surroundings to tell a maximum from a saddle, in parts of the wavelength.
+/// The distance at which a point is compared with its surroundings to tell a maximum from a saddle, as a fraction of the
+/// wavelength.
 const LOOK_AROUND: f64 = 1e-4;
 
-/// A function on the sphere, ready to be climbed.
+/// A function on the sphere with the scales that its ascent needs.
 ///
 /// [Sloan 2008] minimizes `-f(x/|x|)` over all of space by BFGS, so that the search may leave the sphere; the gradient
 /// is that on the sphere times the Jacobian of normalization,
@@ -25,11 +27,11 @@ const LOOK_AROUND: f64 = 1e-4;
 ///       diagonal (|x|² - x²)/|x|³, off the diagonal -xy/|x|³ (printed with |x| in place of its cube)
 /// ```
 ///
-/// Here every step begins on the sphere, `|x| = 1`, in the tangent plane, to which that Jacobian projects; the gradient
-/// of [`eval_with_gradient`] is projected already.
+/// Here every step begins on the sphere, `|x| = 1`, where that Jacobian projects to the tangent plane; the gradient of
+/// [`eval_with_gradient`] is tangent already.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
-pub(crate) struct Hill<'a> {
+pub(crate) struct BfgsAscent<'a> {
     f: &'a ShVec<f64>,
     /// `Σ_l √((2l+1)/4π) ‖f_l‖` from band 1 on: no value differs from the mean by more.
     height: f64,
@@ -38,7 +40,7 @@ pub(crate) struct Hill<'a> {
     wavelength: f64,
 }
 
-impl<'a> Hill<'a> {
+impl<'a> BfgsAscent<'a> {
     /// `None` for a function that is constant to rounding, or has coefficients that are not finite.
     pub(crate) fn new(f: &'a ShVec<f64>) -> Option<Self> {
         let (mut height, mut steepness) = (0.0, 0.0);
@@ -53,17 +55,17 @@ impl<'a> Hill<'a> {
         (finite && height > f64::EPSILON * f.mean().abs()).then_some(Self { f, height, steepness, wavelength })
     }
 
-    /// The distance at which two found maxima are one.
+    /// The distance below which two maxima count as one.
     pub(crate) fn resolution(&self) -> f64 {
         10.0 * LOOK_AROUND * self.wavelength
     }
 
-    /// The maximum uphill of `start`, and its value.
+    /// The maximum that the ascent from `start` reaches, and its value.
     pub(crate) fn ascend(&self, start: Dir) -> (Dir, f64) {
-        let (mut at, mut value) = self.climb(start);
-        // A saddle, or a start on one, is left sideways.
+        let (mut at, mut value) = self.ascend_by_bfgs(start);
+        // Leave a saddle towards a higher point beside it.
         while let Some(higher) = self.higher_nearby(at, value) {
-            let (next, next_value) = self.climb(higher);
+            let (next, next_value) = self.ascend_by_bfgs(higher);
             if next_value <= value {
                 break;
             }
@@ -72,7 +74,7 @@ impl<'a> Hill<'a> {
         (at, value)
     }
 
-    /// A point close by that is higher beyond doubt.
+    /// A point close by that is higher by more than rounding.
     fn higher_nearby(&self, at: Dir, value: f64) -> Option<Dir> {
         let [u, v] = tangents(at.to_array());
         let radius = LOOK_AROUND * self.wavelength;
@@ -80,33 +82,36 @@ impl<'a> Hill<'a> {
             let (sin, cos) = (std::f64::consts::PI * f64::from(k) / 4.0).sin_cos();
             stepped(at, [0, 1, 2].map(|i| radius * (cos * u[i] + sin * v[i])))
         });
-        let doubt = 64.0 * f64::EPSILON * (self.height + self.f.mean().abs());
+        let rounding = 64.0 * f64::EPSILON * (self.height + self.f.mean().abs());
         let best = around.map(|s| (s, self.f.eval(s))).max_by(|a, b| a.1.total_cmp(&b.1));
-        best.filter(|(_, higher)| *higher > value + doubt).map(|(s, _)| s)
+        best.filter(|(_, higher)| *higher > value + rounding).map(|(s, _)| s)
     }
 
-    /// BFGS: the inverse Hessian of `-f` in the tangent plane is learned from the changes of the gradient.
-    fn climb(&self, start: Dir) -> (Dir, f64) {
+    /// Ascends by BFGS, which builds the inverse Hessian of `-f` in the tangent plane from the changes of the gradient.
+    fn ascend_by_bfgs(&self, start: Dir) -> (Dir, f64) {
         let mut at = start;
         let (mut value, mut gradient) = eval_with_gradient(self.f, at);
-        // The curvature is at most steepness times the highest degree.
+        // Begin with the inverse of the largest possible curvature: the steepest slope times the highest degree.
         let first = self.wavelength / (2.0 * std::f64::consts::PI * self.steepness);
         let mut inverse = scaled_identity(first);
         for _ in 0..STEPS {
             if length(gradient) <= FLAT * self.steepness {
                 break;
             }
+            // Take the quasi-Newton step, or steepest ascent where that does not ascend.
             let mut step = tangent(at, multiply(&inverse, gradient));
             if dot(step, gradient) <= 0.0 {
                 inverse = scaled_identity(first);
                 step = gradient.map(|g| first * g);
             }
+            // Keep the step short against the wavelength, and search along it.
             let longest = LONGEST_STEP * self.wavelength;
             let shrink = (longest / length(step)).min(1.0);
             let step = step.map(|c| c * shrink);
             let Some((next, next_value, next_gradient, taken)) = self.line_search(at, value, gradient, step) else {
                 break;
             };
+            // Update the inverse Hessian by the change of the gradient.
             let change = tangent(next, difference(gradient, next_gradient));
             inverse = updated(&inverse, tangent(next, taken), change).unwrap_or(inverse);
             (at, value, gradient) = (next, next_value, next_gradient);
@@ -114,7 +119,7 @@ impl<'a> Hill<'a> {
         (at, value)
     }
 
-    /// Halves the step until the function rises, or, where its rounding hides that, the gradient falls.
+    /// Halves the step until the function rises or, where rounding hides a rise, the gradient becomes shorter.
     fn line_search(
         &self,
         at: Dir,
@@ -137,8 +142,8 @@ impl<'a> Hill<'a> {
     }
 }
 
-/// Broyden, Fletcher, Goldfarb, Shanno: the inverse Hessian after a step `s` changed the gradient by `y`; `None` where
-/// the function is not curved the right way along the step.
+/// The BFGS update of the inverse Hessian after a step `s` changed the gradient by `y`; `None` where the function is not
+/// concave along the step.
 ///
 /// ```text
 ///   H ← (1 - s yᵀ/yᵀs) H (1 - y sᵀ/yᵀs) + s sᵀ/yᵀs

@@ -1,25 +1,24 @@
-//! The shortest vector in a set bounded by planes.
+//! LDP, least distance programming: the shortest vector in an intersection of half spaces.
 
-use crate::solver::nnls::{LeastSquares, non_negative_solution};
+use crate::solver::nnls::{NnlsProblem, nnls};
 
-/// The shortest vector `u` of `count` numbers with `g·u >= h` for every row `(g, h)`; it must exist.
+/// The shortest vector `u` of `count` components with `g·u >= h` for every row `(g, h)`; one must exist.
 ///
-/// Least distance programming: with the columns `(g, h)` and the target `(0, .., 0, 1)`, let `r` be the residual of the
-/// least squares solution with multipliers that are not negative. Then `u = -r_k / r_last`. Source:
-/// [Lawson 1974], chapter 23.
-pub(crate) fn least_norm(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
+/// Lawson and Hanson's algorithm LDP: let `r` be the residual of the NNLS problem with the columns `(g, h)` and the target
+/// `(0, .., 0, 1)`. Then `u_k = -r_k / r_last`. Source: [Lawson 1974], chapter 23.
+pub(crate) fn least_distance(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = rows.iter().map(|(g, h)| g.iter().copied().chain([*h]).collect()).collect();
     let mut target = vec![0.0; count + 1];
     target[count] = 1.0;
     let problem = Columns::new(&columns, &target);
-    let r = problem.residual(&non_negative_solution(&problem));
-    // r_last = -|r|² is negative unless the rows contradict each other.
+    let r = problem.residual(&nnls(&problem));
+    // r_last = -|r|² is negative unless the constraints contradict each other.
     let last = r[count].abs().max(f64::MIN_POSITIVE);
     r[..count].iter().map(|r| r / last).collect()
 }
 
-/// `min |Σ x_k column_k - target|²`. Columns that depend on those within are refused: among planes that almost coincide
-/// one is enough. No normal equations, which would lose what planes that are nearly parallel differ in.
+/// `min |Σ x_k column_k - target|²`. Columns that depend on the passive ones are rejected: of planes that almost coincide one
+/// suffices. Solved by orthogonalization, because normal equations would lose the difference of nearly parallel planes.
 struct Columns<'a> {
     columns: &'a [Vec<f64>],
     lengths: Vec<f64>,
@@ -41,38 +40,38 @@ impl<'a> Columns<'a> {
     }
 }
 
-impl LeastSquares for Columns<'_> {
+impl NnlsProblem for Columns<'_> {
     fn count(&self) -> usize {
         self.columns.len()
     }
 
-    fn gains(&self, x: &[f64]) -> Vec<f64> {
+    fn negative_gradient(&self, x: &[f64]) -> Vec<f64> {
         let residual = self.residual(x);
-        let gain =
+        let component =
             |(column, length): (&Vec<f64>, &f64)| if *length > 0.0 { -dot(column, &residual) / length } else { 0.0 };
-        self.columns.iter().zip(&self.lengths).map(gain).collect()
+        self.columns.iter().zip(&self.lengths).map(component).collect()
     }
 
-    /// In parts of the target, which has length 1.
-    fn enough(&self) -> f64 {
+    /// As a fraction of the target, which has length 1.
+    fn tolerance(&self) -> f64 {
         1e-12
     }
 
-    fn solve(&self, within: &[usize]) -> Option<Vec<f64>> {
-        orthogonal_solution(self.columns, within, self.target)
+    fn solve(&self, passive: &[usize]) -> Option<Vec<f64>> {
+        orthogonal_solution(self.columns, passive, self.target)
     }
 }
 
-/// The least squares solution over some columns by modified Gram-Schmidt orthogonalization, each column twice; `None`
-/// if they are dependent.
-fn orthogonal_solution(columns: &[Vec<f64>], within: &[usize], target: &[f64]) -> Option<Vec<f64>> {
-    /// A column counts as dependent on others when less than this part of it is left beside them.
+/// The least-squares solution over some columns by modified Gram-Schmidt orthogonalization, each column twice; `None` if
+/// they are dependent.
+fn orthogonal_solution(columns: &[Vec<f64>], passive: &[usize], target: &[f64]) -> Option<Vec<f64>> {
+    /// A column counts as dependent on others when less than this fraction of its length is orthogonal to them.
     const DEPENDENT: f64 = 1e-11;
 
-    let count = within.len();
+    let count = passive.len();
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(count);
     let mut r = vec![vec![0.0; count]; count];
-    for (j, &k) in within.iter().enumerate() {
+    for (j, &k) in passive.iter().enumerate() {
         let mut v = columns[k].clone();
         let length = dot(&v, &v).sqrt();
         for _ in 0..2 {
@@ -122,7 +121,7 @@ mod tests {
                     (g, h)
                 })
                 .collect();
-            let u = least_norm(&rows, count);
+            let u = least_distance(&rows, count);
             let mut tight = Vec::new();
             for (g, h) in &rows {
                 let slack = dot(g, &u) - h;
@@ -133,21 +132,21 @@ mod tests {
             }
             // u is a sum of tight rows with multipliers that are not negative.
             let sum = Columns::new(&tight, &u);
-            let rest = sum.residual(&non_negative_solution(&sum));
+            let rest = sum.residual(&nnls(&sum));
             assert!(dot(&rest, &rest).sqrt() < 1e-8, "case {case}: {u:?} is no cone sum, {rest:?} is left");
         }
     }
 
     #[test]
     fn without_need_the_shortest_vector_is_zero() {
-        assert_eq!(least_norm(&[(vec![1.0, 0.0], -1.0)], 2), [0.0, 0.0], "a slack row");
-        assert_eq!(least_norm(&[], 3), [0.0; 3], "no row");
+        assert_eq!(least_distance(&[(vec![1.0, 0.0], -1.0)], 2), [0.0, 0.0], "a slack row");
+        assert_eq!(least_distance(&[], 3), [0.0; 3], "no row");
     }
 
     #[test]
     fn equal_rows_do_no_harm() {
         let row = (vec![1.0, 1.0], 2.0);
-        let u = least_norm(&[row.clone(), row.clone(), row], 2);
+        let u = least_distance(&[row.clone(), row.clone(), row], 2);
         assert!(u.iter().all(|u| (u - 1.0).abs() < 1e-12), "{u:?}");
     }
 }

@@ -1,36 +1,36 @@
-//! The way up to a maximum of a smooth function on the sphere, by Newton's method.
+//! Ascent to a local maximum of a smooth function on the sphere by Newton's method.
 //!
-//! The climb to the maxima of an expansion does not serve here: the functions whose axes are sought are sums of squares
-//! over the channels, no expansions, and have one broad hill or two, which a few Newton steps climb.
+//! For functions that are no expansions, such as the sums of squares over channels that the encodings maximize: they have
+//! one or two broad hills, where a few Newton steps suffice.
 
 use crate::Dir;
 use crate::sphere::vector::{dot, tangents};
 
-/// Steps after which the search gives up: where it is quadratic six suffice, the first ones may be halved.
+/// The most steps. Where the function is quadratic six suffice; the first ones may be halved.
 const STEPS: usize = 60;
 
-/// Angle between the gradients whose difference is the second derivative: `ε^{1/3}`, where truncation and rounding
-/// balance.
+/// The angle of the finite differences of the gradient: `ε^{1/3}`, where truncation and rounding balance.
 const DIFFERENCE: f64 = 6e-6;
 
-/// No step is longer, in radians.
+/// The longest step, in radians.
 const LONGEST_STEP: f64 = 0.5;
 
-/// A step this short has converged.
+/// The step at which the ascent has converged, in radians.
 const CONVERGED: f64 = 1e-13;
 
-/// How much of its size a value may lose by rounding when a step makes the gradient smaller.
+/// The relative loss of a value that counts as rounding when a step makes the gradient shorter.
 const ROUNDING: f64 = 1e-14;
 
-/// Climbs from `start` to a maximum nearby of the function whose value and gradient (any part along `s` is ignored) `f`
-/// gives.
+/// Ascends from `start` to a local maximum of the function whose value and gradient `f` returns; the part of the gradient
+/// along `s` is ignored.
 ///
 /// Newton's method in the tangent plane, its second derivatives from differences of gradients along three great
-/// circles; steepest ascent where the function is not concave. A step that does not climb is halved.
+/// circles; steepest ascent where the function is not concave. A step that does not ascend is halved.
 pub(crate) fn ascend(start: Dir, f: impl Fn(Dir) -> (f64, [f64; 3])) -> Dir {
     let mut at = start;
     let (mut value, mut gradient) = f(at);
     for _ in 0..STEPS {
+        // Take the Newton step in the tangent plane.
         let [u, v] = tangents(at.to_array());
         let g = [dot(gradient, u), dot(gradient, v)];
         let step = newton_step(at, [u, v], g, &f);
@@ -40,7 +40,8 @@ pub(crate) fn ascend(start: Dir, f: impl Fn(Dir) -> (f64, [f64; 3])) -> Dir {
         }
         let towards = [0, 1, 2].map(|k| (step[0] * u[k] + step[1] * v[k]) / length);
         let mut angle = length.min(LONGEST_STEP);
-        let climbed = loop {
+        // Halve it until the function rises, or the gradient becomes shorter within rounding.
+        let risen = loop {
             let next = along(at, towards, angle);
             let (next_value, next_gradient) = f(next);
             let flatter = tangent_length(next, next_gradient) < g[0].hypot(g[1]);
@@ -53,7 +54,7 @@ pub(crate) fn ascend(start: Dir, f: impl Fn(Dir) -> (f64, [f64; 3])) -> Dir {
                 break false;
             }
         };
-        if !climbed {
+        if !risen {
             break;
         }
     }
@@ -83,14 +84,14 @@ fn newton_step(at: Dir, [u, v]: [[f64; 3]; 2], g: [f64; 2], f: &impl Fn(Dir) -> 
     }
 }
 
-/// The direction an angle further along a unit tangent.
+/// The direction at an angle from `at` along a unit tangent.
 fn along(at: Dir, tangent: [f64; 3], angle: f64) -> Dir {
     let (sin, cos) = angle.sin_cos();
     let s = at.to_array();
     Dir::new([0, 1, 2].map(|k| cos * s[k] + sin * tangent[k])).unwrap_or(at)
 }
 
-/// The length of the part of `v` across `s`.
+/// The length of the part of `v` tangent to the sphere at `s`.
 fn tangent_length(s: Dir, v: [f64; 3]) -> f64 {
     let along = dot(s.to_array(), v);
     (dot(v, v) - along * along).max(0.0).sqrt()

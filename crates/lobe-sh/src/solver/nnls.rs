@@ -1,113 +1,114 @@
-//! Least squares in few unknowns, none of them negative.
+//! NNLS: least squares in few unknowns, none of them negative.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A problem `min |A x - b|²` as the active set method sees it.
-pub(crate) trait LeastSquares {
+/// A problem `min |A x - b|²`, `x >= 0`, as the active-set method needs it.
+pub(crate) trait NnlsProblem {
     /// The number of unknowns.
     fn count(&self) -> usize;
 
-    /// For every unknown how fast the residual falls when it grows from `x`: `Aᵀ(b - A x)`, each in a scale of its own.
-    fn gains(&self, x: &[f64]) -> Vec<f64>;
+    /// The negative gradient `Aᵀ(b - A x)` at `x`; every component may have its own positive scale.
+    fn negative_gradient(&self, x: &[f64]) -> Vec<f64>;
 
-    /// The gain below which an unknown at zero stays there, a few rounding errors.
-    fn enough(&self) -> f64;
+    /// The component of the negative gradient up to which an unknown stays at zero: a few rounding errors.
+    fn tolerance(&self) -> f64;
 
-    /// The solution in the unknowns `within` alone; `None` if the problem refuses them, because the last one depends on
-    /// the others.
-    fn solve(&self, within: &[usize]) -> Option<Vec<f64>>;
+    /// The least-squares solution in the unknowns `passive` alone, all others zero; `None` if the column of the last one
+    /// depends on those of the others.
+    fn solve(&self, passive: &[usize]) -> Option<Vec<f64>>;
 }
 
-/// The solution of least residual with `x >= 0`.
+/// The solution of least residual with `x >= 0` (Lawson and Hanson's algorithm NNLS).
 ///
-/// The active set method: unknowns at zero are let in one by one where the gain is largest, and leave again when the
-/// solution of those within would make them negative, at the point of the way where the first one reaches zero. Source:
-/// [Lawson 1974], chapter 23.
-pub(crate) fn non_negative_solution(problem: &impl LeastSquares) -> Vec<f64> {
+/// The active-set method: unknowns leave zero one by one, the one of the largest gradient first, and return to zero when the
+/// solution in the passive set, that of the free unknowns, would make them negative. Source: [Lawson 1974], chapter 23.
+pub(crate) fn nnls(problem: &impl NnlsProblem) -> Vec<f64> {
     let mut x = vec![0.0; problem.count()];
-    let mut within: Vec<usize> = Vec::new();
-    let mut refused: Vec<usize> = Vec::new();
-    // Every round lowers the residual, so that no set comes twice; the limit guards against rounding.
+    let mut passive: Vec<usize> = Vec::new();
+    let mut rejected: Vec<usize> = Vec::new();
+    // Every round lowers the residual, so that no passive set comes twice; the limit guards against rounding.
     for _ in 0..10 * (x.len() + 1) {
-        let gains = problem.gains(&x);
-        let outside = (0..x.len()).filter(|k| !within.contains(k) && !refused.contains(k));
-        let best = outside.max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
-        let Some(next) = best.filter(|&k| gains[k] > problem.enough()) else { break };
-        within.push(next);
-        // By rounding alone the one let in may come out negative.
-        let Some(mut solution) = problem.solve(&within).filter(|s| s[within.len() - 1] > 0.0) else {
-            within.pop();
-            refused.push(next);
+        // Free the unknown at zero that has the largest gradient.
+        let negative_gradient = problem.negative_gradient(&x);
+        let outside = (0..x.len()).filter(|k| !passive.contains(k) && !rejected.contains(k));
+        let best = outside.max_by(|&a, &b| negative_gradient[a].total_cmp(&negative_gradient[b]));
+        let Some(next) = best.filter(|&k| negative_gradient[k] > problem.tolerance()) else { break };
+        passive.push(next);
+        // Solve in the passive set; reject an unknown that rounding alone makes negative.
+        let Some(mut solution) = problem.solve(&passive).filter(|s| s[passive.len() - 1] > 0.0) else {
+            passive.pop();
+            rejected.push(next);
             continue;
         };
-        while let Some(way) = blocking_way(&within, &x, &solution) {
-            go(&mut x, &within, &solution, way);
-            // The one that blocks is zero but for rounding.
-            let least = within.iter().copied().min_by(|&a, &b| x[a].total_cmp(&x[b]));
-            within.retain(|&k| {
+        // While the solution has a negative component, step_towards as far towards it as possible and fix that one at zero.
+        while let Some(fraction) = step_to_boundary(&passive, &x, &solution) {
+            step_towards(&mut x, &passive, &solution, fraction);
+            // The component that stops the step is zero but for rounding.
+            let least = passive.iter().copied().min_by(|&a, &b| x[a].total_cmp(&x[b]));
+            passive.retain(|&k| {
                 let stays = x[k] > 0.0 && Some(k) != least;
                 if !stays {
                     x[k] = 0.0;
                 }
                 stays
             });
-            solution = problem.solve(&within).unwrap_or_else(|| within.iter().map(|&k| x[k]).collect());
+            solution = problem.solve(&passive).unwrap_or_else(|| passive.iter().map(|&k| x[k]).collect());
         }
-        go(&mut x, &within, &solution, 1.0);
-        refused.clear();
+        step_towards(&mut x, &passive, &solution, 1.0);
+        rejected.clear();
     }
     x
 }
 
-/// Moves `x` that part of the way to the solution.
-fn go(x: &mut [f64], within: &[usize], solution: &[f64], way: f64) {
-    for (&k, s) in within.iter().zip(solution) {
-        x[k] = if way == 1.0 { *s } else { x[k] + way * (s - x[k]) };
+/// Moves `x` towards the solution by a fraction of the difference.
+fn step_towards(x: &mut [f64], passive: &[usize], solution: &[f64], fraction: f64) {
+    for (&k, s) in passive.iter().zip(solution) {
+        x[k] = if fraction == 1.0 { *s } else { x[k] + fraction * (s - x[k]) };
     }
 }
 
-/// What part of the way to the solution one may go before an unknown becomes negative; `None` for all of it.
-fn blocking_way(within: &[usize], x: &[f64], solution: &[f64]) -> Option<f64> {
-    let blocked = within.iter().zip(solution).filter(|(_, s)| **s <= 0.0);
+/// The fraction of the step to the solution at which the first unknown becomes zero; `None` if none does.
+fn step_to_boundary(passive: &[usize], x: &[f64], solution: &[f64]) -> Option<f64> {
+    let blocked = passive.iter().zip(solution).filter(|(_, s)| **s <= 0.0);
     blocked.map(|(&k, s)| if x[k] > *s { x[k] / (x[k] - s) } else { 0.0 }).reduce(f64::min)
 }
 
-/// A problem known by `AᵀA` and `Aᵀb`. Unknowns that mean the same, such as two lights in one direction, share what
-/// they stand for.
-pub(crate) struct Normal<'a> {
+/// A problem given by its normal equations, `AᵀA` and `Aᵀb`. Equal columns, such as two lights in one direction, get equal
+/// solutions.
+pub(crate) struct NormalEquations<'a> {
     pub(crate) gram: &'a DMatrix<f64>,
     pub(crate) right: &'a DVector<f64>,
 }
 
-impl LeastSquares for Normal<'_> {
+impl NnlsProblem for NormalEquations<'_> {
     fn count(&self) -> usize {
         self.right.len()
     }
 
-    fn gains(&self, x: &[f64]) -> Vec<f64> {
+    fn negative_gradient(&self, x: &[f64]) -> Vec<f64> {
         (self.right - self.gram * DVector::from_column_slice(x)).as_slice().to_vec()
     }
 
-    fn enough(&self) -> f64 {
-        /// In parts of the right-hand side.
-        const ENOUGH: f64 = 1e-13;
+    fn tolerance(&self) -> f64 {
+        /// As a fraction of the right-hand side.
+        const TOLERANCE: f64 = 1e-13;
 
-        ENOUGH * self.right.amax()
+        TOLERANCE * self.right.amax()
     }
 
-    fn solve(&self, within: &[usize]) -> Option<Vec<f64>> {
-        let gram = DMatrix::from_fn(within.len(), within.len(), |i, j| self.gram[(within[i], within[j])]);
-        let right = DVector::from_fn(within.len(), |i, _| self.right[within[i]]);
+    fn solve(&self, passive: &[usize]) -> Option<Vec<f64>> {
+        let gram = DMatrix::from_fn(passive.len(), passive.len(), |i, j| self.gram[(passive[i], passive[j])]);
+        let right = DVector::from_fn(passive.len(), |i, _| self.right[passive[i]]);
         Some(least_squares_solution(&gram, &right).as_slice().to_vec())
     }
 }
 
 /// The minimum of `xᵀGx - 2bᵀx`, of least norm where it is not unique.
 pub(crate) fn least_squares_solution(gram: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    /// Above this ratio of the smallest to the largest pivot the system is solved directly: it costs no more than four
-    /// digits.
+    /// Above this ratio of the smallest to the largest pivot the system is solved by Cholesky factorization, which loses no
+    /// more than four digits.
     const WELL_CONDITIONED: f64 = 1e-4;
-    /// A singular value below this part of the largest is zero.
+    /// A singular value below this fraction of the largest counts as zero.
     const RANK: f64 = 1e-13;
 
     if gram.nrows() == 0 {
@@ -137,17 +138,17 @@ mod tests {
                 let a = DMatrix::from_fn(count + 2, count, |_, _| random.signed());
                 let gram = a.transpose() * &a;
                 let right = a.transpose() * DVector::from_fn(count + 2, |_, _| random.signed());
-                let problem = Normal { gram: &gram, right: &right };
+                let problem = NormalEquations { gram: &gram, right: &right };
                 let cost = |x: &[f64]| {
                     let x = DVector::from_column_slice(x);
                     (x.transpose() * &gram * &x)[0] - 2.0 * right.dot(&x)
                 };
-                let x = non_negative_solution(&problem);
+                let x = nnls(&problem);
                 assert!(x.iter().all(|x| *x >= 0.0), "{x:?}");
                 for subset in 0..1_usize << count {
-                    let within: Vec<usize> = (0..count).filter(|k| subset >> k & 1 == 1).collect();
+                    let passive: Vec<usize> = (0..count).filter(|k| subset >> k & 1 == 1).collect();
                     let mut other = vec![0.0; count];
-                    go(&mut other, &within, &problem.solve(&within).unwrap(), 1.0);
+                    step_towards(&mut other, &passive, &problem.solve(&passive).unwrap(), 1.0);
                     let allowed = other.iter().all(|x| *x >= 0.0);
                     assert!(!allowed || cost(&x) <= cost(&other) + 1e-12, "{x:?} is worse than {other:?}");
                 }
@@ -161,6 +162,6 @@ mod tests {
         let x = least_squares_solution(&gram, &right);
         assert!((x[0] - 0.5).abs() < 1e-14 && (x[1] - 0.5).abs() < 1e-14, "{x}");
         let (gram, right) = (DMatrix::zeros(0, 0), DVector::zeros(0));
-        assert!(non_negative_solution(&Normal { gram: &gram, right: &right }).is_empty(), "no unknowns");
+        assert!(nnls(&NormalEquations { gram: &gram, right: &right }).is_empty(), "no unknowns");
     }
 }

@@ -2,8 +2,8 @@
 
 use std::ops::Neg;
 
-/// How far the squared length given to [`Dir::from_unit`] may be from 1: directions that went through a few `f64`
-/// operations pass, those rounded to `f32` do not.
+/// The tolerance of the squared length given to [`Dir::from_unit`]: directions that went through a few `f64` operations
+/// pass, those rounded to `f32` do not.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// A direction: a unit vector in Lobe's right-handed frame, +z up.
@@ -28,7 +28,7 @@ impl Dir {
 
     /// The direction of the vector `v`; `None` if `v` is zero or not finite.
     ///
-    /// Any length will do: components are first divided by the largest, so nothing overflows or underflows.
+    /// `v` may have any length: components are first divided by the largest, so that nothing overflows or underflows.
     #[inline]
     #[must_use]
     pub fn new(v: [f64; 3]) -> Option<Self> {

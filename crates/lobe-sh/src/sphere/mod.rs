@@ -1,8 +1,10 @@
-//! TODO room sphere.
+//! The sphere itself: directions, points spread over it, triangles and quadrature rules.
+//!
+//! Read [`dir`] first, then [`quadrature`]; [`triangulation`] and [`point_sets`] are for searches, [`vector`] has the
+//! vector algebra that all rooms share. Uses nothing but the shared tables of `once`.
 
 pub(crate) mod dir;
-pub(crate) mod fibonacci;
+pub(crate) mod point_sets;
 pub(crate) mod quadrature;
-pub(crate) mod thomson;
 pub(crate) mod triangulation;
 pub(crate) mod vector;

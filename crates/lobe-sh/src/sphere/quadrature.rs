@@ -15,8 +15,8 @@ const NEWTON_STEPS: usize = 8;
 ///   P_n(x_k) = 0        w_k = 2 / ((1 - x_k²) P_n'(x_k)²)
 /// ```
 ///
-/// Newton's method from `cos(π (k + 3/4) / (n + 1/2))`. The nodes are good to 1e-15; well-behaved to `n` of some
-/// thousands, where the recurrence of `P_n` begins to cost digits.
+/// Newton's method from `cos(π (k + 3/4) / (n + 1/2))`. The nodes are good to 1e-15; beyond some thousand nodes the
+/// recurrence of `P_n` begins to lose digits.
 #[must_use]
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let mut rule: Vec<(f64, f64)> = (0..n)
@@ -72,7 +72,7 @@ impl SphereQuadrature {
         self.rows.len() * self.azimuths
     }
 
-    /// Whether there are no points: never.
+    /// False: every rule has points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -1,7 +1,6 @@
-//! The sphere in triangles.
+//! Triangulations of the sphere, by subdividing an icosahedron.
 
-use std::sync::OnceLock;
-
+use crate::once::Once;
 use crate::sphere::vector::{cross, dot, unit};
 
 /// A spherical triangle inside a cap.
@@ -13,7 +12,7 @@ pub(crate) struct Triangle {
     corners: [[f64; 3]; 3],
     /// The direction of the sum of the corners.
     pub(crate) center: [f64; 3],
-    /// The largest angle to a corner, and a little more than the rounding of midpoints can open between triangles.
+    /// The largest angle to a corner, with a margin for gaps that the rounding of midpoints may open.
     pub(crate) radius: f64,
 }
 
@@ -44,29 +43,28 @@ impl Triangle {
 /// The finest triangulation that is kept: 5120 triangles.
 const LEVELS: usize = 5;
 
-/// The level with two triangles or more for each coefficient of a function of `order`, within reason.
+/// The first level with at least two triangles for each coefficient of a function of `order`, or the last but one.
 fn level_for(order: usize) -> usize {
     (0..LEVELS - 1).find(|level| 20 << (2 * level) >= 2 * order * order).unwrap_or(LEVELS - 1)
 }
 
-/// The components of the centers of a triangulation with about eight triangles or more for each coefficient of a function of `order`,
-/// within reason.
+/// The components of the centers of the triangulation one level finer than [`triangulation`].
 pub(crate) fn fine_directions(order: usize) -> [&'static [f64]; 3] {
-    static DIRECTIONS: [OnceLock<[Vec<f64>; 3]>; LEVELS] = [const { OnceLock::new() }; LEVELS];
+    static DIRECTIONS: [Once<[Vec<f64>; 3]>; LEVELS] = [const { Once::new() }; LEVELS];
     let level = (level_for(order) + 1).min(LEVELS - 1);
     let directions = DIRECTIONS[level]
         .get_or_init(|| [0, 1, 2].map(|k| triangulation_of_level(level).iter().map(|t| t.center[k]).collect()));
     directions.each_ref().map(Vec::as_slice)
 }
 
-/// An icosahedron, divided until there are two triangles or more for each coefficient of a function of `order`, within
-/// reason.
+/// An icosahedron subdivided until there are at least two triangles for each coefficient of a function of `order`, at most
+/// to the last level but one.
 pub(crate) fn triangulation(order: usize) -> &'static [Triangle] {
     triangulation_of_level(level_for(order))
 }
 
 fn triangulation_of_level(level: usize) -> &'static [Triangle] {
-    static TRIANGULATIONS: [OnceLock<Vec<Triangle>>; LEVELS] = [const { OnceLock::new() }; LEVELS];
+    static TRIANGULATIONS: [Once<Vec<Triangle>>; LEVELS] = [const { Once::new() }; LEVELS];
     TRIANGULATIONS[level].get_or_init(|| {
         (0..level).fold(icosahedron(), |triangles, _| triangles.iter().flat_map(Triangle::quarters).collect())
     })

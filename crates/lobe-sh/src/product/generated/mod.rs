@@ -51,13 +51,15 @@ mod zonal_5;
 #[rustfmt::skip]
 mod zonal_6;
 
+#[cfg(test)]
 use crate::product::cost::{ProductCost, ProductKind};
 use crate::{Coefficient, Real as _};
 
 /// What every generated product costs. The generator counts the operations it writes; a test counts them again
 /// in the source.
+#[cfg(test)]
 #[rustfmt::skip]
-pub const PRODUCT_COSTS: &[ProductCost] = &[
+pub(crate) const PRODUCT_COSTS: &[ProductCost] = &[
     ProductCost { kind: ProductKind::General, orders: [2, 2, 2], multiplications: 13, additions: 6 },
     ProductCost { kind: ProductKind::General, orders: [3, 3, 3], multiplications: 79, additions: 65 },
     ProductCost { kind: ProductKind::General, orders: [4, 4, 4], multiplications: 271, additions: 231 },

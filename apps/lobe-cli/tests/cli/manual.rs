@@ -1,0 +1,49 @@
+//! `lobe man` and `lobe completions`.
+
+use crate::harness::Dir;
+
+/// The commands that `lobe --help` lists, or those of another command.
+fn commands(dir: &Dir, of: &str) -> Vec<String> {
+    let help = dir.lobe(&format!("{of} --help")).stdout();
+    let (_, list) = help.split_once("Commands:\n").unwrap();
+    let lines = list.lines().take_while(|line| !line.trim().is_empty());
+    // The explanation of a command may go on in lines that are indented further.
+    let names = lines.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").map(String::from).collect()
+}
+
+#[test]
+fn every_command_has_a_page_that_names_its_options() {
+    let dir = Dir::new();
+    assert_eq!(dir.lobe("man -o pages/man1").stdout(), "", "stdout");
+    let page = |name: &str| String::from_utf8(dir.bytes(&format!("pages/man1/{name}.1"))).unwrap();
+    let mut count = 1;
+    for command in commands(&dir, "") {
+        count += 1;
+        let text = page(&format!("lobe-{command}"));
+        assert!(text.contains(".SH NAME") && text.contains(".SH SYNOPSIS"), "{command}: {text}");
+        if ["sh", "env"].contains(&command.as_str()) {
+            for sub in commands(&dir, &command) {
+                count += 1;
+                assert!(page(&format!("lobe-{command}-{sub}")).contains(".SH OPTIONS"), "{command} {sub}");
+            }
+        }
+    }
+    let files = std::fs::read_dir(dir.path("pages/man1")).unwrap().count();
+    assert!(files == count && count > 30, "{files} pages for {count} commands");
+    assert!(page("lobe-sh-eval").contains("\\-\\-dir"), "options are named");
+    assert_eq!(dir.lobe("man").stdout(), page("lobe"), "the page of lobe itself goes to stdout");
+}
+
+#[test]
+fn shells_are_told_commands_and_options() {
+    let dir = Dir::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = dir.lobe(&format!("completions {shell}")).stdout();
+        for word in ["fit-lobes", "vector-irradiance", "max-memory"] {
+            assert!(script.contains(word), "{shell}: {word} is not in {} bytes", script.len());
+        }
+    }
+    let line = dir.lobe("completions csh").error();
+    assert!(line.contains("possible values: bash, elvish, fish, powershell, zsh"), "{line}");
+}

@@ -1,0 +1,138 @@
+//! What decoders have in common: what comes out of them, and the limits that are checked before memory is taken.
+
+use crate::pixel::Pixel;
+use crate::{ImageError, ReadOption, TexelFormat};
+
+/// Characters of a message; more are the file's own, repeated.
+const MAX_MESSAGE: usize = 320;
+
+/// The values of the attribute `envmap` of OpenEXR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnvmapAttribute {
+    /// Longitude across, latitude down.
+    LatLong,
+    /// Six faces one above another.
+    Cube,
+}
+
+/// What is known of a picture before memory is taken for its texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct PictureHead {
+    /// Columns, at least 1.
+    pub width: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// The attribute `envmap` of an OpenEXR file.
+    pub envmap: Option<EnvmapAttribute>,
+}
+
+/// A caller's judgment of a picture from its head.
+pub(crate) type Accept<'a> = &'a dyn Fn(&PictureHead) -> Result<(), ImageError>;
+
+/// What a picture must be to be decoded.
+#[derive(Clone, Copy)]
+pub(crate) struct Limits<'a> {
+    pub(crate) max_texels: usize,
+    pub(crate) accept: Accept<'a>,
+}
+
+/// A picture as it comes out of a decoder.
+pub(crate) struct Decoded {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) texels: Vec<Pixel>,
+    pub(crate) notes: Vec<String>,
+    pub(crate) envmap: Option<EnvmapAttribute>,
+}
+
+/// A cube texture as a file holds it: size and texels of each level, face after face (+X, -X, +Y, -Y, +Z, -Z), row after row,
+/// the largest level first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CubeTexture {
+    /// How the texels were stored.
+    pub format: TexelFormat,
+    /// The size of a face of each level, and its texels.
+    pub levels: Vec<(usize, Vec<Pixel>)>,
+    /// What a careful user should know.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Refuses a picture that is larger than the caller allows, or not what the caller wants, before memory is asked for.
+pub(crate) fn check_size(
+    width: u64,
+    height: u64,
+    envmap: Option<EnvmapAttribute>,
+    limits: Limits<'_>,
+    name: &str,
+) -> Result<(usize, usize), ImageError> {
+    if width == 0 || height == 0 {
+        return Err(invalid(name, format!("the picture has no texels: it is {width} x {height}")));
+    }
+    if width.checked_mul(height).is_none_or(|texels| texels > limits.max_texels as u64) {
+        let limit = limits.max_texels;
+        let message = format!("the picture is {width} x {height}, more than the limit of {limit} texels");
+        return Err(ImageError::Refused { place: name.into(), message, option: ReadOption::MaxTexels });
+    }
+    let (width, height) = (width as usize, height as usize);
+    (limits.accept)(&PictureHead { width, height, envmap })?;
+    Ok((width, height))
+}
+
+/// An empty vector with room for `count` items, or an error where the system has no memory for them.
+pub(crate) fn reserve<T>(count: usize, name: &str) -> Result<Vec<T>, ImageError> {
+    let mut items = Vec::new();
+    items.try_reserve_exact(count).map_err(|_| {
+        let mib = (count.saturating_mul(size_of::<T>())) >> 20;
+        ImageError::Io {
+            place: name.into(),
+            source: std::io::Error::new(std::io::ErrorKind::OutOfMemory, format!("no memory for {mib} MiB of texels")),
+        }
+    })?;
+    Ok(items)
+}
+
+pub(crate) fn invalid(name: &str, message: String) -> ImageError {
+    ImageError::Invalid { place: name.into(), message: one_line(message) }
+}
+
+pub(crate) fn unsupported(name: &str, message: String) -> ImageError {
+    ImageError::Unsupported { place: name.into(), message: one_line(message) }
+}
+
+/// A message in one line of bounded length: decoders repeat what they find in a file.
+fn one_line(message: String) -> String {
+    if message.len() <= MAX_MESSAGE && !message.contains(char::is_control) {
+        return message;
+    }
+    let printable = |c: char| if c.is_control() { ' ' } else { c };
+    let mut line: String = message.trim_end().chars().take(MAX_MESSAGE).map(printable).collect();
+    if message.chars().nth(MAX_MESSAGE).is_some() {
+        line.push_str("...");
+    }
+    line
+}
+
+/// Refuses a cube larger than the caller allows, before memory is asked for.
+pub(crate) fn check_cube_size(size: u64, max_texels: usize, name: &str) -> Result<(), ImageError> {
+    if size == 0 {
+        return Err(invalid(name, "the cube map has no texels: its faces are 0 x 0".into()));
+    }
+    if size.checked_mul(size).and_then(|n| n.checked_mul(6)).is_none_or(|texels| texels > max_texels as u64) {
+        let message = format!("the faces are {size} x {size}, all six more than the limit of {max_texels} texels");
+        return Err(ImageError::Refused { place: name.into(), message, option: ReadOption::MaxTexels });
+    }
+    Ok(())
+}
+
+/// The size of level `k` below one of `size`: half of that before, rounded down, and at least 1.
+#[must_use]
+pub fn mip_level_size(size: usize, k: usize) -> usize {
+    size.checked_shr(k as u32).unwrap_or(0).max(1)
+}
+
+/// The number of levels from `size` down to 1.
+#[must_use]
+pub fn mip_level_count(size: usize) -> usize {
+    size.max(1).ilog2() as usize + 1
+}

@@ -1,0 +1,339 @@
+//! Pictures from files of any kind.
+
+use std::fmt;
+use std::fs::{self, File};
+use std::io::Read;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::codec::dds;
+use crate::codec::decoded::{EnvmapAttribute, Limits, PictureHead, invalid, unsupported};
+use crate::codec::read_exr;
+use crate::codec::read_hdr;
+use crate::codec::read_ldr;
+use crate::codec::read_pfm;
+use crate::pixel::{BLACK, Pixel};
+use crate::{ImageError, Picture, ReadOption};
+
+/// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory. While a
+/// Radiance picture is decoded it is there twice.
+const MAX_TEXELS: usize = 1 << 28;
+
+/// What a file can be, for messages.
+const EXPECTED: &str = "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, PNG, JPEG, KTX2 or DDS";
+
+/// Bytes of an unknown file that a message shows; enough to tell what any file is.
+const SHOWN_BYTES: usize = 24;
+
+/// What to do with a texel that has a channel of NaN or infinity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Nonfinite {
+    /// Refuse the file.
+    #[default]
+    Error,
+    /// Make the whole texel black and count it.
+    Zero,
+}
+
+/// How to read a picture.
+///
+/// ```
+/// use lobe_image::{Nonfinite, PictureReadOptions};
+///
+/// let options = PictureReadOptions::default().nonfinite(Nonfinite::Zero).max_texels(1 << 20);
+/// assert_eq!(options.max_texels, 1 << 20);
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct PictureReadOptions {
+    /// What to do with NaN and infinity; by default the file is refused.
+    pub nonfinite: Nonfinite,
+    /// The largest picture, in texels, for which memory is asked for; by default 2²⁸.
+    pub max_texels: usize,
+}
+
+impl Default for PictureReadOptions {
+    fn default() -> Self {
+        Self { nonfinite: Nonfinite::default(), max_texels: MAX_TEXELS }
+    }
+}
+
+impl PictureReadOptions {
+    /// Sets what to do with NaN and infinity.
+    #[must_use]
+    pub fn nonfinite(self, nonfinite: Nonfinite) -> Self {
+        Self { nonfinite, ..self }
+    }
+
+    /// Sets the largest picture, in texels.
+    #[must_use]
+    pub fn max_texels(self, max_texels: usize) -> Self {
+        Self { max_texels, ..self }
+    }
+}
+
+/// The kind of a file, as its contents say, whatever its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FileFormat {
+    /// Radiance picture, usually `.hdr`.
+    Radiance,
+    /// OpenEXR, `.exr`.
+    OpenExr,
+    /// Portable float map, `.pfm`.
+    Pfm,
+    /// PNG picture, 8 or 16 bits.
+    Png,
+    /// JPEG picture.
+    Jpeg,
+    /// KTX2 texture.
+    Ktx2,
+    /// DDS texture.
+    Dds,
+}
+
+impl fmt::Display for FileFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Radiance => "Radiance .hdr",
+            Self::OpenExr => "OpenEXR",
+            Self::Pfm => "portable float map",
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+            Self::Ktx2 => "KTX2",
+            Self::Dds => "DDS",
+        })
+    }
+}
+
+impl FileFormat {
+    /// The kind of file, from its first bytes; `name` stands for the file in messages.
+    ///
+    /// # Errors
+    /// [`ImageError::Unsupported`] if it is a picture of another kind, [`ImageError::Invalid`] if it is none.
+    pub fn of_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
+        const KINDS: [(&[u8], FileFormat); 9] = [
+            (&[0x76, 0x2f, 0x31, 0x01], FileFormat::OpenExr),
+            (b"#?", FileFormat::Radiance),
+            (b"PF", FileFormat::Pfm),
+            (b"Pf", FileFormat::Pfm),
+            (b"\x89PNG\r\n\x1a\n", FileFormat::Png),
+            (b"\xff\xd8\xff", FileFormat::Jpeg),
+            (&ktx2::MAGIC, FileFormat::Ktx2),
+            (&dds::MAGIC, FileFormat::Dds),
+            // A DDS file and a KTX2 file may be cut within these; then the decoder says so.
+            (b"\xabKTX 2", FileFormat::Ktx2),
+        ];
+        let word_ends = |magic: &[u8]| !magic.starts_with(b"P") || bytes.get(2).is_none_or(u8::is_ascii_whitespace);
+        if let Some((_, format)) = KINDS.iter().find(|(magic, _)| bytes.starts_with(magic) && word_ends(magic)) {
+            return Ok(*format);
+        }
+        if bytes.is_empty() {
+            return Err(invalid(name, format!("the file is empty; {EXPECTED} expected")));
+        }
+        if let Some(other) = other_picture(bytes) {
+            let message = format!("{EXPECTED} expected, found {other}; convert it to .hdr or .exr");
+            return Err(unsupported(name, message));
+        }
+        Err(invalid(name, format!("{EXPECTED} expected, found {}", describe(bytes))))
+    }
+
+    /// Whether such a file holds a cube texture ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)) and no picture.
+    #[must_use]
+    pub fn is_texture(self) -> bool {
+        matches!(self, Self::Ktx2 | Self::Dds)
+    }
+}
+
+/// What was found while reading.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct PictureReadReport {
+    /// Columns; of a cube texture, those of a face.
+    pub width: usize,
+    /// Rows; of a cube texture, those of a face.
+    pub height: usize,
+    /// Levels of a cube texture; 1 for a picture.
+    pub levels: usize,
+    /// The kind of file.
+    pub format: FileFormat,
+    /// The attribute `envmap` of an OpenEXR file: an environment whose outer texels lie on the edges. It is not acted upon.
+    pub envmap: Option<EnvmapAttribute>,
+    /// Texels with a NaN or infinite channel; they are black in the picture.
+    pub nonfinite: usize,
+    /// Column and row of the first of them; in a cube texture, of the faces of its level one above another.
+    pub first_nonfinite: Option<(usize, usize)>,
+    /// Texels with a negative channel; they are kept.
+    pub negative: usize,
+    /// What a careful user should know: channels chosen, parts of the file ignored, factors applied.
+    pub notes: Vec<String>,
+}
+
+/// Reads a picture from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file.
+///
+/// What the file is follows from its contents, not from its name.
+///
+/// * **Radiance**: flat, old and new run-length encoding. `EXPOSURE` and `COLORCORR` are divided out, so the values
+///   are radiance; `PRIMARIES` is noted and not converted. Rows from the top and columns from the left
+///   (`-Y h +X w`) only.
+/// * **OpenEXR**: `half` and `float` channels; every compression but HTJ2K; scan lines and tiles, of which the largest
+///   level is read; the first part, and in it the first layer, that has channels `R`, `G`, `B` or else `Y`. Alpha
+///   and all other channels are ignored. The picture is the display window; outside the data window it is black.
+/// * **Portable float map**: color and gray, both byte orders, the scale of the header multiplied in.
+/// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB. White is 1 and nothing is brighter, which a note says.
+///
+/// # Errors
+/// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged, cut off or no such picture;
+/// [`ImageError::Refused`] if it is larger than [`PictureReadOptions::max_texels`], or has non-finite texels that the options
+/// do not allow; [`ImageError::Unsupported`] if it is a kind of picture that Lobe does not read.
+pub fn read_picture(
+    path: impl AsRef<Path>,
+    options: &PictureReadOptions,
+) -> Result<(Picture, PictureReadReport), ImageError> {
+    let (name, bytes) = read_picture_file(path)?;
+    read_picture_bytes(&bytes, &name, options)
+}
+
+/// Reads a picture from the bytes of a file; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`read_picture`], except [`ImageError::Io`].
+pub fn read_picture_bytes(
+    bytes: &[u8],
+    name: &str,
+    options: &PictureReadOptions,
+) -> Result<(Picture, PictureReadReport), ImageError> {
+    read_picture_bytes_if(bytes, name, options, |_| Ok(()))
+}
+
+/// Reads a picture from the bytes of a file if `accept` finds no fault with its size, before memory is taken for it.
+///
+/// # Errors
+/// As [`read_picture_bytes`], and those of `accept`.
+pub fn read_picture_bytes_if(
+    bytes: &[u8],
+    name: &str,
+    options: &PictureReadOptions,
+    accept: impl Fn(&PictureHead) -> Result<(), ImageError>,
+) -> Result<(Picture, PictureReadReport), ImageError> {
+    let format = FileFormat::of_bytes(bytes, name)?;
+    let limits = Limits { max_texels: options.max_texels, accept: &accept };
+    let mut decoded = guarded(format, name, || match format {
+        FileFormat::Radiance => read_hdr::decode(bytes, name, limits),
+        FileFormat::OpenExr => read_exr::decode(bytes, name, limits),
+        FileFormat::Pfm => read_pfm::decode(bytes, name, limits),
+        FileFormat::Png => read_ldr::decode_png(bytes, name, limits),
+        FileFormat::Jpeg => read_ldr::decode_jpeg(bytes, name, limits),
+        FileFormat::Ktx2 | FileFormat::Dds => {
+            let message = format!("a picture expected, found a texture ({format}), which holds a cube map");
+            Err(unsupported(name, message))
+        }
+    })?;
+    let mut report = PictureReadReport::new(decoded.width, decoded.height, format, decoded.notes);
+    report.envmap = decoded.envmap;
+    inspect(&mut decoded.texels, decoded.width, &mut report);
+    report.judge(options.nonfinite, name)?;
+    Ok((Picture::new(decoded.width, decoded.height, decoded.texels)?, report))
+}
+
+/// The name of a picture file for messages, and its bytes; what is no picture is refused by its beginning.
+///
+/// # Errors
+/// [`ImageError::Io`] if the file cannot be read, and the errors of [`FileFormat::of_bytes`].
+pub fn read_picture_file(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), ImageError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    let io = |source| ImageError::Io { place: name.clone(), source };
+    let mut file = open_file(path).map_err(io)?;
+    // A device without end, or a film of many gigabytes, is refused by its beginning.
+    let mut bytes = Vec::new();
+    file.by_ref().take(SHOWN_BYTES as u64).read_to_end(&mut bytes).map_err(io)?;
+    FileFormat::of_bytes(&bytes, &name)?;
+    file.read_to_end(&mut bytes).map_err(io)?;
+    Ok((name, bytes))
+}
+
+/// Opens a file; a folder is refused with a message of its own on every system.
+fn open_file(path: &Path) -> std::io::Result<File> {
+    if fs::metadata(path)?.is_dir() {
+        return Err(std::io::Error::other("this is a folder; give the name of a picture"));
+    }
+    File::open(path)
+}
+
+/// Runs a decoder. None promises never to panic on damaged bytes; a panic is one more way to find the file invalid.
+pub(crate) fn guarded<T>(
+    format: FileFormat,
+    name: &str,
+    decode: impl FnOnce() -> Result<T, ImageError>,
+) -> Result<T, ImageError> {
+    catch_unwind(AssertUnwindSafe(decode))
+        .unwrap_or_else(|_| Err(invalid(name, format!("the {format} data is damaged and cannot be decoded"))))
+}
+
+/// The name of another kind of picture that is easily mistaken for one of ours.
+fn other_picture(bytes: &[u8]) -> Option<&'static str> {
+    const KINDS: [(&[u8], &str); 5] = [
+        (b"II*\0", "a TIFF picture"),
+        (b"MM\0*", "a TIFF picture"),
+        (b"GIF8", "a GIF picture"),
+        (b"\xabKTX 1", "a KTX texture of version 1"),
+        (b"RIFF", "a RIFF file (WebP?)"),
+    ];
+    KINDS.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, kind)| *kind)
+}
+
+/// The beginning of an unknown file, in one line.
+fn describe(bytes: &[u8]) -> String {
+    let start = &bytes[..bytes.len().min(SHOWN_BYTES)];
+    let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
+    if start.iter().all(printable) {
+        format!("text beginning with {:?}", String::from_utf8_lossy(start))
+    } else {
+        format!("unknown data beginning with the bytes {:02x?}", &start[..start.len().min(8)])
+    }
+}
+
+impl PictureReadReport {
+    pub(crate) fn new(width: usize, height: usize, format: FileFormat, notes: Vec<String>) -> Self {
+        let (levels, envmap) = (1, None);
+        Self { width, height, levels, format, envmap, nonfinite: 0, first_nonfinite: None, negative: 0, notes }
+    }
+
+    /// Refuses non-finite texels where the options do.
+    pub(crate) fn judge(&self, nonfinite: Nonfinite, name: &str) -> Result<(), ImageError> {
+        match self.first_nonfinite {
+            Some((x, y)) if nonfinite == Nonfinite::Error => {
+                let texels = if self.nonfinite == 1 { "1 texel is" } else { &format!("{} texels are", self.nonfinite) };
+                let message = format!("{texels} NaN or infinite, first at column {x}, row {y}");
+                Err(ImageError::Refused { place: name.into(), message, option: ReadOption::Nonfinite })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Counts, and makes black, what does not belong into a picture of radiance.
+pub(crate) fn inspect(texels: &mut [Pixel], width: usize, report: &mut PictureReadReport) {
+    let of_row = |(y, row): (usize, &mut [Pixel])| {
+        let (mut first_nonfinite, mut nonfinite, mut negative) = (None, 0, 0);
+        for (x, texel) in row.iter_mut().enumerate() {
+            if !texel.iter().all(|c| c.is_finite()) {
+                first_nonfinite.get_or_insert((x, y));
+                nonfinite += 1;
+                *texel = BLACK;
+            } else if texel.iter().any(|c| *c < 0.0) {
+                negative += 1;
+            }
+        }
+        (first_nonfinite, nonfinite, negative)
+    };
+    let rows: Vec<_> = texels.par_chunks_mut(width).enumerate().map(of_row).collect();
+    for (first_nonfinite, nonfinite, negative) in rows {
+        report.first_nonfinite = report.first_nonfinite.or(first_nonfinite);
+        report.nonfinite += nonfinite;
+        report.negative += negative;
+    }
+}

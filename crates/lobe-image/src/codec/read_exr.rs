@@ -1,0 +1,416 @@
+//! OpenEXR pictures.
+
+use std::collections::HashSet;
+use std::io::Cursor;
+
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::{self, BlockIndex, UncompressedBlock};
+use exr::error::Error as ExrError;
+use exr::meta::MetaData;
+use exr::meta::attribute::{ChannelList, Chromaticities, EnvironmentMap, SampleType};
+use exr::meta::header::Header;
+use exr::prelude::{Compression, f16};
+use rayon::prelude::*;
+
+use crate::ImageError;
+use crate::codec::decoded::{Decoded, EnvmapAttribute, Limits, check_size, invalid, reserve, unsupported};
+use crate::pixel::{BLACK, Pixel};
+
+/// Blocks decoded at a time, in parallel. So many are held compressed, and twice as many decoded, besides the file and the
+/// picture.
+const BLOCKS_TOGETHER: usize = 32;
+
+/// The bit of the version field that says "at least one part is deep".
+const DEEP_FLAG: u32 = 0x800;
+
+/// The most bytes that one compressed byte can stand for. Deflate reaches 1032, and PXR24 stores three of four bytes;
+/// runs of PIZ's Huffman code reach 453; RLE 64; B44A 11.
+const MOST_BYTES_PER_BYTE: u64 = 2048;
+
+/// The same for DWAA and DWAB: two bytes for an 8 x 8 block of one value in `float`, 256 bytes, before deflate.
+const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
+
+/// A DWA chunk begins with eleven 64-bit numbers: its version, nine sizes, and a choice.
+const DWA_SIZES: std::ops::Range<usize> = 1..10;
+
+/// The most texels of a display window for each of the data window: more is damage, or memory taken for nothing.
+const MOST_BLACK: u64 = 4096;
+
+/// A display window of this many texels is shown whatever its data window is.
+const ANY_BLACK: u64 = 1 << 20;
+
+/// Where windows are looked for before the headers are read; no picture that is not made to mislead has longer ones.
+const HEADERS: usize = 1 << 14;
+
+/// Decodes an OpenEXR picture; `name` stands for the file in messages.
+pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Decoded, ImageError> {
+    if let Some(version) = bytes.get(4..8)
+        && u32::from_le_bytes([version[0], version[1], version[2], version[3]]) & DEEP_FLAG != 0
+    {
+        return Err(unsupported(name, "deep data is not read; flatten the picture".into()));
+    }
+    check_windows(bytes, name)?;
+    let reader = block::read(Cursor::new(bytes), false).map_err(|e| explain(&e, name))?;
+    let headers = reader.headers();
+    let (part, channels) = color_part(headers, name)?;
+    let header = &headers[part];
+    let envmap = header.own_attributes.environment_map.map(|kind| match kind {
+        EnvironmentMap::LatitudeLongitude => EnvmapAttribute::LatLong,
+        EnvironmentMap::Cube => EnvmapAttribute::Cube,
+    });
+    let windows = Windows::of(header, envmap, limits, name)?;
+    check_table(headers, bytes.len(), name)?;
+    let notes = notes(headers, part, &channels, &windows);
+
+    let wanted =
+        |block: &BlockIndex| block.layer == part && block.level.0 == 0 && block.level.1 == 0 && windows.shows(block);
+    let mut expected = HashSet::new();
+    let chunks = reader
+        .filter_chunks(false, |_, _, block| {
+            let wanted = wanted(&block);
+            if wanted {
+                expected.insert((block.pixel_position.0, block.pixel_position.1));
+            }
+            wanted
+        })
+        .map_err(|e| explain(&e, name))?;
+    let meta = block::reader::ChunksReader::meta_data(&chunks).clone();
+    let mut chunks = chunks.map(|chunk| {
+        let chunk = chunk.map_err(|e| explain(&e, name))?;
+        check_chunk(&chunk, &meta, &wanted, &mut expected, name)?;
+        Ok(chunk)
+    });
+    let mut read = || -> Result<Vec<Chunk>, ImageError> { chunks.by_ref().take(BLOCKS_TOGETHER).collect() };
+    let decode = |chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, name));
+
+    let mut texels = reserve(windows.width * windows.height, name)?;
+    let (mut batch, mut decoded) = (read()?, Vec::new());
+    while !batch.is_empty() {
+        // While blocks are decoded, those before them are put in their places, and those after them are read.
+        let (blocks, next) = rayon::join(
+            || batch.into_par_iter().map(decode).collect::<Result<_, _>>(),
+            || {
+                windows.blit(&decoded, &mut texels);
+                read()
+            },
+        );
+        (decoded, batch) = (blocks?, next?);
+    }
+    windows.blit(&decoded, &mut texels);
+    texels.resize(windows.width * windows.height, BLACK);
+    debug_assert!(expected.is_empty(), "as many blocks are read as are expected, and none twice");
+    Ok(Decoded { width: windows.width, height: windows.height, texels, notes, envmap })
+}
+
+/// Refuses windows that end before they begin: the library would exchange the ends.
+fn check_windows(bytes: &[u8], name: &str) -> Result<(), ImageError> {
+    let headers = &bytes[..bytes.len().min(HEADERS)];
+    for attribute in ["dataWindow\0box2i\0\x10\0\0\0", "displayWindow\0box2i\0\x10\0\0\0"] {
+        let key = attribute.as_bytes();
+        for at in (0..headers.len()).filter(|at| headers[*at..].starts_with(key)) {
+            let numbers = headers[at + key.len()..].as_chunks::<4>().0.iter().map(|n| i32::from_le_bytes(*n));
+            let corners: Vec<i32> = numbers.take(4).collect();
+            if let [x0, y0, x1, y1] = corners[..]
+                && (x1 < x0 || y1 < y0)
+            {
+                let what = attribute.split('\0').next().unwrap_or_default();
+                let message = format!("the {what} ends before it begins: ({x0}, {y0}) to ({x1}, {y1})");
+                return Err(invalid(name, message));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a file that cannot even hold the table of its blocks, before anything is done for each of them.
+fn check_table(headers: &[Header], length: usize, name: &str) -> Result<(), ImageError> {
+    let blocks = headers.iter().fold(0_u64, |sum, header| sum.saturating_add(header.chunk_count as u64));
+    if blocks.saturating_mul(size_of::<u64>() as u64) > length as u64 {
+        let message = format!("the file ends early: the table of its {blocks} blocks is not all there");
+        return Err(invalid(name, message));
+    }
+    Ok(())
+}
+
+/// Where in a part the color is.
+struct ColorChannels {
+    /// Indices of red, green and blue in the list of channels; three times the same for luminance.
+    rgb: [usize; 3],
+    /// Their names, for notes.
+    names: String,
+}
+
+/// The first part that has color, with its channels.
+fn color_part(headers: &[Header], name: &str) -> Result<(usize, ColorChannels), ImageError> {
+    for (part, header) in headers.iter().enumerate() {
+        if let Some(channels) = color_channels(&header.channels) {
+            check_channels(header, &channels, name)?;
+            return Ok((part, channels));
+        }
+    }
+    let found: Vec<String> =
+        headers.iter().flat_map(|h| &h.channels.list).map(|c| c.name.to_string()).take(12).collect();
+    let message = format!("channels R, G, B or Y expected (also as layer.R ..), found {}", found.join(", "));
+    Err(unsupported(name, message))
+}
+
+/// The channels `R`, `G`, `B` of the first layer that has all three, the layer without a name first; or else `Y`.
+fn color_channels(channels: &ChannelList) -> Option<ColorChannels> {
+    let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
+    let mut layers: Vec<&str> = names.iter().map(|n| n.rfind('.').map_or("", |dot| &n[..=dot])).collect();
+    layers.sort_by_key(|layer| !layer.is_empty());
+    let find = |layer: &str, channel: &str| names.iter().position(|n| n.strip_prefix(layer) == Some(channel));
+    let rgb = layers.iter().find_map(|l| Some([find(l, "R")?, find(l, "G")?, find(l, "B")?]));
+    let rgb = rgb.or_else(|| layers.iter().find_map(|l| find(l, "Y").map(|y| [y; 3])))?;
+    let shown = if rgb[0] == rgb[1] { &rgb[..1] } else { &rgb[..] };
+    Some(ColorChannels { rgb, names: shown.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ") })
+}
+
+/// Refuses what the chosen channels cannot be.
+fn check_channels(header: &Header, channels: &ColorChannels, name: &str) -> Result<(), ImageError> {
+    let list = &header.channels.list;
+    let has = |suffix: &str| list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some(suffix));
+    if channels.rgb[0] == channels.rgb[1] && (has("RY") || has("BY")) {
+        return Err(unsupported(name, "luminance-chroma channels (Y, RY, BY) are not read; convert to R, G, B".into()));
+    }
+    if let Some(c) = channels.rgb.iter().map(|i| &list[*i]).find(|c| c.sample_type == SampleType::U32) {
+        return Err(unsupported(name, format!("channel {} holds integers; half or float expected", c.name)));
+    }
+    if let Some(c) = list.iter().find(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
+        return Err(unsupported(name, format!("channel {} is subsampled; full resolution expected", c.name)));
+    }
+    if matches!(header.compression, Compression::HTJ2K32 | Compression::HTJ2K256) {
+        return Err(unsupported(name, "HTJ2K compression is not read; save with ZIP".into()));
+    }
+    Ok(())
+}
+
+/// The rectangle of a file that holds data, seen from the display window that becomes the map.
+struct Windows {
+    width: usize,
+    height: usize,
+    /// Position of the data window relative to the display window.
+    offset: (i64, i64),
+    data_size: (usize, usize),
+}
+
+impl Windows {
+    fn of(
+        header: &Header,
+        envmap: Option<EnvmapAttribute>,
+        limits: Limits<'_>,
+        name: &str,
+    ) -> Result<Self, ImageError> {
+        let display = header.shared_attributes.display_window;
+        let data = header.data_window();
+        let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, envmap, limits, name)?;
+        // A data window may be larger than the display, and a block larger than both: bound what decoding holds.
+        let block = header.max_block_pixel_size();
+        let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
+        let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
+        let limit = limits.max_texels as u64;
+        if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > limit.saturating_mul(16) {
+            let message = format!(
+                "the data window is {} x {}, more than the limit of {limit} texels; crop the picture",
+                data.size.0, data.size.1
+            );
+            return Err(invalid(name, message));
+        }
+        let (shown, there) = ((width * height) as u64, (data.size.0 * data.size.1) as u64);
+        if shown > MOST_BLACK.saturating_mul(there).max(ANY_BLACK) {
+            let message = format!(
+                "the display window is {width} x {height}, and the data window only {} x {}: the rest would be black",
+                data.size.0, data.size.1
+            );
+            return Err(invalid(name, message));
+        }
+        let offset = (
+            i64::from(data.position.0) - i64::from(display.position.0),
+            i64::from(data.position.1) - i64::from(display.position.1),
+        );
+        Ok(Self { width, height, offset, data_size: (data.size.0, data.size.1) })
+    }
+
+    /// Whether any texel of a block lies in the display window.
+    fn shows(&self, block: &BlockIndex) -> bool {
+        let overlaps = |offset: i64, start: usize, size: usize, limit: usize| {
+            offset + (start as i64) < limit as i64 && offset + ((start + size) as i64) > 0
+        };
+        overlaps(self.offset.0, block.pixel_position.0, block.pixel_size.0, self.width)
+            && overlaps(self.offset.1, block.pixel_position.1, block.pixel_size.1, self.height)
+    }
+
+    /// Copies what the display window shows of some blocks; as many rows are added as they need.
+    fn blit(&self, blocks: &[Block], texels: &mut Vec<Pixel>) {
+        for block in blocks {
+            let left = self.offset.0 + block.x as i64;
+            let skip = (-left).max(0) as usize;
+            let x = left.max(0) as usize;
+            for (k, line) in block.texels.chunks_exact(block.width).enumerate() {
+                let y = self.offset.1 + (block.y + k) as i64;
+                if (0..self.height as i64).contains(&y) && skip < block.width && x < self.width {
+                    let (start, end) = (y as usize * self.width, (y as usize + 1) * self.width);
+                    texels.resize(end.max(texels.len()), BLACK);
+                    let count = (block.width - skip).min(self.width - x);
+                    texels[start + x..][..count].copy_from_slice(&line[skip..][..count]);
+                }
+            }
+        }
+    }
+
+    fn is_data_equal_to_display(&self) -> bool {
+        self.offset == (0, 0) && self.data_size == (self.width, self.height)
+    }
+}
+
+/// What a careful user should know.
+fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Windows) -> Vec<String> {
+    let header = &headers[part];
+    let mut notes = Vec::new();
+    if headers.len() > 1 {
+        let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
+        notes.push(format!("part {part} ({name:?}) of {} is read", headers.len()));
+    }
+    if channels.names != "B, G, R" && channels.names != "R, G, B" {
+        notes.push(format!("channels {} are read", channels.names));
+    }
+    let list = &header.channels.list;
+    if list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some("A")) {
+        notes.push("alpha is ignored".into());
+    }
+    if !windows.is_data_equal_to_display() {
+        let ((x, y), (w, h)) = (windows.offset, windows.data_size);
+        notes.push(format!("the data window is {w} x {h} at ({x}, {y}) of the display window; outside it is black"));
+    }
+    if header.shared_attributes.chromaticities.is_some_and(|c| !is_rec_709(&c)) {
+        notes.push("the chromaticities are not those of Rec. 709; the values are taken as they are".into());
+    }
+    notes
+}
+
+/// Whether primaries and white are those of Rec. 709, to the digits that files give.
+fn is_rec_709(c: &Chromaticities) -> bool {
+    let expected = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)];
+    let near = |a: f32, b: f32| (a - b).abs() < 2e-3;
+    [c.red, c.green, c.blue, c.white].iter().zip(expected).all(|(c, (x, y))| near(c.0, x) && near(c.1, y))
+}
+
+/// Checks that a block is one of those expected, the first time that it comes, and can hold what it says, before it is
+/// decoded.
+fn check_chunk(
+    chunk: &Chunk,
+    meta: &MetaData,
+    wanted: &impl Fn(&BlockIndex) -> bool,
+    expected: &mut HashSet<(usize, usize)>,
+    name: &str,
+) -> Result<(), ImageError> {
+    let header = &meta.headers[chunk.layer_index];
+    let (index, stored) = locate(chunk, header).map_err(|e| explain(&e, name))?;
+    if !wanted(&index) || !expected.remove(&(index.pixel_position.0, index.pixel_position.1)) {
+        let message = "the table of blocks is damaged: a block is there twice or in a wrong place";
+        return Err(invalid(name, message.into()));
+    }
+    check_claims(header, &index, stored, name)
+}
+
+/// Checks that the bytes of a block can stand for as much as it claims; the library takes memory for its claims.
+fn check_claims(header: &Header, index: &BlockIndex, stored: &[u8], name: &str) -> Result<(), ImageError> {
+    let damaged = |claimed: u64| {
+        let message = format!("damaged: a block of {} bytes claims to hold {claimed}", stored.len());
+        Err(invalid(name, message))
+    };
+    let dwa = matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_));
+    let ratio = if dwa { MOST_BYTES_PER_BYTE_DWA } else { MOST_BYTES_PER_BYTE };
+    let bytes_per_pixel = header.channels.bytes_per_pixel as u64;
+    let claimed = (index.pixel_size.area() as u64).saturating_mul(bytes_per_pixel);
+    if claimed > (stored.len() as u64).saturating_mul(ratio) {
+        return damaged(claimed);
+    }
+    if dwa && claimed != stored.len() as u64 {
+        // No section is longer than twice the samples of whole 8 x 8 blocks: run lengths at their worst.
+        let (w, h) = (index.pixel_size.0.next_multiple_of(8), index.pixel_size.1.next_multiple_of(8));
+        let limit = 2 * bytes_per_pixel * w as u64 * h as u64;
+        let sizes = stored.as_chunks::<8>().0.iter().map(|n| u64::from_le_bytes(*n));
+        if let Some(size) = sizes.take(DWA_SIZES.end).skip(DWA_SIZES.start).find(|size| *size > limit) {
+            return damaged(size);
+        }
+    }
+    Ok(())
+}
+
+/// Where a chunk belongs, and its bytes.
+fn locate<'a>(chunk: &'a Chunk, header: &Header) -> Result<(BlockIndex, &'a [u8]), ExrError> {
+    let tile = header.get_block_data_indices(&chunk.compressed_block)?;
+    // The library asserts on levels that are not there.
+    if tile.level_index.0 != 0 || tile.level_index.1 != 0 {
+        return Err(ExrError::Invalid("a block of a smaller level where the largest belongs".into()));
+    }
+    let stored = match &chunk.compressed_block {
+        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+        _ => return Err(ExrError::NotSupported("deep data".into())),
+    };
+    let bounds = header.get_absolute_block_pixel_coordinates(tile)?;
+    let index = BlockIndex {
+        layer: chunk.layer_index,
+        pixel_position: bounds.position.to_usize("block position")?,
+        pixel_size: bounds.size,
+        level: tile.level_index,
+    };
+    Ok((index, stored))
+}
+
+/// A decoded block: the colors of a rectangle of the data window.
+struct Block {
+    x: usize,
+    y: usize,
+    width: usize,
+    texels: Vec<Pixel>,
+}
+
+impl Block {
+    fn decode(chunk: Chunk, meta: &MetaData, channels: &ColorChannels) -> Result<Self, ExrError> {
+        let header = &meta.headers[chunk.layer_index];
+        let block = UncompressedBlock::decompress_chunk(chunk, meta, false)?;
+        let (position, size) = (block.index.pixel_position, block.index.pixel_size);
+        let mut texels = vec![BLACK; size.area()];
+        for line in block.lines(&header.channels) {
+            let row = &mut texels[(line.location.position.1 - position.1) * size.0..][..size.0];
+            let sample_type = header.channels.list[line.location.channel].sample_type;
+            for (c, _) in channels.rgb.iter().enumerate().filter(|(_, channel)| **channel == line.location.channel) {
+                match c {
+                    0 => read_samples(line.value, sample_type, row, |texel, sample| texel[0] = sample),
+                    1 => read_samples(line.value, sample_type, row, |texel, sample| texel[1] = sample),
+                    _ => read_samples(line.value, sample_type, row, |texel, sample| texel[2] = sample),
+                }
+            }
+        }
+        Ok(Self { x: position.0, y: position.1, width: size.0, texels })
+    }
+}
+
+/// Sets one channel of a row from a line of numbers, which the library gives as bytes in the machine's order.
+fn read_samples(line: &[u8], sample_type: SampleType, row: &mut [Pixel], set: impl Fn(&mut Pixel, f32)) {
+    match sample_type {
+        SampleType::F16 => {
+            row.iter_mut().zip(line.as_chunks().0).for_each(|(texel, b)| set(texel, f16::from_ne_bytes(*b).to_f32()));
+        }
+        SampleType::F32 => {
+            row.iter_mut().zip(line.as_chunks().0).for_each(|(texel, b)| set(texel, f32::from_ne_bytes(*b)));
+        }
+        // Integer channels were refused.
+        SampleType::U32 => {}
+    }
+}
+
+/// An error of the library in our words.
+fn explain(error: &ExrError, name: &str) -> ImageError {
+    match error {
+        ExrError::NotSupported(what) => unsupported(name, format!("this kind of OpenEXR file is not read: {what}")),
+        ExrError::Invalid(what) if what.contains("missing bytes") => {
+            invalid(name, "the file ends early: parts of the picture are missing".into())
+        }
+        ExrError::Invalid(what) => invalid(name, format!("damaged OpenEXR picture: {what}")),
+        other => invalid(name, format!("damaged OpenEXR picture: {other}")),
+    }
+}

@@ -1,0 +1,187 @@
+//! KTX2 cube maps.
+
+use std::io::{self, Read};
+
+use ktx2::{
+    ColorPrimaries, Header, KeyValueDataIterator, LevelIndex, ParseError, SupercompressionScheme, TransferFunction,
+};
+
+use crate::codec::decoded::{CubeTexture, check_cube_size};
+use crate::codec::decoded::{invalid, reserve, unsupported};
+use crate::codec::decoded::{mip_level_count, mip_level_size};
+use crate::{ImageError, TexelFormat};
+
+/// The most bytes that one byte of Zstandard can stand for: a block of one repeated byte stores 128 KiB in four bytes.
+const MOST_BYTES_PER_BYTE: u64 = 1 << 15;
+
+/// Where the color model stands in the data format: after the total length and the head of the first block. The bytes
+/// of primaries and transfer function follow it.
+const DFD_MODEL: usize = 4 + 8;
+
+/// Decodes a KTX2 cube map; `name` stands for the file in messages.
+pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<CubeTexture, ImageError> {
+    let Some(start) = bytes.first_chunk() else {
+        return Err(invalid(name, "the file ends early: the header is not all there".into()));
+    };
+    let header = Header::from_bytes(start).map_err(|e| explain(&e, name))?;
+    let size = cube_size(&header, name)?;
+    let format = texel_format(&header, name)?;
+    check_cube_size(size, max_texels, name)?;
+    let size = size as usize;
+    let levels = header.level_count.max(1) as usize;
+    if levels > mip_level_count(size) {
+        let message = format!("a cube map of size {size} has at most {} levels, not {levels}", mip_level_count(size));
+        return Err(invalid(name, message));
+    }
+    let index = level_index(bytes, levels, name)?;
+    check_places(&header, &index, bytes.len(), name)?;
+    let zstd = header.supercompression_scheme.is_some();
+    let mut cube = CubeTexture { format, levels: Vec::with_capacity(levels), notes: notes(&header, bytes, name)? };
+    for (k, level) in index.iter().enumerate() {
+        let side = mip_level_size(size, k);
+        let expected = 6 * format.face_bytes(side);
+        let stored = level.byte_length;
+        let most = if zstd { stored.saturating_mul(MOST_BYTES_PER_BYTE) } else { stored };
+        if level.uncompressed_byte_length != expected || most < expected || (!zstd && stored != expected) {
+            let message = format!(
+                "level {k}, {side} x {side} {format}, needs {expected} bytes; the file says {} and holds {stored}",
+                level.uncompressed_byte_length
+            );
+            return Err(invalid(name, message));
+        }
+        // The place was checked.
+        let data = &bytes[level.byte_offset as usize..][..stored as usize];
+        let mut texels = reserve(6 * side * side, name)?;
+        let mut source = level_source(data, zstd).map_err(|e| damaged(k, &e, name))?;
+        for _ in 0..6 {
+            format.read_face(side, &mut source, &mut texels).map_err(|e| damaged(k, &e, name))?;
+        }
+        if !matches!(source.read(&mut [0]), Ok(0)) {
+            return Err(invalid(name, format!("level {k} holds more than its {expected} bytes")));
+        }
+        cube.levels.push((side, texels));
+    }
+    Ok(cube)
+}
+
+/// The size of the faces of a cube map, or why the file is none.
+fn cube_size(header: &Header, name: &str) -> Result<u64, ImageError> {
+    let (w, h, d) = (header.pixel_width, header.pixel_height, header.pixel_depth);
+    if header.face_count != 6 {
+        let message =
+            format!("a cube map of 6 faces expected, found a texture of {} x {h}, {} face(s)", w, header.face_count);
+        return Err(if header.face_count == 1 { unsupported(name, message) } else { invalid(name, message) });
+    }
+    if w != h || d != 0 {
+        return Err(invalid(name, format!("the faces of a cube are square and flat, these are {w} x {h} x {d}")));
+    }
+    if header.layer_count > 1 {
+        let message = format!("one cube map expected, found an array of {}", header.layer_count);
+        return Err(unsupported(name, message));
+    }
+    Ok(w.into())
+}
+
+fn texel_format(header: &Header, name: &str) -> Result<TexelFormat, ImageError> {
+    let expected = "RGBA16F, RGBA32F, RGB9E5 or BC6H expected";
+    let Some(vulkan) = header.format else {
+        let message = format!("{expected}, found a universal texture (Basis), which holds no high dynamic range");
+        return Err(unsupported(name, message));
+    };
+    let Some(format) = TexelFormat::from_vulkan(vulkan) else {
+        return Err(unsupported(name, format!("{expected}, found the Vulkan format {vulkan:?}")));
+    };
+    match header.supercompression_scheme {
+        None | Some(SupercompressionScheme::Zstandard) => Ok(format),
+        Some(other) => {
+            Err(unsupported(name, format!("Zstandard or no supercompression expected, found scheme {other:?}")))
+        }
+    }
+}
+
+/// Where the levels lie in the file, the largest level first.
+fn level_index(bytes: &[u8], levels: usize, name: &str) -> Result<Vec<LevelIndex>, ImageError> {
+    let entries = bytes[Header::LENGTH..].as_chunks::<{ LevelIndex::LENGTH }>().0;
+    match entries.get(..levels) {
+        Some(entries) => Ok(entries.iter().map(LevelIndex::from_bytes).collect()),
+        None => Err(invalid(name, "the file ends early: the index of the levels is not all there".into())),
+    }
+}
+
+/// Refuses parts of the file that share bytes, or lie outside it.
+fn check_places(header: &Header, levels: &[LevelIndex], length: usize, name: &str) -> Result<(), ImageError> {
+    let part = |what: &str, offset: u64, length: u64| (what.to_owned(), offset..offset.saturating_add(length));
+    let index = &header.index;
+    let mut parts = vec![
+        part("the header", 0, (Header::LENGTH + levels.len() * LevelIndex::LENGTH) as u64),
+        part("the data format", index.dfd_byte_offset.into(), index.dfd_byte_length.into()),
+        part("the key/value data", index.kvd_byte_offset.into(), index.kvd_byte_length.into()),
+        part("the global data", index.sgd_byte_offset, index.sgd_byte_length),
+    ];
+    parts.extend(levels.iter().enumerate().map(|(k, l)| part(&format!("level {k}"), l.byte_offset, l.byte_length)));
+    parts.sort_by_key(|(_, range)| range.start);
+    if let Some((what, _)) = parts.iter().find(|(_, range)| range.end > length as u64) {
+        return Err(invalid(name, format!("the file ends early: {what} is not all there")));
+    }
+    parts.retain(|(_, range)| !range.is_empty());
+    for pair in parts.windows(2) {
+        if pair[0].1.end > pair[1].1.start {
+            return Err(invalid(name, format!("{} and {} overlap in the file", pair[0].0, pair[1].0)));
+        }
+    }
+    Ok(())
+}
+
+/// The bytes of a level as they come out of the supercompression.
+fn level_source(stored: &[u8], zstd: bool) -> io::Result<Box<dyn Read + '_>> {
+    if zstd { Ok(Box::new(zstd::Decoder::with_buffer(stored)?)) } else { Ok(Box::new(stored)) }
+}
+
+/// What a careful user should know; refuses what would turn the picture around.
+fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<Vec<String>, ImageError> {
+    let mut notes = Vec::new();
+    let keys = &bytes[header.index.kvd_byte_offset as usize..][..header.index.kvd_byte_length as usize];
+    for (key, value) in KeyValueDataIterator::new(keys) {
+        let value = String::from_utf8_lossy(value);
+        let value = value.trim_end_matches('\0');
+        match key {
+            "KTXorientation" if value != "rd" => {
+                let message = format!("cube faces with orientation \"rd\" expected, found {value:?}");
+                return Err(unsupported(name, message));
+            }
+            "KTXswizzle" if !value.starts_with("rgb") => {
+                let message = format!("channels in the order rgb expected, found KTXswizzle {value:?}");
+                return Err(unsupported(name, message));
+            }
+            _ => {}
+        }
+    }
+    if header.level_count == 0 {
+        notes.push("the file asks for smaller levels to be made; it holds one".into());
+    }
+    let format = &bytes[header.index.dfd_byte_offset as usize..][..header.index.dfd_byte_length as usize];
+    // The format number has said all but these two; a file without the descriptor is read all the same.
+    let [primaries, transfer] = [1, 2].map(|at| format.get(DFD_MODEL + at).copied().unwrap_or(0));
+    if let Some(primaries) = ColorPrimaries::new(primaries).filter(|p| *p != ColorPrimaries::BT709) {
+        notes.push(format!("the primaries are {primaries:?}; they are not converted"));
+    }
+    match TransferFunction::new(transfer) {
+        None | Some(TransferFunction::Linear) => Ok(notes),
+        Some(other) => Err(unsupported(name, format!("linear light expected, found the transfer function {other:?}"))),
+    }
+}
+
+fn damaged(level: usize, error: &io::Error, name: &str) -> ImageError {
+    if error.kind() == io::ErrorKind::UnexpectedEof {
+        return invalid(name, format!("the file ends early: level {level} is not all there"));
+    }
+    invalid(name, format!("level {level} is damaged: {error}"))
+}
+
+/// An error of the library in our words.
+fn explain(error: &ParseError, name: &str) -> ImageError {
+    match error {
+        ParseError::BadMagic => invalid(name, "damaged KTX2 file: its first twelve bytes are wrong".into()),
+        other => invalid(name, format!("damaged KTX2 file: {other}")),
+    }
+}

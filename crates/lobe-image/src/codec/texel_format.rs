@@ -1,0 +1,203 @@
+//! How the texels of a cube map lie in a file.
+
+use std::fmt;
+use std::io::{self, Read};
+
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use ktx2::Format;
+
+use crate::codec::bc6h;
+use crate::codec::rgb9e5;
+use crate::pixel::{IntoPixel, Pixel};
+
+/// The largest `half`.
+const MAX_HALF: f32 = 65504.0;
+
+/// How a texel of a cube map is stored in `.ktx2` and `.dds`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum TexelFormat {
+    /// Four `half`, alpha 1: 8 bytes, three digits, at most 65504.
+    #[default]
+    Rgba16F,
+    /// Four `float`, alpha 1: 16 bytes, exact.
+    Rgba32F,
+    /// Nine bits for each color and one exponent for all, 4 bytes: the error is below 0.2 % of the largest channel of
+    /// the texel; 0 to 65408.
+    Rgb9e5,
+    /// BC6H without sign, blocks of 4 x 4 texels: 1 byte a texel, 0 to 65504. Written with the feature `bc6h` only.
+    Bc6h,
+    /// BC6H with sign; read only.
+    Bc6hSigned,
+}
+
+impl fmt::Display for TexelFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rgba16F => "RGBA16F",
+            Self::Rgba32F => "RGBA32F",
+            Self::Rgb9e5 => "RGB9E5",
+            Self::Bc6h => "BC6H",
+            Self::Bc6hSigned => "signed BC6H",
+        })
+    }
+}
+
+/// Every format with its numbers in Vulkan and in Direct3D.
+const FORMATS: [(TexelFormat, Format, u32); 5] = [
+    (TexelFormat::Rgba16F, Format::R16G16B16A16_SFLOAT, 10),
+    (TexelFormat::Rgba32F, Format::R32G32B32A32_SFLOAT, 2),
+    (TexelFormat::Rgb9e5, Format::E5B9G9R9_UFLOAT_PACK32, 67),
+    (TexelFormat::Bc6h, Format::BC6H_UFLOAT_BLOCK, 95),
+    (TexelFormat::Bc6hSigned, Format::BC6H_SFLOAT_BLOCK, 96),
+];
+
+impl TexelFormat {
+    fn numbers(self) -> (Format, u32) {
+        let Some((_, vulkan, dxgi)) = FORMATS.iter().find(|(format, ..)| *format == self) else {
+            unreachable!("the table has every format")
+        };
+        (*vulkan, *dxgi)
+    }
+
+    pub(crate) fn vulkan(self) -> Format {
+        self.numbers().0
+    }
+
+    /// The number of the format in the header DX10 of a DDS file.
+    pub(crate) fn dxgi(self) -> u32 {
+        self.numbers().1
+    }
+
+    pub(crate) fn from_vulkan(vulkan: Format) -> Option<Self> {
+        FORMATS.iter().find(|(_, v, _)| *v == vulkan).map(|(format, ..)| *format)
+    }
+
+    pub(crate) fn from_dxgi(dxgi: u32) -> Option<Self> {
+        FORMATS.iter().find(|(.., d)| *d == dxgi).map(|(format, ..)| *format)
+    }
+
+    /// Columns and rows, and bytes, of what is stored together: a texel, or a block.
+    fn block(self) -> (usize, usize) {
+        match self {
+            Self::Rgba16F => (1, 8),
+            Self::Rgba32F => (1, 16),
+            Self::Rgb9e5 => (1, 4),
+            Self::Bc6h | Self::Bc6hSigned => (bc6h::BLOCK, bc6h::BLOCK_BYTES),
+        }
+    }
+
+    /// The bytes of a texel or a block: what levels in a KTX2 file are aligned to.
+    pub(crate) fn block_bytes(self) -> usize {
+        self.block().1
+    }
+
+    /// The bytes of a square picture.
+    pub(crate) fn face_bytes(self, size: usize) -> u64 {
+        let (side, bytes) = self.block();
+        let across = size.div_ceil(side) as u64;
+        across * across * bytes as u64
+    }
+
+    /// Reads a square picture and appends it to `texels`, one row of texels or blocks at a time: memory is taken for
+    /// data that are there, not for data that are promised.
+    pub(crate) fn read_face(self, size: usize, source: &mut dyn Read, texels: &mut Vec<Pixel>) -> io::Result<()> {
+        let (side, bytes) = self.block();
+        let mut row = vec![0; size.div_ceil(side) * bytes];
+        for y in (0..size).step_by(side) {
+            source.read_exact(&mut row)?;
+            match self {
+                Self::Rgba16F => texels.extend(row.as_chunks::<8>().0.iter().map(half_texel)),
+                Self::Rgba32F => texels.extend(row.as_chunks::<16>().0.iter().map(float_texel)),
+                Self::Rgb9e5 => {
+                    let words = row.as_chunks::<4>().0.iter();
+                    texels.extend(words.map(|word| rgb9e5::decode(u32::from_le_bytes(*word))));
+                }
+                Self::Bc6h | Self::Bc6hSigned => {
+                    bc6h::decode_blocks(&row, size, side.min(size - y), self == Self::Bc6hSigned, texels);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The bytes of a square picture, and how many texels had to be changed to fit the range of the format.
+    ///
+    /// NaN stays NaN where the format has it, and becomes 0 elsewhere.
+    pub(crate) fn encode_face(self, size: usize, texels: &[impl IntoPixel]) -> Result<(Vec<u8>, usize), String> {
+        let (low, high) = match self {
+            Self::Rgba32F => (f32::NEG_INFINITY, f32::INFINITY),
+            Self::Rgba16F => (-MAX_HALF, MAX_HALF),
+            Self::Rgb9e5 => (0.0, rgb9e5::MAX),
+            Self::Bc6h => (0.0, MAX_HALF),
+            Self::Bc6hSigned => return Err("signed BC6H is read, not written; choose BC6H".into()),
+        };
+        let has_nan = matches!(self, Self::Rgba16F | Self::Rgba32F);
+        let fits = |c: f32| (low..=high).contains(&c) || (has_nan && c.is_nan());
+        // Without branches, for vectors of texels.
+        let clamped = texels
+            .iter()
+            .map(|t| (*t).into())
+            .map(|t: Pixel| usize::from(!(fits(t[0]) & fits(t[1]) & fits(t[2]))))
+            .sum();
+        let fit = |texel: Pixel| texel.map(|c| if c.is_nan() && !has_nan { 0.0 } else { c.clamp(low, high) });
+        let mut bytes = Vec::with_capacity(self.face_bytes(size) as usize);
+        match self {
+            Self::Rgba16F => {
+                // A row at a time: vectors of numbers are converted by one instruction.
+                let (mut floats, mut halves) = (Vec::with_capacity(size), vec![f16::ZERO; 4 * size]);
+                for row in texels.chunks_exact(size) {
+                    floats.clear();
+                    floats.extend(row.iter().map(|texel| {
+                        let [r, g, b] = fit((*texel).into());
+                        [r, g, b, 1.0]
+                    }));
+                    halves.convert_from_f32_slice(floats.as_flattened());
+                    let start = bytes.len();
+                    bytes.resize(start + halves.len() * size_of::<f16>(), 0);
+                    for (out, half) in bytes[start..].as_chunks_mut().0.iter_mut().zip(&halves) {
+                        *out = half.to_le_bytes();
+                    }
+                }
+            }
+            Self::Rgba32F => {
+                for texel in texels {
+                    let [r, g, b] = fit((*texel).into());
+                    bytes.extend_from_slice([r, g, b, 1.0].map(f32::to_le_bytes).as_flattened());
+                }
+            }
+            Self::Rgb9e5 => {
+                for texel in texels {
+                    bytes.extend_from_slice(&rgb9e5::encode((*texel).into()).to_le_bytes());
+                }
+            }
+            Self::Bc6h | Self::Bc6hSigned => {
+                bytes = encode_bc6h(size, &texels.iter().map(|t| fit((*t).into())).collect::<Vec<_>>())?;
+            }
+        }
+        Ok((bytes, clamped))
+    }
+}
+
+#[cfg(feature = "bc6h")]
+fn encode_bc6h(size: usize, texels: &[Pixel]) -> Result<Vec<u8>, String> {
+    Ok(bc6h::encode(size, texels))
+}
+
+#[cfg(not(feature = "bc6h"))]
+fn encode_bc6h(_: usize, _: &[Pixel]) -> Result<Vec<u8>, String> {
+    Err("this build cannot compress to BC6H; build with the feature bc6h (cargo build -p lobe-cli --features bc6h), or choose \
+         RGB9E5 or RGBA16F"
+        .into())
+}
+
+fn half_texel(bytes: &[u8; 8]) -> Pixel {
+    let half = |i: usize| f16::from_le_bytes([bytes[i], bytes[i + 1]]).to_f32();
+    [half(0), half(2), half(4)]
+}
+
+fn float_texel(bytes: &[u8; 16]) -> Pixel {
+    let [r, g, b, _] = [0, 4, 8, 12].map(|i| f32::from_le_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]));
+    [r, g, b]
+}

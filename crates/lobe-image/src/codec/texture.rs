@@ -1,0 +1,114 @@
+//! Cube textures: six square faces in falling sizes, in a KTX2 or DDS file.
+
+use std::path::Path;
+
+use lobe_io::write_atomically;
+use rayon::prelude::*;
+
+use crate::codec::decoded::{CubeTexture, unsupported};
+use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect};
+use crate::codec::{read_dds, read_ktx2, write_dds, write_ktx2};
+use crate::pixel::IntoPixel;
+use crate::{ImageError, PictureWriteReport, TexelFormat};
+
+/// Faces of a cube.
+const FACES: usize = 6;
+
+/// Reads a cube texture from the bytes of a KTX2 or DDS file; `name` stands for the file in messages.
+///
+/// * **KTX2**: RGBA16F, RGBA32F, RGB9E5 and BC6H with and without sign, stored as they are or with Zstandard, any
+///   number of levels. Alpha is ignored.
+/// * **DDS**: the same formats, with the header of Direct3D 10 or, for RGBA16F and RGBA32F, without it.
+///
+/// # Errors
+/// [`ImageError::Invalid`] if the file is damaged or cut off; [`ImageError::Refused`] if its largest level has more texels than
+/// [`PictureReadOptions::max_texels`], or there are non-finite texels that the options do not allow;
+/// [`ImageError::Unsupported`] if it holds no cube, or one in a form that is not read.
+pub fn read_cube_texture_bytes(
+    bytes: &[u8],
+    name: &str,
+    options: &PictureReadOptions,
+) -> Result<(CubeTexture, PictureReadReport), ImageError> {
+    let format = FileFormat::of_bytes(bytes, name)?;
+    let mut decoded = match format {
+        FileFormat::Ktx2 => guarded(format, name, || read_ktx2::decode(bytes, name, options.max_texels))?,
+        FileFormat::Dds => guarded(format, name, || read_dds::decode(bytes, name, options.max_texels))?,
+        other => {
+            let message = format!("a cube map in KTX2, DDS or OpenEXR expected, found a {other} picture");
+            return Err(unsupported(name, message));
+        }
+    };
+    let size = decoded.levels.first().map_or(0, |(size, _)| *size);
+    let mut report = PictureReadReport::new(size, size, format, std::mem::take(&mut decoded.notes));
+    report.levels = decoded.levels.len();
+    report.notes.insert(0, format!("the texels are {}", decoded.format));
+    for (size, texels) in &mut decoded.levels {
+        inspect(texels, *size, &mut report);
+    }
+    report.judge(options.nonfinite, name)?;
+    Ok((decoded, report))
+}
+
+/// Writes a cube texture as `.ktx2` or `.dds`, as the extension says: size and texels of each level, as in [`CubeTexture`].
+///
+/// Nothing half-written ever has the final name. What a channel cannot hold is moved to the nearest value that it can,
+/// and counted over all levels. `zstd` compresses `.ktx2` without loss.
+///
+/// # Errors
+/// [`ImageError::Options`] for another extension, Zstandard in `.dds`, a format that is not written, or BC6H without the
+/// feature `bc6h`; [`ImageError::Io`] if the file cannot be written.
+pub fn write_cube_texture(
+    path: impl AsRef<Path>,
+    levels: &[(usize, &[impl IntoPixel])],
+    format: TexelFormat,
+    zstd: bool,
+) -> Result<PictureWriteReport, ImageError> {
+    let path = path.as_ref();
+    let wrong = |message: String| ImageError::Options(format!("{}: {message}", path.display()));
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let is_ktx2 = match extension.as_str() {
+        "ktx2" => true,
+        "dds" if zstd => return Err(wrong("a .dds holds no Zstandard; write .ktx2".into())),
+        "dds" => false,
+        _ => return Err(wrong("a cube map is written as .ktx2 or .dds".into())),
+    };
+    let Some((size, _)) = levels.first() else { return Err(wrong("a cube map needs at least one level".into())) };
+    let mut report = PictureWriteReport::default();
+    let mut encoded = Vec::with_capacity(levels.len());
+    for (size, texels) in levels {
+        let (faces, clamped) = encode_level(*size, texels, format).map_err(wrong)?;
+        report.clamped += clamped;
+        encoded.push(faces);
+    }
+    let io = |source| ImageError::Io { place: path.display().to_string(), source };
+    let pieces = if is_ktx2 {
+        write_ktx2::pieces(*size, format, encoded, zstd).map_err(io)?
+    } else {
+        write_dds::pieces(*size, format, encoded)
+    };
+    write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;
+    Ok(report)
+}
+
+/// The six faces of a level, encoded in parallel, and how many of its texels did not fit.
+fn encode_level(
+    size: usize,
+    texels: &[impl IntoPixel],
+    format: TexelFormat,
+) -> Result<([Vec<u8>; FACES], usize), String> {
+    let area = size * size;
+    if texels.len() != FACES * area {
+        return Err(format!("6 faces of {size} x {size} texels expected, {} texels given", texels.len()));
+    }
+    let faces: Vec<_> = (0..FACES)
+        .into_par_iter()
+        .map(|f| format.encode_face(size, &texels[f * area..][..area]))
+        .collect::<Result<_, _>>()?;
+    let mut encoded: [Vec<u8>; FACES] = Default::default();
+    let mut clamped = 0;
+    for (out, (bytes, count)) in encoded.iter_mut().zip(faces) {
+        *out = bytes;
+        clamped += count;
+    }
+    Ok((encoded, clamped))
+}

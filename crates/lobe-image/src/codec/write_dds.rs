@@ -1,0 +1,63 @@
+//! DDS cube maps, written with the header of Direct3D 10.
+
+use crate::TexelFormat;
+use crate::codec::dds::{CUBE_ALL_FACES, CUBE_MISC, DX10, FOURCC_FLAG, Field, HEADER, HEADER_DX10, MAGIC};
+use crate::codec::decoded::mip_level_size;
+
+/// Flags that say which fields are set: capabilities, height, width, format, number of levels.
+const FLAGS: u32 = 0x1 | 0x2 | 0x4 | 0x1000 | 0x2_0000;
+
+/// The pitch of a row is given.
+const FLAG_PITCH: u32 = 0x8;
+
+/// The bytes of the first face are given instead: blocks have no rows.
+const FLAG_LINEAR_SIZE: u32 = 0x8_0000;
+
+/// A texture of several surfaces with levels.
+const CAPS: u32 = 0x8 | 0x1000 | 0x40_0000;
+
+/// A texture of two dimensions.
+const DIMENSION_2D: u32 = 3;
+
+/// Alpha is opaque.
+const ALPHA_OPAQUE: u32 = 3;
+
+/// The pieces of the file, one after the other, from the encoded faces of all levels, the largest first.
+pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>; 6]>) -> Vec<Vec<u8>> {
+    let is_block = matches!(format, TexelFormat::Bc6h | TexelFormat::Bc6hSigned);
+    let (flag, pitch) = if is_block {
+        (FLAG_LINEAR_SIZE, format.face_bytes(size))
+    } else {
+        (FLAG_PITCH, (size * format.block_bytes()) as u64)
+    };
+    let mut bytes = vec![0; HEADER + HEADER_DX10];
+    bytes[..MAGIC.len()].copy_from_slice(&MAGIC);
+    for (field, value) in [
+        (Field::Size, 124),
+        (Field::Flags, FLAGS | flag),
+        (Field::Height, size as u32),
+        (Field::Width, size as u32),
+        (Field::PitchOrLinearSize, pitch as u32),
+        (Field::MipMapCount, levels.len() as u32),
+        (Field::PixelFormatSize, 32),
+        (Field::PixelFormatFlags, FOURCC_FLAG),
+        (Field::FourCc, DX10),
+        (Field::Caps, CAPS),
+        (Field::Caps2, CUBE_ALL_FACES),
+        (Field::DxgiFormat, format.dxgi()),
+        (Field::Dimension, DIMENSION_2D),
+        (Field::Misc, CUBE_MISC),
+        (Field::ArraySize, 1),
+        (Field::AlphaMode, ALPHA_OPAQUE),
+    ] {
+        bytes[field as usize..][..4].copy_from_slice(&value.to_le_bytes());
+    }
+    let mut pieces = vec![bytes];
+    for face in 0..6 {
+        for (k, level) in levels.iter_mut().enumerate() {
+            debug_assert_eq!(level[face].len() as u64, format.face_bytes(mip_level_size(size, k)), "level {k}");
+            pieces.push(std::mem::take(&mut level[face]));
+        }
+    }
+    pieces
+}

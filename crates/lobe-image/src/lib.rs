@@ -1,0 +1,80 @@
+//! Pictures as such: decoded, encoded, tone mapped and compared, without a word about directions.
+//!
+//! A [`Picture`] holds linear light, a [`Pixel`] is three `f32`. Whatever is `Into<[f32; 3]>` goes in; whatever is
+//! `From<[f32; 3]>` can be made of what comes out.
+//!
+//! # Examples
+//!
+//! A picture of high dynamic range as PNG, tone mapped:
+//!
+//! ```
+//! use lobe_image::{Picture, Tone};
+//!
+//! let picture = Picture::from_fn(64, 32, |x, y| [0.1 * x as f32, 0.2 * y as f32, 1.0]);
+//! let png = picture.resized(32, 16).to_png(&Tone::PHOTOGRAPH)?;
+//! assert_eq!(&png[1..4], b"PNG");
+//! # Ok::<(), lobe_image::ImageError>(())
+//! ```
+//!
+//! How far apart two pictures are, in numbers and to the eye:
+//!
+//! ```
+//! use lobe_image::{FLIP_PIXELS_PER_DEGREE, Picture, compare, flip};
+//!
+//! let reference = Picture::filled(16, 16, [0.5; 3]);
+//! let image = Picture::filled(16, 16, [0.5, 0.5, 0.6]);
+//! let report = compare(image.pixels(), reference.pixels());
+//! assert!((report.max_abs - 0.1).abs() < 1e-6);
+//! assert!(flip(&image, &reference, FLIP_PIXELS_PER_DEGREE)?.mean() > 0.0);
+//! # Ok::<(), lobe_image::ImageError>(())
+//! ```
+//!
+//! # Where to find what
+//!
+//! | purpose | item |
+//! |---|---|
+//! | pictures | [`Picture`], [`Sheet`], [`Label`], [`color_bar()`]; colors for numbers: [`sequential`], [`diverging`] |
+//! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; what a file is: [`FileFormat`] |
+//! | writing light | [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
+//! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
+//! | cube textures | [`read_cube_texture_bytes`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
+//! | differences | [`compare()`], [`relative_mse`], [`error_map`]; as eyes see them [`flip()`], [`hdr_flip()`]; chance or error: [`ZTest`] |
+//!
+//! # Linear light until the last step
+//!
+//! A [`Picture`] holds linear light in `f32`, and everything but writing a file for display works on it: resizing, error
+//! maps. The price is twelve bytes a pixel and a transfer function for each pixel written; what it buys is that a
+//! half covered pixel has half the light, that a smaller picture has the mean of the larger one, and that two pictures
+//! can be compared in the unit of the light and be shown with one exposure ([`Tone::fixed_for`]).
+//!
+//! Pixel `(0, 0)` is the top left one, pixel centers lie at +½. Results do not depend on the number of threads.
+
+mod codec;
+mod compare;
+mod error;
+mod picture;
+mod pixel;
+
+pub use codec::decoded::{CubeTexture, EnvmapAttribute, PictureHead, mip_level_count, mip_level_size};
+pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture};
+pub use codec::read::{
+    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, read_picture, read_picture_bytes,
+    read_picture_bytes_if, read_picture_file,
+};
+pub use codec::texel_format::TexelFormat;
+pub use codec::texture::{read_cube_texture_bytes, write_cube_texture};
+pub use codec::write_exr::{ExrAttribute, ExrLayers};
+pub use compare::compare::{ErrorReport, Sample, compare, error_map, error_of, relative_mse};
+pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
+pub use compare::hdr_flip::hdr_flip;
+pub use compare::z_test::{Measured, ZTest};
+pub use error::{ImageError, ReadOption};
+pub use picture::animated_png::{AnimatedPng, animated_png, write_animated_png};
+pub use picture::color_bar::color_bar;
+pub use picture::colormap::{diverging, sequential};
+pub use picture::picture::Picture;
+pub use picture::sheet::Sheet;
+pub use picture::srgb::{srgb_decode, srgb_encode};
+pub use picture::text::{Label, distance_to_segment, draw_lines};
+pub use picture::tone::{Curve, Exposure, Tone};
+pub use pixel::{IntoPixel, Pixel, mix};

@@ -1,0 +1,183 @@
+//! Pictures that move.
+
+use std::io::Write;
+use std::path::Path;
+
+use lobe_io::write_atomically;
+
+use crate::picture::png::cannot_write;
+use crate::{ImageError, Picture, Tone};
+
+/// An animated PNG file that is written picture by picture: pictures are shown one after the other, again and again.
+///
+/// Programs that know no animation show the first picture. Unlike GIF it keeps all colors: a sky has no bands. Nothing is kept
+/// of a picture that was added.
+///
+/// ```
+/// use lobe_image::{AnimatedPng, Picture, Tone};
+///
+/// let mut bytes = Vec::new();
+/// let mut animation = AnimatedPng::new(&mut bytes, 4, 3, 10, 0.1)?;
+/// for k in 0..10 {
+///     animation.add(&Picture::filled(4, 3, [0.1, 0.1, 0.1 * k as f32]), &Tone::PLAIN)?;
+/// }
+/// animation.finish()?;
+/// assert_eq!(&bytes[1..4], b"PNG");
+/// # Ok::<(), lobe_image::ImageError>(())
+/// ```
+pub struct AnimatedPng<W: Write> {
+    writer: png::Writer<W>,
+    size: (usize, usize),
+}
+
+impl<W: Write> AnimatedPng<W> {
+    /// Begins a file of `pictures` pictures of one size, each shown for `seconds_per_picture`.
+    ///
+    /// # Errors
+    /// [`ImageError::Invalid`] if there are no pixels or too many for the format; [`ImageError::Options`] if there are no
+    /// pictures, or one would be shown for less than 1 ms or more than 65 s; [`ImageError::Output`] if `out` refuses.
+    pub fn new(
+        out: W,
+        width: usize,
+        height: usize,
+        pictures: usize,
+        seconds_per_picture: f64,
+    ) -> Result<Self, ImageError> {
+        let milliseconds = (1000.0 * seconds_per_picture).round();
+        if !(1.0..=65_000.0).contains(&milliseconds) {
+            let message = format!("expected 0.001 to 65 seconds a picture, found {seconds_per_picture}");
+            return Err(ImageError::Options(message));
+        }
+        if pictures == 0 {
+            return Err(ImageError::Options("an animation of no pictures".to_owned()));
+        }
+        let size = (width, height);
+        let [Ok(columns), Ok(rows), Ok(count)] = [width, height, pictures].map(u32::try_from) else {
+            return Err(invalid(size, "more than 2^32 columns, rows or pictures"));
+        };
+        let begin = || -> Result<png::Writer<W>, png::EncodingError> {
+            let mut encoder = png::Encoder::new(out, columns, rows);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_animated(count, 0)?;
+            encoder.validate_sequence(true);
+            encoder.set_frame_delay(milliseconds as u16, 1000)?;
+            encoder.write_header()
+        };
+        Ok(Self { writer: begin().map_err(|error| refused(size, error))?, size })
+    }
+
+    /// The next picture. `tone` is applied to it by itself; [`Tone::fixed_for`] one of them keeps the light steady.
+    ///
+    /// # Errors
+    /// [`ImageError::Options`] if it is of another size, [`ImageError::Invalid`] if it is one too many; [`ImageError::Output`] if the file refuses.
+    pub fn add(&mut self, picture: &Picture, tone: &Tone) -> Result<(), ImageError> {
+        let ((width, height), (w, h)) = (self.size, (picture.width(), picture.height()));
+        if (w, h) != (width, height) {
+            return Err(ImageError::Options(format!("an animation of {width} x {height} with a picture of {w} x {h}")));
+        }
+        self.writer.write_image_data(&tone.to_bytes(picture)).map_err(|error| refused(self.size, error))
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// [`ImageError::Invalid`] if pictures are missing; [`ImageError::Output`] if the file refuses.
+    pub fn finish(self) -> Result<(), ImageError> {
+        self.writer.finish().map_err(|error| refused(self.size, error))
+    }
+}
+
+fn invalid((width, height): (usize, usize), what: &str) -> ImageError {
+    ImageError::Invalid { place: format!("a {width} x {height} animation as PNG"), message: what.to_owned() }
+}
+
+fn refused(size: (usize, usize), error: png::EncodingError) -> ImageError {
+    match error {
+        png::EncodingError::IoError(source) => ImageError::Output(source),
+        other => invalid(size, &other.to_string()),
+    }
+}
+
+/// The bytes of an [`AnimatedPng`] of pictures that are all there.
+///
+/// # Errors
+/// As [`AnimatedPng`].
+pub fn animated_png(frames: &[Picture], tone: &Tone, seconds_per_frame: f64) -> Result<Vec<u8>, ImageError> {
+    let (width, height) = frames.first().map_or((1, 1), |first| (first.width(), first.height()));
+    let mut bytes = Vec::new();
+    let mut animation = AnimatedPng::new(&mut bytes, width, height, frames.len(), seconds_per_frame)?;
+    for frame in frames {
+        animation.add(frame, tone)?;
+    }
+    animation.finish()?;
+    Ok(bytes)
+}
+
+/// Writes [`animated_png`] as a file; nothing half-written ever has the final name.
+///
+/// # Errors
+/// As [`animated_png`], and [`ImageError::Io`] if the file cannot be written.
+pub fn write_animated_png(
+    path: impl AsRef<Path>,
+    frames: &[Picture],
+    tone: &Tone,
+    seconds_per_frame: f64,
+) -> Result<(), ImageError> {
+    let path = path.as_ref();
+    let bytes = animated_png(frames, tone, seconds_per_frame)?;
+    write_atomically(path, |file| file.write_all(&bytes)).map_err(|error| cannot_write(path, &error))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    #[test]
+    fn every_picture_is_in_the_file_in_its_turn() {
+        let frames: Vec<_> = (0..3).map(|k| Picture::filled(5, 4, [k as f32 / 2.0; 3])).collect();
+        let bytes = animated_png(&frames, &Tone::PLAIN, 0.04).unwrap();
+        let mut reader = png::Decoder::new(Cursor::new(&bytes)).read_info().unwrap();
+        assert_eq!(reader.info().animation_control().unwrap().num_frames, 3, "pictures");
+        for expected in [0, 188, 255] {
+            let mut shown = vec![0; 60];
+            reader.next_frame(&mut shown).unwrap();
+            assert!(shown.iter().all(|&b| b == expected), "expected {expected}, found {shown:?}");
+            assert_eq!(reader.info().frame_control().unwrap().delay_num, 40, "milliseconds");
+        }
+    }
+
+    #[test]
+    fn what_is_no_animation_is_refused() {
+        let (a, b) = (Picture::filled(2, 1, [0.0; 3]), Picture::filled(1, 2, [0.0; 3]));
+        let refusal =
+            |frames: &[Picture], seconds| animated_png(frames, &Tone::PLAIN, seconds).unwrap_err().to_string();
+        assert_eq!(refusal(&[], 1.0), "an animation of no pictures", "none");
+        assert_eq!(refusal(&[a.clone(), b], 1.0), "an animation of 2 x 1 with a picture of 1 x 2", "sizes");
+        assert!(refusal(std::slice::from_ref(&a), 0.0).starts_with("expected 0.001 to 65 seconds"), "no time");
+        let mut animation = AnimatedPng::new(Vec::new(), 2, 1, 2, 1.0).unwrap();
+        animation.add(&a, &Tone::PLAIN).unwrap();
+        let error = animation.finish().unwrap_err().to_string();
+        assert!(error.starts_with("a 2 x 1 animation as PNG: "), "a picture is missing: {error}");
+    }
+
+    #[test]
+    fn an_output_that_is_full_is_told() {
+        struct Full(usize);
+        impl Write for Full {
+            fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+                self.0 = self.0.checked_sub(bytes.len()).ok_or(std::io::ErrorKind::StorageFull)?;
+                Ok(bytes.len())
+            }
+            fn flush(&mut self) -> std::io::Result<()> {
+                Ok(())
+            }
+        }
+        let mut animation = AnimatedPng::new(Full(200), 64, 64, 9, 1.0).unwrap();
+        let picture = Picture::from_fn(64, 64, |x, y| [(x * y % 7) as f32 / 7.0; 3]);
+        let error = (0..9).find_map(|_| animation.add(&picture, &Tone::PLAIN).err());
+        assert!(matches!(error, Some(ImageError::Output(_))), "{error:?}");
+    }
+}

@@ -1,0 +1,65 @@
+//! PNG files.
+
+use std::io;
+use std::path::Path;
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use lobe_io::write_atomically;
+
+use crate::{ImageError, Picture, Tone};
+
+impl Picture {
+    /// The bytes of the picture as an 8-bit sRGB PNG file.
+    ///
+    /// # Errors
+    /// [`ImageError::Invalid`] if the picture is empty or too large for the format.
+    pub fn to_png(&self, tone: &Tone) -> Result<Vec<u8>, ImageError> {
+        let (width, height) = (self.width(), self.height());
+        let invalid = |what: &str| ImageError::Invalid {
+            place: format!("a {width} x {height} picture as PNG"),
+            message: what.to_owned(),
+        };
+        let (Ok(columns), Ok(rows)) = (u32::try_from(width), u32::try_from(height)) else {
+            return Err(invalid("more than 2^32 columns or rows"));
+        };
+        if columns == 0 || rows == 0 {
+            return Err(invalid("it has no pixels"));
+        }
+        let mut png = Vec::new();
+        PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
+            .write_image(&tone.to_bytes(self), columns, rows, ExtendedColorType::Rgb8)
+            .map_err(|error| invalid(&error.to_string()))?;
+        Ok(png)
+    }
+
+    /// An SVG document that shows the picture, as PNG inside of it: for pages that take only SVG.
+    ///
+    /// # Errors
+    /// As [`to_png`](Picture::to_png).
+    pub fn to_svg(&self, tone: &Tone) -> Result<String, ImageError> {
+        let (width, height, png) = (self.width(), self.height(), BASE64_STANDARD.encode(self.to_png(tone)?));
+        Ok(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\">\n\
+             <image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{png}\"/>\n</svg>\n"
+        ))
+    }
+
+    /// Writes the picture as an 8-bit sRGB PNG file; nothing half-written ever has the final name.
+    ///
+    /// # Errors
+    /// As [`Picture::to_png`], and [`ImageError::Io`] if the file cannot be written.
+    pub fn write_png(&self, path: impl AsRef<Path>, tone: &Tone) -> Result<(), ImageError> {
+        let path = path.as_ref();
+        let png = self.to_png(tone)?;
+        write_atomically(path, |file| file.write_all(&png)).map_err(|error| cannot_write(path, &error))
+    }
+}
+
+/// The refusal of a file to be written.
+pub(crate) fn cannot_write(path: &Path, error: &io::Error) -> ImageError {
+    let source = io::Error::new(error.kind(), format!("cannot write the picture: {error}"));
+    ImageError::Io { place: path.display().to_string(), source }
+}

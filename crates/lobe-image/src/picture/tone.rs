@@ -1,0 +1,195 @@
+//! From linear light to what a display shows.
+
+use rayon::prelude::*;
+
+use crate::pixel::{Pixel, luminance, narrowed, scaled, widened};
+use crate::{Picture, srgb_encode};
+
+/// How much a picture is brightened before it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Multiply by this.
+    Fixed(f64),
+    /// Bring the log-average luminance `exp(mean(ln Y))` to `key`; 0.18 is the middle gray of photography.
+    ///
+    /// Pixels that are black, negative or not finite are left out of the average. (Reinhard et al. 2002 add a small
+    /// constant to every luminance instead, which makes the result depend on the unit of the light.)
+    LogAverage {
+        /// The wanted log-average.
+        key: f64,
+    },
+    /// Bring the luminance that the part `fraction` (0 to 1) of the pixels does not exceed to `level`.
+    ///
+    /// Pixels that are black, negative or not finite do not count.
+    Percentile {
+        /// The part of the pixels that count.
+        fraction: f64,
+        /// The wanted luminance.
+        level: f64,
+    },
+}
+
+/// How exposed light is brought into `[0, 1]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Curve {
+    /// Cut off at 0 and 1.
+    Clip,
+    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colors keep
+    /// their chromaticity until a channel is cut off at 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
+    Reinhard {
+        /// The smallest luminance, after exposure, that is shown white.
+        white: f64,
+    },
+}
+
+/// A tone mapping: exposure, curve, sRGB transfer function, 8 bits.
+///
+/// ```text
+///   byte = round(255 srgb(curve(exposure × L)))
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tone {
+    /// The exposure.
+    pub exposure: Exposure,
+    /// The curve.
+    pub curve: Curve,
+}
+
+impl Tone {
+    /// For pictures that already are what the display should show: exposure 1, cut off at 1.
+    pub const PLAIN: Self = Self { exposure: Exposure::Fixed(1.0), curve: Curve::Clip };
+
+    /// For photographs: middle gray at 0.18, highlights compressed up to 4 times white.
+    pub const PHOTOGRAPH: Self =
+        Self { exposure: Exposure::LogAverage { key: 0.18 }, curve: Curve::Reinhard { white: 4.0 } };
+
+    /// For lit objects, whose shading should be seen as it is: nothing compressed, one pixel in a hundred brighter than
+    /// 0.9.
+    pub const OBJECT: Self = Self { exposure: Exposure::Percentile { fraction: 0.99, level: 0.9 }, curve: Curve::Clip };
+
+    /// This tone mapping with the exposure that it finds for `picture`, to show other pictures alike.
+    #[must_use]
+    pub fn fixed_for(&self, picture: &Picture) -> Self {
+        Self { exposure: Exposure::Fixed(self.exposure.factor(picture)), ..*self }
+    }
+
+    /// The light that the display should send, in `[0, 1]`, still linear.
+    #[must_use]
+    pub fn apply(&self, picture: &Picture) -> Picture {
+        let factor = self.exposure.factor(picture);
+        picture.map(|c| narrowed(self.curve.apply(scaled(widened(c), factor))))
+    }
+
+    /// Three bytes a pixel.
+    #[must_use]
+    pub fn to_bytes(&self, picture: &Picture) -> Vec<u8> {
+        let factor = self.exposure.factor(picture);
+        let shown = |c: &Pixel| self.curve.apply(scaled(widened(*c), factor)).map(byte);
+        picture.pixels().par_iter().flat_map_iter(shown).collect()
+    }
+}
+
+/// The nearest of 256 levels; NaN is black.
+fn byte(linear: f64) -> u8 {
+    (255.0 * srgb_encode(linear)).round() as u8
+}
+
+impl Exposure {
+    /// The factor for `picture`; 1 where it has no pixel to judge by.
+    #[must_use]
+    pub fn factor(&self, picture: &Picture) -> f64 {
+        if let Self::Fixed(factor) = *self {
+            return factor;
+        }
+        let mut luminances: Vec<f64> =
+            picture.pixels().iter().map(|c| luminance(widened(*c))).filter(|y| y.is_finite() && *y > 0.0).collect();
+        if luminances.is_empty() {
+            return 1.0;
+        }
+        match *self {
+            Self::Fixed(factor) => factor,
+            Self::LogAverage { key } => {
+                let sum: f64 = luminances.iter().map(|y| y.ln()).sum();
+                key / (sum / luminances.len() as f64).exp()
+            }
+            Self::Percentile { fraction, level } => {
+                let rank = (fraction.clamp(0.0, 1.0) * (luminances.len() - 1) as f64).round() as usize;
+                let (_, y, _) = luminances.select_nth_unstable_by(rank, f64::total_cmp);
+                level / *y
+            }
+        }
+    }
+}
+
+impl Curve {
+    /// The light in `[0, 1]`, channel by channel; negative light is black, infinite light white.
+    #[must_use]
+    pub fn apply(&self, light: [f64; 3]) -> [f64; 3] {
+        let compressed = match *self {
+            Self::Clip => light,
+            Self::Reinhard { white } => {
+                let y = luminance(light).max(0.0);
+                // The limit of the factor, where ∞ / ∞ would make the brightest pixel NaN and so black.
+                let limit = 1.0 / (white * white);
+                scaled(light, if y.is_finite() { (1.0 + y * limit) / (1.0 + y) } else { limit })
+            }
+        };
+        compressed.map(|c| c.clamp(0.0, 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gray(values: &[f32]) -> Picture {
+        Picture::new(values.len(), 1, values.iter().map(|&v| [v; 3]).collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn the_log_average_is_brought_to_the_key() {
+        let picture = gray(&[0.01, 1.0, 100.0, 0.0, -5.0, f32::INFINITY]);
+        let factor = Exposure::LogAverage { key: 0.18 }.factor(&picture);
+        assert!((factor - 0.18).abs() < 1e-7, "the geometric mean of 0.01, 1 and 100 is 1: {factor}");
+    }
+
+    #[test]
+    fn the_percentile_is_brought_to_its_level() {
+        let picture = gray(&(1..=101).map(|v| v as f32).collect::<Vec<_>>());
+        let factor = Exposure::Percentile { fraction: 0.9, level: 0.5 }.factor(&picture);
+        assert!((factor - 0.5 / 91.0).abs() < 1e-9, "90 of 101 values lie below 91: {factor}");
+    }
+
+    #[test]
+    fn a_black_picture_is_shown_as_it_is() {
+        assert_eq!(Exposure::LogAverage { key: 0.18 }.factor(&gray(&[0.0, 0.0])), 1.0, "nothing to judge by");
+    }
+
+    #[test]
+    fn the_curve_sends_white_to_one_and_keeps_chromaticity() {
+        let curve = Curve::Reinhard { white: 4.0 };
+        let white = curve.apply([4.0; 3]);
+        assert!((white[1] - 1.0).abs() < 1e-12, "{white:?}");
+        let orange = curve.apply([0.8, 0.4, 0.2]);
+        assert!(
+            (orange[0] / orange[1] - 2.0).abs() < 1e-12 && (orange[1] / orange[2] - 2.0).abs() < 1e-12,
+            "{orange:?}"
+        );
+        assert_eq!(curve.apply([-1.0; 3]), [0.0; 3], "negative light is black");
+    }
+
+    #[test]
+    fn infinite_light_is_white_and_not_black() {
+        for tone in [Tone::PLAIN, Tone::PHOTOGRAPH, Tone::OBJECT] {
+            let bytes = tone.to_bytes(&gray(&[0.1, f32::INFINITY, 0.2]));
+            assert_eq!(bytes[3..6], [255; 3], "{tone:?}: {bytes:?}");
+        }
+    }
+
+    #[test]
+    fn bytes_are_exact_srgb() {
+        let picture = gray(&[0.0, 0.0031308, 0.215861, 1.0, 7.0, f32::NAN]);
+        let bytes = Tone::PLAIN.to_bytes(&picture);
+        assert_eq!(bytes.iter().step_by(3).copied().collect::<Vec<_>>(), [0, 10, 128, 255, 255, 0], "{bytes:?}");
+    }
+}

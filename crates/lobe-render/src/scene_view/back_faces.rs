@@ -1,0 +1,86 @@
+//! The backs of double-sided surfaces, which files of transfer leave out, as far as a view shows them.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use lobe_io::Job;
+use lobe_prt::{BakeOptions, Receivers, TexelReceivers};
+use lobe_scene::{Bvh, Scene};
+use lobe_sh::{Coefficient as _, Dir, Rgb};
+
+use crate::scene_view::prt_shading::{Places, SurfaceTransfer};
+use crate::{Camera, RenderError, SceneHit, ViewOptions, scene_picture};
+
+/// The transfer of the backs of some places.
+pub(crate) struct BackFaces {
+    /// The receiver at the back of each place; [`NONE`] where there is none.
+    receivers: Vec<u32>,
+    pub(crate) transfer: SurfaceTransfer,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl BackFaces {
+    /// Bakes the backs of `seen`, places in rising order.
+    pub(crate) fn bake(
+        scene: &Scene,
+        bvh: &Bvh,
+        places: &Places,
+        seen: &[usize],
+        options: &BakeOptions,
+        is_glossy: bool,
+        job: Job<'_>,
+    ) -> Result<Self, RenderError> {
+        // Find the receivers at the fronts. Texels between triangles show a neighbor's.
+        let (fronts, front_of) = match places {
+            Places::Vertices => (Receivers::at_vertices(scene)?, None),
+            Places::Texels(lightmap) => {
+                let texels = TexelReceivers::new(scene, lightmap.width())?;
+                (texels.receivers().clone(), Some(texels.dilated()))
+            }
+        };
+        let front_of = |place: usize| front_of.as_ref().map_or(place, |front_of| front_of[place] as usize);
+        // List each receiver that is needed once.
+        let mut needed: Vec<usize> = seen.iter().map(|&place| front_of(place)).collect();
+        needed.sort_unstable();
+        needed.dedup();
+        // Let every place know its receiver in that list.
+        let mut receivers = vec![NONE; places.count(scene)];
+        for &place in seen {
+            receivers[place] = needed.partition_point(|&front| front < front_of(place)) as u32;
+        }
+        // Bake the other sides.
+        let transfer = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, job)?;
+        Ok(Self { receivers, transfer })
+    }
+
+    /// The receiver at the back of a place, if that was baked.
+    pub(crate) fn receiver(&self, place: usize) -> Option<usize> {
+        Some(self.receivers[place]).filter(|&receiver| receiver != NONE).map(|receiver| receiver as usize)
+    }
+}
+
+/// The places around all hits of double-sided surfaces from behind, in rising order.
+pub(crate) fn backs_in_view(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    view: &ViewOptions,
+    places: &Places,
+    progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Vec<usize>, RenderError> {
+    if !(0..scene.meshes().len()).any(|mesh| scene.material(mesh).double_sided) {
+        return Ok(Vec::new());
+    }
+    let seen: Vec<AtomicBool> = (0..places.count(scene)).map(|_| AtomicBool::new(false)).collect();
+    let mark = |hit: &SceneHit<'_>| {
+        if !hit.is_front {
+            for (place, _) in places.around(scene, hit) {
+                seen[place].store(true, Ordering::Relaxed);
+            }
+        }
+        Rgb::ZERO
+    };
+    scene_picture(scene, bvh, camera, view, |_: Dir| Rgb::ZERO, mark, progress)?;
+    Ok((0..seen.len()).filter(|&place| seen[place].load(Ordering::Relaxed)).collect())
+}

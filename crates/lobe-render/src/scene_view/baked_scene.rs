@@ -1,0 +1,236 @@
+//! A scene with its transfer, from a file or baked on the spot.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use lobe_io::Job;
+use lobe_prt::{
+    BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer, read_baked, read_lightmap, read_matrices,
+};
+use lobe_scene::{Bvh, Scene, SceneReadOptions};
+use lobe_sh::{Coefficient as _, Rgb, ShVec};
+
+use crate::scene_view::back_faces::{self, BackFaces};
+use crate::scene_view::prt_shading::{Gloss, LitReceivers, Places, SurfaceTransfer};
+use crate::{Camera, GlossyLobe, RenderError, SceneHit, ViewOptions};
+
+/// A scene that knows what its surfaces do to distant light: its transfer at vertices or at the texels of a lightmap.
+///
+/// It is lit by [`BakedScene::lit`], or in one step by [`light_baked_scene`](crate::light_baked_scene). Transfer covers the
+/// fronts of surfaces. Double-sided surfaces show their backs too; [`BakedScene::bake_backs`] bakes those that a view shows,
+/// and until then they are black.
+pub struct BakedScene {
+    scene: Scene,
+    bvh: Bvh,
+    places: Places,
+    front: SurfaceTransfer,
+    back: Option<BackFaces>,
+    /// None if surfaces are matte.
+    gloss: Option<Gloss>,
+    /// How backs are baked.
+    options: BakeOptions,
+    recipe: Recipe,
+}
+
+impl From<Baked> for BakedScene {
+    /// The scene of a baked glTF file, with the options of its recipe for backs.
+    fn from(baked: Baked) -> Self {
+        let Baked { scene, transfer, recipe, .. } = baked;
+        Self::new(scene, Places::Vertices, SurfaceTransfer::Matte(transfer.into()), None, recipe)
+    }
+}
+
+impl BakedScene {
+    /// Reads a baked .glb or .gltf file.
+    ///
+    /// # Errors
+    /// [`RenderError::Prt`] with the errors of [`read_baked`](lobe_prt::read_baked).
+    pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Self, RenderError> {
+        Ok(read_baked(path, options)?.into())
+    }
+
+    /// Reads the transfer of `scene` from a file that holds transfer alone: with a `lobe` a .safetensors file of matrices at
+    /// vertices, else one of transfer in any form, or an .exr lightmap.
+    ///
+    /// # Errors
+    /// [`RenderError::Prt`] if the file cannot be read, or is a lightmap and the scene is not unfolded;
+    /// [`RenderError::Invalid`] if it is of another number of vertices.
+    pub fn read_transfer(scene: Scene, path: impl AsRef<Path>, lobe: Option<GlossyLobe>) -> Result<Self, RenderError> {
+        let path = path.as_ref();
+        if lobe.is_some() {
+            let (matrices, recipe) = read_matrices(path)?;
+            expect_vertices(&scene, matrices.points(), path)?;
+            return Ok(Self::new(scene, Places::Vertices, SurfaceTransfer::Glossy(matrices), lobe, recipe));
+        }
+        let is_picture = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let (transfer, recipe) = if is_picture {
+            let (transfer, recipe) = read_lightmap(path)?;
+            (transfer.into(), recipe)
+        } else {
+            read_any_transfer(path)?
+        };
+        let width = transfer.receivers().isqrt();
+        let places = if is_picture || recipe.texels == Some(Some(width)) {
+            Places::Texels(Box::new(Lightmap::new(&scene, width)?))
+        } else {
+            expect_vertices(&scene, transfer.receivers(), path)?;
+            Places::Vertices
+        };
+        Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
+    }
+
+    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one.
+    ///
+    /// # Errors
+    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if `progress` said to
+    /// stop.
+    pub fn bake(
+        scene: Scene,
+        options: &BakeOptions,
+        lobe: Option<GlossyLobe>,
+        job: Job<'_>,
+    ) -> Result<Self, RenderError> {
+        let (receivers, bvh) = (Receivers::at_vertices(&scene)?, Bvh::new(&scene));
+        let front = SurfaceTransfer::bake(&scene, &bvh, &receivers, options, lobe.is_some(), job)?;
+        let (gloss, options) = (lobe.map(Gloss::new), options.clone());
+        Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, gloss, options, recipe: Recipe::default() })
+    }
+
+    fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Recipe) -> Self {
+        let (bvh, gloss) = (Bvh::new(&scene), lobe.map(Gloss::new));
+        let options = recipe.bake_options().order(front.order());
+        Self { scene, bvh, places, front, back: None, gloss, options, recipe }
+    }
+
+    /// The same with other options for the bake of backs.
+    #[must_use]
+    pub fn with_options(self, options: BakeOptions) -> Self {
+        Self { options, ..self }
+    }
+
+    /// How backs are baked: as the recipe in the file says the fronts were, with defaults for what it leaves out.
+    #[must_use]
+    pub fn options(&self) -> &BakeOptions {
+        &self.options
+    }
+
+    /// The recipe in the file; an empty one if there is none.
+    #[must_use]
+    pub fn recipe(&self) -> &Recipe {
+        &self.recipe
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The tree over the triangles of the scene.
+    #[must_use]
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// The order of the transfer: light of more bands is cut off there.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.front.order()
+    }
+
+    /// Whether surfaces are glossy rather than matte.
+    #[must_use]
+    pub fn is_glossy(&self) -> bool {
+        self.gloss.is_some()
+    }
+
+    /// Whether transfer is at the texels of a lightmap rather than at vertices.
+    #[must_use]
+    pub fn is_lightmap(&self) -> bool {
+        matches!(self.places, Places::Texels(_))
+    }
+
+    /// The vertices or texels that a view shows from behind, in rising order: those that [`BakedScene::bake_backs`] needs.
+    ///
+    /// `progress` is told the part of the picture that was looked at, and says whether to go on.
+    ///
+    /// # Errors
+    /// As [`scene_picture`](fn@crate::scene_picture).
+    pub fn backs_in_view(
+        &self,
+        camera: &Camera,
+        view: &ViewOptions,
+        progress: impl FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Vec<usize>, RenderError> {
+        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, progress)
+    }
+
+    /// Bakes the backs of these vertices or texels, in rising order, in place of those that were baked before.
+    ///
+    /// # Errors
+    /// As [`BakedScene::bake`].
+    pub fn bake_backs(&mut self, seen: &[usize], job: Job<'_>) -> Result<(), RenderError> {
+        let Self { scene, bvh, places, options, .. } = &*self;
+        let is_glossy = self.is_glossy();
+        self.back = Some(BackFaces::bake(scene, bvh, places, seen, options, is_glossy, job)?);
+        Ok(())
+    }
+
+    /// Lights the scene: the exit radiance of every receiver is computed here, once for each light.
+    ///
+    /// `light` is the radiance of the surroundings in the world, of any order.
+    #[must_use]
+    pub fn lit(&self, light: &ShVec<Rgb<f64>>) -> LitScene<'_> {
+        let gloss = self.gloss.as_ref();
+        let back = self.back.as_ref().map(|back| (back, back.transfer.lit(light, gloss)));
+        LitScene { baked: self, front: self.front.lit(light, gloss), back }
+    }
+}
+
+/// The bytes that baking `receivers` of a scene takes at most: rows of numbers that grow, and what they make of one light.
+#[must_use]
+pub fn transfer_bytes(scene: &Scene, receivers: usize, options: &BakeOptions, is_glossy: bool) -> u64 {
+    let (bands, channels) = (options.order.pow(2), options.channels_for(scene, scene.is_gray()).count());
+    let (numbers, lit) = if is_glossy { (bands * bands, 3 * 8 * bands) } else { (bands, 3 * 4) };
+    ((2 * 4 * numbers * channels + lit) as u64).saturating_mul(receivers as u64)
+}
+
+/// A [`BakedScene`] under one light.
+pub struct LitScene<'a> {
+    baked: &'a BakedScene,
+    front: LitReceivers,
+    back: Option<(&'a BackFaces, LitReceivers)>,
+}
+
+impl LitScene<'_> {
+    /// What the eye sees at a hit, interpolated between vertices or texels; black for backs that are not baked.
+    #[must_use]
+    pub fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
+        let BakedScene { scene, places, gloss, .. } = self.baked;
+        let mut sum = Rgb::ZERO;
+        for (place, weight) in places.around(scene, hit) {
+            let of_receiver = match &self.back {
+                _ if hit.is_front => Some((&self.front, place)),
+                Some((backs, lit)) => backs.receiver(place).map(|receiver| (lit, receiver)),
+                None => None,
+            };
+            if let Some((lit, receiver)) = of_receiver {
+                sum += lit.radiance(receiver, hit).scale(weight);
+            }
+        }
+        match gloss {
+            Some(gloss) => gloss.albedo(hit) * sum,
+            None => sum,
+        }
+    }
+}
+
+fn expect_vertices(scene: &Scene, found: usize, path: &Path) -> Result<(), RenderError> {
+    match scene.vertex_count() {
+        count if count == found => Ok(()),
+        count => Err(RenderError::Invalid(format!(
+            "{}: expected transfer of {count} vertices as the scene has, found {found}",
+            path.display()
+        ))),
+    }
+}

@@ -1,0 +1,126 @@
+//! Light a scene, get a picture.
+
+use std::f64::consts::FRAC_1_PI;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use lobe_scene::{Bvh, Scene};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal, convolved};
+
+use lobe_image::Picture;
+
+use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions, scene_picture};
+
+/// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture, not
+/// rounding.
+const VISIBLY_BELOW: f64 = 1e-3;
+
+/// A scene lit by an expansion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LitPicture {
+    /// Radiance.
+    pub picture: Picture,
+    /// The part of the rays that hit a lit surface whose radiance is below zero in some channel, by more than 0.1 % of the
+    /// light's mean. This happens where the expansion of the light rings; see [`lobe_sh::dering`].
+    pub below_zero: f64,
+}
+
+/// Lights a baked scene, and shows it as `camera` sees it: `background` where a ray escapes.
+///
+/// ```text
+///   matte    B = Σᵢ Lᵢ Tᵢ                        T: transfer vector, between vertices or texels
+///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)           M: transfer matrix, k: lobe, r: mirrored direction, ρ: directional albedo
+/// ```
+///
+/// `light` is an expansion of the radiance of the surroundings; bands above [`BakedScene::order`] are ignored. `progress` is told
+/// the part that is done, from 0 to 1, some times a second, and says whether to go on. The same bits for any number of
+/// threads.
+///
+/// # Examples
+///
+/// ```
+/// use std::ops::ControlFlow;
+///
+/// use lobe_prt::BakeOptions;
+/// use lobe_render::{BakedScene, Camera, View, ViewOptions, light_baked_scene};
+///
+/// let go_on = ControlFlow::Continue(());
+/// let options = BakeOptions::default().order(3).samples(16);
+/// let scene = lobe_scene::built_in::ball_over_ground(8);
+/// let baked = BakedScene::bake(scene, &options, None, lobe_io::Job::default())?;
+///
+/// let sky = lobe_env::bundled::sunset().map();
+/// let light = lobe_env::project_env(&sky, 3);
+/// let camera = Camera::framing([-1.5, -1.5, 0.0], [1.5, 1.5, 2.0], View::three_quarter(), 0.35);
+/// let view = ViewOptions { width: 32, height: 24, rays: 2 };
+/// let lit = light_baked_scene(&baked, &light, &camera, &view, |s| sky.radiance(s).widen(), |_| go_on)?;
+/// assert!(lit.picture.pixels().iter().any(|pixel| pixel.g > 0.0), "{}", lit.below_zero);
+/// # use lobe_sh::Coefficient as _;
+/// # Ok::<(), lobe_render::RenderError>(())
+/// ```
+///
+/// # Errors
+/// As [`scene_picture`](fn@crate::scene_picture).
+pub fn light_baked_scene(
+    baked: &BakedScene,
+    light: &ShVec<Rgb<f64>>,
+    camera: &Camera,
+    options: &ViewOptions,
+    background: impl Fn(Dir) -> Rgb<f64> + Sync,
+    progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<LitPicture, RenderError> {
+    let lit = baked.lit(light);
+    let counted = Counted::new(light, |hit| lit.radiance(hit));
+    let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
+    let picture = scene_picture(baked.scene(), baked.bvh(), camera, options, background, radiance, progress)?;
+    Ok(LitPicture { picture, below_zero: counted.below_zero() })
+}
+
+/// Lights a scene by the irradiance of its shading normals, without shadows: `B = albedo/π · E(n)`.
+///
+/// The other arguments are those of [`light_baked_scene`].
+///
+/// # Errors
+/// As [`scene_picture`](fn@crate::scene_picture).
+pub fn light_by_irradiance(
+    (scene, bvh): (&Scene, &Bvh),
+    light: &ShVec<Rgb<f64>>,
+    camera: &Camera,
+    options: &ViewOptions,
+    background: impl Fn(Dir) -> Rgb<f64> + Sync,
+    progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<LitPicture, RenderError> {
+    let irradiance = convolved(light, &Zonal::clamped_cosine(light.order()));
+    let counted = Counted::new(light, |hit| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI));
+    let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
+    let picture = scene_picture(scene, bvh, camera, options, background, radiance, progress)?;
+    Ok(LitPicture { picture, below_zero: counted.below_zero() })
+}
+
+/// A shading that counts how often it is below zero.
+struct Counted<F> {
+    shade: F,
+    /// What is below this is visibly below zero.
+    limit: f64,
+    shaded: AtomicUsize,
+    below: AtomicUsize,
+}
+
+impl<F: Fn(&SceneHit<'_>) -> Rgb<f64> + Sync> Counted<F> {
+    fn new(light: &ShVec<Rgb<f64>>, shade: F) -> Self {
+        let limit = -VISIBLY_BELOW * light.mean().luminance().abs();
+        Self { shade, limit, shaded: AtomicUsize::new(0), below: AtomicUsize::new(0) }
+    }
+
+    fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
+        let radiance = (self.shade)(hit);
+        let is_below = radiance.r.min(radiance.g).min(radiance.b) < self.limit;
+        self.shaded.fetch_add(1, Ordering::Relaxed);
+        self.below.fetch_add(usize::from(is_below), Ordering::Relaxed);
+        radiance
+    }
+
+    fn below_zero(self) -> f64 {
+        self.below.into_inner() as f64 / self.shaded.into_inner().max(1) as f64
+    }
+}

@@ -1,0 +1,165 @@
+//! Surfaces shaded by precomputed radiance transfer: what receivers send back, and what a point between them shows of it.
+
+use lobe_env::DfgTable;
+use lobe_io::Job;
+use lobe_prt::{AnyTransfer, BakeOptions, Lightmap, PrtError, Receivers, TransferMatrices, bake, bake_matrices};
+use lobe_scene::{Bvh, Scene};
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal, convolved};
+use rayon::prelude::*;
+
+use crate::SceneHit;
+
+/// Cosines and roughnesses in the table of directional albedos, which is then within a hundredth except at grazing angles.
+const DFG_SIZE: usize = 64;
+
+/// The lobe of reflection of glossy surfaces, about the mirrored view direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GlossyLobe {
+    /// Phong's lobe with this exponent, 0 or more. It is scaled by the base color.
+    Phong(f64),
+    /// The lobe of GGX microfacets seen along the normal, with α from 0 to 1. It is scaled by the directional albedo of the
+    /// microfacets at the angle of view, by the split-sum approximation, with the base color as reflectance along the normal.
+    Ggx(f64),
+}
+
+impl GlossyLobe {
+    fn zonal(self, order: usize) -> Zonal {
+        match self {
+            Self::Phong(exponent) => Zonal::phong(order, exponent),
+            Self::Ggx(alpha) => Zonal::ggx(order, alpha),
+        }
+    }
+
+    fn albedo(self) -> DirectionalAlbedo {
+        match self {
+            Self::Phong(_) => DirectionalAlbedo::Base,
+            Self::Ggx(alpha) => {
+                DirectionalAlbedo::Microfacets { table: DfgTable::new(DFG_SIZE), roughness: alpha.sqrt() }
+            }
+        }
+    }
+}
+
+/// The part of uniform light that a glossy surface reflects towards the eye.
+enum DirectionalAlbedo {
+    /// The base color.
+    Base,
+    /// That of microfacets.
+    Microfacets { table: DfgTable, roughness: f64 },
+}
+
+impl DirectionalAlbedo {
+    fn at(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
+        match self {
+            Self::Base => hit.albedo,
+            Self::Microfacets { table, roughness } => {
+                table.lookup(hit.normal.dot(hit.view).max(0.0), *roughness).reflectance(hit.albedo)
+            }
+        }
+    }
+}
+
+/// A lobe with what it takes to shade with it.
+pub(crate) struct Gloss {
+    lobe: GlossyLobe,
+    albedo: DirectionalAlbedo,
+}
+
+impl Gloss {
+    pub(crate) fn new(lobe: GlossyLobe) -> Self {
+        Self { lobe, albedo: lobe.albedo() }
+    }
+
+    /// What a surface reflects of the blurred light in the mirrored direction.
+    pub(crate) fn albedo(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
+        self.albedo.at(hit)
+    }
+}
+
+/// The places of a scene where transfer is known.
+pub(crate) enum Places {
+    Vertices,
+    Texels(Box<Lightmap>),
+}
+
+impl Places {
+    pub(crate) fn count(&self, scene: &Scene) -> usize {
+        match self {
+            Self::Vertices => scene.vertex_count(),
+            Self::Texels(lightmap) => lightmap.width().pow(2),
+        }
+    }
+
+    /// The places around a hit and their weights, which sum to 1.
+    pub(crate) fn around(&self, scene: &Scene, hit: &SceneHit<'_>) -> [(usize, f64); 4] {
+        match self {
+            Self::Vertices => {
+                let [a, b, c] = hit.corners();
+                [a, b, c, (a.0, 0.0)]
+            }
+            Self::Texels(lightmap) => lightmap.texels_at(scene, hit.hit()),
+        }
+    }
+}
+
+/// What receivers do to distant light.
+pub(crate) enum SurfaceTransfer {
+    /// Transfer vectors: exit radiance, the same for every view.
+    Matte(AnyTransfer),
+    /// Transfer matrices: the light that arrives, to be reflected by a lobe.
+    Glossy(TransferMatrices),
+}
+
+impl SurfaceTransfer {
+    pub(crate) fn bake(
+        scene: &Scene,
+        bvh: &Bvh,
+        receivers: &Receivers,
+        options: &BakeOptions,
+        is_glossy: bool,
+        job: Job<'_>,
+    ) -> Result<Self, PrtError> {
+        if is_glossy {
+            bake_matrices(scene, bvh, receivers, options, job).map(|(matrices, _)| Self::Glossy(matrices))
+        } else {
+            bake(scene, bvh, receivers, options, job).map(|(transfer, _)| Self::Matte(transfer.into()))
+        }
+    }
+
+    pub(crate) fn order(&self) -> usize {
+        match self {
+            Self::Matte(transfer) => transfer.order(),
+            Self::Glossy(matrices) => matrices.order(),
+        }
+    }
+
+    /// Applies the transfer of all receivers to one light. Matrices need the lobe.
+    pub(crate) fn lit(&self, light: &ShVec<Rgb<f64>>, gloss: Option<&Gloss>) -> LitReceivers {
+        match (self, gloss) {
+            (Self::Matte(transfer), _) => LitReceivers::Matte(transfer.exit_radiance(light.coefficients())),
+            (Self::Glossy(matrices), Some(gloss)) => {
+                let zonal = gloss.lobe.zonal(matrices.order());
+                let blurred = |p| convolved(&matrices.incident(p, light.coefficients()), &zonal);
+                LitReceivers::Glossy((0..matrices.points()).into_par_iter().map(blurred).collect())
+            }
+            (Self::Glossy(_), None) => unreachable!("matrices come with a lobe"),
+        }
+    }
+}
+
+/// Receivers under one light.
+pub(crate) enum LitReceivers {
+    /// The exit radiance of each.
+    Matte(Vec<Rgb<f32>>),
+    /// The light that arrives at each, convolved with the lobe: its value in the mirrored direction is reflected.
+    Glossy(Vec<ShVec<Rgb<f64>>>),
+}
+
+impl LitReceivers {
+    pub(crate) fn radiance(&self, receiver: usize, hit: &SceneHit<'_>) -> Rgb<f64> {
+        match self {
+            Self::Matte(values) => values[receiver].widen(),
+            Self::Glossy(blurred) => blurred[receiver].eval(hit.reflected()),
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! A scene whose vertices know their radiance, as a picture.
+
+use std::ops::ControlFlow;
+
+use lobe_scene::{Bvh, Ray, Scene};
+use lobe_sh::{Coefficient as _, Dir, Rgb};
+
+use crate::progressive::in_portions;
+use crate::{Camera, RenderError};
+use lobe_image::Picture;
+
+/// How a scene is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewOptions {
+    /// Columns, at least 1.
+    pub width: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    /// Rays per pixel and axis, at least 1, on a regular grid.
+    pub rays: usize,
+}
+
+/// A scene seen by a camera: `radiance(ray, hit, towards the eye)` where a ray hits, `background` where it escapes.
+///
+/// `progress` is told the part that is done, from 0 to 1, some times a second, and says whether to go on.
+///
+/// Pixels are means over their square. Surfaces that are not double-sided are black from behind, as they are baked and
+/// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for which.
+/// The same bits for any number of threads.
+///
+/// # Errors
+/// [`RenderError::Options`] if the picture has no pixels or a pixel no ray, [`RenderError::Cancelled`] if `progress` said to
+/// stop.
+pub fn scene_picture(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    options: &ViewOptions,
+    background: impl Fn(Dir) -> Rgb<f64> + Sync,
+    radiance: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Sync,
+    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Picture, RenderError> {
+    let ViewOptions { width, height, rays } = *options;
+    let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0 && rays > 0);
+    let Some(pixels) = pixels else {
+        return Err(RenderError::Options(format!(
+            "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
+        )));
+    };
+    let has_masks = scene.has_masks();
+    let seen = |ray: &Ray, towards: Dir| {
+        let hit = match has_masks {
+            true => bvh.closest_where(ray, |hit| scene.is_solid(hit)),
+            false => bvh.closest(ray),
+        };
+        let Some(hit) = hit else { return background(towards) };
+        let hit = SceneHit::new(scene, hit, towards);
+        if hit.is_lit { radiance(&hit) } else { Rgb::ZERO }
+    };
+    let pixel = |i: usize| {
+        let (x, y) = ((i % width) as f64, (i / width) as f64);
+        let mut sum = Rgb::<f64>::ZERO;
+        for k in 0..rays * rays {
+            let offset = |i: usize| (i as f64 + 0.5) / rays as f64;
+            let (ray, towards) = camera.ray_of_pixel([width, height], [x + offset(k % rays), y + offset(k / rays)]);
+            sum += seen(&ray, towards);
+        }
+        Rgb::narrow(sum.scale(((rays * rays) as f64).recip()))
+    };
+    let all = in_portions(Vec::new(), pixels, pixel, |done| {
+        let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
+        if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
+    })?;
+    Ok(Picture::new(width, height, all)?)
+}
+
+/// A place that the eye sees.
+pub struct SceneHit<'a> {
+    scene: &'a Scene,
+    hit: lobe_scene::Hit,
+    /// Towards the eye.
+    pub view: Dir,
+    /// The unit normal to shade with, on the side that is seen.
+    pub normal: Dir,
+    /// Base color.
+    pub albedo: Rgb<f64>,
+    /// False for the back of a surface that is not double-sided.
+    is_lit: bool,
+    /// Whether the side with counter-clockwise corners is seen; if not, what [`lobe_prt::Receivers::at_vertices`] found is that
+    /// of the other side, and this one needs [`lobe_prt::Receivers::backs`].
+    pub is_front: bool,
+}
+
+impl<'a> SceneHit<'a> {
+    fn new(scene: &'a Scene, hit: lobe_scene::Hit, towards: Dir) -> Self {
+        let surface = scene.surface(&hit);
+        let geometric = surface.geometric_normal.map(f64::from);
+        let is_front = crate::vector::dot(towards.to_array(), geometric) < 0.0;
+        let side = if is_front { 1.0 } else { -1.0 };
+        let shading = crate::vector::normalized(surface.shading_normal.map(|c| side * f64::from(c)));
+        let [r, g, b, _] = surface.base_color;
+        Self {
+            scene,
+            hit,
+            view: -towards,
+            normal: Dir::from_unit(shading),
+            albedo: Rgb::new(r, g, b).widen(),
+            is_lit: is_front || scene.material(surface.mesh).double_sided,
+            is_front,
+        }
+    }
+
+    /// Where the ray hits.
+    #[must_use]
+    pub fn hit(&self) -> &lobe_scene::Hit {
+        &self.hit
+    }
+
+    /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum to 1.
+    #[must_use]
+    pub fn corners(&self) -> [(usize, f64); 3] {
+        let (mesh, triangle) = self.scene.locate(self.hit.triangle as usize);
+        let before: usize = self.scene.meshes()[..mesh].iter().map(|m| m.positions().len()).sum();
+        let [a, b, c] = self.scene.meshes()[mesh].triangles()[triangle].map(|i| before + i as usize);
+        let (u, v) = (f64::from(self.hit.u), f64::from(self.hit.v));
+        [(a, 1.0 - u - v), (b, u), (c, v)]
+    }
+
+    /// What the corners have, interpolated: on which side is up to the caller.
+    ///
+    /// # Panics
+    /// If `values` has none for a corner.
+    #[must_use]
+    pub fn at_corners(&self, values: &[Rgb<f32>]) -> Rgb<f64> {
+        let mut sum = Rgb::<f64>::ZERO;
+        for (corner, weight) in self.corners() {
+            sum += values[corner].widen().scale(weight);
+        }
+        sum
+    }
+
+    /// The direction from which a mirror would show the eye its light, `2 (n·v) n - v`.
+    #[must_use]
+    pub fn reflected(&self) -> Dir {
+        let (n, v) = (self.normal.to_array(), self.view.to_array());
+        let twice = 2.0 * self.normal.dot(self.view);
+        let r = crate::vector::normalized(std::array::from_fn(|k| twice * n[k] - v[k]));
+        Dir::from_unit(r)
+    }
+}

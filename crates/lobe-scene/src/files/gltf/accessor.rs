@@ -1,0 +1,242 @@
+//! Numbers from the buffers of a glTF file. Nothing is allocated before its length was found in a buffer.
+
+use gltf_json::accessor::{Accessor, ComponentType, Type};
+use gltf_json::{Index, Root, buffer, validation::Checked};
+
+use crate::SceneError;
+use crate::files::gltf::files::GltfFile;
+use crate::files::source::Source;
+
+/// An array within a buffer whose bytes are known to be there.
+struct Elements<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    count: usize,
+    component: ComponentType,
+    components: usize,
+    normalized: bool,
+}
+
+/// The numbers of accessors, with what to say where they are not there.
+pub(crate) struct Accessors<'a> {
+    pub(crate) file: &'a GltfFile,
+    /// What is being read, for messages: `mesh 0, primitive 1`.
+    pub(crate) place: String,
+}
+
+impl<'a> Accessors<'a> {
+    fn invalid(&self, source: &Source<'_>, message: &str) -> SceneError {
+        source.invalid(format!("{}: {message}", self.place))
+    }
+
+    fn accessor(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<&'a Accessor, SceneError> {
+        let count = self.file.root.accessors.len();
+        self.file
+            .root
+            .accessors
+            .get(index.value())
+            .ok_or_else(|| self.invalid(source, &format!("uses accessor {}, but there are {count}", index.value())))
+    }
+
+    /// How many elements an accessor says it has.
+    pub(crate) fn count(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<usize, SceneError> {
+        let accessor = self.accessor(index, source)?;
+        // Checked against the buffer before anything of this size is allocated.
+        self.elements(accessor, index.value(), source).map(|elements| elements.count)
+    }
+
+    /// An attribute of `N` numbers for each vertex. Of a color three numbers will do: the fourth is 1.
+    pub(crate) fn vectors<const N: usize>(
+        &self,
+        what: &str,
+        index: Index<Accessor>,
+        source: &Source<'_>,
+    ) -> Result<Vec<[f32; N]>, SceneError> {
+        let accessor = self.accessor(index, source)?;
+        let elements = self.elements(accessor, index.value(), source)?;
+        let is_quantized = self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
+        let is_ours = what.starts_with('_');
+        let is_whole_by_nature =
+            ["TEXCOORD", "COLOR", "_CLUSTER", "_WEIGHTS"].iter().any(|name| what.starts_with(name));
+        let may_be_whole = (is_quantized && !is_ours) || is_whole_by_nature;
+        let has_default = N == 4 && elements.components == 3 && !is_ours;
+        let is_float = elements.component == ComponentType::F32;
+        if !(elements.components == N || has_default) || !(is_float || may_be_whole) {
+            let (components, component) = (elements.components, elements.component);
+            let message = format!("expected vectors of {N} floats as {what}, found {components} x {component:?}");
+            return Err(self.invalid(source, &message));
+        }
+        let mut values = vec![[1.0; N]; elements.count];
+        for (i, value) in values.iter_mut().enumerate() {
+            for (k, c) in value.iter_mut().enumerate().take(elements.components) {
+                *c = elements.float(i, k);
+            }
+        }
+        self.overwrite(accessor, &mut values, &elements, source, |elements, i| {
+            std::array::from_fn(|k| if k < elements.components { elements.float(i, k) } else { 1.0 })
+        })?;
+        Ok(values)
+    }
+
+    /// The indices of a primitive.
+    pub(crate) fn indices(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<Vec<u32>, SceneError> {
+        let accessor = self.accessor(index, source)?;
+        let elements = self.elements(accessor, index.value(), source)?;
+        let is_unsigned = matches!(elements.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
+        if elements.components != 1 || !is_unsigned {
+            let (components, component) = (elements.components, elements.component);
+            let message = format!("expected unsigned whole numbers as indices, found {components} x {component:?}");
+            return Err(self.invalid(source, &message));
+        }
+        let mut values: Vec<u32> = (0..elements.count).map(|i| elements.whole(i)).collect();
+        self.overwrite(accessor, &mut values, &elements, source, Elements::whole)?;
+        Ok(values)
+    }
+
+    /// The bytes of an accessor.
+    fn elements(&self, accessor: &Accessor, index: usize, source: &Source<'_>) -> Result<Elements<'a>, SceneError> {
+        let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
+            return Err(self.invalid(source, &format!("accessor {index} is of no type that glTF knows")));
+        };
+        let Some(view) = accessor.buffer_view else {
+            let message = format!("{}: accessor {index} has no buffer view, which Lobe does not read", self.place);
+            return Err(source.unsupported(message));
+        };
+        let offset = accessor.byte_offset.unwrap_or_default().0;
+        let layout =
+            Layout { component: component.0, components: components_of(kind), count: accessor.count.0, offset };
+        let elements = layout.find(self.file, view, accessor.normalized);
+        elements.map_err(|message| self.invalid(source, &format!("accessor {index}: {message}")))
+    }
+
+    /// Puts the exceptions of a sparse accessor into `values`.
+    fn overwrite<T>(
+        &self,
+        accessor: &Accessor,
+        values: &mut [T],
+        base: &Elements<'a>,
+        source: &Source<'_>,
+        element: impl Fn(&Elements<'a>, usize) -> T,
+    ) -> Result<(), SceneError> {
+        let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        let Checked::Valid(index_type) = sparse.indices.component_type else {
+            return Err(self.invalid(source, "a sparse accessor has indices of no type that glTF knows"));
+        };
+        let (count, offset) = (sparse.count.0, sparse.indices.byte_offset.0);
+        let places = Layout { component: index_type.0, components: 1, count, offset };
+        let places = places.find(self.file, sparse.indices.buffer_view, false);
+        let offset = sparse.values.byte_offset.0;
+        let replaced = Layout { component: base.component, components: base.components, count, offset };
+        let replaced = replaced.find(self.file, sparse.values.buffer_view, base.normalized);
+        let wrong = |message: String| self.invalid(source, &format!("sparse accessor: {message}"));
+        let (places, replaced) = (places.map_err(wrong)?, replaced.map_err(wrong)?);
+        for i in 0..places.count {
+            let (place, all) = (places.whole(i) as usize, values.len());
+            let Some(value) = values.get_mut(place) else {
+                return Err(wrong(format!("replaces element {place}, but there are {all}")));
+            };
+            *value = element(&replaced, i);
+        }
+        Ok(())
+    }
+}
+
+/// What an accessor says of its bytes.
+struct Layout {
+    component: ComponentType,
+    components: usize,
+    count: u64,
+    offset: u64,
+}
+
+impl Layout {
+    /// The bytes, if the buffer view and its buffer hold all of them.
+    fn find<'a>(
+        &self,
+        file: &'a GltfFile,
+        view: Index<buffer::View>,
+        normalized: bool,
+    ) -> Result<Elements<'a>, String> {
+        let bytes = view_bytes(file, view)?;
+        let view = &file.root.buffer_views[view.value()];
+        let size = self.component.size() * self.components;
+        let stride = view.byte_stride.map_or(size, |stride| stride.0);
+        if stride < size {
+            return Err(format!("elements of {size} bytes stand only {stride} apart"));
+        }
+        let available = bytes.len() as u64;
+        let end = match self.count {
+            0 => Some(self.offset),
+            n => (n - 1).checked_mul(stride as u64).and_then(|e| e.checked_add(size as u64 + self.offset)),
+        };
+        match end {
+            Some(end) if end <= available => {}
+            _ => return Err(format!("{} elements do not fit into a buffer view of {available} bytes", self.count)),
+        }
+        Ok(Elements {
+            bytes: &bytes[self.offset as usize..],
+            stride,
+            count: self.count as usize,
+            component: self.component,
+            components: self.components,
+            normalized,
+        })
+    }
+}
+
+/// The bytes of a buffer view.
+pub(crate) fn view_bytes(file: &GltfFile, view: Index<buffer::View>) -> Result<&[u8], String> {
+    let Root { buffer_views, .. } = &file.root;
+    let index = view.value();
+    let Some(view) = buffer_views.get(index) else {
+        return Err(format!("uses buffer view {index}, but there are {}", buffer_views.len()));
+    };
+    let Some(buffer) = file.buffers.get(view.buffer.value()) else {
+        let (buffer, count) = (view.buffer.value(), file.buffers.len());
+        return Err(format!("buffer view {index} lies in buffer {buffer}, but there are {count}"));
+    };
+    let (start, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+    let range = start.checked_add(length).and_then(|end| buffer.get(start as usize..usize::try_from(end).ok()?));
+    range.ok_or_else(|| {
+        format!("buffer view {index} of {length} bytes from {start} does not fit into {} bytes", buffer.len())
+    })
+}
+
+fn components_of(kind: Type) -> usize {
+    match kind {
+        Type::Scalar => 1,
+        Type::Vec2 => 2,
+        Type::Vec3 => 3,
+        Type::Vec4 | Type::Mat2 => 4,
+        Type::Mat3 => 9,
+        Type::Mat4 => 16,
+    }
+}
+
+impl Elements<'_> {
+    fn bytes<const N: usize>(&self, element: usize, component: usize) -> [u8; N] {
+        let start = element * self.stride + component * N;
+        std::array::from_fn(|k| self.bytes[start + k])
+    }
+
+    fn whole(&self, element: usize) -> u32 {
+        match self.component {
+            ComponentType::U8 => u32::from(self.bytes::<1>(element, 0)[0]),
+            ComponentType::U16 => u32::from(u16::from_le_bytes(self.bytes(element, 0))),
+            _ => u32::from_le_bytes(self.bytes(element, 0)),
+        }
+    }
+
+    /// A component as glTF means it: whole numbers are fractions of their largest where normalized.
+    fn float(&self, element: usize, component: usize) -> f32 {
+        let (value, largest) = match self.component {
+            ComponentType::F32 => return f32::from_le_bytes(self.bytes(element, component)),
+            ComponentType::I8 => (f64::from(i8::from_le_bytes(self.bytes(element, component))), 127.0),
+            ComponentType::U8 => (f64::from(u8::from_le_bytes(self.bytes(element, component))), 255.0),
+            ComponentType::I16 => (f64::from(i16::from_le_bytes(self.bytes(element, component))), 32767.0),
+            ComponentType::U16 => (f64::from(u16::from_le_bytes(self.bytes(element, component))), 65535.0),
+            ComponentType::U32 => (f64::from(u32::from_le_bytes(self.bytes(element, component))), 4294967295.0),
+        };
+        (if self.normalized { (value / largest).max(-1.0) } else { value }) as f32
+    }
+}

@@ -1,0 +1,142 @@
+//! Scenes as glTF.
+
+use serde_json::{Map, Value, json};
+
+use crate::files::gltf::document::push;
+use crate::{Alpha, GltfDocument, Material, Mesh, Scene, TextureUse, Wrap, y_up_from_z_up};
+
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+impl GltfDocument {
+    /// The scene as glTF: a node and a mesh of one primitive for each of its meshes, in their order, y up.
+    ///
+    /// Read again, it has the same triangles, vertices, colors and textures. Base colors and emission that leave the range of glTF,
+    /// which is 0 to 1, are clamped. What a file held beside a scene is not there.
+    #[must_use]
+    pub fn of_scene(scene: &Scene) -> Self {
+        let count = scene.meshes().len();
+        let json = json!({
+            "asset": {"version": "2.0", "generator": concat!("Lobe ", env!("CARGO_PKG_VERSION"))},
+            "scene": 0,
+            "scenes": [{"nodes": (0..count).collect::<Vec<_>>()}],
+        });
+        let mut document = Self { json, bytes: Vec::new() };
+        for mesh in scene.meshes() {
+            document.push_mesh(mesh, scene.materials().len());
+        }
+        for material in scene.materials() {
+            document.push_material(material);
+        }
+        if scene.meshes().iter().any(|mesh| mesh.material().is_none()) {
+            // What Lobe takes a mesh without material for; glTF would take it for a metal seen from one side.
+            document.push_material(&Material { name: "white".to_string(), ..Material::WHITE });
+        }
+        for texture in scene.textures() {
+            let view = document.push_view(&texture.to_png());
+            let source = push(&mut document.json, "images", json!({"bufferView": view, "mimeType": "image/png"}));
+            let [s, t] = texture.wrap().map(wrap_mode);
+            let sampler = push(&mut document.json, "samplers", json!({"wrapS": s, "wrapT": t}));
+            push(&mut document.json, "textures", json!({"source": source, "sampler": sampler}));
+        }
+        document.declare_buffer();
+        document
+    }
+
+    fn push_mesh(&mut self, mesh: &Mesh, white: usize) {
+        let mut attributes = Map::new();
+        let y_up = |v: &[[f32; 3]]| v.iter().map(|&v| y_up_from_z_up(v)).collect::<Vec<_>>();
+        let positions = y_up(mesh.positions());
+        let accessor = self.push_vectors("VEC3", &positions);
+        let extreme = |pick: fn(f32, f32) -> f32| {
+            positions.iter().copied().reduce(|a, b| std::array::from_fn(|k| pick(a[k], b[k])))
+        };
+        self.json["accessors"][accessor]["min"] = json!(extreme(f32::min));
+        self.json["accessors"][accessor]["max"] = json!(extreme(f32::max));
+        attributes.insert("POSITION".to_string(), json!(accessor));
+        attributes.insert("NORMAL".to_string(), json!(self.push_vectors("VEC3", &y_up(mesh.normals()))));
+        for set in 0..2 {
+            if !mesh.uvs(set).is_empty() {
+                attributes.insert(format!("TEXCOORD_{set}"), json!(self.push_vectors("VEC2", mesh.uvs(set))));
+            }
+        }
+        if !mesh.colors().is_empty() {
+            attributes.insert("COLOR_0".to_string(), json!(self.push_vectors("VEC4", mesh.colors())));
+        }
+        let indices = mesh.triangles().as_flattened();
+        let bytes: Vec<u8> = indices.iter().flat_map(|i| i.to_le_bytes()).collect();
+        let indices = self.push_accessor(&bytes, ELEMENT_ARRAY_BUFFER, UNSIGNED_INT, "SCALAR", indices.len());
+        let material = mesh.material().unwrap_or(white);
+        let primitive = json!({"attributes": attributes, "indices": indices, "material": material});
+        let name = mesh.name();
+        let index = push(&mut self.json, "meshes", json!({"name": name, "primitives": [primitive]}));
+        push(&mut self.json, "nodes", json!({"name": name, "mesh": index}));
+    }
+
+    fn push_vectors<const N: usize>(&mut self, kind: &str, values: &[[f32; N]]) -> usize {
+        let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|c| c.to_le_bytes()).collect();
+        self.push_accessor(&bytes, ARRAY_BUFFER, FLOAT, kind, values.len())
+    }
+
+    fn push_accessor(&mut self, bytes: &[u8], target: u32, component: u32, kind: &str, count: usize) -> usize {
+        let view = self.push_view(bytes);
+        self.json["bufferViews"][view]["target"] = json!(target);
+        let accessor = json!({"bufferView": view, "componentType": component, "count": count, "type": kind});
+        push(&mut self.json, "accessors", accessor)
+    }
+
+    fn push_material(&mut self, material: &Material) {
+        let clamped = |c: f32| c.clamp(0.0, 1.0);
+        let mut pbr = json!({
+            "baseColorFactor": material.base_color.map(clamped),
+            "metallicFactor": clamped(material.metallic),
+            "roughnessFactor": clamped(material.roughness),
+        });
+        if let Some(used) = material.base_color_texture {
+            pbr["baseColorTexture"] = self.texture_info(used);
+        }
+        let mut json = json!({
+            "name": material.name,
+            "pbrMetallicRoughness": pbr,
+            "doubleSided": material.double_sided,
+            "emissiveFactor": material.emissive.map(clamped),
+        });
+        match material.alpha {
+            Alpha::Opaque => {}
+            Alpha::Mask(cutoff) => {
+                json["alphaMode"] = json!("MASK");
+                json["alphaCutoff"] = json!(cutoff.max(0.0));
+            }
+            Alpha::Blend => json["alphaMode"] = json!("BLEND"),
+        }
+        push(&mut self.json, "materials", json);
+    }
+
+    /// `KHR_texture_transform` has translation · rotation · scale: the first column of the map is the scale along u turned.
+    fn texture_info(&mut self, used: TextureUse) -> Value {
+        let mut info = json!({"index": used.texture, "texCoord": used.uv_set});
+        if used.uv_map == TextureUse::UV_UNCHANGED {
+            return info;
+        }
+        let [[a, b, du], [c, d, dv]] = used.uv_map;
+        let is_turned = b != 0.0 || c != 0.0;
+        let (rotation, su) = if is_turned { ((-c).atan2(a), a.hypot(c)) } else { (0.0, a) };
+        let (sin, cos) = rotation.sin_cos();
+        let sv = if is_turned { b * sin + d * cos } else { d };
+        let transform = json!({"offset": [du, dv], "rotation": rotation, "scale": [su, sv]});
+        info["extensions"] = json!({"KHR_texture_transform": transform});
+        let names = &mut self.json["extensionsUsed"];
+        *names = json!(["KHR_texture_transform"]);
+        info
+    }
+}
+
+fn wrap_mode(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 10497,
+        Wrap::Mirror => 33648,
+        Wrap::Clamp => 33071,
+    }
+}

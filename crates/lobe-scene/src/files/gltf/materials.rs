@@ -1,0 +1,178 @@
+//! Materials and textures of a glTF file.
+
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::io::Cursor;
+
+use gltf_json::material::AlphaMode;
+use gltf_json::texture::{Info, WrappingMode};
+use gltf_json::validation::Checked;
+use image::{ImageError, ImageReader};
+
+use crate::files::gltf::accessor::view_bytes;
+use crate::files::gltf::files::{GltfFile, read_uri};
+use crate::files::source::Source;
+use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
+
+/// All materials of the file, and the textures that their base colors use.
+pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Material>, Vec<Texture>), SceneError> {
+    let mut materials = Vec::new();
+    let mut textures = Textures { file, read: Vec::new(), places: HashMap::new() };
+    for (index, material) in file.root.materials.iter().enumerate() {
+        let pbr = &material.pbr_metallic_roughness;
+        let name = material.name.clone().unwrap_or_else(|| index.to_string());
+        let mut unit = |value, what| source.unit(value, &format!("material `{name}`: {what}"));
+        let base_color = pbr.base_color_factor.0.map(|c| unit(c, "a base color factor"));
+        let metallic = unit(pbr.metallic_factor.0, "a metallic factor");
+        let roughness = unit(pbr.roughness_factor.0, "a roughness factor");
+        let base_color_texture = match &pbr.base_color_texture {
+            Some(info) => Some(textures.use_of(info, &name, source)?),
+            None => None,
+        };
+        let alpha = match material.alpha_mode {
+            Checked::Valid(AlphaMode::Opaque) => Alpha::Opaque,
+            Checked::Valid(AlphaMode::Mask) => Alpha::Mask(material.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0)),
+            Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
+            Checked::Invalid => {
+                return Err(source.invalid(format!("material `{name}` has an alpha mode that glTF does not know")));
+            }
+        };
+        note_unused(material, &name, source);
+        materials.push(Material {
+            base_color,
+            base_color_texture,
+            alpha,
+            double_sided: material.double_sided,
+            metallic,
+            roughness,
+            emissive: material.emissive_factor.0,
+            name,
+        });
+    }
+    Ok((materials, textures.read))
+}
+
+fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'_>) {
+    if material.emissive_factor.0 != [0.0; 3] {
+        source.note(format!("material `{name}` is emissive, which is not used: light comes from the environment"));
+    }
+    if material.alpha_mode == Checked::Valid(AlphaMode::Blend) {
+        source.note(format!("material `{name}` is blended, and taken as opaque"));
+    }
+    if material.normal_texture.is_some() {
+        source.note(format!("material `{name}` has a normal texture, which is not used"));
+    }
+    if material.pbr_metallic_roughness.metallic_roughness_texture.is_some() {
+        source.note(format!("material `{name}` has a metallic-roughness texture; only its factors are used"));
+    }
+}
+
+/// The textures read so far.
+struct Textures<'a> {
+    file: &'a GltfFile,
+    read: Vec<Texture>,
+    /// Where an image of the file, with a wrap, is among those read.
+    places: HashMap<(usize, [Wrap; 2]), usize>,
+}
+
+impl Textures<'_> {
+    fn use_of(&mut self, info: &Info, material: &str, source: &mut Source<'_>) -> Result<TextureUse, SceneError> {
+        let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
+        let uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord) as usize;
+        if uv_set > 1 {
+            let message = format!("material `{material}` uses texture coordinates of set {uv_set}; Lobe reads 0 and 1");
+            return Err(source.unsupported(message));
+        }
+        let uv_map = transform.map_or(TextureUse::UV_UNCHANGED, |transform| {
+            // KHR_texture_transform: translation · rotation · scale, the rotation taking +v towards +u.
+            let ([du, dv], [su, sv]) = (transform.offset.0, transform.scale.0);
+            let (sin, cos) = transform.rotation.0.sin_cos();
+            [[cos * su, sin * sv, du], [-sin * su, cos * sv, dv]]
+        });
+        let key @ (image, wrap) = self.image_and_wrap(info.index.value(), material, source)?;
+        let texture = match self.places.get(&key) {
+            Some(&texture) => texture,
+            None => {
+                self.read.push(self.texture(image, wrap, source)?);
+                self.places.insert(key, self.read.len() - 1);
+                self.read.len() - 1
+            }
+        };
+        Ok(TextureUse { texture, uv_set, uv_map })
+    }
+
+    /// What a texture is made of: the index of an image that is there, and how it goes on beside the unit square.
+    fn image_and_wrap(
+        &self,
+        index: usize,
+        material: &str,
+        source: &Source<'_>,
+    ) -> Result<(usize, [Wrap; 2]), SceneError> {
+        let root = &self.file.root;
+        let missing = |what: &str, index: usize, count: usize| {
+            source.invalid(format!("material `{material}` uses {what} {index}, but there are {count}"))
+        };
+        let texture = root.textures.get(index).ok_or_else(|| missing("texture", index, root.textures.len()))?;
+        let image = texture.source.value();
+        if image == u32::MAX as usize {
+            let message = format!("texture {index} has no PNG or JPEG: export the textures of the scene as such");
+            return Err(source.unsupported(message));
+        }
+        if image >= root.images.len() {
+            return Err(missing("image", image, root.images.len()));
+        }
+        let wrap = match texture.sampler {
+            None => [Wrap::Repeat; 2],
+            Some(sampler) => {
+                let (at, count) = (sampler.value(), root.samplers.len());
+                let sampler = root.samplers.get(at).ok_or_else(|| missing("sampler", at, count))?;
+                [wrap(sampler.wrap_s), wrap(sampler.wrap_t)]
+            }
+        };
+        Ok((image, wrap))
+    }
+
+    fn texture(&self, index: usize, wrap: [Wrap; 2], source: &mut Source<'_>) -> Result<Texture, SceneError> {
+        let image = &self.file.root.images[index];
+        let bytes = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => read_uri(uri, source)?,
+            (None, Some(view)) => {
+                view_bytes(self.file, view).map_err(|message| source.invalid(format!("image: {message}")))?.to_vec()
+            }
+            (None, None) => return Err(source.invalid("an image has neither a URI nor a buffer view")),
+        };
+        decode(&bytes, &format!("image {index}"), wrap, source)
+    }
+}
+
+fn wrap(mode: Checked<WrappingMode>) -> Wrap {
+    match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
+    }
+}
+
+/// A texture from the bytes of a PNG or JPEG.
+pub(crate) fn decode(
+    bytes: &[u8],
+    name: &str,
+    wrap: [Wrap; 2],
+    source: &mut Source<'_>,
+) -> Result<Texture, SceneError> {
+    let file = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let invalid = |error: &dyn Display, source: &Source<'_>| {
+        source.invalid(format!("{name}: expected a PNG or JPEG, found {error}"))
+    };
+    let size = file().map_err(ImageError::from).and_then(ImageReader::into_dimensions);
+    let (width, height) = size.map_err(|error| invalid(&error, source))?;
+    source.count_texels(width, height)?;
+    let picture = file().map_err(ImageError::from).and_then(ImageReader::decode);
+    let picture = picture.map_err(|error| invalid(&error, source))?.into_rgba8();
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let texels: Vec<[u8; 4]> = picture.pixels().map(|pixel| pixel.0).collect();
+    if texels.is_empty() {
+        return Err(source.invalid(format!("{name}: a picture without texels")));
+    }
+    Ok(Texture::new(width, height, texels, wrap))
+}

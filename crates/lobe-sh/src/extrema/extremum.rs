@@ -1,0 +1,20 @@
+//! An extreme value of a function on the sphere, as an interval.
+
+use crate::Dir;
+
+/// An interval that contains the least value of a function ([`certified_minimum`](crate::certified_minimum)) or its greatest
+/// ([`certified_maximum`](crate::certified_maximum)), and a direction towards which the function has a value in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extremum {
+    /// The extreme value is not below this.
+    pub lo: f64,
+    /// The extreme value is not above this.
+    pub hi: f64,
+    /// The direction in which it was found; one of them, if several are equal.
+    pub dir: Dir,
+}
+
+impl Extremum {
+    /// The interval for a function with a coefficient that is not a finite number: nothing is known.
+    pub(crate) const UNKNOWN: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, dir: Dir::Z };
+}

@@ -1,0 +1,310 @@
+//! Numbers and colors: the types that one coefficient of an expansion may have.
+//!
+//! [`Real`] is `f32` or `f64`, [`Rgb`] a color of three of them, and [`Coefficient`] any of these. Kernels are written
+//! once over the two traits.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+use serde::{Deserialize, Serialize};
+
+/// A coefficient of an expansion: `f32`, `f64`, [`Rgb<f32>`](Rgb) or `Rgb<f64>`.
+///
+/// A color is a vector of independent channels: sums, products and scaling act on each channel alone.
+pub trait Coefficient:
+    Copy
+    + Default
+    + PartialEq
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The number type of one channel.
+    type Scalar: Real;
+
+    /// The same kind of coefficient in `f64`, for sums over many terms.
+    type Wide: Coefficient<Scalar = f64, Wide = Self::Wide>;
+
+    /// Number of channels: 1 or 3.
+    const CHANNELS: usize;
+
+    /// Zero in every channel.
+    const ZERO: Self;
+
+    /// `s` in every channel.
+    fn splat(s: Self::Scalar) -> Self;
+
+    /// Multiplies every channel by `s`.
+    #[must_use]
+    fn scale(self, s: Self::Scalar) -> Self;
+
+    /// Channel `c`.
+    ///
+    /// # Panics
+    /// If `c >= CHANNELS`.
+    fn channel(self, c: usize) -> Self::Scalar;
+
+    /// The coefficient whose channel `c` is `f(c)`.
+    fn from_channels(f: impl FnMut(usize) -> Self::Scalar) -> Self;
+
+    /// Converts to `f64` channels without loss.
+    fn widen(self) -> Self::Wide;
+
+    /// Rounds from `f64` channels.
+    fn narrow(wide: Self::Wide) -> Self;
+}
+
+/// `f32` or `f64`: the number type of a kernel.
+///
+/// Kernels are written once over this trait. Constants enter as `f64` and are rounded once.
+pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
+    /// One.
+    const ONE: Self;
+
+    /// Rounds to this type.
+    fn from_f64(value: f64) -> Self;
+
+    /// Converts without loss.
+    fn to_f64(self) -> f64;
+
+    /// The non-negative square root; NaN below zero.
+    fn sqrt(self) -> Self;
+}
+
+macro_rules! impl_coefficient {
+    ($($t:ty),*) => {$(
+        impl Coefficient for $t {
+            type Scalar = Self;
+            type Wide = f64;
+            const CHANNELS: usize = 1;
+            const ZERO: Self = 0.0;
+
+            #[inline(always)]
+            fn splat(s: Self) -> Self {
+                s
+            }
+
+            #[inline(always)]
+            fn scale(self, s: Self) -> Self {
+                self * s
+            }
+
+            #[inline]
+            fn channel(self, c: usize) -> Self {
+                assert!(c == 0, "a scalar coefficient has channel 0 only, not {c}");
+                self
+            }
+
+            #[inline]
+            fn from_channels(mut f: impl FnMut(usize) -> Self) -> Self {
+                f(0)
+            }
+
+            #[inline(always)]
+            fn widen(self) -> f64 {
+                f64::from(self)
+            }
+
+            #[inline(always)]
+            fn narrow(wide: f64) -> Self {
+                wide as Self
+            }
+        }
+    )*};
+}
+
+impl_coefficient!(f32, f64);
+
+macro_rules! impl_real {
+    ($($t:ty),*) => {$(
+        impl Real for $t {
+            const ONE: Self = 1.0;
+
+            #[inline(always)]
+            fn from_f64(value: f64) -> Self {
+                value as Self
+            }
+
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+        }
+    )*};
+}
+
+impl_real!(f32, f64);
+
+/// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.
+///
+/// Serialized as `[r, g, b]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[S; 3]", into = "[S; 3]")]
+#[serde(bound(serialize = "S: Serialize + Clone", deserialize = "S: Deserialize<'de>"))]
+#[repr(C)]
+pub struct Rgb<S = f32> {
+    /// Red.
+    pub r: S,
+    /// Green.
+    pub g: S,
+    /// Blue.
+    pub b: S,
+}
+
+impl<S> Rgb<S> {
+    /// A color from its channels.
+    #[inline(always)]
+    pub const fn new(r: S, g: S, b: S) -> Self {
+        Self { r, g, b }
+    }
+
+    /// The channels in order.
+    #[inline(always)]
+    pub fn to_array(self) -> [S; 3] {
+        [self.r, self.g, self.b]
+    }
+}
+
+impl<S: Real> Rgb<S> {
+    /// Relative luminance `0.2126 r + 0.7152 g + 0.0722 b` (ITU-R BT.709).
+    #[must_use]
+    pub fn luminance(self) -> S {
+        self.r * S::from_f64(0.2126) + self.g * S::from_f64(0.7152) + self.b * S::from_f64(0.0722)
+    }
+}
+
+impl<S> From<[S; 3]> for Rgb<S> {
+    fn from([r, g, b]: [S; 3]) -> Self {
+        Self { r, g, b }
+    }
+}
+
+impl<S> From<Rgb<S>> for [S; 3] {
+    fn from(c: Rgb<S>) -> Self {
+        [c.r, c.g, c.b]
+    }
+}
+
+macro_rules! channelwise {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl<S: Real> $trait for Rgb<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, o: Self) -> Self {
+                Self::new(self.r $op o.r, self.g $op o.g, self.b $op o.b)
+            }
+        }
+    };
+}
+
+channelwise!(Add, add, +);
+channelwise!(Sub, sub, -);
+channelwise!(Mul, mul, *);
+
+impl<S: Real> Neg for Rgb<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.r, -self.g, -self.b)
+    }
+}
+
+impl<S: Real> AddAssign for Rgb<S> {
+    #[inline(always)]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl<S: Real> SubAssign for Rgb<S> {
+    #[inline(always)]
+    fn sub_assign(&mut self, o: Self) {
+        *self = *self - o;
+    }
+}
+
+impl<S: Real> Coefficient for Rgb<S> {
+    type Scalar = S;
+    type Wide = Rgb<f64>;
+    const CHANNELS: usize = 3;
+    const ZERO: Self = Self::new(S::ZERO, S::ZERO, S::ZERO);
+
+    #[inline(always)]
+    fn splat(s: S) -> Self {
+        Self::new(s, s, s)
+    }
+
+    #[inline(always)]
+    fn scale(self, s: S) -> Self {
+        Self::new(self.r * s, self.g * s, self.b * s)
+    }
+
+    #[inline]
+    fn channel(self, c: usize) -> S {
+        self.to_array()[c]
+    }
+
+    #[inline]
+    fn from_channels(mut f: impl FnMut(usize) -> S) -> Self {
+        Self::new(f(0), f(1), f(2))
+    }
+
+    #[inline(always)]
+    fn widen(self) -> Rgb<f64> {
+        Rgb::new(self.r.to_f64(), self.g.to_f64(), self.b.to_f64())
+    }
+
+    #[inline(always)]
+    fn narrow(wide: Rgb<f64>) -> Self {
+        Self::new(S::from_f64(wide.r), S::from_f64(wide.g), S::from_f64(wide.b))
+    }
+}
+
+/// The weight of channel `c` in the luminance: that of [`Rgb::luminance`], or 1 if there is only one channel.
+pub(crate) fn luminance_weight<T: Coefficient>(c: usize) -> f64 {
+    if T::CHANNELS == 1 {
+        return 1.0;
+    }
+    Rgb::<f64>::from_channels(|k| f64::from(u8::from(k == c))).luminance()
+}
+
+/// The relative luminance of a color; a number is its own luminance.
+pub(crate) fn luminance<W: Coefficient<Scalar = f64>>(value: W) -> f64 {
+    (0..W::CHANNELS).map(|c| luminance_weight::<W>(c) * value.channel(c)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_has_luminance_one_and_green_the_most_of_it() {
+        assert!((Rgb::new(1.0_f64, 1.0, 1.0).luminance() - 1.0).abs() < 1e-15, "white");
+        assert_eq!(Rgb::new(0.0, 2.0, 0.0).luminance(), 2.0 * 0.7152, "green");
+    }
+
+    #[test]
+    fn arithmetic_acts_on_each_channel() {
+        let (a, b) = (Rgb::new(1.0, 2.0, 3.0), Rgb::new(4.0, -5.0, 0.5));
+        assert_eq!((a + b, a - b), (Rgb::new(5.0, -3.0, 3.5), Rgb::new(-3.0, 7.0, 2.5)), "sum and difference");
+        assert_eq!((a * b, -a), (Rgb::new(4.0, -10.0, 1.5), Rgb::new(-1.0, -2.0, -3.0)), "product and negative");
+        let mut c = a;
+        c += b;
+        c -= a;
+        assert_eq!(<[f64; 3]>::from(c), b.to_array(), "there and back");
+    }
+}

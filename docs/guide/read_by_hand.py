@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+"""Reads Lobe's files with the standard library alone, as docs/guide/src/formats.md describes them.
+
+read_by_hand.py FILE ... prints what each holds, and with --light LIGHT.sh.json what its receivers send back of the light.
+"""
+import json
+import math
+import struct
+import sys
+
+CODES = {"F32": "f", "U16": "H", "U8": "B", 5126: "f", 5123: "H", 5121: "B"}
+LARGEST = {"H": 65535, "B": 255}
+WIDTHS = {"SCALAR": 1, "VEC4": 4}
+
+
+def read_sh_json(path):
+    """The order and the rows of coefficients, colors."""
+    with open(path, encoding="utf-8-sig") as file:
+        sh = json.load(file)
+    assert (sh["format"], sh["version"]) == ("lobe-sh", 1), sh["format"]
+    rows = sh["coefficients"]
+    assert len(rows) == sh["order"] ** 2, (sh["order"], len(rows))
+    return sh["order"], [row * 3 if len(row) == 1 else row for row in rows]
+
+
+def read_safetensors(path):
+    """The metadata, and the tensors as flat lists beside their shapes."""
+    data = open(path, "rb").read()
+    (length,) = struct.unpack_from("<Q", data)
+    head = json.loads(data[8 : 8 + length])
+    about = json.loads(head.pop("__metadata__")["lobe"])
+    assert about["version"] == 1, about
+    tensors = {}
+    for name, tensor in head.items():
+        code, count = CODES[tensor["dtype"]], math.prod(tensor["shape"])
+        tensors[name] = struct.unpack_from(f"<{count}{code}", data, 8 + length + tensor["data_offsets"][0])
+        if name == "weights" and code in LARGEST:
+            tensors[name] = [q / LARGEST[code] for q in tensors[name]]
+    return about, tensors
+
+
+def read_glb(path):
+    """`asset.extras.lobe`, and by vertex the numbers of its attributes in the order of their names' numbers."""
+    data = open(path, "rb").read()
+    (length,) = struct.unpack_from("<I", data, 12)
+    gltf, start = json.loads(data[20 : 20 + length]), 20 + length + 8
+    about = gltf["asset"]["extras"]["lobe"]
+    assert about["version"] == 1, about
+
+    def column(attribute):
+        accessor = gltf["accessors"][attribute]
+        view = gltf["bufferViews"][accessor["bufferView"]]
+        code, width = CODES[accessor["componentType"]], WIDTHS[accessor["type"]]
+        scale = LARGEST[code] if accessor.get("normalized") else 1
+        first = start + view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        step = view.get("byteStride", width * struct.calcsize(code))
+        places = range(first, first + accessor["count"] * step, step)
+        return [[x / scale for x in struct.unpack_from(f"<{width}{code}", data, place)] for place in places]
+
+    def vertices(prefix):
+        rows, todo = [], list(reversed(gltf["scenes"][gltf.get("scene", 0)]["nodes"]))
+        while todo:
+            node = gltf["nodes"][todo.pop()]
+            todo += reversed(node.get("children", []))
+            for primitive in gltf["meshes"][node["mesh"]]["primitives"] if "mesh" in node else []:
+                ours = [a for a in primitive["attributes"] if a.startswith(prefix)]
+                ours.sort(key=lambda a: int(a.removeprefix(prefix) or 0))
+                columns = [column(primitive["attributes"][a]) for a in ours]
+                rows += [sum(parts, []) for parts in zip(*columns)]
+        return rows
+
+    tensors = {}
+    if "compression" not in about:
+        n2, q4 = about["order"] ** 2, 4 * math.ceil(about["order"] ** 2 / 4)
+        padded = vertices("_TRANSFER_")
+        tensors["transfer"] = [x for row in padded for c in range(about["channels"]) for x in row[c * q4 : c * q4 + n2]]
+        return about, tensors
+    about |= about["compression"]
+    view = gltf["bufferViews"][about["bases"]]
+    tensors["bases"] = struct.unpack_from(f"<{view['byteLength'] // 4}f", data, start + view["byteOffset"])
+    tensors["clusters"] = [int(row[0]) for row in vertices("_CLUSTER")]
+    weights = vertices("_WEIGHTS_") or [[]] * len(tensors["clusters"])
+    tensors["weights"] = [w for row in weights for w in row[: about["components"]]]
+    return about, tensors
+
+
+def basis(order, s):
+    """The n² functions y_i towards s, by the recurrences of the associated Legendre functions."""
+    x, y, z = s
+    values = [0.0] * order**2
+    re, im, diagonal = 1.0, 0.0, math.sqrt(1 / (4 * math.pi))
+    for m in range(order):
+        before, current = 0.0, diagonal
+        for l in range(m, order):
+            root = math.sqrt(2) if m else 1.0
+            values[l * (l + 1) + m] = current * re * root
+            if m:
+                values[l * (l + 1) - m] = current * im * root
+            a = math.sqrt((4 * (l + 1) ** 2 - 1) / ((l + 1) ** 2 - m * m))
+            b = math.sqrt((l * l - m * m) / (4 * l * l - 1)) if l else 0.0
+            before, current = current, a * (z * current - b * before)
+        diagonal *= -math.sqrt((2 * m + 3) / (2 * m + 2))
+        re, im = x * re - y * im, x * im + y * re
+    return values
+
+
+def transfer_of(about, tensors):
+    """The transfer vectors of all receivers, one flat list each: channel by channel, in the order of the index."""
+    order, channels = about["order"], about["channels"]
+    width = channels * order**2
+    if "transfer" in tensors:
+        flat = tensors["transfer"]
+        return [flat[k : k + width] for k in range(0, len(flat), width)]
+    if "bases" in tensors:
+        count, weights, bases = about["components"], tensors["weights"], tensors["bases"]
+
+        def row(receiver, cluster):
+            at = cluster * (1 + count) * width
+            total = list(bases[at : at + width])
+            for j in range(count):
+                w, b = weights[receiver * count + j], at + (1 + j) * width
+                total = [t + w * x for t, x in zip(total, bases[b : b + width])]
+            return total
+
+        return [row(r, k) for r, k in enumerate(tensors["clusters"])]
+    axes, z, rows = tensors["axes"], tensors["coefficients"], []
+    for r in range(len(axes) // (3 * about["lobes"])):
+        total = [0.0] * width
+        for k in range(r * about["lobes"], (r + 1) * about["lobes"]):
+            y = basis(order, axes[3 * k : 3 * k + 3])
+            for c in range(channels):
+                for l in range(order):
+                    scale = math.sqrt(4 * math.pi / (2 * l + 1)) * z[(k * channels + c) * order + l]
+                    for i in range(l * l, (l + 1) ** 2):
+                        total[c * order**2 + i] += scale * y[i]
+        rows.append(total)
+    return rows
+
+
+def exit_radiance(about, row, light):
+    """What a receiver with this transfer sends back of light of the same order."""
+    n2 = about["order"] ** 2
+    start = [0, n2, 2 * n2] if about["channels"] == 3 else [0, 0, 0]
+    return [sum(light[i][c] * row[start[c] + i] for i in range(n2)) for c in range(3)]
+
+
+def main(arguments):
+    light = None
+    if "--light" in arguments:
+        at = arguments.index("--light")
+        light = read_sh_json(arguments[at + 1])
+        del arguments[at : at + 2]
+    for path in arguments:
+        if path.endswith(".json"):
+            order, rows = read_sh_json(path)
+            print(f"{path}: order {order}, mean {[c * math.sqrt(1 / (4 * math.pi)) for c in rows[0]]}")
+            continue
+        about, tensors = read_glb(path) if path.endswith(".glb") else read_safetensors(path)
+        if "matrices" in tensors:
+            print(f"{path}: {about['format']}, order {about['order']}, {len(tensors['matrices'])} numbers")
+            continue
+        rows = transfer_of(about, tensors)
+        print(f"{path}: order {about['order']}, channels {about['channels']}, receivers {len(rows)}")
+        if light is not None:
+            assert light[0] == about["order"], "light of the same order"
+            lit = [exit_radiance(about, row, light[1]) for row in rows]
+            print("  mean exit radiance", [sum(b[c] for b in lit) / len(lit) for c in range(3)])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

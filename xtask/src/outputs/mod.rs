@@ -1,0 +1,163 @@
+//! `outputs BEFORE AFTER`: two builds of the command write the same bytes.
+//!
+//! Each of the two programs runs every line of `commands.txt` in a folder of its own. What they print on stdout, their exit
+//! codes and every file that they leave are compared, byte by byte. So a change of structure can be shown to change nothing,
+//! and a change of behavior to change what it is meant to.
+//!
+//! With one program, the second run has one thread instead of all: results do not depend on the number of threads.
+
+mod words;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use words::words;
+
+use crate::outcome::Outcome;
+
+const COMMANDS: &str = include_str!("commands.txt");
+
+/// An input that no command makes: visibility of order 2, of the upper half of the sky more than of the lower.
+const VISIBILITY: &str = "{\"format\":\"lobe-sh\",\"version\":1,\"order\":2,\"quantity\":\"visibility\",\
+                          \"coefficients\":[[1.7],[0.0],[0.6],[0.1]]}";
+
+/// What a run left: the files by their names, and each command's output and exit code by its line.
+#[derive(Debug, Default, PartialEq)]
+struct Left {
+    files: BTreeMap<String, Vec<u8>>,
+    printed: BTreeMap<&'static str, (Option<i32>, Vec<u8>)>,
+}
+
+/// Runs one program or two and compares what they leave.
+pub(crate) fn run(arguments: &[String]) -> Outcome {
+    let (before, after, threads) = match arguments {
+        [before, after] => (before, after, None),
+        [program] => (program, program, Some("1")),
+        _ => return Err(vec!["usage: cargo xtask outputs PROGRAM-BEFORE [PROGRAM-AFTER]".into()]),
+    };
+    let folder = std::env::temp_dir().join(format!("lobe-outputs-{}", std::process::id()));
+    let compared = run_in(&folder.join("before"), before, None)
+        .and_then(|before| Ok((before, run_in(&folder.join("after"), after, threads)?)));
+    // The files are of no use after the comparison; that they cannot be removed is no fault of the programs.
+    let _ = fs::remove_dir_all(&folder);
+    let (before, after) = compared.map_err(|fault| vec![fault])?;
+    let faults = differences(&before, &after);
+    println!("{} commands, {} files, {} differences", before.printed.len(), before.files.len(), faults.len());
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The command lines, without comments.
+fn lines() -> impl Iterator<Item = &'static str> {
+    COMMANDS.lines().filter(|line| !line.is_empty() && !line.starts_with('#'))
+}
+
+fn run_in(folder: &Path, program: &str, threads: Option<&str>) -> Result<Left, String> {
+    let fail = |what: &Path, error: std::io::Error| format!("{}: {error}", what.display());
+    fs::create_dir_all(folder).map_err(|e| fail(folder, e))?;
+    let input = folder.join("visibility.sh.json");
+    fs::write(&input, VISIBILITY).map_err(|e| fail(&input, e))?;
+    let program = PathBuf::from(program).canonicalize().map_err(|e| fail(Path::new(program), e))?;
+    let mut left = Left::default();
+    for line in lines() {
+        let mut command = Command::new(&program);
+        command.arg("--quiet").args(words(line)).current_dir(folder);
+        if let Some(threads) = threads.filter(|_| !line.contains("--threads")) {
+            command.args(["--threads", threads]);
+        }
+        let output = command.output().map_err(|e| fail(&program, e))?;
+        if !output.status.success() {
+            return Err(format!("lobe {line}: {}", String::from_utf8_lossy(&output.stderr).trim()));
+        }
+        left.printed.insert(line, (output.status.code(), output.stdout));
+    }
+    for entry in fs::read_dir(folder).map_err(|e| fail(folder, e))? {
+        let path = entry.map_err(|e| fail(folder, e))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        left.files.insert(name, fs::read(&path).map_err(|e| fail(&path, e))?);
+    }
+    Ok(left)
+}
+
+/// One line for each file and each command's output that is not the same on both sides.
+fn differences(before: &Left, after: &Left) -> Vec<String> {
+    let mut faults = Vec::new();
+    let names: BTreeSet<_> = before.files.keys().chain(after.files.keys()).collect();
+    for name in names {
+        match (before.files.get(name), after.files.get(name)) {
+            (Some(a), Some(b)) if a == b => {}
+            (Some(a), Some(b)) => faults.push(format!("{name}: {}", first_difference(a, b))),
+            (Some(_), None) => faults.push(format!("{name}: only the first program writes it")),
+            _ => faults.push(format!("{name}: only the second program writes it")),
+        }
+    }
+    for (line, (code, stdout)) in &before.printed {
+        let Some((code_after, stdout_after)) = after.printed.get(line) else { continue };
+        if code != code_after {
+            faults.push(format!("lobe {line}: exit code {code:?}, then {code_after:?}"));
+        }
+        if stdout != stdout_after {
+            faults.push(format!("lobe {line}: on stdout, {}", first_difference(stdout, stdout_after)));
+        }
+    }
+    faults
+}
+
+fn first_difference(a: &[u8], b: &[u8]) -> String {
+    let place = a.iter().zip(b).position(|(a, b)| a != b).unwrap_or(a.len().min(b.len()));
+    format!("{} and {} bytes, the first difference at {place}", a.len(), b.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn left(files: &[(&str, &[u8])], printed: &[(&'static str, &str)]) -> Left {
+        Left {
+            files: files.iter().map(|(name, bytes)| (name.to_string(), bytes.to_vec())).collect(),
+            printed: printed.iter().map(|(line, text)| (*line, (Some(0), text.as_bytes().to_vec()))).collect(),
+        }
+    }
+
+    #[test]
+    fn equal_outputs_have_no_differences() {
+        let run = left(&[("a.exr", b"12")], &[("project a", "{}")]);
+        let found = differences(&run, &left(&[("a.exr", b"12")], &[("project a", "{}")]));
+        assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn a_byte_a_missing_file_and_another_answer_are_named() {
+        let before = left(&[("a.exr", b"123"), ("b.exr", b"")], &[("sh info", "one")]);
+        let after = left(&[("a.exr", b"124"), ("c.exr", b"")], &[("sh info", "two")]);
+        let expected = [
+            "a.exr: 3 and 3 bytes, the first difference at 2",
+            "b.exr: only the first program writes it",
+            "c.exr: only the second program writes it",
+            "lobe sh info: on stdout, 3 and 3 bytes, the first difference at 0",
+        ];
+        assert_eq!(differences(&before, &after), expected, "four differences");
+    }
+
+    /// The sub-commands that the program has are those of its help; here, of the files that hold one each.
+    #[test]
+    fn every_sub_command_of_sh_and_env_is_run() {
+        let source = crate::workspace::root().join("apps/lobe-cli/src");
+        for group in ["sh", "env"] {
+            for entry in fs::read_dir(source.join(group)).unwrap() {
+                let path = entry.unwrap().path();
+                let name = path.file_stem().unwrap().to_string_lossy().replace('_', "-");
+                let start = format!("{group} {name} ");
+                assert!(name == "mod" || lines().any(|line| line.starts_with(&start)), "`{start}` is run by no line");
+            }
+        }
+    }
+
+    #[test]
+    fn programs_that_are_missing_are_refused() {
+        let faults = run(&["/nowhere/lobe".into()]).unwrap_err();
+        assert!(faults[0].starts_with("/nowhere/lobe"), "{faults:?}");
+        assert!(run(&[]).unwrap_err()[0].starts_with("usage"), "no program");
+    }
+}
