@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lobe_image::ImageError;
+use lobe_io::IoError;
 use lobe_prt::PrtError;
 
 /// An error of this crate.
@@ -46,6 +47,16 @@ impl RenderError {
 
     pub(crate) fn invalid(place: &Path, message: impl Into<String>) -> Self {
         Self::Invalid { place: place.display().to_string(), message: message.into() }
+    }
+}
+
+impl From<IoError> for RenderError {
+    fn from(error: IoError) -> Self {
+        match error {
+            IoError::Io { place, source } => Self::Io { place, source },
+            IoError::Invalid { place, message } => Self::Invalid { place, message },
+            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use lobe::io::{Job, Progress};
-use lobe::prt::{BakeOptions, BakedOrScene, Mode, Transfer};
+use lobe::prt::{BakeOptions, BakedOrScene, Mode, RecipeMode, Transfer};
 use lobe::render::{BakedScene, Camera, GlossyLobe, RenderError, ViewOptions, transfer_bytes};
 use lobe::scene::Scene;
 
@@ -92,26 +92,25 @@ impl Asked {
         }
         let wanted = if self.lobe.is_some() { "glossy" } else { mode_name(self.mode) };
         // A recipe that does not say is believed.
-        let found = baked.recipe()["mode"].as_str().unwrap_or(wanted);
+        let found = baked.recipe().mode.as_ref().map_or(wanted, RecipeMode::name);
         if found != wanted {
             bail!("--mode {wanted}: {name} was baked as {found}; ask for that, or render the scene it was baked from");
         }
         if let Some(asked) = self.order.filter(|&asked| asked > baked.order()) {
             bail!("--order {asked}: {name} was baked to order {}; bake it to a higher one", baked.order());
         }
-        let options = BakeOptions { mode: self.mode, ..baked.options().clone() };
+        let options = baked.options().clone().mode(self.mode);
         Ok(baked.with_options(options))
     }
 
     fn bake(&self, scene: Scene, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedScene> {
         let defaults = BakeOptions::default();
-        let options = BakeOptions {
-            mode: self.mode,
-            order: self.order.unwrap_or(defaults.order),
-            samples: self.samples.map_or(defaults.samples, |n| n as u32),
-            bounces: self.bounces.unwrap_or(defaults.bounces),
-            ..defaults
-        };
+        let options = defaults
+            .clone()
+            .mode(self.mode)
+            .order(self.order.unwrap_or(defaults.order))
+            .samples(self.samples.map_or(defaults.samples, |n| n as u32))
+            .bounces(self.bounces.unwrap_or(defaults.bounces));
         check_memory(memory, &scene, scene.vertex_count(), &options, self.lobe.is_some())?;
         watched_bake(talk, |job| BakedScene::bake(scene, &options, self.lobe, job))
     }
@@ -153,13 +152,7 @@ fn bake_backs(
 }
 
 fn watched_bake<T>(talk: Talk, bake: impl FnOnce(Job<'_>) -> Result<T, RenderError>) -> anyhow::Result<T> {
-    let baked = watched(talk, "bake", |show| {
-        let mut watch = |progress: &Progress| {
-            let Progress { done, total, resumed, rays, elapsed, .. } = *progress;
-            show(&lobe::prt::Progress { done, total, resumed, rays, elapsed })
-        };
-        bake(Job::default().watched_by(&mut watch))
-    })?;
+    let baked = watched(talk, "bake", bake)?;
     baked.or_else(|_| bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}"))
 }
 

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use lobe_io::Job;
-use lobe_prt::Fingerprint;
+use lobe_io::{Fingerprint, Job};
+use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 
@@ -86,7 +86,7 @@ pub fn render_truth(
     let (mut checkpoint, known) = match job.checkpoint() {
         None => (None, Vec::new()),
         Some(path) => {
-            let (checkpoint, known) = TruthCheckpoint::open(path, fingerprint(scene, camera, light, options), pixels)?;
+            let (checkpoint, known) = TruthCheckpoint::open(path, &fingerprint(scene, camera, light, options), pixels)?;
             (Some(checkpoint), known)
         }
     };
@@ -134,7 +134,7 @@ impl TruthOptions {
 fn fingerprint(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Fingerprint {
     let TruthOptions { width, height, count, paths } = *options;
     let mut all = Fingerprint::of_kind(KIND);
-    all.scene(scene);
+    fingerprint_scene(&mut all, scene);
     scene.materials().iter().for_each(|material| all.floats(&[material.metallic, material.roughness]));
     // Three rays tell a camera.
     for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {

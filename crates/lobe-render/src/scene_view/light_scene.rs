@@ -42,8 +42,7 @@ pub struct LitPicture {
 /// use lobe_prt::BakeOptions;
 /// use lobe_render::{BakedScene, Camera, View, ViewOptions, light_baked_scene};
 ///
-/// let mut options = BakeOptions::default();
-/// (options.order, options.samples) = (3, 16);
+/// let options = BakeOptions::default().order(3).samples(16);
 /// let scene = lobe_scene::built_in::ball_over_ground(8);
 /// let baked = BakedScene::bake(scene, &options, None, Job::default())?;
 ///

@@ -1,13 +1,13 @@
 //! Surfaces shaded by precomputed radiance transfer: what receivers send back, and what a point between them shows of it.
 
 use lobe_env::DfgTable;
-use lobe_io::{Job, Progress};
-use lobe_prt::{AnyTransfer, BakeOptions, Lightmap, Receivers, TransferMatrices, bake, bake_matrices};
+use lobe_io::Job;
+use lobe_prt::{AnyTransfer, BakeOptions, Lightmap, PrtError, Receivers, TransferMatrices, bake, bake_matrices};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal, convolved};
 use rayon::prelude::*;
 
-use crate::{RenderError, SceneHit};
+use crate::SceneHit;
 
 /// Cosines and roughnesses in the table of directional albedos, which is then within a hundredth except at grazing angles.
 const DFG_SIZE: usize = 64;
@@ -117,16 +117,13 @@ impl SurfaceTransfer {
         receivers: &Receivers,
         options: &BakeOptions,
         is_glossy: bool,
-        mut job: Job<'_>,
-    ) -> Result<Self, RenderError> {
-        job.expect_no_checkpoint().map_err(RenderError::Options)?;
-        let watch = &mut |progress: &lobe_prt::Progress| job.report(&in_steps(progress));
-        let transfer = if is_glossy {
-            bake_matrices(scene, bvh, receivers, options, watch).map(|(matrices, _)| Self::Glossy(matrices))
+        job: Job<'_>,
+    ) -> Result<Self, PrtError> {
+        if is_glossy {
+            bake_matrices(scene, bvh, receivers, options, job).map(|(matrices, _)| Self::Glossy(matrices))
         } else {
-            bake(scene, bvh, receivers, options, watch).map(|(transfer, _)| Self::Matte(transfer.into()))
-        };
-        Ok(transfer?)
+            bake(scene, bvh, receivers, options, job).map(|(transfer, _)| Self::Matte(transfer.into()))
+        }
     }
 
     pub(crate) fn order(&self) -> usize {
@@ -165,10 +162,4 @@ impl LitReceivers {
             Self::Glossy(blurred) => blurred[receiver].eval(hit.reflected()),
         }
     }
-}
-
-/// The progress of a bake.
-fn in_steps(progress: &lobe_prt::Progress) -> Progress {
-    let lobe_prt::Progress { done, total, resumed, rays, elapsed } = *progress;
-    Progress { done, total, resumed, rays, elapsed, round: 0 }
 }
