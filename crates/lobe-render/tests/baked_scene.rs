@@ -25,10 +25,6 @@ fn view() -> ViewOptions {
 /// What f32 coefficients and weights of vertices lose.
 const ROUNDING: f64 = 1e-5;
 
-fn go_on(_: &lobe_prt::Progress) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
-
 /// A double-sided square that faces up, unfolded once.
 fn square() -> Scene {
     let text =
