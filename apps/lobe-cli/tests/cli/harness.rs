@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use lobe::env::{EnvMap, MapWriteOptions, write_env};
 use lobe::prt::{Baked, read_baked};
-use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, load_sh_json, save_sh_json};
+use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, read_sh_json, write_sh_json};
 use lobe_testkit::glb_faults;
 use tempfile::TempDir;
 
@@ -38,17 +38,17 @@ impl Dir {
     /// Reads a baked scene, whose file has to be right by glTF's rules.
     pub(crate) fn baked(&self, name: &str) -> Baked {
         assert_eq!(glb_faults(&self.bytes(name)), Vec::<String>::new(), "faults of {name}");
-        read_baked(self.path(name)).unwrap()
+        read_baked(self.path(name), &lobe::scene::SceneReadOptions::default()).unwrap()
     }
 
     /// Writes an expansion.
     pub(crate) fn sh(&self, name: &str, quantity: Quantity, f: impl Into<FileCoefficients>) {
-        save_sh_json(&self.path(name), &ShFile::new(quantity, f)).unwrap();
+        write_sh_json(&self.path(name), &ShFile::new(quantity, f)).unwrap();
     }
 
     /// Reads an expansion.
     pub(crate) fn read_sh(&self, name: &str) -> ShFile {
-        load_sh_json(&self.path(name)).unwrap()
+        read_sh_json(&self.path(name)).unwrap()
     }
 
     /// Writes an environment map; the name's extension says how.
