@@ -17,6 +17,7 @@ use std::ops::ControlFlow;
 
 use lobe_env::{DfgTable, bundled, project_env};
 use lobe_image::{Measured, ZTest};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Channels, Mode, Receivers, TransferMatrices, bake_matrices};
 use lobe_render::{
     Camera, DistantLight, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, TruthOptions, render_truth,
@@ -89,9 +90,9 @@ fn mirrored(n: Dir, v: Dir) -> Dir {
 
 fn matrices(scene: &Scene, receivers: &Receivers, mode: Mode, bounces: usize, seed: u64) -> TransferMatrices {
     let samples = PER_SET as u32;
-    let options = BakeOptions { mode, order: HIGHEST, samples, bounces, energy_stop: 0.0, seed, channels: None };
-    let go_on = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
-    bake_matrices(scene, &Bvh::new(scene), receivers, &options, go_on).unwrap().0
+    let options =
+        BakeOptions::default().mode(mode).order(HIGHEST).samples(samples).bounces(bounces).energy_stop(0.0).seed(seed);
+    bake_matrices(scene, &Bvh::new(scene), receivers, &options, Job::default()).unwrap().0
 }
 
 /// What is sent by each receiver, for each lobe and view of [`cases`].

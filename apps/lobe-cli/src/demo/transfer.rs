@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use lobe::image::{Picture, Pixel, Tone, compare, error_map, write_animated_png};
+use lobe::io::Job;
 use lobe::prt::{BakeOptions, BakeReport, Mode, Receivers, Transfer, bake};
 use lobe::render::{
     Camera, DistantLight, PathOptions, SampleCount, SceneHit, Truth, TruthOptions, ViewOptions, render_truth,
@@ -154,16 +155,14 @@ impl Hall {
         let bvh = Bvh::new(&scene);
         let receivers = Receivers::at_vertices(&scene)?;
         let samples = picture as u32;
-        let options = BakeOptions {
-            mode: Mode::Interreflected,
-            order: SWEEP,
-            samples,
-            bounces: BOUNCES,
-            // As many as the page says, whatever they carry.
-            energy_stop: 0.0,
-            ..BakeOptions::default()
-        };
-        let (transfer, report) = bake(&scene, &bvh, &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
+        // As many bounces as the page says, whatever they carry.
+        let options = BakeOptions::default()
+            .mode(Mode::Interreflected)
+            .order(SWEEP)
+            .samples(samples)
+            .bounces(BOUNCES)
+            .energy_stop(0.0);
+        let (transfer, report) = bake(&scene, &bvh, &receivers, &options, Job::default())?;
         let Some(camera) = Camera::look_at([10.0, -11.0, 4.5], [0.0, 0.0, 1.6], 18_f64.to_radians()) else {
             unreachable!("the eye is not where it looks")
         };

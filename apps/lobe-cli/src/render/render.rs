@@ -8,8 +8,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, MapWriteOptions, write_env};
 use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
-use lobe::io::{StagedFile, StagedWriter};
-use lobe::prt::Progress;
+use lobe::io::{Progress, StagedFile, StagedWriter};
 use lobe::render::{
     BakedScene, Camera, DistantLight, GlossyLobe, LightStrategy, LitPicture, PathOptions, RenderError, SampleCount,
     Surfaces, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_resumable,
@@ -283,7 +282,13 @@ impl Render {
                     resumed += steps;
                 }
                 is_told = true;
-                let progress = Progress { done: k * STEPS + steps, total, resumed, rays: 0, elapsed: begin.elapsed() };
+                let progress = Progress {
+                    done: k * STEPS + steps,
+                    total,
+                    resumed,
+                    elapsed: begin.elapsed(),
+                    ..Progress::default()
+                };
                 line.show(progress.done, total, None, progress.seconds_left());
                 ctrl_c::go_on()
             });

@@ -125,9 +125,9 @@ fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
         return Some((file, source));
     }
     match (prt_error(error), error.downcast_ref()) {
-        (Some(PrtError::Io { file, source }), _)
-        | (Some(PrtError::Scene(SceneError::Io { file, source })), _)
-        | (_, Some(SceneError::Io { file, source })) => Some((file, source)),
+        (Some(PrtError::Io { place: file, source }), _)
+        | (Some(PrtError::Scene(SceneError::Io { place: file, source })), _)
+        | (_, Some(SceneError::Io { place: file, source })) => Some((file, source)),
         _ => None,
     }
 }

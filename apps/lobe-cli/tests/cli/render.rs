@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use lobe::env::MapReadOptions;
 use lobe::image::read_picture;
 use lobe::prt::{Channels, Transfer, write_lightmap};
 use lobe::sh::{Quantity, Rgb, ShVec};

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use lobe_prt::Fingerprint;
+use lobe_io::Fingerprint;
+use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 
@@ -102,11 +103,11 @@ fn trace(
 ) -> Result<Truth, RenderError> {
     let TruthOptions { width, height, count, paths } = *options;
     let pixels = options.check()?;
-    let (mut checkpoint, known) = match checkpoint {
+    let (mut kept, known) = match checkpoint {
         None => (None, Vec::new()),
         Some(path) => {
-            let (checkpoint, known) = TruthCheckpoint::open(path, fingerprint(scene, camera, light, options), pixels)?;
-            (Some(checkpoint), known)
+            let (kept, known) = TruthCheckpoint::open(path, &fingerprint(scene, camera, light, options), pixels)?;
+            (Some((kept, path)), known)
         }
     };
     let tracer = PathTracer::new(scene, bvh, light, paths);
@@ -114,8 +115,8 @@ fn trace(
     let traced = in_portions(known, pixels, of, |done| {
         // What is complete is not stopped.
         let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
-        if let Some(checkpoint) = &mut checkpoint {
-            checkpoint.keep(done, is_stopped || done.len() == pixels)?;
+        if let Some((checkpoint, path)) = &mut kept {
+            checkpoint.keep(path, done, is_stopped || done.len() == pixels)?;
         }
         if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
     })?;
@@ -149,7 +150,7 @@ impl TruthOptions {
 fn fingerprint(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Fingerprint {
     let TruthOptions { width, height, count, paths } = *options;
     let mut all = Fingerprint::of_kind(KIND);
-    all.scene(scene);
+    fingerprint_scene(&mut all, scene);
     scene.materials().iter().for_each(|material| all.floats(&[material.metallic, material.roughness]));
     // Three rays tell a camera.
     for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use lobe_prt::{BakeOptions, Progress, Receivers, TexelReceivers};
+use lobe_io::Job;
+use lobe_prt::{BakeOptions, Receivers, TexelReceivers};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
@@ -28,7 +29,7 @@ impl BackFaces {
         seen: &[usize],
         options: &BakeOptions,
         is_glossy: bool,
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        job: Job<'_>,
     ) -> Result<Self, RenderError> {
         // Find the receivers at the fronts. Texels between triangles show a neighbor's.
         let (fronts, front_of) = match places {
@@ -49,7 +50,7 @@ impl BackFaces {
             receivers[place] = needed.partition_point(|&front| front < front_of(place)) as u32;
         }
         // Bake the other sides.
-        let transfer = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, progress)?;
+        let transfer = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, job)?;
         Ok(Self { receivers, transfer })
     }
 

@@ -45,9 +45,9 @@ pub struct LitPicture {
 /// use lobe_render::{BakedScene, Camera, View, ViewOptions, light_baked_scene};
 ///
 /// let go_on = ControlFlow::Continue(());
-/// let options = BakeOptions { order: 3, samples: 16, ..BakeOptions::default() };
+/// let options = BakeOptions::default().order(3).samples(16);
 /// let scene = lobe_scene::built_in::ball_over_ground(8);
-/// let baked = BakedScene::bake(scene, &options, None, &mut |_| go_on)?;
+/// let baked = BakedScene::bake(scene, &options, None, lobe_io::Job::default())?;
 ///
 /// let sky = lobe_env::bundled::sunset().map();
 /// let light = lobe_env::project_env(&sky, 3);

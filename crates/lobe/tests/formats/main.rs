@@ -131,10 +131,10 @@ fn matrices_are_read_from_the_page() {
     // Point (1, 2, 0) of the grid: x fastest.
     let (point, place) = (1 + 2 * 2, [1.0, 2.0, 0.0]);
     let neighborhood = Neighborhood::new(grid, matrices.clone()).unwrap();
-    for (path, expected) in paths.iter().zip([
-        matrices.incident(point, light.coefficients()),
-        neighborhood.incident(place, light.coefficients()),
-    ]) {
+    for (path, expected) in paths
+        .iter()
+        .zip([matrices.incident(point, light.coefficients()), neighborhood.incident(place, light.coefficients())])
+    {
         let (_, table) = read_safetensors(path);
         let (shape, numbers) = &table["matrices"];
         assert_eq!(shape, &[points, 3, 4, 4], "points, channels, rows, columns");
@@ -169,7 +169,8 @@ fn compressed_baked_scenes_are_read_from_the_page() {
     let folder = folder();
     let (scene, path) = scene_and_path(&folder);
     let (transfer, light) = (random_transfer(3, Channels::Rgb, scene.vertex_count()), random_light(3));
-    for (components, weights) in [(0, WeightBits::F32), (3, WeightBits::F32), (4, WeightBits::U16), (5, WeightBits::U8)] {
+    for (components, weights) in [(0, WeightBits::F32), (3, WeightBits::F32), (4, WeightBits::U16), (5, WeightBits::U8)]
+    {
         let options = CompressOptions::default().clusters(4).components(components).weights(weights);
         let (compressed, _) = CompressedTransfer::new(&transfer, &options, Job::default()).unwrap();
         BakedGlb::of_scene(&scene).write_compressed(&path, &compressed, &Recipe::default()).unwrap();
