@@ -303,7 +303,7 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
                 let camera = Camera::look_at(eye, place, 0.01).unwrap();
                 let go_on = |_| ControlFlow::Continue(());
                 let truth = render_truth(&scene, &bvh, &camera, &light, &options, go_on).unwrap();
-                let truth = truth.mean.pixels()[0].widen();
+                let truth = Rgb::from(truth.mean.pixels()[0]).widen();
                 let sent = matrices.exit_radiance(v, expansion.coefficients(), &lobe, n, to_eye);
                 let reflectance = table.lookup(n.dot(to_eye), alpha.sqrt()).reflectance(Rgb::splat(1.0));
                 differences[0].push(sent - truth);

@@ -20,7 +20,7 @@ use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
 use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, load_sh_json, project};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, project, read_sh_json};
 use rayon::prelude::*;
 
 /// The orders that are compared, and the highest of them.
@@ -52,7 +52,7 @@ fn file(name: &str) -> std::path::PathBuf {
 
 /// Four skies, bundled with the program or kept as expansions.
 fn skies() -> Vec<(&'static str, ShVec<Rgb<f64>>)> {
-    let kept = |name: &str| load_sh_json(&file("tests/data").join(name)).unwrap().coefficients.to_rgb();
+    let kept = |name: &str| read_sh_json(&file("tests/data").join(name)).unwrap().coefficients.to_rgb();
     vec![
         ("sunset", project_env(&bundled::sunset().map(), HIGHEST)),
         ("studio", project_env(&bundled::studio().map(), HIGHEST)),
@@ -288,7 +288,7 @@ fn the_expansions_kept_are_those_of_the_skies() {
             continue;
         }
         let found = project_env(&read_env(&path, &MapReadOptions::default()).unwrap().0, HIGHEST);
-        let kept = load_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
+        let kept = read_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
         let error = (&found - &kept).coefficients().iter().map(|c| c.luminance().abs()).fold(0.0, f64::max);
         assert!(error < 1e-6 * found[0].luminance(), "{name}: {error}");
     }

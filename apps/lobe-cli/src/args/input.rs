@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvError, EnvMap, MapReadOptions, MapReadReport, Nonfinite, ReadOption, bundled, read_env_bytes};
-use lobe::sh::{ShFile, load_sh_json, read_sh_json};
+use lobe::sh::{ShFile, read_sh_json, read_sh_json_from};
 
 use crate::run::talk::Talk;
 
@@ -47,8 +47,8 @@ impl ShInput {
     /// Reads the expansion.
     pub(crate) fn read(&self) -> anyhow::Result<ShFile> {
         Ok(match self {
-            Self::Stdin => read_sh_json(io::stdin().lock(), "stdin")?,
-            Self::File(path) => load_sh_json(path)?,
+            Self::Stdin => read_sh_json_from(io::stdin().lock(), "stdin")?,
+            Self::File(path) => read_sh_json(path)?,
         })
     }
 

@@ -427,7 +427,7 @@ impl Render {
         match rendered {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
             Rendered::Shaded(LitPicture { picture, .. }) => {
-                let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
+                let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
                 note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
             }
         }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe::image::read_picture;
+use lobe::image::{PictureReadOptions, read_picture};
 use lobe::prt::{Channels, Transfer, write_lightmap};
 use lobe::sh::{Quantity, Rgb, ShVec};
 use serde_json::{Value, json};
@@ -15,8 +15,8 @@ fn write_even(dir: &Dir) {
 }
 
 fn pixels(dir: &Dir, name: &str) -> (usize, usize, Vec<Rgb<f32>>) {
-    let (raster, _) = read_picture(dir.path(name), &PictureReadOptions::default()).unwrap();
-    (raster.width, raster.height, raster.texels)
+    let (picture, _) = read_picture(dir.path(name), &PictureReadOptions::default()).unwrap();
+    (picture.width(), picture.height(), picture.into_pixels())
 }
 
 fn compared(dir: &Dir, a: &str, b: &str) -> Value {

@@ -76,8 +76,8 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
 
 /// All numbers of a picture.
 fn read_env_picture(dir: &Dir, name: &str) -> Vec<f32> {
-    let raster = lobe::image::read_picture(dir.path(name), &lobe::image::PictureReadOptions::default()).unwrap().0;
-    raster.texels.iter().flat_map(|texel| texel.to_array()).collect()
+    let picture = lobe::image::read_picture(dir.path(name), &lobe::image::PictureReadOptions::default()).unwrap().0;
+    picture.pixels().as_flattened().to_vec()
 }
 
 #[test]

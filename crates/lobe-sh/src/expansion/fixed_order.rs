@@ -6,8 +6,8 @@ use crate::{Coefficient, Dir, Expansion, Sh, ShVec, Zonal};
 ///
 /// Functions whose name ends in `_as` return any such type: [`project_as`](crate::project_as),
 /// [`product_as`](crate::product_as), [`Zonal::towards_as`](crate::Zonal::towards_as),
-/// [`Light::project_as`](crate::Light::project_as). [`Sh`] is one; an engine can make its own type another, and then gets
-/// its own type back:
+/// [`Light::project_as`](crate::Light::project_as). [`Sh`] is one; an engine can make its own type another, and then
+/// gets its own type back:
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion, FixedOrder, Rgb, ShL2, project_as};

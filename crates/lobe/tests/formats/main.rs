@@ -13,7 +13,7 @@ use lobe::prt::{
     write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::{Bounds, Bvh, built_in};
-use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, save_sh_json};
+use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
 use lobe::{io::Job, scene::Scene};
 use lobe_testkit::Random;
 use serde_json::Value;
@@ -62,7 +62,7 @@ fn an_expansion_is_read_from_the_page() {
     let folder = folder();
     let path = folder.path().join("light.sh.json");
     let light = random_light(3);
-    save_sh_json(&path, &ShFile::new(Quantity::Radiance, light.clone())).unwrap();
+    write_sh_json(&path, &ShFile::new(Quantity::Radiance, light.clone())).unwrap();
     let (order, quantity, found) = read_sh_json(&path);
     assert_eq!((order, quantity.as_str()), (3, "radiance"), "order and quantity");
     assert_eq!(found, rows(&light), "every coefficient, to the last bit");
