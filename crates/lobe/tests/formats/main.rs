@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use lobe::prt::{
     BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Grid, Mode, Neighborhood, Receivers, Recipe,
-    Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer, write_lightmap,
-    write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
+    Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer,
+    write_lightmap, write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::{Bounds, Bvh, built_in};
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
@@ -216,7 +216,7 @@ fn read_exr(path: &Path) -> (Value, Vec<(String, Vec<f32>)>) {
 fn a_checkpoint_is_laid_out_as_the_page_says() {
     let folder = folder();
     let path = folder.path().join("bake.checkpoint");
-    let scene = built_in::ball_over_ground(2);
+    let scene = built_in::ball_over_ground(4);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let options = BakeOptions::default().mode(Mode::Shadowed).order(2).samples(8).channels(Some(Channels::Gray));
     let job = Job::default().kept_in(&path);
