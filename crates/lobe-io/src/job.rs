@@ -95,6 +95,16 @@ impl<'a> Job<'a> {
         self
     }
 
+    /// The same job for a part of the work, by which it is watched and kept as before.
+    pub fn reborrow(&mut self) -> Job<'_> {
+        let Self { watch, checkpoint } = self;
+        let watch = match watch {
+            Some(watch) => Some(&mut **watch as Watch<'_>),
+            None => None,
+        };
+        Job { watch, checkpoint: checkpoint.clone() }
+    }
+
     /// The file that results are kept in, if any.
     #[must_use]
     pub fn checkpoint(&self) -> Option<&Path> {

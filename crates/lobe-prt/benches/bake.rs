@@ -1,10 +1,10 @@
 //! Baking; see the README beside this file.
 
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, bake};
 use lobe_scene::{Bvh, Scene, built_in};
 
@@ -25,8 +25,8 @@ fn bakes(c: &mut Criterion) {
             (Mode::Interreflected, 2, 8),
         ] {
             let options =
-                BakeOptions { mode, bounces, order, samples: SAMPLES, energy_stop: 0.0, ..Default::default() };
-            let bake = || bake(&scene, &bvh, &receivers, &options, &mut |_| ControlFlow::Continue(()));
+                BakeOptions::default().mode(mode).bounces(bounces).order(order).samples(SAMPLES).energy_stop(0.0);
+            let bake = || bake(&scene, &bvh, &receivers, &options, Job::default());
             let Ok((_, report)) = bake() else { unreachable!("the options are in range") };
             // The pilot is timed with the rest and counted here: of 512 receivers it bakes 64 once and 8 of them 8 times.
             let pilot = f64::from(64 + 8 * 8) / receivers.len() as f64;

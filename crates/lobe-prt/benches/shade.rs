@@ -4,6 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
+use lobe_io::Job;
 use lobe_prt::{Channels, CompressOptions, CompressedTransfer, Transfer, WeightBits, ZonalFitOptions, fit_zonal};
 use lobe_sh::Rgb;
 use lobe_testkit::Random;
@@ -79,9 +80,9 @@ fn compressed(c: &mut Criterion) {
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(RECEIVERS as u64));
         for order in ORDERS {
-            let options = CompressOptions { clusters: 64, components: 8, weights, iterations: 4, ..Default::default() };
+            let options = CompressOptions::default().clusters(64).components(8).weights(weights).iterations(4);
             let few = transfer(order, Channels::Gray, FEW);
-            let Ok((small, _)) = CompressedTransfer::new(&few, &options) else { continue };
+            let Ok((small, _)) = CompressedTransfer::new(&few, &options, Job::default()) else { continue };
             let Some(all) = repeated(&small) else { continue };
             let light = light(order);
             let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
@@ -113,8 +114,8 @@ fn zonal(c: &mut Criterion) {
     group.throughput(Throughput::Elements(FEW as u64));
     for order in ORDERS {
         let few = transfer(order, Channels::Gray, FEW);
-        let options = ZonalFitOptions { lobes: 1, optimize: false, ..Default::default() };
-        let Ok((zonal, _)) = fit_zonal(&few, &options) else { continue };
+        let options = ZonalFitOptions::default().lobes(1).optimize(false);
+        let Ok((zonal, _)) = fit_zonal(&few, &options, Job::default()) else { continue };
         let light = light(order);
         let mut out = vec![Rgb::new(0.0, 0.0, 0.0); FEW];
         group.bench_function(BenchmarkId::from_parameter(order), |b| {

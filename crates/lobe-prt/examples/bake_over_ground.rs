@@ -4,18 +4,18 @@
 //! vertices, a third of them in the ground, and bakes them with two bounces; with 0 it bakes shadows alone.
 
 use std::error::Error;
-use std::ops::ControlFlow;
 use std::time::Instant;
 
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, bake};
-use lobe_scene::{Bvh, Material, Mesh, MeshParts, ReadOptions, Scene, read_scene};
+use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, SceneReadOptions, read_scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let file = arguments.next().ok_or("expected the name of a file")?;
     let vertices: usize = arguments.next().map_or(Ok(70_000), |n| n.parse())?;
     let bounces: usize = arguments.next().map_or(Ok(2), |n| n.parse())?;
-    let (object, _) = read_scene(&file, &ReadOptions::default())?;
+    let (object, _) = read_scene(&file, &SceneReadOptions::default())?;
     let bounds = object.bounds();
     let mut edge = 0.5 * (bounds.max[0] - bounds.min[0]);
     let mut split = object;
@@ -30,8 +30,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (count, triangles) = (receivers.len(), scene.triangle_count());
     println!("{count} vertices, {triangles} triangles, tree in {:.2} s", start.elapsed().as_secs_f64());
     let mode = if bounces == 0 { Mode::Shadowed } else { Mode::Interreflected };
-    let options = BakeOptions { mode, bounces, energy_stop: 0.0, ..BakeOptions::default() };
-    let (_, report) = bake(&scene, &bvh, &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
+    let options = BakeOptions::default().mode(mode).bounces(bounces).energy_stop(0.0);
+    let (_, report) = bake(&scene, &bvh, &receivers, &options, Job::default())?;
     let rate = report.rays as f64 / report.seconds / 1e6;
     println!("order 4, 1024 samples, {bounces} bounces: {rate:.2} million rays/s, {report:?}");
     Ok(())

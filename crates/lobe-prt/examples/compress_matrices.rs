@@ -3,9 +3,9 @@
 //! `cargo run --release -p lobe-prt --example compress_matrices -- 2000` takes that many vertices of a ball over a ground.
 
 use std::error::Error;
-use std::ops::ControlFlow;
 use std::time::Instant;
 
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, CompressOptions, Mode, Receivers, bake_matrices, compress_table};
 use lobe_scene::{Bvh, built_in};
 
@@ -17,14 +17,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let receivers = Receivers::new(pick(all.positions()), pick(all.normals()), pick(all.albedos()))?;
     let bvh = Bvh::new(&scene);
     for order in 2..=4 {
-        let options =
-            BakeOptions { mode: Mode::Interreflected, order, samples: 256, bounces: 1, ..BakeOptions::default() };
-        let (matrices, _) = bake_matrices(&scene, &bvh, &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
+        let options = BakeOptions::default().mode(Mode::Interreflected).order(order).samples(256).bounces(1);
+        let (matrices, _) = bake_matrices(&scene, &bvh, &receivers, &options, Job::default())?;
         let rows = matrices.coefficients();
         let width = rows.len() / count;
         let start = Instant::now();
-        let options = CompressOptions { clusters: 8, components: 8, ..CompressOptions::default() };
-        let (_, report) = compress_table(rows, width, &options)?;
+        let options = CompressOptions::default().clusters(8).components(8);
+        let (_, report) = compress_table(rows, width, &options, Job::default())?;
         let (seconds, error) = (start.elapsed().as_secs_f64(), report.relative_error);
         let per_number = 1e6 * seconds / rows.len() as f64;
         println!(

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use lobe_io::IoError;
 use lobe_scene::SceneError;
 
 /// Why transfer could not be made, read, written or changed, by whose fault it is.
@@ -29,17 +30,17 @@ pub enum PrtError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The caller's progress function said to stop.
+    /// Whoever watches the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
     /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The operating system refused.
-    #[error("{file}: {source}")]
+    #[error("{place}: {source}")]
     Io {
-        /// The file.
-        file: String,
+        /// The file, or the name the caller gave to the data.
+        place: String,
         /// The refusal.
         source: io::Error,
     },
@@ -55,6 +56,16 @@ impl PrtError {
         match self {
             Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },
             other => other,
+        }
+    }
+}
+
+impl From<IoError> for PrtError {
+    fn from(error: IoError) -> Self {
+        match error {
+            IoError::Io { place, source } => Self::Io { place, source },
+            IoError::Invalid { place, message } => Self::Invalid { place, message },
+            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
         }
     }
 }

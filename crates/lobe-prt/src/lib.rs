@@ -27,38 +27,43 @@ mod error;
 mod files;
 mod job;
 mod receivers;
+mod recipe;
 mod sampling;
+mod setters;
 mod transfer;
 mod zonal;
 
-pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_adaptively_resumable};
-pub use bake::bake::{bake, bake_resumable};
-pub use bake::glossy::{TransferMatrices, bake_matrices, bake_matrices_resumable};
-pub use bake::options::{BakeOptions, BakeReport, Mode, Progress};
-pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_resumable};
+pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
+pub use bake::bake::{bake, bake_on_disk};
+pub use bake::glossy::{bake_matrices, bake_matrices_on_disk};
+pub use bake::options::{BakeOptions, BakeReport, Mode};
+pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_on_disk};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
-    error_curve_watched,
 };
 pub use compression::compressed_table::{CompressedTable, WeightBits, Weights};
 pub use compression::compressed_transfer::CompressedTransfer;
 pub use error::PrtError;
-pub use files::any_transfer::{AnyTransfer, read_any_transfer};
+pub use files::any_transfer::{AnyTransfer, read_any_transfer, read_any_transfer_bytes};
 pub use files::baked_glb::BakedGlb;
 pub use files::compressed_file::{
-    read_compressed_transfer, read_zonal_transfer, write_compressed_transfer, write_zonal_transfer,
+    read_compressed_transfer, read_compressed_transfer_bytes, read_zonal_transfer, read_zonal_transfer_bytes,
+    write_compressed_transfer, write_zonal_transfer,
 };
-pub use files::lightmap_file::{read_lightmap, write_lightmap};
-pub use files::matrix_file::{read_matrices, read_neighborhood, write_matrices, write_neighborhood};
-pub use files::read_baked::{Baked, BakedOrScene, read_baked, read_baked_or_scene, read_baked_within};
-pub use files::transfer_file::{read_transfer, write_transfer};
-pub use job::fingerprint::Fingerprint;
+pub use files::lightmap_file::{read_lightmap, read_lightmap_bytes, write_lightmap};
+pub use files::matrix_file::{
+    read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
+};
+pub use files::read_baked::{Baked, BakedOrScene, read_baked, read_baked_or_scene};
+pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_transfer};
+pub use job::fingerprint::fingerprint_scene;
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;
 pub use receivers::texel_receivers::TexelReceivers;
 pub use receivers::texel_rows::TexelRows;
-pub use transfer::matrix_rows::{MatrixRows, StoredMatrices};
+pub use recipe::{Recipe, RecipeMode};
 pub use transfer::transfer::{Channels, Transfer};
-pub use transfer::transfer_rows::{StoredTransfer, TransferRows};
-pub use zonal::zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal, fit_zonal_watched};
+pub use transfer::transfer_matrices::TransferMatrices;
+pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};
+pub use zonal::zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal};
 pub use zonal::zonal_transfer::ZonalTransfer;

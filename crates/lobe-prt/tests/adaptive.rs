@@ -4,20 +4,18 @@
 
 use std::ops::ControlFlow;
 
-use lobe_prt::{
-    AdaptiveOptions, BakeOptions, Mode, PrtError, Receivers, Transfer, bake, split_adaptively,
-    split_adaptively_resumable,
-};
+use lobe_io::Job;
+use lobe_prt::{AdaptiveOptions, BakeOptions, Mode, PrtError, Receivers, Transfer, bake, split_adaptively};
 use lobe_scene::{Bvh, Scene, built_in};
 
 fn options(mode: Mode, threshold: f64, min_edge: f32) -> AdaptiveOptions {
-    let bake = BakeOptions { mode, order: 3, samples: 64, ..BakeOptions::default() };
-    AdaptiveOptions { threshold, min_edge, bake }
+    let bake = BakeOptions::default().mode(mode).order(3).samples(64);
+    AdaptiveOptions::default().threshold(threshold).min_edge(Some(min_edge)).bake(bake)
 }
 
 fn transfer(scene: &Scene, options: &AdaptiveOptions) -> Transfer {
     let receivers = Receivers::at_vertices(scene).unwrap();
-    bake(scene, &Bvh::new(scene), &receivers, &options.bake, &mut |_| ControlFlow::Continue(())).unwrap().0
+    bake(scene, &Bvh::new(scene), &receivers, &options.bake, Job::default()).unwrap().0
 }
 
 /// Length and difference of transfer, of all edges of a mesh whose first vertex is receiver `first`.
@@ -45,7 +43,7 @@ fn no_long_edge_is_left_along_which_transfer_changes_and_nothing_else_is_split()
     let before = transfer(&scene, &options);
     let squares: f64 = before.coefficients().iter().map(|&c| f64::from(c).powi(2)).sum();
     let limit = 0.15 * (squares / before.receivers() as f64).sqrt();
-    let (fine, report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let (fine, report) = split_adaptively(&scene, &options, Job::default()).unwrap();
     assert_eq!(fine.meshes()[0], scene.meshes()[0], "the ground stays as it was");
     let (few, many) = (scene.meshes()[1].positions(), fine.meshes()[1].positions());
     assert_eq!(&many[..few.len()], few, "the first vertices are the old ones");
@@ -65,7 +63,7 @@ fn no_long_edge_is_left_along_which_transfer_changes_and_nothing_else_is_split()
 fn edges_that_are_short_are_left_and_counted() {
     let scene = built_in::ball_over_ground(8);
     let options = options(Mode::Unshadowed, 0.01, 0.5);
-    let (fine, report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let (fine, report) = split_adaptively(&scene, &options, Job::default()).unwrap();
     let ground = scene.meshes()[0].positions().len();
     let longest =
         edges(&fine, &transfer(&fine, &options), 1, ground).into_iter().map(|(length, _)| length).fold(0.0, f64::max);
@@ -80,7 +78,7 @@ fn rounds_that_split_gray_surfaces_alone_keep_the_colors_of_the_others() {
     meshes[1] = fine_ball.meshes()[1].clone();
     let scene = Scene::new(meshes, materials, vec![]).unwrap();
     let options = options(Mode::Shadowed, 0.2, 0.15);
-    let (fine, report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let (fine, report) = split_adaptively(&scene, &options, Job::default()).unwrap();
     assert!(fine.meshes()[1] == scene.meshes()[1], "the ball stays as it was");
     assert!(report.rounds >= 2 && report.vertices > report.vertices_before, "{report:?}");
 }
@@ -90,31 +88,33 @@ fn options_that_cannot_be_are_refused_and_progress_may_stop() {
     let scene = built_in::closed_white_box(1);
     let refusal = |threshold, min_edge| {
         let options = options(Mode::Shadowed, threshold, min_edge);
-        split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap_err().to_string()
+        split_adaptively(&scene, &options, Job::default()).unwrap_err().to_string()
     };
     assert_eq!(refusal(0.0, 1.0), "expected a threshold above zero, found 0", "threshold");
     assert_eq!(refusal(0.1, -1.0), "expected a shortest edge above zero, found -1", "edge");
     let options = options(Mode::Shadowed, 0.1, 0.1);
-    let stopped = split_adaptively(&scene, &options, &mut |_| ControlFlow::Break(())).unwrap_err();
+    let stopped =
+        split_adaptively(&scene, &options, Job::default().watched_by(&mut |_| ControlFlow::Break(()))).unwrap_err();
     assert!(matches!(stopped, PrtError::Cancelled), "{stopped:?}");
 }
 
 #[test]
 fn a_split_that_is_stopped_everywhere_ends_with_the_same_scene() {
     let folder = tempfile::tempdir().unwrap();
-    let path_of = |round: usize| folder.path().join(format!("round-{round}"));
+    let path = folder.path().join("checkpoint");
+    let path_of = |round: usize| folder.path().join(format!("checkpoint.split-{round}"));
     let scene = built_in::ball_over_ground(8);
     let options = options(Mode::Shadowed, 0.2, 0.15);
-    let (expected, expected_report) = split_adaptively(&scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    let (expected, expected_report) = split_adaptively(&scene, &options, Job::default()).unwrap();
     // Each time it is stopped a few calls later, so that some calls find new work done before.
     let mut stops = 0;
     let (found, report) = loop {
         let mut calls = 0;
-        let mut stop = |_: &lobe_prt::Progress| {
+        let mut stop = |_: &lobe_io::Progress| {
             calls += 1;
             if calls > 1 + stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        match split_adaptively_resumable(&scene, &options, &path_of, &mut stop) {
+        match split_adaptively(&scene, &options, Job::default().watched_by(&mut stop).kept_in(&path)) {
             Err(PrtError::Cancelled) => stops += 1,
             other => break other.unwrap(),
         }
@@ -127,7 +127,7 @@ fn a_split_that_is_stopped_everywhere_ends_with_the_same_scene() {
     }
     assert!(!path_of(report.rounds + 1).exists(), "and no other has");
     // Options that lead elsewhere do not take these files for theirs.
-    let other = AdaptiveOptions { bake: BakeOptions { seed: 9, ..options.bake.clone() }, ..options };
-    let error = split_adaptively_resumable(&scene, &other, &path_of, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    let other = options.clone().bake(options.bake.clone().seed(9));
+    let error = split_adaptively(&scene, &other, Job::default().kept_in(&path)).unwrap_err();
     assert!(error.to_string().contains("this checkpoint is of another bake"), "{error}");
 }

@@ -7,7 +7,8 @@ mod common;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use common::{baked, cone_transfer, go_on, is_gray, largest_difference, options, receiver, revolved, scene_of};
+use common::{baked, cone_transfer, is_gray, largest_difference, options, receiver, revolved, scene_of};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Channels, Mode, PrtError, Receivers, bake};
 use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
@@ -122,7 +123,7 @@ fn a_closed_white_box_loses_no_light_at_any_bounce_count() {
     let scene = built_in::closed_white_box(3);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     for bounces in [0, 1, 2, 7] {
-        let options = BakeOptions { bounces, ..options(Mode::Interreflected, 2, 64) };
+        let options = options(Mode::Interreflected, 2, 64).bounces(bounces);
         let (transfer, report) = baked(&scene, &receivers, &options);
         // No path escapes and none is absorbed: whatever the walls gave off would come back in full.
         assert_eq!(report.energy_left, 1.0, "{bounces} bounces: the part that still travels");
@@ -140,7 +141,7 @@ fn a_white_scene_returns_a_constant_sky_but_for_what_still_travels() {
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let mut before = 0.0;
     for bounces in [0, 1, 4, 12] {
-        let options = BakeOptions { bounces, ..options(Mode::Interreflected, 1, 64) };
+        let options = options(Mode::Interreflected, 1, 64).bounces(bounces);
         let (transfer, report) = baked(&scene, &receivers, &options);
         let count = receivers.len() as f64;
         let mean = transfer.coefficients().iter().map(|&t| f64::from(t)).sum::<f64>() / y_0() / count;
@@ -173,7 +174,7 @@ fn a_sphere_with_a_hole_has_the_closed_form_of_every_bounce() {
     for bounces in [0, 1, 4] {
         let expected: f64 = f * (0..=bounces).map(|b| (rho * (1.0 - f)).powi(b)).sum::<f64>();
         for (name, receivers) in [("bottom", &down), ("side", &side)] {
-            let options = BakeOptions { bounces: bounces as usize, ..options(Mode::Interreflected, 2, 1 << 15) };
+            let options = options(Mode::Interreflected, 2, 1 << 15).bounces(bounces as usize);
             let (transfer, report) = baked(&scene, receivers, &options);
             let found = f64::from(transfer.vector(0, 0)[0]) / y_0();
             let allowed = 1e-3 + 4.0 * report.stderr_dc * found;
@@ -191,7 +192,7 @@ fn the_standard_error_is_that_of_independent_bakes() {
     let scene = built_in::cornell_box(8);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     for mode in [Mode::Shadowed, Mode::Interreflected] {
-        let bake = |seed| baked(&scene, &receivers, &BakeOptions { seed, ..options(mode, 1, 64) });
+        let bake = |seed| baked(&scene, &receivers, &options(mode, 1, 64).seed(seed));
         let ((a, report), (b, _)) = (bake(1), bake(2));
         // Half the square of a difference is an estimate of the variance of one.
         let (mut square, mut mean) = (0.0, 0.0);
@@ -226,7 +227,7 @@ fn no_bounce_is_shadowed_transfer_by_another_route() {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let shadowed = baked(&scene, &receivers, &options(Mode::Shadowed, 4, 128)).0;
-    let none = BakeOptions { bounces: 0, ..options(Mode::Interreflected, 4, 128) };
+    let none = options(Mode::Interreflected, 4, 128).bounces(0);
     let (followed, report) = baked(&scene, &receivers, &none);
     let expected: Vec<f64> = shadowed.coefficients().iter().map(|&t| f64::from(t)).collect();
     let difference = largest_difference(followed.coefficients(), &expected);
@@ -245,7 +246,7 @@ fn back_sides_reflect_only_where_the_material_is_double_sided() {
     };
     let receiver = receiver([0.0; 3], [0.0, 0.0, 1.0]);
     let energy = |double_sided| {
-        let options = BakeOptions { bounces: 2, ..options(Mode::Interreflected, 1, 4096) };
+        let options = options(Mode::Interreflected, 1, 4096).bounces(2);
         baked(&scene(double_sided), &receiver, &options).1.energy_per_bounce
     };
     let (one, two) = (energy(false), energy(true));
@@ -264,7 +265,7 @@ fn light_takes_the_color_of_what_it_met() {
     assert!(dc(0) > 1.05 * dc(1), "beside the red wall: {} red, {} green", dc(0), dc(1));
     let (shadowed, _) = baked(&scene, &white, &options(Mode::Shadowed, 2, 64));
     assert!(is_gray(&shadowed), "a white receiver without bounces");
-    let rgb = BakeOptions { channels: Some(Channels::Rgb), ..options(Mode::Shadowed, 2, 64) };
+    let rgb = options(Mode::Shadowed, 2, 64).channels(Some(Channels::Rgb));
     let (all, _) = baked(&scene, &white, &rgb);
     (0..3).for_each(|c| assert_eq!(all.vector(0, c), shadowed.vector(0, 0), "channel {c}"));
 }
@@ -302,7 +303,7 @@ fn bounces_are_kept_where_the_receivers_looked_at_see_no_light() {
     };
     meshes.push(Mesh::new(walls).unwrap());
     let scene = Scene::new(meshes, vec![Material::WHITE], vec![]).unwrap();
-    let options = BakeOptions { energy_stop: 1e-3, ..options(Mode::Interreflected, 1, 64) };
+    let options = options(Mode::Interreflected, 1, 64).energy_stop(1e-3);
     let (_, report) = baked(&scene, &Receivers::at_vertices(&scene).unwrap(), &options);
     assert!(report.receivers > 64 * 6, "few enough see light: {report:?}");
     assert_eq!(report.bounces, 3, "{report:?}");
@@ -314,7 +315,7 @@ fn bounces_without_energy_are_left_out() {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let bounces = |energy_stop| {
-        let options = BakeOptions { energy_stop, bounces: 6, ..options(Mode::Interreflected, 1, 64) };
+        let options = options(Mode::Interreflected, 1, 64).energy_stop(energy_stop).bounces(6);
         baked(&scene, &receivers, &options).1
     };
     let (all, some) = (bounces(0.0), bounces(0.02));
@@ -331,7 +332,7 @@ fn a_bake_can_be_watched_and_stopped() {
     let (receivers, bvh) = (Receivers::at_vertices(&scene).unwrap(), Bvh::new(&scene));
     let options = options(Mode::Shadowed, 1, 1 << 14);
     let mut seen = Vec::new();
-    let mut watch = |p: &lobe_prt::Progress| {
+    let mut watch = |p: &lobe_io::Progress| {
         seen.push(*p);
         ControlFlow::Continue(())
     };
@@ -341,7 +342,7 @@ fn a_bake_can_be_watched_and_stopped() {
     assert_eq!((last.done, last.seconds_left()), (receivers.len(), Some(0.0)), "at last");
     assert_eq!(last.rays, u64::from(options.samples) * receivers.len() as u64, "rays");
     assert!(seen.len() > 2 && last.rays_per_second() > 0.0, "{} reports", seen.len());
-    let stopped = bake(&scene, &bvh, &receivers, &options, &mut |_| ControlFlow::Break(()));
+    let stopped = bake(&scene, &bvh, &receivers, &options, Job::default().watched_by(&mut |_| ControlFlow::Break(())));
     assert!(matches!(stopped, Err(PrtError::Cancelled)), "stopped: {stopped:?}");
 }
 
@@ -350,21 +351,19 @@ fn options_out_of_range_are_refused_in_one_line() {
     let scene = built_in::closed_white_box(1);
     let (receivers, bvh) = (Receivers::at_vertices(&scene).unwrap(), Bvh::new(&scene));
     let good = options(Mode::Shadowed, 1, 1);
-    let refusal = |options: BakeOptions| bake(&scene, &bvh, &receivers, &options, &mut go_on).unwrap_err().to_string();
+    let refusal =
+        |options: BakeOptions| bake(&scene, &bvh, &receivers, &options, Job::default()).unwrap_err().to_string();
     let cases = [
-        (refusal(BakeOptions { order: 9, ..good.clone() }), "expected an order of 1 to 8, found 9"),
-        (refusal(BakeOptions { samples: 0, ..good.clone() }), "expected 1 to 2^24 samples, found 0"),
-        (refusal(BakeOptions { bounces: 256, ..good.clone() }), "expected at most 255 bounces, found 256"),
-        (
-            refusal(BakeOptions { energy_stop: f64::NAN, ..good.clone() }),
-            "expected an energy to stop at in [0, 1), found NaN",
-        ),
+        (refusal(good.clone().order(9)), "expected an order of 1 to 8, found 9"),
+        (refusal(good.clone().samples(0)), "expected 1 to 2^24 samples, found 0"),
+        (refusal(good.clone().bounces(256)), "expected at most 255 bounces, found 256"),
+        (refusal(good.clone().energy_stop(f64::NAN)), "expected an energy to stop at in [0, 1), found NaN"),
     ];
     for (found, expected) in cases {
         assert_eq!(found, expected, "refusal");
     }
     let other = Bvh::from_corners(&[]);
-    let found = bake(&scene, &other, &receivers, &good, &mut go_on).unwrap_err().to_string();
+    let found = bake(&scene, &other, &receivers, &good, Job::default()).unwrap_err().to_string();
     assert_eq!(found, "expected the tree of the scene's 12 triangles, found one of 0", "tree");
 }
 

@@ -5,10 +5,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lobe_prt::{BakedGlb, Channels, CompressOptions, CompressedTransfer, Transfer, WeightBits, read_baked};
+use lobe_io::Job;
+use lobe_prt::{BakedGlb, Channels, CompressOptions, CompressedTransfer, Recipe, Transfer, WeightBits, read_baked};
 use lobe_scene::{
-    Alpha, GltfDocument, LOBE_EXTRAS_VERSION, Material, Mesh, MeshParts, ReadOptions, Scene, Texture, TextureUse, Wrap,
-    built_in, read_scene,
+    Alpha, GltfDocument, LOBE_EXTRAS_VERSION, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse,
+    Wrap, built_in, read_scene,
 };
 use lobe_testkit::glb_faults;
 use serde_json::{Value, json};
@@ -21,7 +22,7 @@ fn transfer_of(scene: &Scene, order: usize, channels: Channels) -> Transfer {
 }
 
 fn scene_of(path: &Path) -> Scene {
-    read_scene(path, &ReadOptions::default()).unwrap().0
+    read_scene(path, &SceneReadOptions::default()).unwrap().0
 }
 
 /// JSON and buffer of a .glb, which is checked by glTF's rules.
@@ -82,11 +83,11 @@ fn built_in_scenes_come_back_with_their_transfer() {
         (built_in::cornell_box(8).split_edges(0.2).unwrap(), 8, Channels::Rgb),
     ] {
         let transfer = transfer_of(&scene, order, channels);
-        let recipe = json!({"mode": "shadowed", "samples": 1024, "nested": {"a": [1, 2.5]}});
+        let recipe = Recipe::from(json!({"mode": "shadowed", "samples": 1024, "nested": {"a": [1, 2.5]}}));
         let baked = BakedGlb::of_scene(&scene);
         baked.write(&path, &transfer, &recipe).unwrap();
         parts_of(&path);
-        let found = read_baked(&path).unwrap();
+        let found = read_baked(&path, &SceneReadOptions::default()).unwrap();
         assert_same_scene(&found.scene, &scene);
         assert_eq!(found.transfer, transfer, "order {order}");
         assert_eq!(found.recipe, recipe, "recipe");
@@ -128,9 +129,9 @@ fn materials_and_textures_of_a_scene_without_a_gltf_file_come_back() {
     let scene = Scene::new(meshes.to_vec(), materials, vec![texture]).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Rgb), &Value::Null).unwrap();
+    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Rgb), &Recipe::default()).unwrap();
     parts_of(&path);
-    let found = read_baked(&path).unwrap().scene;
+    let found = read_baked(&path, &SceneReadOptions::default()).unwrap().scene;
     let map = found.material(2).base_color_texture.unwrap().uv_map;
     for (found, expected) in map.as_flattened().iter().zip(turned.as_flattened()) {
         assert!((found - expected).abs() < 1e-6, "{map:?}, expected {turned:?}");
@@ -174,9 +175,9 @@ fn a_gltf_file_keeps_all_it_has_and_every_node_has_transfer_of_its_own() {
     let transfer = transfer_of(&scene, 3, Channels::Rgb);
     let baked = BakedGlb::of_file(&input, &scene).unwrap();
     let path = folder.path().join("baked.glb");
-    baked.write(&path, &transfer, &json!({"seed": 7})).unwrap();
+    baked.write(&path, &transfer, &Recipe::default().seed(7)).unwrap();
 
-    let found = read_baked(&path).unwrap();
+    let found = read_baked(&path, &SceneReadOptions::default()).unwrap();
     for (a, b) in found.scene.meshes().iter().zip(scene.meshes()) {
         let [a, b] = [a, b].map(|mesh| (mesh.positions(), mesh.normals(), mesh.triangles()));
         assert_eq!(a, b, "bit for bit");
@@ -220,12 +221,12 @@ fn baking_again_replaces_the_transfer_and_adds_nothing() {
     let [first, second, third] = ["1.glb", "2.glb", "3.glb"].map(|name| folder.path().join(name));
     let write = |from: &Path, to: &Path, order| {
         let transfer = transfer_of(&scene, order, Channels::Rgb);
-        BakedGlb::of_file(from, &scene_of(from)).unwrap().write(to, &transfer, &Value::Null).unwrap();
+        BakedGlb::of_file(from, &scene_of(from)).unwrap().write(to, &transfer, &Recipe::default()).unwrap();
     };
     write(&input, &first, 3);
     write(&first, &second, 5);
     write(&second, &third, 3);
-    assert_eq!(read_baked(&second).unwrap().transfer.order(), 5, "the later one");
+    assert_eq!(read_baked(&second, &SceneReadOptions::default()).unwrap().transfer.order(), 5, "the later one");
     assert!(parts_of(&third) == parts_of(&first), "the same bake of the same scene gives the same file");
 }
 
@@ -236,19 +237,26 @@ fn compressed_transfer_comes_back_bit_for_bit() {
     let scene = scene_of(&input);
     let transfer = transfer_of(&scene, 3, Channels::Rgb);
     let [first, second, plain] = ["1.glb", "2.glb", "3.glb"].map(|name| folder.path().join(name));
-    BakedGlb::of_file(&input, &scene).unwrap().write(&plain, &transfer, &Value::Null).unwrap();
+    BakedGlb::of_file(&input, &scene).unwrap().write(&plain, &transfer, &Recipe::default()).unwrap();
     for (components, weights) in [(5, WeightBits::F32), (4, WeightBits::U16), (3, WeightBits::U8), (0, WeightBits::U8)]
     {
-        let options = CompressOptions { clusters: 7, components, weights, ..CompressOptions::default() };
-        let (compressed, _) = CompressedTransfer::new(&transfer, &options).unwrap();
-        BakedGlb::of_file(&input, &scene).unwrap().write_compressed(&first, &compressed, &json!("r")).unwrap();
+        let options = CompressOptions::default().clusters(7).components(components).weights(weights);
+        let (compressed, _) = CompressedTransfer::new(&transfer, &options, Job::default()).unwrap();
+        BakedGlb::of_file(&input, &scene)
+            .unwrap()
+            .write_compressed(&first, &compressed, &Recipe::default().scene("r".to_owned()))
+            .unwrap();
         parts_of(&first);
-        let found = read_baked(&first).unwrap();
+        let found = read_baked(&first, &SceneReadOptions::default()).unwrap();
         assert_eq!(found.compressed.as_ref(), Some(&compressed), "{components} components, {weights:?}");
         assert_eq!(found.transfer, compressed.to_transfer(), "{components} components, {weights:?}");
-        assert_eq!((found.recipe, found.scene.meshes().len()), (json!("r"), 3), "the rest");
+        assert_eq!(
+            (found.recipe, found.scene.meshes().len()),
+            (Recipe::default().scene("r".to_owned()), 3),
+            "the rest"
+        );
         // Baked again without compression, nothing of it is left.
-        BakedGlb::of_file(&first, &scene_of(&first)).unwrap().write(&second, &transfer, &Value::Null).unwrap();
+        BakedGlb::of_file(&first, &scene_of(&first)).unwrap().write(&second, &transfer, &Recipe::default()).unwrap();
         assert!(parts_of(&second) == parts_of(&plain), "{components} components, {weights:?}: left over");
     }
 }
@@ -258,9 +266,10 @@ fn compressed_transfer_that_contradicts_itself_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(2);
-    let options = CompressOptions { clusters: 3, components: 2, ..CompressOptions::default() };
-    let (compressed, _) = CompressedTransfer::new(&transfer_of(&scene, 2, Channels::Gray), &options).unwrap();
-    BakedGlb::of_scene(&scene).write_compressed(&path, &compressed, &Value::Null).unwrap();
+    let options = CompressOptions::default().clusters(3).components(2);
+    let (compressed, _) =
+        CompressedTransfer::new(&transfer_of(&scene, 2, Channels::Gray), &options, Job::default()).unwrap();
+    BakedGlb::of_scene(&scene).write_compressed(&path, &compressed, &Recipe::default()).unwrap();
     let (json, bytes) = parts_of(&path);
     for (pointer, value, part) in [
         ("/bases", json!(999), "uses buffer view 999"),
@@ -280,7 +289,9 @@ fn compressed_transfer_that_contradicts_itself_is_refused() {
     ] {
         let mut json = json.clone();
         json["asset"]["extras"]["lobe"][&pointer[1..]] = value;
-        let error = read_baked(write_gltf(&folder, "changed", &json, &bytes)).unwrap_err().to_string();
+        let error = read_baked(write_gltf(&folder, "changed", &json, &bytes), &SceneReadOptions::default())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(part) && !error.contains('\n'), "{pointer}: {error}");
     }
 }
@@ -290,11 +301,11 @@ fn refusal(change: impl FnOnce(&mut Value)) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(1);
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Value::Null).unwrap();
+    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Recipe::default()).unwrap();
     let (mut json, bytes) = parts_of(&path);
     change(&mut json);
     let path = write_gltf(&folder, "changed", &json, &bytes);
-    let message = read_baked(&path).unwrap_err().to_string();
+    let message = read_baked(&path, &SceneReadOptions::default()).unwrap_err().to_string();
     assert!(!message.contains('\n'), "one line: {message}");
     message.strip_prefix(&format!("{}: ", path.display())).unwrap_or_else(|| panic!("no file: {message}")).to_owned()
 }
@@ -353,7 +364,7 @@ fn what_does_not_belong_together_is_not_written() {
     assert!(BakedGlb::of_file(&input, &split).is_err(), "a scene that was split");
     let path = folder.path().join("baked.glb");
     let transfer = transfer_of(&other, 2, Channels::Gray);
-    let error = BakedGlb::of_file(&input, &scene).unwrap().write(&path, &transfer, &Value::Null).unwrap_err();
+    let error = BakedGlb::of_file(&input, &scene).unwrap().write(&path, &transfer, &Recipe::default()).unwrap_err();
     let (expected, found) = (scene.vertex_count(), other.vertex_count());
     let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
     assert_eq!(error.to_string(), message, "fewer receivers");
@@ -367,9 +378,9 @@ fn suzi_comes_back_vertex_for_vertex() {
     let scene = scene_of(&path);
     let transfer = transfer_of(&scene, 4, Channels::Rgb);
     let out = folder.path().join("suzi.glb");
-    BakedGlb::of_file(&path, &scene).unwrap().write(&out, &transfer, &Value::Null).unwrap();
+    BakedGlb::of_file(&path, &scene).unwrap().write(&out, &transfer, &Recipe::default()).unwrap();
     parts_of(&out);
-    let found = read_baked(&out).unwrap();
+    let found = read_baked(&out, &SceneReadOptions::default()).unwrap();
     assert_eq!(found.scene.meshes(), scene.meshes(), "meshes, bit for bit");
     assert_eq!(found.transfer, transfer, "transfer");
 }
@@ -379,7 +390,7 @@ fn a_file_that_is_broken_on_purpose_is_found_to_be() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(1);
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Value::Null).unwrap();
+    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Recipe::default()).unwrap();
     let (json, buffer) = parts_of(&path);
     assert_eq!(glb_faults(&glb_of(&json, &buffer)), Vec::<String>::new(), "put together again");
     let attributes = &json["meshes"][0]["primitives"][0]["attributes"];

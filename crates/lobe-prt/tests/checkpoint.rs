@@ -8,8 +8,9 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use common::{go_on, options};
-use lobe_prt::{BakeOptions, BakeReport, Mode, PrtError, Receivers, Transfer, bake, bake_resumable};
+use common::options;
+use lobe_io::Job;
+use lobe_prt::{BakeOptions, BakeReport, Mode, PrtError, Receivers, Transfer, bake, bake_on_disk};
 use lobe_scene::{Bvh, Scene, built_in};
 
 struct World {
@@ -23,29 +24,32 @@ struct World {
 fn world() -> World {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene).unwrap();
-    let options = BakeOptions { bounces: 1, ..options(Mode::Interreflected, 2, 16) };
+    let options = options(Mode::Interreflected, 2, 16).bounces(1);
     World { bvh: Bvh::new(&scene), scene, receivers, options }
 }
 
 impl World {
     fn resume(&self, path: &Path) -> Result<(Transfer, BakeReport), PrtError> {
         let (stored, report) =
-            bake_resumable(&self.scene, &self.bvh, &self.receivers, &self.options, path, &mut go_on)?;
+            bake_on_disk(&self.scene, &self.bvh, &self.receivers, &self.options, Job::default().kept_in(path))?;
         Ok((stored.load()?, report))
     }
 
     /// What a checkpoint leads to is what an uninterrupted bake finds.
     fn assert_same(&self, path: &Path, what: &str) {
-        let (transfer, report) = bake(&self.scene, &self.bvh, &self.receivers, &self.options, &mut go_on).unwrap();
+        let (transfer, report) = bake(&self.scene, &self.bvh, &self.receivers, &self.options, Job::default()).unwrap();
         let (resumed, its_report) = self.resume(path).unwrap();
         assert!(transfer == resumed, "{what}: transfer differs");
-        let timeless = |report: BakeReport| BakeReport { seconds: 0.0, ..report };
+        let timeless = |mut report: BakeReport| {
+            report.seconds = 0.0;
+            report
+        };
         assert_eq!(timeless(its_report), timeless(report), "{what}: report");
     }
 }
 
-/// Bytes of header and record, which the file's documentation gives.
-const HEADER: u64 = 56;
+/// Bytes of header and record, which the documentation of both gives.
+const HEADER: u64 = 64;
 
 fn record(world: &World) -> u64 {
     let bands = world.options.order * world.options.order;
@@ -83,11 +87,18 @@ fn a_bake_killed_at_any_record_or_inside_one_ends_with_the_same_bytes() {
 
 fn resumes_from(world: &World, path: &Path, records: u64, complete: &[u8]) {
     let mut resumed = None;
-    let mut watch = |p: &lobe_prt::Progress| {
+    let mut watch = |p: &lobe_io::Progress| {
         resumed.get_or_insert(p.resumed);
         ControlFlow::Continue(())
     };
-    bake_resumable(&world.scene, &world.bvh, &world.receivers, &world.options, path, &mut watch).unwrap();
+    bake_on_disk(
+        &world.scene,
+        &world.bvh,
+        &world.receivers,
+        &world.options,
+        Job::default().watched_by(&mut watch).kept_in(path),
+    )
+    .unwrap();
     assert_eq!(
         resumed,
         Some((records as usize * 64).min(world.receivers.len())),
@@ -99,17 +110,25 @@ fn resumes_from(world: &World, path: &Path, records: u64, complete: &[u8]) {
 #[test]
 fn a_bake_stopped_by_its_user_goes_on_where_it_was() {
     let (folder, world) = (tempfile::tempdir().unwrap(), world());
-    let world = World { options: BakeOptions { mode: Mode::Shadowed, samples: 1 << 12, ..world.options }, ..world };
+    let world = World { options: world.options.mode(Mode::Shadowed).samples(1 << 12), ..world };
     let path = folder.path().join("a");
     let mut stops = 0;
     for _ in 0..1000 {
         let mut reports = 0;
-        let mut stop = |_: &lobe_prt::Progress| {
+        let mut stop = |_: &lobe_io::Progress| {
             reports += 1;
             if reports == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        let bake = || bake_resumable(&world.scene, &world.bvh, &world.receivers, &world.options, &path, &mut stop);
+        let bake = || {
+            bake_on_disk(
+                &world.scene,
+                &world.bvh,
+                &world.receivers,
+                &world.options,
+                Job::default().watched_by(&mut stop).kept_in(&path),
+            )
+        };
         match one.install(bake) {
             Err(PrtError::Cancelled) => stops += 1,
             other => {
@@ -135,12 +154,7 @@ fn the_checkpoint_of_another_bake_is_refused_in_one_line() {
     let expected = "this checkpoint is of another bake: the scene, the receivers or the options differ; repeat that \
                     command to continue it, or remove it to start anew";
     let o = &world.options;
-    for options in [
-        BakeOptions { seed: 7, ..o.clone() },
-        BakeOptions { order: 3, ..o.clone() },
-        BakeOptions { samples: 17, ..o.clone() },
-        BakeOptions { energy_stop: 1e-9, ..o.clone() },
-    ] {
+    for options in [o.clone().seed(7), o.clone().order(3), o.clone().samples(17), o.clone().energy_stop(1e-9)] {
         let other = World { options, ..self::world() };
         assert_eq!(refusal(&other), expected, "{:?}", other.options);
     }
@@ -153,10 +167,10 @@ fn the_checkpoint_of_another_bake_is_refused_in_one_line() {
     assert!(fs::read(&path).unwrap() == before, "what is refused is not touched");
 
     let mut newer = before.clone();
-    newer[8] = 2;
+    newer[8] = 9;
     fs::write(&path, newer).unwrap();
     let found = refusal(&world);
-    assert_eq!(found, "this checkpoint was made by another version of Lobe; remove it to start anew", "version 2");
+    assert_eq!(found, "this checkpoint was made by another version of Lobe; remove it to start anew", "version 9");
     fs::write(&path, "a letter").unwrap();
     assert_eq!(refusal(&world), "this is no checkpoint of a bake; move it away", "no checkpoint");
     assert_eq!(fs::read(&path).unwrap(), b"a letter", "it is left as it was");
@@ -167,12 +181,18 @@ fn a_checkpoint_that_cannot_be_written_is_an_error_before_the_bake() {
     let (folder, world) = (tempfile::tempdir().unwrap(), world());
     for path in [folder.path().join("no such folder/a"), folder.path().to_path_buf()] {
         let mut calls = 0;
-        let mut watch = |_: &lobe_prt::Progress| {
+        let mut watch = |_: &lobe_io::Progress| {
             calls += 1;
             ControlFlow::Continue(())
         };
-        let found =
-            bake_resumable(&world.scene, &world.bvh, &world.receivers, &world.options, &path, &mut watch).unwrap_err();
+        let found = bake_on_disk(
+            &world.scene,
+            &world.bvh,
+            &world.receivers,
+            &world.options,
+            Job::default().watched_by(&mut watch).kept_in(&path),
+        )
+        .unwrap_err();
         assert!(matches!(found, PrtError::Io { .. }), "{}: {found}", path.display());
         assert_eq!((calls, found.to_string().lines().count()), (0, 1), "{found}");
     }

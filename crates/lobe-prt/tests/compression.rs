@@ -5,6 +5,7 @@
 mod cloth;
 
 use cloth::{cloth, with_threads};
+use lobe_io::Job;
 use lobe_prt::{
     Channels, CompressOptions, CompressReport, CompressedTable, CompressedTransfer, WeightBits, Weights,
     compress_table, compress_table_within, error_curve,
@@ -17,7 +18,7 @@ use proptest::prelude::*;
 const ROUNDING: f64 = 1e-12;
 
 fn options(clusters: usize, components: usize) -> CompressOptions {
-    CompressOptions { clusters, components, ..CompressOptions::default() }
+    CompressOptions::default().clusters(clusters).components(components)
 }
 
 fn energy(values: &[f32]) -> f64 {
@@ -33,7 +34,8 @@ fn light(order: usize, seed: u64) -> Vec<Rgb<f64>> {
 fn the_error_falls_with_clusters_and_components() {
     let (clusters, components) = ([1, 2, 8, 32], [0, 1, 2, 4, 8]);
     for (transfer, name) in [(cloth(24, 4, Channels::Gray), "gray"), (cloth(16, 3, Channels::Rgb), "color")] {
-        let curve = error_curve(&transfer, &clusters, &components, &CompressOptions::default()).unwrap();
+        let curve =
+            error_curve(&transfer, &clusters, &components, &CompressOptions::default(), Job::default()).unwrap();
         for (i, point) in curve.iter().enumerate() {
             println!("{name}: {point:?}");
             if i % clusters.len() > 0 {
@@ -55,7 +57,7 @@ fn clustered_components_are_never_worse_than_either_part() {
     for transfer in [cloth(20, 4, Channels::Gray), cloth(14, 3, Channels::Rgb), cloth(14, 6, Channels::Gray)] {
         let bound = ROUNDING * energy(transfer.coefficients());
         let error = |clusters, components| {
-            CompressedTransfer::new(&transfer, &options(clusters, components)).unwrap().1.squared_error
+            CompressedTransfer::new(&transfer, &options(clusters, components), Job::default()).unwrap().1.squared_error
         };
         for (clusters, components) in [(2, 1), (8, 3), (32, 4), (5, 2)] {
             let (both, pca, vq) = (error(clusters, components), error(1, components), error(clusters, 0));
@@ -71,15 +73,16 @@ fn at_equal_cost_neither_pca_nor_vq_is_better() {
     let (rows, width) = (transfer.coefficients(), 25);
     let count = rows.len() / width;
     for (bits, bytes) in [(WeightBits::F32, 12_000), (WeightBits::U8, 6_000)] {
-        let base = CompressOptions { weights: bits, ..CompressOptions::default() };
-        let (table, report) = compress_table_within(rows, width, bytes, &base).unwrap();
+        let base = CompressOptions::default().weights(bits);
+        let (table, report) = compress_table_within(rows, width, bytes, &base, Job::default()).unwrap();
         assert!(table.bytes() <= bytes && table.bytes() == report.bytes, "{bits:?}: {report:?} in {bytes}");
         // As many components, and as many codes, as this many bytes hold.
         let most_components =
             (0..=width).rev().find(|n| count * n * bits.bytes() + 4 * (n + 1) * width <= bytes).unwrap();
         let most_codes = (bytes - 2 * count) / (4 * width);
         for (name, clusters, components) in [("PCA", 1, most_components), ("VQ", most_codes, 0)] {
-            let (_, other) = compress_table(rows, width, &CompressOptions { clusters, components, ..base }).unwrap();
+            let (_, other) =
+                compress_table(rows, width, &base.clusters(clusters).components(components), Job::default()).unwrap();
             println!(
                 "{bits:?} in {bytes}: {}x{} {} against {name} {clusters}x{components} {}",
                 report.clusters, report.components, report.relative_error, other.relative_error
@@ -88,7 +91,8 @@ fn at_equal_cost_neither_pca_nor_vq_is_better() {
             assert!(report.squared_error <= other.squared_error, "{bits:?}: {report:?} against {name} {other:?}");
         }
     }
-    let refused = compress_table_within(rows, width, 99, &CompressOptions::default()).unwrap_err().to_string();
+    let refused =
+        compress_table_within(rows, width, 99, &CompressOptions::default(), Job::default()).unwrap_err().to_string();
     assert_eq!(refused, "expected room for 100 bytes at least, found 99", "not even a mean");
 }
 
@@ -97,7 +101,8 @@ fn nothing_is_lost_at_full_rank_or_with_a_cluster_for_each() {
     let transfer = cloth(12, 4, Channels::Rgb);
     let energy = energy(transfer.coefficients());
     for (clusters, components) in [(1, 48), (4, 48), (3, 1000), (144, 0), (1000, 2)] {
-        let (found, report) = CompressedTransfer::new(&transfer, &options(clusters, components)).unwrap();
+        let (found, report) =
+            CompressedTransfer::new(&transfer, &options(clusters, components), Job::default()).unwrap();
         assert!(report.squared_error < ROUNDING * energy, "{clusters} x {components}: {report:?}");
         assert!(report.components <= 48 && report.clusters <= 144, "{report:?}");
         assert_eq!(found.receivers(), 144, "receivers");
@@ -128,7 +133,7 @@ fn planted(clusters: usize, each: usize, width: usize, rank: usize, seed: u64) -
 fn planted_clusters_are_found() {
     for (clusters, rank, seed) in [(5, 2, 1), (8, 1, 2), (3, 4, 3), (16, 0, 4), (10, 3, 5)] {
         let (rows, planted) = planted(clusters, 60, 16, rank, seed);
-        let (table, report) = compress_table(&rows, 16, &options(clusters, rank)).unwrap();
+        let (table, report) = compress_table(&rows, 16, &options(clusters, rank), Job::default()).unwrap();
         assert!(report.squared_error < ROUNDING * energy(&rows), "{clusters} clusters of rank {rank}: {report:?}");
         for (a, b) in [(0, 1), (0, clusters), (3, 3 + 5 * clusters), (7, 11)] {
             let together = table.clusters()[a] == table.clusters()[b];
@@ -140,8 +145,7 @@ fn planted_clusters_are_found() {
 #[test]
 fn the_last_iteration_has_the_least_error_and_it_rises_only_where_a_cluster_was_moved() {
     let transfer = cloth(40, 4, Channels::Gray);
-    let (_, report) =
-        CompressedTransfer::new(&transfer, &CompressOptions { tolerance: 0.0, ..options(16, 2) }).unwrap();
+    let (_, report) = CompressedTransfer::new(&transfer, &options(16, 2).tolerance(0.0), Job::default()).unwrap();
     println!("{:?}", report.iterations);
     assert!(report.iterations.len() > 3, "{:?}", report.iterations);
     let (first, last) = (report.iterations[0], report.iterations[report.iterations.len() - 1]);
@@ -157,7 +161,8 @@ fn decoding_is_the_sum_of_weighted_vectors_and_shading_its_scalar_product() {
     for (order, channels) in [(4, Channels::Gray), (3, Channels::Rgb)] {
         let transfer = cloth(16, order, channels);
         for weights in [WeightBits::F32, WeightBits::U16, WeightBits::U8] {
-            let (found, _) = CompressedTransfer::new(&transfer, &CompressOptions { weights, ..options(6, 3) }).unwrap();
+            let (found, _) =
+                CompressedTransfer::new(&transfer, &options(6, 3).weights(weights), Job::default()).unwrap();
             let table = found.table();
             let light = light(order, 9);
             let shaded = found.exit_radiance(&light);
@@ -198,10 +203,10 @@ fn half_steps(table: &CompressedTable, row: usize) -> f64 {
 #[test]
 fn rounding_a_weight_moves_a_vector_by_at_most_half_a_step() {
     let transfer = cloth(24, 4, Channels::Gray);
-    let (exact, _) = CompressedTransfer::new(&transfer, &options(8, 4)).unwrap();
+    let (exact, _) = CompressedTransfer::new(&transfer, &options(8, 4), Job::default()).unwrap();
     for weights in [WeightBits::U16, WeightBits::U8] {
         let (found, report) =
-            CompressedTransfer::new(&transfer, &CompressOptions { weights, ..options(8, 4) }).unwrap();
+            CompressedTransfer::new(&transfer, &options(8, 4).weights(weights), Job::default()).unwrap();
         let mut largest: f64 = 0.0;
         for r in 0..found.receivers() {
             let square = |(a, b): (&f32, &f32)| (f64::from(*a) - f64::from(*b)).powi(2);
@@ -217,7 +222,9 @@ fn rounding_a_weight_moves_a_vector_by_at_most_half_a_step() {
 #[test]
 fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let transfer = cloth(50, 4, Channels::Gray);
-    let compressed = |threads| with_threads(threads, || CompressedTransfer::new(&transfer, &options(12, 3)).unwrap());
+    let compressed = |threads| {
+        with_threads(threads, || CompressedTransfer::new(&transfer, &options(12, 3), Job::default()).unwrap())
+    };
     let (one, one_report) = compressed(1);
     for threads in [2, 3, 5] {
         let (other, report) = compressed(threads);
@@ -232,7 +239,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn degenerate_tables_are_compressed_like_others() {
     let report = |rows: &[f32], clusters, components| -> CompressReport {
-        let (table, report) = compress_table(rows, 4, &options(clusters, components)).unwrap();
+        let (table, report) = compress_table(rows, 4, &options(clusters, components), Job::default()).unwrap();
         let error: f64 = table.decode().iter().zip(rows).map(|(a, b)| f64::from(a - b).powi(2)).sum();
         assert!((error - report.squared_error).abs() <= 1e-12, "{error} against {report:?}");
         report
@@ -245,13 +252,18 @@ fn degenerate_tables_are_compressed_like_others() {
     let two = [[1.0_f32, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]].concat().repeat(9);
     assert_eq!(report(&two, 2, 0).squared_error, 0.0, "two rows nine times");
     let huge: Vec<f32> = two.iter().map(|x| x * 1e19).collect();
-    assert_eq!(compress_table(&huge, 4, &options(2, 0)).unwrap().1.relative_error, 0.0, "large numbers");
+    assert_eq!(
+        compress_table(&huge, 4, &options(2, 0), Job::default()).unwrap().1.relative_error,
+        0.0,
+        "large numbers"
+    );
 }
 
 #[test]
 fn what_cannot_be_compressed_is_refused_in_one_line() {
-    let refusal =
-        |rows: &[f32], width, options: CompressOptions| compress_table(rows, width, &options).unwrap_err().to_string();
+    let refusal = |rows: &[f32], width, options: CompressOptions| {
+        compress_table(rows, width, &options, Job::default()).unwrap_err().to_string()
+    };
     assert_eq!(refusal(&[], 4, options(0, 2)), "expected 1 to 65536 clusters, found 0", "clusters");
     assert_eq!(refusal(&[0.0; 5], 4, options(1, 2)), "table: expected rows of 4 numbers, found 5 in all", "rows");
     assert_eq!(refusal(&[f32::NAN], 1, options(1, 0)), "table: expected finite numbers, found NaN in row 0", "NaN");
@@ -282,7 +294,7 @@ proptest! {
     ) {
         let rows = &values[..values.len() / width * width];
         let bound = ROUNDING * energy(rows);
-        let error = |clusters, components| compress_table(rows, width, &options(clusters, components)).unwrap().1;
+        let error = |clusters, components| compress_table(rows, width, &options(clusters, components), Job::default()).unwrap().1;
         let both = error(clusters, components);
         prop_assert!(both.squared_error <= error(1, components).squared_error + bound, "above PCA: {both:?}");
         prop_assert!(both.squared_error <= error(clusters, 0).squared_error + bound, "above VQ: {both:?}");
@@ -299,7 +311,7 @@ fn a_table_of_matrices_is_compressed_by_the_same_code() {
     let transfer = cloth(20, 3, Channels::Gray);
     let outer = |t: &[f32]| t.iter().flat_map(|a| t.iter().map(move |b| a * b)).collect::<Vec<f32>>();
     let rows: Vec<f32> = transfer.coefficients().chunks(9).flat_map(outer).collect();
-    let (table, report) = compress_table(&rows, 81, &options(6, 4)).unwrap();
+    let (table, report) = compress_table(&rows, 81, &options(6, 4), Job::default()).unwrap();
     println!("{report:?}");
     assert!(report.relative_error < 0.05 && table.width() == 81, "{report:?}");
     assert!(report.ratio() > 5.0, "{} times smaller", report.ratio());

@@ -7,7 +7,7 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{baked, cone_transfer, largest_difference, options, receiver, revolved};
-use lobe_prt::{BakeOptions, Mode};
+use lobe_prt::Mode;
 use lobe_scene::{Alpha, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap};
 use lobe_sh::{Dir, Expansion as _};
 
@@ -61,11 +61,11 @@ fn a_round_hole_in_a_mask_lets_in_the_light_of_its_cone() {
     let expected = cone_transfer(6, f64::from(HEIGHT) / RADIUS.hypot(f64::from(HEIGHT))).towards(Dir::Z, 1.0);
     for mode in [Mode::Shadowed, Mode::Interreflected] {
         // Black walls reflect nothing, and the lid sees nothing else.
-        let options = BakeOptions { bounces: 2, ..options(mode, 6, 1 << 14) };
+        let options = options(mode, 6, 1 << 14).bounces(2);
         let (transfer, report) = baked(&room(Alpha::Mask(0.5)), &below, &options);
         let difference = largest_difference(transfer.vector(0, 0), expected.coefficients());
         assert!(difference < 1e-3, "{mode:?}: largest difference of a coefficient {difference}, {report:?}");
-        let (closed, _) = baked(&room(Alpha::Opaque), &below, &BakeOptions { samples: 256, ..options });
+        let (closed, _) = baked(&room(Alpha::Opaque), &below, &options.samples(256));
         assert!(closed.coefficients().iter().all(|&t| t == 0.0), "{mode:?}: without the mask no light comes in");
     }
 }
@@ -90,7 +90,7 @@ fn a_sphere_with_a_masked_cap_has_the_closed_form_of_every_bounce() {
     for (name, receivers) in
         [("bottom", receiver([0.0, 0.0, -1.0], [0.0, 0.0, 1.0])), ("side", receiver([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]))]
     {
-        let options = BakeOptions { bounces: 4, ..options(Mode::Interreflected, 2, 1 << 15) };
+        let options = options(Mode::Interreflected, 2, 1 << 15).bounces(4);
         let (_, report) = baked(&scene, &receivers, &options);
         for (b, energy) in report.energy_per_bounce.iter().enumerate() {
             let expected = f * (rho * (1.0 - f)).powi(b as i32);

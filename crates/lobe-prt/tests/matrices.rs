@@ -6,17 +6,18 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{baked, go_on, options, receiver, scene_of};
+use common::{baked, options, receiver, scene_of};
+use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Channels, Grid, Mode, Neighborhood, Receivers, TransferMatrices, bake_matrices,
-    bake_matrices_resumable, bake_neighborhood,
+    BakeOptions, Channels, Grid, Mode, Neighborhood, Receivers, TransferMatrices, bake_matrices, bake_matrices_on_disk,
+    bake_neighborhood,
 };
 use lobe_scene::{Bounds, Bvh, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Zonal};
 use lobe_testkit::{Random, directions};
 
 fn matrices(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> TransferMatrices {
-    bake_matrices(scene, &Bvh::new(scene), receivers, options, &mut go_on).unwrap().0
+    bake_matrices(scene, &Bvh::new(scene), receivers, options, Job::default()).unwrap().0
 }
 
 fn sky(order: usize, seed: u64) -> ShVec<Rgb<f64>> {
@@ -101,7 +102,7 @@ fn around_nothing_the_neighborhood_changes_no_light() {
     let scene = scene_of(triangle, vec![[0, 1, 2]], 0.5, true);
     let grid = Grid::new(Bounds { min: [-1.0; 3], max: [1.0; 3] }, [2, 3, 2]).unwrap();
     let options = options(Mode::Interreflected, 4, 4096);
-    let (around, report) = bake_neighborhood(&scene, &Bvh::new(&scene), &grid, &options, &mut go_on).unwrap();
+    let (around, report) = bake_neighborhood(&scene, &Bvh::new(&scene), &grid, &options, Job::default()).unwrap();
     assert!((report.energy_per_bounce[0] - 1.0).abs() < 1e-9, "{report:?}");
     let light = sky(4, 3);
     let found = around.incident([0.3, 0.1, -7.0], light.coefficients());
@@ -116,8 +117,8 @@ fn what_moves_is_lit_as_a_receiver_of_the_scene_at_its_place() {
     let scene = built_in::ball_over_ground(32);
     let bvh = Bvh::new(&scene);
     let grid = Grid::new(Bounds { min: [1.0, -0.5, 0.2], max: [2.0, 0.5, 1.2] }, [2, 3, 2]).unwrap();
-    let options = BakeOptions { bounces: 1, ..options(Mode::Interreflected, 6, 4096) };
-    let (around, _) = bake_neighborhood(&scene, &bvh, &grid, &options, &mut go_on).unwrap();
+    let options = options(Mode::Interreflected, 6, 4096).bounces(1);
+    let (around, _) = bake_neighborhood(&scene, &bvh, &grid, &options, Job::default()).unwrap();
     for n in [[-0.6_f32, 0.0, 0.8], [0.0, 0.6, 0.8], [0.0, 0.0, -1.0]] {
         let place = [1.0, 0.0, 0.2];
         let own = &Zonal::clamped_cosine(6) * (1.0 / PI);
@@ -162,17 +163,18 @@ fn matrices_resume_from_their_checkpoint_and_from_no_other() {
     let path = folder.path().join("m.lobe-partial");
     let scene = built_in::ball_over_ground(8);
     let (bvh, receivers) = (Bvh::new(&scene), Receivers::at_vertices(&scene).unwrap());
-    let options = BakeOptions { bounces: 1, ..options(Mode::Interreflected, 2, 64) };
-    let expected = bake_matrices(&scene, &bvh, &receivers, &options, &mut go_on).unwrap().0;
+    let options = options(Mode::Interreflected, 2, 64).bounces(1);
+    let expected = bake_matrices(&scene, &bvh, &receivers, &options, Job::default()).unwrap().0;
     let bake = || {
-        let (stored, _) = bake_matrices_resumable(&scene, &bvh, &receivers, &options, &path, &mut go_on).unwrap();
+        let (stored, _) =
+            bake_matrices_on_disk(&scene, &bvh, &receivers, &options, Job::default().kept_in(&path)).unwrap();
         stored.load().unwrap()
     };
     assert!(bake() == expected, "the first time");
     let complete = std::fs::read(&path).unwrap();
     std::fs::write(&path, &complete[..complete.len() / 2]).unwrap();
     assert!(bake() == expected, "from half");
-    let vectors = lobe_prt::bake_resumable(&scene, &bvh, &receivers, &options, &path, &mut go_on);
+    let vectors = lobe_prt::bake_on_disk(&scene, &bvh, &receivers, &options, Job::default().kept_in(&path));
     let found = vectors.unwrap_err().to_string();
     assert!(found.contains("this checkpoint is of another bake"), "{found}");
 }

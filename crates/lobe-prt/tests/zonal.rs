@@ -5,13 +5,14 @@
 mod cloth;
 
 use cloth::{cloth, with_threads};
+use lobe_io::Job;
 use lobe_prt::{Channels, Transfer, ZonalFitOptions, ZonalTransfer, fit_zonal};
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 use lobe_testkit::{Random, directions};
 use proptest::prelude::*;
 
 fn options(lobes: usize) -> ZonalFitOptions {
-    ZonalFitOptions { lobes, ..ZonalFitOptions::default() }
+    ZonalFitOptions::default().lobes(lobes)
 }
 
 fn light(order: usize, seed: u64) -> Vec<Rgb<f64>> {
@@ -25,14 +26,14 @@ fn distance(a: Rgb<f32>, b: Rgb<f32>) -> f32 {
 
 #[test]
 fn one_lobe_is_exact_for_unshadowed_transfer_in_closed_form() {
-    let closed_form = ZonalFitOptions { optimize: false, ..options(1) };
+    let closed_form = options(1).optimize(false);
     for order in 2..=6 {
         let cosine = Zonal::clamped_cosine(order);
         let vectors = directions().into_iter().map(|n| cosine.towards(Dir::from_unit(n), 1.0));
         let coefficients: Vec<f32> = vectors.flat_map(|t| t.map(|c| c as f32).into_vec()).collect();
         let transfer = Transfer::new(order, Channels::Gray, coefficients).unwrap();
         for options in [closed_form, options(1)] {
-            let (found, report) = fit_zonal(&transfer, &options).unwrap();
+            let (found, report) = fit_zonal(&transfer, &options, Job::default()).unwrap();
             assert!(report.worst_relative_error < 1e-6, "order {order}: {}", report.worst_relative_error);
             for (n, axis) in directions().into_iter().zip(found.axes()) {
                 let angle = Dir::from_f32(*axis).unwrap().angle_to(Dir::from_unit(n));
@@ -53,7 +54,7 @@ fn planted_lobes_are_found_back() {
         let coefficients: Vec<f32> = numbers.iter().map(|z| *z as f32).collect();
         let planted = ZonalTransfer::new(order, channels, lobes, axes, coefficients).unwrap();
         let transfer = planted.to_transfer();
-        let (_, report) = fit_zonal(&transfer, &options(lobes)).unwrap();
+        let (_, report) = fit_zonal(&transfer, &options(lobes), Job::default()).unwrap();
         for (r, error) in report.squared_errors.iter().enumerate() {
             let energy: f64 = planted.decode(r).iter().map(|x| f64::from(*x).powi(2)).sum();
             let relative = (error / energy).sqrt();
@@ -84,7 +85,7 @@ fn the_error_falls_with_every_lobe() {
         for optimize in [false, true] {
             let mut before: Option<Vec<f64>> = None;
             for lobes in 1..=5 {
-                let (_, report) = fit_zonal(&transfer, &ZonalFitOptions { lobes, optimize, ..options(1) }).unwrap();
+                let (_, report) = fit_zonal(&transfer, &options(lobes).optimize(optimize), Job::default()).unwrap();
                 println!(
                     "{name}, {lobes} lobes, optimized {optimize}: {}, worst {}",
                     report.relative_error, report.worst_relative_error
@@ -103,8 +104,8 @@ fn the_error_falls_with_every_lobe() {
 #[test]
 fn optimizing_is_never_worse_than_the_closed_form() {
     let transfer = cloth(12, 5, Channels::Gray);
-    let closed_form = fit_zonal(&transfer, &ZonalFitOptions { optimize: false, ..options(1) }).unwrap().1;
-    let optimized = fit_zonal(&transfer, &options(1)).unwrap().1;
+    let closed_form = fit_zonal(&transfer, &options(1).optimize(false), Job::default()).unwrap().1;
+    let optimized = fit_zonal(&transfer, &options(1), Job::default()).unwrap().1;
     for (r, (a, b)) in closed_form.squared_errors.iter().zip(&optimized.squared_errors).enumerate() {
         assert!(*b <= a + 1e-10, "receiver {r}: {a} in closed form, {b} optimized");
     }
@@ -116,7 +117,7 @@ fn optimizing_is_never_worse_than_the_closed_form() {
 fn turning_the_lobes_turns_the_expansion() {
     let mut random = Random::new(11);
     for (order, channels) in [(3, Channels::Rgb), (5, Channels::Gray)] {
-        let (found, _) = fit_zonal(&cloth(6, order, channels), &options(2)).unwrap();
+        let (found, _) = fit_zonal(&cloth(6, order, channels), &options(2), Job::default()).unwrap();
         let rotations: Vec<Rotation> =
             (0..found.receivers()).map(|_| Rotation::from_quaternion(random.quaternion()).unwrap()).collect();
         let turned = found.rotated(|r| rotations[r]);
@@ -140,7 +141,7 @@ fn turning_the_lobes_turns_the_expansion() {
 #[test]
 fn lobes_shade_as_their_expansion_does() {
     for (order, channels, lobes) in [(1, Channels::Gray, 1), (4, Channels::Gray, 3), (6, Channels::Rgb, 2)] {
-        let (found, _) = fit_zonal(&cloth(13, order, channels), &options(lobes)).unwrap();
+        let (found, _) = fit_zonal(&cloth(13, order, channels), &options(lobes), Job::default()).unwrap();
         for light in [light(order, 1), light(2, 2)] {
             let shaded = found.exit_radiance(&light);
             for (r, (a, b)) in shaded.iter().zip(found.to_transfer().exit_radiance(&light)).enumerate() {
@@ -161,7 +162,7 @@ fn zero_constant_and_even_transfer_have_lobes() {
     let even = Transfer::new(3, Channels::Gray, even.into_vec()).unwrap();
     for (transfer, name) in [(&zero, "zero"), (&constant, "constant"), (&even, "even")] {
         for lobes in [1, 2, 8] {
-            let (found, report) = fit_zonal(transfer, &options(lobes)).unwrap();
+            let (found, report) = fit_zonal(transfer, &options(lobes), Job::default()).unwrap();
             assert!(report.squared_error < 1e-11, "{name}, {lobes} lobes: {report:?}");
             assert!(found.coefficients().iter().all(|z| z.abs() < 4.0), "{name}: {:?}", found.coefficients());
             if name != "even" {
@@ -170,14 +171,14 @@ fn zero_constant_and_even_transfer_have_lobes() {
         }
     }
     let nobody = Transfer::new(3, Channels::Gray, Vec::new()).unwrap();
-    let (found, report) = fit_zonal(&nobody, &options(2)).unwrap();
+    let (found, report) = fit_zonal(&nobody, &options(2), Job::default()).unwrap();
     assert_eq!((found.receivers(), report.squared_error), (0, 0.0), "no receivers");
 }
 
 #[test]
 fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let transfer = cloth(10, 4, Channels::Rgb);
-    let fitted = |threads| with_threads(threads, || fit_zonal(&transfer, &options(2)).unwrap());
+    let fitted = |threads| with_threads(threads, || fit_zonal(&transfer, &options(2), Job::default()).unwrap());
     assert_eq!(fitted(1), fitted(3), "one and three threads");
 }
 
@@ -185,7 +186,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 fn what_is_no_zonal_transfer_is_refused_in_one_line() {
     let transfer = Transfer::new(2, Channels::Gray, vec![1.0; 4]).unwrap();
     for lobes in [0, 9] {
-        let refused = fit_zonal(&transfer, &options(lobes)).unwrap_err().to_string();
+        let refused = fit_zonal(&transfer, &options(lobes), Job::default()).unwrap_err().to_string();
         assert_eq!(refused, format!("expected 1 to 8 lobes, found {lobes}"), "lobes");
     }
     let made =
@@ -210,7 +211,7 @@ proptest! {
         lobes in 1_usize..5,
     ) {
         let transfer = Transfer::new(4, Channels::Gray, values.clone()).unwrap();
-        let (fewer, more) = (fit_zonal(&transfer, &options(lobes)).unwrap().1, fit_zonal(&transfer, &options(lobes + 1)).unwrap().1);
+        let (fewer, more) = (fit_zonal(&transfer, &options(lobes), Job::default()).unwrap().1, fit_zonal(&transfer, &options(lobes + 1), Job::default()).unwrap().1);
         for r in 0..2 {
             prop_assert!(more.squared_errors[r] <= fewer.squared_errors[r] + 1e-6, "{fewer:?} then {more:?}");
             let energy: f64 = values[16 * r..16 * (r + 1)].iter().map(|x| f64::from(*x).powi(2)).sum();

@@ -17,6 +17,7 @@ use std::ops::ControlFlow;
 
 use lobe_env::{DfgTable, bundled, project_env};
 use lobe_image::{Measured, ZTest};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Channels, Mode, Receivers, TransferMatrices, bake_matrices};
 use lobe_render::{
     Camera, DistantLight, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, TruthOptions, render_truth,
@@ -89,9 +90,9 @@ fn mirrored(n: Dir, v: Dir) -> Dir {
 
 fn matrices(scene: &Scene, receivers: &Receivers, mode: Mode, bounces: usize, seed: u64) -> TransferMatrices {
     let samples = PER_SET as u32;
-    let options = BakeOptions { mode, order: HIGHEST, samples, bounces, energy_stop: 0.0, seed, channels: None };
-    let go_on = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
-    bake_matrices(scene, &Bvh::new(scene), receivers, &options, go_on).unwrap().0
+    let options =
+        BakeOptions::default().mode(mode).order(HIGHEST).samples(samples).bounces(bounces).energy_stop(0.0).seed(seed);
+    bake_matrices(scene, &Bvh::new(scene), receivers, &options, Job::default()).unwrap().0
 }
 
 /// What is sent by each receiver, for each lobe and view of [`cases`].
@@ -224,7 +225,7 @@ fn without_occluders_glossy_transfer_is_the_convolution_of_the_light_above_the_h
 fn by_arrivals(scene: &Scene, receivers: &Receivers, order: usize, bounces: usize) -> Vec<Sent> {
     let light = DistantLight::from_expansion(sky(order));
     let bvh = Bvh::new(scene);
-    let tracer = PathTracer::new(scene, &bvh, &light, PathOptions { bounces, ..PathOptions::default() });
+    let tracer = PathTracer::new(scene, &bvh, &light, PathOptions::default().bounces(bounces));
     let cases = cases(order);
     let of_vertex = |v: usize| {
         let (position, normal) = (receivers.positions()[v], receivers.normals()[v]);
@@ -286,8 +287,8 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
     let receivers = Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap();
     let matrices = matrices(&scene, &receivers, Mode::Shadowed, 0, 0);
     let lobe = Zonal::ggx(order, alpha);
-    let paths = PathOptions { bounces: 0, surfaces: Surfaces::MetallicRoughness, ..PathOptions::default() };
-    let options = TruthOptions { width: 1, height: 1, count: SampleCount::of(256), paths };
+    let paths = PathOptions::default().bounces(0).surfaces(Surfaces::MetallicRoughness);
+    let options = TruthOptions::default().width(1).height(1).count(SampleCount::of(256)).paths(paths);
     let table = DfgTable::new(32);
     let (mut differences, mut truths) = ([Vec::new(), Vec::new()], Vec::new());
     for sky in [bundled::sunset(), bundled::studio()] {
@@ -300,9 +301,8 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
                 let eye = std::array::from_fn(|k| place[k] + 0.1 * to_eye.to_array()[k]);
                 // A pixel of a thousandth of the ball, its middle at the vertex.
                 let camera = Camera::look_at(eye, place, 0.01).unwrap();
-                let go_on = |_| ControlFlow::Continue(());
-                let truth = render_truth(&scene, &bvh, &camera, &light, &options, go_on).unwrap();
-                let truth = truth.mean.pixels()[0].widen();
+                let truth = render_truth(&scene, &bvh, &camera, &light, &options, Job::default()).unwrap();
+                let truth = Rgb::from(truth.mean.pixels()[0]).widen();
                 let sent = matrices.exit_radiance(v, expansion.coefficients(), &lobe, n, to_eye);
                 let reflectance = table.lookup(n.dot(to_eye), alpha.sqrt()).reflectance(Rgb::splat(1.0));
                 differences[0].push(sent - truth);

@@ -2,9 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use std::ops::ControlFlow;
-
 use lobe_env::{bundled, project_env};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, bake};
 use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Alpha, Bvh, Material, Scene, Texture, TextureUse, Wrap, built_in};
@@ -47,22 +46,19 @@ fn transfer_and_paths_agree_behind_stripes() {
     let (bvh, receivers) = (Bvh::new(&scene), chosen(&scene));
     let sky = project_env(&bundled::sunset().map(), ORDER);
     let bake_of = |scene: &Scene, seed: usize| {
-        let options = BakeOptions {
-            mode: Mode::Interreflected,
-            order: ORDER,
-            samples: 1024,
-            bounces: BOUNCES,
-            energy_stop: 0.0,
-            seed: seed as u64,
-            channels: None,
-        };
-        let go_on = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
-        bake(scene, &Bvh::new(scene), &receivers, &options, go_on).unwrap().0.exit_radiance(sky.coefficients())
+        let options = BakeOptions::default()
+            .mode(Mode::Interreflected)
+            .order(ORDER)
+            .samples(1024)
+            .bounces(BOUNCES)
+            .energy_stop(0.0)
+            .seed(seed as u64);
+        bake(scene, &Bvh::new(scene), &receivers, &options, Job::default()).unwrap().0.exit_radiance(sky.coefficients())
     };
     let sets: Vec<Vec<Rgb<f32>>> = (0..SETS).map(|seed| bake_of(&scene, seed)).collect();
     let solid = bake_of(&striped_ball(Alpha::Opaque), 0);
     let light = DistantLight::from_expansion(sky.clone());
-    let options = PathOptions { bounces: BOUNCES, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+    let options = PathOptions::default().bounces(BOUNCES).strategy(LightStrategy::Bsdf);
     let tracer = PathTracer::new(&scene, &bvh, &light, options);
     let mut changed = 0;
     for v in 0..receivers.len() {

@@ -12,11 +12,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use lobe_env::{MapReadOptions, bundled, project_env, read_env};
 use lobe_image::{Measured, ZTest, compare};
+use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
 use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
@@ -68,7 +68,8 @@ fn turns() -> [Rotation; 3] {
 
 /// A scene from a file of the scene crate, on a square of ground below its lowest point.
 fn over_ground(name: &str, color: [f32; 3]) -> Scene {
-    let (scene, _) = read_scene(file("../lobe-scene/assets").join(name), &lobe_scene::ReadOptions::default()).unwrap();
+    let (scene, _) =
+        read_scene(file("../lobe-scene/assets").join(name), &lobe_scene::SceneReadOptions::default()).unwrap();
     let bounds = scene.bounds();
     let middle: [f32; 3] = std::array::from_fn(|k| 0.5 * (bounds.min[k] + bounds.max[k]));
     let reach = 1.5 * (0..3).map(|k| bounds.max[k] - bounds.min[k]).fold(0.0, f32::max);
@@ -133,17 +134,14 @@ fn in_sets(receivers: &Receivers) -> Receivers {
 
 /// By transfer: one bake for all sets, since each begins with a pilot of as much work as many receivers are.
 fn baked(scene: &Scene, bvh: &Bvh, receivers: &Receivers, mode: Mode, samples: usize) -> Vec<Radiances> {
-    let options = BakeOptions {
-        mode,
-        order: HIGHEST,
-        samples: samples as u32,
-        bounces: BOUNCES,
-        energy_stop: 0.0,
-        seed: 0,
-        channels: None,
-    };
-    let keep_going = &mut |_: &lobe_prt::Progress| ControlFlow::Continue(());
-    let (transfer, _): (Transfer, _) = bake(scene, bvh, &in_sets(receivers), &options, keep_going).unwrap();
+    let options = BakeOptions::default()
+        .mode(mode)
+        .order(HIGHEST)
+        .samples(samples as u32)
+        .bounces(BOUNCES)
+        .energy_stop(0.0)
+        .seed(0);
+    let (transfer, _): (Transfer, _) = bake(scene, bvh, &in_sets(receivers), &options, Job::default()).unwrap();
     let mut sets = vec![Radiances::new(); SETS];
     for light in rotated_skies() {
         for order in ORDERS {
@@ -162,7 +160,7 @@ type Escapes = Vec<Rgb<f64>>;
 /// By paths, shadowed (only those that meet nothing) and with bounces.
 fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [Vec<Radiances>; 2] {
     let none = DistantLight::from_expansion(ShVec::zero(1));
-    let options = PathOptions { bounces: BOUNCES, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+    let options = PathOptions::default().bounces(BOUNCES).strategy(LightStrategy::Bsdf);
     let tracer = PathTracer::new(scene, bvh, &none, options);
     let count = SampleCount { sets: SETS, per_set };
     let of_vertex = |v: usize| {

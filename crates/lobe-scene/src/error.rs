@@ -27,17 +27,17 @@ pub enum SceneError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The scene has more triangles or vertices than [`ReadOptions::limit`](crate::ReadOptions::limit) allows.
-    #[error("{message}: raise ReadOptions::limit")]
+    /// The scene has more triangles or vertices than [`SceneReadOptions::limit`](crate::SceneReadOptions::limit) allows.
+    #[error("{message}: raise SceneReadOptions::limit")]
     TooLarge {
         /// The file, the limit, and what was found.
         message: String,
     },
     /// The operating system refused.
-    #[error("{file}: {source}")]
+    #[error("{place}: {source}")]
     Io {
         /// The file.
-        file: String,
+        place: String,
         /// The refusal.
         source: io::Error,
     },

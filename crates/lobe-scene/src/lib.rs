@@ -20,9 +20,9 @@
 //! A file, with triangles small enough for light at vertices:
 //!
 //! ```no_run
-//! use lobe_scene::{ReadOptions, read_scene};
+//! use lobe_scene::{SceneReadOptions, read_scene};
 //!
-//! let (scene, report) = read_scene("room.glb", &ReadOptions::default())?;
+//! let (scene, report) = read_scene("room.glb", &SceneReadOptions::default())?;
 //! println!("{} triangles, {} without area dropped", report.triangles, report.dropped_triangles);
 //! let fine = scene.split_edges(0.1)?;
 //! # Ok::<(), lobe_scene::SceneError>(())
@@ -33,7 +33,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | the world | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
-//! | files | [`read_scene`], [`read_scene_bytes`], [`ReadOptions`], [`ReadReport`] |
+//! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`], [`SceneReadReport`] |
 //! | glTF beyond scenes: whole files, attributes of one's own, scenes as glTF | [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
 //! | scenes by formula | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
@@ -45,15 +45,16 @@ pub mod built_in;
 mod bvh;
 mod error;
 mod files;
-mod gltf;
 mod scene;
 
 pub use bvh::bvh::Bvh;
 pub use bvh::simd::Simd;
 pub use error::SceneError;
-pub use files::read::{LOBE_EXTRAS_VERSION, ReadOptions, ReadReport, read_scene, read_scene_bytes};
-pub use gltf::attributes::{GltfAttributes, read_scene_and_attributes};
-pub use gltf::document::GltfDocument;
+pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
+pub use files::gltf::document::GltfDocument;
+pub use files::gltf::files::LOBE_EXTRAS_VERSION;
+pub use files::read::{read_scene, read_scene_bytes};
+pub use files::read_options::{SceneReadOptions, SceneReadReport};
 pub use scene::material::{Alpha, Material, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};

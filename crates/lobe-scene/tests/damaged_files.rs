@@ -5,7 +5,7 @@
 mod common;
 
 use common::Gltf;
-use lobe_scene::{ReadOptions, read_scene_bytes};
+use lobe_scene::{SceneReadOptions, read_scene_bytes};
 use lobe_testkit::Random;
 
 const OBJ: &str = "o thing\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 0 1 0\nv 0 1 0 0 0 1\nvt 0 0\nvt 1 0.5\nvn 0 0 1\n\
@@ -40,7 +40,7 @@ fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
 fn damaged_files_give_a_scene_or_one_line() {
     let glb = Gltf::square().with_attribute("COLOR_0", "VEC4", &[0.5; 16]).glb();
     let gltf = Gltf::square().gltf();
-    let options = ReadOptions { limit: 1 << 20, ..ReadOptions::default() };
+    let options = SceneReadOptions::default().limit(1 << 20);
     let mut random = Random::new(12);
     let (mut read, mut refused) = (0, 0);
     for (name, bytes) in [("a.glb", &glb[..]), ("a.gltf", &gltf), ("a.obj", OBJ.as_bytes()), ("a.ply", PLY.as_bytes())]

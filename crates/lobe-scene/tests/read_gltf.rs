@@ -9,12 +9,13 @@ use std::path::Path;
 
 use common::Gltf;
 use lobe_scene::{
-    Alpha, LOBE_EXTRAS_VERSION, MeshSource, ReadOptions, ReadReport, Scene, SceneError, read_scene, read_scene_bytes,
+    Alpha, LOBE_EXTRAS_VERSION, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, read_scene,
+    read_scene_bytes,
 };
 use serde_json::json;
 
-fn read(file: &Gltf) -> Result<(Scene, ReadReport), SceneError> {
-    read_scene_bytes(&file.glb(), "a.glb", &ReadOptions::default())
+fn read(file: &Gltf) -> Result<(Scene, SceneReadReport), SceneError> {
+    read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default())
 }
 
 fn scene(file: &Gltf) -> Scene {
@@ -24,7 +25,7 @@ fn scene(file: &Gltf) -> Scene {
 #[test]
 fn a_glb_and_a_gltf_give_the_same_scene_z_up_with_made_normals() {
     let (from_glb, report) = read(&Gltf::square()).unwrap();
-    let (from_gltf, _) = read_scene_bytes(&Gltf::square().gltf(), "a.gltf", &ReadOptions::default()).unwrap();
+    let (from_gltf, _) = read_scene_bytes(&Gltf::square().gltf(), "a.gltf", &SceneReadOptions::default()).unwrap();
     assert_eq!(from_glb.meshes(), from_gltf.meshes(), "both containers");
     let mesh = &from_glb.meshes()[0];
     // (x, y, z)_lobe = (x, -z, y)_gltf: the square stands upright and faces -y.
@@ -33,7 +34,8 @@ fn a_glb_and_a_gltf_give_the_same_scene_z_up_with_made_normals() {
     assert_eq!(mesh.normals(), [[0.0, -1.0, 0.0]; 4], "normals");
     assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3]], "triangles");
     assert_eq!(mesh.source(), Some(MeshSource { node: 0, mesh: 0, primitive: 0 }), "source");
-    let expected = ReadReport { meshes: 1, vertices: 4, triangles: 2, made_normals: 4, ..ReadReport::default() };
+    let expected =
+        SceneReadReport { meshes: 1, vertices: 4, triangles: 2, made_normals: 4, ..SceneReadReport::default() };
     assert_eq!(report, expected, "report");
 }
 
@@ -265,11 +267,11 @@ fn a_million_triangles_without_area_are_refused_and_nothing_hangs() {
 fn files_that_are_cut_off_or_no_gltf_are_refused() {
     let whole = Gltf::square().glb();
     for length in 0..whole.len() - 1 {
-        let found = read_scene_bytes(&whole[..length], "a.glb", &ReadOptions::default());
+        let found = read_scene_bytes(&whole[..length], "a.glb", &SceneReadOptions::default());
         assert!(matches!(found, Err(SceneError::Invalid { .. })), "{length} bytes: {found:?}");
     }
     for bytes in [&b"{}"[..], b"", b"[]", b"{\"asset\": {\"version\": 2}}", b"\xFF\xFE"] {
-        let error = read_scene_bytes(bytes, "a.gltf", &ReadOptions::default()).unwrap_err().to_string();
+        let error = read_scene_bytes(bytes, "a.gltf", &SceneReadOptions::default()).unwrap_err().to_string();
         assert!(error.starts_with("a.gltf: expected glTF, found an error: ") && !error.contains('\n'), "{error}");
     }
 }
@@ -314,10 +316,10 @@ fn what_lobe_does_not_read_is_named_with_what_to_do() {
 fn a_small_file_that_unfolds_to_too_much_is_refused_before_memory_is_taken() {
     let nodes: Vec<_> = (0..100).map(|_| json!({"mesh": 0})).collect();
     let file = Gltf::square().with("/nodes", json!(nodes)).with("/scenes/0/nodes", json!((0..100).collect::<Vec<_>>()));
-    let options = ReadOptions { limit: 250, ..ReadOptions::default() };
+    let options = SceneReadOptions::default().limit(250);
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
     let expected =
-        "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise ReadOptions::limit";
+        "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise SceneReadOptions::limit";
     assert_eq!(error.to_string(), expected, "message");
     assert!(matches!(error, SceneError::TooLarge { .. }), "{error:?}");
     assert_eq!(scene(&file).meshes().len(), 100, "within the usual limit it is read");
@@ -340,7 +342,7 @@ fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_befo
         .with("/textures", json!(vec![json!({"source": 0}); 12]))
         .with("/images", json!([{"uri": png(40, 30)}]));
     assert_eq!(scene(&file).textures().len(), 1, "one picture, twelve textures");
-    let options = ReadOptions { texel_limit: 1199, ..ReadOptions::default() };
+    let options = SceneReadOptions::default().texel_limit(1199);
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
     let expected = "a.glb: expected textures of at most 1199 texels, found 1200 or more: make the textures smaller, or \
                     raise the limit";
@@ -389,7 +391,7 @@ fn devices_named_as_buffers_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");
     fs::write(&path, Gltf::square().with("/buffers/0/uri", json!("/dev/zero")).json.to_string()).unwrap();
-    let error = read_scene(&path, &ReadOptions::default()).unwrap_err();
+    let error = read_scene(&path, &SceneReadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("found a device or a pipe"), "{error}");
 }
 
@@ -399,18 +401,18 @@ fn buffers_and_textures_beside_the_file_are_found_and_missing_ones_named() {
     let path = folder.path().join("a.gltf");
     let file = Gltf::square().with("/buffers/0/uri", json!("my%20buffer.bin"));
     fs::write(&path, file.json.to_string()).unwrap();
-    let error = read_scene(&path, &ReadOptions::default()).unwrap_err();
+    let error = read_scene(&path, &SceneReadOptions::default()).unwrap_err();
     assert!(matches!(error, SceneError::Io { .. }), "{error:?}");
     assert!(error.to_string().contains("my buffer.bin, named by"), "{error}");
     fs::write(folder.path().join("my buffer.bin"), &file.buffer).unwrap();
-    let (read, _) = read_scene(&path, &ReadOptions::default()).unwrap();
+    let (read, _) = read_scene(&path, &SceneReadOptions::default()).unwrap();
     assert_eq!(read.meshes(), scene(&Gltf::square()).meshes(), "the same as from a .glb");
 }
 
 #[test]
 fn real_files_are_read() {
     let suzi = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/suzi.glb");
-    let (_, report) = read_scene(&suzi, &ReadOptions::default()).unwrap();
+    let (_, report) = read_scene(&suzi, &SceneReadOptions::default()).unwrap();
     let found = (report.vertices, report.triangles + report.dropped_triangles);
     assert_eq!(found, (7503, 14842), "vertices and triangles of suzi.glb; {report:?}");
     let draco = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets/suzi-draco.glb");
@@ -418,6 +420,6 @@ fn real_files_are_read() {
         println!("suzi-draco.glb is absent: a real file with Draco compression was not tested");
         return;
     }
-    let error = read_scene(draco, &ReadOptions::default()).unwrap_err().to_string();
+    let error = read_scene(draco, &SceneReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("requires KHR_draco_mesh_compression"), "{error}");
 }

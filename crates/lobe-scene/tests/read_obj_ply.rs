@@ -5,14 +5,14 @@
 use std::fs;
 use std::path::Path;
 
-use lobe_scene::{ReadOptions, ReadReport, Scene, SceneError, Up, read_scene, read_scene_bytes};
+use lobe_scene::{Scene, SceneError, SceneReadOptions, SceneReadReport, Up, read_scene, read_scene_bytes};
 
-fn read(name: &str, text: &str) -> Result<(Scene, ReadReport), SceneError> {
-    read_scene_bytes(text.as_bytes(), name, &ReadOptions::default())
+fn read(name: &str, text: &str) -> Result<(Scene, SceneReadReport), SceneError> {
+    read_scene_bytes(text.as_bytes(), name, &SceneReadOptions::default())
 }
 
 fn refusal(name: &str, bytes: &[u8]) -> String {
-    match read_scene_bytes(bytes, name, &ReadOptions::default()) {
+    match read_scene_bytes(bytes, name, &SceneReadOptions::default()) {
         Err(error) => error.to_string(),
         Ok((_, report)) => panic!("{name} was read as {report:?}"),
     }
@@ -27,7 +27,7 @@ fn an_obj_is_turned_unless_z_is_up_and_polygons_become_fans() {
     assert_eq!(mesh.positions()[2], [1.0, 0.0, 1.0], "y up");
     assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3]], "a fan");
     assert_eq!((mesh.normals()[0], report.made_normals), ([0.0, -1.0, 0.0], 4), "made normals");
-    let options = ReadOptions { up: Up::Z, ..ReadOptions::default() };
+    let options = SceneReadOptions::default().up(Up::Z);
     let (scene, _) = read_scene_bytes(SQUARE_OBJ.as_bytes(), "a.obj", &options).unwrap();
     assert_eq!(scene.meshes()[0].positions()[2], [1.0, 1.0, 0.0], "z up");
 }
@@ -39,19 +39,19 @@ fn obj_materials_textures_and_colors_are_read() {
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0.5 0.75\nvt 0.5 0.25\n\
                usemtl red\nf 1/1 2/1 3/2\nusemtl wood\nf 1/1 3/1 2/1\n";
     fs::write(&path, obj).unwrap();
-    let (scene, report) = read_scene(&path, &ReadOptions::default()).unwrap();
+    let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
     assert_eq!(scene.vertex_base_color(0, 0), [1.0; 4], "white without its materials");
     assert!(report.notes.len() == 1 && report.notes[0].contains("a.mtl"), "{:?}", report.notes);
 
     fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 0.8 0.1 0.05\nnewmtl wood\nKd 1 1 1\nmap_Kd w.png\n")
         .unwrap();
-    let error = read_scene(&path, &ReadOptions::default()).unwrap_err();
+    let error = read_scene(&path, &SceneReadOptions::default()).unwrap_err();
     assert!(matches!(error, SceneError::Io { .. }) && error.to_string().contains("w.png, named by"), "{error}");
 
     let mut pixels = image::RgbImage::new(1, 2);
     pixels.put_pixel(0, 0, image::Rgb([255, 0, 255]));
     pixels.save(folder.path().join("w.png")).unwrap();
-    let (scene, report) = read_scene(&path, &ReadOptions::default()).unwrap();
+    let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
     assert_eq!(report.notes, Vec::<String>::new(), "nothing to note");
     assert_eq!(scene.vertex_base_color(0, 0), [0.8, 0.1, 0.05, 1.0], "red");
     // v = 0.75 counted upwards is the upper texel.
@@ -136,7 +136,7 @@ fn binary_ply(big_endian: bool) -> Vec<u8> {
 #[test]
 fn binary_ply_files_of_either_order_are_read() {
     for big_endian in [false, true] {
-        let (scene, report) = read_scene_bytes(&binary_ply(big_endian), "a.ply", &ReadOptions::default()).unwrap();
+        let (scene, report) = read_scene_bytes(&binary_ply(big_endian), "a.ply", &SceneReadOptions::default()).unwrap();
         let mesh = &scene.meshes()[0];
         assert_eq!(mesh.positions()[2], [1.0, -0.5, 1.0], "y up, big endian {big_endian}");
         assert_eq!(mesh.normals(), [[0.0, -1.0, 0.0]; 4], "normals, big endian {big_endian}");
@@ -171,7 +171,7 @@ fn broken_ply_files_are_refused_in_one_line() {
 #[test]
 fn the_real_bunny_is_read_vertex_for_vertex() {
     let bunny = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/bunny.obj");
-    let (scene, report) = read_scene(&bunny, &ReadOptions::default()).unwrap();
+    let (scene, report) = read_scene(&bunny, &SceneReadOptions::default()).unwrap();
     let found = (report.vertices, report.triangles, report.dropped_triangles, report.made_normals);
     assert_eq!(found, (1839, 3674, 0, 1839), "vertices, triangles, dropped, made normals");
     assert_eq!(scene.meshes().len(), 1, "one mesh");

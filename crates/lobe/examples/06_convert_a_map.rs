@@ -5,7 +5,8 @@
 use std::error::Error;
 
 use lobe::env::{
-    CubeMipChain, CubeWriteOptions, Mapping, MapReadOptions, Resample, bundled, project_map, read_cube, resample, write_cube,
+    CubeMipChain, CubeWriteOptions, MapReadOptions, Mapping, Resample, bundled, project_map, read_cube, resample,
+    write_cube,
 };
 use lobe::sh::Expansion as _;
 
@@ -16,7 +17,12 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         let map = resample(&sky, &Resample::to(mapping, width, mapping.height_for(width)))?;
         let light = project_map(&map, 3);
         let largest = (0..9).map(|i| (light[i].g - expected[i].g).abs()).fold(0.0, f64::max);
-        println!("{mapping:12} {:4} x {:4}: mean {:.5}, coefficients within {largest:.1e}", map.width(), map.height(), map.mean().g);
+        println!(
+            "{mapping:12} {:4} x {:4}: mean {:.5}, coefficients within {largest:.1e}",
+            map.width(),
+            map.height(),
+            map.mean().g
+        );
         assert!((map.mean().g - sky.mean().g).abs() < 1e-4 * sky.mean().g, "the energy stays");
         assert!(largest < 2e-3 * expected[0].g, "{largest} of {}", expected[0].g);
     }

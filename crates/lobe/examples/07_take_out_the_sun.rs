@@ -4,7 +4,9 @@
 
 use std::error::Error;
 
-use lobe::env::{Mapping, PrefilterOptions, Resample, SunOptions, bundled, extract_sun, irradiance_sh, prefilter_ggx, resample};
+use lobe::env::{
+    Mapping, PrefilterOptions, Resample, SunOptions, bundled, extract_sun, irradiance_sh, prefilter_ggx, resample,
+};
 use lobe::io::Job;
 use lobe::sh::{Dir, Expansion as _};
 

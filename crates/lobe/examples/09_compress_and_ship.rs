@@ -9,7 +9,7 @@ use lobe::io::Job;
 use lobe::prt::{
     BakeOptions, BakedGlb, CompressOptions, CompressedTransfer, Mode, Receivers, Recipe, WeightBits, bake, read_baked,
 };
-use lobe::render::compare;
+use lobe::image::compare;
 use lobe::scene::{Bvh, SceneReadOptions, built_in};
 use lobe::sh::Expansion as _;
 
@@ -27,7 +27,9 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         let seen = compare(&compressed.exit_radiance(light.coefficients()), &plain).relative_rmse;
         println!(
             "{clusters} clusters, {components} components: {:.1} times fewer bytes, error {:.1} % of the transfer, {:.1} % of its light",
-            report.ratio(), 100.0 * report.relative_error, 100.0 * seen,
+            report.ratio(),
+            100.0 * report.relative_error,
+            100.0 * seen,
         );
         assert!(seen < 0.2, "{seen}");
     }

@@ -9,7 +9,8 @@ use lobe::image::{Tone, compare};
 use lobe::io::Job;
 use lobe::prt::{BakeOptions, Mode};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, PathOptions, SampleCount, TruthOptions, ViewOptions, light_baked_scene, render_truth,
+    BakedScene, Camera, DistantLight, PathOptions, SampleCount, TruthOptions, ViewOptions, light_baked_scene,
+    render_truth,
 };
 use lobe::scene::built_in;
 use lobe::sh::Expansion as _;

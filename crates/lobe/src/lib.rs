@@ -105,17 +105,16 @@
 //! each vertex, and any light is applied to them by a scalar product.
 //!
 //! ```
-//! use std::ops::ControlFlow;
-//!
 //! use lobe::env::{bundled, project_env};
+//! use lobe::io::Job;
 //! use lobe::prt::{BakeOptions, Receivers, bake};
 //! use lobe::scene::{Bvh, built_in};
 //! use lobe::sh::Expansion as _;
 //!
 //! let scene = built_in::ball_over_ground(8);
 //! let receivers = Receivers::at_vertices(&scene)?;
-//! let options = BakeOptions { samples: 64, ..BakeOptions::default() };
-//! let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
+//! let options = BakeOptions::default().samples(64);
+//! let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default())?;
 //!
 //! let light = project_env(&bundled::sunset().map(), transfer.order());
 //! let colors = transfer.exit_radiance(light.coefficients());

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
-use lobe::scene::{ReadOptions, ReadReport, Scene, Up, built_in, read_scene};
+use lobe::scene::{Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene};
 
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -105,8 +105,8 @@ impl SceneInput {
     }
 
     /// How a file is to be read.
-    fn options(&self) -> ReadOptions {
-        let mut options = ReadOptions::default();
+    fn options(&self) -> SceneReadOptions {
+        let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
         options
@@ -119,7 +119,7 @@ impl SceneInput {
 }
 
 /// Notes what was found remarkable in a file.
-fn tell(report: &ReadReport, name: &str, talk: Talk) {
+fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);
     }

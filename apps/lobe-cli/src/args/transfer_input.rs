@@ -3,8 +3,8 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use lobe::prt::{Transfer, read_baked, read_transfer};
-use serde_json::Value;
+use lobe::prt::{Recipe, Transfer, read_baked, read_transfer};
+use lobe::scene::SceneReadOptions;
 
 /// A file that carries transfer: a baked scene, or `.safetensors`.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,25 +27,9 @@ impl TransferInput {
         let (transfer, recipe) = if is_tensors {
             read_transfer(&self.0)?
         } else {
-            let baked = read_baked(&self.0)?;
+            let baked = read_baked(&self.0, &SceneReadOptions::default())?;
             (baked.transfer, baked.recipe)
         };
-        Ok((transfer, Recipe(recipe)))
-    }
-}
-
-/// How transfer was made.
-pub(crate) struct Recipe(Value);
-
-impl Recipe {
-    /// The recipe of what is made of the transfer: its own with further members, an object.
-    pub(crate) fn with(self, further: Value) -> Value {
-        match (self.0, further) {
-            (Value::Object(mut all), Value::Object(further)) => {
-                all.extend(further);
-                Value::Object(all)
-            }
-            (_, further) => further,
-        }
+        Ok((transfer, recipe))
     }
 }

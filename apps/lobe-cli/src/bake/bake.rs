@@ -1,17 +1,17 @@
-//! `lobe bake`: a scene whose vertices know what they do to light.
+//! `lobe bake`: the transfer of a scene at its vertices, its texels, or points in space.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
+use lobe::io::Fingerprint;
 use lobe::prt::{
-    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Fingerprint, Grid, Mode,
-    Receivers, TexelReceivers, Transfer, bake_matrices_resumable, bake_neighborhood_resumable, bake_resumable,
-    write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Mode, Receivers, Recipe,
+    RecipeMode, TexelReceivers, Transfer, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk,
+    fingerprint_scene, write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 use lobe::scene::{Bounds, Bvh, Scene};
-use serde_json::{Value, json};
 
 use crate::args::compression::Compression;
 use crate::args::memory::MemoryLimit;
@@ -53,7 +53,7 @@ pub(crate) struct Bake {
     /// --texels and --grid are written; of --texels also an .exr picture with a layer for each coefficient
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// What light may do on its way to a vertex
+    /// The light that is baked
     #[arg(long, value_enum, default_value = "interreflected")]
     mode: ModeName,
     /// The order (number of bands), 1 to 8: n² coefficients, three times as many where light meets colors
@@ -73,11 +73,11 @@ pub(crate) struct Bake {
     seed: u64,
     #[command(flatten)]
     splitting: Splitting,
-    /// Bake at the texels of a lightmap of so many by so many instead of at vertices; scenes need texture coordinates that
+    /// Bake at the W × W texels of a lightmap instead of at vertices; scenes need texture coordinates that
     /// do not overlap, in set 1 or else 0
     #[arg(long, value_name = "W", value_parser = texels, conflicts_with_all = ["grid", "clusters", "components", "weights"])]
     texels: Option<usize>,
-    /// Bake what arrives at points in space, matrices, at so many along x, y and z of the scene's box
+    /// Bake the light that arrives at points in space, as matrices: NX × NY × NZ points in the scene's box
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, conflicts_with_all = ["clusters", "components", "weights"])]
     grid: Option<[usize; 3]>,
     /// With --grid: two corners of the box, whose corners are points [default: the scene's box, with points in the middle of
@@ -117,12 +117,12 @@ impl ModeName {
         }
     }
 
-    const fn name(self) -> &'static str {
+    const fn in_recipe(self) -> RecipeMode {
         match self {
-            Self::Unshadowed => "unshadowed",
-            Self::Shadowed => "shadowed",
-            Self::Interreflected => "interreflected",
-            Self::Glossy => "glossy",
+            Self::Unshadowed => RecipeMode::Unshadowed,
+            Self::Shadowed => RecipeMode::Shadowed,
+            Self::Interreflected => RecipeMode::Interreflected,
+            Self::Glossy => RecipeMode::Glossy,
         }
     }
 }
@@ -231,15 +231,14 @@ impl Bake {
 
     fn bake_options(&self) -> BakeOptions {
         let defaults = BakeOptions::default();
-        BakeOptions {
-            mode: self.mode.mode(),
-            order: self.order,
-            samples: self.samples,
-            bounces: self.bounces.unwrap_or(defaults.bounces),
-            energy_stop: self.energy_stop.unwrap_or(defaults.energy_stop),
-            seed: self.seed,
-            channels: None,
-        }
+        defaults
+            .clone()
+            .mode(self.mode.mode())
+            .order(self.order)
+            .samples(self.samples)
+            .bounces(self.bounces.unwrap_or(defaults.bounces))
+            .energy_stop(self.energy_stop.unwrap_or(defaults.energy_stop))
+            .seed(self.seed)
     }
 
     /// The scene with further vertices where transfer changes, if the options say so. What cannot be kept is found before.
@@ -281,9 +280,9 @@ impl Bake {
             transfer,
         )?;
         let bvh = Bvh::new(&world.near);
-        let (transfer, report) = checkpoint
-            .watched(talk, |path, progress| bake_resumable(&world.near, &bvh, &receivers, &options, path, progress))?;
-        let mut recipe = self.recipe(world.scene, &report);
+        let (transfer, report) =
+            checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, &receivers, &options, job))?;
+        let recipe = self.recipe(world.scene, &report);
         let Some(compression) = self.compression.options() else {
             write_watched(&transfer, talk, |transfer| match glb {
                 Some(glb) => glb.write(&self.output, transfer, &recipe),
@@ -292,11 +291,10 @@ impl Bake {
             return Ok((report, None));
         };
         let loaded = transfer.load()?;
-        let compressed =
-            watched(talk, "compress", |progress| CompressedTransfer::new_watched(&loaded, &compression, progress))?;
+        let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&loaded, &compression, job))?;
         let Ok((compressed, saved)) = compressed else { return stopped() };
         stop_before_writing()?;
-        recipe["relative_error"] = json!(saved.relative_error);
+        let recipe = recipe.relative_error(saved.relative_error);
         match glb {
             Some(glb) => glb.write_compressed(&self.output, &compressed, &recipe)?,
             None => write_compressed_transfer(&self.output, &compressed, &recipe)?,
@@ -309,9 +307,8 @@ impl Bake {
         let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(&world.near, receivers.is_gray()));
         checkpoint.check_room(&self.output, bytes, bytes)?;
         let bvh = Bvh::new(&world.near);
-        let (matrices, report) = checkpoint.watched(talk, |path, progress| {
-            bake_matrices_resumable(&world.near, &bvh, &receivers, &options, path, progress)
-        })?;
+        let (matrices, report) =
+            checkpoint.watched(talk, |job| bake_matrices_on_disk(&world.near, &bvh, &receivers, &options, job))?;
         let recipe = self.recipe(world.scene, &report);
         write_watched(&matrices, talk, |matrices| write_matrices(&self.output, matrices, &recipe))?;
         Ok(report)
@@ -332,9 +329,8 @@ impl Bake {
             [width * width, texels.receivers().len()].map(|points| bytes(points, self.order.pow(2), channels));
         checkpoint.check_room(&self.output, picture, receivers)?;
         let bvh = Bvh::new(&world.near);
-        let (transfer, report) = checkpoint.watched(talk, |path, progress| {
-            bake_resumable(&world.near, &bvh, texels.receivers(), &options, path, progress)
-        })?;
+        let (transfer, report) =
+            checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, texels.receivers(), &options, job))?;
         let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(world.scene, &report));
         write_watched(&picture, talk, |rows| match has_extension(&self.output, "exr") {
             true => write_lightmap(&self.output, rows, &recipe),
@@ -365,9 +361,8 @@ impl Bake {
         let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(&world.near, true));
         checkpoint.check_room(&self.output, bytes, bytes)?;
         let bvh = Bvh::new(&world.near);
-        let (matrices, report) = checkpoint.watched(talk, |path, progress| {
-            bake_neighborhood_resumable(&world.near, &bvh, &near, &options, path, progress)
-        })?;
+        let (matrices, report) =
+            checkpoint.watched(talk, |job| bake_neighborhood_on_disk(&world.near, &bvh, &near, &options, job))?;
         let recipe = self.recipe(world.scene, &report);
         write_watched(&matrices, talk, |matrices| write_neighborhood(&self.output, &grid, matrices, &recipe))?;
         Ok(report)
@@ -406,34 +401,23 @@ impl Bake {
     }
 
     /// Everything that decides the bytes of the output, and nothing that differs from run to run.
-    fn recipe(&self, scene: &Scene, report: &BakeReport) -> Value {
+    fn recipe(&self, scene: &Scene, report: &BakeReport) -> Recipe {
         let mut fingerprint = Fingerprint::of_kind(0);
-        fingerprint.scene(scene);
-        let options = self.bake_options();
+        fingerprint_scene(&mut fingerprint, scene);
         let compression = self.compression.options();
-        json!({
-            "scene": self.input.file_name(),
-            "scene_hash": fingerprint.bits().map(|bits| format!("{bits:016x}")).concat(),
-            "mode": self.mode.name(),
-            "order": options.order,
-            "samples": options.samples,
-            "bounces": if options.mode == Mode::Interreflected { options.bounces } else { 0 },
-            "bounces_baked": report.bounces,
-            "energy_stop": options.energy_stop,
-            "seed": options.seed,
-            "max_edge": self.splitting.max_edge,
-            "adaptive": self.splitting.adaptive,
-            "min_edge": self.splitting.min_edge,
-            "texels": self.texels,
-            "grid": self.grid,
-            "grid_box": self.grid_box,
-            "clusters": compression.map(|options| options.clusters),
-            "components": compression.map(|options| options.components),
-            "weights": compression.map(|options| 8 * options.weights.bytes()),
-            "rays": report.rays,
-            "stderr_dc": report.stderr_dc,
-            "versions": {"lobe": env!("CARGO_PKG_VERSION")},
-        })
+        Recipe::of_bake(&self.bake_options(), report)
+            .scene(self.input.file_name())
+            .scene_hash(fingerprint.to_string())
+            .mode(self.mode.in_recipe())
+            .max_edge(self.splitting.max_edge)
+            .adaptive(self.splitting.adaptive)
+            .min_edge(self.splitting.min_edge)
+            .texels(self.texels)
+            .grid(self.grid)
+            .grid_box(self.grid_box)
+            .clusters(compression.map(|options| options.clusters))
+            .components(compression.map(|options| options.components))
+            .weights(compression.map(|options| 8 * options.weights.bytes()))
     }
 }
 
@@ -458,7 +442,7 @@ impl<'a> World<'a> {
     }
 }
 
-/// What so many points take with so many numbers for a channel.
+/// The bytes of `points` with `numbers` for each channel.
 fn bytes(points: usize, numbers: usize, channels: Channels) -> u64 {
     (points as u64).saturating_mul((4 * numbers * channels.count()) as u64)
 }

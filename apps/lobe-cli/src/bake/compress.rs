@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use lobe::prt::{
-    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, WeightBits, error_curve_watched,
+    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, WeightBits, error_curve,
     write_compressed_transfer,
 };
 use serde::Serialize;
-use serde_json::json;
 
 use crate::args::compression;
 use crate::args::output;
@@ -79,24 +78,18 @@ impl Compress {
         output::check_not_input(&self.output, self.input.path())?;
         output::prepare_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
-        let options = CompressOptions {
-            clusters: self.clusters,
-            components: self.components,
-            weights: self.weights,
-            ..CompressOptions::default()
-        };
-        let compressed =
-            watched(talk, "compress", |progress| CompressedTransfer::new_watched(&transfer, &options, progress))?;
+        let options =
+            CompressOptions::default().clusters(self.clusters).components(self.components).weights(self.weights);
+        let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&transfer, &options, job))?;
         let Ok((compressed, report)) = compressed else {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
-        let recipe = recipe.with(json!({
-            "clusters": self.clusters,
-            "components": self.components,
-            "weights": 8 * self.weights.bytes(),
-            "relative_error": report.relative_error,
-            "compressed_by": env!("CARGO_PKG_VERSION"),
-        }));
+        let recipe = recipe
+            .clusters(Some(self.clusters))
+            .components(Some(self.components))
+            .weights(Some(8 * self.weights.bytes()))
+            .relative_error(report.relative_error)
+            .compressed_by(env!("CARGO_PKG_VERSION").to_owned());
         write_compressed_transfer(&self.output, &compressed, &recipe)?;
         tell_if_too_late(&self.output, talk);
         let curve = if self.curve { Some(self.curve_of(&transfer, &options, talk)?) } else { None };
@@ -115,9 +108,7 @@ impl Compress {
         };
         let clusters = up_to(&CURVE_CLUSTERS, self.clusters);
         let components = up_to(&CURVE_COMPONENTS, self.components);
-        let points = watched(talk, "curve", |progress| {
-            error_curve_watched(transfer, &clusters, &components, options, progress)
-        })?;
+        let points = watched(talk, "curve", |job| error_curve(transfer, &clusters, &components, options, job))?;
         points.or_else(|_| bail!("stopped before the curve was complete; {} is written", self.output.display()))
     }
 }

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal_watched, write_zonal_transfer};
+use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal, write_zonal_transfer};
 use serde::Serialize;
-use serde_json::json;
 
 use crate::args::output;
 use crate::args::transfer_input::TransferInput;
@@ -55,17 +54,16 @@ impl FitLobes {
         output::check_not_input(&self.output, self.input.path())?;
         output::prepare_file(&self.output)?;
         let (transfer, recipe) = self.input.read()?;
-        let options = ZonalFitOptions { lobes: self.lobes, optimize: !self.closed_form, ..ZonalFitOptions::default() };
-        let fitted = watched(talk, "fit", |progress| fit_zonal_watched(&transfer, &options, progress))?;
+        let options = ZonalFitOptions::default().lobes(self.lobes).optimize(!self.closed_form);
+        let fitted = watched(talk, "fit", |job| fit_zonal(&transfer, &options, job))?;
         let Ok((zonal, report)) = fitted else {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
-        let recipe = recipe.with(json!({
-            "lobes": self.lobes,
-            "closed_form": self.closed_form,
-            "relative_error": report.relative_error,
-            "fitted_by": env!("CARGO_PKG_VERSION"),
-        }));
+        let recipe = recipe
+            .lobes(self.lobes)
+            .closed_form(self.closed_form)
+            .relative_error(report.relative_error)
+            .fitted_by(env!("CARGO_PKG_VERSION").to_owned());
         write_zonal_transfer(&self.output, &zonal, &recipe)?;
         tell_if_too_late(&self.output, talk);
         let printed = Printed {

@@ -1,18 +1,12 @@
 //! Splitting triangles before a bake, so that there are vertices where light changes.
 
 use clap::Args;
-use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, Mode, split_adaptively_resumable};
-use lobe::scene::{Bounds, Scene};
+use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, Mode, split_adaptively};
+use lobe::scene::Scene;
 
 use crate::args::values;
 use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
-
-/// Enough to see where transfer changes by a tenth.
-const ADAPTIVE_SAMPLES: u32 = 256;
-
-/// The shortest edge that is split without --min-edge, as a part of the scene's diagonal.
-const SHORTEST_EDGE: f32 = 1.0 / 512.0;
 
 #[derive(Args)]
 pub(crate) struct Splitting {
@@ -56,14 +50,11 @@ impl Splitting {
     ) -> anyhow::Result<(Scene, Option<AdaptiveReport>)> {
         let Some(threshold) = self.adaptive else { return Ok((scene, None)) };
         let mode = if bake.mode == Mode::Unshadowed { Mode::Unshadowed } else { Mode::Shadowed };
-        let options = AdaptiveOptions {
-            threshold,
-            min_edge: self.min_edge.map_or(diagonal(&scene) * SHORTEST_EDGE, |edge| edge as f32),
-            bake: BakeOptions { mode, samples: ADAPTIVE_SAMPLES, ..bake.clone() },
-        };
-        let (finer, report) = checkpoint.watched_rounds(talk, |path_of, progress| {
-            split_adaptively_resumable(&scene, &options, path_of, progress)
-        })?;
+        let defaults = AdaptiveOptions::default();
+        let bake = bake.clone().mode(mode).samples(defaults.bake.samples);
+        let min_edge = self.min_edge.map(|edge| edge as f32);
+        let options = defaults.threshold(threshold).min_edge(min_edge).bake(bake);
+        let (finer, report) = checkpoint.watched_rounds(talk, |job| split_adaptively(&scene, &options, job))?;
         Ok((finer, Some(report)))
     }
 }
@@ -76,10 +67,4 @@ pub(crate) fn note_of(report: &AdaptiveReport) -> String {
         text += &format!("; {unresolved} edges still differ by more and are too short to be split");
     }
     text
-}
-
-/// The length of the diagonal of the scene's box.
-fn diagonal(scene: &Scene) -> f32 {
-    let Bounds { min, max } = scene.bounds();
-    (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f32>().sqrt()
 }

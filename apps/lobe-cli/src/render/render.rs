@@ -1,6 +1,5 @@
 //! `lobe render`: a scene under distant light, by transfer or by paths.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -8,11 +7,10 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, MapWriteOptions, write_env};
 use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
-use lobe::io::{StagedFile, StagedWriter};
-use lobe::prt::Progress;
+use lobe::io::{Job, Progress, StagedFile, StagedWriter, Watch};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, GlossyLobe, LightStrategy, LitPicture, PathOptions, RenderError, SampleCount,
-    Surfaces, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_resumable,
+    BakedScene, Camera, DistantLight, GlossyLobe, LitPicture, PathOptions, RenderError, SampleCount, Surfaces, Truth,
+    TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
@@ -240,7 +238,7 @@ impl Render {
         match self.animation_path() {
             None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
             Some(path) => {
-                let io = |source| RenderError::Io { path: path.clone(), source };
+                let io = |source| RenderError::Io { place: path.display().to_string(), source };
                 let in_file = |error| match error {
                     ImageError::Output(source) => io(source),
                     other => other.into(),
@@ -275,16 +273,18 @@ impl Render {
         for (k, checkpoint) in checkpoints.iter().enumerate() {
             let turn = self.light.turn(k, frames);
             let mut is_told = false;
-            let rendered = self.render(work, &turn, checkpoint, &mut |part| {
+            let rendered = self.render(work, &turn, checkpoint, &mut |progress| {
+                let part = progress.done as f64 / progress.total as f64;
                 let steps = (part * STEPS as f64) as usize;
-                if !is_told && part > 0.0 {
+                if !is_told && progress.resumed > 0 {
                     let text = format!("found; going on from {:.0} %", 100.0 * part);
                     talk.note(&checkpoint.path().display().to_string(), &text);
                     resumed += steps;
                 }
                 is_told = true;
-                let progress = Progress { done: k * STEPS + steps, total, resumed, rays: 0, elapsed: begin.elapsed() };
-                line.show(progress.done, total, None, progress.seconds_left());
+                let elapsed = begin.elapsed();
+                let all = Progress { done: k * STEPS + steps, total, resumed, elapsed, ..Progress::default() };
+                line.show(all.done, total, None, all.seconds_left());
                 ctrl_c::go_on()
             });
             let rendered = match rendered {
@@ -331,16 +331,18 @@ impl Render {
         work: &Work<'_>,
         turn: &Rotation,
         checkpoint: &Checkpoint,
-        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+        watch: Watch<'_>,
     ) -> Result<Rendered, RenderError> {
+        let job = Job::default().watched_by(watch);
         match (&work.stage, &work.expansion) {
             (Stage::Plain(scene, bvh), expansion) if self.mode == Mode::Truth => {
                 let light = match expansion {
                     Some(f) => DistantLight::from_expansion(f.clone()),
                     None => work.light.as_it_is(),
                 };
-                let (light, options, kept) = (light.turned(turn), self.truth_options(), checkpoint.path());
-                let truth = render_truth_resumable(scene, bvh, &work.camera, &light, &options, kept, progress)?;
+                let (light, options) = (light.turned(turn), self.truth_options());
+                let job = job.kept_in(checkpoint.path());
+                let truth = render_truth(scene, bvh, &work.camera, &light, &options, job)?;
                 Ok(Rendered::Traced(Box::new(truth)))
             }
             (stage, Some(f)) => {
@@ -352,9 +354,9 @@ impl Render {
                 let background = |s: Dir| behind.radiance(s);
                 let (camera, options) = (&work.camera, self.view_options());
                 let lit = match stage {
-                    Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, progress),
+                    Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, job),
                     Stage::Plain(scene, bvh) => {
-                        light_by_irradiance((scene, bvh), &f, camera, &options, background, progress)
+                        light_by_irradiance((scene, bvh), &f, camera, &options, background, job)
                     }
                 };
                 lit.map(Rendered::Shaded)
@@ -366,14 +368,14 @@ impl Render {
     fn truth_options(&self) -> TruthOptions {
         let (width, height) = self.view.size();
         let count = SampleCount::of(self.samples.unwrap_or(PATHS));
-        TruthOptions { width, height, count, paths: self.path_options() }
+        TruthOptions::default().width(width).height(height).count(count).paths(self.path_options())
     }
 
     /// What all modes but truth look with.
     fn view_options(&self) -> ViewOptions {
         let (width, height) = self.view.size();
         let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
-        ViewOptions { width, height, rays }
+        ViewOptions::default().width(width).height(height).rays(rays)
     }
 
     fn path_options(&self) -> PathOptions {
@@ -381,12 +383,8 @@ impl Render {
             None | Some(SurfaceModel::Matte) => Surfaces::Matte,
             Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
         };
-        PathOptions {
-            bounces: self.bounces.unwrap_or(BOUNCES),
-            strategy: LightStrategy::Both,
-            surfaces,
-            seed: self.seed.unwrap_or(0),
-        }
+        let bounces = self.bounces.unwrap_or(BOUNCES);
+        PathOptions::default().bounces(bounces).surfaces(surfaces).seed(self.seed.unwrap_or(0))
     }
 
     /// What transfer the mode needs.
@@ -422,7 +420,7 @@ impl Render {
         match rendered {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
             Rendered::Shaded(LitPicture { picture, .. }) => {
-                let pixels = EnvMap::new(picture.width(), picture.height(), picture.pixels().to_vec())?;
+                let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
                 note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
             }
         }

@@ -3,22 +3,20 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use lobe::prt::{BakeOptions, BakedOrScene, Mode, Transfer};
+use lobe::io::{Job, Progress};
+use lobe::prt::{BakeOptions, BakedOrScene, Mode, RecipeMode, Transfer};
 use lobe::render::{BakedScene, Camera, GlossyLobe, RenderError, ViewOptions, transfer_bytes};
 use lobe::scene::Scene;
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
-use crate::run::bake_watch::{OnProgress, watched};
+use crate::run::bake_watch::watched;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
 /// What to do where a bake takes long.
 const BAKE_FIRST: &str = "lobe bake can be stopped and continued, and what it writes can be rendered";
-
-/// Steps of the progress line while the picture is searched for backs.
-const STEPS: f64 = 1000.0;
 
 /// The transfer that the options ask for.
 pub(crate) struct Asked {
@@ -94,28 +92,27 @@ impl Asked {
         }
         let wanted = if self.lobe.is_some() { "glossy" } else { mode_name(self.mode) };
         // A recipe that does not say is believed.
-        let found = baked.recipe()["mode"].as_str().unwrap_or(wanted);
+        let found = baked.recipe().mode.as_ref().map_or(wanted, RecipeMode::name);
         if found != wanted {
             bail!("--mode {wanted}: {name} was baked as {found}; ask for that, or render the scene it was baked from");
         }
         if let Some(asked) = self.order.filter(|&asked| asked > baked.order()) {
             bail!("--order {asked}: {name} was baked to order {}; bake it to a higher one", baked.order());
         }
-        let options = BakeOptions { mode: self.mode, ..baked.options().clone() };
+        let options = baked.options().clone().mode(self.mode);
         Ok(baked.with_options(options))
     }
 
     fn bake(&self, scene: Scene, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedScene> {
         let defaults = BakeOptions::default();
-        let options = BakeOptions {
-            mode: self.mode,
-            order: self.order.unwrap_or(defaults.order),
-            samples: self.samples.map_or(defaults.samples, |n| n as u32),
-            bounces: self.bounces.unwrap_or(defaults.bounces),
-            ..defaults
-        };
+        let options = defaults
+            .clone()
+            .mode(self.mode)
+            .order(self.order.unwrap_or(defaults.order))
+            .samples(self.samples.map_or(defaults.samples, |n| n as u32))
+            .bounces(self.bounces.unwrap_or(defaults.bounces));
         check_memory(memory, &scene, scene.vertex_count(), &options, self.lobe.is_some())?;
-        watched_bake(talk, |show| BakedScene::bake(scene, &options, self.lobe, show))
+        watched_bake(talk, |job| BakedScene::bake(scene, &options, self.lobe, job))
     }
 }
 
@@ -129,10 +126,11 @@ fn bake_backs(
 ) -> anyhow::Result<()> {
     ctrl_c::watch();
     let line = talk.progress("look");
-    let looked = baked.backs_in_view(camera, view, |part| {
-        line.show((part * STEPS) as usize, STEPS as usize, None, None);
+    let mut watch = |progress: &Progress| {
+        line.show(progress.done, progress.total, None, None);
         ctrl_c::go_on()
-    });
+    };
+    let looked = baked.backs_in_view(camera, view, Job::default().watched_by(&mut watch));
     drop(line);
     let seen = match looked {
         Err(RenderError::Cancelled) => bail!("stopped before the first picture; nothing is kept"),
@@ -150,10 +148,10 @@ fn bake_backs(
         );
         talk.note(file, &text);
     }
-    watched_bake(talk, |show| baked.bake_backs(&seen, show))
+    watched_bake(talk, |job| baked.bake_backs(&seen, job))
 }
 
-fn watched_bake<T>(talk: Talk, bake: impl FnOnce(OnProgress<'_>) -> Result<T, RenderError>) -> anyhow::Result<T> {
+fn watched_bake<T>(talk: Talk, bake: impl FnOnce(Job<'_>) -> Result<T, RenderError>) -> anyhow::Result<T> {
     let baked = watched(talk, "bake", bake)?;
     baked.or_else(|_| bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}"))
 }

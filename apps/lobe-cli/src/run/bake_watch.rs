@@ -1,20 +1,16 @@
 //! Long work that is watched, stopped and continued.
 
-use std::cell::Cell;
 use std::error::Error;
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
-use lobe::prt::{Progress, PrtError};
+use lobe::io::{Job, Progress};
+use lobe::prt::PrtError;
 use lobe::render::RenderError;
 
 use crate::run::ctrl_c;
 use crate::run::talk::{ProgressLine, Talk};
-
-/// What long work calls while it goes on.
-pub(crate) type OnProgress<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
 
 /// What a user can do about work that was stopped and has a checkpoint.
 pub(crate) const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
@@ -36,28 +32,28 @@ impl Cancellable for RenderError {
     }
 }
 
-/// Does work, with a line where somebody is watching, until it is done or somebody presses Ctrl-C: then how far it was is the
-/// inner error.
+/// Does work, with a line of progress on a terminal, until it is done or the user presses Ctrl-C: then the inner error says how
+/// far it was.
 pub(crate) fn watched<T, E: Cancellable>(
     talk: Talk,
     what: &'static str,
-    work: impl FnOnce(OnProgress<'_>) -> Result<T, E>,
+    work: impl FnOnce(Job<'_>) -> Result<T, E>,
 ) -> anyhow::Result<Result<T, Progress>> {
     ctrl_c::watch();
     let line = talk.progress(what);
     let mut last = None;
-    let result = work(&mut |progress| {
+    let result = work(Job::default().watched_by(&mut |progress| {
         last = Some(*progress);
         show(&line, progress);
         ctrl_c::go_on()
-    });
+    }));
     match (result, last) {
         (Err(error), Some(last)) if error.is_cancelled() => Ok(Err(last)),
         (other, _) => Ok(Ok(other?)),
     }
 }
 
-/// Says that an output is there although somebody has pressed Ctrl-C.
+/// Says that an output is there although the user has pressed Ctrl-C.
 pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     if ctrl_c::go_on().is_break() {
         talk.note(&output.display().to_string(), "complete; Ctrl-C came too late to stop it");
@@ -86,7 +82,7 @@ impl Checkpoint {
         &self.path
     }
 
-    /// The file of a round of splitting.
+    /// The file of a round of splitting, as [`lobe::prt::split_adaptively`] names it.
     fn of_round(&self, round: usize) -> PathBuf {
         let mut name = self.path.clone().into_os_string();
         name.push(format!(".split-{round}"));
@@ -130,63 +126,61 @@ impl Checkpoint {
         )
     }
 
-    /// Bakes until it is done or somebody presses Ctrl-C.
+    /// Bakes until it is done or the user presses Ctrl-C.
     pub(crate) fn watched<T>(
         &self,
         talk: Talk,
-        work: impl FnOnce(&Path, OnProgress<'_>) -> Result<T, PrtError>,
+        work: impl FnOnce(Job<'_>) -> Result<T, PrtError>,
     ) -> anyhow::Result<T> {
         let mut is_told = false;
-        let result = watched(talk, "bake", |show| {
-            work(&self.path, &mut |progress| {
+        let result = watched(talk, "bake", |mut shown| {
+            let mut watch = |progress: &Progress| {
                 if !is_told && progress.resumed > 0 {
                     let percent = 100 * progress.resumed / progress.total.max(1);
                     talk.note(&self.path.display().to_string(), &format!("found; going on from {percent} %"));
                 }
                 is_told = true;
-                show(progress)
-            })
+                shown.report(progress)
+            };
+            work(Job::default().watched_by(&mut watch).kept_in(&self.path))
         })?;
         result.or_else(|at| bail!("stopped after {} of {} points; {GO_ON}", at.done, at.total))
     }
 
-    /// Splits until it is done or somebody presses Ctrl-C. The work asks for the file of each round as the round begins.
+    /// Splits until it is done or the user presses Ctrl-C.
     pub(crate) fn watched_rounds<T>(
         &self,
         talk: Talk,
-        work: impl FnOnce(&dyn Fn(usize) -> PathBuf, OnProgress<'_>) -> Result<T, PrtError>,
+        work: impl FnOnce(Job<'_>) -> Result<T, PrtError>,
     ) -> anyhow::Result<T> {
-        let round = Cell::new(0);
-        let path_of = |k| {
-            round.set(k);
-            self.of_round(k)
-        };
         let (mut is_resumed, mut is_told) = (false, false);
-        let result = watched(talk, "split", |show| {
-            work(&path_of, &mut |progress| {
+        let result = watched(talk, "split", |mut shown| {
+            let mut watch = |progress: &Progress| {
                 is_resumed |= progress.resumed > 0;
                 if !is_told && progress.resumed < progress.total {
                     is_told = true;
                     if is_resumed {
                         let percent = 100 * progress.resumed / progress.total.max(1);
-                        let text = format!("found; going on from {percent} % of round {} of splitting", round.get());
+                        let text = format!("found; going on from {percent} % of round {} of splitting", progress.round);
                         talk.note(&self.path.display().to_string(), &text);
                     }
                 }
-                show(progress)
-            })
+                shown.report(progress)
+            };
+            work(Job::default().watched_by(&mut watch).kept_in(&self.path))
         })?;
-        result.or_else(|at| {
-            bail!("stopped in round {} of splitting after {} of {} points; {GO_ON}", round.get(), at.done, at.total)
+        result.or_else(|Progress { round, done, total, .. }| {
+            bail!("stopped in round {round} of splitting after {done} of {total} points; {GO_ON}")
         })
     }
 
-    /// Refuses to begin what could not be kept: an output of so many bytes beside a checkpoint of so many, of which it may have some.
+    /// Refuses to begin work whose results do not fit on the disk: an output of `bytes` beside a checkpoint of `checkpoint` bytes,
+    /// of which some may be there already.
     pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64) -> anyhow::Result<()> {
         Self::check_rest(output, bytes, checkpoint.saturating_sub(length(&self.path)))
     }
 
-    /// The same before the scene is split, with files for the rounds that take so many bytes at least.
+    /// The same before the scene is split, with files for the rounds that take at least `rounds` bytes.
     pub(crate) fn check_room_to_split(
         &self,
         output: &Path,

@@ -6,13 +6,14 @@ use std::time::Instant;
 use std::{fmt, io};
 
 use anyhow::bail;
-use lobe::prt::{Channels, MatrixRows, Progress, PrtError, TransferRows};
+use lobe::io::{Job, Progress};
+use lobe::prt::{Channels, MatrixRows, PrtError, TransferRows};
 
-use crate::run::bake_watch::{GO_ON, OnProgress, watched};
+use crate::run::bake_watch::{GO_ON, watched};
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
-/// Transfer or matrices that are watched while they are read: somebody who presses Ctrl-C ends the writing.
+/// Transfer or matrices that are watched while they are read: Ctrl-C ends the writing.
 pub(crate) struct WatchedRows<'a, T: ?Sized> {
     rows: &'a T,
     state: RefCell<State<'a>>,
@@ -21,10 +22,10 @@ pub(crate) struct WatchedRows<'a, T: ?Sized> {
 struct State<'a> {
     read: usize,
     begin: Instant,
-    on_progress: OnProgress<'a>,
+    job: Job<'a>,
 }
 
-/// The refusal of rows to somebody who has pressed Ctrl-C.
+/// The refusal of rows after Ctrl-C.
 #[derive(Debug)]
 struct Stopped;
 
@@ -41,8 +42,8 @@ impl<T: ?Sized> WatchedRows<'_, T> {
         let mut state = self.state.borrow_mut();
         // Some outputs take more than one look at a row.
         state.read = (state.read + read).min(total);
-        let progress = Progress { done: state.read, total, resumed: 0, rays: 0, elapsed: state.begin.elapsed() };
-        if (state.on_progress)(&progress).is_break() { Err(io::Error::other(Stopped)) } else { Ok(()) }
+        let progress = Progress { done: state.read, total, elapsed: state.begin.elapsed(), ..Progress::default() };
+        if state.job.report(&progress).is_break() { Err(io::Error::other(Stopped)) } else { Ok(()) }
     }
 }
 
@@ -90,15 +91,15 @@ pub(crate) fn write_watched<T: ?Sized>(
     talk: Talk,
     write: impl FnOnce(&WatchedRows<'_, T>) -> Result<(), PrtError>,
 ) -> anyhow::Result<()> {
-    watched(talk, "write", |on_progress| write_rows(rows, on_progress, write))?.or_else(|_| stopped())
+    watched(talk, "write", |job| write_rows(rows, job, write))?.or_else(|_| stopped())
 }
 
 fn write_rows<T: ?Sized>(
     rows: &T,
-    on_progress: OnProgress<'_>,
+    mut job: Job<'_>,
     write: impl FnOnce(&WatchedRows<'_, T>) -> Result<(), PrtError>,
 ) -> Result<(), PrtError> {
-    let state = State { read: 0, begin: Instant::now(), on_progress };
+    let state = State { read: 0, begin: Instant::now(), job: job.reborrow() };
     match write(&WatchedRows { rows, state: RefCell::new(state) }) {
         Err(PrtError::Io { source, .. }) if matches!(source.get_ref(), Some(inner) if inner.is::<Stopped>()) => {
             Err(PrtError::Cancelled)
@@ -112,7 +113,7 @@ pub(crate) fn stopped<T>() -> anyhow::Result<T> {
     bail!("stopped after the bake, before its output was written; {GO_ON}")
 }
 
-/// Ends a command whose bake is done if somebody has pressed Ctrl-C, before an output that takes no time to write.
+/// Ends a command whose bake is done if the user has pressed Ctrl-C, before an output that takes no time to write.
 pub(crate) fn stop_before_writing() -> anyhow::Result<()> {
     if ctrl_c::go_on().is_break() { stopped() } else { Ok(()) }
 }
@@ -122,8 +123,7 @@ mod tests {
     use std::fs;
     use std::ops::ControlFlow;
 
-    use lobe::prt::{Transfer, TransferMatrices, write_matrices, write_transfer};
-    use serde_json::Value;
+    use lobe::prt::{Recipe, Transfer, TransferMatrices, write_matrices, write_transfer};
 
     use super::*;
 
@@ -142,9 +142,10 @@ mod tests {
                     calls.push(progress.done);
                     if calls.len() == stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
                 };
+                let job = Job::default().watched_by(watch);
                 let written = match is_transfer {
-                    true => write_rows(&transfer, watch, |rows| write_transfer(&path, rows, &Value::Null)),
-                    false => write_rows(&matrices, watch, |rows| write_matrices(&path, rows, &Value::Null)),
+                    true => write_rows(&transfer, job, |rows| write_transfer(&path, rows, &Recipe::default())),
+                    false => write_rows(&matrices, job, |rows| write_matrices(&path, rows, &Recipe::default())),
                 };
                 let is_stopped = matches!(written, Err(PrtError::Cancelled));
                 assert_eq!(is_stopped, stop_at < 4, "{written:?}, stopped at call {stop_at}");

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
     Coefficient, Dering, DeringMethod, DeringOutcome, DeringReport, Expansion as _, Extremum, FileCoefficients,
-    Quantity, ShFile, ShVec, Zonal, deringed,
+    Quantity, ShError, ShFile, ShVec, Zonal, deringed,
 };
 use serde::Serialize;
 
@@ -51,12 +51,12 @@ enum Wanted {
 
 /// The library's names and the short ones of `lobe sh window`.
 fn method(text: &str) -> Result<DeringMethod, String> {
-    match text {
+    let name = match text {
         "sinc4" => "lanczos:4",
         "laplacian" => "squared-laplacian",
         text => text,
-    }
-    .parse()
+    };
+    name.parse().map_err(|error: ShError| error.to_string())
 }
 
 /// What `--json` prints.

@@ -38,7 +38,7 @@ impl Dir {
     /// Reads a baked scene, whose file has to be right by glTF's rules.
     pub(crate) fn baked(&self, name: &str) -> Baked {
         assert_eq!(glb_faults(&self.bytes(name)), Vec::<String>::new(), "faults of {name}");
-        read_baked(self.path(name)).unwrap()
+        read_baked(self.path(name), &lobe::scene::SceneReadOptions::default()).unwrap()
     }
 
     /// Writes an expansion.

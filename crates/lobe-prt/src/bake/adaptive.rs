@@ -1,26 +1,41 @@
 //! Vertices where transfer needs them.
 
 use std::collections::HashSet;
-use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use lobe_scene::{Bvh, Mesh, Scene};
+use lobe_io::{Job, Progress};
+use lobe_scene::{Bounds, Bvh, Mesh, Scene};
 
-use crate::{BakeOptions, Progress, PrtError, Receivers, Transfer, bake, bake_resumable};
+use crate::setters::setters;
+use crate::{BakeOptions, Mode, PrtError, Receivers, Transfer, bake, bake_on_disk};
+
+/// The shortest edge that is split if nothing else is said, as a part of the scene's diagonal.
+const SHORTEST_EDGE: f32 = 1.0 / 512.0;
 
 /// How a scene is split where its transfer changes.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AdaptiveOptions {
     /// Edges are halved whose ends' transfer differs by more than this part of the root mean square of all transfer.
     pub threshold: f64,
-    /// Edges that are shorter are left.
-    pub min_edge: f32,
+    /// Edges that are shorter are left. Without a choice that is 1/512 of the diagonal of the scene's box.
+    pub min_edge: Option<f32>,
     /// How transfer is estimated at each vertex. Its noise should be well below the threshold.
     pub bake: BakeOptions,
 }
 
+impl Default for AdaptiveOptions {
+    /// Splits where transfer changes by a tenth, found by 256 paths of shadowed transfer, which are enough to see that.
+    fn default() -> Self {
+        Self { threshold: 0.1, min_edge: None, bake: BakeOptions::default().mode(Mode::Shadowed).samples(256) }
+    }
+}
+
+setters!(AdaptiveOptions { threshold: f64, min_edge: Option<f32>, bake: BakeOptions });
+
 /// What an adaptive split did.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AdaptiveReport {
     /// How often edges were halved.
     pub rounds: usize,
@@ -44,44 +59,42 @@ pub struct AdaptiveReport {
 /// nothing. The rest of the scene hardly changes where edges are halved, and transfer is baked for new vertices alone. The first
 /// vertices of each mesh are those it had. The bake of the result is up to the caller.
 ///
-/// `progress` is called as by [`bake()`], in each round anew.
+/// The job is told of each [round](Progress::round) anew. If it is [kept in a file](Job::kept_in), each round keeps what it finds
+/// in a file of its own, whose name has `.split-` and the number of the round appended. Splitting that was stopped, or killed
+/// at any moment, continues from these files and ends with the same scene; edges are halved once more, which takes no rays.
+/// All files stay locked until it ends. The caller removes them, the last one first, when the results are safe.
 ///
 /// # Errors
-/// [`PrtError::Options`] if an option is out of its range, [`PrtError::Scene`] if the scene would have more than 2²⁶ triangles,
-/// [`PrtError::Cancelled`] if `progress` breaks.
+/// [`PrtError::Options`] if an option is out of its range, [`PrtError::Scene`] if the scene would have more than 2²⁶ triangles;
+/// for the job those of [`bake()`].
 pub fn split_adaptively(
     scene: &Scene,
     options: &AdaptiveOptions,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    mut job: Job<'_>,
 ) -> Result<(Scene, AdaptiveReport), PrtError> {
-    split(scene, options, &mut |_, scene, receivers, options| {
-        let (transfer, report) = bake(scene, &Bvh::new(scene), receivers, options, progress)?;
-        Ok((transfer, report.rays))
-    })
-}
-
-/// [`split_adaptively`], with what each round finds in a file, named by `checkpoint` for the rounds from 0 on.
-///
-/// If files are there, splitting continues from them: a split that was stopped, or killed at any moment, ends with the same
-/// scene as one that ran through, and loses what [`bake_resumable`] loses; edges are halved once more, which takes no rays. All
-/// files stay locked until it ends. The caller removes them, the last one first, when the results are safe.
-///
-/// # Errors
-/// Those of [`split_adaptively`] and of [`bake_resumable`].
-pub fn split_adaptively_resumable(
-    scene: &Scene,
-    options: &AdaptiveOptions,
-    checkpoint: &dyn Fn(usize) -> PathBuf,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<(Scene, AdaptiveReport), PrtError> {
+    let checkpoint = job.checkpoint().map(Path::to_path_buf);
     let mut locked = Vec::new();
     split(scene, options, &mut |round, scene, receivers, options| {
-        let path = checkpoint(round);
-        let (stored, report) = bake_resumable(scene, &Bvh::new(scene), receivers, options, &path, progress)?;
+        let mut watch = |progress: &Progress| job.report(&Progress { round, ..*progress });
+        let job = Job::default().watched_by(&mut watch);
+        let bvh = Bvh::new(scene);
+        let Some(path) = &checkpoint else {
+            let (transfer, report) = bake(scene, &bvh, receivers, options, job)?;
+            return Ok((transfer, report.rays));
+        };
+        let job = job.kept_in(path_of_round(path, round));
+        let (stored, report) = bake_on_disk(scene, &bvh, receivers, options, job)?;
         let transfer = stored.load()?;
         locked.push(stored);
         Ok((transfer, report.rays))
     })
+}
+
+/// The checkpoint of a round of a split that is kept in a file.
+fn path_of_round(checkpoint: &Path, round: usize) -> PathBuf {
+    let mut name = checkpoint.to_path_buf().into_os_string();
+    name.push(format!(".split-{round}"));
+    name.into()
 }
 
 /// The transfer of some receivers, and how many rays it took.
@@ -98,8 +111,9 @@ fn split(
     if !(options.threshold > 0.0 && options.threshold.is_finite()) {
         return Err(PrtError::Options(format!("expected a threshold above zero, found {}", options.threshold)));
     }
-    if !(options.min_edge > 0.0 && options.min_edge.is_finite()) {
-        return Err(PrtError::Options(format!("expected a shortest edge above zero, found {}", options.min_edge)));
+    let min_edge = options.min_edge.unwrap_or_else(|| diagonal(scene) * SHORTEST_EDGE);
+    if !(min_edge > 0.0 && min_edge.is_finite()) {
+        return Err(PrtError::Options(format!("expected a shortest edge above zero, found {min_edge}")));
     }
     let vertices = scene.vertex_count();
     let mut report = AdaptiveReport { rounds: 0, vertices_before: vertices, vertices, rays: 0, unresolved: 0 };
@@ -110,16 +124,19 @@ fn split(
     let mut known = Known { rows: vec![Vec::new(); scene.meshes().len()], row: 0 };
     let mut limit = None;
     loop {
+        // Bake the vertices that are new in this round.
         let near = scene.near_origin().0;
         report.rays +=
             known.bake_new_vertices(&near, &mut |receivers| bake_round(report.rounds, &near, receivers, &bake))?;
+        // Halve the edges along which transfer changes.
         let limit = *limit.get_or_insert_with(|| options.threshold * known.root_mean_square());
         let changes = |mesh, edge| known.distance(mesh, edge) > limit;
         let is_long = |mesh: usize, [a, b]: [u32; 2]| {
             let [a, b] = [a, b].map(|i| scene.meshes()[mesh].positions()[i as usize]);
-            (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>() >= options.min_edge * options.min_edge
+            (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>() >= min_edge * min_edge
         };
         let finer = scene.halve_edges(|mesh, edge| is_long(mesh, edge) && changes(mesh, edge))?;
+        // End where there are none.
         if finer.vertex_count() == scene.vertex_count() {
             report.vertices = scene.vertex_count();
             report.unresolved = count_edges(&scene, changes);
@@ -175,6 +192,12 @@ impl Known {
         let [a, b] = edge.map(|i| &self.rows[mesh][i as usize * self.row..][..self.row]);
         a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>().sqrt()
     }
+}
+
+/// The length of the diagonal of the scene's box.
+fn diagonal(scene: &Scene) -> f32 {
+    let Bounds { min, max } = scene.bounds();
+    (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f32>().sqrt()
 }
 
 /// How many edges are to be counted, each once by the indices of its ends.

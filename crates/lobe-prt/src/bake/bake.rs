@@ -1,18 +1,17 @@
 //! Baking transfer.
 
-use std::ops::ControlFlow;
-use std::path::Path;
 use std::time::Instant;
 
+use lobe_io::{Fingerprint, Job};
 use lobe_scene::{Bvh, Scene};
 
 use crate::bake::diffuse::Diffuse;
 use crate::bake::pilot::{Pilot, pilot};
 use crate::job::checkpoint::Checkpoint;
-use crate::job::chunks::{Job, Memory, OnProgress, Tally, run};
-use crate::job::fingerprint::Fingerprint;
+use crate::job::chunks::{Estimator, Memory, Tally, run};
+use crate::job::fingerprint::fingerprint_scene;
 use crate::job::stored_rows::StoredRows;
-use crate::{BakeOptions, BakeReport, Progress, PrtError, Receivers, StoredTransfer, Transfer};
+use crate::{BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
 
 /// Bakes what receivers in a scene do to light.
 ///
@@ -27,103 +26,114 @@ use crate::{BakeOptions, BakeReport, Progress, PrtError, Receivers, StoredTransf
 /// double-sided and are black elsewhere. Directions are scrambled Sobol' points, independent from receiver to
 /// receiver. Coefficients depend on the arguments alone, not on the number of threads.
 ///
-/// `progress` is called about once a second and at the end, and may stop the bake.
+/// The job is told about once a second which receivers are done. If it is [kept in a file](Job::kept_in), results go there
+/// about once a second, too, and reach the disk within 10 s; where receivers have so many paths that one takes longer, when
+/// it is done. The file has its final size from the start, so that a full disk is found before the work.
 ///
 /// ```
-/// use std::ops::ControlFlow;
+/// use lobe_io::Job;
 /// use lobe_prt::{BakeOptions, Mode, Receivers, bake};
 /// use lobe_scene::{Bvh, built_in};
 ///
 /// let scene = built_in::ball_over_ground(8);
 /// let receivers = Receivers::at_vertices(&scene)?;
-/// let options = BakeOptions { mode: Mode::Shadowed, order: 3, samples: 64, ..BakeOptions::default() };
-/// let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, &mut |_| ControlFlow::Continue(()))?;
+/// let options = BakeOptions::default().mode(Mode::Shadowed).order(3).samples(64);
+/// let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default())?;
 /// assert_eq!((transfer.receivers(), report.rays), (receivers.len(), 64 * receivers.len() as u64));
 /// # Ok::<(), lobe_prt::PrtError>(())
 /// ```
 ///
 /// # Errors
 /// [`PrtError::Options`] if an option is out of its range or the tree is of another scene; [`PrtError::Cancelled`] if
-/// `progress` breaks.
+/// the job was told to stop. With a checkpoint, [`PrtError::Io`] if it cannot be written or the disk has no room for it and
+/// [`PrtError::Invalid`] if it is that of another bake, no checkpoint, or in use.
 pub fn bake(
     scene: &Scene,
     bvh: &Bvh,
     receivers: &Receivers,
     options: &BakeOptions,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<(Transfer, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, receivers, options)?;
-    let channels = bake.job.channels;
-    let (rows, report) = bake.in_memory(progress)?;
+    let channels = bake.estimator.channels;
+    let (rows, report) = bake.run(|_| fingerprint(scene, receivers, options), job)?;
     Ok((Transfer::new(options.order, channels, rows)?, report))
 }
 
-/// [`fn@bake`], with results in the file `checkpoint`, from where they are written or loaded.
-///
-/// If the file is there, the bake continues from it: one that was stopped, or killed at any moment, ends with the same
-/// bytes as one that ran through. Results go to the file about once a second, and reach the disk within 10 s; where
-/// receivers have so many paths that one takes longer, when it is done. The file has its final size from the start, so
-/// that a full disk is found before the work. The caller removes it when the results are safe.
+/// [`fn@bake`] with results that stay in the checkpoint of the job, from where they are written to another file or loaded.
 ///
 /// Beside the scene, its tree and the receivers, memory holds 4 MiB of results for each thread, however many there are.
 ///
 /// # Errors
-/// Those of [`fn@bake`]; [`PrtError::Io`] if the file cannot be written or the disk has no room for it;
-/// [`PrtError::Invalid`] if it is that of another bake, no checkpoint, or in use.
-pub fn bake_resumable(
+/// Those of [`fn@bake`]; [`PrtError::Options`] if the job is not [kept in a file](Job::kept_in).
+pub fn bake_on_disk(
     scene: &Scene,
     bvh: &Bvh,
     receivers: &Receivers,
     options: &BakeOptions,
-    checkpoint: &Path,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<(StoredTransfer, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, receivers, options)?;
-    let channels = bake.job.channels;
-    let mut fingerprint = Fingerprint::of_kind(KIND);
-    fingerprint.scene(scene);
-    fingerprint.receivers(receivers);
-    fingerprint.options(options);
-    let (rows, report) = bake.on_disk(checkpoint, fingerprint, progress)?;
+    let channels = bake.estimator.channels;
+    let (rows, report) = bake.run_on_disk(|_| fingerprint(scene, receivers, options), job)?;
     Ok((StoredTransfer { order: options.order, channels, rows }, report))
 }
 
-/// The number of this kind of job in fingerprints.
-const KIND: u64 = 1;
+/// What tells this bake from all others.
+fn fingerprint(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> Fingerprint {
+    /// The kind of this work among fingerprints.
+    const KIND: u64 = 1;
+    let mut fingerprint = Fingerprint::of_kind(KIND);
+    fingerprint_scene(&mut fingerprint, scene);
+    receivers.write_into(&mut fingerprint);
+    options.write_into(&mut fingerprint);
+    fingerprint
+}
 
-/// A job whose number of bounces is known, as all kinds of bakes do it.
-pub(crate) struct PreparedBake<J> {
-    pub(crate) job: J,
+/// A bake whose number of bounces is known, of any estimator.
+pub(crate) struct PreparedBake<E> {
+    pub(crate) estimator: E,
     pilot: Pilot,
     start: Instant,
 }
 
-impl<J: Job> PreparedBake<J> {
-    /// Finds how many bounces to bake, and has the job told.
-    pub(crate) fn new(job: J, energy_stop: f64, limit_bounces: impl FnOnce(&mut J, usize)) -> Self {
-        let (mut job, start) = (job, Instant::now());
-        let pilot = pilot(&job, energy_stop);
-        limit_bounces(&mut job, pilot.bounces);
-        Self { job, pilot, start }
+impl<E: Estimator> PreparedBake<E> {
+    /// Finds how many bounces to bake, and has the estimator told.
+    pub(crate) fn new(mut estimator: E, energy_stop: f64, limit_bounces: impl FnOnce(&mut E, usize)) -> Self {
+        let start = Instant::now();
+        let pilot = pilot(&estimator, energy_stop);
+        limit_bounces(&mut estimator, pilot.bounces);
+        Self { estimator, pilot, start }
     }
 
-    /// Does the job and keeps what it finds in memory.
-    pub(crate) fn in_memory(self, progress: OnProgress<'_>) -> Result<(Vec<f32>, BakeReport), PrtError> {
+    /// Estimates all rows, or takes them up from a checkpoint.
+    pub(crate) fn run(
+        self,
+        fingerprint: impl FnOnce(&E) -> Fingerprint,
+        mut job: Job<'_>,
+    ) -> Result<(Vec<f32>, BakeReport), PrtError> {
+        if job.checkpoint().is_some() {
+            let (rows, report) = self.run_on_disk(fingerprint, job)?;
+            return Ok((rows.load()?, report));
+        }
         let mut memory = Memory::default();
-        run(&self.job, &mut memory, progress)?;
+        run(&self.estimator, &mut memory, &mut job)?;
         let report = self.report(&memory.tally);
         Ok((memory.rows, report))
     }
 
-    /// Does what a checkpoint has not yet of the job.
-    pub(crate) fn on_disk(
+    /// Estimates what a checkpoint has not yet.
+    pub(crate) fn run_on_disk(
         self,
-        checkpoint: &Path,
-        fingerprint: Fingerprint,
-        progress: OnProgress<'_>,
+        fingerprint: impl FnOnce(&E) -> Fingerprint,
+        mut job: Job<'_>,
     ) -> Result<(StoredRows, BakeReport), PrtError> {
-        let mut checkpoint = Checkpoint::open(checkpoint, &self.job, fingerprint, self.pilot.bounces)?;
-        let outcome = run(&self.job, &mut checkpoint, progress);
+        let path = job.checkpoint().ok_or_else(|| {
+            PrtError::Options("expected a job that is kept in a file, in which the results stay".to_owned())
+        })?;
+        let fingerprint = fingerprint(&self.estimator);
+        let mut checkpoint = Checkpoint::open(path, &self.estimator, fingerprint, self.pilot.bounces)?;
+        let outcome = run(&self.estimator, &mut checkpoint, &mut job);
         if outcome.is_err() {
             checkpoint.sync()?;
         }
@@ -134,7 +144,7 @@ impl<J: Job> PreparedBake<J> {
 
     /// The report of a bake whose chunks add up to `tally`.
     fn report(&self, tally: &Tally) -> BakeReport {
-        let receivers = self.job.receivers();
+        let receivers = self.estimator.receivers();
         let mean = |sum: f64| sum / receivers as f64;
         BakeReport {
             receivers,
@@ -157,8 +167,8 @@ fn prepare<'a>(
 ) -> Result<PreparedBake<Diffuse<'a>>, PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
-    let job = Diffuse::new(scene, bvh, receivers, options);
-    Ok(PreparedBake::new(job, options.energy_stop, |job, bounces| job.bounces = bounces))
+    let diffuse = Diffuse::new(scene, bvh, receivers, options);
+    Ok(PreparedBake::new(diffuse, options.energy_stop, |diffuse, bounces| diffuse.bounces = bounces))
 }
 
 /// Refuses the tree of another scene.

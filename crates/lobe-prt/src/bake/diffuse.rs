@@ -4,8 +4,8 @@ use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 
 use crate::bake::basis_sum::BasisSum;
-use crate::bake::tracer::{End, Tracer};
-use crate::job::chunks::{Job, Tally};
+use crate::bake::tracer::{PathEnd, Tracer};
+use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
 use crate::{BakeOptions, Channels, Mode, Receivers};
@@ -91,12 +91,12 @@ impl<'a> Diffuse<'a> {
         for &index in &self.order {
             let ray = Ray::new(origin, frame.cosine(sobol.point(index, 0)));
             match self.tracer.follow(ray, self.bounces, &sobol, index, &mut tally.rays) {
-                End::Escaped { direction, weight, bounce } => {
+                PathEnd::Escaped { direction, weight, bounce } => {
                     scratch.sum.push(direction, weight);
                     tally.energy[bounce] += energy(weight);
                 }
-                End::Left { weight } => tally.left += energy(weight),
-                End::Absorbed => {}
+                PathEnd::Left { weight } => tally.left += energy(weight),
+                PathEnd::Absorbed => {}
             }
         }
         scratch.sum.take_into(factors, row);
@@ -128,7 +128,7 @@ fn mean(channels: [f64; 3]) -> f64 {
     channels.iter().sum::<f64>() / 3.0
 }
 
-impl Job for Diffuse<'_> {
+impl Estimator for Diffuse<'_> {
     type Scratch = Scratch;
 
     fn receivers(&self) -> usize {
@@ -153,7 +153,7 @@ impl Job for Diffuse<'_> {
         self.options.seed
     }
 
-    fn work(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+    fn estimate(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
         match self.options.mode {
             Mode::Unshadowed => self.unshadowed(receiver, row),
             Mode::Shadowed => self.shadowed(seed, receiver, scratch, row),

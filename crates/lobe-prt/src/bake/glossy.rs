@@ -1,167 +1,18 @@
-//! What receivers do to light that they will reflect in a preferred direction.
+//! Baking what receivers do to light that they will reflect in a preferred direction.
 
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
-use std::path::Path;
 
+use lobe_io::{Fingerprint, Job};
 use lobe_scene::{Bvh, Ray, Scene};
-use lobe_sh::{Dir, Expansion, Rgb, ShVec, Zonal};
 
 use crate::bake::bake::{PreparedBake, check_tree};
 use crate::bake::outer_sum::OuterSum;
-use crate::bake::tracer::{End, Tracer};
-use crate::job::chunks::{Job, OnProgress, Tally};
-use crate::job::fingerprint::Fingerprint;
+use crate::bake::tracer::{PathEnd, Tracer};
+use crate::job::chunks::{Estimator, Tally};
+use crate::job::fingerprint::fingerprint_scene;
 use crate::sampling::sobol::{Sobol, coherent_order};
 use crate::sampling::warp::{Frame, sphere};
-use crate::transfer::transfer::{check_order, check_rows};
-use crate::{BakeOptions, BakeReport, Channels, Mode, Progress, PrtError, Receivers, StoredMatrices};
-
-/// The transfer matrices of many points: what each makes of the light of the surroundings before it is reflected.
-///
-/// ```text
-///   L_in = M L,    M_ij = ∫_Ω yᵢ(s) (path that starts along s; yⱼ) ds
-/// ```
-///
-/// Ω is the hemisphere above a receiver, or the sphere about a point in space. The light that arrives from s is that of the
-/// surroundings where nothing is in the way, and what surfaces send on where they are hit: M holds shadows and
-/// interreflections, and what is left to do is one convolution with the lobe of the reflection
-/// [Sloan, Kautz and Snyder 2002]:
-///
-/// ```text
-///   B(v) = Σ_lm α_l (M L)_lm y_lm(r),    α_l = √(4π/(2l+1)) G_l,    r = 2 (n·v) n - v
-/// ```
-///
-/// G is the zonal expansion of the lobe, such as [`Zonal::phong`] or [`Zonal::ggx`], v the direction to the eye. `α_l` are the
-/// lobe's convolution factors. The receiver's own reflectance is not in M: a mirror of reflectance F sends F B back.
-///
-/// Stored point by point, channel by channel, row by row of equal i: `n⁴` numbers for a channel.
-///
-/// # What is exact
-/// Under light of order n, but for the noise of the bake,
-///
-/// ```text
-///   B(v) = ∫_Ω L_in(s) k_n(r·s) ds,    k_n(t) = Σ_{l<n} (2l+1)/4π α_l P_l(t)
-/// ```
-///
-/// with all of the light that arrives, shadows, horizon and interreflections: rows above order n are not missed, since the
-/// kernel `k_n` has no such bands. With nothing in the way and no horizon this is the convolution of the light with the lobe
-/// about r. The path tracer finds the same: tests `glossy` of `lobe-render`.
-///
-/// # What is an approximation
-/// * The lobe has n bands: a narrow one is blurred and rings.
-/// * The lobe is the same at every angle, turned about r. Phong's is; that of microfacets grows long and narrow towards grazing
-///   angles and leans away from r.
-/// * Lobes are normalized, they send back all that arrives. Microfacets lose what is scattered more than once: for them F is best
-///   what they reflect of even light, `A F₀ + B` of the split sum.
-///
-/// How far that is from paths of light for a white metal of GGX microfacets: RMS over the vertices of a ball over a ground, three
-/// views each, two skies of order n, no bounces, in percent of the RMS of the truth. The second number of each pair is with F as
-/// above (test `how_far_the_kernel_is_from_microfacets_is_what_the_documentation_says` of `lobe-render`).
-///
-/// | α | n | seen within 40° of the normal | seen 54° to 69° from it |
-/// |---|---|---|---|
-/// | 0.1 | 4 | 21, 21 | 17, 20 |
-/// | 0.2 | 4 | 21, 18 | 13, 15 |
-/// | 0.3 | 4 | 30, 18 | 24, 17 |
-/// | 0.3 | 6 | 33, 19 | 29, 20 |
-/// | 0.5 | 4 | 63, 26 | 61, 35 |
-/// | 0.7 | 4 | 108, 33 | 102, 55 |
-/// | 1 | 4 | 202, 43 | 154, 75 |
-///
-/// So this is for surfaces that shine, α about 0.1 to 0.4; what is rougher is better taken as matte.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TransferMatrices {
-    order: usize,
-    channels: Channels,
-    coefficients: Vec<f32>,
-}
-
-impl TransferMatrices {
-    /// The matrices of `coefficients.len() / (order⁴ · channels)` points.
-    ///
-    /// # Errors
-    /// As [`crate::Transfer::new`].
-    pub fn new(order: usize, channels: Channels, coefficients: Vec<f32>) -> Result<Self, PrtError> {
-        check_order(order)?;
-        check_rows("transfer matrices", "point", order.pow(4) * channels.count(), &coefficients)?;
-        Ok(Self { order, channels, coefficients })
-    }
-
-    /// Number of bands n; each matrix is n² × n².
-    #[must_use]
-    pub fn order(&self) -> usize {
-        self.order
-    }
-
-    /// How many matrices a point has.
-    #[must_use]
-    pub fn channels(&self) -> Channels {
-        self.channels
-    }
-
-    /// Number of points.
-    #[must_use]
-    pub fn points(&self) -> usize {
-        self.coefficients.len() / (self.order.pow(4) * self.channels.count())
-    }
-
-    /// All coefficients: point by point, channel by channel, row by row.
-    #[must_use]
-    pub fn coefficients(&self) -> &[f32] {
-        &self.coefficients
-    }
-
-    /// The matrix of a point for a channel, 0 for red, row by row; gray ones have one for all.
-    ///
-    /// # Panics
-    /// If there is no such point or the channel is above 2.
-    #[must_use]
-    pub fn matrix(&self, point: usize, channel: usize) -> &[f32] {
-        assert!(channel < 3, "channel {channel} of 3");
-        let (count, size) = (self.channels.count(), self.order.pow(4));
-        let start = (point * count + channel.min(count - 1)) * size;
-        &self.coefficients[start..start + size]
-    }
-
-    /// The light that arrives at a point, `M L`, of the order of the matrices. Bands that only one of both has count as zero.
-    ///
-    /// # Panics
-    /// If there is no such point.
-    #[must_use]
-    pub fn incident(&self, point: usize, light: &[Rgb<f64>]) -> ShVec<Rgb<f64>> {
-        let bands = self.order * self.order;
-        let mut incident = vec![Rgb::new(0.0, 0.0, 0.0); bands];
-        let [red, green, blue] = [0, 1, 2].map(|c| self.matrix(point, c));
-        for (i, sum) in incident.iter_mut().enumerate() {
-            for (j, l) in light.iter().take(bands).enumerate() {
-                let k = i * bands + j;
-                let [r, g, b] = [red[k], green[k], blue[k]].map(f64::from);
-                *sum += Rgb::new(r * l.r, g * l.g, b * l.b);
-            }
-        }
-        ShVec::from_vec(incident).unwrap_or_else(|| unreachable!("n² coefficients"))
-    }
-
-    /// What a receiver with a lobe sends towards the eye.
-    ///
-    /// `normal` is that of the receiver, `to_eye` the direction to the eye, `lobe` the zonal expansion of the reflection,
-    /// whose missing bands are zero. Nothing is sent below the surface. Negative values, which ringing makes, are kept.
-    ///
-    /// # Panics
-    /// If there is no such point.
-    #[must_use]
-    pub fn exit_radiance(&self, point: usize, light: &[Rgb<f64>], lobe: &Zonal, normal: Dir, to_eye: Dir) -> Rgb<f64> {
-        let cosine = normal.dot(to_eye);
-        let (n, v) = (normal.to_array(), to_eye.to_array());
-        let Some(reflected) = Dir::new([0, 1, 2].map(|k| 2.0 * cosine * n[k] - v[k])).filter(|_| cosine > 0.0) else {
-            return Rgb::new(0.0, 0.0, 0.0);
-        };
-        let mut blurred = self.incident(point, light);
-        lobe_sh::convolve_in_place(blurred.coefficients_mut(), lobe);
-        blurred.eval(reflected)
-    }
-}
+use crate::{BakeOptions, BakeReport, Channels, Mode, PrtError, Receivers, StoredMatrices, TransferMatrices};
 
 /// Bakes the transfer matrix of every receiver; its albedo is not in it.
 ///
@@ -175,24 +26,23 @@ pub fn bake_matrices(
     bvh: &Bvh,
     receivers: &Receivers,
     options: &BakeOptions,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<(TransferMatrices, BakeReport), PrtError> {
-    bake_points(scene, bvh, Points::of(receivers), options, progress)
+    bake_points(scene, bvh, Points::of(receivers), options, job)
 }
 
-/// [`bake_matrices`], with results in the file `checkpoint`, as [`crate::bake_resumable`] keeps them.
+/// [`bake_matrices`] with results that stay in the checkpoint, as [`crate::bake_on_disk`] leaves them.
 ///
 /// # Errors
-/// Those of [`crate::bake_resumable`].
-pub fn bake_matrices_resumable(
+/// Those of [`crate::bake_on_disk`].
+pub fn bake_matrices_on_disk(
     scene: &Scene,
     bvh: &Bvh,
     receivers: &Receivers,
     options: &BakeOptions,
-    checkpoint: &Path,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    bake_points_resumable(scene, bvh, Points::of(receivers), options, checkpoint, progress)
+    bake_points_on_disk(scene, bvh, Points::of(receivers), options, job)
 }
 
 /// Where matrices are baked: on surfaces, or in space.
@@ -213,25 +63,24 @@ pub(crate) fn bake_points(
     bvh: &Bvh,
     points: Points<'_>,
     options: &BakeOptions,
-    progress: OnProgress<'_>,
+    job: Job<'_>,
 ) -> Result<(TransferMatrices, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, points, options)?;
-    let channels = bake.job.channels;
-    let (rows, report) = bake.in_memory(progress)?;
+    let channels = bake.estimator.channels;
+    let (rows, report) = bake.run(|matrices| matrices.fingerprint(scene), job)?;
     Ok((TransferMatrices::new(options.order, channels, rows)?, report))
 }
 
-pub(crate) fn bake_points_resumable(
+pub(crate) fn bake_points_on_disk(
     scene: &Scene,
     bvh: &Bvh,
     points: Points<'_>,
     options: &BakeOptions,
-    checkpoint: &Path,
-    progress: OnProgress<'_>,
+    job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, points, options)?;
-    let (channels, fingerprint) = (bake.job.channels, bake.job.fingerprint(scene));
-    let (rows, report) = bake.on_disk(checkpoint, fingerprint, progress)?;
+    let channels = bake.estimator.channels;
+    let (rows, report) = bake.run_on_disk(|matrices| matrices.fingerprint(scene), job)?;
     Ok((StoredMatrices { order: options.order, channels, rows }, report))
 }
 
@@ -244,7 +93,7 @@ fn prepare<'a>(
 ) -> Result<PreparedBake<Matrices<'a>>, PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
-    let job = Matrices {
+    let matrices = Matrices {
         tracer: Tracer::new(scene, bvh),
         points,
         options,
@@ -252,7 +101,7 @@ fn prepare<'a>(
         channels: options.channels_for(scene, true),
         order: coherent_order(options.samples),
     };
-    Ok(PreparedBake::new(job, options.energy_stop, |job, bounces| job.bounces = bounces))
+    Ok(PreparedBake::new(matrices, options.energy_stop, |matrices, bounces| matrices.bounces = bounces))
 }
 
 /// Matrices by sampling:
@@ -271,28 +120,28 @@ struct Matrices<'a> {
 }
 
 impl Matrices<'_> {
-    /// The numbers of this kind of job in fingerprints, for surfaces and for space.
+    /// The kinds of this work among fingerprints: on surfaces, and in space.
     const KINDS: [u64; 2] = [2, 3];
 
     fn fingerprint(&self, scene: &Scene) -> Fingerprint {
         let mut fingerprint = Fingerprint::of_kind(Self::KINDS[usize::from(self.points.normals.is_none())]);
-        fingerprint.scene(scene);
-        fingerprint.points(self.points.positions);
-        fingerprint.points(self.points.normals.unwrap_or_default());
-        fingerprint.options(self.options);
+        fingerprint_scene(&mut fingerprint, scene);
+        fingerprint.floats(self.points.positions.as_flattened());
+        fingerprint.floats(self.points.normals.unwrap_or_default().as_flattened());
+        self.options.write_into(&mut fingerprint);
         fingerprint
     }
 
     /// What happens to the path that starts along a ray.
-    fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> End {
+    fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
         match self.options.mode {
-            Mode::Unshadowed => End::Escaped { direction: ray.direction, weight: [1.0; 3], bounce: 0 },
+            Mode::Unshadowed => PathEnd::Escaped { direction: ray.direction, weight: [1.0; 3], bounce: 0 },
             Mode::Shadowed | Mode::Interreflected => self.tracer.follow(ray, self.bounces, sobol, index, rays),
         }
     }
 }
 
-impl Job for Matrices<'_> {
+impl Estimator for Matrices<'_> {
     type Scratch = OuterSum;
 
     fn receivers(&self) -> usize {
@@ -315,7 +164,7 @@ impl Job for Matrices<'_> {
         self.options.seed
     }
 
-    fn work(&self, seed: u64, receiver: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
+    fn estimate(&self, seed: u64, receiver: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
         let position = self.points.positions[receiver];
         let normal = self.points.normals.map(|normals| normals[receiver]);
         let place = position.into_iter().chain(normal.into_iter().flatten());
@@ -329,12 +178,12 @@ impl Job for Matrices<'_> {
             let point = sobol.point(index, 0);
             let first = frame.map_or_else(|| sphere(point), |frame| frame.hemisphere(point));
             match self.end(Ray::new(origin, first), &sobol, index, &mut tally.rays) {
-                End::Escaped { direction, weight, bounce } => {
+                PathEnd::Escaped { direction, weight, bounce } => {
                     sum.push(first, direction, weight);
                     tally.energy[bounce] += energy(weight);
                 }
-                End::Left { weight } => tally.left += energy(weight),
-                End::Absorbed => {}
+                PathEnd::Left { weight } => tally.left += energy(weight),
+                PathEnd::Absorbed => {}
             }
         }
         sum.take_into(part * if frame.is_some() { TAU } else { 4.0 * PI }, row);

@@ -1,10 +1,10 @@
 //! What to bake, and what it cost.
 
-use std::time::Duration;
-
+use lobe_io::Fingerprint;
 use lobe_scene::Scene;
 
 use crate::sampling::sobol::coherent_order;
+use crate::setters::setters;
 use crate::transfer::transfer::check_order;
 use crate::{Channels, PrtError};
 
@@ -21,6 +21,7 @@ pub enum Mode {
 
 /// How transfer is baked.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BakeOptions {
     /// What the light may do.
     pub mode: Mode,
@@ -54,6 +55,16 @@ impl Default for BakeOptions {
     }
 }
 
+setters!(BakeOptions {
+    mode: Mode,
+    order: usize,
+    samples: u32,
+    bounces: usize,
+    energy_stop: f64,
+    seed: u64,
+    channels: Option<Channels>,
+});
+
 impl BakeOptions {
     pub(crate) fn check(&self) -> Result<(), PrtError> {
         let refuse = |message: String| Err(PrtError::Options(message));
@@ -68,6 +79,15 @@ impl BakeOptions {
             return refuse(format!("expected an energy to stop at in [0, 1), found {}", self.energy_stop));
         }
         Ok(())
+    }
+
+    /// Writes all of them into a fingerprint.
+    pub(crate) fn write_into(&self, fingerprint: &mut Fingerprint) {
+        let Self { mode, order, samples, bounces, energy_stop, seed, channels } = self;
+        let channels = channels.map_or(0, |channels| channels.count() as u64);
+        let numbers = [*mode as u64, *order as u64, u64::from(*samples), *bounces as u64, *seed, channels];
+        fingerprint.words(numbers.into_iter());
+        fingerprint.word(energy_stop.to_bits());
     }
 
     /// The vectors of each receiver: as asked for, else one if neither the receivers nor what light meets has a hue.
@@ -90,6 +110,7 @@ impl BakeOptions {
 
 /// What a bake did.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BakeReport {
     /// Number of receivers.
     pub receivers: usize,
@@ -110,35 +131,4 @@ pub struct BakeReport {
     /// seeds each; from fewer, but at least two, where they have more than 2¹⁶ paths. 0 where none of these sees any light, whose
     /// mean is 0 too.
     pub stderr_dc: f64,
-}
-
-/// How far long work is: a bake, or what is done to its results, whose steps take the place of receivers and which traces no
-/// rays.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Receivers that are done.
-    pub done: usize,
-    /// All receivers.
-    pub total: usize,
-    /// Receivers that were done before the bake was resumed.
-    pub resumed: usize,
-    /// Rays traced since it was started or resumed.
-    pub rays: u64,
-    /// How long that took.
-    pub elapsed: Duration,
-}
-
-impl Progress {
-    /// Rays in a second.
-    #[must_use]
-    pub fn rays_per_second(&self) -> f64 {
-        self.rays as f64 / self.elapsed.as_secs_f64().max(1e-9)
-    }
-
-    /// Time left if receivers go on to take as long as before; none before the first is done.
-    #[must_use]
-    pub fn seconds_left(&self) -> Option<f64> {
-        let done = self.done - self.resumed;
-        (done > 0).then(|| self.elapsed.as_secs_f64() / done as f64 * (self.total - self.done) as f64)
-    }
 }

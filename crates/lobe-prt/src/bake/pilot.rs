@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::job::chunks::{Job, Tally};
+use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::hash;
 
 /// Receivers whose bounces are looked at.
@@ -28,23 +28,25 @@ pub(crate) struct Pilot {
     pub(crate) stderr_dc: f64,
 }
 
-/// Bakes evenly chosen receivers with other seeds, derived from that of the job.
-pub(crate) fn pilot<J: Job>(job: &J, energy_stop: f64) -> Pilot {
-    let all = job.receivers();
-    let most = (MOST_PATHS / (REPETITIONS * job.paths().max(1))).clamp(2, RECEIVERS);
+/// Bakes evenly chosen receivers with other seeds, derived from that of the estimator.
+pub(crate) fn pilot<E: Estimator>(estimator: &E, energy_stop: f64) -> Pilot {
+    let all = estimator.receivers();
+    let most = (MOST_PATHS / (REPETITIONS * estimator.paths().max(1))).clamp(2, RECEIVERS);
     let once = all.min(most);
     let repeated = (all / RECEIVERS_FOR_ONE).max(8).min(most).min(all);
-    let seeds: [u64; REPETITIONS] = std::array::from_fn(|k| hash([job.seed(), 0x0050_494C_4F54, k as u64]));
-    let first: Vec<Tally> = bakes(job, (0..once).map(|k| (k * all / once, seeds[0])).collect());
+    let seeds: [u64; REPETITIONS] = std::array::from_fn(|k| hash([estimator.seed(), 0x0050_494C_4F54, k as u64]));
+    let first: Vec<Tally> = bakes(estimator, (0..once).map(|k| (k * all / once, seeds[0])).collect());
     let bounces = bounces_that_matter(&first, energy_stop);
     let again = (0..repeated * REPETITIONS).map(|k| (k / REPETITIONS * all / repeated, seeds[k % REPETITIONS]));
-    Pilot { bounces, stderr_dc: relative_standard_error(&bakes(job, again.collect()), bounces) }
+    Pilot { bounces, stderr_dc: relative_standard_error(&bakes(estimator, again.collect()), bounces) }
 }
 
 /// Bakes receivers with a seed each.
-fn bakes<J: Job>(job: &J, bakes: Vec<(usize, u64)>) -> Vec<Tally> {
-    let scratch = || (job.scratch(), vec![0.0; job.row()]);
-    let work = |(scratch, row): &mut (J::Scratch, Vec<f32>), (receiver, seed)| job.work(seed, receiver, scratch, row);
+fn bakes<E: Estimator>(estimator: &E, bakes: Vec<(usize, u64)>) -> Vec<Tally> {
+    let scratch = || (estimator.scratch(), vec![0.0; estimator.row()]);
+    let work = |(scratch, row): &mut (E::Scratch, Vec<f32>), (receiver, seed)| {
+        estimator.estimate(seed, receiver, scratch, row)
+    };
     bakes.into_par_iter().map_init(scratch, work).collect()
 }
 

@@ -1,4 +1,4 @@
-//! Ways of light through a scene, followed backwards.
+//! Path tracing from a receiver towards the distant light.
 
 use glam::Vec3;
 use lobe_scene::{Bvh, Hit, Ray, Scene};
@@ -23,9 +23,9 @@ pub(crate) struct Tracer<'a> {
     has_masks: bool,
 }
 
-/// How a path ended.
+/// How a path ended. The weight is its throughput.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum End {
+pub(crate) enum PathEnd {
     /// It left the scene along `direction` after `bounce` reflections, by which its weight was multiplied.
     Escaped { direction: [f32; 3], weight: [f32; 3], bounce: usize },
     /// It met a surface after its last reflection.
@@ -67,35 +67,42 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Follows a path for at most `bounces` reflections, which are those of point `index` of the sequences. Counts its rays.
-    pub(crate) fn follow(&self, ray: Ray, bounces: usize, sobol: &Sobol, index: u32, rays: &mut u64) -> End {
+    /// Follows a path for at most `bounces` reflections, whose directions come from point `index` of the sequences. Counts its
+    /// rays.
+    pub(crate) fn follow(&self, ray: Ray, bounces: usize, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
         let mut ray = ray;
         let mut weight = [1.0; 3];
         for bounce in 0..bounces {
+            // Find the first surface along the ray; without one the path escapes to the light.
             *rays += 1;
             let Some(hit) = self.closest(&ray) else {
-                return End::Escaped { direction: ray.direction, weight, bounce };
+                return PathEnd::Escaped { direction: ray.direction, weight, bounce };
             };
+            // End at back sides that reflect nothing.
             let surface = self.scene.surface(&hit);
             let towards = Vec3::from(surface.geometric_normal).dot(Vec3::from(ray.direction));
             if towards >= 0.0 && !self.scene.material(surface.mesh).double_sided {
-                return End::Absorbed;
+                return PathEnd::Absorbed;
             }
+            // Multiply the throughput by the albedo.
             (0..3).for_each(|c| weight[c] *= surface.base_color[c]);
+            // Sample the next direction about the shading normal, on the side that was met.
             let side = if towards < 0.0 { 1.0 } else { -1.0 };
             let geometric = surface.geometric_normal.map(|c| c * side);
             let shading = surface.shading_normal.map(|c| c * side);
             let direction = Frame::about(shading).cosine(sobol.point(index, bounce + 1));
             if weight == [0.0; 3] || Vec3::from(direction).dot(Vec3::from(geometric)) <= 0.0 {
-                return End::Absorbed;
+                return PathEnd::Absorbed;
             }
+            // Go on from above the surface.
             ray = Ray::new(self.bvh.origin_above(surface.position, geometric), direction);
         }
+        // After the last reflection only ask whether the path escapes.
         *rays += 1;
         if self.is_occluded(&ray) {
-            End::Left { weight }
+            PathEnd::Left { weight }
         } else {
-            End::Escaped { direction: ray.direction, weight, bounce: bounces }
+            PathEnd::Escaped { direction: ray.direction, weight, bounce: bounces }
         }
     }
 }

@@ -1,13 +1,11 @@
 //! What a scene does to the light around it.
 
-use std::ops::ControlFlow;
-use std::path::Path;
-
+use lobe_io::Job;
 use lobe_scene::{Bounds, Bvh, Scene};
 use lobe_sh::{Rgb, ShVec};
 
-use crate::bake::glossy::{Points, bake_points, bake_points_resumable};
-use crate::{BakeOptions, BakeReport, Progress, PrtError, StoredMatrices, TransferMatrices};
+use crate::bake::glossy::{Points, bake_points, bake_points_on_disk};
+use crate::{BakeOptions, BakeReport, PrtError, StoredMatrices, TransferMatrices};
 
 /// Points of a grid along the axes: at least two along each.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,27 +143,26 @@ pub fn bake_neighborhood(
     bvh: &Bvh,
     grid: &Grid,
     options: &BakeOptions,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<(Neighborhood, BakeReport), PrtError> {
     let positions = grid.points();
     let points = Points { positions: &positions, normals: None };
-    let (matrices, report) = bake_points(scene, bvh, points, options, progress)?;
+    let (matrices, report) = bake_points(scene, bvh, points, options, job)?;
     Ok((Neighborhood::new(*grid, matrices)?, report))
 }
 
-/// The matrices of [`bake_neighborhood`], with results in the file `checkpoint`, as [`crate::bake_resumable`] keeps them.
+/// The matrices of [`bake_neighborhood`], which stay in the checkpoint as [`crate::bake_on_disk`] leaves them.
 ///
 /// # Errors
-/// Those of [`crate::bake_resumable`].
-pub fn bake_neighborhood_resumable(
+/// Those of [`crate::bake_on_disk`].
+pub fn bake_neighborhood_on_disk(
     scene: &Scene,
     bvh: &Bvh,
     grid: &Grid,
     options: &BakeOptions,
-    checkpoint: &Path,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
     let positions = grid.points();
     let points = Points { positions: &positions, normals: None };
-    bake_points_resumable(scene, bvh, points, options, checkpoint, progress)
+    bake_points_on_disk(scene, bvh, points, options, job)
 }

@@ -1,21 +1,21 @@
 //! Compression of transfer by clustered principal components: options, reports, and the choice among solutions.
 
-use std::ops::ControlFlow;
-
+use lobe_io::Job;
 use rayon::prelude::*;
 
 use crate::compression::compressed_table::bytes;
 use crate::compression::cpca::{Clustering, Cpca};
 use crate::compression::pca::Rows;
-use crate::job::chunks::OnProgress;
 use crate::job::meter::Meter;
-use crate::{CompressedTable, Progress, PrtError, Transfer, WeightBits};
+use crate::setters::setters;
+use crate::{CompressedTable, PrtError, Transfer, WeightBits};
 
 /// Clusters that [`compress_table_within`] tries, besides one and as many as fit without components.
 const CLUSTERS_TRIED: [usize; 6] = [4, 16, 64, 256, 1024, 4096];
 
 /// How [`compress_table`] and [`CompressedTransfer::new`](crate::CompressedTransfer::new) are to compress.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CompressOptions {
     /// The most clusters, 1 to 65536. One gives ordinary principal components (PCA).
     pub clusters: usize,
@@ -34,6 +34,14 @@ impl Default for CompressOptions {
         Self { clusters: 64, components: 8, weights: WeightBits::F32, iterations: 24, tolerance: 1e-3 }
     }
 }
+
+setters!(CompressOptions {
+    clusters: usize,
+    components: usize,
+    weights: WeightBits,
+    iterations: usize,
+    tolerance: f64,
+});
 
 impl CompressOptions {
     /// The most clusters: their numbers are 16 bits wide.
@@ -97,33 +105,25 @@ impl CompressReport {
 /// Time grows with rows · clusters · (components + 1) · width for every iteration; and, for rows wider than a cluster is
 /// numerous, with the cube of the number of its rows.
 ///
+/// The job is told after every iteration how many steps are done at most: as if no iteration were the last before it has to
+/// be, so that the time left is seldom more than it says.
+///
 /// # Errors
-/// [`PrtError::Options`] for options out of range; [`PrtError::Invalid`] if the table is no whole number of rows, or has numbers
-/// that are not finite.
+/// [`PrtError::Options`] for options out of range or a job that is to be kept in a file; [`PrtError::Invalid`] if the table is no
+/// whole number of rows, or has numbers that are not finite; [`PrtError::Cancelled`] if the job was told to stop.
 pub fn compress_table(
     rows: &[f32],
     width: usize,
     options: &CompressOptions,
-) -> Result<(CompressedTable, CompressReport), PrtError> {
-    compress_watched(rows, width, options, &mut |_| ControlFlow::Continue(()))
-}
-
-/// [`compress_table`] under the eyes of somebody who may stop it.
-pub(crate) fn compress_watched(
-    rows: &[f32],
-    width: usize,
-    options: &CompressOptions,
-    progress: OnProgress<'_>,
+    job: Job<'_>,
 ) -> Result<(CompressedTable, CompressReport), PrtError> {
     options.check()?;
     let rows = checked(rows, width)?;
     let components = options.components.min(width);
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
-    let mut meter = Meter::new(steps_to_best(&solver, options.clusters, components), progress);
+    let mut meter = Meter::new(steps_to_best(&solver, options.clusters, components), job)?;
     let best = best(&solver, options.clusters, components, &mut meter);
-    if meter.is_stopped() {
-        return Err(PrtError::Cancelled);
-    }
+    meter.go_on()?;
     Ok(encoded(rows, &best, components, options.weights))
 }
 
@@ -139,6 +139,7 @@ pub fn compress_table_within(
     width: usize,
     most_bytes: usize,
     options: &CompressOptions,
+    job: Job<'_>,
 ) -> Result<(CompressedTable, CompressReport), PrtError> {
     let options = CompressOptions { clusters: 1, components: 0, ..*options };
     options.check()?;
@@ -153,13 +154,20 @@ pub fn compress_table_within(
     let codes = most_bytes.saturating_sub(rows.count() * 2) / (4 * width);
     candidates.extend((codes >= 2).then_some((codes.min(highest), 0)));
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
-    let solved = candidates.into_iter().map(|(clusters, components)| {
-        let mut go_on = |_: &Progress| ControlFlow::Continue(());
-        let best = best(&solver, clusters, components, &mut Meter::new(1, &mut go_on));
-        encoded(rows, &best, components, options.weights)
-    });
-    let best = solved.min_by(|a, b| a.1.squared_error.total_cmp(&b.1.squared_error));
-    best.ok_or_else(|| {
+    let steps = candidates.iter().map(|&(clusters, components)| steps_to_best(&solver, clusters, components)).sum();
+    let mut meter = Meter::new(steps, job)?;
+    let mut least: Option<(CompressedTable, CompressReport)> = None;
+    for (clusters, components) in candidates {
+        let end = meter.done() + steps_to_best(&solver, clusters, components);
+        let solution = best(&solver, clusters, components, &mut meter);
+        meter.reach(end);
+        meter.go_on()?;
+        let solved = encoded(rows, &solution, components, options.weights);
+        if least.as_ref().is_none_or(|least| solved.1.squared_error < least.1.squared_error) {
+            least = Some(solved);
+        }
+    }
+    least.ok_or_else(|| {
         PrtError::Options(format!("expected room for {} bytes at least, found {most_bytes}", cost(1, 0)))
     })
 }
@@ -185,28 +193,17 @@ pub struct CurvePoint {
 /// or stays, along both (test `the_error_falls_with_clusters_and_components`). Points come in ascending order,
 /// components outside.
 ///
+/// The job is told after every iteration, as by [`compress_table`].
+///
 /// # Errors
-/// [`PrtError::Options`] if a number of clusters is not 1 to 65536.
+/// [`PrtError::Options`] if a number of clusters is not 1 to 65536 or the job is to be kept in a file,
+/// [`PrtError::Cancelled`] if it was told to stop.
 pub fn error_curve(
     transfer: &Transfer,
     clusters: &[usize],
     components: &[usize],
     options: &CompressOptions,
-) -> Result<Vec<CurvePoint>, PrtError> {
-    error_curve_watched(transfer, clusters, components, options, &mut |_| ControlFlow::Continue(()))
-}
-
-/// [`error_curve`], with `progress` called after every iteration as in
-/// [`CompressedTransfer::new_watched`](crate::CompressedTransfer::new_watched).
-///
-/// # Errors
-/// Those of [`error_curve`], and [`PrtError::Cancelled`] if `progress` breaks.
-pub fn error_curve_watched(
-    transfer: &Transfer,
-    clusters: &[usize],
-    components: &[usize],
-    options: &CompressOptions,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<Vec<CurvePoint>, PrtError> {
     let ascending = |values: &[usize]| {
         let mut values = values.to_vec();
@@ -222,7 +219,7 @@ pub fn error_curve_watched(
     let rows = Rows::new(transfer.coefficients(), width);
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
     let energy = energy(transfer.coefficients());
-    let mut meter = Meter::new(steps_of_curve(&solver, &clusters, &components), progress);
+    let mut meter = Meter::new(steps_of_curve(&solver, &clusters, &components), job)?;
     let mut fewer_components: Vec<Clustering> = Vec::new();
     let mut points = Vec::new();
     for components in components {
@@ -234,9 +231,7 @@ pub fn error_curve_watched(
             if let Some(fewer) = fewer_components.get(i) {
                 solution = solution.better(solver.with_components(fewer, stored, &mut meter));
             }
-            if meter.is_stopped() {
-                return Err(PrtError::Cancelled);
-            }
+            meter.go_on()?;
             let squared_error = solution.error();
             points.push(CurvePoint {
                 clusters: *clusters,

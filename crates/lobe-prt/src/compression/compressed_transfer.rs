@@ -1,12 +1,10 @@
 //! Transfer compressed by clustered principal components.
 
-use std::ops::ControlFlow;
-
+use lobe_io::Job;
 use lobe_sh::Rgb;
 
-use crate::compression::compress::compress_watched;
 use crate::transfer::transfer::check_order;
-use crate::{Channels, CompressOptions, CompressReport, CompressedTable, Progress, PrtError, Transfer};
+use crate::{Channels, CompressOptions, CompressReport, CompressedTable, PrtError, Transfer, compress_table};
 
 /// Transfer vectors as a few weights for each receiver and a few vectors for each cluster of receivers.
 ///
@@ -24,26 +22,18 @@ pub struct CompressedTransfer {
 }
 
 impl CompressedTransfer {
-    /// Compresses; see [`compress_table`](crate::compress_table). The vectors of red, green and blue are one row.
+    /// Compresses; see [`compress_table`]. The vectors of red, green and blue are one row.
     ///
     /// # Errors
-    /// [`PrtError::Options`] for options out of range.
-    pub fn new(transfer: &Transfer, options: &CompressOptions) -> Result<(Self, CompressReport), PrtError> {
-        Self::new_watched(transfer, options, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`CompressedTransfer::new`], with `progress` called after every iteration, which may stop it. Steps that remain are
-    /// counted as if no iteration were the last before it has to be, so that time left is seldom less than it says.
-    ///
-    /// # Errors
-    /// [`PrtError::Options`] for options out of range, [`PrtError::Cancelled`] if `progress` breaks.
-    pub fn new_watched(
+    /// [`PrtError::Options`] for options out of range or a job that is to be kept in a file, [`PrtError::Cancelled`] if the job
+    /// was told to stop.
+    pub fn new(
         transfer: &Transfer,
         options: &CompressOptions,
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        job: Job<'_>,
     ) -> Result<(Self, CompressReport), PrtError> {
         let (order, channels) = (transfer.order(), transfer.channels());
-        let (table, report) = compress_watched(transfer.coefficients(), width(order, channels), options, progress)?;
+        let (table, report) = compress_table(transfer.coefficients(), width(order, channels), options, job)?;
         Ok((Self { order, channels, table }, report))
     }
 

@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use lobe_sh::Rgb;
-use serde_json::Value;
 
-use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of_bytes, zonal_of_bytes};
+use crate::files::compressed_file::{COMPRESSED, ZONAL, read_compressed_transfer_bytes, read_zonal_transfer_bytes};
 use crate::files::tensor_file::{format_of, load};
-use crate::files::transfer_file::transfer_of_bytes;
-use crate::{CompressedTransfer, PrtError, Transfer, ZonalTransfer};
+use crate::files::transfer_file::read_transfer_bytes;
+use crate::{CompressedTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
 
 /// Transfer vectors as they are, compressed, or as lobes; each is lit in its own form, without being expanded.
 #[derive(Clone, Debug)]
@@ -68,20 +67,29 @@ impl From<Transfer> for AnyTransfer {
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version, [`PrtError::Invalid`] if it
 /// is none of these or contradicts itself.
-pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Value), PrtError> {
+pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Recipe), PrtError> {
     let path = path.as_ref();
-    let (bytes, name) = (load(path)?, path.display().to_string());
-    match format_of(&bytes).as_deref() {
-        Some(COMPRESSED) => {
-            compressed_of_bytes(&bytes, name).map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe))
+    read_any_transfer_bytes(&load(path)?, &path.display().to_string())
+}
+
+/// [`read_any_transfer`] from the bytes of a file, whose name stands in messages.
+///
+/// # Errors
+/// As [`read_any_transfer`].
+pub fn read_any_transfer_bytes(bytes: &[u8], name: &str) -> Result<(AnyTransfer, Recipe), PrtError> {
+    match format_of(bytes).as_deref() {
+        Some(COMPRESSED) => read_compressed_transfer_bytes(bytes, name)
+            .map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe)),
+        Some(ZONAL) => {
+            read_zonal_transfer_bytes(bytes, name).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))
         }
-        Some(ZONAL) => zonal_of_bytes(&bytes, name).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe)),
-        _ => transfer_of_bytes(&bytes, name).map(|(transfer, recipe)| (transfer.into(), recipe)),
+        _ => read_transfer_bytes(bytes, name).map(|(transfer, recipe)| (transfer.into(), recipe)),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use lobe_io::Job;
     use lobe_sh::Coefficient as _;
     use lobe_testkit::Random;
     use serde_json::json;
@@ -97,10 +105,10 @@ mod tests {
         let mut random = Random::new(5);
         let numbers = random.signed_vec(12 * 9).iter().map(|x| *x as f32).collect();
         let plain = Transfer::new(3, Channels::Gray, numbers).unwrap();
-        let compressed = CompressedTransfer::new(&plain, &CompressOptions::default()).unwrap().0;
-        let zonal = fit_zonal(&plain, &ZonalFitOptions::default()).unwrap().0;
+        let compressed = CompressedTransfer::new(&plain, &CompressOptions::default(), Job::default()).unwrap().0;
+        let zonal = fit_zonal(&plain, &ZonalFitOptions::default(), Job::default()).unwrap().0;
         let light: Vec<Rgb<f64>> = random.signed_vec(9).into_iter().map(Rgb::splat).collect();
-        let (folder, recipe) = (tempfile::tempdir().unwrap(), json!({"samples": 7}));
+        let (folder, recipe) = (tempfile::tempdir().unwrap(), Recipe::from(json!({"samples": 7})));
         let path = |name: &str| folder.path().join(name);
         write_transfer(path("p"), &plain, &recipe).unwrap();
         write_compressed_transfer(&path("c"), &compressed, &recipe).unwrap();

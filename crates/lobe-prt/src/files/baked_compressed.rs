@@ -6,8 +6,7 @@ use std::ops::Range;
 use lobe_scene::{GltfAttributes, Mesh};
 use serde_json::{Value, json};
 
-use crate::files::baked_layout::{Attribute, VertexData};
-use crate::files::read_baked::read_column;
+use crate::files::baked_layout::{Attribute, VertexData, read_column};
 use crate::{Channels, CompressedTable, CompressedTransfer, PrtError, Weights};
 
 /// The number that glTF gives a type of components, by the name that `extras.lobe` gives it.

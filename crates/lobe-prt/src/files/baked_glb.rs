@@ -12,7 +12,7 @@ use crate::files::baked_compressed::Compressed;
 use crate::files::baked_layout::{
     Attribute, AttributeGroup, PlainTransfer, VertexData, attribute_groups, attributes_per_channel,
 };
-use crate::{Channels, CompressedTransfer, PrtError, TransferRows};
+use crate::{Channels, CompressedTransfer, PrtError, Recipe, TransferRows};
 
 /// How many vertices are in memory at a time while their transfer is written.
 const VERTICES_AT_ONCE: usize = 4096;
@@ -117,7 +117,7 @@ impl BakedGlb {
     /// # Errors
     /// [`PrtError::Options`] if the transfer is not that of the scene's vertices or too large for a .glb, [`PrtError::Io`] if
     /// the system refuses.
-    pub fn write(&self, path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
+    pub fn write(&self, path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
         self.write_data(path.as_ref(), &PlainTransfer(transfer), recipe)
     }
 
@@ -136,7 +136,7 @@ impl BakedGlb {
         &self,
         path: impl AsRef<Path>,
         transfer: &CompressedTransfer,
-        recipe: &Value,
+        recipe: &Recipe,
     ) -> Result<(), PrtError> {
         self.write_data(path.as_ref(), &Compressed(transfer), recipe)
     }
@@ -145,7 +145,7 @@ impl BakedGlb {
         self.places.iter().map(|place| place.vertices).sum()
     }
 
-    fn write_data(&self, path: &Path, data: &dyn VertexData, recipe: &Value) -> Result<(), PrtError> {
+    fn write_data(&self, path: &Path, data: &dyn VertexData, recipe: &Recipe) -> Result<(), PrtError> {
         let (expected, found) = (self.vertices(), data.vertices());
         if expected != found {
             let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
@@ -169,7 +169,7 @@ impl BakedGlb {
             out.write_all(shared)?;
             out.write_all(&[0; 3][..padding(shared.len())])
         })
-        .map_err(|source| PrtError::Io { file: path.display().to_string(), source })
+        .map_err(|source| PrtError::Io { place: path.display().to_string(), source })
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.
@@ -178,7 +178,7 @@ impl BakedGlb {
         data: &dyn VertexData,
         groups: &[AttributeGroup],
         shared: Option<&(&'static str, Vec<u8>)>,
-        recipe: &Value,
+        recipe: &Recipe,
     ) -> (Value, usize) {
         let mut json = self.document.json.clone();
         let mut length = self.document.bytes.len() + padding(self.document.bytes.len());
@@ -198,7 +198,7 @@ impl BakedGlb {
             length += bytes.len().next_multiple_of(4);
         }
         about["generator"] = json!(concat!("Lobe ", env!("CARGO_PKG_VERSION")));
-        about["recipe"] = recipe.clone();
+        about["recipe"] = recipe.clone().into();
         put_extras(&mut json["asset"], about);
         let first = json["buffers"].get(0).cloned();
         let mut buffer = first.unwrap_or_else(|| Value::Object(Map::new()));

@@ -3,9 +3,10 @@
 use std::io;
 use std::ops::Range;
 
+use lobe_scene::{GltfAttributes, Mesh};
 use serde_json::{Value, json};
 
-use crate::TransferRows;
+use crate::{PrtError, TransferRows};
 
 /// glTF allows vertices that share a buffer view to be at most this far apart.
 const MOST_STRIDE: usize = 252;
@@ -112,6 +113,28 @@ impl VertexData for PlainTransfer<'_> {
 
     fn about(&self) -> Value {
         json!({"quantity": "transfer", "order": self.0.order(), "channels": self.0.channels().count()})
+    }
+}
+
+/// The values of an attribute at all vertices of a mesh, in the file called `name`.
+pub(crate) fn read_column<const N: usize>(
+    attributes: &GltfAttributes,
+    mesh: &Mesh,
+    attribute: &str,
+    name: &str,
+) -> Result<Vec<[f32; N]>, PrtError> {
+    let Some(at) = mesh.source() else {
+        unreachable!("every mesh of a glTF file comes from one of its primitives");
+    };
+    let vertices = mesh.positions().len();
+    let place = format!("mesh {}, primitive {}", at.mesh, at.primitive);
+    match attributes.vectors(at, attribute)? {
+        Some(column) if column.len() == vertices => Ok(column),
+        Some(column) => {
+            let found = column.len();
+            Err(PrtError::invalid(name, format!("{place}: expected {vertices} values of {attribute}, found {found}")))
+        }
+        None => Err(PrtError::invalid(name, format!("{place}: expected the attribute {attribute}, found none"))),
     }
 }
 

@@ -4,10 +4,9 @@ use std::path::Path;
 
 use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use crate::files::tensor_file::{Tensor, TensorFile, checked_channels, f32s, load, u16s, write};
-use crate::{CompressedTable, CompressedTransfer, PrtError, Weights, ZonalTransfer};
+use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, Weights, ZonalTransfer};
 
 pub(crate) const COMPRESSED: &str = "lobe-compressed-transfer";
 pub(crate) const ZONAL: &str = "lobe-zonal-transfer";
@@ -22,7 +21,7 @@ struct CompressedHeader {
     clusters: usize,
     components: usize,
     #[serde(default)]
-    recipe: Value,
+    recipe: Recipe,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -33,7 +32,7 @@ struct ZonalHeader {
     channels: usize,
     lobes: usize,
     #[serde(default)]
-    recipe: Value,
+    recipe: Recipe,
 }
 
 /// Writes compressed transfer as safetensors.
@@ -48,7 +47,11 @@ struct ZonalHeader {
 ///
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be written.
-pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer, recipe: &Value) -> Result<(), PrtError> {
+pub fn write_compressed_transfer(
+    path: impl AsRef<Path>,
+    transfer: &CompressedTransfer,
+    recipe: &Recipe,
+) -> Result<(), PrtError> {
     let table = transfer.table();
     let header = CompressedHeader {
         format: COMPRESSED.to_owned(),
@@ -71,7 +74,7 @@ pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer, rec
         weights,
         Tensor::f32("bases", vectors, table.bases().iter().copied()),
     ];
-    write(path, &header, &tensors)
+    write(path.as_ref(), &header, &tensors)
 }
 
 /// Reads what [`write_compressed_transfer`] wrote, checked completely: the transfer and its recipe.
@@ -79,11 +82,16 @@ pub fn write_compressed_transfer(path: &Path, transfer: &CompressedTransfer, rec
 /// # Errors
 /// [`PrtError::Io`], [`PrtError::Invalid`] and [`PrtError::Unsupported`] for files that cannot be read, are broken or not of this
 /// kind, or of a later version.
-pub fn read_compressed_transfer(path: &Path) -> Result<(CompressedTransfer, Value), PrtError> {
-    compressed_of_bytes(&load(path)?, path.display().to_string())
+pub fn read_compressed_transfer(path: impl AsRef<Path>) -> Result<(CompressedTransfer, Recipe), PrtError> {
+    let path = path.as_ref();
+    read_compressed_transfer_bytes(&load(path)?, &path.display().to_string())
 }
 
-pub(crate) fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<(CompressedTransfer, Value), PrtError> {
+/// [`read_compressed_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than they are.
+///
+/// # Errors
+/// As [`read_compressed_transfer`].
+pub fn read_compressed_transfer_bytes(bytes: &[u8], name: &str) -> Result<(CompressedTransfer, Recipe), PrtError> {
     let file = TensorFile::<CompressedHeader>::parse(bytes, name, COMPRESSED, VERSION)?;
     let CompressedHeader { order, channels, clusters, components, .. } = file.header;
     let channels = checked_channels(order, channels, file.name())?;
@@ -119,7 +127,7 @@ pub(crate) fn compressed_of_bytes(bytes: &[u8], name: String) -> Result<(Compres
 ///
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be written.
-pub fn write_zonal_transfer(path: &Path, transfer: &ZonalTransfer, recipe: &Value) -> Result<(), PrtError> {
+pub fn write_zonal_transfer(path: impl AsRef<Path>, transfer: &ZonalTransfer, recipe: &Recipe) -> Result<(), PrtError> {
     let (order, channels, lobes) = (transfer.order(), transfer.channels().count(), transfer.lobes());
     let recipe = recipe.clone();
     let header = ZonalHeader { format: ZONAL.to_owned(), version: VERSION, order, channels, lobes, recipe };
@@ -128,18 +136,23 @@ pub fn write_zonal_transfer(path: &Path, transfer: &ZonalTransfer, recipe: &Valu
         Tensor::f32("axes", vec![receivers, lobes, 3], transfer.axes().iter().flatten().copied()),
         Tensor::f32("coefficients", vec![receivers, lobes, channels, order], transfer.coefficients().iter().copied()),
     ];
-    write(path, &header, &tensors)
+    write(path.as_ref(), &header, &tensors)
 }
 
 /// Reads what [`write_zonal_transfer`] wrote, checked completely: the transfer and its recipe.
 ///
 /// # Errors
 /// As for [`read_compressed_transfer`].
-pub fn read_zonal_transfer(path: &Path) -> Result<(ZonalTransfer, Value), PrtError> {
-    zonal_of_bytes(&load(path)?, path.display().to_string())
+pub fn read_zonal_transfer(path: impl AsRef<Path>) -> Result<(ZonalTransfer, Recipe), PrtError> {
+    let path = path.as_ref();
+    read_zonal_transfer_bytes(&load(path)?, &path.display().to_string())
 }
 
-pub(crate) fn zonal_of_bytes(bytes: &[u8], name: String) -> Result<(ZonalTransfer, Value), PrtError> {
+/// [`read_zonal_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than they are.
+///
+/// # Errors
+/// As [`read_zonal_transfer`].
+pub fn read_zonal_transfer_bytes(bytes: &[u8], name: &str) -> Result<(ZonalTransfer, Recipe), PrtError> {
     let file = TensorFile::<ZonalHeader>::parse(bytes, name, ZONAL, VERSION)?;
     let ZonalHeader { order, channels, lobes, .. } = file.header;
     let channels = checked_channels(order, channels, file.name())?;
@@ -154,6 +167,8 @@ pub(crate) fn zonal_of_bytes(bytes: &[u8], name: String) -> Result<(ZonalTransfe
 #[cfg(test)]
 mod tests {
     use std::fs;
+
+    use lobe_io::Job;
 
     use super::*;
     use crate::{Channels, CompressOptions, Transfer, WeightBits, ZonalFitOptions, fit_zonal};
@@ -174,8 +189,8 @@ mod tests {
                 [(WeightBits::F32, 2), (WeightBits::U16, 3), (WeightBits::U8, 1), (WeightBits::U8, 0)]
             {
                 let options = CompressOptions { clusters: 3, components, weights, ..CompressOptions::default() };
-                let (written, _) = CompressedTransfer::new(&transfer(channels), &options).unwrap();
-                let recipe = json!({"samples": 1024, "clusters": 3});
+                let (written, _) = CompressedTransfer::new(&transfer(channels), &options, Job::default()).unwrap();
+                let recipe = Recipe::from(json!({"samples": 1024, "clusters": 3}));
                 write_compressed_transfer(&path, &written, &recipe).unwrap();
                 write_compressed_transfer(&again, &written, &recipe).unwrap();
                 assert_eq!(read_compressed_transfer(&path).unwrap(), (written, recipe), "{channels:?}, {weights:?}");
@@ -189,8 +204,8 @@ mod tests {
         let path = tempfile::tempdir().unwrap().keep().join("z.safetensors");
         for lobes in [1, 3] {
             let (written, _) =
-                fit_zonal(&transfer(Channels::Rgb), &ZonalFitOptions { lobes, ..ZonalFitOptions::default() }).unwrap();
-            let recipe = json!({"samples": 1024, "lobes": lobes});
+                fit_zonal(&transfer(Channels::Rgb), &ZonalFitOptions::default().lobes(lobes), Job::default()).unwrap();
+            let recipe = Recipe::from(json!({"samples": 1024, "lobes": lobes}));
             write_zonal_transfer(&path, &written, &recipe).unwrap();
             assert_eq!(read_zonal_transfer(&path).unwrap(), (written, recipe), "{lobes} lobes");
         }
@@ -201,10 +216,11 @@ mod tests {
     fn broken_and_foreign_files_are_refused_in_one_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("c.safetensors");
-        let (written, _) = CompressedTransfer::new(&transfer(Channels::Gray), &CompressOptions::default()).unwrap();
-        write_compressed_transfer(&path, &written, &Value::Null).unwrap();
+        let (written, _) =
+            CompressedTransfer::new(&transfer(Channels::Gray), &CompressOptions::default(), Job::default()).unwrap();
+        write_compressed_transfer(&path, &written, &Recipe::default()).unwrap();
         let bytes = fs::read(&path).unwrap();
-        let refusal = |bytes: &[u8]| compressed_of_bytes(bytes, "c".into()).unwrap_err().to_string();
+        let refusal = |bytes: &[u8]| read_compressed_transfer_bytes(bytes, "c".into()).unwrap_err().to_string();
         for end in 0..bytes.len() {
             let message = refusal(&bytes[..end]);
             assert!(message.starts_with("c: ") && !message.contains('\n'), "cut at {end}: {message}");
@@ -222,7 +238,7 @@ mod tests {
         assert_eq!(replaced(r#"order\":3"#, r#"order\":9"#), order, "order");
         assert!(replaced(r#"order\":3"#, r#"order\":4"#).contains("expected a tensor bases of shape"), "shape");
         assert_eq!(replaced(r#""weights""#, r#""weighty""#), "c: expected a tensor weights, found none", "missing");
-        let foreign = zonal_of_bytes(&bytes, "c".into()).unwrap_err().to_string();
+        let foreign = read_zonal_transfer_bytes(&bytes, "c".into()).unwrap_err().to_string();
         assert_eq!(foreign, "c: expected lobe-zonal-transfer, found lobe-compressed-transfer", "another kind");
         let missing = read_zonal_transfer(&folder.path().join("none")).unwrap_err();
         assert!(matches!(missing, PrtError::Io { .. }), "{missing}");

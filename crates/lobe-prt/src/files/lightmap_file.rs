@@ -11,7 +11,7 @@ use lobe_io::write_atomically;
 use serde_json::{Value, json};
 
 use crate::job::stored_rows::rows_at_once;
-use crate::{Channels, PrtError, Transfer, TransferRows};
+use crate::{Channels, PrtError, Recipe, Transfer, TransferRows};
 
 /// The version of the attribute. Files with a higher one are refused.
 const VERSION: u64 = 1;
@@ -45,7 +45,7 @@ fn channel(coefficient: usize, name: &str) -> String {
 ///
 /// # Errors
 /// [`PrtError::Invalid`] if the receivers are no square, [`PrtError::Io`] if the system refuses.
-pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
+pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
     let path = path.as_ref();
     let file = path.display().to_string();
     let receivers = transfer.receivers();
@@ -64,7 +64,7 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
         "channels": transfer.channels().count(),
         "recipe": recipe,
     });
-    let mut planes = planes(transfer).map_err(|source| PrtError::Io { file: file.clone(), source })?.into_iter();
+    let mut planes = planes(transfer).map_err(|source| PrtError::Io { place: file.clone(), source })?.into_iter();
     let mut picture = ExrLayers::new(width, width);
     for name in names(transfer.channels()) {
         for (i, plane) in planes.by_ref().take(transfer.order().pow(2)).enumerate() {
@@ -73,7 +73,7 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
     }
     picture.attribute(ATTRIBUTE, ExrAttribute::Text(about.to_string()));
     let bytes = picture.into_bytes().map_err(|message| PrtError::invalid(&file, message))?;
-    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { file, source })
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { place: file, source })
 }
 
 /// The pictures of all coefficients, channel by channel.
@@ -96,14 +96,18 @@ fn planes(transfer: &dyn TransferRows) -> io::Result<Vec<Vec<f32>>> {
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a newer version, [`PrtError::Invalid`] if
 /// it is none of ours or contradicts itself.
-pub fn read_lightmap(path: impl AsRef<Path>) -> Result<(Transfer, Value), PrtError> {
+pub fn read_lightmap(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| PrtError::Io { file: name.clone(), source })?;
-    lightmap_of_bytes(&bytes, &name)
+    let bytes = fs::read(path).map_err(|source| PrtError::Io { place: name.clone(), source })?;
+    read_lightmap_bytes(&bytes, &name)
 }
 
-fn lightmap_of_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Value), PrtError> {
+/// [`read_lightmap`] from the bytes of a file, whose name stands in messages.
+///
+/// # Errors
+/// As [`read_lightmap`].
+pub fn read_lightmap_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe), PrtError> {
     let invalid = |message: String| PrtError::invalid(name, message.replace(['\n', '\r'], " "));
     let broken = |error: exr::error::Error| invalid(format!("expected an OpenEXR picture: {error}"));
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
@@ -145,7 +149,7 @@ fn lightmap_of_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Value), PrtE
     }
     let coefficients = (0..width * height).flat_map(|texel| planes.iter().map(move |plane| plane[texel])).collect();
     let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?;
-    Ok((transfer, about["recipe"].clone()))
+    Ok((transfer, about["recipe"].clone().into()))
 }
 
 fn order_and_channels(about: &Value, name: &str) -> Result<(usize, Channels), PrtError> {
@@ -182,7 +186,7 @@ mod tests {
     fn written(transfer: &Transfer) -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.exr");
-        write_lightmap(&path, transfer, &json!({"scene": "Gießerei"})).unwrap();
+        write_lightmap(&path, transfer, &Recipe::default().scene("Gießerei".to_owned())).unwrap();
         fs::read(path).unwrap()
     }
 
@@ -195,9 +199,9 @@ mod tests {
     fn what_is_written_is_read_bit_for_bit() {
         for (order, channels, texels) in [(1, Channels::Gray, 1), (3, Channels::Rgb, 49), (8, Channels::Gray, 400)] {
             let transfer = numbered(order, channels, texels);
-            let (found, recipe) = lightmap_of_bytes(&written(&transfer), "t").unwrap();
+            let (found, recipe) = read_lightmap_bytes(&written(&transfer), "t").unwrap();
             assert!(found == transfer, "order {order}, {channels:?}");
-            assert_eq!(recipe, json!({"scene": "Gießerei"}), "recipe");
+            assert_eq!(recipe, Recipe::from(json!({"scene": "Gießerei"})), "recipe");
         }
     }
 
@@ -222,7 +226,7 @@ mod tests {
     #[test]
     fn what_is_no_lightmap_is_refused_in_one_line() {
         let folder = tempfile::tempdir().unwrap();
-        let refused = write_lightmap(folder.path().join("t.exr"), &numbered(1, Channels::Gray, 5), &json!(null));
+        let refused = write_lightmap(folder.path().join("t.exr"), &numbered(1, Channels::Gray, 5), &Recipe::default());
         assert!(
             refused.unwrap_err().to_string().ends_with("expected transfer of a square picture, found 5 points"),
             "5"
@@ -233,7 +237,7 @@ mod tests {
             let at = bytes.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
             let mut bad = bytes.clone();
             bad[at..at + from.len()].copy_from_slice(to.as_bytes());
-            lightmap_of_bytes(&bad, "t").unwrap_err().to_string()
+            read_lightmap_bytes(&bad, "t").unwrap_err().to_string()
         };
         for (from, to, expected) in [
             ("\"version\":1", "\"version\":7", "t: written by a newer Lobe: expected version 1, found 7: update Lobe"),
@@ -250,7 +254,7 @@ mod tests {
             assert_eq!(changed(from, to), expected, "{from} as {to}");
         }
         for length in (0..bytes.len()).step_by(7) {
-            let error = lightmap_of_bytes(&bytes[..length], "t").unwrap_err().to_string();
+            let error = read_lightmap_bytes(&bytes[..length], "t").unwrap_err().to_string();
             assert!(error.starts_with("t: ") && !error.contains('\n'), "cut off after {length}: {error}");
         }
     }

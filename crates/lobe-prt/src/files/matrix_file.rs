@@ -4,10 +4,9 @@ use std::path::Path;
 
 use lobe_scene::Bounds;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
-use crate::{Grid, MatrixRows, Neighborhood, PrtError, TransferMatrices};
+use crate::{Grid, MatrixRows, Neighborhood, PrtError, Recipe, TransferMatrices};
 
 /// The version of both headers.
 const VERSION: u32 = 1;
@@ -24,7 +23,7 @@ struct Header {
     /// Of a neighborhood: the corners of its box, and its points along x, y and z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
-    recipe: Value,
+    recipe: Recipe,
 }
 
 /// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by row.
@@ -34,7 +33,7 @@ struct Header {
 ///
 /// # Errors
 /// [`PrtError::Io`] if the system refuses.
-pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe: &Value) -> Result<(), PrtError> {
+pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe: &Recipe) -> Result<(), PrtError> {
     write_with(path.as_ref(), matrices, MATRICES, None, recipe)
 }
 
@@ -43,8 +42,17 @@ pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe:
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a later version, [`PrtError::Invalid`] if it
 /// is none of ours or contradicts itself.
-pub fn read_matrices(path: impl AsRef<Path>) -> Result<(TransferMatrices, Value), PrtError> {
-    let (matrices, header) = read_with(path.as_ref(), MATRICES)?;
+pub fn read_matrices(path: impl AsRef<Path>) -> Result<(TransferMatrices, Recipe), PrtError> {
+    let path = path.as_ref();
+    read_matrices_bytes(&load(path)?, &path.display().to_string())
+}
+
+/// [`read_matrices`] from the bytes of a file, whose name stands in messages.
+///
+/// # Errors
+/// As [`read_matrices`].
+pub fn read_matrices_bytes(bytes: &[u8], name: &str) -> Result<(TransferMatrices, Recipe), PrtError> {
+    let (matrices, header) = read_with(bytes, name, MATRICES)?;
     Ok((matrices, header.recipe))
 }
 
@@ -57,7 +65,7 @@ pub fn write_neighborhood(
     path: impl AsRef<Path>,
     grid: &Grid,
     matrices: &dyn MatrixRows,
-    recipe: &Value,
+    recipe: &Recipe,
 ) -> Result<(), PrtError> {
     grid.check_points(matrices.points())?;
     let Bounds { min, max } = grid.bounds();
@@ -68,13 +76,20 @@ pub fn write_neighborhood(
 ///
 /// # Errors
 /// As [`read_matrices`].
-pub fn read_neighborhood(path: impl AsRef<Path>) -> Result<(Neighborhood, Value), PrtError> {
+pub fn read_neighborhood(path: impl AsRef<Path>) -> Result<(Neighborhood, Recipe), PrtError> {
     let path = path.as_ref();
-    let name = path.display().to_string();
-    let (matrices, header) = read_with(path, NEIGHBORHOOD)?;
-    let (min, max, counts) = header.grid.ok_or_else(|| PrtError::invalid(&name, "expected a grid, found none"))?;
-    let grid = Grid::new(Bounds { min, max }, counts).map_err(|error| PrtError::invalid(&name, error.to_string()))?;
-    let neighborhood = Neighborhood::new(grid, matrices).map_err(|error| error.within(&name))?;
+    read_neighborhood_bytes(&load(path)?, &path.display().to_string())
+}
+
+/// [`read_neighborhood`] from the bytes of a file, whose name stands in messages.
+///
+/// # Errors
+/// As [`read_matrices`].
+pub fn read_neighborhood_bytes(bytes: &[u8], name: &str) -> Result<(Neighborhood, Recipe), PrtError> {
+    let (matrices, header) = read_with(bytes, name, NEIGHBORHOOD)?;
+    let (min, max, counts) = header.grid.ok_or_else(|| PrtError::invalid(name, "expected a grid, found none"))?;
+    let grid = Grid::new(Bounds { min, max }, counts).map_err(|error| PrtError::invalid(name, error.to_string()))?;
+    let neighborhood = Neighborhood::new(grid, matrices).map_err(|error| error.within(name))?;
     Ok((neighborhood, header.recipe))
 }
 
@@ -83,7 +98,7 @@ fn write_with(
     matrices: &dyn MatrixRows,
     format: &str,
     grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
-    recipe: &Value,
+    recipe: &Recipe,
 ) -> Result<(), PrtError> {
     let (order, channels) = (matrices.order(), matrices.channels().count());
     let shape = vec![matrices.points(), channels, order * order, order * order];
@@ -92,9 +107,8 @@ fn write_with(
     write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows })
 }
 
-fn read_with(path: &Path, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
-    let bytes = load(path)?;
-    let file: TensorFile<'_, Header> = TensorFile::parse(&bytes, path.display().to_string(), format, VERSION)?;
+fn read_with(bytes: &[u8], name: &str, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
+    let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, format, VERSION)?;
     let order = file.header.order;
     let channels = checked_channels(order, file.header.channels, file.name())?;
     let bands = Some(order * order);
@@ -119,12 +133,12 @@ mod tests {
     fn what_is_written_is_read_and_kinds_are_not_mixed_up() {
         let folder = tempfile::tempdir().unwrap();
         let [a, b] = ["a.safetensors", "b.safetensors"].map(|name| folder.path().join(name));
-        write_matrices(&a, &matrices(5), &json!({"seed": 3})).unwrap();
-        assert_eq!(read_matrices(&a).unwrap(), (matrices(5), json!({"seed": 3})), "matrices");
+        write_matrices(&a, &matrices(5), &Recipe::from(json!({"seed": 3}))).unwrap();
+        assert_eq!(read_matrices(&a).unwrap(), (matrices(5), Recipe::from(json!({"seed": 3}))), "matrices");
         let grid = Grid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
         let neighborhood = Neighborhood::new(grid, matrices(12)).unwrap();
-        write_neighborhood(&b, &grid, neighborhood.matrices(), &Value::Null).unwrap();
-        assert_eq!(read_neighborhood(&b).unwrap(), (neighborhood, Value::Null), "neighborhood");
+        write_neighborhood(&b, &grid, neighborhood.matrices(), &Recipe::default()).unwrap();
+        assert_eq!(read_neighborhood(&b).unwrap(), (neighborhood, Recipe::default()), "neighborhood");
         let error = read_matrices(&b).unwrap_err().to_string();
         assert!(error.ends_with("expected lobe-transfer-matrices, found lobe-neighbourhood-transfer"), "{error}");
         let error = read_neighborhood(&a).unwrap_err().to_string();
@@ -144,7 +158,8 @@ mod tests {
             (2, 3, grid, "expected matrices of 12 points, found 5"),
             (2, 3, Some(([0.0; 3], [0.0; 3], [2, 2, 2])), "expected a box with a volume"),
         ] {
-            let header = Header { format: NEIGHBORHOOD.into(), version: 1, order, channels, grid, recipe: Value::Null };
+            let header =
+                Header { format: NEIGHBORHOOD.into(), version: 1, order, channels, grid, recipe: Recipe::default() };
             let numbers = matrices(5).coefficients().to_vec();
             write(&path, &header, &[Tensor::f32(TENSOR, vec![5, 3, 4, 4], numbers)]).unwrap();
             let error = read_neighborhood(&path).unwrap_err().to_string();

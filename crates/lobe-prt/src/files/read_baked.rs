@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use lobe_scene::{GltfAttributes, Mesh, ReadOptions, ReadReport, Scene, read_scene_and_attributes};
+use lobe_scene::{GltfAttributes, Mesh, Scene, SceneReadOptions, SceneReadReport, read_scene_and_attributes};
 use serde_json::Value;
 
 use crate::files::baked_compressed::read_compressed;
-use crate::files::baked_layout::attributes_per_channel;
-use crate::{Channels, CompressedTransfer, PrtError, Transfer};
+use crate::files::baked_layout::{attributes_per_channel, read_column};
+use crate::{Channels, CompressedTransfer, PrtError, Recipe, Transfer};
 
 /// A baked scene, as it was read.
 #[derive(Clone, Debug)]
@@ -19,9 +19,9 @@ pub struct Baked {
     /// The compressed form, of which `transfer` is made, if the file has that.
     pub compressed: Option<CompressedTransfer>,
     /// The options and versions that made the transfer.
-    pub recipe: Value,
+    pub recipe: Recipe,
     /// What else was found in the file.
-    pub report: ReadReport,
+    pub report: SceneReadReport,
 }
 
 /// Reads a scene that [`BakedGlb`](crate::BakedGlb) wrote.
@@ -29,15 +29,7 @@ pub struct Baked {
 /// # Errors
 /// [`PrtError::Scene`] if the file is no scene, or of a newer version; [`PrtError::Invalid`] if it carries no transfer, or not at
 /// every vertex, or of another type than it says.
-pub fn read_baked(path: impl AsRef<Path>) -> Result<Baked, PrtError> {
-    read_baked_within(path, &ReadOptions::default())
-}
-
-/// [`read_baked`] with limits of the caller's.
-///
-/// # Errors
-/// Those of [`read_baked`].
-pub fn read_baked_within(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Baked, PrtError> {
+pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Baked, PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
     let is_gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
@@ -57,13 +49,13 @@ pub enum BakedOrScene {
     /// The file is baked.
     Baked(Box<Baked>),
     /// The file is not baked: the scene, and what else was found in the file.
-    Scene(Scene, ReadReport),
+    Scene(Scene, SceneReadReport),
 }
 
 impl From<Scene> for BakedOrScene {
     /// A scene of which there is nothing else to report.
     fn from(scene: Scene) -> Self {
-        Self::Scene(scene, ReadReport::default())
+        Self::Scene(scene, SceneReadReport::default())
     }
 }
 
@@ -71,7 +63,7 @@ impl From<Scene> for BakedOrScene {
 ///
 /// # Errors
 /// Those of [`read_scene`](lobe_scene::read_scene) and, if the file carries transfer, those of [`read_baked`].
-pub fn read_baked_or_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Result<BakedOrScene, PrtError> {
+pub fn read_baked_or_scene(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<BakedOrScene, PrtError> {
     let path = path.as_ref();
     let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
     if attributes.asset_extras()["lobe"].is_null() {
@@ -82,7 +74,7 @@ pub fn read_baked_or_scene(path: impl AsRef<Path>, options: &ReadOptions) -> Res
 }
 
 /// The transfer of a scene that was read from the file called `name`.
-fn baked(scene: Scene, report: ReadReport, attributes: &GltfAttributes, name: &str) -> Result<Baked, PrtError> {
+fn baked(scene: Scene, report: SceneReadReport, attributes: &GltfAttributes, name: &str) -> Result<Baked, PrtError> {
     let lobe = &attributes.asset_extras()["lobe"];
     let (order, channels) = check_extras(lobe, name)?;
     let (transfer, compressed) = if lobe["compression"].is_object() {
@@ -95,7 +87,7 @@ fn baked(scene: Scene, report: ReadReport, attributes: &GltfAttributes, name: &s
         }
         (Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?, None)
     };
-    Ok(Baked { recipe: lobe["recipe"].clone(), scene, transfer, compressed, report })
+    Ok(Baked { recipe: lobe["recipe"].clone().into(), scene, transfer, compressed, report })
 }
 
 /// Order and channels that `asset.extras.lobe` states.
@@ -138,26 +130,4 @@ fn read_mesh(
         }
     }
     Ok(())
-}
-
-/// The values of an attribute at all vertices of a mesh, in the file called `name`.
-pub(crate) fn read_column<const N: usize>(
-    attributes: &GltfAttributes,
-    mesh: &Mesh,
-    attribute: &str,
-    name: &str,
-) -> Result<Vec<[f32; N]>, PrtError> {
-    let Some(at) = mesh.source() else {
-        unreachable!("every mesh of a glTF file comes from one of its primitives");
-    };
-    let vertices = mesh.positions().len();
-    let place = format!("mesh {}, primitive {}", at.mesh, at.primitive);
-    match attributes.vectors(at, attribute)? {
-        Some(column) if column.len() == vertices => Ok(column),
-        Some(column) => {
-            let found = column.len();
-            Err(PrtError::invalid(name, format!("{place}: expected {vertices} values of {attribute}, found {found}")))
-        }
-        None => Err(PrtError::invalid(name, format!("{place}: expected the attribute {attribute}, found none"))),
-    }
 }

@@ -56,7 +56,7 @@ pub(crate) fn write(path: &Path, header: &impl Serialize, tensors: &[Tensor]) ->
     let views = views.map_err(|e: safetensors::SafeTensorError| invalid(e.to_string()))?;
     let metadata = HashMap::from([(ENTRY.to_owned(), header)]);
     let bytes = serialize(views, Some(metadata)).map_err(|e| invalid(e.to_string()))?;
-    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { file, source })
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { place: file, source })
 }
 
 /// One tensor of `f32` that need not be in memory.
@@ -97,7 +97,7 @@ pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Stre
         }
         Ok(())
     });
-    written.map_err(|source| PrtError::Io { file, source })
+    written.map_err(|source| PrtError::Io { place: file, source })
 }
 
 /// A file's bytes.
@@ -105,7 +105,7 @@ pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Stre
 /// # Errors
 /// [`PrtError::Io`] if it cannot be read.
 pub(crate) fn load(path: &Path) -> Result<Vec<u8>, PrtError> {
-    fs::read(path).map_err(|source| PrtError::Io { file: path.display().to_string(), source })
+    fs::read(path).map_err(|source| PrtError::Io { place: path.display().to_string(), source })
 }
 
 /// What the bytes of a file say that they are, if they are tensors of ours.
@@ -126,9 +126,9 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
     /// # Errors
     /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later version
     /// wrote them.
-    pub(crate) fn parse(bytes: &'a [u8], name: String, format: &str, version: u32) -> Result<Self, PrtError> {
+    pub(crate) fn parse(bytes: &'a [u8], name: &str, format: &str, version: u32) -> Result<Self, PrtError> {
         // What is wrong may be quoted from the file, line breaks included.
-        let invalid = |message: String| PrtError::invalid(&name, message.replace(['\n', '\r'], " "));
+        let invalid = |message: String| PrtError::invalid(name, message.replace(['\n', '\r'], " "));
         let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
         let entry = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY));
@@ -145,11 +145,11 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
                 "expected version {version} of {format}, found {}; take a Lobe as new as the file",
                 kind.version
             );
-            return Err(PrtError::Unsupported { place: name, message });
+            return Err(PrtError::Unsupported { place: name.to_owned(), message });
         }
         let header = serde_json::from_str(header).map_err(bad_header)?;
         let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
-        Ok(Self { name, header, tensors })
+        Ok(Self { name: name.to_owned(), header, tensors })
     }
 
     pub(crate) fn name(&self) -> &str {

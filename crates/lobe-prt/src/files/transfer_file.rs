@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
-use crate::{PrtError, Transfer, TransferRows};
+use crate::{PrtError, Recipe, Transfer, TransferRows};
 
 const VERSION: u32 = 1;
 const FORMAT: &str = "lobe-transfer";
@@ -20,7 +19,7 @@ struct Header {
     quantity: String,
     order: usize,
     channels: usize,
-    recipe: Value,
+    recipe: Recipe,
 }
 
 /// Writes transfer as a safetensors file: one tensor `transfer` of `[receivers, channels, n²]` floats.
@@ -30,7 +29,7 @@ struct Header {
 ///
 /// # Errors
 /// [`PrtError::Io`] if the system refuses.
-pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Value) -> Result<(), PrtError> {
+pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
     let (receivers, channels, bands) =
         (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
     let header = Header {
@@ -54,13 +53,16 @@ pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version, [`PrtError::Invalid`] if it
 /// is none of ours or contradicts itself.
-pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Value), PrtError> {
+pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtError> {
     let path = path.as_ref();
-    transfer_of_bytes(&load(path)?, path.display().to_string())
+    read_transfer_bytes(&load(path)?, &path.display().to_string())
 }
 
-/// The transfer in the bytes of a file. Nothing is allocated that is larger than they are.
-pub(crate) fn transfer_of_bytes(bytes: &[u8], name: String) -> Result<(Transfer, Value), PrtError> {
+/// [`read_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than they are.
+///
+/// # Errors
+/// As [`read_transfer`].
+pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe), PrtError> {
     let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, FORMAT, VERSION)?;
     let Header { order, channels, quantity, .. } = &file.header;
     let channels = checked_channels(*order, *channels, file.name())?;
@@ -85,7 +87,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.safetensors");
         let transfer = Transfer::new(2, Channels::Rgb, (0..24).map(|i| i as f32).collect()).unwrap();
-        write_transfer(&path, &transfer, &json!({"samples": 1024})).unwrap();
+        write_transfer(&path, &transfer, &Recipe::from(json!({"samples": 1024}))).unwrap();
         fs::read(path).unwrap()
     }
 
@@ -99,15 +101,15 @@ mod tests {
         let mut bad = (header.len() as u64).to_le_bytes().to_vec();
         bad.extend(header.as_bytes());
         bad.extend(&bytes[8 + length..]);
-        transfer_of_bytes(&bad, "t".into()).unwrap_err().to_string()
+        read_transfer_bytes(&bad, "t").unwrap_err().to_string()
     }
 
     #[test]
     fn what_is_written_is_read() {
-        let (transfer, recipe) = transfer_of_bytes(&file(), "t".into()).unwrap();
+        let (transfer, recipe) = read_transfer_bytes(&file(), "t").unwrap();
         assert_eq!((transfer.order(), transfer.channels(), transfer.receivers()), (2, Channels::Rgb, 2), "shape");
         assert_eq!(transfer.coefficients(), (0..24).map(|i| i as f32).collect::<Vec<_>>(), "numbers");
-        assert_eq!(recipe, json!({"samples": 1024}), "recipe");
+        assert_eq!(recipe, Recipe::from(json!({"samples": 1024})), "recipe");
     }
 
     #[test]
@@ -146,10 +148,10 @@ mod tests {
         }
         let mut endless = file();
         endless[..8].copy_from_slice(&u64::MAX.to_le_bytes());
-        let error = transfer_of_bytes(&endless, "t".into()).unwrap_err().to_string();
+        let error = read_transfer_bytes(&endless, "t").unwrap_err().to_string();
         assert!(error.starts_with("t: expected safetensors, found "), "{error}");
         for length in 0..file().len() {
-            assert!(transfer_of_bytes(&file()[..length], "t".into()).is_err(), "cut off after {length} bytes");
+            assert!(read_transfer_bytes(&file()[..length], "t").is_err(), "cut off after {length} bytes");
         }
     }
 
@@ -158,7 +160,7 @@ mod tests {
         let mut bytes = file();
         let end = bytes.len();
         bytes[end - 4..].copy_from_slice(&f32::NAN.to_le_bytes());
-        let error = transfer_of_bytes(&bytes, "t".into()).unwrap_err().to_string();
+        let error = read_transfer_bytes(&bytes, "t").unwrap_err().to_string();
         assert_eq!(error, "t: transfer: expected finite coefficients, found NaN at receiver 1", "NaN");
     }
 }

@@ -1,11 +1,12 @@
-//! Work on many receivers, the same for any number of threads.
+//! Estimates for many receivers, the same for any number of threads.
 
-use std::ops::{AddAssign, ControlFlow, Range};
+use std::ops::{AddAssign, Range};
 use std::time::{Duration, Instant};
 
+use lobe_io::{Job, Progress};
 use rayon::prelude::*;
 
-use crate::{Progress, PrtError};
+use crate::PrtError;
 
 /// Paths in a chunk, about: some milliseconds of work for one thread.
 const CHUNK_PATHS: usize = 1 << 14;
@@ -21,8 +22,8 @@ const WAVE: Duration = Duration::from_millis(700);
 /// Bytes of results of one thread between two reports, at most, where a chunk has not more.
 const WAVE_BYTES: usize = 4 << 20;
 
-/// What is to be done for each receiver.
-pub(crate) trait Job: Sync {
+/// What is estimated for each receiver.
+pub(crate) trait Estimator: Sync {
     /// What a thread keeps between receivers.
     type Scratch;
 
@@ -40,7 +41,7 @@ pub(crate) trait Job: Sync {
     fn seed(&self) -> u64;
 
     /// Finds the numbers of one receiver by the paths of a seed. They depend on nothing else.
-    fn work(&self, seed: u64, receiver: usize, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally;
+    fn estimate(&self, seed: u64, receiver: usize, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally;
 }
 
 /// Sums that a report is made from.
@@ -69,7 +70,7 @@ pub(crate) struct Chunk {
     pub(crate) rows: Vec<f32>,
 }
 
-/// The receivers of a job in chunks of equal size, but for the last.
+/// All receivers in chunks of equal size, but for the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chunks {
     receivers: usize,
@@ -77,9 +78,9 @@ pub(crate) struct Chunks {
 }
 
 impl Chunks {
-    pub(crate) fn of<J: Job>(job: &J) -> Self {
-        let size = (CHUNK_PATHS / job.paths().max(1)).clamp(1, CHUNK_RECEIVERS);
-        Self { receivers: job.receivers(), size }
+    pub(crate) fn of<E: Estimator>(estimator: &E) -> Self {
+        let size = (CHUNK_PATHS / estimator.paths().max(1)).clamp(1, CHUNK_RECEIVERS);
+        Self { receivers: estimator.receivers(), size }
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -134,33 +135,33 @@ impl Sink for Memory {
     }
 }
 
-/// Called a few times in a second of work; says whether to go on.
-pub(crate) type OnProgress<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
-
-/// Does what a sink has not yet. Results depend on the job alone: chunks are the same for any number of threads, and the
-/// sink gets them in their order.
-pub(crate) fn run<J: Job>(job: &J, sink: &mut impl Sink, on_progress: OnProgress<'_>) -> Result<(), PrtError> {
-    let chunks = Chunks::of(job);
+/// Does what a sink has not yet. Results depend on the estimator alone: chunks are the same for any number of threads, and
+/// the sink gets them in their order.
+pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut Job<'_>) -> Result<(), PrtError> {
+    let chunks = Chunks::of(estimator);
     let start = Instant::now();
     let resumed = chunks.before(sink.done());
     let mut rays = 0;
-    let mut wave = Wave::of(job, &chunks);
+    let mut wave = Wave::of(estimator, &chunks);
     loop {
+        // Tell whoever watches how far the work is.
         let next = sink.done();
-        let progress =
-            Progress { done: chunks.before(next), total: job.receivers(), resumed, rays, elapsed: start.elapsed() };
-        if on_progress(&progress).is_break() {
+        let (done, total) = (chunks.before(next), estimator.receivers());
+        let progress = Progress { done, total, resumed, rays, elapsed: start.elapsed(), round: 0 };
+        if job.report(&progress).is_break() {
             return Err(PrtError::Cancelled);
         }
         if next >= chunks.count() {
             return Ok(());
         }
+        // Estimate a wave of chunks in parallel.
         let begin = Instant::now();
         let done: Vec<Chunk> = (next..(next + wave.chunks()).min(chunks.count()))
             .into_par_iter()
-            .map_init(|| job.scratch(), |scratch, chunk| work(job, chunks.range(chunk), scratch))
+            .map_init(|| estimator.scratch(), |scratch, chunk| estimate(estimator, chunks.range(chunk), scratch))
             .collect();
         wave.adapt(begin.elapsed());
+        // Hand them over in their order.
         for chunk in done {
             rays += chunk.tally.rays;
             sink.push(chunk)?;
@@ -176,8 +177,8 @@ struct Wave {
 }
 
 impl Wave {
-    fn of<J: Job>(job: &J, chunks: &Chunks) -> Self {
-        let bytes = size_of::<f32>() * job.row() * chunks.size();
+    fn of<E: Estimator>(estimator: &E, chunks: &Chunks) -> Self {
+        let bytes = size_of::<f32>() * estimator.row() * chunks.size();
         Self { per_thread: 1, most: (WAVE_BYTES / bytes).max(1) }
     }
 
@@ -192,10 +193,10 @@ impl Wave {
     }
 }
 
-fn work<J: Job>(job: &J, range: Range<usize>, scratch: &mut J::Scratch) -> Chunk {
-    let mut chunk = Chunk { tally: Tally::default(), rows: vec![0.0; range.len() * job.row()] };
-    for (receiver, row) in range.zip(chunk.rows.chunks_exact_mut(job.row())) {
-        chunk.tally += &job.work(job.seed(), receiver, scratch, row);
+fn estimate<E: Estimator>(estimator: &E, range: Range<usize>, scratch: &mut E::Scratch) -> Chunk {
+    let mut chunk = Chunk { tally: Tally::default(), rows: vec![0.0; range.len() * estimator.row()] };
+    for (receiver, row) in range.zip(chunk.rows.chunks_exact_mut(estimator.row())) {
+        chunk.tally += &estimator.estimate(estimator.seed(), receiver, scratch, row);
     }
     chunk
 }

@@ -2,13 +2,14 @@
 
 use std::time::Instant;
 
-use crate::Progress;
-use crate::job::chunks::OnProgress;
+use lobe_io::{Job, Progress};
+
+use crate::PrtError;
 
 /// Tells how far a search is and remembers whether it is to stop. A search that was stopped comes to its end without further work;
 /// what it has found is of no use.
 pub(crate) struct Meter<'a> {
-    on_progress: OnProgress<'a>,
+    job: Job<'a>,
     done: usize,
     total: usize,
     begin: Instant,
@@ -16,11 +17,15 @@ pub(crate) struct Meter<'a> {
 }
 
 impl<'a> Meter<'a> {
-    /// Of a search of so many steps at most.
-    pub(crate) fn new(total: usize, on_progress: OnProgress<'a>) -> Self {
-        let mut meter = Self { on_progress, done: 0, total, begin: Instant::now(), is_stopped: false };
+    /// The meter of a search of at most `total` steps.
+    ///
+    /// # Errors
+    /// [`PrtError::Options`] if the job has a checkpoint: a search cannot be resumed.
+    pub(crate) fn new(total: usize, job: Job<'a>) -> Result<Self, PrtError> {
+        job.expect_no_checkpoint().map_err(PrtError::Options)?;
+        let mut meter = Self { job, done: 0, total, begin: Instant::now(), is_stopped: false };
         meter.reach(0);
-        meter
+        Ok(meter)
     }
 
     /// How many steps are done or were left out.
@@ -28,21 +33,27 @@ impl<'a> Meter<'a> {
         self.done
     }
 
-    /// So many steps more are done.
+    /// Counts further steps as done.
     pub(crate) fn step(&mut self, steps: usize) {
         self.reach(self.done + steps);
     }
 
-    /// So many steps are done in all, or need not be done any more.
+    /// Counts all steps up to `done` as done: they are, or need not be done any more.
     pub(crate) fn reach(&mut self, done: usize) {
         self.done = done.clamp(self.done, self.total);
-        let Self { done, total, begin, .. } = *self;
-        let progress = Progress { done, total, resumed: 0, rays: 0, elapsed: begin.elapsed() };
-        self.is_stopped |= (self.on_progress)(&progress).is_break();
+        let progress =
+            Progress { done: self.done, total: self.total, elapsed: self.begin.elapsed(), ..Progress::default() };
+        self.is_stopped |= self.job.report(&progress).is_break();
     }
 
     pub(crate) fn is_stopped(&self) -> bool {
         self.is_stopped
+    }
+
+    /// # Errors
+    /// [`PrtError::Cancelled`] if the search is to stop.
+    pub(crate) fn go_on(&self) -> Result<(), PrtError> {
+        if self.is_stopped { Err(PrtError::Cancelled) } else { Ok(()) }
     }
 }
 
@@ -59,7 +70,7 @@ mod tests {
             seen.push(progress.done);
             if progress.done == 7 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let mut meter = Meter::new(10, &mut watch);
+        let mut meter = Meter::new(10, Job::default().watched_by(&mut watch)).unwrap();
         meter.step(7);
         meter.reach(3);
         meter.step(2);

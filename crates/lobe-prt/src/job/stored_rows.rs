@@ -1,14 +1,13 @@
 //! Rows of numbers that stay in the file of a checkpoint.
 
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
-use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::io;
+
+use lobe_io::RecordReader;
 
 use crate::PrtError;
-use crate::job::checkpoint::Layout;
+use crate::job::row_layout::RowLayout;
 
-/// Numbers that are in memory at a time while results go from one file to another: 4 MiB, or one row that is longer.
+/// How many numbers are in memory at a time while results go from one file to another: 4 MiB, or one row that is longer.
 const NUMBERS_AT_ONCE: usize = 1 << 20;
 
 /// How many rows of this length are in memory at a time.
@@ -16,18 +15,16 @@ pub(crate) fn rows_at_once(row: usize) -> usize {
     (NUMBERS_AT_ONCE / row).max(1)
 }
 
-/// The rows of all receivers of a job that is done. Its file stays locked as long as this is there.
+/// The rows of all receivers of a bake that is done. Its file stays locked as long as this is there.
 #[derive(Debug)]
 pub(crate) struct StoredRows {
-    path: PathBuf,
-    /// A file has one place to read at.
-    file: Mutex<File>,
-    layout: Layout,
+    records: RecordReader,
+    layout: RowLayout,
 }
 
 impl StoredRows {
-    pub(crate) fn new(path: PathBuf, file: File, layout: Layout) -> Self {
-        Self { path, file: Mutex::new(file), layout }
+    pub(crate) fn new(records: RecordReader, layout: RowLayout) -> Self {
+        Self { records, layout }
     }
 
     /// How many there are.
@@ -44,11 +41,7 @@ impl StoredRows {
         }
         let start = self.layout.offset_of_row(first);
         let mut bytes = vec![0; (self.layout.offset_of_row(end - 1) - start) as usize + 4 * row];
-        {
-            let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-            file.seek(SeekFrom::Start(start))?;
-            file.read_exact(&mut bytes)?;
-        }
+        self.records.read_exact_at(start, &mut bytes)?;
         let (mut receiver, mut rest) = (first, rows);
         while receiver < end {
             let count = self.layout.run_from(receiver).min(end - receiver);
@@ -68,7 +61,7 @@ impl StoredRows {
         let mut rows = vec![0.0; self.layout.receivers() * row];
         for (k, rows) in rows.chunks_mut(at_once * row).enumerate() {
             let read = self.read_into(k * at_once, rows);
-            read.map_err(|source| PrtError::Io { file: self.path.display().to_string(), source })?;
+            read.map_err(|source| PrtError::Io { place: self.records.path().display().to_string(), source })?;
         }
         Ok(rows)
     }

@@ -1,6 +1,7 @@
 //! The points that transfer is baked for.
 
 use glam::Vec3;
+use lobe_io::Fingerprint;
 use lobe_scene::Scene;
 
 use crate::PrtError;
@@ -46,6 +47,13 @@ impl Receivers {
             }
         }
         Ok(Self { positions, normals, albedos })
+    }
+
+    /// Writes all of them into a fingerprint.
+    pub(crate) fn write_into(&self, fingerprint: &mut Fingerprint) {
+        for points in [&self.positions, &self.normals, &self.albedos] {
+            fingerprint.floats(points.as_flattened());
+        }
     }
 
     /// The vertices of all meshes in their order, with the normals to shade with. The albedo is the base color: factor,

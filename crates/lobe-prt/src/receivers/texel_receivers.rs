@@ -180,7 +180,7 @@ impl TexelReceivers {
         let rows = self.rows(transfer)?;
         let mut coefficients = vec![0.0; rows.receivers() * rows.row_len()];
         let read = rows.read_rows(0, &mut coefficients);
-        read.map_err(|source| PrtError::Io { file: "lightmap".to_owned(), source })?;
+        read.map_err(|source| PrtError::Io { place: "lightmap".to_owned(), source })?;
         Transfer::new(transfer.order(), transfer.channels(), coefficients)
     }
 }

@@ -1,16 +1,17 @@
 //! Lobes found for transfer.
 
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use lobe_io::Job;
 use lobe_sh::{Dir, ShVec, optimal_linear_direction};
 use rayon::prelude::*;
 
 use crate::compression::compress::{energy, relative};
 use crate::job::meter::Meter;
+use crate::setters::setters;
 use crate::zonal::bfgs::minimize;
 use crate::zonal::lobes::{LobeProblem, Lobes, unit_lobe};
-use crate::{Channels, Progress, PrtError, Transfer, ZonalTransfer};
+use crate::{Channels, PrtError, Transfer, ZonalTransfer};
 
 /// Directions among which starts are looked for, all in one half-space: a lobe and its opposite span the same functions. At
 /// order 8 a lobe's main part is twice as wide as their distance.
@@ -36,6 +37,7 @@ const WAVE: Duration = Duration::from_millis(200);
 
 /// How [`fit_zonal`] is to fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ZonalFitOptions {
     /// Lobes for each receiver, 1 to 8.
     pub lobes: usize,
@@ -51,6 +53,8 @@ impl Default for ZonalFitOptions {
         Self { lobes: 1, optimize: true, steps: 100 }
     }
 }
+
+setters!(ZonalFitOptions { lobes: usize, optimize: bool, steps: usize });
 
 /// How well lobes stand for transfer.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,26 +82,21 @@ pub struct ZonalFitReport {
 /// Transfer without a linear part has its first axis among fixed directions; that of zero or constant transfer is +z.
 /// The result does not depend on the number of threads.
 ///
-/// # Errors
-/// [`PrtError::Options`] if the number of lobes is not 1 to 8.
-pub fn fit_zonal(transfer: &Transfer, options: &ZonalFitOptions) -> Result<(ZonalTransfer, ZonalFitReport), PrtError> {
-    fit_zonal_watched(transfer, options, &mut |_| ControlFlow::Continue(()))
-}
-
-/// [`fit_zonal`], with `progress` called several times in a second, which may stop it.
+/// The job is told several times in a second how many receivers are done.
 ///
 /// # Errors
-/// Those of [`fit_zonal`], and [`PrtError::Cancelled`] if `progress` breaks.
-pub fn fit_zonal_watched(
+/// [`PrtError::Options`] if the number of lobes is not 1 to 8 or the job is to be kept in a file, [`PrtError::Cancelled`] if the
+/// job was told to stop.
+pub fn fit_zonal(
     transfer: &Transfer,
     options: &ZonalFitOptions,
-    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<(ZonalTransfer, ZonalFitReport), PrtError> {
     let (order, channels) = (transfer.order(), transfer.channels());
     ZonalTransfer::new(order, channels, options.lobes, Vec::new(), Vec::new())?;
     let candidates = Candidates::new(order);
     let width = order * order * channels.count();
-    let mut meter = Meter::new(transfer.receivers(), progress);
+    let mut meter = Meter::new(transfer.receivers(), job)?;
     let mut axes = Vec::with_capacity(transfer.receivers() * options.lobes);
     let mut coefficients = Vec::new();
     let (mut rest, mut at_once) = (transfer.coefficients(), 4 * rayon::current_num_threads());
@@ -109,9 +108,7 @@ pub fn fit_zonal_watched(
         rest = later;
         at_once = if begin.elapsed() < WAVE { 2 * at_once } else { (at_once / 2).max(1) };
         meter.step(fits.len());
-        if meter.is_stopped() {
-            return Err(PrtError::Cancelled);
-        }
+        meter.go_on()?;
         for (of_axes, of_coefficients) in fits {
             axes.extend(of_axes);
             coefficients.extend(of_coefficients);

@@ -3,22 +3,18 @@
 #![allow(clippy::unwrap_used, dead_code, reason = "tests, each of which uses a part")]
 
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 
-use lobe_prt::{BakeOptions, BakeReport, Channels, Mode, Progress, Receivers, Transfer, bake};
+use lobe_io::Job;
+use lobe_prt::{BakeOptions, BakeReport, Channels, Mode, Receivers, Transfer, bake};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene};
 use lobe_sh::Zonal;
 
-pub(crate) fn go_on(_: &Progress) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
-
 pub(crate) fn baked(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> (Transfer, BakeReport) {
-    bake(scene, &Bvh::new(scene), receivers, options, &mut go_on).unwrap()
+    bake(scene, &Bvh::new(scene), receivers, options, Job::default()).unwrap()
 }
 
 pub(crate) fn options(mode: Mode, order: usize, samples: u32) -> BakeOptions {
-    BakeOptions { mode, order, samples, bounces: 3, energy_stop: 0.0, seed: 1, channels: None }
+    BakeOptions::default().mode(mode).order(order).samples(samples).bounces(3).energy_stop(0.0).seed(1)
 }
 
 /// One white receiver.

@@ -9,8 +9,8 @@ use lobe_env::{
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{
-    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Glossy, HighlightMap, IrradiancePolynomial,
-    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, Scene, Shading, Solid, SphereMapped, SurfacePoint, Torus,
+    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exhibit, Glossy, HighlightMap, IrradiancePolynomial,
+    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, Shading, Solid, SphereMapped, SurfacePoint, Torus,
     TracedMirror, View, bumps, highlights_of_lights,
 };
 use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
@@ -46,6 +46,7 @@ const COLUMNS: usize = 7;
 
 /// What [`environment_panels`] draws.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct EnvironmentSheetOptions<'a> {
     /// Pixels along each side of a picture.
     pub size: usize,
@@ -62,6 +63,32 @@ impl Default for EnvironmentSheetOptions<'_> {
     /// Pictures of 160 x 160 pixels with 9 rays each, maps of 128 texels.
     fn default() -> Self {
         Self { size: 160, samples: 3, map_size: 128, prefiltered: None }
+    }
+}
+
+impl<'a> EnvironmentSheetOptions<'a> {
+    /// These options with another [`size`](field@Self::size).
+    #[must_use]
+    pub fn size(self, size: usize) -> Self {
+        Self { size, ..self }
+    }
+
+    /// These options with other [`samples`](field@Self::samples).
+    #[must_use]
+    pub fn samples(self, samples: usize) -> Self {
+        Self { samples, ..self }
+    }
+
+    /// These options with another [`map_size`](field@Self::map_size).
+    #[must_use]
+    pub fn map_size(self, map_size: usize) -> Self {
+        Self { map_size, ..self }
+    }
+
+    /// These options with a chain as [`prefiltered`](field@Self::prefiltered).
+    #[must_use]
+    pub fn prefiltered(self, chain: impl Into<Option<&'a CubeMipChain>>) -> Self {
+        Self { prefiltered: chain.into(), ..self }
     }
 }
 
@@ -132,8 +159,8 @@ pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -
     let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
     let mut panels = Vec::new();
     for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
-        let scene = Scene { solid, camera, samples: options.samples };
-        let slow = Scene { samples: options.samples.min(SLOW_SAMPLES), ..scene };
+        let scene = Exhibit { solid, camera, samples: options.samples };
+        let slow = Exhibit { samples: options.samples.min(SLOW_SAMPLES), ..scene };
         let [many, few] = MEASURED.map(|n| scene.points(n, n));
         let panel = |technique: &'static str, shading: &dyn Shading, truth: Truth| {
             let mirrors = matches!(truth, Truth::Traced | Truth::Mirror | Truth::BumpedMirror);

@@ -1,4 +1,10 @@
-//! TODO room mapping_gallery.
+//! The techniques of environment mapping from 1976 to split-sum reflection, each beside the truth, on a ball and a torus.
+//!
+//! Read `exhibit` first: a shape before a camera, and the trait by which a technique shades it. The shapes are in `solid` and
+//! `torus`. Then one file a technique: mirrors by `blinn_newell`, `sphere_mapped`, `cube_mapped` and `paraboloids` beside
+//! `traced_mirror`; rough mirrors by `glossy`, `highlight_map` and `reflection_space` (interpolated on an `icosphere`); `matte`
+//! surfaces by a map or an `irradiance_polynomial`; `bump` bends the normals of any of them. `square_texture` is what
+//! three mappings share. `environment_sheet` puts all on one sheet. Uses `camera`.
 
 pub(crate) mod blinn_newell;
 pub(crate) mod bump;

@@ -1,7 +1,7 @@
-//! Light from infinitely far away.
+//! Light from infinitely far away: an environment map or an expansion, evaluated and sampled.
 
 use lobe_env::EnvMap;
-use lobe_prt::Fingerprint;
+use lobe_io::Fingerprint;
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec};
 
 use crate::path_tracer::sphere_table::{SphereTable, cell};

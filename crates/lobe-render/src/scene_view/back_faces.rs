@@ -1,9 +1,9 @@
 //! The backs of double-sided surfaces, which files of transfer leave out, as far as a view shows them.
 
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use lobe_prt::{BakeOptions, Progress, Receivers, TexelReceivers};
+use lobe_io::Job;
+use lobe_prt::{BakeOptions, Receivers, TexelReceivers};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
@@ -28,7 +28,7 @@ impl BackFaces {
         seen: &[usize],
         options: &BakeOptions,
         is_glossy: bool,
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        job: Job<'_>,
     ) -> Result<Self, RenderError> {
         // Find the receivers at the fronts. Texels between triangles show a neighbor's.
         let (fronts, front_of) = match places {
@@ -49,7 +49,7 @@ impl BackFaces {
             receivers[place] = needed.partition_point(|&front| front < front_of(place)) as u32;
         }
         // Bake the other sides.
-        let transfer = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, progress)?;
+        let transfer = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, job)?;
         Ok(Self { receivers, transfer })
     }
 
@@ -66,7 +66,7 @@ pub(crate) fn backs_in_view(
     camera: &Camera,
     view: &ViewOptions,
     places: &Places,
-    progress: impl FnMut(f64) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<Vec<usize>, RenderError> {
     if !(0..scene.meshes().len()).any(|mesh| scene.material(mesh).double_sided) {
         return Ok(Vec::new());
@@ -80,6 +80,6 @@ pub(crate) fn backs_in_view(
         }
         Rgb::ZERO
     };
-    scene_picture(scene, bvh, camera, view, |_: Dir| Rgb::ZERO, mark, progress)?;
+    scene_picture(scene, bvh, camera, view, |_: Dir| Rgb::ZERO, mark, job)?;
     Ok((0..seen.len()).filter(|&place| seen[place].load(Ordering::Relaxed)).collect())
 }

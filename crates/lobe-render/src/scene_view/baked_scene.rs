@@ -1,15 +1,13 @@
 //! A scene with its transfer, from a file or baked on the spot.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
+use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Baked, Lightmap, Mode, Progress, Receivers, read_any_transfer, read_baked_within, read_lightmap,
-    read_matrices,
+    BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer, read_baked, read_lightmap, read_matrices,
 };
-use lobe_scene::{Bvh, ReadOptions, Scene};
+use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
-use serde_json::Value;
 
 use crate::scene_view::back_faces::{self, BackFaces};
 use crate::scene_view::prt_shading::{Gloss, LitReceivers, Places, SurfaceTransfer};
@@ -30,7 +28,7 @@ pub struct BakedScene {
     gloss: Option<Gloss>,
     /// How backs are baked.
     options: BakeOptions,
-    recipe: Value,
+    recipe: Recipe,
 }
 
 impl From<Baked> for BakedScene {
@@ -46,8 +44,8 @@ impl BakedScene {
     ///
     /// # Errors
     /// [`RenderError::Prt`] with the errors of [`read_baked`](lobe_prt::read_baked).
-    pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Self, RenderError> {
-        Ok(read_baked_within(path, options)?.into())
+    pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Self, RenderError> {
+        Ok(read_baked(path, options)?.into())
     }
 
     /// Reads the transfer of `scene` from a file that holds transfer alone: with a `lobe` a .safetensors file of matrices at
@@ -71,7 +69,7 @@ impl BakedScene {
             read_any_transfer(path)?
         };
         let width = transfer.receivers().isqrt();
-        let places = if is_picture || recipe["texels"] == width {
+        let places = if is_picture || recipe.texels == Some(Some(width)) {
             Places::Texels(Box::new(Lightmap::new(&scene, width)?))
         } else {
             expect_vertices(&scene, transfer.receivers(), path)?;
@@ -80,26 +78,26 @@ impl BakedScene {
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
     }
 
-    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one.
+    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one. The steps of `job` are vertices; it can be kept in a file.
     ///
     /// # Errors
-    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if `progress` said to
-    /// stop.
+    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if the
+    /// watch of the job said to stop.
     pub fn bake(
         scene: Scene,
         options: &BakeOptions,
         lobe: Option<GlossyLobe>,
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        job: Job<'_>,
     ) -> Result<Self, RenderError> {
         let (receivers, bvh) = (Receivers::at_vertices(&scene)?, Bvh::new(&scene));
-        let front = SurfaceTransfer::bake(&scene, &bvh, &receivers, options, lobe.is_some(), progress)?;
+        let front = SurfaceTransfer::bake(&scene, &bvh, &receivers, options, lobe.is_some(), job)?;
         let (gloss, options) = (lobe.map(Gloss::new), options.clone());
-        Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, gloss, options, recipe: Value::Null })
+        Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, gloss, options, recipe: Recipe::default() })
     }
 
-    fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Value) -> Self {
+    fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Recipe) -> Self {
         let (bvh, gloss) = (Bvh::new(&scene), lobe.map(Gloss::new));
-        let options = options_of(&recipe, front.order());
+        let options = recipe.bake_options().order(front.order());
         Self { scene, bvh, places, front, back: None, gloss, options, recipe }
     }
 
@@ -115,9 +113,9 @@ impl BakedScene {
         &self.options
     }
 
-    /// The recipe in the file; null if there is none.
+    /// The recipe in the file; an empty one if there is none.
     #[must_use]
-    pub fn recipe(&self) -> &Value {
+    pub fn recipe(&self) -> &Recipe {
         &self.recipe
     }
 
@@ -153,31 +151,22 @@ impl BakedScene {
 
     /// The vertices or texels that a view shows from behind, in rising order: those that [`BakedScene::bake_backs`] needs.
     ///
-    /// `progress` is told the part of the picture that was looked at, and says whether to go on.
+    /// The steps of `job` are the pixels that were looked at.
     ///
     /// # Errors
     /// As [`scene_picture`](fn@crate::scene_picture).
-    pub fn backs_in_view(
-        &self,
-        camera: &Camera,
-        view: &ViewOptions,
-        progress: impl FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<Vec<usize>, RenderError> {
-        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, progress)
+    pub fn backs_in_view(&self, camera: &Camera, view: &ViewOptions, job: Job<'_>) -> Result<Vec<usize>, RenderError> {
+        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, job)
     }
 
     /// Bakes the backs of these vertices or texels, in rising order, in place of those that were baked before.
     ///
     /// # Errors
     /// As [`BakedScene::bake`].
-    pub fn bake_backs(
-        &mut self,
-        seen: &[usize],
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<(), RenderError> {
+    pub fn bake_backs(&mut self, seen: &[usize], job: Job<'_>) -> Result<(), RenderError> {
         let Self { scene, bvh, places, options, .. } = &*self;
         let is_glossy = self.is_glossy();
-        self.back = Some(BackFaces::bake(scene, bvh, places, seen, options, is_glossy, progress)?);
+        self.back = Some(BackFaces::bake(scene, bvh, places, seen, options, is_glossy, job)?);
         Ok(())
     }
 
@@ -233,28 +222,9 @@ impl LitScene<'_> {
 fn expect_vertices(scene: &Scene, found: usize, path: &Path) -> Result<(), RenderError> {
     match scene.vertex_count() {
         count if count == found => Ok(()),
-        count => Err(RenderError::Invalid(format!(
-            "{}: expected transfer of {count} vertices as the scene has, found {found}",
-            path.display()
-        ))),
-    }
-}
-
-/// The options that a recipe states, and defaults for the rest.
-fn options_of(recipe: &Value, order: usize) -> BakeOptions {
-    let defaults = BakeOptions { order, ..BakeOptions::default() };
-    let number = |key: &str| recipe[key].as_u64();
-    let mode = match recipe["mode"].as_str() {
-        Some("unshadowed") => Mode::Unshadowed,
-        Some("shadowed") => Mode::Shadowed,
-        _ => Mode::Interreflected,
-    };
-    BakeOptions {
-        mode,
-        samples: number("samples").and_then(|n| u32::try_from(n).ok()).unwrap_or(defaults.samples),
-        bounces: number("bounces").and_then(|n| usize::try_from(n).ok()).unwrap_or(defaults.bounces),
-        energy_stop: recipe["energy_stop"].as_f64().unwrap_or(defaults.energy_stop),
-        seed: number("seed").unwrap_or(defaults.seed),
-        ..defaults
+        count => Err(RenderError::invalid(
+            path,
+            format!("expected transfer of {count} vertices as the scene has, found {found}"),
+        )),
     }
 }

@@ -1,11 +1,8 @@
 //! Surfaces shaded by precomputed radiance transfer: what receivers send back, and what a point between them shows of it.
 
-use std::ops::ControlFlow;
-
 use lobe_env::DfgTable;
-use lobe_prt::{
-    AnyTransfer, BakeOptions, Lightmap, Progress, PrtError, Receivers, TransferMatrices, bake, bake_matrices,
-};
+use lobe_io::Job;
+use lobe_prt::{AnyTransfer, BakeOptions, Lightmap, PrtError, Receivers, TransferMatrices, bake, bake_matrices};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal, convolved};
 use rayon::prelude::*;
@@ -120,12 +117,12 @@ impl SurfaceTransfer {
         receivers: &Receivers,
         options: &BakeOptions,
         is_glossy: bool,
-        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        job: Job<'_>,
     ) -> Result<Self, PrtError> {
         if is_glossy {
-            bake_matrices(scene, bvh, receivers, options, progress).map(|(matrices, _)| Self::Glossy(matrices))
+            bake_matrices(scene, bvh, receivers, options, job).map(|(matrices, _)| Self::Glossy(matrices))
         } else {
-            bake(scene, bvh, receivers, options, progress).map(|(transfer, _)| Self::Matte(transfer.into()))
+            bake(scene, bvh, receivers, options, job).map(|(transfer, _)| Self::Matte(transfer.into()))
         }
     }
 

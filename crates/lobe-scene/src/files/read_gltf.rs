@@ -4,11 +4,11 @@ use glam::{DMat3, DVec3};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 
-use crate::files::read::Source;
-use crate::gltf::accessor::Accessors;
-use crate::gltf::files::{self, GltfFile};
-use crate::gltf::materials;
-use crate::gltf::nodes::{self, Shown};
+use crate::files::gltf::accessor::Accessors;
+use crate::files::gltf::files::{self, GltfFile};
+use crate::files::gltf::materials;
+use crate::files::gltf::nodes::{self, Shown};
+use crate::files::source::Source;
 use crate::{MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
 /// One mesh for each primitive of each node that shows it, in Lobe's world.

@@ -6,8 +6,8 @@ use std::io::Cursor;
 
 use tobj::LoadOptions;
 
-use crate::files::read::Source;
-use crate::gltf::materials;
+use crate::files::gltf::materials;
+use crate::files::source::Source;
 use crate::scene::texture::linear_from_srgb8;
 use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wrap};
 

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 
-use crate::files::read::Source;
+use crate::files::source::Source;
 use crate::scene::texture::linear_from_srgb8;
 use crate::{MeshParts, Scene, SceneError, Up};
 

@@ -95,7 +95,11 @@ fn vertices(gltf: &Value, data: &[u8], prefix: &str, count: usize) -> Vec<Vec<f6
             let attributes = &primitive["attributes"];
             let position = &gltf["accessors"][whole(&attributes["POSITION"])];
             let mut own = vec![Vec::new(); whole(&position["count"])];
-            let names = if count == 0 && prefix == "_CLUSTER" { vec![prefix.to_owned()] } else { (0..count).map(|k| format!("{prefix}{k}")).collect() };
+            let names = if count == 0 && prefix == "_CLUSTER" {
+                vec![prefix.to_owned()]
+            } else {
+                (0..count).map(|k| format!("{prefix}{k}")).collect()
+            };
             for name in names {
                 for (row, values) in own.iter_mut().zip(column(gltf, data, whole(&attributes[&name]))) {
                     row.extend(values);

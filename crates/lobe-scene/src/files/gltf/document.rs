@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use crate::files::read::{Source, folder_of, read_file};
-use crate::gltf::files;
-use crate::{ReadOptions, SceneError};
+use crate::files::gltf::files;
+use crate::files::source::{Source, folder_of, read_file};
+use crate::{SceneError, SceneReadOptions};
 
 /// The JSON of a glTF file with all its members, and all its bytes in one buffer: what a .glb holds.
 ///
@@ -31,7 +31,7 @@ impl GltfDocument {
     pub fn read(path: impl AsRef<Path>) -> Result<(Self, Vec<String>), SceneError> {
         let path = path.as_ref();
         let (name, bytes) = read_file(path)?;
-        let mut source = Source::new(&name, folder_of(path), &ReadOptions::default());
+        let mut source = Source::new(&name, folder_of(path), &SceneReadOptions::default());
         let buffers = files::read(&bytes, &mut source)?.buffers;
         let json = files::read_json(&bytes, &source)?;
         let mut document = Self { json, bytes: Vec::new() };

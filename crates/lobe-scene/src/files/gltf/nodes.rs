@@ -4,7 +4,7 @@ use glam::{DMat4, DQuat, DVec3};
 use gltf_json::{Index, Node, Root};
 
 use crate::SceneError;
-use crate::files::read::Source;
+use crate::files::source::Source;
 
 /// A mesh where a node shows it.
 pub(crate) struct Shown {

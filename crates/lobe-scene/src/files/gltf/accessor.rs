@@ -4,8 +4,8 @@ use gltf_json::accessor::{Accessor, ComponentType, Type};
 use gltf_json::{Index, Root, buffer, validation::Checked};
 
 use crate::SceneError;
-use crate::files::read::Source;
-use crate::gltf::files::GltfFile;
+use crate::files::gltf::files::GltfFile;
+use crate::files::source::Source;
 
 /// An array within a buffer whose bytes are known to be there.
 struct Elements<'a> {

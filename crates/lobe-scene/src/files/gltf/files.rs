@@ -5,7 +5,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::SceneError;
-use crate::files::read::{LOBE_EXTRAS_VERSION, Source};
+use crate::files::source::Source;
+
+/// The version of the attributes that Lobe writes into a baked glTF file and names in `asset.extras.lobe.version`.
+/// Files with a higher one are refused.
+pub const LOBE_EXTRAS_VERSION: u64 = 1;
 
 /// JSON and buffers of a glTF file. Nothing in the JSON has been checked but its shape.
 pub(crate) struct GltfFile {

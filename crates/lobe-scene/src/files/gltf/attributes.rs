@@ -7,11 +7,11 @@ use gltf_json::validation::Checked;
 use gltf_json::{Index, buffer};
 use serde_json::Value;
 
-use crate::files::read::{Source, folder_of, read_file};
+use crate::files::gltf::accessor::{Accessors, view_bytes};
+use crate::files::gltf::files::GltfFile;
 use crate::files::read_gltf;
-use crate::gltf::accessor::{Accessors, view_bytes};
-use crate::gltf::files::GltfFile;
-use crate::{MeshSource, ReadOptions, ReadReport, Scene, SceneError};
+use crate::files::source::{Source, folder_of, read_file};
+use crate::{MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
 
 /// The attributes of a glTF file that its format leaves to applications, those whose names begin with `_`.
 pub struct GltfAttributes {
@@ -25,8 +25,8 @@ pub struct GltfAttributes {
 /// As [`read_scene`](crate::read_scene), and [`SceneError::Invalid`] if the file is no glTF.
 pub fn read_scene_and_attributes(
     path: impl AsRef<Path>,
-    options: &ReadOptions,
-) -> Result<(Scene, ReadReport, GltfAttributes), SceneError> {
+    options: &SceneReadOptions,
+) -> Result<(Scene, SceneReadReport, GltfAttributes), SceneError> {
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
     let mut source = Source::new(&name, folder_of(path), options);
@@ -48,7 +48,7 @@ impl GltfAttributes {
     /// # Errors
     /// [`SceneError::Invalid`] if it does not hold vectors of `N` floats, or its numbers are not in the file.
     pub fn vectors<const N: usize>(&self, at: MeshSource, name: &str) -> Result<Option<Vec<[f32; N]>>, SceneError> {
-        let source = Source::new(&self.name, None, &ReadOptions::default());
+        let source = Source::new(&self.name, None, &SceneReadOptions::default());
         let mesh = self.file.root.meshes.get(at.mesh);
         let Some(primitive) = mesh.and_then(|mesh| mesh.primitives.get(at.primitive)) else {
             let message = format!("mesh {} has no primitive {}", at.mesh, at.primitive);

@@ -9,9 +9,9 @@ use gltf_json::texture::{Info, WrappingMode};
 use gltf_json::validation::Checked;
 use image::{ImageError, ImageReader};
 
-use crate::files::read::Source;
-use crate::gltf::accessor::view_bytes;
-use crate::gltf::files::{GltfFile, read_uri};
+use crate::files::gltf::accessor::view_bytes;
+use crate::files::gltf::files::{GltfFile, read_uri};
+use crate::files::source::Source;
 use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
 
 /// All materials of the file, and the textures that their base colors use.

@@ -1,0 +1,257 @@
+//! How transfer was made.
+
+use std::collections::BTreeMap;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::{BakeOptions, BakeReport, Mode};
+
+/// What the light did on its way to the receivers of a file, as its recipe says it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum RecipeMode {
+    /// [`Mode::Unshadowed`].
+    Unshadowed,
+    /// [`Mode::Shadowed`].
+    Shadowed,
+    /// [`Mode::Interreflected`].
+    Interreflected,
+    /// The same before it is reflected, as matrices.
+    Glossy,
+    /// A mode of another program, or of a later version.
+    #[serde(untagged)]
+    Other(String),
+}
+
+impl RecipeMode {
+    /// The name in the file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Unshadowed => "unshadowed",
+            Self::Shadowed => "shadowed",
+            Self::Interreflected => "interreflected",
+            Self::Glossy => "glossy",
+            Self::Other(name) => name,
+        }
+    }
+}
+
+impl From<Mode> for RecipeMode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Unshadowed => Self::Unshadowed,
+            Mode::Shadowed => Self::Shadowed,
+            Mode::Interreflected => Self::Interreflected,
+        }
+    }
+}
+
+/// Declares a struct whose fields are the members of a JSON object, with setters.
+macro_rules! members {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)+ }) => {
+        $(#[$doc])*
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: Option<$type>,)+
+            /// Members that are none of these, or are not of their type.
+            pub others: Map<String, Value>,
+        }
+
+        impl $name {
+            $(
+                #[doc = concat!("The same recipe with another `", stringify!($field), "`.")]
+                #[must_use]
+                pub fn $field(mut self, $field: $type) -> Self {
+                    self.$field = Some($field);
+                    self
+                }
+            )+
+        }
+
+        impl From<Value> for $name {
+            /// What is no object says nothing.
+            fn from(value: Value) -> Self {
+                let Value::Object(mut others) = value else { return Self::default() };
+                Self { $($field: take(&mut others, stringify!($field)),)+ others }
+            }
+        }
+
+        impl From<$name> for Value {
+            fn from(recipe: $name) -> Self {
+                let mut members = recipe.others;
+                $(put(&mut members, stringify!($field), recipe.$field);)+
+                Self::Object(members)
+            }
+        }
+    };
+}
+
+members! {
+/// How the transfer in a file was made: everything that decided its numbers, and nothing that differs from run to run.
+///
+/// Every file of transfer has one, a JSON object whose members have the names of these fields. It is a note to people and
+/// programs: light is applied to transfer without it. A field is `None` if the recipe does not say. Choices that a bake may
+/// leave open are options themselves: `Some(None)` stands for `null`, nothing was chosen. What Lobe does not know is kept in
+/// [`Recipe::others`] and written again.
+///
+/// ```
+/// use lobe_prt::{BakeOptions, Recipe};
+///
+/// let recipe: Recipe = serde_json::from_str(r#"{"samples": 64, "grid": null, "weather": "fine"}"#).unwrap();
+/// assert_eq!((recipe.samples, recipe.grid, recipe.order), (Some(64), Some(None), None));
+/// assert_eq!(recipe.others["weather"], "fine");
+/// assert_eq!(recipe.bake_options(), BakeOptions::default().samples(64));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Value", into = "Value")]
+#[non_exhaustive]
+Recipe {
+    /// The name of the scene's file without its folders, or of a built-in scene.
+    scene: String,
+    /// The [fingerprint](lobe_io::Fingerprint) of the scene, 32 hexadecimal digits.
+    scene_hash: String,
+    /// What the light did.
+    mode: RecipeMode,
+    /// Number of bands.
+    order: usize,
+    /// Paths from each receiver.
+    samples: u32,
+    /// Reflections at most; 0 where light is not reflected.
+    bounces: usize,
+    /// Reflections that were baked, see [`BakeReport::bounces`].
+    bounces_baked: usize,
+    /// See [`BakeOptions::energy_stop`].
+    energy_stop: f64,
+    /// The seed of the random directions.
+    seed: u64,
+    /// The longest edge that was left when triangles were split.
+    max_edge: Option<f64>,
+    /// The change of transfer along an edge that was split, see [`AdaptiveOptions::threshold`](crate::AdaptiveOptions::threshold).
+    adaptive: Option<f64>,
+    /// Edges that are shorter were not split.
+    min_edge: Option<f64>,
+    /// Texels along a side of a lightmap.
+    texels: Option<usize>,
+    /// Points of a grid along its axes.
+    grid: Option<[usize; 3]>,
+    /// Two corners of the box of that grid.
+    grid_box: Option<[f64; 6]>,
+    /// The most clusters of compressed transfer.
+    clusters: Option<usize>,
+    /// Directions of each cluster.
+    components: Option<usize>,
+    /// Bits of a weight of compressed transfer.
+    weights: Option<usize>,
+    /// The relative error of compressed or zonal transfer.
+    relative_error: f64,
+    /// Lobes of each receiver of zonal transfer.
+    lobes: usize,
+    /// Whether the axes of lobes are those of the closed form.
+    closed_form: bool,
+    /// Rays that were traced.
+    rays: u64,
+    /// See [`BakeReport::stderr_dc`].
+    stderr_dc: f64,
+    /// The versions of the programs that baked, by their names.
+    versions: BTreeMap<String, String>,
+    /// The version of Lobe that compressed.
+    compressed_by: String,
+    /// The version of Lobe that fitted lobes.
+    fitted_by: String,
+}
+}
+
+impl Recipe {
+    /// The recipe of a bake: its options, and what its report says that the same arguments lead to again.
+    #[must_use]
+    pub fn of_bake(options: &BakeOptions, report: &BakeReport) -> Self {
+        Self::default()
+            .mode(options.mode.into())
+            .order(options.order)
+            .samples(options.samples)
+            .bounces(options.most_bounces())
+            .bounces_baked(report.bounces)
+            .energy_stop(options.energy_stop)
+            .seed(options.seed)
+            .rays(report.rays)
+            .stderr_dc(report.stderr_dc)
+            .versions(BTreeMap::from([("lobe".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]))
+    }
+
+    /// The options of the bake, with defaults where the recipe does not say. Matrices are those of interreflected light.
+    #[must_use]
+    pub fn bake_options(&self) -> BakeOptions {
+        let defaults = BakeOptions::default();
+        BakeOptions {
+            mode: match self.mode {
+                Some(RecipeMode::Unshadowed) => Mode::Unshadowed,
+                Some(RecipeMode::Shadowed) => Mode::Shadowed,
+                _ => Mode::Interreflected,
+            },
+            order: self.order.unwrap_or(defaults.order),
+            samples: self.samples.unwrap_or(defaults.samples),
+            bounces: self.bounces.unwrap_or(defaults.bounces),
+            energy_stop: self.energy_stop.unwrap_or(defaults.energy_stop),
+            seed: self.seed.unwrap_or(defaults.seed),
+            channels: None,
+        }
+    }
+}
+
+/// Takes a member of an object, if it is there and of the type.
+fn take<T: DeserializeOwned>(members: &mut Map<String, Value>, name: &str) -> Option<T> {
+    let value = T::deserialize(members.get(name)?).ok()?;
+    members.remove(name);
+    Some(value)
+}
+
+/// Puts a member into an object, if there is one.
+fn put<T: Serialize>(members: &mut Map<String, Value>, name: &str, value: Option<T>) {
+    // Numbers, texts and lists of them always are JSON.
+    if let Some(value) = value.and_then(|value| serde_json::to_value(value).ok()) {
+        members.insert(name.to_owned(), value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_recipe_is_written_as_it_was_read_whatever_is_in_it() {
+        for text in [
+            "{}",
+            r#"{"bounces":3,"energy_stop":0.001,"grid":null,"mode":"glossy","samples":1024,"seed":0,"texels":64}"#,
+            r#"{"mode":"by moonlight","samples":"many","unknown":[1,null],"versions":{"lobe":"0.1.0","other":"2"}}"#,
+            r#"{"grid":[2,3,4],"grid_box":[0.0,0.5,1.0,2.0,3.0,4.25],"order":-1,"samples":99999999999}"#,
+        ] {
+            let recipe: Recipe = serde_json::from_str(text).unwrap();
+            assert_eq!(serde_json::to_string(&recipe).unwrap(), text, "{recipe:?}");
+        }
+        assert_eq!(Recipe::from(json!("text")), Recipe::default(), "no object says nothing");
+    }
+
+    #[test]
+    fn options_are_those_of_the_bake_and_defaults_where_nothing_is_said() {
+        let defaults = BakeOptions::default();
+        assert_eq!(Recipe::default().bake_options(), defaults, "an empty recipe");
+        let options = BakeOptions { mode: Mode::Shadowed, order: 3, samples: 7, energy_stop: 0.5, seed: 9, ..defaults };
+        let report = BakeReport {
+            receivers: 1,
+            rays: 2,
+            seconds: 0.0,
+            bounces: 0,
+            energy_per_bounce: vec![],
+            energy_left: 0.0,
+            stderr_dc: 0.25,
+        };
+        let recipe = Recipe::of_bake(&options, &report);
+        assert_eq!(recipe.bake_options(), BakeOptions { bounces: 0, ..options }, "{recipe:?}");
+        assert_eq!((recipe.rays, recipe.stderr_dc), (Some(2), Some(0.25)), "what the report says");
+    }
+}
