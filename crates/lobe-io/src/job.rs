@@ -1,4 +1,4 @@
-//! How long work is watched, stopped and continued.
+//! Watching, stopping and continuing long work.
 
 use std::fmt;
 use std::ops::ControlFlow;

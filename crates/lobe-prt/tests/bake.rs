@@ -19,7 +19,7 @@ fn y_0() -> f64 {
     0.5 / PI.sqrt()
 }
 
-/// A scene far away, in nobody's way.
+/// A scene so far away and small that it shadows nothing.
 fn nothing_in_the_way() -> Scene {
     let triangle = vec![[0.0, 0.0, -1000.0], [1e-3, 0.0, -1000.0], [0.0, 1e-3, -1000.0]];
     scene_of(triangle, vec![[0, 1, 2]], 0.5, true)
