@@ -1,7 +1,7 @@
 //! A white ball under the sky, by harmonics and by brute force.
 
 use lobe::env::{irradiance_at, irradiance_map_brute_force};
-use lobe::image::{Tone, Picture, color_bar, compare, error_map};
+use lobe::image::{Picture, Tone, color_bar, compare, error_map};
 use lobe::render::{Ball, View};
 use lobe::sh::{Dir, Rgb, Zonal, convolved};
 
