@@ -169,7 +169,7 @@ impl Product {
             graph: &self.graph,
             results: &self.results,
         };
-        format!("{HEADER}\nuse crate::Coefficient;\nuse crate::product::constant::k;\n\n{}", function.source())
+        format!("{HEADER}\nuse crate::Coefficient;\nuse crate::scalar::constant as k;\n\n{}", function.source())
     }
 }
 
@@ -188,7 +188,7 @@ fn index(products: &[Product]) -> String {
     for product in products {
         let _ = writeln!(text, "#[rustfmt::skip]\nmod {};", product.kind.module());
     }
-    text += "\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\nuse crate::Coefficient;\n\n";
+    text += "\nuse crate::Coefficient;\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\n\n";
     text += COSTS_DOC;
     text += "#[cfg(test)]\n#[rustfmt::skip]\npub(crate) const PRODUCT_COSTS: &[ProductCost] = &[\n";
     for product in products {

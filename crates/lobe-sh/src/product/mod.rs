@@ -4,7 +4,6 @@
 //! tables`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`]. [`matrix`] multiplies many functions by
 //! one. Uses `expansion` and what stands below it.
 
-pub(crate) mod constant;
 #[cfg(test)]
 pub(crate) mod cost;
 pub(crate) mod gaunt;
