@@ -1,5 +1,6 @@
 //! What can go wrong with a picture of the environment.
 
+use std::fmt;
 use std::io;
 
 use lobe_image::{ImageError, ReadOption};
@@ -27,14 +28,24 @@ pub enum EnvError {
         message: String,
     },
     /// The file may be right, but the caller's [`MapReadOptions`](crate::MapReadOptions) do not let it in.
-    #[error("{place}: {message}; {option}")]
+    #[error("{place}: {message}; {}", option.advice())]
     Refused {
         /// The file, or the name the caller gave to the bytes.
         place: String,
         /// What it holds.
         message: String,
         /// The option that would let it in.
-        option: ReadOption,
+        option: MapReadOption,
+    },
+    /// The file says what it is, and the caller's [`MapReadOptions`](crate::MapReadOptions) say otherwise.
+    #[error("{place} is {found}; leave {option} at its default")]
+    Contradiction {
+        /// The file, or the name the caller gave to the bytes.
+        place: String,
+        /// What it is.
+        found: String,
+        /// The option that says otherwise.
+        option: MapReadOption,
     },
     /// The caller asked for something that cannot be.
     #[error("{0}")]
@@ -57,9 +68,55 @@ impl From<ImageError> for EnvError {
         match error {
             ImageError::Invalid { place, message } => Self::Invalid { place, message },
             ImageError::Unsupported { place, message } => Self::Unsupported { place, message },
-            ImageError::Refused { place, message, option } => Self::Refused { place, message, option },
+            ImageError::Refused { place, message, option } => Self::Refused { place, message, option: option.into() },
             ImageError::Io { place, source } => Self::Io { place, source },
             other => Self::Options(other.to_string()),
+        }
+    }
+}
+
+/// The option of [`MapReadOptions`](crate::MapReadOptions) that keeps a file out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MapReadOption {
+    /// [`max_texels`](crate::MapReadOptions::max_texels): the picture has more.
+    MaxTexels,
+    /// [`nonfinite`](crate::MapReadOptions::nonfinite): there are texels of NaN or infinity.
+    Nonfinite,
+    /// [`mapping`](crate::MapReadOptions::mapping): it is missing where nothing else tells, or another than the file's.
+    Mapping,
+    /// [`handedness`](crate::MapReadOptions::handedness): only cubes have one.
+    Handedness,
+}
+
+impl MapReadOption {
+    /// What a caller of the library can do; a program that names its options otherwise says so itself.
+    fn advice(self) -> &'static str {
+        match self {
+            Self::MaxTexels => "scale it down, or raise MapReadOptions::max_texels",
+            Self::Nonfinite => "Nonfinite::Zero in MapReadOptions::nonfinite reads them as black",
+            Self::Mapping => "say what it is with MapReadOptions::mapping",
+            Self::Handedness => "leave MapReadOptions::handedness at its default",
+        }
+    }
+}
+
+impl fmt::Display for MapReadOption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::MaxTexels => "MapReadOptions::max_texels",
+            Self::Nonfinite => "MapReadOptions::nonfinite",
+            Self::Mapping => "MapReadOptions::mapping",
+            Self::Handedness => "MapReadOptions::handedness",
+        })
+    }
+}
+
+impl From<ReadOption> for MapReadOption {
+    fn from(option: ReadOption) -> Self {
+        match option {
+            ReadOption::Nonfinite => Self::Nonfinite,
+            _ => Self::MaxTexels,
         }
     }
 }

@@ -48,7 +48,8 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | files | [`read_env`], [`read_env_bytes`], [`MapReadOptions`], [`MapReadReport`]; [`write_env`], [`MapWriteOptions`], [`MapWriteReport`] |
+//! | any map from any file | [`EnvMap::load`], [`MappedMap::load`], [`read_map`], [`LoadedMap`] |
+//! | files of one kind | [`read_env`], [`read_env_bytes`], [`MapReadOptions`], [`MapReadReport`]; [`write_env`], [`MapWriteOptions`], [`MapWriteReport`] |
 //! | cube maps as files | [`read_cube()`], [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; whichever the file holds: [`read_env_file`] |
 //! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
 //! | cubes in pictures and in six files | [`CubeLayout`], [`CubeHandedness`]; [`read_cube_faces`], [`write_cube_faces`] |
@@ -97,14 +98,16 @@ pub use area_light::disc_light::DiscLight;
 pub use area_light::polygon_light::PolygonLight;
 pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
-pub use error::EnvError;
+pub use error::{EnvError, MapReadOption};
 pub use files::bundled;
-pub use files::cube_faces::{FACE_NAMES, cube_face_paths, read_cube_faces, write_cube_faces};
-pub use files::read::{MapReadOptions, MapReadReport, read_env, read_env_bytes};
+pub use files::cube_faces::{FACE_NAMES, cube_face_paths, face_files, read_cube_faces, write_cube_faces};
 pub use files::read_cube::{EnvFile, read_cube, read_cube_bytes, read_env_file, read_env_file_bytes};
+pub use files::read_env::{read_env, read_env_bytes};
+pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
+pub use files::read_options::{MapReadOptions, MapReadReport};
 pub use files::write::{MapWriteOptions, MapWriteReport, write_env};
 pub use files::write_cube::{CubeWriteOptions, write_cube};
-pub use lobe_image::{FileFormat, Nonfinite, ReadOption, TexelFormat};
+pub use lobe_image::{FileFormat, Nonfinite, TexelFormat};
 pub use map::adjust::{
     BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,
 };

@@ -219,15 +219,8 @@ fn letters_survive_every_mapping() {
 
 #[test]
 fn pictures_of_no_cube_are_refused_in_one_line() {
-    let picture = |width: usize, height: usize, count: usize| Raster { width, height, texels: vec![color(0); count] };
-    for (p, expected) in [
-        (
-            picture(8, 8, 64),
-            "a picture of a cube is 4:3 (horizontal cross), 3:4 (vertical cross), 6:1 (row) or 1:6 (column), but this is 8 x 8",
-        ),
-        (picture(12, 2, 23), "12 x 2 texels expected, 23 given"),
-    ] {
-        let error = CubeMap::from_picture(&p, CubeHandedness::Right).unwrap_err().to_string();
-        assert_eq!(error, expected, "{} x {}", p.width, p.height);
-    }
+    let picture = Picture::filled(8, 8, color(0));
+    let error = CubeMap::from_picture(&picture, CubeHandedness::Right).unwrap_err().to_string();
+    let expected = "a picture of a cube is 4:3 (horizontal cross), 3:4 (vertical cross), 6:1 (row) or 1:6 (column), but this is 8 x 8";
+    assert_eq!(error, expected, "8 x 8");
 }

@@ -64,7 +64,7 @@ pub use codec::read::{
 pub use codec::texel_format::TexelFormat;
 pub use codec::texture::{read_cube_texture_bytes, write_cube_texture};
 pub use codec::write_exr::{ExrAttribute, ExrLayers};
-pub use compare::compare::{ErrorReport, Sample, compare, error_map, error_of, relative_mse};
+pub use compare::compare::{ErrorReport, compare, error_map, error_of, relative_mse};
 pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
 pub use compare::hdr_flip::hdr_flip;
 pub use compare::z_test::{Measured, ZTest};

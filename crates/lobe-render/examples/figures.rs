@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let balls: Vec<_> = [View::ALONG_X, View::from_eye(Dir::X), View::three_quarter(), View::from_eye(Dir::Z)]
         .map(|view| Ball::new(220).seen(view).lit_by_sh(GRAY, &lights))
         .into();
-    let sheet = Sheet { columns: 4, margin: 10, background: GRAY };
+    let sheet = Sheet { columns: 4, margin: 10, background: GRAY.into() };
     write("balls.png", &sheet.compose(&balls), &Tone::PLAIN)?;
 
     // The horizon is no polynomial; this degree leaves an error that no picture shows.

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use lobe_image::{Picture, Tone, srgb_decode};
-use lobe_render::{Ball, Balloon, CubeCross, RenderError, lat_long_picture};
+use lobe_image::{ImageError, Picture, Tone, srgb_decode};
+use lobe_render::{Ball, Balloon, CubeCross, lat_long_picture};
 use lobe_sh::{Dir, Rgb};
 
 /// A function without symmetry.
@@ -65,7 +65,7 @@ fn a_picture_that_cannot_be_written_is_one_clear_line() {
     let path = folder.path().join("missing").join("picture.png");
     let error = Picture::filled(1, 1, Rgb::new(0.0, 0.0, 0.0)).write_png(&path, &Tone::PLAIN).unwrap_err();
     let text = error.to_string();
-    assert!(matches!(error, RenderError::Io { .. }), "{error:?}");
+    assert!(matches!(error, ImageError::Io { .. }), "{error:?}");
     assert!(text.contains("picture.png: cannot write the picture: ") && !text.contains('\n'), "{text}");
 
     let empty = Picture::filled(0, 3, Rgb::new(0.0, 0.0, 0.0)).to_png(&Tone::PLAIN).unwrap_err().to_string();

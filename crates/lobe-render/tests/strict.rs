@@ -20,7 +20,7 @@ use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
 use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, load_sh_json, project};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, project, read_sh_json};
 use rayon::prelude::*;
 
 /// The orders that are compared, and the highest of them.
@@ -52,7 +52,7 @@ fn file(name: &str) -> std::path::PathBuf {
 
 /// Four skies, bundled with the program or kept as expansions.
 fn skies() -> Vec<(&'static str, ShVec<Rgb<f64>>)> {
-    let kept = |name: &str| load_sh_json(&file("tests/data").join(name)).unwrap().coefficients.to_rgb();
+    let kept = |name: &str| read_sh_json(&file("tests/data").join(name)).unwrap().coefficients.to_rgb();
     vec![
         ("sunset", project_env(&bundled::sunset().map(), HIGHEST)),
         ("studio", project_env(&bundled::studio().map(), HIGHEST)),
@@ -160,7 +160,7 @@ type Escapes = Vec<Rgb<f64>>;
 /// By paths, shadowed (only those that meet nothing) and with bounces.
 fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [Vec<Radiances>; 2] {
     let none = DistantLight::from_expansion(ShVec::zero(1));
-    let options = PathOptions { bounces: BOUNCES, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+    let options = PathOptions::default().bounces(BOUNCES).strategy(LightStrategy::Bsdf);
     let tracer = PathTracer::new(scene, bvh, &none, options);
     let count = SampleCount { sets: SETS, per_set };
     let of_vertex = |v: usize| {
@@ -282,7 +282,7 @@ fn transfer_and_paths_agree_in_the_cave() {
 #[test]
 fn the_expansions_kept_are_those_of_the_skies() {
     for name in ["venice", "lobby"] {
-        let kept = load_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
+        let kept = read_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
         assert!(kept.order() == HIGHEST && kept[0].luminance() > 0.0, "{name}: order {}", kept.order());
         let path = file("../../../shared/assets").join(format!("{name}.exr"));
         if !path.exists() {

@@ -1,5 +1,7 @@
 //! The errors of this crate. The mathematics has none: it documents its degenerate cases instead.
 
+use alloc::string::String;
+#[cfg(feature = "std")]
 use std::io;
 
 /// Why an expansion or a rotation could not be made, read or written; the variant says whose fault it is.
@@ -28,6 +30,7 @@ pub enum ShError {
     #[error("{0}")]
     Options(String),
     /// The operating system refused.
+    #[cfg(feature = "std")]
     #[error("{place}: {source}")]
     Io {
         /// The file, or the name that the caller gave to the stream.

@@ -1,12 +1,14 @@
-//! Functions on the sphere as a few numbers each: the real spherical-harmonic basis, expansions in it, and what lighting
-//! does with them.
+//! Functions on the sphere as a few numbers each: the real spherical-harmonic basis, expansions in it, and what
+//! lighting does with them.
 //!
 //! A function `f(s)` of the direction `s` is kept as the coefficients of `f(s) = Σ_i f_i y_i(s)`. Then an integral of a
-//! product is a dot product, light from a whole sky onto a surface is one multiplication per band, and a rotation is exact.
+//! product is a dot product, light from a whole sky onto a surface is one multiplication per band, and a rotation is
+//! exact.
 //!
-//! The basis `y_i` is real and orthonormal with the Condon-Shortley phase kept, as in Sloan's papers, D3DX and DirectXMath:
-//! `y_1 .. y_3 = √(3/4π) (-y, z, -x)`. The flat index is `i = l(l+1) + m` for band `l`; **order** `n` counts bands, so that
-//! there are `n²` coefficients; +z is up. `CONVENTIONS.md` at the root of the repository has the figures.
+//! The basis `y_i` is real and orthonormal with the Condon-Shortley phase kept, as in Sloan's papers, D3DX and
+//! DirectXMath: `y_1 .. y_3 = √(3/4π) (-y, z, -x)`. The flat index is `i = l(l+1) + m` for band `l`; **order** `n`
+//! counts bands, so that there are `n²` coefficients; +z is up. `CONVENTIONS.md` at the root of the repository has the
+//! figures.
 //!
 //! # Example: one function
 //!
@@ -54,11 +56,13 @@
 //! assert!((fit.sh[0] - irradiance[0]).abs() < 1e-12 && fit.residual < 1e-12);
 //! ```
 //!
-//! # What is where
+//! # Index
 //!
 //! | to | use |
 //! |---|---|
 //! | hold a function | [`Sh`] (order fixed, [`ShL0`] to [`ShL9`]), [`ShVec`] (order at run time), [`Zonal`] (symmetric about an axis) |
+//! | get a type of fixed order from a function | [`project_as`], [`product_as`], [`Zonal::towards_as`], [`Light::project_as`]: any [`FixedOrder`] |
+//! | exchange data with an engine | `From` and `Into` of arrays, `[[f32; 3]; 9]`; features `glam`, `mint`, `bytemuck`, `serde` |
 //! | read, compare, evaluate any of the first two | [`Expansion`]; coefficients are [`Coefficient`]s: `f32`, `f64`, [`Rgb`] |
 //! | evaluate the basis | [`eval_basis`], [`Basis`] (many directions), [`eval_basis_gradients`], [`eval_complex`], [`fn@legendre`] |
 //! | number bands and coefficients | [`fn@index`], [`band_range`], [`band_and_m`], [`len`], [`order_of`] |
@@ -68,29 +72,38 @@
 //! | keep irradiance in a few numbers | [`IrradianceEncoding`]: [`AmbientCube`], [`NonLinearL1`], [`Zh3`], [`Ahd`], [`HBasis`], [`Hl2`]; [`encoding_error`] |
 //! | give irradiance to a shader | [`PackedIrradiance`], [`IrradianceMatrix`] |
 //! | blur: irradiance, Phong, GGX | [`convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
-//! | rotate | [`Rotation`], [`RotationMatrices`] (many expansions), [`Zonal::towards`] |
+//! | rotate | [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
-//! | multiply functions | [`product_into`] |
+//! | multiply functions | [`fn@product`], [`product_into`], [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
-//! | trade ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
-//! | find the least value | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
+//! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
+//! | find extreme values | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
 //! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`] |
-//! | read and write `.sh.json` | `load_sh_json`, `save_sh_json` (feature `json`, on by default) |
+//! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`, on by default) |
 //!
 //! # Types on top, slices below
 //!
-//! Whoever shades a vertex knows the order when writing the program; whoever reads a file learns it later. One type for
-//! both would cost the first a heap allocation per value or the second a fixed maximum. So there are two, and every
-//! operation is written once, for a slice of `n²` coefficients (`_into`, `_in_place`), from which both types, and the
-//! caller's own arrays and vertex buffers, can be served without a copy. The price: stable Rust cannot compute `n²` in a
-//! type, so that [`Sh`] counts coefficients, and a wrong length of a slice is found at run time, by a panic that names it.
+//! A shader's order is known at compile time, that of a file at run time. One type for both would need a heap
+//! allocation for each value or a fixed maximum. So there are two types, and every operation is written once, for a
+//! slice of `n²` coefficients (`_into`, `_in_place`), which serves both types and the caller's own arrays and vertex
+//! buffers without a copy. The price: stable Rust cannot compute `n²` in a type, so that [`Sh`] counts coefficients;
+//! and a slice of the wrong length is found at run time, by a panic that names it.
 //!
-//! Coefficients are stored in the caller's type, `f32` as a rule. Sums over many terms, and all tables, are `f64`; only
-//! the kernels for many directions or expansions at once stay in `f32`, because there speed is the point.
+//! Coefficients have the caller's type, usually `f32`. Sums over many terms and all tables are `f64`; only the kernels
+//! for many directions or expansions at once stay in `f32`, for speed.
 //!
-//! Mathematics does not fail: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for what
-//! comes from outside, files and matrices that claim to be rotations.
+//! The mathematics has no errors: degenerate cases (order 0, no samples, poles) have a documented value. Errors are for
+//! data from outside, such as files and matrices that are no rotations.
+//!
+//! # Without the standard library
+//!
+//! With `default-features = false` the crate needs `core` and `alloc` only. Elementary functions then come from `libm`,
+//! so that results may differ in the last place, and files are left out.
+
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+extern crate alloc;
 
 mod basis;
 mod encoding;
@@ -98,6 +111,7 @@ mod error;
 mod expansion;
 mod extrema;
 mod filter;
+mod interop;
 mod light;
 mod light_extraction;
 mod once;
@@ -111,6 +125,11 @@ mod scalar;
 mod sh_json;
 mod solver;
 mod sphere;
+
+/// The example of README.md, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
@@ -166,7 +185,9 @@ pub use rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
 pub use rotation::rotation::{Rotation, RotationError, tangent_frame};
 pub use scalar::{Coefficient, Real, Rgb};
 #[cfg(feature = "json")]
-pub use sh_json::{FileCoefficients, ShFile, load_sh_json, read_sh_json, save_sh_json, write_sh_json};
+pub use sh_json::{
+    FileCoefficients, ShFile, read_sh_json, read_sh_json_bytes, read_sh_json_from, write_sh_json, write_sh_json_to,
+};
 pub use sphere::dir::Dir;
 pub use sphere::point_sets::even_directions;
 pub use sphere::quadrature::{SphereQuadrature, gauss_legendre};

@@ -1,18 +1,30 @@
 //! Tables that are computed once and shared by the whole process.
 
-use std::sync::OnceLock;
-
 /// A place for a value that the first caller computes and all others read.
-pub(crate) struct Once<T>(OnceLock<T>);
+pub(crate) struct Once<T> {
+    #[cfg(feature = "std")]
+    place: std::sync::OnceLock<T>,
+    #[cfg(not(feature = "std"))]
+    place: once_cell::race::OnceBox<T>,
+}
 
 impl<T> Once<T> {
     /// An empty place.
     pub(crate) const fn new() -> Self {
-        Self(OnceLock::new())
+        Self {
+            #[cfg(feature = "std")]
+            place: std::sync::OnceLock::new(),
+            #[cfg(not(feature = "std"))]
+            place: once_cell::race::OnceBox::new(),
+        }
     }
 
-    /// The value, computed by `make` on the first call.
+    /// The value, computed by `make` on the first call. Without the feature `std` callers cannot wait for each other:
+    /// those that come at the same time may all compute it, and one of the equal results is kept.
     pub(crate) fn get_or_init(&self, make: impl FnOnce() -> T) -> &T {
-        self.0.get_or_init(make)
+        #[cfg(feature = "std")]
+        return self.place.get_or_init(make);
+        #[cfg(not(feature = "std"))]
+        return self.place.get_or_init(|| alloc::boxed::Box::new(make()));
     }
 }

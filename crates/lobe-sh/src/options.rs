@@ -5,7 +5,7 @@ macro_rules! setters {
     ($options:ident { $($field:ident: $kind:ty),* $(,)? }) => {
         impl $options {
             $(
-                #[doc = concat!("These options with another [`", stringify!($field), "`](field@Self::", stringify!($field), ").")]
+                #[doc = concat!("With another [`", stringify!($field), "`](field@Self::", stringify!($field), ").")]
                 #[must_use]
                 pub fn $field(mut self, $field: $kind) -> Self {
                     self.$field = $field;

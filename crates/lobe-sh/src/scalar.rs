@@ -3,10 +3,8 @@
 //! [`Real`] is `f32` or `f64`, [`Rgb`] a color of three of them, and [`Coefficient`] any of these. Kernels are written
 //! once over the two traits.
 
-use std::fmt::Debug;
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
-
-use serde::{Deserialize, Serialize};
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A coefficient of an expansion: `f32`, `f64`, [`Rgb<f32>`](Rgb) or `Rgb<f64>`.
 ///
@@ -73,9 +71,6 @@ pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
 
     /// Converts without loss.
     fn to_f64(self) -> f64;
-
-    /// The non-negative square root; NaN below zero.
-    fn sqrt(self) -> Self;
 }
 
 macro_rules! impl_coefficient {
@@ -136,11 +131,6 @@ macro_rules! impl_real {
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
-
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                self.sqrt()
-            }
         }
     )*};
 }
@@ -149,10 +139,14 @@ impl_real!(f32, f64);
 
 /// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.
 ///
-/// Serialized as `[r, g, b]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "[S; 3]", into = "[S; 3]")]
-#[serde(bound(serialize = "S: Serialize + Clone", deserialize = "S: Deserialize<'de>"))]
+/// Serialized as `[r, g, b]` (feature `serde`); three numbers in this order in memory (feature `bytemuck`).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "[S; 3]", into = "[S; 3]"))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "S: serde::Serialize + Clone", deserialize = "S: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
 pub struct Rgb<S = f32> {
     /// Red.

@@ -20,8 +20,8 @@ const VERSION: u64 = 1;
 /// number has an indented line of its own. A longer file is not read to its end.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// The largest coefficient: the sun's radiance has eight digits, and sums and squares of such numbers stay far inside `f64`,
-/// pictures of their functions inside `f32`.
+/// The largest coefficient: the sun's radiance has eight digits, and sums and squares of such numbers stay far inside
+/// `f64`, pictures of their functions inside `f32`.
 const LARGEST: f64 = 1e30;
 
 /// The content of a `.sh.json` file.
@@ -39,12 +39,12 @@ const LARGEST: f64 = 1e30;
 /// listed here are ignored, so that other tools may add notes.
 ///
 /// ```
-/// use lobe_sh::{Quantity, ShFile, ShVec, read_sh_json, write_sh_json};
+/// use lobe_sh::{Quantity, ShFile, ShVec, read_sh_json_bytes, write_sh_json_to};
 ///
 /// let sky = ShFile::new(Quantity::Radiance, ShVec::constant(3, 1.0));
 /// let mut text = Vec::new();
-/// write_sh_json(&mut text, &sky, "sky.sh.json")?;
-/// assert_eq!(read_sh_json(text.as_slice(), "sky.sh.json")?, sky);
+/// write_sh_json_to(&mut text, &sky, "sky.sh.json")?;
+/// assert_eq!(read_sh_json_bytes(&text, "sky.sh.json")?, sky);
 /// # Ok::<(), lobe_sh::ShError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -96,54 +96,64 @@ impl From<ShVec<Rgb<f64>>> for FileCoefficients {
     }
 }
 
-/// Reads an expansion; `name` is the file's name for messages. Numbers are read to the nearest `f64`.
+/// Reads the file at `path`. Numbers are read to the nearest `f64`.
 ///
 /// # Errors
-/// If the reader fails, or the text is cut off, no JSON, of another format or version, of an order outside
-/// `1..=64`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three numbers of at most
-/// 1e30.
-pub fn read_sh_json(reader: impl Read, name: &str) -> Result<ShFile, ShError> {
+/// If the file cannot be read, or its text is cut off, no JSON, of another format or version, of an order outside
+/// `1..=64`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three numbers of at
+/// most 1e30.
+pub fn read_sh_json(path: impl AsRef<Path>) -> Result<ShFile, ShError> {
+    let path = path.as_ref();
+    let name = path.display().to_string();
+    match File::open(path) {
+        Ok(file) => read_sh_json_from(file, &name),
+        Err(source) => Err(ShError::Io { place: name, source }),
+    }
+}
+
+/// Reads the bytes of a file; `name` is its name in messages.
+///
+/// # Errors
+/// Those of [`read_sh_json`].
+pub fn read_sh_json_bytes(bytes: &[u8], name: &str) -> Result<ShFile, ShError> {
+    parse(bytes).map_err(|fault| fault.of(name))
+}
+
+/// Reads a stream, and no more of it than the longest file has; `name` is its name in messages.
+///
+/// # Errors
+/// Those of [`read_sh_json`].
+pub fn read_sh_json_from(reader: impl Read, name: &str) -> Result<ShFile, ShError> {
     let mut bytes = Vec::new();
     reader
         .take(MAX_BYTES + 1)
         .read_to_end(&mut bytes)
         .map_err(|source| ShError::Io { place: name.to_owned(), source })?;
-    parse(&bytes).map_err(|fault| fault.of(name))
+    read_sh_json_bytes(&bytes, name)
 }
 
-/// Reads the file at `path`.
+/// Writes the file at `path`, all or nothing ([`lobe_io::write_atomically`]): the head on the first line, then one
+/// coefficient on each; the same bytes for the same numbers, each the shortest that reads back as the same `f64`.
 ///
 /// # Errors
-/// Those of [`read_sh_json`].
-pub fn load_sh_json(path: &Path) -> Result<ShFile, ShError> {
+/// If the file cannot be written, a coefficient is not finite or larger than 1e30, or the order is outside `1..=64`.
+pub fn write_sh_json(path: impl AsRef<Path>, file: &ShFile) -> Result<(), ShError> {
+    let path = path.as_ref();
     let name = path.display().to_string();
-    match File::open(path) {
-        Ok(file) => read_sh_json(file, &name),
-        Err(source) => Err(ShError::Io { place: name, source }),
-    }
+    let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
+    write_atomically(path, |w| w.write_all(text.as_bytes())).map_err(|source| ShError::Io { place: name, source })
 }
 
-/// Writes an expansion: the head on the first line, then one coefficient on each; the same bytes for the same
-/// numbers, each the shortest that reads back as the same `f64`.
+/// Writes to a stream what [`write_sh_json`] writes to a file; `name` is its name in messages.
 ///
 /// # Errors
-/// If the writer fails, a coefficient is not finite or larger than 1e30, or the order is outside `1..=64`.
-pub fn write_sh_json(mut writer: impl Write, file: &ShFile, name: &str) -> Result<(), ShError> {
+/// Those of [`write_sh_json`].
+pub fn write_sh_json_to(mut writer: impl Write, file: &ShFile, name: &str) -> Result<(), ShError> {
     let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
     writer
         .write_all(text.as_bytes())
         .and_then(|()| writer.flush())
         .map_err(|source| ShError::Io { place: name.to_owned(), source })
-}
-
-/// Writes the file at `path`, all or nothing: see [`lobe_io::write_atomically`].
-///
-/// # Errors
-/// Those of [`write_sh_json`].
-pub fn save_sh_json(path: &Path, file: &ShFile) -> Result<(), ShError> {
-    let name = path.display().to_string();
-    let text = text_of(file).map_err(|message| ShError::Options(format!("{name}: {message}")))?;
-    write_atomically(path, |w| w.write_all(text.as_bytes())).map_err(|source| ShError::Io { place: name, source })
 }
 
 /// The whole text of a file, or why it cannot be one.

@@ -1,4 +1,4 @@
-//! The window that depends on the content: raw towards the light, calm away from it.
+//! The window that depends on the content: none towards the light, smooth away from it.
 
 use std::f64::consts::PI;
 
@@ -59,21 +59,21 @@ fn the_weight_is_one_at_the_light_and_zero_from_the_threshold_on() {
 fn the_blend_is_raw_towards_the_light_windowed_behind_it_and_between_them_elsewhere() {
     for (seed, window) in WINDOWS.into_iter().enumerate() {
         let f = random(6, seed as u64);
-        let calm = windowed(&f, &window);
+        let smooth = windowed(&f, &window);
         let content = ContentWindow::of(&f, window);
         let r = optimal_linear_direction(&f).unwrap();
         assert_eq!(content.dir, Some(r), "one direction for all channels, that of the luminance");
         let at_light = largest(content.eval(&f, r) - f.eval(r));
         assert!(at_light < 1e-13, "{window}: {at_light} from the raw function towards the light");
         for n in all_directions() {
-            let (raw, calm, found) = (f.eval(n), calm.eval(n), content.eval(&f, n));
+            let (raw, smooth, found) = (f.eval(n), smooth.eval(n), content.eval(&f, n));
             let w = content.weight(n);
-            let blend = raw.scale(w) + calm.scale(1.0 - w);
+            let blend = raw.scale(w) + smooth.scale(1.0 - w);
             assert!(largest(found - blend) < 1e-13, "{window}, {n:?}: {found:?} against {blend:?}");
             for c in 0..3 {
-                let [raw, calm, found] = [raw, calm, found].map(|v| v.channel(c));
-                assert!(found >= raw.min(calm) - 1e-13, "{window}, {n:?}: {found} below {raw} and {calm}");
-                assert!(n.dot(r) > 0.07 || (found - calm).abs() < 1e-13, "{window}, {n:?}: {found}, not {calm}");
+                let [raw, smooth, found] = [raw, smooth, found].map(|v| v.channel(c));
+                assert!(found >= raw.min(smooth) - 1e-13, "{window}, {n:?}: {found} below {raw} and {smooth}");
+                assert!(n.dot(r) > 0.07 || (found - smooth).abs() < 1e-13, "{window}, {n:?}: {found}, not {smooth}");
             }
         }
     }
@@ -130,10 +130,10 @@ fn without_a_direction_the_window_is_everywhere() {
     for f in [flat, random(1, 2), ShVec::zero(3), ShVec::zero(0)] {
         let content = ContentWindow::of(&f, WINDOWS[0]);
         assert_eq!(content.dir, None, "{f:?}");
-        let calm = windowed(&f, &WINDOWS[0]);
-        assert_eq!(content.project(&f, f.order()), calm, "projected");
+        let smooth = windowed(&f, &WINDOWS[0]);
+        assert_eq!(content.project(&f, f.order()), smooth, "projected");
         for n in all_directions() {
-            let [a, b] = [content.eval(&f, n), calm.eval(n)];
+            let [a, b] = [content.eval(&f, n), smooth.eval(n)];
             assert!(largest(a - b) < 1e-14, "{n:?}: {a:?} against {b:?}");
         }
     }
@@ -203,11 +203,11 @@ fn suns_keep_their_peak_and_ring_less() {
         let sun = Dir::from_unit(*v);
         let f = ShVec::<f64>::impulse(6, sun, 1.0);
         for window in [lambda, WINDOWS[0]] {
-            let (calm, content) = (windowed(&f, &window), ContentWindow::of(&f, window));
+            let (smooth, content) = (windowed(&f, &window), ContentWindow::of(&f, window));
             let least = |g: &dyn Fn(Dir) -> f64| all_directions().map(g).fold(f64::INFINITY, f64::min);
             let [raw, blend] = [least(&|n| f.eval(n)), least(&|n| content.eval(&f, n))];
             assert!(blend > raw + 0.1, "{window}, {sun:?}: least value {blend}, raw {raw}");
-            let [kept, lowered] = [content.eval(&f, sun), calm.eval(sun)];
+            let [kept, lowered] = [content.eval(&f, sun), smooth.eval(sun)];
             assert!((kept - peak).abs() < 1e-12, "{window}, {sun:?}: peak {kept} of {peak}");
             assert!(lowered < 0.6 * peak, "{window}, {sun:?}: the plain window leaves {lowered} of {peak}");
         }

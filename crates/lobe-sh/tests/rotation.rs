@@ -8,7 +8,7 @@ use lobe_sh::{
 use lobe_testkit::{Random, directions, golden, golden_f64s};
 
 /// How far routes may differ, for coefficients in [-1, 1): measured at 1e-14 for order 16 and 5e-14 for order 64 between
-/// swaps and matrices. The quadrature's own rounding is the rest.
+/// exchanges and matrices. The quadrature's own rounding is the rest.
 const TOLERANCE: f64 = 1e-12;
 
 fn random_expansion(order: usize, seed: u64) -> ShVec<f64> {
@@ -65,11 +65,11 @@ fn check_routes(rotation: &Rotation, order: usize, with_quadrature: bool) {
     let by_swaps = rotation.rotated(&f);
     let by_matrices = rotated_by_matrices(rotation, &f);
     let error = worst_difference(by_swaps.coefficients(), by_matrices.coefficients());
-    assert!(error < TOLERANCE, "order {order}, {rotation:?}: swaps and matrices differ by {error:e}");
+    assert!(error < TOLERANCE, "order {order}, {rotation:?}: exchanges and matrices differ by {error:e}");
     if with_quadrature {
         let by_quadrature = rotated_by_quadrature(rotation, &f);
         let error = worst_difference(by_swaps.coefficients(), by_quadrature.coefficients());
-        assert!(error < TOLERANCE, "order {order}, {rotation:?}: swaps and quadrature differ by {error:e}");
+        assert!(error < TOLERANCE, "order {order}, {rotation:?}: exchanges and quadrature differ by {error:e}");
     }
 }
 
@@ -101,7 +101,7 @@ fn orders_above_64_rotate_too() {
     let rotation = Rotation::from_euler_zyz(0.5, 1.0, 2.0);
     let error =
         worst_difference(rotation.rotated(&f).coefficients(), rotated_by_matrices(&rotation, &f).coefficients());
-    assert!(error < TOLERANCE, "order {order}: swaps and matrices differ by {error:e}");
+    assert!(error < TOLERANCE, "order {order}: exchanges and matrices differ by {error:e}");
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn the_golden_rotation_is_reproduced() {
     // a_i = ((37 i + 11) mod 19 - 9) / 10
     let f = ShVec::from_vec((0..36).map(|i| ((37 * i + 11) % 19 - 9) as f64 / 10.0).collect()).unwrap();
     let expected = golden_f64s("/rotation/out");
-    for (route, g) in [("swaps", rotation.rotated(&f)), ("matrices", rotated_by_matrices(&rotation, &f))] {
+    for (route, g) in [("exchanges", rotation.rotated(&f)), ("matrices", rotated_by_matrices(&rotation, &f))] {
         let error = worst_difference(g.coefficients(), &expected);
         assert!(error < 1e-12, "{route}: off by {error:e}");
     }

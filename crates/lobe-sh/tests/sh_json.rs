@@ -4,24 +4,24 @@
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
 use lobe_sh::{
-    Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShFile, ShVec, load_sh_json, read_sh_json, save_sh_json,
-    write_sh_json,
+    Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShFile, ShVec, read_sh_json, read_sh_json_bytes,
+    read_sh_json_from, write_sh_json, write_sh_json_to,
 };
 use lobe_testkit::Random;
 
 fn written(file: &ShFile) -> String {
     let mut bytes = Vec::new();
-    write_sh_json(&mut bytes, file, "out").unwrap();
+    write_sh_json_to(&mut bytes, file, "out").unwrap();
     String::from_utf8(bytes).unwrap()
 }
 
 fn read(text: &str) -> Result<ShFile, ShError> {
-    read_sh_json(text.as_bytes(), "in")
+    read_sh_json_bytes(text.as_bytes(), "in")
 }
 
 /// The refusal of `text`, which must be one line and name the file.
 fn refusal(text: &[u8]) -> String {
-    let error = read_sh_json(text, "in").expect_err("a bad file was read");
+    let error = read_sh_json_bytes(text, "in").expect_err("a bad file was read");
     let message = error.to_string();
     assert!(message.starts_with("in: ") && !message.contains('\n'), "not one line with the name: {message:?}");
     message["in: ".len()..].to_owned()
@@ -168,7 +168,7 @@ fn files_of_other_kinds_are_named() {
 
 #[test]
 fn an_endless_file_is_not_read_to_its_end() {
-    let error = read_sh_json(std::io::repeat(b' '), "in").unwrap_err().to_string();
+    let error = read_sh_json_from(std::io::repeat(b' '), "in").unwrap_err().to_string();
     assert_eq!(error, "in: expected a .sh.json file of at most 4194304 bytes, found a longer one", "endless blanks");
 }
 
@@ -191,7 +191,7 @@ fn damaged_files_are_read_or_refused_in_one_line() {
             let place = (random.next_u64() % bytes.len() as u64) as usize;
             bytes[place] = (random.next_u64() % 256) as u8;
         }
-        if let Err(error) = read_sh_json(bytes.as_slice(), "in") {
+        if let Err(error) = read_sh_json_bytes(&bytes, "in") {
             let message = error.to_string();
             assert!(!message.contains('\n'), "{message:?} for {:?}", String::from_utf8_lossy(&bytes));
             refused += 1;
@@ -215,7 +215,7 @@ fn what_a_file_cannot_hold_is_not_written() {
         (ShVec::zero(0), "this one has order 0"),
         (ShVec::zero(MAX_ORDER + 1), "this one has order 65"),
     ] {
-        let error = save_sh_json(&path, &ShFile::new(Quantity::Radiance, f)).unwrap_err();
+        let error = write_sh_json(&path, &ShFile::new(Quantity::Radiance, f)).unwrap_err();
         assert!(matches!(&error, ShError::Options(m) if m.contains(part)), "{error}");
         assert!(!path.exists(), "{part}: a file was made");
     }
@@ -223,7 +223,7 @@ fn what_a_file_cannot_hold_is_not_written() {
 
 #[test]
 fn a_missing_file_is_an_io_error_with_its_name() {
-    let error = load_sh_json(std::path::Path::new("none/here.sh.json")).unwrap_err();
+    let error = read_sh_json(std::path::Path::new("none/here.sh.json")).unwrap_err();
     assert!(matches!(error, ShError::Io { .. }), "{error:?}");
     assert!(error.to_string().starts_with("none/here.sh.json: "), "{error}");
 }

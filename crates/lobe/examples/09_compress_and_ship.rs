@@ -9,7 +9,7 @@ use lobe::io::Job;
 use lobe::prt::{
     BakeOptions, BakedGlb, CompressOptions, CompressedTransfer, Mode, Receivers, Recipe, WeightBits, bake, read_baked,
 };
-use lobe::render::compare;
+use lobe::image::compare;
 use lobe::scene::{Bvh, SceneReadOptions, built_in};
 use lobe::sh::Expansion as _;
 

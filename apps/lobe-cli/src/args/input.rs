@@ -1,4 +1,4 @@
-//! Where expansions and pictures come from.
+//! Inputs: expansions and pictures from files, stdin and the program itself.
 
 use std::ffi::OsString;
 use std::fmt;
@@ -7,16 +7,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvError, EnvMap, MapReadOptions, MapReadReport, Nonfinite, ReadOption, bundled, read_env_bytes};
-use lobe::sh::{ShFile, load_sh_json, read_sh_json};
+use lobe::env::{EnvError, MapReadOption, MapReadReport, Nonfinite};
+use lobe::sh::{ShFile, read_sh_json, read_sh_json_from};
 
 use crate::run::talk::Talk;
 
 /// The files that are read as environment maps.
 pub(crate) const PICTURES: &str = ".exr, .hdr, .pfm, .png, .jpg, .ktx2 or .dds";
-
-/// What stands before the name of a map that is part of the program.
-pub(crate) const BUNDLED: &str = "bundled:";
 
 /// How many bytes at the beginning of a file show that it is an expansion.
 const HEAD: u64 = 256;
@@ -47,8 +44,8 @@ impl ShInput {
     /// Reads the expansion.
     pub(crate) fn read(&self) -> anyhow::Result<ShFile> {
         Ok(match self {
-            Self::Stdin => read_sh_json(io::stdin().lock(), "stdin")?,
-            Self::File(path) => load_sh_json(path)?,
+            Self::Stdin => read_sh_json_from(io::stdin().lock(), "stdin")?,
+            Self::File(path) => read_sh_json(path)?,
         })
     }
 
@@ -108,23 +105,14 @@ pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
 /// and what to do instead of either.
 pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&str; 2]) -> anyhow::Error {
     match error.downcast_ref() {
-        Some(EnvError::Refused { place, message, option: ReadOption::MaxTexels }) => {
+        Some(EnvError::Refused { place, message, option: MapReadOption::MaxTexels }) => {
             anyhow::anyhow!("{place}: {message}; {too_large}")
         }
-        Some(EnvError::Refused { place, message, option: ReadOption::Nonfinite }) => {
+        Some(EnvError::Refused { place, message, option: MapReadOption::Nonfinite }) => {
             anyhow::anyhow!("{place}: {message}; {nonfinite}")
         }
         _ => error,
     }
-}
-
-/// Reads a map that is part of the program.
-pub(crate) fn read_bundled(name: &str, options: &MapReadOptions) -> anyhow::Result<(EnvMap, MapReadReport)> {
-    let Some(found) = bundled::all().into_iter().find(|map| map.name == name) else {
-        let known = bundled::all().map(|map| format!("{BUNDLED}{}", map.name)).join(" or ");
-        bail!("{BUNDLED}{name}: there is no such map in the program; there is {known}");
-    };
-    Ok(read_env_bytes(found.bytes, found.name, options)?)
 }
 
 /// Whether a file begins like a `.sh.json` file.

@@ -7,10 +7,10 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
     CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, FACE_NAMES, MapWriteOptions,
-    MappedMap, Mapping, TexelFormat, write_cube, write_cube_faces,
+    MappedMap, Mapping, TexelFormat, face_files, write_cube, write_cube_faces,
 };
 
-use crate::args::map_input::{is_texture, six_files};
+use crate::args::map_input::is_texture;
 use crate::args::output;
 use crate::args::picture::{PictureOutput, note_clamped};
 use crate::run::talk::Talk;
@@ -59,7 +59,7 @@ impl FromStr for MapFile {
         if is_texture(&path) {
             return Ok(Self::Texture(path));
         }
-        if let Some((folder, extension)) = six_files(&path) {
+        if let Some((folder, extension)) = face_files(&path) {
             if !["exr", "hdr", "pfm"].contains(&extension.as_str()) {
                 return Err("expected %.exr, %.hdr or %.pfm for the six files of a cube".to_owned());
             }

@@ -1,4 +1,4 @@
-//! Where results go.
+//! Outputs: files and stdout, their checks, and the quantity of a result.
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use lobe::io::{check_writable, remove_abandoned};
-use lobe::sh::{Quantity, ShError, ShFile, save_sh_json, write_sh_json};
+use lobe::sh::{Quantity, ShError, ShFile, write_sh_json, write_sh_json_to};
 use serde::Serialize;
 
 /// A `.sh.json` file to write, or `-` for stdout.
@@ -43,8 +43,8 @@ impl ShOutput {
     /// Writes the expansion.
     pub(crate) fn write(&self, file: &ShFile) -> anyhow::Result<()> {
         match self {
-            Self::Stdout => write_sh_json(io::stdout().lock(), file, "stdout")?,
-            Self::File(path) => save_sh_json(path, file)?,
+            Self::Stdout => write_sh_json_to(io::stdout().lock(), file, "stdout")?,
+            Self::File(path) => write_sh_json(path, file)?,
         }
         Ok(())
     }

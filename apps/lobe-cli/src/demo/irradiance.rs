@@ -1,7 +1,7 @@
 //! A white ball under the sky, by harmonics and by brute force.
 
 use lobe::env::{irradiance_at, irradiance_map_brute_force};
-use lobe::image::{Picture, Pixel, Tone, color_bar, compare, error_map};
+use lobe::image::{Picture, Tone, color_bar, compare, error_map};
 use lobe::render::{Ball, View};
 use lobe::sh::{Dir, Rgb, Zonal, convolved};
 
@@ -57,8 +57,7 @@ impl Writer<'_> {
             .map(|order| {
                 let e = convolved(&sky.radiance.resized(order), &Zonal::clamped_cosine(order));
                 let values = values_like(&e, &truth);
-                let pixels: Vec<Pixel> = values.iter().map(|c| c.to_array()).collect();
-                let report = compare(&pixels, Picture::from(&truth).pixels());
+                let report = compare(&values, truth.texels());
                 let lowest = values.iter().flat_map(|c| c.to_array()).fold(f32::INFINITY, f32::min);
                 vec![
                     order.to_string(),

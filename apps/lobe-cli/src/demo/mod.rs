@@ -28,7 +28,7 @@ use lobe::env::bundled::{self, Bundled};
 use lobe::env::{EnvError, EnvMap, project_env};
 use lobe::image::{Exposure, Picture, Tone};
 use lobe::io::write_atomically;
-use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, save_sh_json};
+use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, write_sh_json};
 
 use crate::args::output;
 use crate::run::talk::Talk;
@@ -183,7 +183,7 @@ impl Writer<'_> {
     fn write_expansion(&mut self, sky: &Sky) -> anyhow::Result<()> {
         let file = format!("{}.sh.json", sky.bundled.name);
         (self.progress)(&file);
-        save_sh_json(&self.folder.join(file), &ShFile::new(Quantity::Radiance, sky.radiance.clone()))?;
+        write_sh_json(&self.folder.join(file), &ShFile::new(Quantity::Radiance, sky.radiance.clone()))?;
         Ok(())
     }
 }

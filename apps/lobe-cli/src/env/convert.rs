@@ -1,9 +1,9 @@
 //! `lobe env convert`: a map in another mapping, size or kind of file.
 
 use clap::Args;
-use lobe::env::{CubeMap, Mapping, Resample, resample};
+use lobe::env::{CubeMap, LoadedMap, Mapping, Resample, resample};
 
-use crate::args::map_input::{Form, Levels, MapInput, size_like};
+use crate::args::map_input::{Form, MapInput};
 use crate::args::map_output::MapOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -36,14 +36,14 @@ impl EnvConvert {
         self.output.check(mapping)?;
         let keeps_size = |cube: &CubeMap| self.size.is_none_or(|size| size == cube.size());
         let map = match levels {
-            Levels::Chain(chain)
+            LoadedMap::Chain(chain)
                 if mapping == Mapping::Cube && keeps_size(chain.base()) && self.output.keeps_levels() =>
             {
                 return self.output.write_chain(chain, talk);
             }
             levels => self.input.base_of(levels, talk),
         };
-        let size = self.size.unwrap_or_else(|| size_like(&map, mapping));
+        let size = self.size.unwrap_or_else(|| map.size_like(mapping));
         let width = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2 * size } else { size };
         let target = Resample::to(mapping, width, mapping.height_for(width));
         self.output.write(resample(map, &target)?, talk)

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::Args;
 use lobe::env::{EnvMap, project_env};
 use lobe::render::DistantLight;
-use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, load_sh_json, windowed};
+use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, read_sh_json, windowed};
 
 use crate::args::input::without_options;
 use crate::args::map_input::MapInput;
@@ -83,7 +83,7 @@ impl LightInput {
             let map = read.map_err(|error| without_options(error, CONVERT_FIRST))?;
             return Ok(ReadLight { map: Some(map), expansion: None });
         }
-        let file = load_sh_json(&self.env)?;
+        let file = read_sh_json(&self.env)?;
         if file.quantity != Quantity::Radiance {
             bail!("{name}: expected radiance, found {}; light is what arrives, not what it does", file.quantity);
         }

@@ -1,4 +1,4 @@
-//! How a command ends when it does not succeed.
+//! Failures: their message in one line, and their exit code.
 
 use std::io::{self, Write as _};
 use std::panic;
@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 
 use clap::error::ErrorKind;
-use lobe::env::{EnvError, ReadOption};
+use lobe::env::{EnvError, MapReadOption};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
 use lobe::scene::SceneError;
@@ -86,6 +86,14 @@ fn plain(error: &anyhow::Error) -> String {
     if let Some(EnvError::Refused { place, message, option }) = error.downcast_ref() {
         return format!("{place}: {message}; {}", in_flags(*option));
     }
+    if let Some(EnvError::Contradiction { place, found, option }) = error.downcast_ref() {
+        return match option {
+            MapReadOption::Handedness => {
+                format!("--from-left-handed: only of a cube, but {place} is {found}; leave it out")
+            }
+            _ => format!("--from: {place} is {found}; leave the option out"),
+        };
+    }
     let scene = match prt_error(error) {
         Some(PrtError::Scene(scene)) => Some(scene),
         _ => error.downcast_ref(),
@@ -100,10 +108,11 @@ fn plain(error: &anyhow::Error) -> String {
 }
 
 /// What to do about a picture that an option of reading keeps out, where the command has that option.
-fn in_flags(option: ReadOption) -> String {
+fn in_flags(option: MapReadOption) -> String {
     match option {
-        ReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
-        ReadOption::Nonfinite => "--nonfinite zero reads them as black".to_owned(),
+        MapReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
+        MapReadOption::Nonfinite => "--nonfinite zero reads them as black".to_owned(),
+        MapReadOption::Mapping => "say what it is with --from".to_owned(),
         option => option.to_string(),
     }
 }

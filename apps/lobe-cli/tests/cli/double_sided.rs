@@ -1,7 +1,6 @@
 //! `lobe render`: surfaces seen from behind.
 
-use lobe::env::MapReadOptions;
-use lobe::image::read_picture;
+use lobe::image::{PictureReadOptions, read_picture};
 
 use crate::harness::Dir;
 
@@ -24,11 +23,11 @@ fn write_square(dir: &Dir) {
 
 /// The mean of a picture.
 fn mean(dir: &Dir, name: &str) -> [f64; 3] {
-    let (raster, _) = read_picture(dir.path(name), &PictureReadOptions::default()).unwrap();
-    let count = raster.texels.len() as f64;
+    let (picture, _) = read_picture(dir.path(name), &PictureReadOptions::default()).unwrap();
+    let count = picture.pixels().len() as f64;
     let mut sum = [0.0; 3];
-    for texel in raster.texels {
-        texel.to_array().into_iter().zip(&mut sum).for_each(|(c, sum)| *sum += f64::from(c) / count);
+    for texel in picture.pixels() {
+        texel.iter().zip(&mut sum).for_each(|(c, sum)| *sum += f64::from(*c) / count);
     }
     sum
 }

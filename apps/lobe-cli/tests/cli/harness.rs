@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use lobe::env::{EnvMap, MapWriteOptions, write_env};
 use lobe::prt::{Baked, read_baked};
-use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, load_sh_json, save_sh_json};
+use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, read_sh_json, write_sh_json};
 use lobe_testkit::glb_faults;
 use tempfile::TempDir;
 
@@ -43,12 +43,12 @@ impl Dir {
 
     /// Writes an expansion.
     pub(crate) fn sh(&self, name: &str, quantity: Quantity, f: impl Into<FileCoefficients>) {
-        save_sh_json(&self.path(name), &ShFile::new(quantity, f)).unwrap();
+        write_sh_json(&self.path(name), &ShFile::new(quantity, f)).unwrap();
     }
 
     /// Reads an expansion.
     pub(crate) fn read_sh(&self, name: &str) -> ShFile {
-        load_sh_json(&self.path(name)).unwrap()
+        read_sh_json(&self.path(name)).unwrap()
     }
 
     /// Writes an environment map; the name's extension says how.

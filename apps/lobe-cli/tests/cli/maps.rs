@@ -4,7 +4,7 @@ use lobe::env::{
     CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvFile, MapReadOptions, MappedMap, Mapping, TexelFormat,
     project_map, read_env, read_env_file, write_cube,
 };
-use lobe::image::read_picture;
+use lobe::image::{PictureReadOptions, read_picture};
 use lobe::sh::{Expansion as _, FileCoefficients, Rgb, ShVec};
 use serde_json::Value;
 
@@ -71,7 +71,7 @@ fn cubes_are_textures_crosses_and_six_files() {
     {
         dir.lobe(&format!("env convert cube.ktx2 --to cube --layout {layout} --left-handed -o cross.exr")).succeeds();
         let (picture, _) = read_picture(dir.path("cross.exr"), &PictureReadOptions::default()).unwrap();
-        assert_eq!((picture.width, picture.height), shape, "{layout}");
+        assert_eq!((picture.width(), picture.height()), shape, "{layout}");
         let (_, note) = dir.lobe("env convert cross.exr --from-left-handed -o back.dds --texels rgba32f").succeeds();
         assert!(note.contains("read as the six faces of a cube"), "{layout}: {note}");
         assert_eq!(read_any(&dir, "back.dds"), cube, "through {layout}");
@@ -290,7 +290,7 @@ fn an_even_sky_stays_even_however_rough_the_mirror() {
     }
     dir.lobe("env prefilter one.exr -o highlights.exr --lobe phong:20 --size 8").stdout();
     let (picture, _) = read_picture(dir.path("highlights.exr"), &PictureReadOptions::default()).unwrap();
-    assert_eq!((picture.width, picture.height), (32, 24), "a cross of faces");
+    assert_eq!((picture.width(), picture.height()), (32, 24), "a cross of faces");
 }
 
 #[test]

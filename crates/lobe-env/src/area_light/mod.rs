@@ -1,4 +1,6 @@
-//! TODO room area_light.
+//! Lights of finite size near by: spheres, discs and polygons, and the vector irradiance of a map.
+//!
+//! Read first: [`area_light`], the trait. Uses map and mapping.
 
 pub(crate) mod area_light;
 pub(crate) mod disc_light;

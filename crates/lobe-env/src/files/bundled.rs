@@ -8,7 +8,10 @@
 //! assert_eq!((sunset.name, map.width(), map.height()), ("sunset", 512, 256));
 //! ```
 
-use crate::{EnvMap, MapReadOptions, read_env_bytes};
+use crate::{EnvError, EnvMap, MapReadOptions, read_env_bytes};
+
+/// What stands before the name of a bundled map where a path is expected.
+pub const PREFIX: &str = "bundled:";
 
 /// An environment map inside the program.
 #[derive(Clone, Copy, Debug)]
@@ -51,4 +54,15 @@ pub fn studio() -> Bundled {
 #[must_use]
 pub fn all() -> [Bundled; 2] {
     [sunset(), studio()]
+}
+
+/// The bundled map of a name.
+///
+/// # Errors
+/// [`EnvError::Options`] if there is none.
+pub fn named(name: &str) -> Result<Bundled, EnvError> {
+    all().into_iter().find(|map| map.name == name).ok_or_else(|| {
+        let known = all().map(|map| format!("{PREFIX}{}", map.name)).join(" or ");
+        EnvError::Options(format!("{PREFIX}{name}: there is no such map in the program; there is {known}"))
+    })
 }

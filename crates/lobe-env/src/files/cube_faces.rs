@@ -18,6 +18,16 @@ pub const FACE_NAMES: [&str; FACES] = ["px", "nx", "py", "ny", "pz", "nz"];
 const OTHER_NAMES: [[&str; FACES]; 2] =
     [["posx", "negx", "posy", "negy", "posz", "negz"], ["right", "left", "top", "bottom", "front", "back"]];
 
+/// What stands for the names of the faces in a path.
+const ANY_FACE: &str = "%";
+
+/// The folder and the extension of `FOLDER/%.EXT`, which stands for the six files of a cube.
+#[must_use]
+pub fn face_files(path: &Path) -> Option<(&Path, String)> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    (path.file_stem()? == ANY_FACE).then(|| (path.parent().unwrap_or(Path::new("")), extension))
+}
+
 /// The file of each of the faces +X, -X, +Y, -Y, +Z, -Z of a cube in a folder: `px` to `nz` with the given extension, or
 /// `posx` to `negz`, or `right`, `left`, `top`, `bottom`, `front` and `back`, whichever has its first file there.
 #[must_use]
@@ -104,6 +114,13 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("lobe-cube-faces-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         folder
+    }
+
+    #[test]
+    fn six_files_are_named_by_a_percent_sign() {
+        assert_eq!(face_files(Path::new("sky/%.exr")), Some((Path::new("sky"), "exr".to_owned())), "in a folder");
+        assert_eq!(face_files(Path::new("%.hdr")), Some((Path::new(""), "hdr".to_owned())), "here");
+        assert_eq!(face_files(Path::new("100%.exr")), None, "a name that ends so");
     }
 
     #[test]

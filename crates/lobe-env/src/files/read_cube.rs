@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use lobe_image::{FileFormat, Picture, read_cube_texture_bytes, read_picture_file};
+use lobe_image::{CubeTexture, FileFormat, Picture, read_cube_texture_bytes, read_picture_file};
 use lobe_sh::Rgb;
 
 use crate::files::exr_envmap;
-use crate::files::read::{MapReadOptions, MapReadReport, Shape, decode_picture, lat_long};
+use crate::files::read_env::{Shape, decode_picture, lat_long};
+use crate::files::read_options::{MapReadOptions, MapReadReport};
 use crate::{CubeMap, CubeMipChain, EnvError, EnvMap};
 
 /// What a file of surroundings holds.
@@ -101,14 +102,23 @@ pub fn read_cube_bytes(
         return cube_of_picture(picture, report);
     }
     let (texture, report) = read_cube_texture_bytes(bytes, name, &options.of_picture())?;
+    Ok((cube_of_texture(texture)?, report.into()))
+}
+
+/// The cube map of a texture.
+pub(crate) fn cube_of_texture(texture: CubeTexture) -> Result<CubeMipChain, EnvError> {
     let levels = texture.levels.into_iter();
     let levels = levels.map(|(size, texels)| CubeMap::new(size, texels.into_iter().map(Rgb::from).collect()));
-    Ok((CubeMipChain::new(levels.collect::<Result<_, _>>()?)?, report.into()))
+    CubeMipChain::new(levels.collect::<Result<_, _>>()?)
+}
+
+fn cube_of_picture(picture: Picture, mut report: MapReadReport) -> Result<(CubeMipChain, MapReadReport), EnvError> {
+    report.height = report.width;
+    Ok((cube_of_edges(picture)?, report))
 }
 
 /// The cube map from OpenEXR's faces one above another.
-fn cube_of_picture(picture: Picture, mut report: MapReadReport) -> Result<(CubeMipChain, MapReadReport), EnvError> {
-    report.height = report.width;
+pub(crate) fn cube_of_edges(picture: Picture) -> Result<CubeMipChain, EnvError> {
     let map = exr_envmap::cube_from_edges(picture.width(), &picture.into_pixels::<Rgb<f32>>())?;
-    Ok((CubeMipChain::single(map), report))
+    Ok(CubeMipChain::single(map))
 }

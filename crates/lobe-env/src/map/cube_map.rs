@@ -71,12 +71,6 @@ impl CubeMap {
         Self(MappedMap::from_fn(Mapping::Cube, size, FACES * size, radiance))
     }
 
-    /// A map whose mapping was checked.
-    pub(crate) fn from_map(map: MappedMap) -> Self {
-        debug_assert!(map.mapping() == Mapping::Cube, "{}", map.mapping());
-        Self(map)
-    }
-
     /// The number of texels along the edge of a face, at least 1.
     #[must_use]
     pub fn size(&self) -> usize {
@@ -144,6 +138,17 @@ impl CubeMap {
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
         self.0.mean()
+    }
+}
+
+impl MappedMap {
+    /// The cube map of the same texels.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if the mapping is another.
+    pub fn into_cube_map(self) -> Result<CubeMap, EnvError> {
+        self.expect(Mapping::Cube)?;
+        Ok(CubeMap(self))
     }
 }
 

@@ -41,12 +41,6 @@ impl EnvMap {
         Self(MappedMap::from_rows(Mapping::LatLong, width, height, texels))
     }
 
-    /// A map whose mapping was checked.
-    pub(crate) fn from_map(map: MappedMap) -> Self {
-        debug_assert!(map.mapping() == Mapping::LatLong, "{}", map.mapping());
-        Self(map)
-    }
-
     /// The number of columns, at least 1.
     #[must_use]
     pub fn width(&self) -> usize {
@@ -115,6 +109,17 @@ impl EnvMap {
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
         self.0.mean()
+    }
+}
+
+impl MappedMap {
+    /// The lat-long map of the same texels.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if the mapping is another.
+    pub fn into_env_map(self) -> Result<EnvMap, EnvError> {
+        self.expect(Mapping::LatLong)?;
+        Ok(EnvMap(self))
     }
 }
 

@@ -9,14 +9,14 @@ use crate::mapping::cube::FACES;
 use crate::mapping::interpolate::Texels;
 use crate::mapping::solid_angles::SolidAngles;
 use crate::mapping::taps::Grid;
-use crate::{CubeMap, EnvError, EnvMap, Mapping};
+use crate::{EnvError, Mapping};
 
 /// 48 GiB of texels, and an index of 32 bits for each.
 const MOST_TEXELS: usize = u32::MAX as usize;
 
 /// The radiance that arrives at a point from every direction, as a picture in any [`Mapping`].
 ///
-/// An [`EnvMap`] and a [`CubeMap`] become one without copying a texel, and back. Where a texel shows only a part of the
+/// An [`EnvMap`](crate::EnvMap) and a [`CubeMap`](crate::CubeMap) become one without copying a texel, and back. Where a texel shows only a part of the
 /// sphere, at the rim of a disc, its value is that part's; what shows nothing counts nowhere.
 ///
 /// ```
@@ -213,25 +213,8 @@ impl MappedMap {
         Grid::new(self.mapping, self.width, self.height)
     }
 
-    /// The lat-long map of the same texels.
-    ///
-    /// # Errors
-    /// [`EnvError::Options`] if the mapping is another.
-    pub fn into_env_map(self) -> Result<EnvMap, EnvError> {
-        self.expect(Mapping::LatLong)?;
-        Ok(EnvMap::from_map(self))
-    }
-
-    /// The cube map of the same texels.
-    ///
-    /// # Errors
-    /// [`EnvError::Options`] if the mapping is another.
-    pub fn into_cube_map(self) -> Result<CubeMap, EnvError> {
-        self.expect(Mapping::Cube)?;
-        Ok(CubeMap::from_map(self))
-    }
-
-    fn expect(&self, mapping: Mapping) -> Result<(), EnvError> {
+    /// Refuses a map of another mapping.
+    pub(crate) fn expect(&self, mapping: Mapping) -> Result<(), EnvError> {
         if self.mapping == mapping {
             return Ok(());
         }

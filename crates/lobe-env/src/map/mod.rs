@@ -1,4 +1,8 @@
-//! TODO room map.
+//! Maps in memory: a picture in any mapping ([`mapped_map`]), and the two that everything else takes, lat-long
+//! ([`env_map`]) and cube ([`cube_map`], with smaller levels [`cube_mip_chain`]).
+//!
+//! Read first: [`mapped_map`]. [`cube_layout`] puts the faces of a cube into a picture and takes them out, [`adjust`]
+//! exposes and clamps. Uses mapping.
 
 pub(crate) mod adjust;
 pub(crate) mod cube_average;

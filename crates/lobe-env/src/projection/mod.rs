@@ -1,4 +1,8 @@
-//! TODO room projection.
+//! Maps to expansions in spherical harmonics and back, and irradiance.
+//!
+//! Read first: [`project`]. A lat-long map is projected row by row: a Fourier transform along the row ([`row_dft`]),
+//! exact integrals of Legendre functions across it ([`row_legendre`]). [`irradiance`] is what a matte surface receives, by
+//! coefficients and by brute force ([`horizon`]). Uses map and mapping.
 
 pub(crate) mod horizon;
 pub(crate) mod irradiance;

@@ -1,4 +1,7 @@
-//! TODO room reflection.
+//! What surfaces do to light: models of reflection ([`brdf`]), their lobes ([`specular_lobe`]), and what of uniform light
+//! they reflect ([`dfg`]), the second factor of the split-sum approximation.
+//!
+//! Read first: [`brdf`]. Uses no other room.
 
 pub(crate) mod brdf;
 pub(crate) mod dfg;

@@ -1,4 +1,8 @@
-//! TODO room resample.
+//! Any mapping to any other: each texel of the new map is an integral over its footprint in the old one.
+//!
+//! Read first: [`resample`], which has the formula; then [`sample_points`] (where a texel is sampled), [`footprint`] and
+//! [`source_window`] (what of the source that touches), [`weights`] and [`balance`] (that no energy is lost). Uses map
+//! and mapping.
 
 pub(crate) mod balance;
 pub(crate) mod even_light;

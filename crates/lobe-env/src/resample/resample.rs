@@ -7,7 +7,7 @@ use lobe_sh::Rotation;
 use crate::mapping::taps::Grid;
 use crate::resample::balance::Balance;
 use crate::resample::sample_points::Sampler;
-use crate::{EnvError, MappedMap, Mapping};
+use crate::{EnvError, EnvMap, MappedMap, Mapping};
 
 /// How far apart centers of texels, in texels, may be rounding of a rotation by quarter turns.
 const SAME_POINT: f64 = 1e-6;
@@ -94,6 +94,44 @@ pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample) -> Result
         None => Balance::resample(&sampler, map.into_owned()),
     };
     Ok(MappedMap::from_rows(to.mapping, to.width, to.height, texels))
+}
+
+impl MappedMap {
+    /// The number of rows, of a cube map the size of a face, at which a map of another mapping has about as many texels on
+    /// the sphere as this one; of a cube a power of two.
+    #[must_use]
+    pub fn size_like(&self, mapping: Mapping) -> usize {
+        if self.mapping() == mapping {
+            return if mapping == Mapping::Cube { self.width() } else { self.height() };
+        }
+        let texels = shown(self.mapping()) * (self.width() * self.height()) as f64;
+        let sides = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2.0 } else { 1.0 };
+        let faces = if mapping == Mapping::Cube { 6.0 } else { 1.0 };
+        let size = (texels / (shown(mapping) * sides * faces)).sqrt();
+        if mapping == Mapping::Cube { 1 << (size.log2().round() as u32) } else { (size.round() as usize).max(1) }
+    }
+
+    /// The map as a lat-long one: itself if it is one, or else resampled to about as many texels.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if those are more than a map may have.
+    pub fn into_lat_long(self) -> Result<EnvMap, EnvError> {
+        if self.mapping() == Mapping::LatLong {
+            return self.into_env_map();
+        }
+        let rows = self.size_like(Mapping::LatLong);
+        resample(self, &Resample::to(Mapping::LatLong, 2 * rows, rows))?.into_env_map()
+    }
+}
+
+/// The part of a picture that shows something: of a square the disc in it, or all.
+fn shown(mapping: Mapping) -> f64 {
+    match mapping {
+        Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid => {
+            std::f64::consts::FRAC_PI_4
+        }
+        _ => 1.0,
+    }
 }
 
 /// The map of the same mapping and size, turned: it shows towards `R s` what `map` shows towards `s`.

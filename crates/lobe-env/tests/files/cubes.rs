@@ -165,7 +165,7 @@ fn what_a_format_cannot_hold_is_clamped_and_counted() {
     let chain = CubeMipChain::single(map);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ktx2");
-    let write = |texels| write_cube(&path, &chain, &CubeWriteOptions { texels, zstd: false }).unwrap().clamped;
+    let write = |texels| write_cube(&path, &chain, &CubeWriteOptions::default().texels(texels)).unwrap().clamped;
     assert_eq!(write(TexelFormat::Rgba32F), 0, "float holds all");
     assert_eq!(write(TexelFormat::Rgba16F), 1, "half holds NaN but not a million");
     let error = read_cube(&path, &MapReadOptions::default()).map(|_| ()).unwrap_err().to_string();

@@ -7,7 +7,7 @@ use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
 use lobe_env::{
     CubeMipChain, EnvFile, FileFormat, MapReadOptions, lat_long, read_cube_bytes, read_env_bytes, read_env_file_bytes,
 };
-use lobe_image::read_picture_bytes;
+use lobe_image::{PictureReadOptions, read_picture_bytes};
 use lobe_sh::{Dir, Rgb};
 
 /// A file of `width` x `height` with the attribute.
@@ -81,8 +81,8 @@ fn cube_faces_look_where_openexr_says() {
         }
         let (file, _) = read_env_file_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
         assert_eq!(file, EnvFile::Cube(CubeMipChain::single(map.clone())), "the file says that it is a cube");
-        let (raster, _) = read_picture_bytes(&bytes, "test", &PictureReadOptions::default()).unwrap();
-        assert_eq!((raster.width, raster.height), (size, 6 * size), "as it is");
+        let (picture, _) = read_picture_bytes(&bytes, "test", &PictureReadOptions::default()).unwrap();
+        assert_eq!((picture.width(), picture.height()), (size, 6 * size), "as it is");
     }
 }
 

@@ -20,8 +20,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use lobe_env::{MapReadOptions, read_env_file_bytes};
-use lobe_image::read_picture_bytes;
-use lobe_sh::read_sh_json;
+use lobe_image::{PictureReadOptions, read_picture_bytes};
+use lobe_sh::read_sh_json_bytes;
 
 use crate::corpus::{bad_files, good_files, readme};
 
@@ -39,12 +39,12 @@ fn folder() -> PathBuf {
 /// Reads a file as its name says: an expansion, or whatever picture or texture it is.
 fn read(name: &str, bytes: &[u8]) -> Result<(), String> {
     if name.ends_with(".sh.json") {
-        return read_sh_json(bytes, name).map(|_| ()).map_err(|e| e.to_string());
+        return read_sh_json_bytes(bytes, name).map(|_| ()).map_err(|e| e.to_string());
     }
     let options = MapReadOptions::default();
     let read = read_env_file_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
     // A picture of any shape is read by other checks; it may be good where a map is not, but never panics.
-    let raster = read_picture_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
+    let raster = read_picture_bytes(bytes, name, &PictureReadOptions::default()).map(|_| ()).map_err(|e| e.to_string());
     for message in [&read, &raster].into_iter().filter_map(|result| result.as_ref().err()) {
         assert_one_line(name, message);
     }

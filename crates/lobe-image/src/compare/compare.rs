@@ -1,38 +1,7 @@
 //! How much two pictures differ.
 
-use crate::pixel::Pixel;
+use crate::pixel::{IntoPixel, Pixel, widened};
 use crate::{ImageError, Picture, sequential};
-
-/// What can be compared: a number, or an array of channels, each of `f32` or `f64`.
-pub trait Sample: Copy {
-    /// Number of channels.
-    const CHANNELS: usize;
-
-    /// Channel `c`, less than [`CHANNELS`](Self::CHANNELS).
-    fn channel(&self, c: usize) -> f64;
-}
-
-macro_rules! impl_sample {
-    ($($t:ty),*) => {$(
-        impl Sample for $t {
-            const CHANNELS: usize = 1;
-
-            fn channel(&self, _: usize) -> f64 {
-                f64::from(*self)
-            }
-        }
-
-        impl<const N: usize> Sample for [$t; N] {
-            const CHANNELS: usize = N;
-
-            fn channel(&self, c: usize) -> f64 {
-                f64::from(self[c])
-            }
-        }
-    )*};
-}
-
-impl_sample!(f32, f64);
 
 /// Numbers that say how far an image is from its reference, over all values and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,28 +19,34 @@ pub struct ErrorReport {
     pub psnr: f64,
 }
 
-/// Compares an image `a` with its reference `b`, value by value.
+/// Compares an image `a` with its reference `b`, channel by channel.
 ///
 /// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR. A NaN in either makes
-/// every number NaN, except the mean of a reference that has none. All values count alike: in a lat-long picture the
+/// every number NaN, except the mean of a reference that has none. All pixels count alike: in a lat-long picture the
 /// poles weigh more than their solid angle.
 ///
 /// # Panics
 /// If the two differ in length.
 #[must_use]
-pub fn compare<T: Sample>(image: &[T], reference: &[T]) -> ErrorReport {
+pub fn compare<A: IntoPixel, B: IntoPixel>(image: &[A], reference: &[B]) -> ErrorReport {
     assert_eq!(image.len(), reference.len(), "the images to compare differ in size");
+    report(channels(image), channels(reference), 3 * image.len())
+}
+
+/// All channels of all pixels.
+fn channels<P: IntoPixel>(pixels: &[P]) -> impl Iterator<Item = f64> {
+    pixels.iter().flat_map(|p| widened((*p).into()))
+}
+
+fn report(image: impl Iterator<Item = f64>, reference: impl Iterator<Item = f64>, count: usize) -> ErrorReport {
     let (mut squares, mut sum, mut max_abs, mut peak) = (0.0, 0.0, 0.0_f64, 0.0_f64);
-    for (a, b) in image.iter().zip(reference) {
-        for c in 0..T::CHANNELS {
-            let (a, b) = (a.channel(c), b.channel(c));
-            squares += (a - b) * (a - b);
-            sum += b;
-            max_abs = larger(max_abs, (a - b).abs());
-            peak = larger(peak, b.abs());
-        }
+    for (a, b) in image.zip(reference) {
+        squares += (a - b) * (a - b);
+        sum += b;
+        max_abs = larger(max_abs, (a - b).abs());
+        peak = larger(peak, b.abs());
     }
-    let count = (image.len() * T::CHANNELS).max(1) as f64;
+    let count = count.max(1) as f64;
     let (rmse, mean) = ((squares / count).sqrt(), sum / count);
     let relative_rmse = if rmse == 0.0 { 0.0 } else { rmse / mean.abs() };
     let psnr = if rmse == 0.0 { f64::INFINITY } else { 20.0 * (peak / rmse).log10() };
@@ -90,15 +65,16 @@ pub fn compare<T: Sample>(image: &[T], reference: &[T]) -> ErrorReport {
 /// # Panics
 /// If the two differ in length.
 #[must_use]
-pub fn relative_mse<T: Sample>(image: &[T], reference: &[T]) -> f64 {
+pub fn relative_mse<A: IntoPixel, B: IntoPixel>(image: &[A], reference: &[B]) -> f64 {
     assert_eq!(image.len(), reference.len(), "the images to compare differ in size");
-    let values =
-        |pixels: &[T]| -> Vec<f64> { pixels.iter().flat_map(|p| (0..T::CHANNELS).map(|c| p.channel(c))).collect() };
-    let (a, b) = (values(image), values(reference));
+    relative_error(&channels(image).collect::<Vec<_>>(), &channels(reference).collect::<Vec<_>>())
+}
+
+fn relative_error(a: &[f64], b: &[f64]) -> f64 {
     let count = b.len().max(1) as f64;
     let mean = b.iter().map(|b| b.abs()).sum::<f64>() / count;
     let error = |(a, b): (&f64, &f64)| if a == b { 0.0 } else { (a - b) * (a - b) / (b * b + 0.01 * mean * mean) };
-    a.iter().zip(&b).map(error).sum::<f64>() / count
+    a.iter().zip(b).map(error).sum::<f64>() / count
 }
 
 /// The larger of two numbers; NaN, which `max` would skip, if either is.
@@ -108,9 +84,9 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// The difference of two colors as one number: the root of the mean squared difference of the channels.
 #[must_use]
-pub fn error_of<T: Sample>(a: T, b: T) -> f64 {
-    let square = |c| (a.channel(c) - b.channel(c)).powi(2);
-    ((0..T::CHANNELS).map(square).sum::<f64>() / T::CHANNELS as f64).sqrt()
+pub fn error_of(a: impl IntoPixel, b: impl IntoPixel) -> f64 {
+    let (a, b) = (widened(a.into()), widened(b.into()));
+    ((0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() / 3.0).sqrt()
 }
 
 /// A picture of [`error_of`] at every pixel in the colors of [`sequential`]: black for none, white for `full_scale`
@@ -136,9 +112,13 @@ pub fn error_map(image: &Picture, reference: &Picture, full_scale: f64) -> Resul
 mod tests {
     use super::*;
 
+    fn values(image: &[f64], reference: &[f64]) -> ErrorReport {
+        report(image.iter().copied(), reference.iter().copied(), image.len())
+    }
+
     #[test]
     fn the_numbers_are_those_of_a_hand_computed_case() {
-        let report = compare(&[1.0, 2.0, 3.0, 6.0], &[1.0, 2.0, 5.0, 4.0]);
+        let report = values(&[1.0, 2.0, 3.0, 6.0], &[1.0, 2.0, 5.0, 4.0]);
         let expected = ErrorReport {
             rmse: 2.0_f64.sqrt(),
             max_abs: 2.0,
@@ -163,12 +143,12 @@ mod tests {
         let (a, b) = ([1.0, 2.5, 0.1, 6.0], [1.0, 2.0, 0.0, 5.0]);
         let expected = (0.25 / 4.04 + 0.01 / 0.04 + 1.0 / 25.04) / 4.0;
         for unit in [1e-6, 1.0, 1e6] {
-            let found = relative_mse(&a.map(|x| x * unit), &b.map(|x| x * unit));
+            let found = relative_error(&a.map(|x| x * unit), &b.map(|x| x * unit));
             assert!((found / expected - 1.0).abs() < 1e-12, "unit {unit}: {found} against {expected}");
         }
-        assert_eq!(relative_mse(&[0.0], &[0.0]), 0.0, "black and black");
-        assert_eq!(relative_mse(&[1.0], &[0.0]), f64::INFINITY, "black reference");
-        assert!(relative_mse(&[f64::NAN], &[1.0]).is_nan(), "NaN");
+        assert_eq!(relative_error(&[0.0], &[0.0]), 0.0, "black and black");
+        assert_eq!(relative_error(&[1.0], &[0.0]), f64::INFINITY, "black reference");
+        assert!(relative_error(&[f64::NAN], &[1.0]).is_nan(), "NaN");
     }
 
     #[test]
@@ -176,7 +156,7 @@ mod tests {
         for k in 0..3 {
             let mut image = [1.0, 2.0, 3.0];
             image[k] = f64::NAN;
-            let report = compare(&image, &[1.0, 2.0, 4.0]);
+            let report = values(&image, &[1.0, 2.0, 4.0]);
             let numbers = [report.rmse, report.max_abs, report.relative_rmse, report.psnr];
             assert!(numbers.iter().all(|v| v.is_nan()), "NaN at {k}: {report:?}");
         }
@@ -184,9 +164,9 @@ mod tests {
 
     #[test]
     fn a_black_reference_has_no_peak_and_no_scale() {
-        let report = compare(&[0.5], &[0.0]);
+        let report = values(&[0.5], &[0.0]);
         assert_eq!((report.relative_rmse, report.psnr), (f64::INFINITY, f64::NEG_INFINITY), "{report:?}");
-        let nothing = compare::<f64>(&[], &[]);
+        let nothing = values(&[], &[]);
         assert_eq!((nothing.rmse, nothing.psnr), (0.0, f64::INFINITY), "{nothing:?}");
     }
 

@@ -3,7 +3,6 @@
 //! Read first: [`compare`] (root mean square and its relatives), then [`flip`] and [`hdr_flip`] for the eye, [`z_test`] for
 //! pictures made of random samples. Uses the room `picture`.
 
-#[expect(clippy::module_inception, reason = "the room is named after its first file")]
 pub(crate) mod compare;
 pub(crate) mod flip;
 pub(crate) mod hdr_flip;

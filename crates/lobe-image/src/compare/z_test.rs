@@ -1,15 +1,15 @@
 //! Whether two sampled pictures differ by more than chance.
 
 use crate::ImageError;
-use crate::pixel::Pixel;
+use crate::pixel::{IntoPixel, Pixel};
 
 /// What is known of a set of means: the means, their variances, and how many differences those were estimated from.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured<'a> {
+pub struct Measured<'a, P = Pixel> {
     /// The means.
-    pub means: &'a [Pixel],
+    pub means: &'a [P],
     /// The square of the standard error of each mean.
-    pub variances: &'a [Pixel],
+    pub variances: &'a [P],
     /// Degrees of freedom of each variance; infinite for one that is known.
     pub degrees_of_freedom: f64,
 }
@@ -59,7 +59,7 @@ impl ZTest {
     /// # Errors
     /// [`ImageError::Options`] if the lengths differ, nothing is compared, a variance is no number of 0 or more, or there are
     /// fewer than 5 degrees of freedom.
-    pub fn new(a: &Measured<'_>, b: &Measured<'_>) -> Result<Self, ImageError> {
+    pub fn new<A: IntoPixel, B: IntoPixel>(a: &Measured<'_, A>, b: &Measured<'_, B>) -> Result<Self, ImageError> {
         let count = a.means.len();
         if count == 0 || [a.variances.len(), b.means.len(), b.variances.len()] != [count; 3] {
             let found = [count, a.variances.len(), b.means.len(), b.variances.len()];
@@ -86,15 +86,19 @@ impl ZTest {
         self.p_bias.iter().chain(&self.p_spread).all(|p| *p >= each)
     }
 
-    fn channel(&mut self, c: usize, a: &Measured<'_>, b: &Measured<'_>) -> Result<(), ImageError> {
-        let of = |values: &[Pixel], i: usize| f64::from(values[i][c]);
+    fn channel<A: IntoPixel, B: IntoPixel>(
+        &mut self,
+        c: usize,
+        a: &Measured<'_, A>,
+        b: &Measured<'_, B>,
+    ) -> Result<(), ImageError> {
         let (mut sum, mut squares, mut expected, mut scatter) = (0.0, 0.0, 0.0, 0.0);
         for i in 0..self.pixels {
-            let (va, vb) = (of(a.variances, i), of(b.variances, i));
+            let (va, vb) = (nth(a.variances, i, c), nth(b.variances, i, c));
             if !(va >= 0.0 && vb >= 0.0) {
                 return Err(ImageError::Options(format!("expected variances of 0 or more, found {va} and {vb}")));
             }
-            let difference = of(a.means, i) - of(b.means, i);
+            let difference = nth(a.means, i, c) - nth(b.means, i, c);
             let z = if difference == 0.0 { 0.0 } else { difference / (va + vb).sqrt() };
             sum += z;
             squares += z * z;
@@ -119,6 +123,11 @@ impl ZTest {
         }
         Ok(())
     }
+}
+
+/// Channel `c` of color `i`.
+fn nth<P: IntoPixel>(colors: &[P], i: usize, c: usize) -> f64 {
+    f64::from(colors[i].into()[c])
 }
 
 /// Degrees of freedom of `v_a + v_b` after Welch and Satterthwaite.
@@ -261,7 +270,7 @@ mod tests {
         let few = Measured { means: &one, variances: &one, degrees_of_freedom: 3.0 };
         let found = ZTest::new(&few, &few).unwrap_err().to_string();
         assert!(found.starts_with("expected variances of at least 5 degrees of freedom, found 3"), "{found}");
-        let none = Measured { means: &[], variances: &[], degrees_of_freedom: 9.0 };
+        let none = Measured { means: &one[..0], variances: &one[..0], degrees_of_freedom: 9.0 };
         assert!(ZTest::new(&none, &none).is_err(), "nothing");
     }
 }

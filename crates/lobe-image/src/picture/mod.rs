@@ -7,7 +7,6 @@
 pub(crate) mod animated_png;
 pub(crate) mod color_bar;
 pub(crate) mod colormap;
-#[expect(clippy::module_inception, reason = "the room is named after its first file")]
 pub(crate) mod picture;
 pub(crate) mod png;
 pub(crate) mod resize;

@@ -143,17 +143,17 @@ mod tests {
         let picture = ball.lit(Rgb::splat(0.25), |_| Rgb::splat(PI));
         let sh = ball.lit_by_sh(Rgb::splat(0.25), &ShVec::constant(3, Rgb::splat(PI)));
         for (x, y) in [(32, 32), (32, 3), (5, 40), (60, 32)] {
-            assert_eq!(picture.pixel(x, y), Rgb::splat(1.0), "pixel ({x}, {y})");
-            assert!((sh.pixel(x, y).g - 1.0).abs() < 1e-6, "by SH, pixel ({x}, {y}): {:?}", sh.pixel(x, y));
+            assert_eq!(picture.pixel(x, y), [1.0; 3], "pixel ({x}, {y})");
+            assert!((sh.pixel(x, y)[1] - 1.0).abs() < 1e-6, "by SH, pixel ({x}, {y}): {:?}", sh.pixel(x, y));
         }
-        assert_eq!(picture.pixel(0, 0), Rgb::splat(0.25), "the background");
+        assert_eq!(picture.pixel(0, 0), [0.25; 3], "the background");
     }
 
     #[test]
     fn the_rim_covers_the_area_of_the_disc() {
         for size in [16, 33, 100] {
             let white = Ball::new(size).picture(BLACK, |_| Rgb::splat(1.0));
-            let area = white.mean().g * (size * size) as f64;
+            let area = white.mean()[1] * (size * size) as f64;
             let disc = PI * (0.5 * size as f64 - MARGIN).powi(2);
             // A straight edge in place of an arc is wrong by a part of a pixel for every few pixels of the rim.
             assert!((area / disc - 1.0).abs() < 0.01, "size {size}: {area} pixels instead of {disc}");
@@ -175,7 +175,7 @@ mod tests {
                     .pixels()
                     .iter()
                     .enumerate()
-                    .fold((0, -1.0), |(i, best), (k, c)| if c.g > best { (k, c.g) } else { (i, best) });
+                    .fold((0, -1.0), |(i, best), (k, c)| if c[1] > best { (k, c[1]) } else { (i, best) });
                 let (x, y) = ((brightest % 101) as f64 + 0.5, (brightest / 101) as f64 + 0.5);
                 let expected = (50.5 + 49.5 * right, 50.5 - 49.5 * up);
                 let off = (x - expected.0).hypot(y - expected.1);

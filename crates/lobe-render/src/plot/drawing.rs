@@ -221,7 +221,7 @@ mod tests {
         let mut drawing = Drawing::new(60.0, 40.0);
         drawing.line(&[[10.0, 20.0], [25.0, 20.0], [50.0, 20.0]], BLACK, 4.0, None);
         let picture = drawing.picture();
-        let covered: f64 = picture.pixels().iter().map(|c| 1.0 - f64::from(c.g)).sum();
+        let covered: f64 = picture.pixels().iter().map(|c| 1.0 - f64::from(c[1])).sum();
         // 40 x 4, and two ends that are round.
         let expected = 160.0 + std::f64::consts::PI * 4.0;
         assert!((covered / expected - 1.0).abs() < 0.02, "{covered} against {expected}");
@@ -252,7 +252,7 @@ mod tests {
         let mut drawing = Drawing::new(40.0, 20.0);
         drawing.text([20.0, 15.0], Anchor::End, 10.0, BLACK, "8");
         let picture = drawing.picture();
-        let dark = |x: usize| (0..20).any(|y| picture.pixel(x, y).g < 0.5);
+        let dark = |x: usize| (0..20).any(|y| picture.pixel(x, y)[1] < 0.5);
         assert!((14..20).any(dark) && !(20..40).any(dark), "the text ends where it is put");
         drawing.text([0.0, 0.0], Anchor::Start, 10.0, BLACK, "a < b");
         assert!(drawing.svg().contains("a &lt; b"), "escaped");

@@ -153,7 +153,7 @@ mod tests {
         let picture = PLOT.picture(&[curve]);
         let is_red = |x, y| {
             let c = picture.pixel(x, y);
-            c.r > 1.5 * c.g
+            c[0] > 1.5 * c[1]
         };
         assert!((52..58).any(|x| (12..20).any(|y| is_red(x, y))), "the beginning of the line");
     }

@@ -210,7 +210,7 @@ mod tests {
     /// Whether a pixel within one and a half of a place satisfies a condition.
     fn near(picture: &Picture, x: f64, y: f64, is: impl Fn([f32; 3]) -> bool) -> bool {
         let around = |c: f64| (c - 1.5).round() as usize..=(c + 0.5).round() as usize;
-        around(x).any(|x| around(y).any(|y| is(picture.pixel(x, y).to_array())))
+        around(x).any(|x| around(y).any(|y| is(picture.pixel(x, y))))
     }
 
     #[test]

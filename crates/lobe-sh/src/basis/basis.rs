@@ -1,6 +1,11 @@
 //! The real spherical-harmonic basis of any order.
 
-use std::any::{Any, TypeId};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::any::{Any, TypeId};
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len, order_of, order_of_slice};
 use crate::once::Once;
@@ -29,9 +34,9 @@ const BLOCK: usize = 16;
 ///
 /// The structure is that of [Sloan 2013]; unnormalized, the recurrences are those of [Sloan 2008] A1, where
 /// `C(m) = x C(m-1) - y S(m-1)` is misprinted with a plus. The step by differences `D` is Reinsch's modification of
-/// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the poles,
-/// where neighboring `P̄` differ little, `w` is exact and the small difference is not lost in the rounding of `a z` and
-/// `b`: at order 20 in `f32` the plain recurrence has errors up to 1.1e-5 there.
+/// three-term recurrences (Stoer and Bulirsch, Introduction to Numerical Analysis, on trigonometric sums): near the
+/// poles, where neighboring `P̄` differ little, `w` is exact and the small difference is not lost in the rounding of `a
+/// z` and `b`: at order 20 in `f32` the plain recurrence has errors up to 1.1e-5 there.
 ///
 /// Errors measured by the tests `the_basis_is_orthonormal_to_order_64` (1e-12 in `f64`) and
 /// `f32_stays_close_to_f64` (1.5e-6 at order 20).
@@ -64,7 +69,7 @@ impl<S: Real> Basis<S> {
     pub fn new(order: usize) -> Self {
         let mut diagonal = Vec::with_capacity(order);
         let mut recurrence = Vec::with_capacity(order * order.saturating_sub(1) / 2);
-        let mut d = (4.0 * std::f64::consts::PI).sqrt().recip();
+        let mut d = (4.0 * core::f64::consts::PI).sqrt().recip();
         for m in 0..order {
             let mf = m as f64;
             match m {
@@ -299,7 +304,7 @@ mod tests {
 
     #[test]
     fn low_bands_are_their_polynomials() {
-        let c = std::f64::consts::PI.sqrt().recip();
+        let c = core::f64::consts::PI.sqrt().recip();
         for v in directions() {
             let [x, y, z] = v;
             let (c1, c2) = (0.75_f64.sqrt() * c, 0.5 * 15.0_f64.sqrt() * c);
@@ -338,7 +343,7 @@ mod tests {
                 rows.push(y.clone());
             }
             let row = &rows[rows.len() - 1];
-            let phi = 2.0 * std::f64::consts::PI * (k % rule.azimuths()) as f64 / rule.azimuths() as f64;
+            let phi = 2.0 * core::f64::consts::PI * (k % rule.azimuths()) as f64 / rule.azimuths() as f64;
             for (i, y) in y.iter().enumerate() {
                 let (l, m) = band_and_m(i);
                 let angle = m.unsigned_abs() as f64 * phi;
@@ -348,7 +353,7 @@ mod tests {
             }
         }
         for m in 0..order {
-            let circle = if m == 0 { 2.0 } else { 1.0 } * std::f64::consts::PI;
+            let circle = if m == 0 { 2.0 } else { 1.0 } * core::f64::consts::PI;
             for l in m..order {
                 for k in m..=l {
                     let (i, j) = (index(l, m as isize), index(k, m as isize));

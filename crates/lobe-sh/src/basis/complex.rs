@@ -1,5 +1,11 @@
 //! The complex spherical harmonics and the map to and from the real ones.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use num_complex::Complex64;
 
 use crate::Dir;
@@ -131,7 +137,7 @@ mod tests {
     fn textbook_functions_have_their_signs() {
         let s = Dir::from_angles(0.7, 1.9);
         let (sin, cos) = 0.7_f64.sin_cos();
-        let pi = std::f64::consts::PI;
+        let pi = core::f64::consts::PI;
         let e = |k: f64| Complex64::from_polar(1.0, k * 1.9);
         let expected = [
             (1, 1, -(3.0 / (8.0 * pi)).sqrt() * sin * e(1.0)),

@@ -48,7 +48,7 @@ pub(crate) fn order_of_slice<T>(coefficients: &[T]) -> usize {
 /// The flat indices of band `l`: `l²..(l+1)²`.
 #[inline(always)]
 #[must_use]
-pub const fn band_range(l: usize) -> std::ops::Range<usize> {
+pub const fn band_range(l: usize) -> core::ops::Range<usize> {
     l * l..(l + 1) * (l + 1)
 }
 

@@ -1,5 +1,8 @@
 //! Legendre polynomials and associated Legendre functions.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 /// The associated Legendre function `P_l^m(z)` with the Condon-Shortley phase, for `0 <= m <= l` and `|z| <= 1`.
 ///
 /// ```text
@@ -10,7 +13,8 @@
 /// ```
 ///
 /// Zero for `m > l`, NaN for `|z| > 1`. Not normalized: it overflows from `l = m = 151` on (test
-/// `the_plain_function_is_finite_to_degree_150`); [`legendre_normalized`] does not. Source: [Sloan 2008] A1; DLMF 14.10.3.
+/// `the_plain_function_is_finite_to_degree_150`); [`legendre_normalized`] does not. Source: [Sloan 2008] A1; DLMF
+/// 14.10.3.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[must_use]
@@ -51,7 +55,7 @@ pub(crate) fn legendre_normalized_at(l: usize, m: usize, sin_theta: f64, z: f64)
     if m > l {
         return 0.0;
     }
-    let mut p = (4.0 * std::f64::consts::PI).sqrt().recip();
+    let mut p = (4.0 * core::f64::consts::PI).sqrt().recip();
     for k in 1..=m {
         p *= -((2 * k + 1) as f64 / (2 * k) as f64).sqrt() * sin_theta;
     }
@@ -108,7 +112,7 @@ mod tests {
         for l in 0..20 {
             for m in 0..=l {
                 let ratio: f64 = (l - m + 1..=l + m).map(|k| k as f64).product();
-                let norm = ((2 * l + 1) as f64 / (4.0 * std::f64::consts::PI) / ratio).sqrt();
+                let norm = ((2 * l + 1) as f64 / (4.0 * core::f64::consts::PI) / ratio).sqrt();
                 for z in HEIGHTS {
                     let (p, q) = (legendre_normalized(l, m, z), norm * legendre(l, m, z));
                     assert!((p - q).abs() < 1e-13, "l {l}, m {m}, z {z}: {p} against {q}");

@@ -1,5 +1,8 @@
 //! Value, gradient and Hessian of a scalar expansion, several directions at once.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::Basis;
 use crate::basis::basis::Step;
 use crate::basis::index::{index, order_of_slice};
@@ -37,7 +40,8 @@ impl LocalQuadratic {
         let [xx, xy, yy] = self.hessian;
         let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
         let radius = half.hypot(xy);
-        // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no cancellation.
+        // The axis of the larger curvature at half the angle of (half, xy); the longer of two forms has no
+        // cancellation.
         let (a, b) = if half >= 0.0 { (radius + half, xy) } else { (xy, radius - half) };
         let length = a.hypot(b);
         let high = if length > 0.0 { [a / length, b / length] } else { [1.0, 0.0] };
@@ -71,7 +75,7 @@ pub(crate) fn second_order<const W: usize>(
 ) -> [LocalQuadratic; W] {
     let order = order_of_slice(coefficients);
     let mut sums = [[0.0; W]; 9];
-    let [x, y, z]: [[f64; W]; 3] = [0, 1, 2].map(|k| std::array::from_fn(|w| directions[w][k]));
+    let [x, y, z]: [[f64; W]; 3] = [0, 1, 2].map(|k| core::array::from_fn(|w| directions[w][k]));
     // (x + iy)^m, ^(m-1) and ^(m-2)
     let mut powers = [([1.0; W], [0.0; W]), ([0.0; W], [0.0; W]), ([0.0; W], [0.0; W])];
     for m in 0..order {
@@ -103,10 +107,10 @@ pub(crate) fn second_order<const W: usize>(
         add_column(m as f64, &column, &powers, &mut sums);
         let (c, s) = powers[0];
         let next =
-            (std::array::from_fn(|w| x[w] * c[w] - y[w] * s[w]), std::array::from_fn(|w| x[w] * s[w] + y[w] * c[w]));
+            (core::array::from_fn(|w| x[w] * c[w] - y[w] * s[w]), core::array::from_fn(|w| x[w] * s[w] + y[w] * c[w]));
         powers = [next, powers[0], powers[1]];
     }
-    std::array::from_fn(|w| on_the_sphere(directions[w], &sums.map(|sum| sum[w])))
+    core::array::from_fn(|w| on_the_sphere(directions[w], &sums.map(|sum| sum[w])))
 }
 
 /// Adds a column to `F, F_x, F_y, F_z, F_xx, F_xy, F_zz, F_xz, F_yz`.

@@ -1,6 +1,6 @@
 //! Ambient, highlight and direction (AHD): irradiance as that of a constant and one directional light.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
 
 use crate::encoding::irradiance_bands::{coefficient, not_negative, y_0};
 use crate::solver::newton_on_sphere::ascend;
@@ -31,10 +31,11 @@ const STARTS: [[f64; 3]; 14] = [
 ///   E(n) = A + H max(n·d, 0)
 /// ```
 ///
-/// Colors `A` and `H` and one direction `d` for all channels: nine numbers in color. Such light is kept exactly. `A` and
-/// `H` are not negative, so neither is `E`. The encoding rotates with the light. The direction jumps where two lights are
-/// equally strong: interpolate between neighbors with care.
+/// Colors `A` and `H` and one direction `d` for all channels: nine numbers in color. Such light is kept exactly. `A`
+/// and `H` are not negative, so neither is `E`. The encoding rotates with the light. The direction jumps where two
+/// lights are equally strong: interpolate between neighbors with care.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ahd<T = f32> {
     /// `A`, the irradiance of the constant light.
     pub ambient: T,
@@ -75,7 +76,7 @@ impl<T: Coefficient> Ahd<T> {
         let starts = STARTS.iter().filter_map(|v| Dir::new(*v));
         let first = optimal_linear_direction(irradiance).unwrap_or(Dir::Z);
         let mut best = (first, fitter.explained(first).0);
-        for start in std::iter::once(first).chain(starts) {
+        for start in core::iter::once(first).chain(starts) {
             let found = ascend(start, |d| fitter.explained(d));
             let explained = fitter.explained(found).0;
             if explained > best.1 {

@@ -1,6 +1,11 @@
 //! The ambient cube: six colors, one for each axis direction.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -21,12 +26,14 @@ const RANK_TOLERANCE: f64 = 1e-12;
 ///   E(n) = Σ_f c_f V_f(n)        V_f(n) = max(n·a_f, 0)²        a_f = +x, -x, +y, -y, +z, -z
 /// ```
 ///
-/// Three faces contribute to any normal, and their weights sum to 1: a constant is kept exactly, and colors that are not
-/// negative give no negative irradiance. The cube is not rotation invariant: the products `xy`, `yz`, `xz` are lost, so the
-/// error for one directional light depends on its direction. The RMS error of the irradiance of a light that gives 1 to a surface
-/// facing it is 0.081 for a light on an axis and 0.161 for one on a diagonal of space; within three bands, for light of which
-/// they leave 1 (`16π/17`), 0.0679 and 0.1480 (test `the_cube_wobbles_under_rotation_by_a_factor_of_two`). After McTaggart 2004.
+/// Three faces contribute to any normal, and their weights sum to 1: a constant is kept exactly, and colors that are
+/// not negative give no negative irradiance. The cube is not rotation invariant: the products `xy`, `yz`, `xz` are
+/// lost, so the error for one directional light depends on its direction. The RMS error of the irradiance of a light
+/// that gives 1 to a surface facing it is 0.081 for a light on an axis and 0.161 for one on a diagonal of space; within
+/// three bands, for light of which they leave 1 (`16π/17`), 0.0679 and 0.1480 (test
+/// `the_cube_wobbles_under_rotation_by_a_factor_of_two`). After McTaggart 2004.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AmbientCube<T = f32> {
     /// `c_f`, in the order +x, -x, +y, -y, +z, -z.
     pub faces: [T; 6],
@@ -73,8 +80,8 @@ impl<T: Coefficient> AmbientCube<T> {
     ///   minimize Σ_k w_k (Σ_f c_f V_f(s_k) - E_k)²
     /// ```
     ///
-    /// If the samples do not determine the faces, the best cube of least norm is taken. Without samples all faces are zero. A
-    /// value that is not finite makes its channel NaN.
+    /// If the samples do not determine the faces, the best cube of least norm is taken. Without samples all faces are
+    /// zero. A value that is not finite makes its channel NaN.
     #[must_use]
     pub fn fit(samples: impl IntoIterator<Item = (Dir, T, f64)>) -> Self {
         let mut normal = Matrix6::zeros();
@@ -119,7 +126,7 @@ impl<T: Coefficient> AmbientCube<T> {
         for (face, axis) in self.faces.iter().zip(AXES) {
             let mut lobe = [T::Wide::ZERO; 9];
             v.towards_into(Dir::from_unit(axis), face.widen(), &mut lobe);
-            sum += Sh::from(lobe);
+            sum += Sh::<9, T::Wide>::from(lobe);
         }
         sum.map(T::narrow)
     }
@@ -143,7 +150,7 @@ mod tests {
 
     fn random_cube(seed: u64) -> AmbientCube<f64> {
         let values = Random::new(seed).signed_vec(6);
-        AmbientCube { faces: std::array::from_fn(|f| values[f]) }
+        AmbientCube { faces: core::array::from_fn(|f| values[f]) }
     }
 
     fn assert_same(found: &AmbientCube<f64>, expected: &AmbientCube<f64>, tolerance: f64, what: &str) {

@@ -1,6 +1,9 @@
 //! The H-basis: orthonormal polynomials of the upper hemisphere.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};
@@ -15,10 +18,10 @@ use crate::{Coefficient, Dir, Expansion, Rotation};
 /// ```
 ///
 /// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal, from which
-/// `n'` is at most 90° away. The basis is orthonormal there, so that the least-squares coefficients are plain integrals. The
-/// first four functions span the same space as bands 0 and 1. For one directional light that gives 1 to a surface facing
-/// it, the RMS error over normals and lights is 0.108 with four and 0.062 with six numbers (test `four_and_six_have_the_known_errors`).
-/// After [Habel and Wimmer 2010].
+/// `n'` is at most 90° away. The basis is orthonormal there, so that the least-squares coefficients are plain
+/// integrals. The first four functions span the same space as bands 0 and 1. For one directional light that gives 1 to
+/// a surface facing it, the RMS error over normals and lights is 0.108 with four and 0.062 with six numbers (test
+/// `four_and_six_have_the_known_errors`). After [Habel and Wimmer 2010].
 ///
 /// [Habel and Wimmer 2010]: https://www.cg.tuwien.ac.at/research/publications/2010/Habel-2010-EIN/
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,10 @@
 //! Least squares over the hemisphere of normals on one side of a surface.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
 
@@ -10,7 +15,7 @@ use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
 /// ```
 pub(crate) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
     let azimuths = degree + 1;
-    let step = std::f64::consts::TAU / azimuths as f64;
+    let step = core::f64::consts::TAU / azimuths as f64;
     let mut points = Vec::new();
     for (x, weight) in gauss_legendre(degree / 2 + 1) {
         let z = 0.5 * (1.0 + x);
@@ -31,9 +36,9 @@ pub(crate) fn hemisphere_points(degree: usize) -> Vec<(Dir, f64)> {
 ///
 /// No normal of a surface points behind it, so that values there are free to lower the error: for the irradiance of one
 /// light by 7 % against truncation at order 3, by 25 % at order 2 (test
-/// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and 5875 at
-/// orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); those of the factored
-/// matrix are their square roots. After Sloan, Hall, Hart and Snyder 2003.
+/// `fitting_the_hemisphere_alone_has_the_known_errors`). The matrix of this problem has condition numbers 14, 254 and
+/// 5875 at orders 2, 3 and 4 (test `the_hemispherical_matrix_has_its_known_entries_and_condition`); those of the
+/// factored matrix are their square roots. After Sloan, Hall, Hart and Snyder 2003.
 ///
 /// # Panics
 /// If `order` is 0.

@@ -1,12 +1,16 @@
 //! The basis of radiosity normal mapping in Half-Life 2: three colors along perpendicular directions.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::hemisphere::hemisphere_points;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
 /// The weights of the colors of [`Hl2`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Hl2Weights {
     /// The squares of the cosines: colors are irradiances, a constant is kept, nothing is negative.
     Squared,
@@ -23,13 +27,14 @@ pub enum Hl2Weights {
 ///   linear:   E(n) = Σ_i c_i n'·b_i
 /// ```
 ///
-/// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal. The three directions are
-/// perpendicular to one another and 54.7° from it. The squared form is the published one, after
+/// `R` is the surface's [`frame`](Self::frame), `world_from_tangent`: it takes +z to the geometric normal. The three
+/// directions are perpendicular to one another and 54.7° from it. The squared form is the published one, after
 /// [Mitchell, McTaggart and Green 2006]. The linear form cannot represent a constant: `E = 1` becomes 3/2 along the
 /// geometric normal and 0 at the horizon.
 ///
 /// [Mitchell, McTaggart and Green 2006]: https://doi.org/10.1145/1185657.1185832
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hl2<T = f32> {
     /// `c_1, c_2, c_3`.
     pub colors: [T; 3],

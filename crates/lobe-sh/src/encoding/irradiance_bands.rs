@@ -1,6 +1,9 @@
 //! Bands 0 to 2 of an irradiance, as the encodings read them.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::{Coefficient, Expansion};
 

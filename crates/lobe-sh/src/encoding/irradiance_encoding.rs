@@ -1,5 +1,10 @@
 //! All irradiance encodings in one enum, to loop over, and their errors.
 
+use alloc::vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::{
     Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Rotation, Sh, Zh3, Zh3Axis,
     even_directions, hemisphere_least_squares, tangent_frame,
@@ -120,9 +125,9 @@ impl IrradianceEncoding {
 
     /// Encodes an irradiance given by its expansion.
     ///
-    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; encodings of the whole sphere ignore it. Encodings
-    /// that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the expansion, which
-    /// therefore needs enough bands.
+    /// `frame`, `world_from_tangent`, takes +z to the geometric normal; encodings of the whole sphere ignore it.
+    /// Encodings that are published as samples ([`AmbientCube::from_axes`], [`Hl2::from_directions`]) sample the
+    /// expansion, which therefore needs enough bands.
     #[must_use]
     pub fn encode<T: Coefficient>(self, irradiance: &impl Expansion<T>, frame: Rotation) -> EncodedIrradiance<T> {
         use EncodedIrradiance as E;
@@ -152,6 +157,17 @@ impl IrradianceEncoding {
 
 /// The result of [`IrradianceEncoding::encode`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(
+        rename_all = "kebab-case",
+        bound(
+            serialize = "T: Coefficient + serde::Serialize",
+            deserialize = "T: Coefficient + serde::Deserialize<'de>"
+        )
+    )
+)]
 pub enum EncodedIrradiance<T = f32> {
     /// Bands 0 and 1.
     Sh2(Sh<4, T>),
@@ -194,8 +210,8 @@ impl<T: Coefficient> EncodedIrradiance<T> {
 /// The number of surfaces over which the error of a hemispherical encoding is averaged.
 const SURFACES: usize = 32;
 
-/// The error of an encoding over all normals and channels; `mean`, `rms` and `max` in units of the mean irradiance over all
-/// channels and normals.
+/// The error of an encoding over all normals and channels; `mean`, `rms` and `max` in units of the mean irradiance over
+/// all channels and normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncodingError {
     /// The mean of `|found - true|`.

@@ -1,6 +1,9 @@
 //! Order-3 irradiance as a quadratic form.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
@@ -17,12 +20,13 @@ use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 ///                                                                        c_5 = √(5π)/16  = 0.247707956100376
 /// ```
 ///
-/// The form of [Ramamoorthi and Hanrahan 2001], whose `L` are those of radiance in a basis without the Condon-Shortley phase:
-/// here `L_1±1` and `L_2±1` of Lobe's basis enter with the other sign. The constants are printed there with six digits, two of
-/// them wrongly rounded (0.511664, 0.743125).
+/// The form of [Ramamoorthi and Hanrahan 2001], whose `L` are those of radiance in a basis without the Condon-Shortley
+/// phase: here `L_1±1` and `L_2±1` of Lobe's basis enter with the other sign. The constants are printed there with six
+/// digits, two of them wrongly rounded (0.511664, 0.743125).
 ///
 /// [Ramamoorthi and Hanrahan 2001]: https://cseweb.ucsd.edu/~ravir/papers/envmap/envmap.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IrradianceMatrix {
     /// `M` of red, green and blue, row after row.
     pub m: [[[f64; 4]; 4]; 3],
@@ -48,7 +52,7 @@ impl IrradianceMatrix {
     /// The irradiance under the first three bands of a radiance.
     #[must_use]
     pub fn from_radiance_sh<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Self {
-        let mut e: Sh<9, Rgb<f64>> = Sh::from(std::array::from_fn(|i| coefficient(radiance, i)));
+        let mut e: Sh<9, Rgb<f64>> = Sh::from(core::array::from_fn(|i| coefficient(radiance, i)));
         convolve_in_place(e.coefficients_mut(), &Zonal::clamped_cosine(3));
         Self::from_irradiance_sh(&e)
     }

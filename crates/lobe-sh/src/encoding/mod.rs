@@ -1,10 +1,10 @@
 //! Irradiance in fewer numbers than the nine of order 3 for each channel, or in a form that suits shaders.
 //!
-//! Read [`irradiance_encoding`] first: it lists all encodings, to loop over, and measures their errors. Every encoding is
-//! made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and gives
-//! `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`] and [`irradiance_matrix`] are
-//! order 3 rearranged; all others are approximations. [`irradiance_bands`] reads the low bands for them. Uses `projection`,
-//! `filter`, `solver`, `rotation` and what stands below them.
+//! Read [`irradiance_encoding`] first: it lists all encodings, to loop over, and measures their errors. Every encoding
+//! is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and
+//! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`] and
+//! [`irradiance_matrix`] are order 3 rearranged; all others are approximations. [`irradiance_bands`] reads the low
+//! bands for them. Uses `projection`, `filter`, `solver`, `rotation` and what stands below them.
 
 pub(crate) mod ahd;
 pub(crate) mod ambient_cube;

@@ -1,6 +1,9 @@
 //! Non-linear evaluation of bands 0 and 1 that is never negative, after Geomerics.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::irradiance_bands::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
 use crate::sphere::vector::dot;
@@ -13,16 +16,24 @@ use crate::{Coefficient, Dir, Expansion, Real, Sh};
 ///   R_0 = ⟨L⟩ = L_00/√(4π)        R_1 = ⟨L s⟩ = (-L_11, -L_1-1, L_10)/√(12π)        r = |R_1|/R_0        d = R_1/|R_1|
 /// ```
 ///
-/// `⟨ ⟩` is the mean over the sphere of the radiance `L`, so that `r <= 1` for every light. With these the mean of `E` is kept
-/// exactly, a constant is a constant, and a single directional light has the right peak, `4π R_0` (tests
-/// `the_mean_is_kept_exactly`, `a_constant_stays_a_constant`, `one_light_has_its_peak_and_is_dark_behind`). With orthonormal
-/// coefficients in place of `R_0` and `R_1`, as in several shaders, a white sky is 1.128 in place of 1. The mean of `E s` is
-/// exact at `r = 1/2` and 10 % too small at `r = 1`. After the diffuse reconstruction of Geomerics
+/// `⟨ ⟩` is the mean over the sphere of the radiance `L`, so that `r <= 1` for every light. With these the mean of `E`
+/// is kept exactly, a constant is a constant, and a single directional light has the right peak, `4π R_0` (tests
+/// `the_mean_is_kept_exactly`, `a_constant_stays_a_constant`, `one_light_has_its_peak_and_is_dark_behind`). With
+/// orthonormal coefficients in place of `R_0` and `R_1`, as in several shaders, a white sky is 1.128 in place of 1. The
+/// mean of `E s` is exact at `r = 1/2` and 10 % too small at `r = 1`. After the diffuse reconstruction of Geomerics
 /// (Hazel 2015).
 ///
 /// Never negative. `r` is limited to 1, which no expansion of non-negative light exceeds. A channel whose mean
 /// is zero or below is 0 everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: Coefficient + serde::Serialize",
+        deserialize = "T: Coefficient + serde::Deserialize<'de>"
+    ))
+)]
 pub struct NonLinearL1<T = f32> {
     /// Bands 0 and 1 of the irradiance.
     pub linear: Sh<4, T>,

@@ -1,11 +1,15 @@
 //! Order-3 irradiance as seven vectors for a shader, after Sloan.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::irradiance_bands::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
-/// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each channel.
+/// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each
+/// channel.
 ///
 /// ```text
 ///   E(n) = A·(x, y, z, 1) + B·(xy, yz, z², zx) + C (x² - y²)        for each channel
@@ -17,10 +21,12 @@ use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 ///
 /// Signs are those of the basis with the Condon-Shortley phase. Made from radiance, `E_l = A_l L_l`, and divided by π
 /// ([`PackedIrradiance::scaled`]) the constants are those of [Sloan 2008] A10 (`c_0 = 1/(2√π)`, `c_1 = √3/(3√π)`,
-/// `c_2 = √15/(8√π)`, `c_3 = √5/(16√π)`, `c_4 = c_2/2`), and the result is the radiance reflected by a white diffuse surface.
+/// `c_2 = √15/(8√π)`, `c_3 = √5/(16√π)`, `c_4 = c_2/2`), and the result is the radiance reflected by a white diffuse
+/// surface.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PackedIrradiance {
     /// `A` of red, green and blue: `cAr`, `cAg`, `cAb`.
     pub a: [[f64; 4]; 3],
@@ -45,7 +51,7 @@ impl PackedIrradiance {
     /// The irradiance under the first three bands of a radiance.
     #[must_use]
     pub fn from_radiance_sh<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Self {
-        let mut e: Sh<9, Rgb<f64>> = Sh::from(std::array::from_fn(|i| coefficient(radiance, i)));
+        let mut e: Sh<9, Rgb<f64>> = Sh::from(core::array::from_fn(|i| coefficient(radiance, i)));
         convolve_in_place(e.coefficients_mut(), &Zonal::clamped_cosine(3));
         Self::from_irradiance_sh(&e)
     }
@@ -65,7 +71,8 @@ impl PackedIrradiance {
         Rgb::from_channels(|c| dot4(self.a[c], linear) + dot4(self.b[c], quadratic) + self.c[c] * (x * x - y * y))
     }
 
-    /// The vectors in the order of the paper's shader, ready for upload: `cAr cAg cAb cBr cBg cBb cC`; the last number is 1.
+    /// The vectors in the order of the paper's shader, ready for upload: `cAr cAg cAb cBr cBg cBb cC`; the last number
+    /// is 1.
     #[must_use]
     pub fn to_vectors(&self) -> [[f32; 4]; 7] {
         let [r, g, b] = self.c;

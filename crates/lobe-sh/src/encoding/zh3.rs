@@ -1,6 +1,10 @@
 //! ZH3: bands 0 and 1 and one zonal coefficient of band 2.
 
-use std::f64::consts::PI;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::encoding::irradiance_bands::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, linear_vector};
 use crate::scalar::{luminance, luminance_weight};
@@ -13,6 +17,7 @@ const SHORTEST_VECTOR: f64 = 3e-4;
 
 /// The origin of the axis of [`Zh3`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Zh3Axis {
     /// All channels share the optimal linear direction of their luminance.
     Luminance,
@@ -27,9 +32,17 @@ pub enum Zh3Axis {
 /// ```
 ///
 /// Five numbers for each channel; `d` needs none, because it follows from the linear band of the luminance or of each
-/// channel ([`Zh3Axis`]). One light and a constant, which are zonal about one axis, are kept exactly. The encoding rotates
-/// with the light. Without a linear direction the last term is zero. After Roughton et al. 2024.
+/// channel ([`Zh3Axis`]). One light and a constant, which are zonal about one axis, are kept exactly. The encoding
+/// rotates with the light. Without a linear direction the last term is zero. After Roughton et al. 2024.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: Coefficient + serde::Serialize",
+        deserialize = "T: Coefficient + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Zh3<T = f32> {
     /// Bands 0 and 1 of the irradiance.
     pub linear: Sh<4, T>,
@@ -53,17 +66,18 @@ impl<T: Coefficient> Zh3<T> {
         Self { linear, zonal: T::from_channels(|c| T::Scalar::from_f64(zonal(c))), axis }
     }
 
-    /// The encoding of this form with the least squared error against bands 0 to 2: the linear band changes so that the axis
-    /// suits band 2.
+    /// The encoding of this form with the least squared error against bands 0 to 2: the linear band changes so that the
+    /// axis suits band 2.
     ///
-    /// If the channels share an axis, each has its weight in the luminance. With equal weights green, which determines the axis
-    /// most, would change alone, and gray light would become colored (test `a_shared_axis_leaves_gray_light_gray`).
+    /// If the channels share an axis, each has its weight in the luminance. With equal weights green, which determines
+    /// the axis most, would change alone, and gray light would become colored (test
+    /// `a_shared_axis_leaves_gray_light_gray`).
     ///
-    /// For a given axis the best coefficients have a closed form; there remains the maximum of a form of degree 4 on the
-    /// sphere, found by Newton's method from the linear direction and 13 further starts. Never worse than
+    /// For a given axis the best coefficients have a closed form; there remains the maximum of a form of degree 4 on
+    /// the sphere, found by Newton's method from the linear direction and 13 further starts. Never worse than
     /// [`Zh3::projected`] (test
-    /// `the_solved_axis_is_the_best_of_a_dense_grid`). If the best axis would leave no linear vector that gives it, the result
-    /// is the projection.
+    /// `the_solved_axis_is_the_best_of_a_dense_grid`). If the best axis would leave no linear vector that gives it, the
+    /// result is the projection.
     #[must_use]
     pub fn solved(irradiance: &impl Expansion<T>, axis: Zh3Axis) -> Self {
         let weighted = |c: usize, w: f64| (w, three_bands::<T>(irradiance, c));
@@ -75,7 +89,7 @@ impl<T: Coefficient> Zh3<T> {
             Zh3Axis::PerChannel => (0..T::CHANNELS).flat_map(|c| solve_together(&[weighted(c, 1.0)])).collect(),
         };
         let coefficient = |i: usize| T::from_channels(|c| T::Scalar::from_f64(numbers[c][i]));
-        Self { linear: Sh::from([0, 1, 2, 3].map(coefficient)), zonal: coefficient(4), axis }
+        Self { linear: Sh::<4, T>::from([0, 1, 2, 3].map(coefficient)), zonal: coefficient(4), axis }
     }
 
     /// Estimates `z` from bands 0 and 1 alone, from the usual shape of light; no number is stored for it.
@@ -84,8 +98,8 @@ impl<T: Coefficient> Zh3<T> {
     ///   z = π/4 · L_0 r (0.08 + 0.6 r)        r = |L_1 vector · d| / L_0
     /// ```
     ///
-    /// `L` are the coefficients of the radiance, `L_l = E_l/A_l`. `r` is limited to `√3`, that of a single directional light,
-    /// and `z` is 0 where `L_0` is not above 0.
+    /// `L` are the coefficients of the radiance, `L_l = E_l/A_l`. `r` is limited to `√3`, that of a single directional
+    /// light, and `z` is 0 where `L_0` is not above 0.
     #[must_use]
     pub fn hallucinated(irradiance: &impl Expansion<T>, axis: Zh3Axis) -> Self {
         let linear = Sh::from_slice(irradiance.coefficients());
@@ -134,7 +148,7 @@ fn axes<T: Coefficient>(linear: &Sh<4, T>, axis: Zh3Axis) -> impl Fn(usize) -> O
 
 /// Bands 0 to 2 of a channel.
 fn three_bands<T: Coefficient>(f: &impl Expansion<T>, c: usize) -> Sh<9, f64> {
-    Sh::from(std::array::from_fn(|i| coefficient(f, i).channel(c)))
+    Sh::from(core::array::from_fn(|i| coefficient(f, i).channel(c)))
 }
 
 /// Bands 0 and 1 and the zonal coefficient of each channel, for channels with weights that share an axis.
@@ -171,7 +185,8 @@ const STARTS: [[f64; 3]; 13] = [
 
 /// Channels that share an axis: the quadratic band of each, and the linear vector of their luminance.
 pub(crate) struct Shared {
-    /// Weight and band 2 of each channel, bands 0 and 1 zero, times `√(4π/5)`: its value towards `n` is the zonal coefficient.
+    /// Weight and band 2 of each channel, bands 0 and 1 zero, times `√(4π/5)`: its value towards `n` is the zonal
+    /// coefficient.
     quadratic: Vec<(f64, Sh<9, f64>)>,
     /// The linear vector of the weighted sum of the channels.
     linear: [f64; 3],
@@ -189,7 +204,7 @@ impl Shared {
                 *sum += w * part;
             }
             let scale = (4.0 * PI / 5.0).sqrt();
-            quadratic.push((*w, Sh::from(std::array::from_fn(|i| if i < 4 { 0.0 } else { scale * f[i] }))));
+            quadratic.push((*w, Sh::<9, f64>::from(core::array::from_fn(|i| if i < 4 { 0.0 } else { scale * f[i] }))));
         }
         Self { quadratic, linear, weight: channels.iter().map(|(w, _)| w).sum() }
     }
@@ -201,9 +216,9 @@ impl Shared {
 
     /// The weighted energy of bands 1 and 2 that the axis `n` keeps, up to a constant, and its gradient.
     //
-    // The error is Σ_c w_c |error of channel c|². Given the axis, each channel keeps z_c(n)² of its quadratic band. The linear
-    // vectors v_c must sum to a multiple of n: Σ w_c v_c ∥ n. The nearest to the given ones, L_c, differ from them all by
-    // the same, so that gray stays gray:
+    // The error is Σ_c w_c |error of channel c|². Given the axis, each channel keeps z_c(n)² of its quadratic band. The
+    // linear vectors v_c must sum to a multiple of n: Σ w_c v_c ∥ n. The nearest to the given ones, L_c, differ from
+    // them all by the same, so that gray stays gray:
     //
     //   v_c - L_c = -(1 - n nᵀ) L/W,      L = Σ w_c L_c,      W = Σ w_c
     //

@@ -1,5 +1,10 @@
 //! The operations common to all expansions, whether the order is known at compile time or at run time.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, order_of_slice};
 use crate::scalar::luminance;
 use crate::{Basis, Coefficient, Dir};
@@ -74,7 +79,7 @@ pub trait Expansion<T: Coefficient>: Clone {
 
     /// The mean over the sphere, `f_00 / √(4π)`; zero for order 0.
     fn mean(&self) -> T {
-        let y_00 = (4.0 * std::f64::consts::PI).sqrt().recip();
+        let y_00 = (4.0 * core::f64::consts::PI).sqrt().recip();
         self.coefficients().first().map_or(T::ZERO, |c| T::narrow(c.widen().scale(y_00)))
     }
 }
@@ -126,7 +131,7 @@ mod tests {
         close("dot", f.dot(&g), rule.integrate(|s| f.eval(s) * g.eval(s)));
         close("the other way", g.dot(&f), f.dot(&g));
         close("energy", f.band_energies().iter().sum(), rule.integrate(|s| f.eval(s) * f.eval(s)));
-        close("mean", f.mean(), rule.integrate(|s| f.eval(s)) / (4.0 * std::f64::consts::PI));
+        close("mean", f.mean(), rule.integrate(|s| f.eval(s)) / (4.0 * core::f64::consts::PI));
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! Gradients on the sphere.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use crate::basis::basis::Step;
 use crate::basis::index::{index, len};
 use crate::{Basis, Coefficient, Dir, Expansion, Real};

@@ -1,7 +1,11 @@
 //! The physical quantity that an expansion describes.
 
-use std::fmt;
-use std::str::FromStr;
+use alloc::format;
+use alloc::string::String;
+use core::fmt;
+use core::str::FromStr;
+
+use crate::ShError;
 
 /// The physical quantity that a function on the sphere describes; files carry it so that they are not confused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,9 +47,15 @@ impl fmt::Display for Quantity {
 }
 
 impl FromStr for Quantity {
-    type Err = String;
+    type Err = ShError;
 
-    fn from_str(name: &str) -> Result<Self, String> {
+    fn from_str(name: &str) -> Result<Self, ShError> {
+        Self::parse(name).map_err(ShError::Options)
+    }
+}
+
+impl Quantity {
+    fn parse(name: &str) -> Result<Self, String> {
         Self::ALL
             .into_iter()
             .find(|q| q.name() == name)
@@ -60,13 +70,13 @@ mod tests {
     #[test]
     fn every_quantity_is_found_by_its_name() {
         for quantity in Quantity::ALL {
-            assert_eq!(quantity.name().parse(), Ok(quantity), "{quantity}");
+            assert_eq!(quantity.name().parse().ok(), Some(quantity), "{quantity}");
         }
     }
 
     #[test]
     fn an_unknown_quantity_is_refused_with_the_known_ones() {
-        let message = "Radiance".parse::<Quantity>().unwrap_err();
+        let message = "Radiance".parse::<Quantity>().unwrap_err().to_string();
         assert!(message.ends_with("visibility, log-visibility"), "{message}");
     }
 }

@@ -1,12 +1,12 @@
 //! An expansion whose order is known at compile time.
 
-use std::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
+use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use serde::de::{Deserialize, Deserializer, Error as _};
-use serde::{Serialize, Serializer};
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::order_of;
-use crate::{Coefficient, Dir, Expansion, eval_basis_into};
+use crate::{Coefficient, Dir, Expansion, Real, Rgb, eval_basis_into};
 
 /// An expansion of `N` coefficients, a perfect square: order `n = √N`, index order `i = l(l+1) + m`.
 ///
@@ -61,7 +61,7 @@ impl<const N: usize, T: Coefficient> Sh<N, T> {
     pub fn constant(value: T) -> Self {
         const { assert!(N > 0, "a constant needs order 1 at least") }
         let mut f = Self::zero();
-        f.coefficients[0] = T::narrow(value.widen().scale((4.0 * std::f64::consts::PI).sqrt()));
+        f.coefficients[0] = T::narrow(value.widen().scale((4.0 * core::f64::consts::PI).sqrt()));
         f
     }
 
@@ -203,19 +203,22 @@ impl<const N: usize, T: Coefficient<Scalar = S>, S: Copy> Mul<S> for Sh<N, T> {
     }
 }
 
-impl<const N: usize, T: Coefficient + Serialize> Serialize for Sh<N, T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.coefficients[..].serialize(serializer)
+impl<const N: usize, T> From<Sh<N, T>> for [T; N] {
+    fn from(f: Sh<N, T>) -> Self {
+        f.coefficients
     }
 }
 
-impl<'de, const N: usize, T: Coefficient + Deserialize<'de>> Deserialize<'de> for Sh<N, T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let coefficients = Vec::<T>::deserialize(deserializer)?;
-        match <[T; N]>::try_from(coefficients) {
-            Ok(coefficients) => Ok(Self::from(coefficients)),
-            Err(other) => Err(D::Error::custom(format!("expected {N} coefficients, found {}", other.len()))),
-        }
+/// Rows of red, green and blue, as engines keep them: `[[f32; 3]; 9]` for bands 0 to 2.
+impl<const N: usize, S: Real> From<[[S; 3]; N]> for Sh<N, Rgb<S>> {
+    fn from(rows: [[S; 3]; N]) -> Self {
+        Self::from(rows.map(Rgb::from))
+    }
+}
+
+impl<const N: usize, S: Real> From<Sh<N, Rgb<S>>> for [[S; 3]; N] {
+    fn from(f: Sh<N, Rgb<S>>) -> Self {
+        f.coefficients.map(Rgb::to_array)
     }
 }
 

@@ -1,9 +1,11 @@
 //! An expansion whose order is known at run time.
 
-use std::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use serde::de::{Deserialize, Deserializer, Error as _};
-use serde::{Serialize, Serializer};
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{len, order_of};
 use crate::{Coefficient, Dir, Expansion, Sh, eval_basis};
@@ -31,7 +33,7 @@ impl<T: Coefficient> ShVec<T> {
     pub fn constant(order: usize, value: T) -> Self {
         assert!(order > 0, "a constant needs order 1 at least");
         let mut f = Self::zero(order);
-        f.coefficients[0] = T::narrow(value.widen().scale((4.0 * std::f64::consts::PI).sqrt()));
+        f.coefficients[0] = T::narrow(value.widen().scale((4.0 * core::f64::consts::PI).sqrt()));
         f
     }
 
@@ -164,20 +166,6 @@ impl<T: Coefficient<Scalar = S>, S: Copy> Mul<S> for &ShVec<T> {
 
     fn mul(self, s: S) -> ShVec<T> {
         self.map(|c| c.scale(s))
-    }
-}
-
-impl<T: Coefficient + Serialize> Serialize for ShVec<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.coefficients.serialize(serializer)
-    }
-}
-
-impl<'de, T: Coefficient + Deserialize<'de>> Deserialize<'de> for ShVec<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let coefficients = Vec::<T>::deserialize(deserializer)?;
-        let len = coefficients.len();
-        Self::from_vec(coefficients).ok_or_else(|| D::Error::custom(format!("expected n² coefficients, found {len}")))
     }
 }
 

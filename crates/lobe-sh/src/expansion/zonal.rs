@@ -1,9 +1,12 @@
 //! A function that is symmetric about an axis.
 
-use std::f64::consts::PI;
-use std::ops::{Add, AddAssign, Index, Mul, Neg, Sub, SubAssign};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+use core::ops::{Add, AddAssign, Index, Mul, Neg, Sub, SubAssign};
 
-use serde::{Deserialize, Serialize};
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::basis::legendre::legendre_all;
@@ -19,8 +22,8 @@ use crate::{Basis, Coefficient, Dir, Expansion, ShVec};
 /// About +z it is the expansion with `f_l0 = z_l` and all others zero. It is the shape of a light
 /// ([`Zonal::towards`]) or a kernel to convolve with ([`convolve_in_place`](crate::convolve_in_place)).
 /// Operators need equal orders; [`Zonal::resized`] makes them equal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
 pub struct Zonal {
     coefficients: Vec<f64>,
 }
@@ -149,7 +152,7 @@ impl Zonal {
         Basis::<f64>::with_shared(order, |basis| {
             basis.for_each(axis.to_array(), order, |i, y| out[i] = T::narrow(value.scale(y)));
         });
-        for (l, factor) in (0..order).zip(self.factors().chain(std::iter::repeat(0.0))) {
+        for (l, factor) in (0..order).zip(self.factors().chain(core::iter::repeat(0.0))) {
             for f in &mut out[band_range(l)] {
                 *f = T::narrow(f.widen().scale(factor));
             }

@@ -1,6 +1,12 @@
 //! Certified extreme values of a function on the sphere by branch and bound.
 
-use std::collections::BinaryHeap;
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
+use alloc::collections::BinaryHeap;
 
 use crate::basis::index::{len, order_of_slice};
 use crate::basis::second_order::{LocalQuadratic, second_order};
@@ -16,18 +22,19 @@ const DESCENT_STEPS: usize = 12;
 /// The narrowest interval that subdivision can reach, in rounding errors of a value.
 const RESOLUTION: f64 = 16.0;
 
-/// The bound of fourth order is tried where its remainder is below this fraction of the gap that the second order leaves.
+/// The bound of fourth order is tried where its remainder is below this fraction of the gap that the second order
+/// leaves.
 const FOURTH_ORDER_GAP: f64 = 0.05;
 
-/// The minimum over the sphere of a function of one channel, as an interval of width `tolerance` times its root mean square
-/// `√(Σ f_i²/4π)`.
+/// The minimum over the sphere of a function of one channel, as an interval of width `tolerance` times its root mean
+/// square `√(Σ f_i²/4π)`.
 ///
-/// `lo <= min f <= hi` is proven (the source has the derivation) but for rounding, for which the interval allows four times
-/// the largest measured error (tests `rounding_errors_stay_within_their_bound` and
-/// `forms_are_evaluated_within_their_bound`); and `hi - lo <= tolerance · rms` unless the tolerance is below
-/// rounding, `4e-12` at order 10. 1e-6 is a good choice. Functions of up to three bands are quadratic forms and solved
-/// exactly; more bands are searched by branch and bound, which ends for every function and is slowest for functions that
-/// are almost constant along circles or over areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
+/// `lo <= min f <= hi` is proven (the source has the derivation) but for rounding, for which the interval allows four
+/// times the largest measured error (tests `rounding_errors_stay_within_their_bound` and
+/// `forms_are_evaluated_within_their_bound`); and `hi - lo <= tolerance · rms` unless the tolerance is below rounding,
+/// `4e-12` at order 10. 1e-6 is a good choice. Functions of up to three bands are quadratic forms and solved exactly;
+/// more bands are searched by branch and bound, which ends for every function and is slowest for functions that are
+/// almost constant along circles or over areas (benchmarks `minimum-f64` and `minimum-ring-f64`).
 ///
 /// Order 0 and the zero function have the minimum 0 at +z. A coefficient that is not finite gives the interval
 /// from -∞ to ∞.
@@ -106,13 +113,13 @@ impl PartialEq for Cell {
 impl Eq for Cell {}
 
 impl PartialOrd for Cell {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+    fn partial_cmp(&self, other: &Self) -> Option<core::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
 impl Ord for Cell {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+    fn cmp(&self, other: &Self) -> core::cmp::Ordering {
         other.lower.total_cmp(&self.lower)
     }
 }
@@ -133,16 +140,16 @@ struct Search {
 
 /// Branch and bound over spherical triangles, the lowest bound first.
 ///
-/// Every triangle lies in the cap of [`Triangle`]; [`SmoothFunction::lower_bound`] bounds the function there from below,
-/// with an error that falls with the third power of the radius. A cell whose bound is within the width of the incumbent is
-/// pruned, all others are divided into four. The bound converges to the values in the cell, so that cells below a certain
-/// size are always pruned and the search ends.
+/// Every triangle lies in the cap of [`Triangle`]; [`SmoothFunction::lower_bound`] bounds the function there from
+/// below, with an error that falls with the third power of the radius. A cell whose bound is within the width of the
+/// incumbent is pruned, all others are divided into four. The bound converges to the values in the cell, so that cells
+/// below a certain size are always pruned and the search ends.
 pub(crate) fn branch_and_bound(coefficients: &[f64], tolerance: f64, level: Option<f64>) -> Extremum {
     let order = order_of_slice(coefficients);
     Basis::<f64>::with_shared(order, |basis| {
         let f = SmoothFunction::new(coefficients);
         let square: f64 = coefficients.iter().map(|c| c * c).sum();
-        let rms = (square / (4.0 * std::f64::consts::PI)).sqrt();
+        let rms = (square / (4.0 * core::f64::consts::PI)).sqrt();
         // Both ends move by the rounding of a value besides.
         let width = (tolerance.max(0.0) * rms - 2.0 * f.rounding()).max(RESOLUTION * f.rounding());
         let mut search = Search {
@@ -239,8 +246,8 @@ impl Search {
     }
 }
 
-/// Newton's method on the sphere, safeguarded: the curvature along each principal axis enters by its absolute value, steps
-/// are at most `1/n` long, and only those that lower the value are taken.
+/// Newton's method on the sphere, safeguarded: the curvature along each principal axis enters by its absolute value,
+/// steps are at most `1/n` long, and only those that lower the value are taken.
 pub(crate) fn newton_descent(
     start: LocalQuadratic,
     order: usize,

@@ -1,5 +1,8 @@
 //! Proven lower bounds of a function on a cap of the sphere.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::order_of_slice;
 use crate::basis::second_order::LocalQuadratic;
 use crate::extrema::quartic_bound::quartic_lower_bound;
@@ -48,14 +51,14 @@ const MULTIPLIER_STEPS: usize = 4;
 ///   g·v + ½ vᵀ H v  >=  g·v + ½ vᵀ (H + μ) v - ½ μ ρ²  >=  -½ gᵀ (H + μ)⁻¹ g - ½ μ ρ²                     (3)
 /// ```
 ///
-/// With the terms of third and fourth order and the remainder `M_5 ρ⁵/120`, [`quartic_lower_bound`] bounds the polynomial:
-/// at a higher cost, but much more tightly in valleys.
+/// With the terms of third and fourth order and the remainder `M_5 ρ⁵/120`, [`quartic_lower_bound`] bounds the
+/// polynomial: at a higher cost, but much more tightly in valleys.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SmoothFunction {
     /// `M_0 .. M_5`.
     bounds: [f64; DERIVATIVES],
-    /// The rounding error of a value relative to `M_0`, and of a k-th derivative relative to `M_k`. Not proven: four times
-    /// the largest error that the test `rounding_errors_stay_within_their_bound` finds.
+    /// The rounding error of a value relative to `M_0`, and of a k-th derivative relative to `M_k`. Not proven: four
+    /// times the largest error that the test `rounding_errors_stay_within_their_bound` finds.
     rounding: f64,
 }
 

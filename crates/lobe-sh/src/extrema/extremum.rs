@@ -2,9 +2,11 @@
 
 use crate::Dir;
 
-/// An interval that contains the least value of a function ([`certified_minimum`](crate::certified_minimum)) or its greatest
-/// ([`certified_maximum`](crate::certified_maximum)), and a direction towards which the function has a value in it.
+/// An interval that contains the least value of a function ([`certified_minimum`](crate::certified_minimum)) or its
+/// greatest ([`certified_maximum`](crate::certified_maximum)), and a direction towards which the function has a value
+/// in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Extremum {
     /// The extreme value is not below this.
     pub lo: f64,

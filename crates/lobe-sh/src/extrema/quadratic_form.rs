@@ -1,6 +1,9 @@
 //! A function of three bands as a quadratic form on the unit sphere, and its exact minimum.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::once::Once;
 use crate::sphere::vector::{dot, tangents, unit};
@@ -101,9 +104,9 @@ impl QuadraticForm {
         w[0] * self.linear + w[1] * self.form
     }
 
-    /// A lower bound of the minimum when bands 1 and 2 are scaled by factors `w` for which `other` is not negative: the bound
-    /// of the remainder `f - s f_other`, with the `s >= 0` for which bands 1 and 2 of the remainder are smallest. Tight for
-    /// light of one color.
+    /// A lower bound of the minimum when bands 1 and 2 are scaled by factors `w` for which `other` is not negative: the
+    /// bound of the remainder `f - s f_other`, with the `s >= 0` for which bands 1 and 2 of the remainder are smallest.
+    /// Tight for light of one color.
     pub(crate) fn least_beside(&self, other: &Self, w: [f64; 2]) -> f64 {
         // The inner product of the coefficients, from |b|² and |A|² with the norms √(3/4π) and √(15/8π).
         let inner = |p: &Self, q: &Self| {
@@ -131,8 +134,9 @@ impl QuadraticForm {
         (self.b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     }
 
-    /// The eigenvalues and eigenvectors. The eigenvalue farthest from the other two is the extreme root of a cubic, and well
-    /// conditioned; a rotation in the plane perpendicular to its eigenvector gives the other two, however close they are.
+    /// The eigenvalues and eigenvectors. The eigenvalue farthest from the other two is the extreme root of a cubic, and
+    /// well conditioned; a rotation in the plane perpendicular to its eigenvector gives the other two, however close
+    /// they are.
     pub(crate) fn eigensystem(&self) -> Eigensystem {
         let isolated = self.isolated_eigenvalue();
         let axis = self.isolated_eigenvector(isolated);
@@ -317,9 +321,9 @@ mod tests {
     #[test]
     fn the_quadratic_form_is_the_function() {
         let f = ShL2::<f64>::from_slice(&Random::new(1).signed_vec(9));
-        let quadric = QuadraticForm::new(f.coefficients(), 0);
+        let form = QuadraticForm::new(f.coefficients(), 0);
         for s in directions() {
-            let sum: f64 = quadric.bands(s).iter().sum();
+            let sum: f64 = form.bands(s).iter().sum();
             let value = f.eval(Dir::from_unit(s));
             assert!((sum - value).abs() < 1e-14, "towards {s:?}: {sum} against {value}");
         }
@@ -353,18 +357,18 @@ mod tests {
             // One band alone, and bands of unequal sizes.
             f[1..4].iter_mut().for_each(|c| *c *= [1.0, 1e-3, 0.0][case % 3]);
             f[4..].iter_mut().for_each(|c| *c *= [1.0, 0.0, 1e-3][case % 5 % 3]);
-            let quadric = QuadraticForm::new(&f, 0);
+            let form = QuadraticForm::new(&f, 0);
             let x = random.direction();
-            let [xx, yy, zz, xy, xz, yz] = quadric.a;
-            let (b, nu) = (quadric.b, quadric.form * random.signed());
+            let [xx, yy, zz, xy, xz, yz] = form.a;
+            let (b, nu) = (form.b, form.form * random.signed());
             let [p, q, r] = x;
-            let form = [[xx, p, p], [yy, q, q], [zz, r, r], [2.0 * xy, p, q], [2.0 * xz, p, r], [2.0 * yz, q, r]];
-            let rest = [[quadric.c, 1.0, 1.0], [b[0], p, 1.0], [b[1], q, 1.0], [b[2], r, 1.0]];
-            let exact = compensated(&[&form[..], &rest[..]].concat());
-            let amplitude = quadric.amplitude([1.0, 1.0]);
-            let size = quadric.c.abs() + amplitude;
-            worst[0] = worst[0].max((quadric.bands(x).iter().sum::<f64>() - exact).abs() / (ROUNDING * size));
-            let ax = times(&quadric.a, x);
+            let quadratic = [[xx, p, p], [yy, q, q], [zz, r, r], [2.0 * xy, p, q], [2.0 * xz, p, r], [2.0 * yz, q, r]];
+            let rest = [[form.c, 1.0, 1.0], [b[0], p, 1.0], [b[1], q, 1.0], [b[2], r, 1.0]];
+            let exact = compensated(&[&quadratic[..], &rest[..]].concat());
+            let amplitude = form.amplitude([1.0, 1.0]);
+            let size = form.c.abs() + amplitude;
+            worst[0] = worst[0].max((form.bands(x).iter().sum::<f64>() - exact).abs() / (ROUNDING * size));
+            let ax = times(&form.a, x);
             for (k, row) in [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].into_iter().enumerate() {
                 let exact = compensated(&[
                     [2.0 * row[0], p, 1.0],
@@ -402,9 +406,9 @@ mod tests {
             for a in &mut a[..3] {
                 *a -= nu;
             }
-            let quadric = QuadraticForm::from_parts(0.5, b, a);
-            let expected: f64 = quadric.bands(x).iter().sum();
-            let found = quadric.minimum([1.0, 1.0]);
+            let form = QuadraticForm::from_parts(0.5, b, a);
+            let expected: f64 = form.bands(x).iter().sum();
+            let found = form.minimum([1.0, 1.0]);
             let close = found.lo <= expected && expected <= found.hi && found.hi - found.lo < 1e-12;
             assert!(close, "case {case}: {found:?} against {expected}");
         }
@@ -423,15 +427,15 @@ mod tests {
             if case % 3 == 2 {
                 f.iter_mut().for_each(|c| *c += 1e-9 * random.unit());
             }
-            let quadric = QuadraticForm::new(&f, 0);
-            let Eigensystem { low, distances, axes, .. } = quadric.eigensystem();
-            let (_, rows) = quadric.parts();
+            let form = QuadraticForm::new(&f, 0);
+            let Eigensystem { low, distances, axes, .. } = form.eigensystem();
+            let (_, rows) = form.parts();
             assert!(distances[0] == 0.0 && distances.iter().all(|d| *d >= 0.0), "case {case}: {distances:?}");
             for i in 0..3 {
                 for j in 0..3 {
                     let sum: f64 = (0..3).map(|k| (low + distances[k]) * axes[k][i] * axes[k][j]).sum();
                     let error = (sum - rows[i][j]).abs();
-                    assert!(error < 6e-15 * quadric.form, "case {case}, {i}{j}: off by {error} of {}", quadric.form);
+                    assert!(error < 6e-15 * form.form, "case {case}, {i}{j}: off by {error} of {}", form.form);
                     let one: f64 = (0..3).map(|k| axes[k][i] * axes[k][j]).sum();
                     let expected = f64::from(u8::from(i == j));
                     assert!((one - expected).abs() < 4e-15, "case {case}, {i}{j}: axes give {one}");

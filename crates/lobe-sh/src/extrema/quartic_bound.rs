@@ -1,5 +1,8 @@
 //! A lower bound of a quartic polynomial on a disc, tight in curved valleys.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::extrema::taylor::Taylor;
 
 /// Newton steps towards the floor of the valley; any number of them gives a bound.
@@ -10,16 +13,16 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A lower bound of the polynomial for `|u|, |v| <= radius`; -∞ where it does not curve upwards along `u`.
 ///
-/// In a curved valley, such as part of a ring, a bound of second order has an error of the third power of the radius. Here
-/// the polynomial is taken as one in `u` whose coefficients depend on `v`, and minimized over `u`:
+/// In a curved valley, such as part of a ring, a bound of second order has an error of the third power of the radius.
+/// Here the polynomial is taken as one in `u` whose coefficients depend on `v`, and minimized over `u`:
 ///
 /// ```text
 ///   P(u, v) = a(v) + b(v) u + k(u, v) u²  >=  a(v) - b(v)²/4κ        k >= κ > 0 on the disc
 /// ```
 ///
-/// after `u` was shifted to the floor of the valley at `v = 0`, so that `b(0) = 0` but for rounding. The loss by `κ` is of
-/// the fifth power. The right-hand side is a polynomial of sixth degree in one variable, and is bounded in
-/// the same way.
+/// after `u` was shifted to the floor of the valley at `v = 0`, so that `b(0) = 0` but for rounding. The loss by `κ` is
+/// of the fifth power. The right-hand side is a polynomial of sixth degree in one variable, and is bounded in the same
+/// way.
 pub(crate) fn quartic_lower_bound(taylor: &Taylor, radius: f64) -> f64 {
     let mut c = taylor.c;
     let size: f64 =

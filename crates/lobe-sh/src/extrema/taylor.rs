@@ -1,5 +1,10 @@
 //! The Taylor polynomial of fourth degree of a function on the sphere, and bounds of its derivatives.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
@@ -36,7 +41,7 @@ impl PoleDerivatives {
     fn of_band(l: usize) -> [[f64; DERIVATIVES]; DERIVATIVES] {
         let ladder = |m: usize| if m < l { (((l - m) * (l + m + 1)) as f64).sqrt() } else { 0.0 };
         let mut t = [[0.0; DERIVATIVES]; DERIVATIVES];
-        t[0][0] = ((2 * l + 1) as f64 / (4.0 * std::f64::consts::PI)).sqrt();
+        t[0][0] = ((2 * l + 1) as f64 / (4.0 * core::f64::consts::PI)).sqrt();
         for k in 1..DERIVATIVES {
             let before = t[k - 1];
             // N_m has no derivative below the m-th.
@@ -47,7 +52,7 @@ impl PoleDerivatives {
             }
         }
         for row in &mut t {
-            row[1..].iter_mut().for_each(|t| *t *= std::f64::consts::SQRT_2);
+            row[1..].iter_mut().for_each(|t| *t *= core::f64::consts::SQRT_2);
         }
         t
     }
@@ -66,8 +71,8 @@ impl PoleDerivatives {
     }
 }
 
-/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the tangents
-/// `a, b` are the principal axes of the curvature, the larger along `a`: `c_11 = 0`, `c_20 >= c_02`.
+/// The terms to fourth order of `f(exp_s(u a + v b)) = Σ c_ij uⁱ vʲ`, where `exp` follows great circles and the
+/// tangents `a, b` are the principal axes of the curvature, the larger along `a`: `c_11 = 0`, `c_20 >= c_02`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taylor {
     /// `c[i][j]`, 0 for `i + j > 4`.

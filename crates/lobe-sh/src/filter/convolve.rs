@@ -10,13 +10,14 @@ use crate::{Coefficient, Expansion, Real, Zonal};
 /// ```
 ///
 /// Bands that the kernel does not reach become zero. With [`Zonal::clamped_cosine`] radiance becomes
-/// irradiance, not divided by π. Only kernels that are symmetric about their axis keep the result a function on the sphere.
+/// irradiance, not divided by π. Only kernels that are symmetric about their axis keep the result a function on the
+/// sphere.
 ///
 /// # Panics
 /// If `coefficients` are not `n²`.
 pub fn convolve_in_place<T: Coefficient>(coefficients: &mut [T], kernel: &Zonal) {
     let order = order_of_slice(coefficients);
-    for (l, factor) in (0..order).zip(kernel.factors().chain(std::iter::repeat(0.0))) {
+    for (l, factor) in (0..order).zip(kernel.factors().chain(core::iter::repeat(0.0))) {
         let factor = T::Scalar::from_f64(factor);
         for c in &mut coefficients[band_range(l)] {
             *c = c.scale(factor);
@@ -64,7 +65,7 @@ mod tests {
             let sky = crate::project(3, 1, |s| 1.0 + s.dot(axis));
             let e = convolved(&sky, &Zonal::clamped_cosine(3));
             let (front, back) = (e.eval(axis), e.eval(-axis));
-            let pi = std::f64::consts::PI;
+            let pi = core::f64::consts::PI;
             assert!((front - (pi + 2.0 * pi / 3.0)).abs() < 1e-13, "facing {axis:?}: {front}");
             assert!((back - (pi - 2.0 * pi / 3.0)).abs() < 1e-13, "turned away from {axis:?}: {back}");
         }

@@ -1,6 +1,7 @@
 //! Zonal kernels: the clamped cosine, Phong and GGX lobes.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use core::f64::consts::PI;
 
 use crate::Zonal;
 use crate::basis::legendre::legendre_all;
@@ -77,8 +78,8 @@ impl Zonal {
     /// the weight of the split-sum prefilter (Karis 2013). `D` is that of [Walter et al. 2007] eq. 33. With
     /// `α = 0` it is an impulse: all convolution factors are 1.
     ///
-    /// Integrated over `d = 1 - cos θ` in pieces whose ends grow by a factor of four from the width of the peak, `α²`, so that
-    /// the sharpest lobes keep their digits: the tests `ggx_factors_agree_with_brute_force` and
+    /// Integrated over `d = 1 - cos θ` in pieces whose ends grow by a factor of four from the width of the peak, `α²`,
+    /// so that the sharpest lobes keep their digits: the tests `ggx_factors_agree_with_brute_force` and
     /// `the_linear_ggx_factor_has_its_closed_form` bound the error by 1e-11 and 1e-14.
     ///
     /// # Panics

@@ -1,6 +1,11 @@
 //! Cones of light, with a hard edge (also the light of a sphere) and with a soft one.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::Zonal;
 use crate::expansion::zonal::zonal_norm;
@@ -15,8 +20,8 @@ const SERIES_TERMS: usize = 14;
 impl Zonal {
     /// Radiance 1 within `half_angle` (radians, in `[0, π]`) of the axis, 0 outside.
     ///
-    /// The same as the light of a sphere of radius `r` at distance `d`, with `half_angle = asin(r/d)`. With `a` the half
-    /// angle and `c = cos a` ([Sloan 2008] A3, where band 3 is misprinted):
+    /// The same as the light of a sphere of radius `r` at distance `d`, with `half_angle = asin(r/d)`. With `a` the
+    /// half angle and `c = cos a` ([Sloan 2008] A3, where band 3 is misprinted):
     ///
     /// ```text
     ///   z_0 = √π (1 - c)                     = 2√π sin²(a/2)
@@ -65,10 +70,10 @@ impl Zonal {
     ///   z_l = 2π K_l Σ_k b_k s_k        s_k = ∫_0^a f(t) sin kt dt = (1 + 6(1 + cos x)/x² - 12 sin x/x³)/k,    x = ka
     /// ```
     ///
-    /// The terms in parentheses cancel to `0.15 x²` for small `x`, which is why the printed forms fail in `f32` below 8 degrees
-    /// (A4 of the paper, where bands 1 and 2 are also misprinted). Below `x = 2` the power series of `s_k` takes over,
-    /// so that `z_l` has an error of 1e-12 at every angle, relative to itself or, where it passes through zero, to a
-    /// thousandth of the largest band: tests `soft_cones_equal_quadrature_to_every_digit` and, for `f32`,
+    /// The terms in parentheses cancel to `0.15 x²` for small `x`, which is why the printed forms fail in `f32` below 8
+    /// degrees (A4 of the paper, where bands 1 and 2 are also misprinted). Below `x = 2` the power series of `s_k`
+    /// takes over, so that `z_l` has an error of 1e-12 at every angle, relative to itself or, where it passes through
+    /// zero, to a thousandth of the largest band: tests `soft_cones_equal_quadrature_to_every_digit` and, for `f32`,
     /// `soft_cones_in_f32_are_good_to_1e_5_at_every_angle`. With `half_angle` 0 it is zero.
     ///
     /// # Panics

@@ -1,6 +1,10 @@
 //! Analytic lights by name, as a program or a command line describes them.
 
-use std::f64::consts::PI;
+use alloc::format;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::light::normalization::{cone_irradiance, soft_cone_irradiance};
 use crate::{
@@ -20,6 +24,11 @@ use crate::{
 /// # Ok::<(), lobe_sh::ShError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(tag = "kind", rename_all = "kebab-case")
+)]
 #[non_exhaustive]
 pub enum Light {
     /// The same radiance from everywhere. A white surface reflects the color, whatever the normalization.
@@ -52,8 +61,8 @@ pub enum Light {
         /// See [`Normalization`]; the radiance is that of the center.
         color: Rgb<f64>,
     },
-    /// A plane polygon, or any contour; see [`SphericalPolygon`]. The surface that faces it has its normal along the vector
-    /// irradiance.
+    /// A plane polygon, or any contour; see [`SphericalPolygon`]. The surface that faces it has its normal along the
+    /// vector irradiance.
     Polygon {
         /// As seen from the receiver.
         polygon: SphericalPolygon,
@@ -68,8 +77,8 @@ pub enum Light {
     /// ```
     ///
     /// With that `c` a surface facing the brighter end reflects exactly its color: `c` is 6/5 for a black ground, 1 for
-    /// equal ends. (D3DX takes 3/2, which reflects 5/4 of it.) From order 2 on the expansion is exact; at order 1 `Projected`
-    /// has `c = 2 max/(max + min)`.
+    /// equal ends. (D3DX takes 3/2, which reflects 5/4 of it.) From order 2 on the expansion is exact; at order 1
+    /// `Projected` has `c = 2 max/(max + min)`.
     Hemisphere {
         /// The zenith.
         up: Dir,

@@ -1,6 +1,9 @@
 //! The normalization of lights, and the irradiance of a surface that faces one.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::{FRAC_PI_2, PI};
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::Zonal;
 use crate::expansion::zonal::zonal_norm;
@@ -19,6 +22,7 @@ use crate::light::cone::ease_sine;
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Normalization {
     /// From the truncated expansion, at its own order.
     #[default]

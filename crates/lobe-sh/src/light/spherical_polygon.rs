@@ -1,6 +1,12 @@
 //! The exact expansion of a polygon of constant radiance, by integrals along its edges.
 
-use std::f64::consts::PI;
+use alloc::format;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, index, order_of_slice};
 use crate::sphere::vector::{cross, difference, dot, length};
@@ -10,9 +16,9 @@ use crate::{Basis, Dir, Rotation, ShError, ShVec};
 /// between them undetermined: the receiver lies on the edge.
 const ANTIPODAL_SINE: f64 = 1e-12;
 
-/// The length of the vector irradiance (that of a hemisphere is π) from which on it gives the middle direction in place of
-/// the sum of the vertices, which lies in the plane for a polygon around a receiver in that plane. Small polygons use the
-/// vertices, because their vector irradiance is a difference of large terms.
+/// The length of the vector irradiance (that of a hemisphere is π) from which on it gives the middle direction in place
+/// of the sum of the vertices, which lies in the plane for a polygon around a receiver in that plane. Small polygons
+/// use the vertices, because their vector irradiance is a difference of large terms.
 const LARGE: f64 = 0.1;
 
 /// A solid angle that exceeds half of the sphere by this fraction is half of the sphere but for rounding.
@@ -20,10 +26,10 @@ const HALF_TURN_ROUNDING: f64 = 1e-12;
 
 /// A polygon as seen from the origin, of radiance 1 from both sides, its edges arcs of great circles.
 ///
-/// The inside of the contour is the smaller of its two sides, so the vertices may run either way round, as the edge of a
-/// window does when seen from inside and from outside. If both are equal, because the receiver
-/// lies in the plane of the polygon and inside it, the inside is the hemisphere to the left of the contour. Concave
-/// contours need no triangulation; in one that crosses itself each loop counts with its orientation.
+/// The inside of the contour is the smaller of its two sides, so the vertices may run either way round, as the edge of
+/// a window does when seen from inside and from outside. If both are equal, because the receiver lies in the plane of
+/// the polygon and inside it, the inside is the hemisphere to the left of the contour. Concave contours need no
+/// triangulation; in one that crosses itself each loop counts with its orientation.
 ///
 /// By Stokes' theorem, because `Δy = -l(l+1) y`, the integral over the inside is one along the contour:
 ///
@@ -38,10 +44,11 @@ const HALF_TURN_ROUNDING: f64 = 1e-12;
 ///   e_lm = 1/(l(l+1)) P̄_l^m'(0) sin(mγ)/m        e_l-m = 1/(l(l+1)) P̄_l^m'(0) (1 - cos mγ)/m        e_l0: γ for sin(mγ)/m
 /// ```
 ///
-/// These numbers, rotated from that frame into the world and summed over the edges, are the coefficients: exact at every
-/// order, at the cost of one rotation for each edge. `P̄_l^m` is that of [`Basis`](crate::Basis); its derivative at 0 vanishes
-/// for even `l - m`. `f_00` is the solid angle over `√(4π)`, from signed triangles (Van Oosterom and Strackee 1983).
-/// The same boundary integral, for zonal functions and from three recurrences, is in [Wang and Ramamoorthi 2018].
+/// These numbers, rotated from that frame into the world and summed over the edges, are the coefficients: exact at
+/// every order, at the cost of one rotation for each edge. `P̄_l^m` is that of [`Basis`](crate::Basis); its derivative
+/// at 0 vanishes for even `l - m`. `f_00` is the solid angle over `√(4π)`, from signed triangles (Van Oosterom and
+/// Strackee 1983). The same boundary integral, for zonal functions and from three recurrences, is in [Wang and
+/// Ramamoorthi 2018].
 ///
 /// Errors, measured: 1e-12 against quadrature over triangles to order 10 (test
 /// `polygons_equal_quadrature_over_their_triangles`). The terms of a polygon of angular size `a` are of size `a` and
@@ -88,10 +95,17 @@ impl SphericalPolygon {
         Ok(polygon)
     }
 
-    /// The part of a plane polygon above the horizon of `normal`, which is what lights the surface; empty if there is none.
+    /// The vertices relative to the receiver, scaled together so that the largest component is 1.
+    #[must_use]
+    pub fn vertices(&self) -> &[[f64; 3]] {
+        &self.vertices
+    }
+
+    /// The part of a plane polygon above the horizon of `normal`, which is what lights the surface; empty if there is
+    /// none.
     ///
-    /// The polygon is clipped by the plane of the horizon. Pieces of a concave polygon stay joined along that plane, where
-    /// their edges cancel.
+    /// The polygon is clipped by the plane of the horizon. Pieces of a concave polygon stay joined along that plane,
+    /// where their edges cancel.
     #[must_use]
     pub fn above(&self, normal: Dir) -> Self {
         let n = normal.to_array();
@@ -184,7 +198,7 @@ impl SphericalPolygon {
         let Some(middle) = self.middle() else { return 0.0 };
         let sum: f64 = self.edges().map(|(a, b)| triangle_solid_angle(middle.to_array(), a, b)).sum();
         // Remove whole spheres: the smaller side is the inside.
-        sum - 4.0 * PI * (sum / (4.0 * PI) * (1.0 - HALF_TURN_ROUNDING)).round_ties_even()
+        sum - 4.0 * PI * round_ties_even(sum / (4.0 * PI) * (1.0 - HALF_TURN_ROUNDING))
     }
 
     /// A direction on the side of the polygon on which its vertices lie.
@@ -202,6 +216,13 @@ impl SphericalPolygon {
         }
         Dir::new(vertices).or_else(|| self.vertices.first().and_then(|v| Dir::new(*v)))
     }
+}
+
+/// The nearest whole number to one below 2⁵¹, the even one of two: adding 1.5·2⁵² leaves no bits for a fraction.
+fn round_ties_even(x: f64) -> f64 {
+    const NO_FRACTION: f64 = 6_755_399_441_055_744.0;
+
+    (x + NO_FRACTION) - NO_FRACTION
 }
 
 /// 1 if the inside is to the left of the contour, -1 otherwise.

@@ -1,5 +1,7 @@
 //! Directional lights extracted from an expansion: one in closed form, several by least squares.
 
+use alloc::vec::Vec;
+
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::refine::refine;
 use crate::options::setters;
@@ -15,11 +17,11 @@ const ROUNDING: f64 = 1e-28;
 /// The least fraction of the residual that a further light must remove.
 const LEAST_GAIN: f64 = 1e-9;
 
-/// One directional light and ambient light that approximate `f`, in closed form; the channels share the direction of the
-/// luminance.
+/// One directional light and ambient light that approximate `f`, in closed form; the channels share the direction of
+/// the luminance.
 ///
-/// The intensities `c` and `a` are those whose irradiance is nearest to that of `f`, in the mean square over all normals
-/// ([Sloan 2008] A5), for a light in the [`optimal_linear_direction`] `d`:
+/// The intensities `c` and `a` are those whose irradiance is nearest to that of `f`, in the mean square over all
+/// normals ([Sloan 2008] A5), for a light in the [`optimal_linear_direction`] `d`:
 ///
 /// ```text
 ///   c = Σ_{l>=1} w_l² Σ_m f_lm N y_lm(d) / Σ_{l>=1} w_l² N² (2l+1)/4π        w_l = A_l/π
@@ -30,8 +32,8 @@ const LEAST_GAIN: f64 = 1e-9;
 /// 316π/867` for orders 2, 3, 4, `N/(2√π)` is `2√π/3, 8√π/17, 8√π/17`. (One print of the paper has `√π/2` in place of
 /// `1/(2√π)`.)
 ///
-/// Either may be negative; [`extract_lights`] prevents that. An expansion without a linear band has no light, only ambient
-/// light.
+/// Either may be negative; [`extract_lights`] prevents that. An expansion without a linear band has no light, only
+/// ambient light.
 ///
 /// # Errors
 /// [`ShError::Options`] below order 2 and for coefficients that are not finite.
@@ -69,9 +71,10 @@ pub fn extract_light_per_channel<T: Coefficient>(f: &impl Expansion<T>) -> Resul
 
 /// The choice of [`extract_lights`] among the maxima.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum LightChoice {
-    /// Greedily, as in orthogonal matching pursuit: each time the maximum whose light, together with those chosen before,
-    /// leaves the smallest residual. Side lobes of a bright light are not taken for lights.
+    /// Greedily, as in orthogonal matching pursuit: each time the maximum whose light, together with those chosen
+    /// before, leaves the smallest residual. Side lobes of a bright light are not taken for lights.
     #[default]
     Residual,
     /// The highest maxima, as in [Sloan 2008].
@@ -80,9 +83,10 @@ pub enum LightChoice {
     Height,
 }
 
-/// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative and
-/// nothing refined.
+/// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative
+/// and nothing refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct LightOptions {
     /// The greatest number of lights.
@@ -123,10 +127,10 @@ setters!(LightOptions {
 
 /// Several directional lights and ambient light that approximate `f` ([Sloan 2008], "Extracting multiple lights").
 ///
-/// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light solve a
-/// least-squares problem for each channel, non-negative (NNLS) unless the options allow otherwise. With `refine` the
-/// directions then move by the method of Levenberg and Marquardt, and further lights are sought among the maxima of the
-/// residual, so that one broad peak may give two lights.
+/// The directions are local maxima of the luminance, shared by the channels; the intensities and the ambient light
+/// solve a least-squares problem for each channel, non-negative (NNLS) unless the options allow otherwise. With
+/// `refine` the directions then move by the method of Levenberg and Marquardt, and further lights are sought among the
+/// maxima of the residual, so that one broad peak may give two lights.
 ///
 /// The result has fewer lights than asked for if there are fewer maxima, or if no further light lowers the residual. A
 /// constant expansion has only ambient light.
@@ -157,7 +161,7 @@ pub fn extract_lights<T: Coefficient>(
 
 /// The least-squares intensities of lights in given directions, and the ambient light.
 ///
-/// Lights of zero intensity are kept, and so is the order. Lights in equal directions get equal intensities.
+/// Lights of zero intensity are kept, and so is the order. Lights in equal directions share their intensity.
 ///
 /// # Errors
 /// As for [`extract_lights`].
@@ -169,7 +173,8 @@ pub fn fit_lights<T: Coefficient>(
     Ok(LightProblem::<T>::new(f, options.metric, options.non_negative)?.solve(dirs))
 }
 
-/// The fit with the further light, one of `candidates`, that leaves the smallest residual; `None` if none lowers it enough.
+/// The fit with the further light, one of `candidates`, that leaves the smallest residual; `None` if none lowers it
+/// enough.
 fn with_best<T: Coefficient>(
     problem: &LightProblem<T>,
     before: &LightFit<T::Wide>,

@@ -1,6 +1,12 @@
 //! The least-squares fit of directional lights and ambient light to an expansion.
 
-use std::f64::consts::PI;
+use alloc::format;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,16 +18,19 @@ use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, direc
 
 /// A light from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DirectionalLight<T> {
     /// Towards the light.
     pub dir: Dir,
-    /// The radiance that a white diffuse surface facing the light reflects, computed from the truncated expansion as with
+    /// The radiance that a white diffuse surface facing the light reflects, computed from the truncated expansion as
+    /// with
     /// [`Normalization::Projected`](crate::Normalization::Projected).
     pub intensity: T,
 }
 
 /// Lights found in an expansion, and the residual.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LightFit<T> {
     /// The order of the expansion; the unit of the intensities depends on it.
     pub order: usize,
@@ -53,6 +62,7 @@ impl<T: Coefficient<Scalar = f64>> LightFit<T> {
 
 /// The metric in which lights approximate an expansion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum LightMetric {
     /// The irradiance over all normals: band `l` has the weight `(A_l/π)²`, so that bands 3, 5, 7 .. do not count.
     #[default]
@@ -111,7 +121,7 @@ impl<T: Coefficient> LightProblem<T> {
 
     /// The weight of every coefficient, `w_l²`.
     pub(crate) fn coefficient_weights(&self) -> impl Iterator<Item = f64> + '_ {
-        self.weights.iter().enumerate().flat_map(|(l, w)| std::iter::repeat_n(*w, 2 * l + 1))
+        self.weights.iter().enumerate().flat_map(|(l, w)| core::iter::repeat_n(*w, 2 * l + 1))
     }
 
     /// `L_d · L_e` without DC, from `d·e`.
@@ -143,7 +153,8 @@ impl<T: Coefficient> LightProblem<T> {
     /// The least-squares intensities and ambient light for these directions, in their order, lights of zero intensity
     /// included.
     ///
-    /// Without constraints the ambient light takes up the whole DC term, and the other bands alone determine the lights.
+    /// Without constraints the ambient light takes up the whole DC term, and the other bands alone determine the
+    /// lights.
     pub(crate) fn solve(&self, dirs: &[Dir]) -> LightFit<T::Wide> {
         let count = dirs.len();
         // The DC terms of a light and of ambient light of radiance 1, whose diagonal element is 4π.

@@ -1,6 +1,11 @@
 //! All local maxima of a function on the sphere.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len};
 use crate::once::Once;
@@ -8,12 +13,12 @@ use crate::solver::bfgs_on_sphere::BfgsAscent;
 use crate::sphere::point_sets::thomson_points;
 use crate::{Dir, Expansion, ShVec, eval_basis};
 
-/// Rows of the grid for each band. With 12 rows one of the 14098 maxima of 2000 random expansions of order 6 was missed, a
-/// low hill on a ridge, hardly wider than the grid.
+/// Rows of the grid for each band. With 12 rows one of the 14098 maxima of 2000 random expansions of order 6 was
+/// missed, a low hill on a ridge, hardly wider than the grid.
 const ROWS_PER_BAND: usize = 16;
 
-/// The fraction of the strongest curvature below which a ridge counts as level, see [`may_be_highest`]. With 0.3, a grid of
-/// 12 rows for each band missed one more maximum, of order 5.
+/// The fraction of the strongest curvature below which a ridge counts as level, see [`may_be_highest`]. With 0.3, a
+/// grid of 12 rows for each band missed one more maximum, of order 5.
 const RIDGE_SLACK: f64 = 0.4;
 
 /// The numbers of start points of [Sloan 2008] for orders 1 to 6.
@@ -23,6 +28,7 @@ const PAPER_STARTS: [usize; 6] = [1, 3, 6, 10, 15, 22];
 
 /// A local maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Peak {
     /// Its direction.
     pub dir: Dir,
@@ -32,14 +38,15 @@ pub struct Peak {
 
 /// The starts of the ascents of [`local_maxima`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum PeakSearch {
-    /// Every point of a fine grid that is as high as its eight neighbors. Several times slower than [`PeakSearch::Paper`] at
-    /// order 6 (benchmarks `light-peaks-grid` and `light-peaks-paper`).
+    /// Every point of a fine grid that is as high as its eight neighbors. Several times slower than
+    /// [`PeakSearch::Paper`] at order 6 (benchmarks `light-peaks-grid` and `light-peaks-paper`).
     #[default]
     Grid,
-    /// The 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6, solutions of Thomson's problem. Faster,
-    /// but an ascent may miss a low hill: of the maxima of random expansions 0.3 to 0.7 % are lost at orders 4 to 6, none at
-    /// 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is used.
+    /// The 1, 3, 6, 10, 15 or 22 points that [Sloan 2008] gives for orders 1 to 6, solutions of Thomson's problem.
+    /// Faster, but an ascent may miss a low hill: of the maxima of random expansions 0.3 to 0.7 % are lost at orders 4
+    /// to 6, none at 2 and 3 (test `the_starts_of_the_paper_miss_few_maxima`). Above order 6 the grid is used.
     ///
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     Paper,
@@ -47,7 +54,8 @@ pub enum PeakSearch {
 
 /// All local maxima of `f`, the highest first.
 ///
-/// Ascends by BFGS ([Sloan 2008]) from every start; maxima closer than a thousandth of the shortest wavelength count as one. A constant has none, nor has a function with a coefficient that is not finite; of a ridge of constant height,
+/// Ascends by BFGS ([Sloan 2008]) from every start; maxima closer than a thousandth of the shortest wavelength count as
+/// one. A constant has none, nor has a function with a coefficient that is not finite; of a ridge of constant height,
 /// such as the equator of `-z²`, some points are returned.
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
@@ -63,20 +71,20 @@ pub enum PeakSearch {
 #[must_use]
 pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
     let Some(f) = ShVec::from_vec(f.coefficients().to_vec()) else { unreachable!("an expansion has n² coefficients") };
-    let Some(hill) = BfgsAscent::new(&f) else { return Vec::new() };
+    let Some(ascent) = BfgsAscent::new(&f) else { return Vec::new() };
     let starts = match (search, PAPER_STARTS.get(f.order() - 1)) {
         (PeakSearch::Paper, Some(_)) => paper_starts(f.order()).to_vec(),
         _ => grid_maxima(&f, ROWS_PER_BAND * f.order(), RIDGE_SLACK),
     };
-    ascended(&hill, starts)
+    ascended(&ascent, starts)
 }
 
 /// The ends of the ascents from these points, each once, the highest first.
-fn ascended(hill: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
+fn ascended(ascent: &BfgsAscent<'_>, starts: Vec<Dir>) -> Vec<Peak> {
     let mut peaks: Vec<Peak> = Vec::new();
     for start in starts {
-        let (dir, value) = hill.ascend(start);
-        match peaks.iter_mut().find(|known| known.dir.angle_to(dir) < hill.resolution()) {
+        let (dir, value) = ascent.ascend(start);
+        match peaks.iter_mut().find(|known| known.dir.angle_to(dir) < ascent.resolution()) {
             Some(known) if known.value >= value => {}
             Some(known) => *known = Peak { dir, value },
             None => peaks.push(Peak { dir, value }),
@@ -131,9 +139,9 @@ fn grid_maxima(f: &ShVec<f64>, rows: usize, slack: f64) -> Vec<Dir> {
 
 /// Tells whether a maximum may lie within a cell of a point, from its value and those of its neighbors on four lines.
 ///
-/// A point is as high as both its neighbors on a line if the slope along the line, `|a - b|`, is at most the curvature `2v -
-/// a - b`. Along a ridge the curvature is small, and rounding or a neighboring saddle would decide; there a slope up to a
-/// fraction of the strongest curvature is accepted.
+/// A point is as high as both its neighbors on a line if the slope along the line, `|a - b|`, is at most the curvature
+/// `2v - a - b`. Along a ridge the curvature is small, and rounding or a neighboring saddle would decide; there a slope
+/// up to a fraction of the strongest curvature is accepted.
 fn may_be_highest(value: f64, lines: [(f64, f64); 4], slack: f64) -> bool {
     let curvature = |(a, b): (f64, f64)| (value - a) + (value - b);
     let strongest = lines.into_iter().map(curvature).fold(0.0, f64::max);
@@ -196,7 +204,7 @@ mod tests {
     const DENSE_ROWS_PER_BAND: usize = 33;
 
     /// The maxima that a dense grid finds, each once: every point of it as high as its eight neighbors, followed
-    /// uphill by the Newton steps of the certified minimum, which share nothing with the climbs of the search.
+    /// uphill by the Newton steps of the certified minimum, which share nothing with the ascents of the search.
     fn dense_maxima(f: &ShVec<f64>) -> Vec<Dir> {
         let rows = DENSE_ROWS_PER_BAND * f.order();
         let columns = 2 * rows;

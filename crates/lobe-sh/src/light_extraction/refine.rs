@@ -1,6 +1,10 @@
 //! Refinement of directions and intensities together: variable projection with Levenberg-Marquardt steps.
 
+use alloc::vec::Vec;
+
 use nalgebra::{DMatrix, DVector};
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::solver::bfgs_on_sphere::stepped;
@@ -25,15 +29,15 @@ const DAMPING_FACTOR: f64 = 10.0;
 /// The damping at which the search for a step ends.
 const MOST_DAMPING: f64 = 1e12;
 
-/// A vector counts as dependent on those before if less than this fraction of its length is orthogonal to them: half of the
-/// digits.
+/// A vector counts as dependent on those before if less than this fraction of its length is orthogonal to them: half of
+/// the digits.
 const DEPENDENT: f64 = 1e-8;
 
 /// Moves the directions of a fit, intensities and ambient light with them, to a minimum of the residual.
 ///
-/// Variable projection: the intensities are the least-squares solution for the current directions, so that only two angles
-/// for each light remain. The Jacobian is that of the directions, projected to the complement of the lights (Kaufman 1975),
-/// the step that of Levenberg and Marquardt:
+/// Variable projection: the intensities are the least-squares solution for the current directions, so that only two
+/// angles for each light remain. The Jacobian is that of the directions, projected to the complement of the lights
+/// (Kaufman 1975), the step that of Levenberg and Marquardt:
 ///
 /// ```text
 ///   r = w (f - Σ_k c_k L(d_k) - a L_a)        J = -(1 - QQᵀ) w c_k N ∇y(d_k)        Q spans w L(d_k), w L_a
@@ -69,7 +73,7 @@ fn damped_step<T: Coefficient>(
     right: &DVector<f64>,
     damping: &mut f64,
 ) -> Option<(LightFit<T::Wide>, f64)> {
-    let longest = LONGEST_STEP * 2.0 * std::f64::consts::PI / (problem.order() - 1) as f64;
+    let longest = LONGEST_STEP * 2.0 * core::f64::consts::PI / (problem.order() - 1) as f64;
     // A light of zero intensity does not move, but its diagonal element must not be zero.
     let floor = normal.diagonal().amax() * f64::EPSILON;
     if floor == 0.0 {

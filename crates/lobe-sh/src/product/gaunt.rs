@@ -1,13 +1,17 @@
 //! Gaunt coefficients: the integrals of three basis functions, in exact arithmetic.
 
-use std::f64::consts::PI;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len};
 use crate::once::Once;
 use crate::{Coefficient, Real, band_and_m};
 
-/// The highest order for which Lobe computes Gaunt coefficients. Products of higher orders go over a grid: its cost grows
-/// with the third power of the order, that of the tensor with the fifth.
+/// The highest order for which Lobe computes Gaunt coefficients. Products of higher orders go over a grid: its cost
+/// grows with the third power of the order, that of the tensor with the fifth.
 pub const MAX_GAUNT_ORDER: usize = 10;
 
 /// The primes that divide factorials up to `(l1 + l2 + l3 + 1)!` for bands below [`MAX_GAUNT_ORDER`].
@@ -66,8 +70,8 @@ pub struct GauntCoefficient {
 
 /// [`gaunt_coefficient`] without rounding; `None` if it is zero.
 ///
-/// Where the selection rules hold, the integer sum of the 3j symbol shows whether the coefficient vanishes by accident. The test `gaunt_coefficients_equal_quadrature` bounds the error of the
-/// value in `f64` by 1e-13.
+/// Where the selection rules hold, the integer sum of the 3j symbol shows whether the coefficient vanishes by accident.
+/// The test `gaunt_coefficients_equal_quadrature` bounds the error of the value in `f64` by 1e-13.
 ///
 /// # Panics
 /// If an index belongs to band [`MAX_GAUNT_ORDER`] or higher.
@@ -91,8 +95,8 @@ pub(crate) fn exact_gaunt_coefficient(i: usize, j: usize, k: usize) -> Option<Ex
 
 /// The Gaunt coefficient of three real basis functions, `Γ_ijk = ∫ y_i y_j y_k ds`, computed exactly and rounded once.
 ///
-/// Zero unless `l1 + l2 + l3` is even, no band is greater than the sum of the other two, the greatest `|m|` is the sum of
-/// the other two and an even number of the `m` is negative; in a few further cases it vanishes by accident.
+/// Zero unless `l1 + l2 + l3` is even, no band is greater than the sum of the other two, the greatest `|m|` is the sum
+/// of the other two and an even number of the `m` is negative; in a few further cases it vanishes by accident.
 ///
 /// ```
 /// // A product with the constant y_00 = 1/√(4π) only scales.

@@ -1,6 +1,11 @@
 //! Products of any number of functions, multiplied point by point on a quadrature grid.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len, order_of_slice};
 use crate::{Basis, Coefficient, ShVec, SphereQuadrature};

@@ -1,6 +1,11 @@
 //! Multiplication by a fixed function as a matrix.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len, order_of_slice};
 use crate::product::grid::RowGrid;
@@ -13,11 +18,12 @@ use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, ban
 /// ```
 ///
 /// With a visibility or shadow function for `f` it is the transfer matrix of [Green 2003], which turns light into
-/// shadowed light. `f` has one channel; a colored function has one matrix for each. The matrix may be applied to colors.
+/// shadowed light. `f` has one channel; a colored function has one matrix for each. The matrix may be applied to
+/// colors.
 ///
-/// `M` depends on `f` up to band `2n - 2` for order `n`; higher bands have no Gaunt coefficients with two functions of that
-/// order. To apply it costs `n⁴` multiplications and additions, fewer than [`product_into`](crate::product_into) from order
-/// 5 on, so it pays where one function multiplies many.
+/// `M` depends on `f` up to band `2n - 2` for order `n`; higher bands have no Gaunt coefficients with two functions of
+/// that order. To apply it costs `n⁴` multiplications and additions, fewer than [`product_into`](crate::product_into)
+/// from order 5 on, so it pays where one function multiplies many.
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, ProductMatrix, ShL1, ShVec};

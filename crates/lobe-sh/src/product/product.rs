@@ -1,5 +1,7 @@
 //! The product of two functions.
 
+use alloc::vec;
+
 use crate::basis::index::{len, order_of_slice};
 use crate::once::Once;
 use crate::product::generated;
@@ -13,14 +15,14 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 /// ```
 ///
 /// The caller chooses the order of the product. The full product of functions of orders `n_a` and `n_b` has order
-/// `n_a + n_b - 1`; a lower order drops the highest bands. Truncated products commute, and the constant 1, the expansion
-/// `√(4π) y_00`, is their unit element, but they **do not associate**: `(f g) h` and `f (g h)` lose different bands before
-/// the last product (test `truncated_products_do_not_associate`). [`product_on_grid`] multiplies many factors and truncates
-/// once.
+/// `n_a + n_b - 1`; a lower order drops the highest bands. Truncated products commute, and the constant 1, the
+/// expansion `√(4π) y_00`, is their unit element, but they **do not associate**: `(f g) h` and `f (g h)` lose different
+/// bands before the last product (test `truncated_products_do_not_associate`). [`product_on_grid`] multiplies many
+/// factors and truncates once.
 ///
-/// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other orders
-/// up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, and higher ones a grid. All equal quadrature
-/// within 1e-12 of the largest coefficient (test `products_equal_quadrature_at_every_mix_of_orders`).
+/// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other
+/// orders up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, and higher ones a grid. All equal
+/// quadrature within 1e-12 of the largest coefficient (test `products_equal_quadrature_at_every_mix_of_orders`).
 ///
 /// The method of the generated code is after [Snyder 2006]; where it gathers triples of coefficients this one gathers
 /// triples of complex numbers, which needs a quarter fewer operations.

@@ -1,5 +1,10 @@
 //! Least-squares fit of an expansion to scattered samples.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::index::len;
@@ -47,9 +52,9 @@ pub struct Fit<T> {
 /// ```
 ///
 /// Unlike a projection this needs no even distribution of the directions. Each item is `(s_k, v_k, w_k)` with a
-/// finite weight `w_k >= 0`; the solid angle around the sample compensates an uneven distribution. The system is factored by Householder QR, blocks of rows
-/// at a time so that any number of samples needs only `O(n⁴)` memory, then by singular values, all in `f64`. Singular
-/// values below `ε max(samples, n²)` times the largest count as zero.
+/// finite weight `w_k >= 0`; the solid angle around the sample compensates an uneven distribution. The system is
+/// factored by Householder QR, blocks of rows at a time so that any number of samples needs only `O(n⁴)` memory, then
+/// by singular values, all in `f64`. Singular values below `ε max(samples, n²)` times the largest count as zero.
 ///
 /// A sample of weight zero is left out, whatever its value. A value that is not finite makes its channel NaN, in the
 /// expansion and in [`Fit::residual`]; the other channels keep theirs.
@@ -240,7 +245,7 @@ mod tests {
         let fit = least_squares(3, [(s, 2.0, 1.0)]);
         assert_eq!((fit.rank, fit.conditioning), (1, Conditioning::RankDeficient), "one sample");
         // The least norm solution is the impulse scaled to the value: Σ y_i² = 9/4π.
-        let scale = 2.0 / (9.0 / (4.0 * std::f64::consts::PI));
+        let scale = 2.0 / (9.0 / (4.0 * core::f64::consts::PI));
         assert_close(&fit.sh, &ShVec::impulse(3, s, scale), 1e-13);
     }
 

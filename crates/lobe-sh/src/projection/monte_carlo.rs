@@ -1,6 +1,11 @@
 //! Projection of a function by Monte Carlo integration.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::len;
 use crate::options::setters;
@@ -8,6 +13,7 @@ use crate::{Basis, Coefficient, Dir, ShVec};
 
 /// The choice of the directions of a Monte Carlo projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Sampling {
     /// Independent uniform directions; the error falls with `N^(-1/2)`.
     Random,
@@ -23,6 +29,7 @@ pub enum Sampling {
 
 /// Options of [`project_monte_carlo`]: by default 10000 jittered samples of seed 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MonteCarlo {
     /// The number of samples; [`Sampling::Jittered`] rounds it down to a square.
@@ -60,8 +67,8 @@ pub struct MonteCarloEstimate<T> {
 ///
 /// The standard error is, for random samples, `√(variance / N)` of the summands `4π f y_i`; for jittered samples
 /// the same within pairs of neighboring cells, which slightly overstates it (the means of a pair's cells differ
-/// too); for the Fibonacci spiral, which is deterministic, the difference from a spiral of half as many points, which takes
-/// `N/2` further evaluations. With fewer than two samples it is infinite.
+/// too); for the Fibonacci spiral, which is deterministic, the difference from a spiral of half as many points, which
+/// takes `N/2` further evaluations. With fewer than two samples it is infinite.
 ///
 /// # Panics
 /// If `options.samples` is 0.

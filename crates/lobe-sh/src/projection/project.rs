@@ -1,6 +1,11 @@
 //! Projection of a function by quadrature.
 
-use std::f64::consts::PI;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{index, len};
 use crate::{Coefficient, Dir, FixedOrder, ShVec, SphereQuadrature};
@@ -18,8 +23,8 @@ const LAST_DEGREE: usize = 2047;
 /// ```
 ///
 /// `f` must be a spherical polynomial of at most `degree` (an expansion of order `n` has degree `n - 1`); the
-/// quadrature is then exact, to 1e-13 of the largest value at order 64 (test `projection_finds_a_planted_expansion`). For
-/// other functions use [`project_to_accuracy`].
+/// quadrature is then exact, to 1e-13 of the largest value at order 64 (test `projection_finds_a_planted_expansion`).
+/// For other functions use [`project_to_accuracy`].
 ///
 /// ```
 /// let f = lobe_sh::project(2, 1, |s| 1.0 + 0.5 * s.z());
@@ -65,8 +70,8 @@ pub struct Projection<T> {
 /// degree, kinks with its square, jumps with its first power: for a zonal function with known jumps
 /// [`Zonal::project`](crate::Zonal::project) is exact instead.
 ///
-/// The error is an estimate: features smaller than the distance of the nodes, about `180° / (4 order + 32)` at the first
-/// comparison, may be missed altogether while the result counts as converged (test
+/// The error is an estimate: features smaller than the distance of the nodes, about `180° / (4 order + 32)` at the
+/// first comparison, may be missed altogether while the result counts as converged (test
 /// `what_falls_between_the_nodes_is_missed`). Use [`Zonal::project`](crate::Zonal::project) for a sun.
 #[must_use]
 pub fn project_to_accuracy<T: Coefficient>(order: usize, tolerance: f64, mut f: impl FnMut(Dir) -> T) -> Projection<T> {

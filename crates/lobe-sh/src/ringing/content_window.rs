@@ -1,6 +1,11 @@
 //! A window that keeps the function towards the light and smooths it elsewhere.
 
-use std::f64::consts::TAU;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::TAU;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len};
 use crate::basis::legendre::legendre_all;
@@ -17,10 +22,10 @@ use crate::{
 /// ```
 ///
 /// `f_w` is `f` under any [`Window`], `r` the light's direction, the [`optimal_linear_direction`] of the luminance, one
-/// for all channels. `f_c` is `f` towards `r`, so the contrast stays; for `n·r <= c_t`, on the far side, it is `f_w`. Where
-/// neither is negative, `f_c` is not; where `f` rings near the light, `f_c` rings in proportion to `w`: a sun of order 6
-/// keeps its peak of 2.86, and with the Hanning window of width 6 its lowest value rises from -0.477 to -0.257 (test
-/// `suns_keep_their_peak_and_ring_less`); under that window alone the peak is 1.12 and the lowest value -0.038.
+/// for all channels. `f_c` is `f` towards `r`, so the contrast stays; for `n·r <= c_t`, on the far side, it is `f_w`.
+/// Where neither is negative, `f_c` is not; where `f` rings near the light, `f_c` rings in proportion to `w`: a sun of
+/// order 6 keeps its peak of 2.86, and with the Hanning window of width 6 its lowest value rises from -0.477 to -0.257
+/// (test `suns_keep_their_peak_and_ring_less`); under that window alone the peak is 1.12 and the lowest value -0.038.
 /// [`deringed`](crate::deringed) removes ringing entirely.
 ///
 /// The formula of `w` and its numbers [`THRESHOLD`](Self::THRESHOLD) and [`POWER`](Self::POWER) are those of
@@ -44,6 +49,7 @@ use crate::{
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContentWindow {
     /// The direction towards the light; `None` applies the window everywhere.
     pub dir: Option<Dir>,
@@ -92,10 +98,10 @@ impl ContentWindow {
     /// ```
     ///
     /// Exact up to rounding, 1e-13 of the largest coefficient (test `the_projection_is_that_of_a_fine_quadrature`): the
-    /// integral is one of a polynomial times `w` over a cap, for which there is an exact rule. The truncation to `order` is a
-    /// further error, which [`energy`](Self::energy) measures: for a sun of order 6 and the Hanning window of width 6 it is
-    /// 19 % of the root mean square at order 6, 2.2 % at order 8 and 0.7 % at order 12; the peak of 2.865 becomes 2.52,
-    /// 2.90 and 2.87 (test `the_projection_of_a_sun_loses_what_is_stated`).
+    /// integral is one of a polynomial times `w` over a cap, for which there is an exact rule. The truncation to
+    /// `order` is a further error, which [`energy`](Self::energy) measures: for a sun of order 6 and the Hanning window
+    /// of width 6 it is 19 % of the root mean square at order 6, 2.2 % at order 8 and 0.7 % at order 12; the peak of
+    /// 2.865 becomes 2.52, 2.90 and 2.87 (test `the_projection_of_a_sun_loses_what_is_stated`).
     #[must_use]
     pub fn project<T: Coefficient>(&self, f: &impl Expansion<T>, order: usize) -> ShVec<T> {
         let f = wide(f);
@@ -118,18 +124,18 @@ impl ContentWindow {
         sums.map(T::narrow)
     }
 
-    /// The energy `∫ f_c² ds`, summed over the channels. That of a [projection](Self::project) is less by the energy of the
-    /// bands left out, which is the square of its error.
+    /// The energy `∫ f_c² ds`, summed over the channels. That of a [projection](Self::project) is less by the energy of
+    /// the bands left out, which is the square of its error.
     #[must_use]
     pub fn energy<T: Coefficient>(&self, f: &impl Expansion<T>) -> f64 {
         let f = wide(f);
-        let (calm, removed) = (windowed(&f, &self.window), self.removed(&f));
-        let mut energy = channels(calm.dot(&calm));
+        let (smooth, removed) = (windowed(&f, &self.window), self.removed(&f));
+        let mut energy = channels(smooth.dot(&smooth));
         let Some(r) = self.dir else { return energy };
         for (power, squared) in [(Self::POWER, false), (2.0 * Self::POWER, true)] {
             for (s, weight) in cap_points(r, 2 * f.order(), power) {
                 let d = removed.eval(s);
-                energy += weight * channels(if squared { d * d } else { (calm.eval(s) * d).scale(2.0) });
+                energy += weight * channels(if squared { d * d } else { (smooth.eval(s) * d).scale(2.0) });
             }
         }
         energy
@@ -154,8 +160,8 @@ fn channels<W: Coefficient<Scalar = f64>>(value: W) -> f64 {
     (0..W::CHANNELS).map(|c| value.channel(c)).sum()
 }
 
-/// Points of the cap `s·r >= c_t` and weights that integrate over it exactly what is a spherical polynomial, of a degree
-/// below `degree`, times `((s·r - c_t) / (1 - c_t))^power`.
+/// Points of the cap `s·r >= c_t` and weights that integrate over it exactly what is a spherical polynomial, of a
+/// degree below `degree`, times `((s·r - c_t) / (1 - c_t))^power`.
 fn cap_points(r: Dir, degree: usize, power: f64) -> impl Iterator<Item = (Dir, f64)> {
     let height = 1.0 - ContentWindow::THRESHOLD;
     let frame = tangent_frame(r);

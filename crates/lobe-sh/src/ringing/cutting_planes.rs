@@ -1,5 +1,11 @@
 //! Kelley's cutting planes: the factors per band that make a function non-negative with the least change, at any order.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::second_order::second_order;
 use crate::extrema::branch_and_bound::{minimum_of, newton_descent};
@@ -8,15 +14,15 @@ use crate::sphere::triangulation::fine_directions;
 use crate::sphere::vector::dot;
 use crate::{Basis, Extremum, eval_basis_into, scale_bands_in_place};
 
-/// The depth below zero, relative to the mean, at which the planes have converged. The final blend with the mean removes
-/// it, and changes the function by about as much.
+/// The depth below zero, relative to the mean, at which the planes have converged. The final blend with the mean
+/// removes it, and changes the function by about as much.
 const CONVERGED: f64 = 1e-6;
 
 /// The width of the certified minimum's interval relative to the mean; the final blend covers it as well.
 const WIDTH: f64 = 5e-7;
 
-/// The most rounds of planes; 8 to 25 are usual. After the last one the function is blended as it is, and `excess` includes
-/// the cost.
+/// The most rounds of planes; 8 to 25 are usual. After the last one the function is blended as it is, and `excess`
+/// includes the cost.
 const MAX_ROUNDS: usize = 100;
 
 /// A plane is dropped if the solution satisfies it with this slack, relative to the mean.
@@ -40,18 +46,18 @@ pub(crate) struct LeastChange {
 ///   subject to  Σ_l w_l f_l(s) >= 0  for all s and channels,    w_0 = 1,  0 <= w_l <= 1
 /// ```
 ///
-/// The objective is the squared norm of the change. For every direction `s` the constraint is linear in `w`, so the feasible
-/// set is convex, and Kelley's method of cutting planes approaches it from outside: solve the quadratic program with the
-/// planes so far, find the minima of the result, add their planes, until the certified minimum is above `-1e-6` of the
-/// mean. Blending towards the mean then makes the function non-negative: if `Σ w_l f_l >= m` with `m < 0 < f_0 = c`, the
-/// factors `t w_l` give
+/// The objective is the squared norm of the change. For every direction `s` the constraint is linear in `w`, so the
+/// feasible set is convex, and Kelley's method of cutting planes approaches it from outside: solve the quadratic
+/// program with the planes so far, find the minima of the result, add their planes, until the certified minimum is
+/// above `-1e-6` of the mean. Blending towards the mean then makes the function non-negative: if `Σ w_l f_l >= m` with
+/// `m < 0 < f_0 = c`, the factors `t w_l` give
 ///
 /// ```text
 ///   (1 - t) c + t Σ_l w_l f_l >= (1 - t) c + t m = margin        t = (c - margin) / (c - m)
 /// ```
 ///
-/// The planes are necessary conditions, so that no feasible factors change the function less than the last solution before
-/// the blend: that bounds the excess.
+/// The planes are necessary conditions, so that no feasible factors change the function less than the last solution
+/// before the blend: that bounds the excess.
 ///
 /// `channels` are finite, each with a positive mean.
 pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> LeastChange {
@@ -85,8 +91,8 @@ pub(crate) fn least_change(channels: &[Vec<f64>], order: usize, margin: f64) -> 
     })
 }
 
-/// An upper bound of the relative excess of the change by `factors` over the least possible one, from one constraint for
-/// each channel, in the direction given for it.
+/// An upper bound of the relative excess of the change by `factors` over the least possible one, from one constraint
+/// for each channel, in the direction given for it.
 pub(crate) fn excess_at(channels: &[Vec<f64>], factors: &[f64], directions: &[[f64; 3]]) -> f64 {
     let order = factors.len();
     Basis::<f64>::with_shared(order, |basis| {
@@ -123,7 +129,8 @@ impl CuttingPlanes {
         Self { order, free, rows }
     }
 
-    /// Adds `Σ_l w_l p_l >= 0` for each point, given by the values `p_l` of the bands there relative to the mean, `p_0 = 1`.
+    /// Adds `Σ_l w_l p_l >= 0` for each point, given by the values `p_l` of the bands there relative to the mean, `p_0
+    /// = 1`.
     fn add(&mut self, points: Vec<Vec<f64>>) {
         for p in points {
             let plane: Vec<f64> = self.free.iter().map(|&(l, root)| p[l] / root).collect();
@@ -166,7 +173,7 @@ struct Channel<'a> {
 impl<'a> Channel<'a> {
     fn new(f: &'a [f64], basis: &'a Basis<f64>) -> Self {
         let order = order_of_slice(f);
-        let mean = f[0] / (4.0 * std::f64::consts::PI).sqrt();
+        let mean = f[0] / (4.0 * core::f64::consts::PI).sqrt();
         let [x, y, z] = fine_directions(order);
         let sample = |l: usize| {
             let mut band = vec![0.0; f.len()];
@@ -196,12 +203,12 @@ impl<'a> Channel<'a> {
     /// The certified minimum; with `level` the search ends as soon as it is known to lie above or below `-CONVERGED`.
     fn certified(&self, factors: &[f64], level: bool) -> Extremum {
         let windowed = self.windowed(factors);
-        let rms = (windowed.iter().map(|c| c * c).sum::<f64>() / (4.0 * std::f64::consts::PI)).sqrt();
+        let rms = (windowed.iter().map(|c| c * c).sum::<f64>() / (4.0 * core::f64::consts::PI)).sqrt();
         minimum_of(&windowed, WIDTH / rms, level.then_some(-CONVERGED))
     }
 
-    /// The values of the bands at minima below zero, found by Newton's method from the lowest samples that are not close to each
-    /// other. May miss some minima.
+    /// The values of the bands at minima below zero, found by Newton's method from the lowest samples that are not
+    /// close to each other. May miss some minima.
     fn low_points(&self, factors: &[f64]) -> Vec<Vec<f64>> {
         /// The most starts: a ring of minima has infinitely many points.
         const MAX_STARTS: usize = 12;

@@ -1,7 +1,14 @@
 //! Dering: the window that makes a function non-negative.
 
-use std::fmt;
-use std::str::FromStr;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::fmt;
+use core::str::FromStr;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
@@ -13,7 +20,7 @@ use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
 use crate::{
-    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, Window, Zonal, eval_basis_into,
+    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, ShError, Window, Zonal, eval_basis_into,
     scale_bands_in_place,
 };
 
@@ -76,11 +83,11 @@ pub enum DeringMethod {
     /// ```
     #[default]
     LeastChange,
-    /// Sloan's bound and table of windows, for functions of up to three bands such as irradiance: the published method, for
-    /// comparison. It blurs more than needed, because both the bound and the table are conservative.
+    /// Sloan's bound and table of windows, for functions of up to three bands such as irradiance: the published method,
+    /// for comparison. It blurs more than needed, because both the bound and the table are conservative.
     Table,
-    /// The weakest window of a family, found by bisection of its strength. Where the minimum does not rise monotonically
-    /// with the strength, a weaker window might succeed too.
+    /// The weakest window of a family, found by bisection of its strength. Where the minimum does not rise
+    /// monotonically with the strength, a weaker window might succeed too.
     Family(WindowFamily),
 }
 
@@ -98,9 +105,15 @@ impl fmt::Display for DeringMethod {
 }
 
 impl FromStr for DeringMethod {
-    type Err = String;
+    type Err = ShError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ShError> {
+        Self::parse(text).map_err(ShError::Options)
+    }
+}
+
+impl DeringMethod {
+    fn parse(text: &str) -> Result<Self, String> {
         let (name, power) = text.split_once(':').map_or((text, None), |(name, power)| (name, Some(power)));
         match (name, power.map(str::parse::<f64>)) {
             ("least-change", None) => Ok(Self::LeastChange),
@@ -121,13 +134,14 @@ impl FromStr for DeringMethod {
 
 /// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct Dering {
     /// The method.
     pub method: DeringMethod,
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
-    /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied to
-    /// the function itself in both cases.
+    /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied
+    /// to the function itself in both cases.
     pub kernel: Option<Zonal>,
 }
 
@@ -160,23 +174,23 @@ pub struct DeringReport {
     /// The fraction of the total energy that was lost, summed over the channels, mean included, after convolution with
     /// [`Dering::kernel`].
     pub energy_removed: f64,
-    /// For [`DeringMethod::LeastChange`], the optimality gap: the norm of the change exceeds the least possible one by at
-    /// most this fraction.
+    /// For [`DeringMethod::LeastChange`], the optimality gap: the norm of the change exceeds the least possible one by
+    /// at most this fraction.
     ///
-    /// The bound is proven: the factors that keep the function non-negative in finitely many directions, the solution of a
-    /// small quadratic program, change it no more than any factors that keep it non-negative everywhere. The gap times the
-    /// change is below 1e-5 of the norm of the function, part of which is the margin for rounding the coefficients (test
-    /// `random_probes_of_order_4_have_no_point_below_zero` and its neighbors).
+    /// The bound is proven: the factors that keep the function non-negative in finitely many directions, the solution
+    /// of a small quadratic program, change it no more than any factors that keep it non-negative everywhere. The gap
+    /// times the change is below 1e-5 of the norm of the function, part of which is the margin for rounding the
+    /// coefficients (test `random_probes_of_order_4_have_no_point_below_zero` and its neighbors).
     pub excess: Option<f64>,
 }
 
-/// Makes a function non-negative by a window that all its channels share, so that no color shifts: the channel that rings
-/// most decides.
+/// Makes a function non-negative by a window that all its channels share, so that no color shifts: the channel that
+/// rings most decides.
 ///
 /// The minimum is certified ([`certified_minimum`](crate::certified_minimum)), not sampled, and a margin is kept for
 /// rounding the coefficients. A function that is negative by no more than rounding is not changed. Every result is
-/// therefore at least `-`[`DERING_ALLOWED`] times the mean everywhere. The mean never changes, and the result turns with
-/// the light: no frame is chosen that could degenerate.
+/// therefore at least `-`[`DERING_ALLOWED`] times the mean everywhere. The mean never changes, and the result turns
+/// with the light: no frame is chosen that could degenerate.
 ///
 /// Zero stays zero. [`DeringReport::outcome`] tells why a function could not be made non-negative.
 ///
@@ -246,7 +260,7 @@ fn channel<T: Coefficient>(coefficients: &[T], c: usize) -> Vec<f64> {
 
 /// The mean over the sphere.
 fn mean(f: &[f64]) -> f64 {
-    f.first().map_or(0.0, |c| c / (4.0 * std::f64::consts::PI).sqrt())
+    f.first().map_or(0.0, |c| c / (4.0 * core::f64::consts::PI).sqrt())
 }
 
 /// The certified minimum of every channel.
@@ -256,7 +270,7 @@ fn minima<T: Coefficient>(coefficients: &[T]) -> Vec<Extremum> {
 
 /// A minimum to a width relative to the mean, or to the root mean square where the mean is not positive.
 fn minimum_to(f: &[f64], width: f64, level: Option<f64>) -> Extremum {
-    let rms = f.iter().map(|c| c * c).sum::<f64>().sqrt() / (4.0 * std::f64::consts::PI).sqrt();
+    let rms = f.iter().map(|c| c * c).sum::<f64>().sqrt() / (4.0 * core::f64::consts::PI).sqrt();
     let part = if mean(f) > 0.0 && rms.is_finite() { mean(f) / rms } else { 1.0 };
     minimum_of(f, width * part, level)
 }
@@ -346,14 +360,14 @@ fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
         .enumerate()
         .map(|(l, w)| {
             let energy: f64 = f[band_range(l)].iter().map(|c| c * c).sum();
-            w * ((2 * l + 1) as f64 * energy / (4.0 * std::f64::consts::PI)).sqrt()
+            w * ((2 * l + 1) as f64 * energy / (4.0 * core::f64::consts::PI)).sqrt()
         })
         .sum();
     2.0 * roundoff * bound / mean(f)
 }
 
-/// Sloan's search in the table for a bound of at least `margin` times each mean; `None` if the function has more than three
-/// bands or needs a stronger window than the last.
+/// Sloan's search in the table for a bound of at least `margin` times each mean; `None` if the function has more than
+/// three bands or needs a stronger window than the last.
 fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>> {
     if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
         return None;
@@ -414,7 +428,7 @@ mod tests {
             assert_eq!(method.to_string(), text, "there and back");
         }
         for text in ["", "lanczos:", "lanczos:0", "lanczos:x", "hanning:3", "auto"] {
-            let message = text.parse::<DeringMethod>().unwrap_err();
+            let message = text.parse::<DeringMethod>().unwrap_err().to_string();
             assert!(message.contains("expected least-change") && !message.contains('\n'), "'{text}': {message}");
         }
     }

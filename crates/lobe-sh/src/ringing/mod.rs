@@ -1,9 +1,9 @@
 //! Removing ringing: windows that make a function non-negative.
 //!
 //! Read [`dering`] first. The least change comes from [`cutting_planes`] (Kelley's method) at any order and from
-//! [`quadratic_dering`] with [`quadratic_windows`] at order 3; [`sloan_table`] is the published way. [`content_window`] keeps
-//! the light as it is. [`outcome`] says how an attempt ended. Uses `extrema`, `filter`, `solver` and what stands below
-//! them.
+//! [`quadratic_dering`] with [`quadratic_windows`] at order 3; [`sloan_table`] is the published way. [`content_window`]
+//! keeps the light as it is. [`outcome`] says how an attempt ended. Uses `extrema`, `filter`, `solver` and what stands
+//! below them.
 
 pub(crate) mod content_window;
 pub(crate) mod cutting_planes;

@@ -1,7 +1,7 @@
 //! The outcomes of an attempt to remove ringing.
 
-/// The depth below zero, relative to the mean, at which a function still counts as non-negative: rounding the coefficients
-/// to `f32` lowers a function whose minimum is exactly 0 by as much.
+/// The depth below zero, relative to the mean, at which a function still counts as non-negative: rounding the
+/// coefficients to `f32` lowers a function whose minimum is exactly 0 by as much.
 pub const DERING_ALLOWED: f64 = 5e-7;
 
 /// The outcome of dering: whether a function was changed and, if not, why.
@@ -12,15 +12,16 @@ pub enum DeringOutcome {
     Unchanged,
     /// It was negative somewhere and was windowed; now it is not.
     Windowed,
-    /// A channel is not zero, but its mean is not positive: no window makes such a function non-negative. No bit of it was
-    /// changed.
+    /// A channel is not zero, but its mean is not positive: no window makes such a function non-negative. No bit of it
+    /// was changed.
     MeanNotPositive {
         /// The first such channel.
         channel: usize,
     },
     /// A coefficient is not a finite number. No bit of the function was changed.
     NotFinite,
-    /// [`DeringMethod::Table`](crate::DeringMethod::Table) was asked for a function of more than three bands, or for one that needs a stronger window
-    /// than the last of the table, which no light does. No bit of the function was changed.
+    /// [`DeringMethod::Table`](crate::DeringMethod::Table) was asked for a function of more than three bands, or for
+    /// one that needs a stronger window than the last of the table, which no light does. No bit of the function was
+    /// changed.
     BeyondTable,
 }

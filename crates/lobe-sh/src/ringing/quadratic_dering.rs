@@ -1,5 +1,8 @@
 //! The least change that makes three bands non-negative: two factors, found in a plane.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::order_of_slice;
 use crate::extrema::quadratic_form::{Eigensystem, QuadraticForm};
 use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
@@ -7,8 +10,8 @@ use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
 /// The most cutting planes. The result is non-negative after any number of them.
 const MAX_CUTS: usize = 24;
 
-/// The depth below zero, relative to the mean, at which the planes have converged; a blend with the mean removes it. The
-/// factors are known to about its square root, because near the optimum the change hardly depends on them.
+/// The depth below zero, relative to the mean, at which the planes have converged; a blend with the mean removes it.
+/// The factors are known to about its square root, because near the optimum the change hardly depends on them.
 const CONVERGED: f64 = 1e-6;
 
 /// The depth below zero, relative to the mean, that another channel may have where one decides, removed by the blend:
@@ -35,11 +38,12 @@ pub struct QuadraticDering {
 ///   minimize  E_1 (1 - w_1)² + E_2 (1 - w_2)²        subject to  c + w_1 b·x + w_2 xᵀ A x >= 0 on the sphere, 0 <= w <= 1
 /// ```
 ///
-/// All channels share the factors; `E_l` sums their energies. Usually the channel that rings most decides alone: Newton's
-/// method finds the point of least change on the boundary of its feasible set, and a bound shows that the other channels
-/// need no more. Otherwise cutting planes: every direction `x` gives a line in the plane of `w`; while the function is
-/// negative somewhere, the line of its minimum is added, and because the last solution violates that line, the next one
-/// lies on it, which leaves one unknown. The factors for the irradiance of a sun alone are `w = (0.857890, 0.909395)` to 3e-4 (test `the_irradiance_of_an_impulse_has_its_known_factors`).
+/// All channels share the factors; `E_l` sums their energies. Usually the channel that rings most decides alone:
+/// Newton's method finds the point of least change on the boundary of its feasible set, and a bound shows that the
+/// other channels need no more. Otherwise cutting planes: every direction `x` gives a line in the plane of `w`; while
+/// the function is negative somewhere, the line of its minimum is added, and because the last solution violates that
+/// line, the next one lies on it, which leaves one unknown. The factors for the irradiance of a sun alone are `w =
+/// (0.857890, 0.909395)` to 3e-4 (test `the_irradiance_of_an_impulse_has_its_known_factors`).
 ///
 /// A function that is nowhere below `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean keeps every bit.
 ///
@@ -68,16 +72,16 @@ impl Channel {
         self.eigensystem.get_or_insert_with(|| form.eigensystem())
     }
 
-    /// The least value under the factors `w`, `w_2` not 0, relative to the mean, as [`Eigensystem::least`] finds it; `None` if it
-    /// cannot be negative.
+    /// The least value under the factors `w`, `w_2` not 0, relative to the mean, as [`Eigensystem::least`] finds it;
+    /// `None` if it cannot be negative.
     #[inline]
     fn least(&mut self, w: [f64; 2], enough: f64) -> Option<(f64, f64)> {
         let c = self.form.c;
         (self.form.amplitude(w) > c).then(|| self.eigensystem().least(c, [w[0] / w[1], w[1]], enough))
     }
 
-    /// `p` and `q` of the value `1 + w_1 p + w_2 q` at the channel's minimum, relative to the mean; `None` if it cannot be
-    /// negative.
+    /// `p` and `q` of the value `1 + w_1 p + w_2 q` at the channel's minimum, relative to the mean; `None` if it cannot
+    /// be negative.
     #[inline]
     fn lowest(&mut self, w: [f64; 2]) -> Option<[f64; 2]> {
         let c = self.form.c;
@@ -140,8 +144,8 @@ fn first_ringing(channels: &mut [Option<Channel>; 3]) -> Option<(usize, f64)> {
     None
 }
 
-/// The best factors and the least value they leave, relative to the mean, if the best factors of a single channel suffice
-/// for the others, as they do for most light; `None` if they do not.
+/// The best factors and the least value they leave, relative to the mean, if the best factors of a single channel
+/// suffice for the others, as they do for most light; `None` if they do not.
 fn by_one_channel(
     channels: &mut [Option<Channel>; 3],
     (mut decides, mut t): (usize, f64),
@@ -236,8 +240,8 @@ fn weights<T: Coefficient>(coefficients: &[T]) -> [f64; 2] {
     weights.map(|e| e.max(floor))
 }
 
-/// The point of the last line `1 + p w_1 + q w_2 = 0` that is nearest to (1, 1) in the weighted distance among those in all
-/// other half planes and in the square `0 <= w <= 1`.
+/// The point of the last line `1 + p w_1 + q w_2 = 0` that is nearest to (1, 1) in the weighted distance among those in
+/// all other half planes and in the square `0 <= w <= 1`.
 #[inline]
 fn nearest_on_last(cuts: &[[f64; 2]], [e1, e2]: [f64; 2]) -> [f64; 2] {
     let Some((&[p, q], others)) = cuts.split_last() else { return [1.0, 1.0] };
@@ -286,7 +290,7 @@ mod tests {
             let first = random.signed_vec(9);
             for f in &mut f {
                 let scale = 0.5 + random.unit();
-                *f = std::array::from_fn(|i| scale * first[i] + 0.3 * random.signed());
+                *f = core::array::from_fn(|i| scale * first[i] + 0.3 * random.signed());
                 f[0] = 0.1 + 3.0 * random.unit();
                 // Forms that hardly count and linear parts that hardly do.
                 let factor = [1.0, 1e-4, 1.0, 1e-9][case % 4];
@@ -294,7 +298,7 @@ mod tests {
                 f[1..4].iter_mut().for_each(|c| *c *= if case % 4 == 2 { 1e-6 } else { 1.0 });
             }
             let energy =
-                |band: std::ops::Range<usize>| f.iter().flat_map(|f| f[band.clone()].iter().map(|c| c * c)).sum();
+                |band: core::ops::Range<usize>| f.iter().flat_map(|f| f[band.clone()].iter().map(|c| c * c)).sum();
             let weights: [f64; 2] = [energy(1..4), energy(4..9)];
             let Some(ringing) = first_ringing(&mut channels(&f)) else { continue };
             let Some((w, worst)) = by_one_channel(&mut channels(&f), ringing, weights) else { continue };

@@ -1,12 +1,15 @@
 //! The windows that make one function of three bands non-negative, and the one of them with the least change.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::extrema::quadratic_form::Eigensystem;
 
 /// The most Newton steps; 3 or 4 are usual. Functions that need more are left to the cutting planes.
 const STEPS: usize = 16;
 
-/// The relative step after which a search ends. The next step would be of the order of its square, and its gain of the order
-/// of that squared.
+/// The relative step after which a search ends. The next step would be of the order of its square, and its gain of the
+/// order of that squared.
 const CONVERGED: f64 = 1e-4;
 
 // With the bands scaled by `w_2 = w` and `w_1 = κ w`, for every `t >= 0` and every `x` of the sphere
@@ -14,8 +17,8 @@ const CONVERGED: f64 = 1e-4;
 //   f(x) >= c - w m(κ, t)      m(κ, t) = t - λ_1 + κ² S_1(t)      S_k(t) = Σ_i β_i² / (d_i + t)^k
 //
 // because `f(x) - c + w m` is a sum of squares, `w Σ_i (d_i + t) (x_i + κ β_i/(d_i + t))²`. So every `t` gives a
-// lower bound; the least `m(κ)`, where `|y|² = κ² S_2(t) = 1` or `t = 0`, gives the minimum (see `QuadraticForm`), and an
-// error of `t` enters it squared. The windowed function is non-negative if and only if `w <= c/m(κ)`.
+// lower bound; the least `m(κ)`, where `|y|² = κ² S_2(t) = 1` or `t = 0`, gives the minimum (see `QuadraticForm`), and
+// an error of `t` enters it squared. The windowed function is non-negative if and only if `w <= c/m(κ)`.
 impl Eigensystem {
     /// `S_1, S_2, S_3`.
     #[inline]
@@ -41,15 +44,16 @@ impl Eigensystem {
         least(0).max(least(1)).max(least(2)).max(0.0)
     }
 
-    /// One step of Newton's method for `t`, from either side; see [`QuadraticForm`](crate::extrema::quadratic_form::QuadraticForm).
+    /// One step of Newton's method for `t`, from either side; see
+    /// [`QuadraticForm`](crate::extrema::quadratic_form::QuadraticForm).
     #[inline]
     fn next(&self, kappa: f64, t: f64, [_, s2, s3]: [f64; 3]) -> f64 {
         let rise = if s3 > 0.0 { (kappa * s2.sqrt() - 1.0) * s2 / s3 } else { 0.0 };
         (t + rise).max(self.first(kappa))
     }
 
-    /// A lower bound of the minimum under the window `κ, w`, relative to the mean `c`, and its multiplier. The search ends when
-    /// the minimum is known to be at least `enough`.
+    /// A lower bound of the minimum under the window `κ, w`, relative to the mean `c`, and its multiplier. The search
+    /// ends when the minimum is known to be at least `enough`.
     #[inline]
     pub(crate) fn least(&self, c: f64, [kappa, w]: [f64; 2], enough: f64) -> (f64, f64) {
         let mut t = self.first(kappa);
@@ -66,9 +70,9 @@ impl Eigensystem {
         (value, t)
     }
 
-    /// The factors `w_1, w_2 <= 1` nearest to 1 in the distance `D = E_1 (1 - w_1)² + E_2 (1 - w_2)²` that make the function
-    /// non-negative. It is negative for factors of 1, and `t` is the multiplier there. `None` if Newton's method does not
-    /// converge.
+    /// The factors `w_1, w_2 <= 1` nearest to 1 in the distance `D = E_1 (1 - w_1)² + E_2 (1 - w_2)²` that make the
+    /// function non-negative. It is negative for factors of 1, and `t` is the multiplier there. `None` if Newton's
+    /// method does not converge.
     ///
     /// ```text
     ///   w_2 = c/m    w_1 = κ c/m       m' = 2κ S_1    m'' = 2 S_1 - 2 S_2²/S_3   (2 S_1 where t = 0)
@@ -79,8 +83,8 @@ impl Eigensystem {
     ///   D'/2 = -Σ E_l (1 - w_l) w_l'       D''/2 = Σ E_l (w_l'² - (1 - w_l) w_l'')
     /// ```
     ///
-    /// The derivatives of `m` use that it is stationary in `t`. `m` is convex in `κ`, so that a Newton step for `m(κ) = c`,
-    /// where `w_2 = 1`, stays right of that point: no step goes further to the left.
+    /// The derivatives of `m` use that it is stationary in `t`. `m` is convex in `κ`, so that a Newton step for `m(κ) =
+    /// c`, where `w_2 = 1`, stays right of that point: no step goes further to the left.
     pub(crate) fn nearest(&self, c: f64, [e1, e2]: [f64; 2], mut t: f64) -> Option<[f64; 2]> {
         let mut kappa = 1.0;
         let mut settled = false;

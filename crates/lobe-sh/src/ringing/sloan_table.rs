@@ -1,6 +1,9 @@
 //! Sloan's lower bound of a function of three bands, and his table of windows.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::sphere::vector::{dot, unit};
@@ -22,9 +25,9 @@ const HALVINGS: usize = 24;
 ///   g(z) = c + b z + ζ z² - (ζ/2 + q_2) (1 - z²) + 2 q_1 z √(1 - z²)        -1 <= z <= 0
 /// ```
 ///
-/// With its true phases this is `f`, so that `min g <= min f`. The other hemisphere has the worst phase `-2 q_1 z √(1 - z²)`,
-/// which mirrored to `-z` is the same with a lower linear part, so that it adds nothing. `g` is a quadratic form in
-/// `(z, √(1 - z²))`, so that its minimum is exact, where the source takes Newton steps. The bound is below the true
+/// With its true phases this is `f`, so that `min g <= min f`. The other hemisphere has the worst phase `-2 q_1 z √(1 -
+/// z²)`, which mirrored to `-z` is the same with a lower linear part, so that it adds nothing. `g` is a quadratic form
+/// in `(z, √(1 - z²))`, so that its minimum is exact, where the source takes Newton steps. The bound is below the true
 /// minimum, by 0.12 on average for coefficients of unit variance (test `the_bound_is_conservative_and_this_loose`); the
 /// true one, [`certified_minimum`](crate::certified_minimum), costs no more.
 ///

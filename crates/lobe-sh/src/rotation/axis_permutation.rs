@@ -6,9 +6,9 @@ use crate::{Coefficient, Dir, Expansion, Rotation};
 
 /// A permutation of the axes with some of them reversed: a matrix with one ±1 in each row and column.
 ///
-/// Like a rotation it moves the function: `g(s) = f(P⁻¹ s)`. Of the 48, 24 are rotations and 24 contain a reflection. Those
-/// that keep the z axis only permute coefficients and change signs, and are exact; the others take one multiplication by
-/// the fixed matrix that exchanges y and z.
+/// Like a rotation it moves the function: `g(s) = f(P⁻¹ s)`. Of the 48, 24 are rotations and 24 contain a reflection.
+/// Those that keep the z axis only permute coefficients and change signs, and are exact; the others take one
+/// multiplication by the fixed matrix that exchanges y and z.
 ///
 /// ```
 /// use lobe_sh::{AxisPermutation, Dir, Expansion as _, ShL2};
@@ -121,8 +121,8 @@ impl AxisPermutation {
     /// # Panics
     /// If the length is no perfect square.
     //
-    // If P keeps the z axis, it consists of mirrors and a quarter turn. Otherwise, P e_z = ±e_x or ±e_y = A e_y for a quarter
-    // turn A about z, and with the exchange J of y and z, B = J A⁻¹ P keeps +z: P = A J B.
+    // If P keeps the z axis, it consists of mirrors and a quarter turn. Otherwise, P e_z = ±e_x or ±e_y = A e_y for a
+    // quarter turn A about z, and with the exchange J of y and z, B = J A⁻¹ P keeps +z: P = A J B.
     pub fn apply_in_place<T: Coefficient>(&self, coefficients: &mut [T]) {
         if self.matrix[2][2] != 0 {
             self.apply_keeping_z(coefficients);

@@ -1,5 +1,11 @@
 //! Rotation matrices of all bands by the recurrence of Ivanic and Ruedenberg, for one rotation of many expansions.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::{Coefficient, Real, Rotation};
 
@@ -7,8 +13,8 @@ use crate::{Coefficient, Real, Rotation};
 const VECTOR_BLOCK: usize = 8;
 const ROW_BLOCK: usize = 4;
 
-/// Columns with `|n| > STEEP l` use the form of `P` that raises `n` with the band. At this ratio both forms have the same
-/// largest row factor over the divisor `√D`, 5/4, which bounds the growth of errors: `l/√(l² - n²) = 2l/(l + n)`.
+/// Columns with `|n| > STEEP l` use the form of `P` that raises `n` with the band. At this ratio both forms have the
+/// same largest row factor over the divisor `√D`, 5/4, which bounds the growth of errors: `l/√(l² - n²) = 2l/(l + n)`.
 const STEEP: f64 = 0.6;
 
 /// The matrices of all bands of one rotation, prepared to be applied to many expansions.
@@ -279,7 +285,7 @@ fn terms(l: isize, m: isize) -> impl Iterator<Item = (f64, isize, isize)> {
     let u = root((l + m) * (l - m));
     let v = 0.5 * root((l + size - 1) * (l + size));
     let w = -0.5 * root((l - size - 1) * (l - size));
-    let sqrt_2 = std::f64::consts::SQRT_2;
+    let sqrt_2 = core::f64::consts::SQRT_2;
     let five = match m {
         0 => [(u, 0, 0), (-v * sqrt_2, 1, 1), (-v * sqrt_2, -1, -1), (0.0, 0, 0), (0.0, 0, 0)],
         1 => [(u, 0, 1), (v * sqrt_2, 1, 0), (0.0, 0, 0), (w, 1, 2), (w, -1, -2)],

@@ -1,5 +1,8 @@
 //! Rotation of bands 1 and 2 in closed form.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::{Coefficient, Real};
 
 /// Rotates the three coefficients of band 1, which are a vector.

@@ -5,6 +5,7 @@ use crate::basis::index::{index, order_of_slice};
 
 /// One of the three coordinate axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Axis {
     /// x.
     X,

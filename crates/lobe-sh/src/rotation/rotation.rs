@@ -1,5 +1,10 @@
 //! A rotation of the sphere, and of functions on it.
 
+use alloc::string::ToString;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use thiserror::Error;
 
 use crate::basis::index::{band_range, order_of_slice};
@@ -11,8 +16,8 @@ use crate::{Coefficient, Dir, Expansion, ShError};
 /// `f32` matrices pass, a scale of 0.1 % or a shear does not.
 const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
 
-/// The tolerance of the length of a quaternion: components quantized to eight bits, as glTF allows them, pass; a quaternion
-/// that is not normalized does not.
+/// The tolerance of the length of a quaternion: components quantized to eight bits, as glTF allows them, pass; a
+/// quaternion that is not normalized does not.
 const QUATERNION_TOLERANCE: f64 = 1e-2;
 
 /// Steps of Newton's method towards the nearest rotation. The residual `e` becomes `3/4 e²`, so that two steps from
@@ -62,8 +67,9 @@ impl From<RotationError> for ShError {
 ///   g = R f      g(s) = f(R⁻¹ s)      g(R s) = f(s)
 /// ```
 ///
-/// Coefficients of any order are rotated about z between fixed exchanges of y and z, without a matrix for each band; bands 1
-/// and 2 have closed forms. To apply one rotation to many expansions, see [`RotationMatrices`](crate::RotationMatrices).
+/// Coefficients of any order are rotated about z between fixed exchanges of y and z, without a matrix for each band;
+/// bands 1 and 2 have closed forms. To apply one rotation to many expansions, see
+/// [`RotationMatrices`](crate::RotationMatrices).
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, Rotation, ShL2};
@@ -88,13 +94,19 @@ impl Rotation {
 
     /// The rotation of a matrix, given row by row, that multiplies column vectors.
     ///
-    /// The nearest rotation is kept, found with Newton's method for the polar decomposition, `R ← R (3 - RᵀR) / 2`; that
-    /// removes rounding. Exact matrices stay exact.
+    /// The nearest rotation is kept, found with Newton's method for the polar decomposition, `R ← R (3 - RᵀR) / 2`;
+    /// that removes rounding. Exact matrices stay exact.
     ///
     /// # Errors
     /// If an entry is not finite, an entry of `RᵀR` is more than 1e-4 away from the identity, or the determinant
     /// is -1.
     pub fn from_matrix(matrix: [[f64; 3]; 3]) -> Result<Self, RotationError> {
+        Self::from_matrix_within(matrix, 0.0)
+    }
+
+    /// [`Rotation::from_matrix`], keeping a matrix as it is whose entries of `RᵀR` are within `rounding` of the
+    /// identity.
+    pub(crate) fn from_matrix_within(matrix: [[f64; 3]; 3], rounding: f64) -> Result<Self, RotationError> {
         if !matrix.iter().flatten().all(|c| c.is_finite()) {
             return Err(RotationError::NotFinite);
         }
@@ -106,7 +118,7 @@ impl Rotation {
         if determinant < 0.0 {
             return Err(RotationError::Mirror { determinant });
         }
-        Ok(Self { matrix: nearest_orthonormal(matrix) })
+        Ok(Self { matrix: if residual < rounding { matrix } else { nearest_orthonormal(matrix) } })
     }
 
     /// The rotation of the quaternion `[x, y, z, w]`, `w` its real part; `q` and `-q` are the same rotation.
@@ -248,8 +260,8 @@ impl Rotation {
 
     /// Rotates the function whose coefficients these are.
     ///
-    /// Each band is rotated separately and in the same way at every order. The error in `f64` is that of a few roundings: the
-    /// tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
+    /// Each band is rotated separately and in the same way at every order. The error in `f64` is that of a few
+    /// roundings: the tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
     ///
     /// # Panics
     /// If the length is no perfect square.
@@ -280,8 +292,8 @@ impl Rotation {
     //
     //   R_z(-α) R = R_y(β) R_z(γ)   has the second row   (sin γ, cos γ, 0).
     //
-    // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise, but
-    // the product of the three rotations is still R, without a threshold for "close".
+    // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise,
+    // but the product of the three rotations is still R, without a threshold for "close".
     pub(crate) fn zyz_cos_sin(&self) -> [CosSin; 3] {
         let m = &self.matrix;
         let alpha = CosSin::of_vector(m[0][2], m[1][2]);
@@ -365,12 +377,12 @@ mod tests {
     fn every_description_of_one_rotation_gives_one_matrix() {
         // 120° about (1, 1, 1): x to y to z to x.
         let expected = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let quarter = std::f64::consts::FRAC_PI_2;
+        let quarter = core::f64::consts::FRAC_PI_2;
         let diagonal = Dir::new([1.0, 1.0, 1.0]).unwrap();
         for (name, rotation) in [
             ("matrix", Rotation::from_matrix(expected).unwrap()),
             ("quaternion", Rotation::from_quaternion([0.5; 4]).unwrap()),
-            ("axis and angle", Rotation::from_axis_angle(diagonal, 2.0 * std::f64::consts::FRAC_PI_3)),
+            ("axis and angle", Rotation::from_axis_angle(diagonal, 2.0 * core::f64::consts::FRAC_PI_3)),
             ("Euler angles", Rotation::from_euler_zyz(0.0, quarter, quarter)),
             ("yaw, pitch, roll", Rotation::from_yaw_pitch_roll(quarter, 0.0, quarter)),
         ] {
@@ -404,7 +416,7 @@ mod tests {
 
     #[test]
     fn euler_angles_round_trip_at_gimbal_lock_too() {
-        let pi = std::f64::consts::PI;
+        let pi = core::f64::consts::PI;
         for alpha in [-3.0, -1.0, 0.0, 0.7, pi] {
             for beta in [0.0, 1e-17, 1e-9, 1e-4, 1.0, pi - 1e-9, pi] {
                 for gamma in [-2.0, 0.0, 1.9] {

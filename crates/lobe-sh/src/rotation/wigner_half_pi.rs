@@ -1,6 +1,11 @@
 //! Wigner's d-matrices of the angle π/2, by recurrence over spinors.
 
-use std::f64::consts::SQRT_2;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::SQRT_2;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 /// Wigner's matrix of the half turn that exchanges `+x` and `+z`, on spinors of `N` indices: for `N = 2l` that is
 /// `d^l(π/2)` but for signs, see [`YzExchange`](crate::rotation::yz_exchange::YzExchange).
@@ -12,9 +17,9 @@ use std::f64::consts::SQRT_2;
 ///                   + √k'       [ √(N+1-k) B_{k'-1,k} - √k B_{k'-1,k-1} ] } / (√2 (N+1))
 /// ```
 ///
-/// with `B^N` on the right. Each step expresses `e_k^{N+1} = √((N+1-k)/(N+1)) u e_k^N + √(k/(N+1)) v e_{k-1}^N`: it adds
-/// one spinor index and symmetrizes. The squares of the weights sum to 1 and nothing divides by a small number, so that
-/// errors do not grow ([Risbo 1996], for any angle). `B` is symmetric. The test
+/// with `B^N` on the right. Each step expresses `e_k^{N+1} = √((N+1-k)/(N+1)) u e_k^N + √(k/(N+1)) v e_{k-1}^N`: it
+/// adds one spinor index and symmetrizes. The squares of the weights sum to 1 and nothing divides by a small number, so
+/// that errors do not grow ([Risbo 1996], for any angle). `B` is symmetric. The test
 /// `the_half_turn_has_the_exact_values_of_krawtchouk` finds every entry to order 60 within 1e-14 of exact integers.
 ///
 /// [Risbo 1996]: https://doi.org/10.1007/BF01090814

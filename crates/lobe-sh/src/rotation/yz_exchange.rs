@@ -1,6 +1,8 @@
 //! The exchange of the y and z axes, as matrices on the coefficients of each band.
 
-use std::f64::consts::SQRT_2;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::SQRT_2;
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
@@ -205,7 +207,7 @@ impl Block {
         let mut strips = Vec::with_capacity(rows.div_ceil(LANES) * columns);
         for first in (0..rows).step_by(LANES) {
             for column in 0..columns {
-                strips.push(std::array::from_fn(|k| if first + k < rows { entry(first + k, column) } else { 0.0 }));
+                strips.push(core::array::from_fn(|k| if first + k < rows { entry(first + k, column) } else { 0.0 }));
             }
         }
         Self { rows, columns, strips }
@@ -333,8 +335,8 @@ mod tests {
         let mut total = 0;
         let mut cumulative = Vec::new();
         for l in 0..6 {
-            let swaps = table.band(l).entries().filter(|e| (e.abs() - 1.0).abs() > 1e-14).count();
-            total += 3 * 4 * l + 2 * swaps;
+            let exchanges = table.band(l).entries().filter(|e| (e.abs() - 1.0).abs() > 1e-14).count();
+            total += 3 * 4 * l + 2 * exchanges;
             cumulative.push(total);
         }
         assert_eq!(cumulative, [0, 12, 44, 104, 194, 316], "multiplications of bands 0 to l");

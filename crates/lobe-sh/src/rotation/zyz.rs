@@ -1,5 +1,10 @@
 //! Rotation of coefficients by Euler angles: rotations about z and fixed exchanges of y and z.
 
+use alloc::vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, order_of_slice};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
 use crate::{Coefficient, Real};
@@ -46,8 +51,8 @@ impl CosSin {
 /// ```
 ///
 /// `J Z(-β) J = R_y(β)`: exchanging y and z turns a rotation about z into the opposite one about y. Only the three
-/// rotations about z depend on the rotation, and no matrix is built. Not counting the entries ±1 of `J`, bands 0 to l take
-/// 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
+/// rotations about z depend on the rotation, and no matrix is built. Not counting the entries ±1 of `J`, bands 0 to l
+/// take 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
 /// `three_z_rotations_and_two_exchanges_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
 ///
 /// Source: [Pinchon and Hoggan 2007].
@@ -182,10 +187,10 @@ mod tests {
             let rotation = Rotation::from_quaternion(random.quaternion()).unwrap();
             let f = ShVec::from_vec(random.signed_vec(9)).unwrap();
             let closed = rotation.rotated(&f);
-            let mut swapped = f.clone();
-            rotate_bands_zyz(rotation.zyz_cos_sin(), 0, swapped.coefficients_mut());
+            let mut exchanged = f.clone();
+            rotate_bands_zyz(rotation.zyz_cos_sin(), 0, exchanged.coefficients_mut());
             for i in 0..9 {
-                assert!((closed[i] - swapped[i]).abs() < 3e-15, "{i}: {} against {}", closed[i], swapped[i]);
+                assert!((closed[i] - exchanged[i]).abs() < 3e-15, "{i}: {} against {}", closed[i], exchanged[i]);
             }
         }
     }

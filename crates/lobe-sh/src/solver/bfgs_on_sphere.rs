@@ -1,20 +1,23 @@
 //! Ascent to a local maximum of an expansion by the method of Broyden, Fletcher, Goldfarb and Shanno (BFGS).
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::sphere::vector::{difference, dot, length, tangents};
 use crate::{Dir, Expansion, ShVec, eval_with_gradient};
 
 /// The most steps. From within a grid cell of a maximum some 8 are usual; a flat ridge may take several times as many.
 const STEPS: usize = 200;
 
-/// The gradient at which the ascent has converged, relative to the largest that the bands' energies allow: ten times its
-/// rounding.
+/// The gradient at which the ascent has converged, relative to the largest that the bands' energies allow: ten times
+/// its rounding.
 const FLAT: f64 = 1e-13;
 
 /// The longest step as a fraction of the shortest wavelength `2π/(n-1)`, so that the ascent stays on its hill.
 const LONGEST_STEP: f64 = 0.1;
 
-/// The distance at which a point is compared with its surroundings to tell a maximum from a saddle, as a fraction of the
-/// wavelength.
+/// The distance at which a point is compared with its surroundings to tell a maximum from a saddle, as a fraction of
+/// the wavelength.
 const LOOK_AROUND: f64 = 1e-4;
 
 /// A function on the sphere with the scales that its ascent needs.
@@ -46,12 +49,12 @@ impl<'a> BfgsAscent<'a> {
         let (mut height, mut steepness) = (0.0, 0.0);
         for (l, energy) in f.band_energies().iter().enumerate().skip(1) {
             // Cauchy and Schwarz with Σ_m y_lm² = (2l+1)/4π and Σ_m |∇y_lm|² = l(l+1)(2l+1)/4π.
-            let bound = (energy * (2 * l + 1) as f64 / (4.0 * std::f64::consts::PI)).sqrt();
+            let bound = (energy * (2 * l + 1) as f64 / (4.0 * core::f64::consts::PI)).sqrt();
             height += bound;
             steepness += bound * ((l * (l + 1)) as f64).sqrt();
         }
         let finite = height.is_finite() && steepness.is_finite() && f.mean().is_finite();
-        let wavelength = 2.0 * std::f64::consts::PI / (f.order().max(2) - 1) as f64;
+        let wavelength = 2.0 * core::f64::consts::PI / (f.order().max(2) - 1) as f64;
         (finite && height > f64::EPSILON * f.mean().abs()).then_some(Self { f, height, steepness, wavelength })
     }
 
@@ -79,7 +82,7 @@ impl<'a> BfgsAscent<'a> {
         let [u, v] = tangents(at.to_array());
         let radius = LOOK_AROUND * self.wavelength;
         let around = (0..8).map(|k| {
-            let (sin, cos) = (std::f64::consts::PI * f64::from(k) / 4.0).sin_cos();
+            let (sin, cos) = (core::f64::consts::PI * f64::from(k) / 4.0).sin_cos();
             stepped(at, [0, 1, 2].map(|i| radius * (cos * u[i] + sin * v[i])))
         });
         let rounding = 64.0 * f64::EPSILON * (self.height + self.f.mean().abs());
@@ -92,7 +95,7 @@ impl<'a> BfgsAscent<'a> {
         let mut at = start;
         let (mut value, mut gradient) = eval_with_gradient(self.f, at);
         // Begin with the inverse of the largest possible curvature: the steepest slope times the highest degree.
-        let first = self.wavelength / (2.0 * std::f64::consts::PI * self.steepness);
+        let first = self.wavelength / (2.0 * core::f64::consts::PI * self.steepness);
         let mut inverse = scaled_identity(first);
         for _ in 0..STEPS {
             if length(gradient) <= FLAT * self.steepness {
@@ -142,8 +145,8 @@ impl<'a> BfgsAscent<'a> {
     }
 }
 
-/// The BFGS update of the inverse Hessian after a step `s` changed the gradient by `y`; `None` where the function is not
-/// concave along the step.
+/// The BFGS update of the inverse Hessian after a step `s` changed the gradient by `y`; `None` where the function is
+/// not concave along the step.
 ///
 /// ```text
 ///   H ← (1 - s yᵀ/yᵀs) H (1 - y sᵀ/yᵀs) + s sᵀ/yᵀs

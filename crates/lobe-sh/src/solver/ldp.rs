@@ -1,11 +1,17 @@
 //! LDP, least distance programming: the shortest vector in an intersection of half spaces.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::solver::nnls::{NnlsProblem, nnls};
 
 /// The shortest vector `u` of `count` components with `g·u >= h` for every row `(g, h)`; one must exist.
 ///
-/// Lawson and Hanson's algorithm LDP: let `r` be the residual of the NNLS problem with the columns `(g, h)` and the target
-/// `(0, .., 0, 1)`. Then `u_k = -r_k / r_last`. Source: [Lawson 1974], chapter 23.
+/// Lawson and Hanson's algorithm LDP: let `r` be the residual of the NNLS problem with the columns `(g, h)` and the
+/// target `(0, .., 0, 1)`. Then `u_k = -r_k / r_last`. Source: [Lawson 1974], chapter 23.
 pub(crate) fn least_distance(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = rows.iter().map(|(g, h)| g.iter().copied().chain([*h]).collect()).collect();
     let mut target = vec![0.0; count + 1];
@@ -17,8 +23,9 @@ pub(crate) fn least_distance(rows: &[(Vec<f64>, f64)], count: usize) -> Vec<f64>
     r[..count].iter().map(|r| r / last).collect()
 }
 
-/// `min |Σ x_k column_k - target|²`. Columns that depend on the passive ones are rejected: of planes that almost coincide one
-/// suffices. Solved by orthogonalization, because normal equations would lose the difference of nearly parallel planes.
+/// `min |Σ x_k column_k - target|²`. Columns that depend on the passive ones are rejected: of planes that almost
+/// coincide one suffices. Solved by orthogonalization, because normal equations would lose the difference of nearly
+/// parallel planes.
 struct Columns<'a> {
     columns: &'a [Vec<f64>],
     lengths: Vec<f64>,
@@ -62,8 +69,8 @@ impl NnlsProblem for Columns<'_> {
     }
 }
 
-/// The least-squares solution over some columns by modified Gram-Schmidt orthogonalization, each column twice; `None` if
-/// they are dependent.
+/// The least-squares solution over some columns by modified Gram-Schmidt orthogonalization, each column twice; `None`
+/// if they are dependent.
 fn orthogonal_solution(columns: &[Vec<f64>], passive: &[usize], target: &[f64]) -> Option<Vec<f64>> {
     /// A column counts as dependent on others when less than this fraction of its length is orthogonal to them.
     const DEPENDENT: f64 = 1e-11;

@@ -1,7 +1,10 @@
 //! Ascent to a local maximum of a smooth function on the sphere by Newton's method.
 //!
-//! For functions that are no expansions, such as the sums of squares over channels that the encodings maximize: they have
-//! one or two broad hills, where a few Newton steps suffice.
+//! For functions that are no expansions, such as the sums of squares over channels that the encodings maximize: they
+//! have one or two broad hills, where a few Newton steps suffice.
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::Dir;
 use crate::sphere::vector::{dot, tangents};
@@ -21,8 +24,8 @@ const CONVERGED: f64 = 1e-13;
 /// The relative loss of a value that counts as rounding when a step makes the gradient shorter.
 const ROUNDING: f64 = 1e-14;
 
-/// Ascends from `start` to a local maximum of the function whose value and gradient `f` returns; the part of the gradient
-/// along `s` is ignored.
+/// Ascends from `start` to a local maximum of the function whose value and gradient `f` returns; the part of the
+/// gradient along `s` is ignored.
 ///
 /// Newton's method in the tangent plane, its second derivatives from differences of gradients along three great
 /// circles; steepest ascent where the function is not concave. A step that does not ascend is halved.

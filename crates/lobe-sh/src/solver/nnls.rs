@@ -1,5 +1,11 @@
 //! NNLS: least squares in few unknowns, none of them negative.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use nalgebra::{DMatrix, DVector};
 
 /// A problem `min |A x - b|²`, `x >= 0`, as the active-set method needs it.
@@ -13,15 +19,16 @@ pub(crate) trait NnlsProblem {
     /// The component of the negative gradient up to which an unknown stays at zero: a few rounding errors.
     fn tolerance(&self) -> f64;
 
-    /// The least-squares solution in the unknowns `passive` alone, all others zero; `None` if the column of the last one
-    /// depends on those of the others.
+    /// The least-squares solution in the unknowns `passive` alone, all others zero; `None` if the column of the last
+    /// one depends on those of the others.
     fn solve(&self, passive: &[usize]) -> Option<Vec<f64>>;
 }
 
 /// The solution of least residual with `x >= 0` (Lawson and Hanson's algorithm NNLS).
 ///
-/// The active-set method: unknowns leave zero one by one, the one of the largest gradient first, and return to zero when the
-/// solution in the passive set, that of the free unknowns, would make them negative. Source: [Lawson 1974], chapter 23.
+/// The active-set method: unknowns leave zero one by one, the one of the largest gradient first, and return to zero
+/// when the solution in the passive set, that of the free unknowns, would make them negative. Source: [Lawson 1974],
+/// chapter 23.
 pub(crate) fn nnls(problem: &impl NnlsProblem) -> Vec<f64> {
     let mut x = vec![0.0; problem.count()];
     let mut passive: Vec<usize> = Vec::new();
@@ -40,7 +47,8 @@ pub(crate) fn nnls(problem: &impl NnlsProblem) -> Vec<f64> {
             rejected.push(next);
             continue;
         };
-        // While the solution has a negative component, step_towards as far towards it as possible and fix that one at zero.
+        // While the solution has a negative component, move as far towards it as possible and fix that one at
+        // zero.
         while let Some(fraction) = step_to_boundary(&passive, &x, &solution) {
             step_towards(&mut x, &passive, &solution, fraction);
             // The component that stops the step is zero but for rounding.
@@ -73,8 +81,8 @@ fn step_to_boundary(passive: &[usize], x: &[f64], solution: &[f64]) -> Option<f6
     blocked.map(|(&k, s)| if x[k] > *s { x[k] / (x[k] - s) } else { 0.0 }).reduce(f64::min)
 }
 
-/// A problem given by its normal equations, `AᵀA` and `Aᵀb`. Equal columns, such as two lights in one direction, get equal
-/// solutions.
+/// A problem given by its normal equations, `AᵀA` and `Aᵀb`. Equal columns, such as two lights in one direction, get
+/// equal solutions.
 pub(crate) struct NormalEquations<'a> {
     pub(crate) gram: &'a DMatrix<f64>,
     pub(crate) right: &'a DVector<f64>,
@@ -105,8 +113,8 @@ impl NnlsProblem for NormalEquations<'_> {
 
 /// The minimum of `xᵀGx - 2bᵀx`, of least norm where it is not unique.
 pub(crate) fn least_squares_solution(gram: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    /// Above this ratio of the smallest to the largest pivot the system is solved by Cholesky factorization, which loses no
-    /// more than four digits.
+    /// Above this ratio of the smallest to the largest pivot the system is solved by Cholesky factorization, which
+    /// loses no more than four digits.
     const WELL_CONDITIONED: f64 = 1e-4;
     /// A singular value below this fraction of the largest counts as zero.
     const RANK: f64 = 1e-13;

@@ -1,6 +1,12 @@
 //! A unit direction.
 
-use std::ops::Neg;
+use alloc::format;
+use core::ops::Neg;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
+use crate::ShError;
 
 /// The tolerance of the squared length given to [`Dir::from_unit`]: directions that went through a few `f64` operations
 /// pass, those rounded to `f32` do not.
@@ -133,6 +139,30 @@ impl Dir {
     }
 }
 
+/// From a vector of any length; an error if it is zero or not finite.
+impl TryFrom<[f64; 3]> for Dir {
+    type Error = ShError;
+
+    fn try_from(v: [f64; 3]) -> Result<Self, ShError> {
+        Self::new(v).ok_or_else(|| ShError::Options(format!("expected a direction, found the vector {v:?}")))
+    }
+}
+
+/// From a vector of any length; an error if it is zero or not finite.
+impl TryFrom<[f32; 3]> for Dir {
+    type Error = ShError;
+
+    fn try_from(v: [f32; 3]) -> Result<Self, ShError> {
+        Self::try_from(v.map(f64::from))
+    }
+}
+
+impl From<Dir> for [f64; 3] {
+    fn from(s: Dir) -> Self {
+        s.v
+    }
+}
+
 impl Neg for Dir {
     type Output = Self;
 
@@ -163,7 +193,7 @@ mod tests {
 
     #[test]
     fn angles_round_trip_over_the_whole_sphere() {
-        for theta in [1e-9, 0.3, 1.5, 2.9, std::f64::consts::PI - 1e-9] {
+        for theta in [1e-9, 0.3, 1.5, 2.9, core::f64::consts::PI - 1e-9] {
             for phi in [-3.1, -1.0, 0.0, 0.5, 3.1] {
                 let d = Dir::from_angles(theta, phi);
                 assert!((d.theta() - theta).abs() < 1e-15, "theta {theta} became {}", d.theta());
@@ -175,8 +205,8 @@ mod tests {
     #[test]
     fn the_azimuth_does_not_depend_on_the_sign_of_zero() {
         for (s, phi) in [
-            (-Dir::X, std::f64::consts::PI),
-            (Dir::from_unit([-0.6, -0.0, 0.8]), std::f64::consts::PI),
+            (-Dir::X, core::f64::consts::PI),
+            (Dir::from_unit([-0.6, -0.0, 0.8]), core::f64::consts::PI),
             (Dir::Z, 0.0),
             (-Dir::Z, 0.0),
             (Dir::from_unit([-0.0, 0.0, -1.0]), 0.0),
@@ -190,6 +220,6 @@ mod tests {
         let d = Dir::from_angles(1.0, 2.0);
         let near = Dir::from_angles(1.0 + 1e-10, 2.0);
         assert!((d.angle_to(near) / 1e-10 - 1.0).abs() < 1e-5, "{}", d.angle_to(near));
-        assert!((d.angle_to(-d) - std::f64::consts::PI).abs() < 1e-15, "{}", d.angle_to(-d));
+        assert!((d.angle_to(-d) - core::f64::consts::PI).abs() < 1e-15, "{}", d.angle_to(-d));
     }
 }

@@ -1,5 +1,10 @@
 //! Directions spread over the sphere: a Fibonacci spiral, and points at rest in Thomson's problem.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::Dir;
 use crate::sphere::vector::{difference, dot, unit};
 
@@ -15,15 +20,15 @@ const AT_REST: f64 = 1e-9;
 ///   z_k = 1 - (2k + 1)/count        φ_k = π (3 - √5) k
 /// ```
 pub fn even_directions(count: usize) -> impl Iterator<Item = Dir> {
-    let golden_angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let golden_angle = core::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |k| {
         let z = 1.0 - (2 * k + 1) as f64 / count as f64;
         Dir::from_angles(z.acos(), golden_angle * k as f64)
     })
 }
 
-/// The solution of Thomson's problem: `count` points on the sphere that repel each other with the inverse square of their
-/// distance, in equilibrium.
+/// The solution of Thomson's problem: `count` points on the sphere that repel each other with the inverse square of
+/// their distance, in equilibrium.
 ///
 /// Each point moves along its net force without the part normal to the sphere, times a step that doubles when the
 /// energy falls and halves, the move undone, when it rises ([Sloan 2008]; the paper compares the sum of the forces, but

@@ -1,6 +1,10 @@
 //! Exact integration of polynomials on an interval and on the sphere.
 
-use std::f64::consts::PI;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
 
 use crate::Dir;
 

@@ -1,5 +1,10 @@
 //! Triangulations of the sphere, by subdividing an icosahedron.
 
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::once::Once;
 use crate::sphere::vector::{cross, dot, unit};
 
@@ -57,8 +62,8 @@ pub(crate) fn fine_directions(order: usize) -> [&'static [f64]; 3] {
     directions.each_ref().map(Vec::as_slice)
 }
 
-/// An icosahedron subdivided until there are at least two triangles for each coefficient of a function of `order`, at most
-/// to the last level but one.
+/// An icosahedron subdivided until there are at least two triangles for each coefficient of a function of `order`, at
+/// most to the last level but one.
 pub(crate) fn triangulation(order: usize) -> &'static [Triangle] {
     triangulation_of_level(level_for(order))
 }
@@ -70,8 +75,8 @@ fn triangulation_of_level(level: usize) -> &'static [Triangle] {
     })
 }
 
-/// The triples of the twelve corners `(0, ±1, ±g)` and their cyclic permutations, `g` the golden ratio, that are one edge
-/// apart.
+/// The triples of the twelve corners `(0, ±1, ±g)` and their cyclic permutations, `g` the golden ratio, that are one
+/// edge apart.
 fn icosahedron() -> Vec<Triangle> {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut corners = Vec::new();
@@ -113,7 +118,7 @@ mod tests {
                     2.0 * dot(a, cross(b, c)).atan2(1.0 + dot(a, b) + dot(b, c) + dot(c, a))
                 })
                 .sum();
-            let sphere = 4.0 * std::f64::consts::PI;
+            let sphere = 4.0 * core::f64::consts::PI;
             assert!((area - sphere).abs() < 1e-11, "{} triangles cover {area}", triangles.len());
             for v in directions() {
                 let inside = |t: &Triangle| dot(t.center, v) >= t.radius.cos();

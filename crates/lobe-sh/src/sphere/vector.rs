@@ -1,5 +1,8 @@
 //! Vectors of three numbers.
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

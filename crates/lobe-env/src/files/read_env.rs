@@ -1,96 +1,14 @@
-//! Reading environment maps from files.
+//! Reading lat-long maps.
 
 use std::path::Path;
 
 use lobe_image::{
-    EnvmapAttribute, FileFormat, ImageError, Nonfinite, Picture, PictureHead, PictureReadOptions, PictureReadReport,
-    read_picture_bytes_if, read_picture_file,
+    EnvmapAttribute, FileFormat, ImageError, Picture, PictureHead, read_picture_bytes_if, read_picture_file,
 };
 
 use crate::files::exr_envmap;
+use crate::files::read_options::{MapReadOptions, MapReadReport};
 use crate::{EnvError, EnvMap};
-
-/// How to read an environment map.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct MapReadOptions {
-    /// What to do with NaN and infinity; by default the file is refused.
-    pub nonfinite: Nonfinite,
-    /// The largest picture, in texels, for which memory is asked for; by default 2²⁸, enough for 16384 x 8192.
-    pub max_texels: usize,
-}
-
-impl Default for MapReadOptions {
-    fn default() -> Self {
-        let PictureReadOptions { nonfinite, max_texels, .. } = PictureReadOptions::default();
-        Self { nonfinite, max_texels }
-    }
-}
-
-impl MapReadOptions {
-    /// Sets what to do with NaN and infinity.
-    #[must_use]
-    pub fn nonfinite(self, nonfinite: Nonfinite) -> Self {
-        Self { nonfinite, ..self }
-    }
-
-    /// Sets the largest picture, in texels.
-    #[must_use]
-    pub fn max_texels(self, max_texels: usize) -> Self {
-        Self { max_texels, ..self }
-    }
-
-    /// The same for a picture of any shape.
-    pub(crate) fn of_picture(&self) -> PictureReadOptions {
-        PictureReadOptions::default().nonfinite(self.nonfinite).max_texels(self.max_texels)
-    }
-}
-
-/// What was found while reading.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct MapReadReport {
-    /// Columns; of a cube map, those of a face.
-    pub width: usize,
-    /// Rows; of a cube map, those of a face.
-    pub height: usize,
-    /// Levels of a cube map; 1 for a picture.
-    pub levels: usize,
-    /// The kind of file.
-    pub format: FileFormat,
-    /// Texels with a NaN or infinite channel; they are black in the map.
-    pub nonfinite: usize,
-    /// Column and row of the first of them; in a cube map, of the faces of its level one above another.
-    pub first_nonfinite: Option<(usize, usize)>,
-    /// Texels with a negative channel; they are kept.
-    pub negative: usize,
-    /// What a careful user should know: channels chosen, parts of the file ignored, factors applied.
-    pub notes: Vec<String>,
-    /// Whether the centers of the outer texels lie on the edges of the picture in the file, or of the faces of its cube.
-    pub(crate) is_edge_centered: bool,
-}
-
-impl From<PictureReadReport> for MapReadReport {
-    /// The report of a picture that is taken as it is, whatever its attribute `envmap` says.
-    fn from(report: PictureReadReport) -> Self {
-        let PictureReadReport { width, height, levels, format, nonfinite, first_nonfinite, negative, notes, .. } =
-            report;
-        Self { width, height, levels, format, nonfinite, first_nonfinite, negative, notes, is_edge_centered: false }
-    }
-}
-
-impl MapReadReport {
-    /// The report of a picture whose attribute `envmap` is acted upon.
-    fn of_map(report: PictureReadReport) -> Self {
-        let is_edge_centered = report.envmap.is_some();
-        let mut report = Self { is_edge_centered, ..report.into() };
-        if is_edge_centered {
-            let note = "by the attribute envmap the outer texels lie on the edges; the map is interpolated";
-            report.notes.push(note.into());
-        }
-        report
-    }
-}
 
 /// Reads a lat-long environment map from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file.
 ///
