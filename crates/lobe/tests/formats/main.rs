@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use lobe::prt::{
     BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Grid, Mode, Neighborhood, Receivers, Recipe,
-    Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer, write_lightmap,
-    write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
+    Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer,
+    write_lightmap, write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::{Bounds, Bvh, built_in};
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
