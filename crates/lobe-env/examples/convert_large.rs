@@ -12,7 +12,6 @@ use lobe_env::{
     CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, MapReadOptions,
     MapWriteOptions, Mapping, Resample, read_env, resample, write_cube, write_env,
 };
-use lobe_image::Picture;
 use lobe_sh::Rgb;
 
 /// That of the command line.
@@ -54,7 +53,11 @@ fn write(file: &Path, cube: &CubeMap) -> Result<(), EnvError> {
         write_cube(file, &CubeMipChain::single(cube.clone()), &CubeWriteOptions::default())?;
         return Ok(());
     }
-    let Raster { width, height, texels } = cube.to_picture(CubeLayout::HorizontalCross, CubeHandedness::Right);
-    write_env(file, &EnvMap::new(width, height, texels)?, &MapWriteOptions::default())?;
+    let picture = cube.to_picture(CubeLayout::HorizontalCross, CubeHandedness::Right);
+    write_env(
+        file,
+        &EnvMap::new(picture.width(), picture.height(), picture.into_pixels())?,
+        &MapWriteOptions::default(),
+    )?;
     Ok(())
 }

@@ -78,21 +78,18 @@ mod vector;
 pub use camera::camera::Camera;
 pub use camera::view::View;
 pub use error::RenderError;
-pub use mapping_gallery::blinn_newell::BlinnNewell;
 pub use mapping_gallery::bump::{Bumped, bumped_normal, bumps};
-pub use mapping_gallery::cube_mapped::CubeMapped;
 pub use mapping_gallery::environment_sheet::{
     EnvironmentPanel, EnvironmentSheetOptions, environment_mapping_sheet, environment_panels,
 };
 pub use mapping_gallery::exhibit::{Exhibit, Shading, SurfacePoint, compare_shadings};
 pub use mapping_gallery::glossy::{Glossy, between_levels};
 pub use mapping_gallery::highlight_map::{HighlightMap, highlights_of_lights, irradiance_of_lights};
-pub use mapping_gallery::irradiance_polynomial::IrradiancePolynomial;
-pub use mapping_gallery::matte::{MatteByMap, MatteBySh};
+pub use mapping_gallery::matte::{IrradiancePolynomial, MatteByMap, MatteBySh};
+pub use mapping_gallery::mirror_maps::{BlinnNewell, CubeMapped, SphereMapped};
 pub use mapping_gallery::paraboloids::Paraboloids;
 pub use mapping_gallery::reflection_space::{BruteForceReflection, ReflectionSpace};
 pub use mapping_gallery::solid::Solid;
-pub use mapping_gallery::sphere_mapped::SphereMapped;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
 pub use path_tracer::distant_light::DistantLight;

@@ -13,7 +13,6 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 use lobe_env::{DfgTable, bundled, project_env};
 use lobe_image::{Measured, ZTest};

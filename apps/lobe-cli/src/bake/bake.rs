@@ -65,7 +65,7 @@ pub(crate) struct Bake {
     /// With --mode interreflected and glossy: reflections at most, 0 to 255 [default: 3]
     #[arg(long, value_name = "B", value_parser = bounces)]
     bounces: Option<usize>,
-    /// With --mode interreflected and glossy: leave out bounces that carry less than this part of the energy; 0 keeps all [default: 0.001]
+    /// With --mode interreflected and glossy: leave out reflections that carry less than this part of the energy; 0 keeps all [default: 0.001]
     #[arg(long, value_name = "X", value_parser = part)]
     energy_stop: Option<f64>,
     /// The same seed gives the same bytes
@@ -98,13 +98,13 @@ pub(crate) struct Bake {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum ModeName {
-    /// It meets nothing
+    /// Light that meets nothing on its way
     Unshadowed,
-    /// The scene stops it
+    /// Light that the scene may block
     Shadowed,
-    /// The scene stops it and sends it on
+    /// Light that the scene may block, and that its surfaces reflect
     Interreflected,
-    /// The same before it is reflected, as matrices: for surfaces that shine
+    /// The same light before a vertex reflects it, as matrices: for glossy surfaces
     Glossy,
 }
 

@@ -1,4 +1,4 @@
-//! `lobe render`: a scene under distant light, by transfer or by paths.
+//! `lobe render`: a scene under distant light, by transfer or by path tracing.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -72,7 +72,7 @@ pub(crate) struct Render {
     scene: SceneInput,
     #[command(flatten)]
     light: LightInput,
-    /// How the picture is made
+    /// The method that makes the picture
     #[arg(long, value_enum)]
     mode: Mode,
     /// The picture: .png tone-mapped for looking at, .exr with the values; of the truth with variance, albedo, normal, depth and
@@ -84,10 +84,10 @@ pub(crate) struct Render {
     /// Paths (truth) or rays (else) for each pixel [default: 64, 4]
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<usize>,
-    /// truth, interreflected, glossy: how often light is reflected before the surface that is seen reflects it [default: 3]
+    /// truth, interreflected, glossy: the number of reflections before that of the surface that is seen [default: 3]
     #[arg(long, value_name = "B", value_parser = bounces)]
     bounces: Option<usize>,
-    /// truth: how surfaces reflect [default: matte, as in a bake]
+    /// truth: the model of reflection [default: matte, as in a bake]
     #[arg(long, value_enum)]
     surfaces: Option<SurfaceModel>,
     /// truth: another seed gives other paths [default: 0]
@@ -96,19 +96,19 @@ pub(crate) struct Render {
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
-    /// All but truth and irradiance: what lobe bake, compress or fit-lobes wrote of this scene without it, a .safetensors
-    /// file, or of --texels an .exr file
+    /// All but truth and irradiance: the transfer of this scene that lobe bake, compress or fit-lobes wrote without the scene, a
+    /// .safetensors file, or an .exr file of lobe bake --texels
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
-    /// glossy: the lobe that surfaces mirror with, tinted by their base color [default: ggx:0.3]. A lobe about the mirrored
-    /// view stands for the surface: 18 % from --mode truth --surfaces gltf for metals of α 0.3, farther for rougher ones
+    /// glossy: the lobe of reflection about the mirrored view, tinted by the base color [default: ggx:0.3]. For metals of α 0.3
+    /// the picture differs by 18 % from --mode truth --surfaces gltf, for rougher ones by more
     #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
     lobe: Option<GlossyLobe>,
-    /// All but truth, which shows the light that it uses: what is seen behind the scene; light, to compare with a truth of the
-    /// same --order [default: env]
+    /// All but truth, which shows the light that it uses: the background behind the scene; light, to compare with a truth of
+    /// the same --order [default: env]
     #[arg(long, value_enum)]
     background: Option<Background>,
-    /// Multiply the light of a .png by this before it is shown [default: what suits the picture, with --frames the first]
+    /// Multiply the light of a .png by this before it is tone-mapped [default: as suits the picture, with --frames the first one]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     exposure: Option<f64>,
     /// Turn the light once around in this many pictures: OUT-000.png (or .exr) and on, and all of them as an animation in
@@ -124,7 +124,7 @@ pub(crate) struct Render {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Mode {
-    /// By paths of light: shadows and reflections between surfaces
+    /// Path tracing: shadows and reflections between surfaces
     Truth,
     /// The irradiance of the expansion by shading normal, times albedo/π
     Irradiance,

@@ -19,7 +19,7 @@ pub(crate) struct ShDering {
     /// The expansion, a .sh.json file; - reads stdin
     #[arg(value_name = "P")]
     input: ShInput,
-    /// What shall be nowhere negative: what P is, or the irradiance that P, which is radiance, makes [default: what P is]
+    /// The quantity that becomes non-negative: that of P, or the irradiance of P, if that is radiance [default: that of P]
     #[arg(long, value_enum)]
     quantity: Option<Wanted>,
     /// least-change: a factor for each band, such that the norm of the change is least; table: the search of Sloan 2017, for
@@ -95,7 +95,7 @@ impl ShDering {
         Ok(())
     }
 
-    /// What the expansion in the file is convolved with before it is looked at.
+    /// The kernel with which the expansion in the file is convolved before its values are examined.
     fn kernel(&self, file: &ShFile) -> anyhow::Result<Option<Zonal>> {
         match (self.quantity, file.quantity) {
             (_, Quantity::LogVisibility) => {
@@ -150,7 +150,7 @@ impl ShDering {
     }
 }
 
-/// What no value of each channel is below.
+/// The lower bound of each channel.
 fn lower_ends(minima: &[Extremum]) -> Vec<f64> {
     minima.iter().map(|min| min.lo).collect()
 }

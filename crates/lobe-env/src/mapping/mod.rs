@@ -1,8 +1,8 @@
 //! From directions to places in a picture and back, one file for each way of unfolding the sphere.
 //!
 //! Read first: [`mapping`], which lists them, then [`lat_long`] and [`cube`]. [`azimuthal`] has what the discs have in
-//! common, [`solid_angles`], [`texel_quadrature`] and [`polygon`] measure texels; [`grid`] numbers the texels of a
-//! picture, and [`taps`] finds those that a direction is interpolated from, across every seam. Uses no other room.
+//! common, [`solid_angles`], [`texel_quadrature`] and [`polygon`] measure texels; [`taps`] numbers the texels of a
+//! picture, and finds those that a direction is interpolated from, across every seam. Uses no other room.
 
 pub mod angular;
 pub(crate) mod azimuthal;

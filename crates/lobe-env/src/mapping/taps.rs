@@ -8,7 +8,6 @@ use lobe_sh::Dir;
 use crate::Mapping;
 use crate::mapping::cube;
 use crate::mapping::lat_long::sin_cos_pi;
-use crate::resample::footprint::Share;
 
 // Bilinear interpolation in θ gives the rows of a lat-long picture other solid angles than they have: 8 % more for the
 // first row, since between its center and the next one the sphere widens. Between the centers of two rows, at
@@ -31,6 +30,9 @@ const SMALL_STRIP: f64 = 1e-3;
 
 /// Four texels on each side of a rim.
 const MAX_TAPS: usize = 8;
+
+/// A texel, by its number in the picture, and its weight.
+pub(crate) type Share = (u32, f32);
 
 /// Texels, by their number in the picture, with weights that sum to 1.
 ///

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use lobe_sh::{Dir, gauss_legendre};
 
-use crate::reflection::dfg::dfg;
+use crate::reflection::dfg::{dfg, towards_both_ends};
 
 /// Nodes for the one integral of [`Phong::directional_albedo`] on each piece: test `phong_reflects_what_brute_force_says`.
 const PHONG_NODES: usize = 48;
@@ -150,13 +150,6 @@ fn ggx_distribution(width: f64, h: Dir) -> f64 {
     let aside = h.x() * h.x() + h.y() * h.y();
     let denominator = aside + width * h.z() * h.z();
     width / (PI * denominator * denominator)
-}
-
-/// The node `x` in `(-1, 1)` and its weight carried to an interval, crowded towards both ends as a square root needs.
-pub(crate) fn towards_both_ends(start: f64, end: f64, x: f64, weight: f64) -> (f64, f64) {
-    let (sin, cos) = (FRAC_PI_2 * x).sin_cos();
-    let half = 0.5 * (end - start);
-    (start + half * (1.0 + sin), weight * half * FRAC_PI_2 * cos)
 }
 
 #[cfg(test)]

@@ -1,12 +1,10 @@
 //! The two numbers that a rough mirror needs besides its prefiltered environment (the "BRDF table").
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
 use lobe_sh::{Coefficient, Rgb, gauss_legendre};
 use rayon::prelude::*;
-
-use crate::reflection::brdf::towards_both_ends;
 
 /// Nodes of each of the two integrals: three times as many change less than 5e-7 anywhere for `α >= 0.01`, and 1e-12 for
 /// `α >= 0.3`, `cos_v >= 0.02` (test `the_integrals_have_converged`).
@@ -242,6 +240,13 @@ impl DfgTable {
 
 fn mix(a: Dfg, b: Dfg, t: f64) -> Dfg {
     Dfg { scale: a.scale + t * (b.scale - a.scale), bias: a.bias + t * (b.bias - a.bias) }
+}
+
+/// The node `x` in `(-1, 1)` and its weight carried to an interval, crowded towards both ends as a square root needs.
+pub(crate) fn towards_both_ends(start: f64, end: f64, x: f64, weight: f64) -> (f64, f64) {
+    let (sin, cos) = (FRAC_PI_2 * x).sin_cos();
+    let half = 0.5 * (end - start);
+    (start + half * (1.0 + sin), weight * half * FRAC_PI_2 * cos)
 }
 
 #[cfg(test)]

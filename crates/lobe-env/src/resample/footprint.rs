@@ -2,10 +2,54 @@
 
 use lobe_sh::{Coefficient, Rgb};
 
-use crate::resample::patch::Tile;
+use crate::mapping::taps::Share;
 
-/// A texel, by its number in the picture, and its weight.
-pub(crate) type Share = (u32, f32);
+/// A block of texels of a picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tile {
+    pub(crate) x: usize,
+    pub(crate) y: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+impl Tile {
+    /// Of one texel.
+    pub(crate) fn of_texel([x, y]: [usize; 2]) -> Self {
+        Self { x, y, width: 1, height: 1 }
+    }
+
+    /// The number of its texels.
+    pub(crate) fn len(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// The number of the first texel of each of its rows in a picture of `columns` columns.
+    pub(crate) fn rows(&self, columns: usize) -> impl Iterator<Item = usize> {
+        let Self { x, y, height, .. } = *self;
+        (y..y + height).map(move |y| y * columns + x)
+    }
+
+    /// The middle one of its texels, and those in its corners.
+    pub(crate) fn landmarks(&self) -> [[usize; 2]; 5] {
+        let Self { x, y, width, height } = *self;
+        let (right, below) = (x + width - 1, y + height - 1);
+        [[x + width / 2, y + height / 2], [x, y], [right, y], [x, below], [right, below]]
+    }
+
+    /// Its four quarters; of one row or column, its halves.
+    pub(crate) fn quarters(&self) -> impl Iterator<Item = Self> {
+        let halves = |start: usize, length: usize| {
+            let half = length.div_ceil(2);
+            [(start, half), (start + half, length - half)]
+        };
+        let (across, down) = (halves(self.x, self.width), halves(self.y, self.height));
+        let parts = down
+            .into_iter()
+            .flat_map(move |(y, height)| across.into_iter().map(move |(x, width)| Self { x, y, width, height }));
+        parts.filter(|part| part.width > 0 && part.height > 0)
+    }
+}
 
 /// Four texels that are neighbors in the picture: `first` and the one to its right, and the two below, with weights.
 #[derive(Clone, Copy, Debug)]

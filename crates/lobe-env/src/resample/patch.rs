@@ -1,7 +1,7 @@
 //! Where a block of texels looks at the source: a surface of the second degree for all of its samples.
 
 use crate::mapping::taps::Grid;
-use crate::resample::footprint::{Quad, View, Views};
+use crate::resample::footprint::{Quad, Tile, View, Views};
 
 /// By rounding, samples leave the range of their surface by less than this, in texels,
 const MARGIN: f64 = 0.01;
@@ -46,53 +46,6 @@ impl Sample {
 pub(crate) struct Limits {
     pub(crate) x: [f32; 2],
     pub(crate) y: [f32; 2],
-}
-
-/// A block of texels of a picture.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tile {
-    pub(crate) x: usize,
-    pub(crate) y: usize,
-    pub(crate) width: usize,
-    pub(crate) height: usize,
-}
-
-impl Tile {
-    /// Of one texel.
-    pub(crate) fn of_texel([x, y]: [usize; 2]) -> Self {
-        Self { x, y, width: 1, height: 1 }
-    }
-
-    /// The number of its texels.
-    pub(crate) fn len(&self) -> usize {
-        self.width * self.height
-    }
-
-    /// The number of the first texel of each of its rows in a picture of so many columns.
-    pub(crate) fn rows(&self, columns: usize) -> impl Iterator<Item = usize> {
-        let Self { x, y, height, .. } = *self;
-        (y..y + height).map(move |y| y * columns + x)
-    }
-
-    /// The middle one of its texels, and those in its corners.
-    pub(crate) fn landmarks(&self) -> [[usize; 2]; 5] {
-        let Self { x, y, width, height } = *self;
-        let (right, below) = (x + width - 1, y + height - 1);
-        [[x + width / 2, y + height / 2], [x, y], [right, y], [x, below], [right, below]]
-    }
-
-    /// Its four quarters; of one row or column, its halves.
-    pub(crate) fn quarters(&self) -> impl Iterator<Item = Self> {
-        let halves = |start: usize, length: usize| {
-            let half = length.div_ceil(2);
-            [(start, half), (start + half, length - half)]
-        };
-        let (across, down) = (halves(self.x, self.width), halves(self.y, self.height));
-        let parts = down
-            .into_iter()
-            .flat_map(move |(y, height)| across.into_iter().map(move |(x, width)| Self { x, y, width, height }));
-        parts.filter(|part| part.width > 0 && part.height > 0)
-    }
 }
 
 /// Position in the source and weight of every sample of a tile:

@@ -9,8 +9,8 @@ use crate::Mapping;
 use crate::mapping::cube;
 use crate::mapping::taps::Grid;
 use crate::resample::fast_atan::quick_atan2;
-use crate::resample::footprint::{View, Views};
-use crate::resample::patch::{Limits, Patch, Sample, Tile};
+use crate::resample::footprint::{Tile, View, Views};
+use crate::resample::patch::{Limits, Patch, Sample};
 
 /// How far samples are apart, in source texels.
 const SPACING: f64 = 1.0;

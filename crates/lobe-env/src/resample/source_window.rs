@@ -5,8 +5,7 @@
 
 use lobe_sh::Rgb;
 
-use crate::resample::footprint::Quad;
-use crate::resample::patch::Tile;
+use crate::resample::footprint::{Quad, Tile};
 use crate::resample::sparse_sum::SparseSum;
 
 /// Red, green and blue, and 1: what is summed with weights then holds their sum too.

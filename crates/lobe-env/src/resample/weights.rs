@@ -10,8 +10,7 @@ use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
 use crate::mapping::solid_angles::SolidAngles;
-use crate::resample::footprint::{View, Views};
-use crate::resample::patch::Tile;
+use crate::resample::footprint::{Tile, View, Views};
 use crate::resample::sample_points::{Chunk, Sampler, Sight};
 use crate::resample::source_window::{WindowLight, WindowSums};
 use crate::resample::sparse_sum::{BLOCK, SparseSum};

@@ -15,7 +15,7 @@ use crate::{
 };
 use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 
-/// How often a torus may mirror itself in the traced picture.
+/// Reflections at most in the traced picture of a torus that mirrors itself.
 const BOUNCES: usize = 4;
 /// The width α of the rough mirrors, wide enough for lights as large as the texels of a face of [`ROUGH_SIZE`].
 const ALPHA: f64 = 0.3;
@@ -44,7 +44,7 @@ const BRIGHT: f64 = 1.5;
 /// Pictures a row of the sheet.
 const COLUMNS: usize = 7;
 
-/// What [`environment_panels`] draws.
+/// Sizes and inputs of [`environment_panels`].
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct EnvironmentSheetOptions<'a> {
@@ -101,19 +101,19 @@ pub struct EnvironmentPanel {
     pub technique: &'static str,
     /// The picture in linear light.
     pub picture: Picture,
-    /// How far it is from what the technique stands for, over the visible surface: `Σ|a - b| / Σ|b|`. `None` where it is
-    /// that itself.
+    /// The error against the truth that the technique approximates, over the visible surface: `Σ|a - b| / Σ|b|`. `None` for the
+    /// truth itself.
     pub error: Option<f64>,
     /// Whether the surface mirrors the map as it is; the others blur it.
     pub mirrors: bool,
 }
 
-/// Which truth a technique is measured against.
+/// The truth that a technique is measured against.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
-    /// It is the truth itself, a traced mirror.
+    /// None: it is the truth itself, a traced mirror.
     Traced,
-    /// It is the truth itself, of a surface that blurs the map.
+    /// None: it is the truth itself, of a surface that blurs the map.
     Summed,
     /// The same, where each point is a sum over many lights.
     SlowlySummed,
@@ -300,7 +300,7 @@ fn blurred(map: &EnvMap) -> CubeMipChain {
     CubeMipChain::single(CubeMap::from_fn(2 * GLOSSY_ORDER, |s| picture.radiance(s)))
 }
 
-/// What the errors are measured against.
+/// The truths that errors are measured against.
 struct Truths<'a> {
     map: &'a EnvMap,
     rough: BruteForceReflection<Ggx>,

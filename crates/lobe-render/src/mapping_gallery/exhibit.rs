@@ -1,4 +1,4 @@
-//! A shape, a camera, and the light that every point of the shape sends to it.
+//! Exhibits: a shape before a camera, shaded point by point.
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
@@ -7,10 +7,10 @@ use crate::vector::{add, dot, scale, sub};
 use crate::{Camera, Solid};
 use lobe_image::{ErrorReport, Picture, compare};
 
-/// A point of a surface, and from where it is seen.
+/// A point of a surface, and the direction it is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is.
+    /// Its position.
     pub position: [f64; 3],
     /// The outward normal `n`.
     pub normal: Dir,
@@ -37,7 +37,7 @@ impl SurfacePoint {
     }
 }
 
-/// How a surface turns the light of its surroundings into what is seen of it.
+/// A technique of shading: the light of the surroundings in, the radiance towards the eye out.
 ///
 /// Environment mapping in its classic form: the surroundings are infinitely far away, so only directions count; the
 /// surface neither shades nor mirrors itself.
@@ -116,7 +116,7 @@ impl Exhibit {
     }
 }
 
-/// How far two shadings differ over given points, all points counting alike: over [`Exhibit::points`] it is the error of
+/// The difference of two shadings over given points, all weighted alike: over [`Exhibit::points`] it is the error of
 /// the picture inside the shape.
 #[must_use]
 pub fn compare_shadings(
