@@ -8,7 +8,6 @@ use lobe::env::{
     CubeMipChain, CubeWriteOptions, MapReadOptions, Mapping, Resample, bundled, project_map, read_cube, resample,
     write_cube,
 };
-use lobe::sh::Expansion as _;
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let sky = bundled::studio().map();

@@ -1,4 +1,4 @@
-//! Readers of Lobe's files that were written from `docs/guide/src/formats.md`: with serde_json, without Lobe.
+//! Readers of Lobe's files that were written from `docs/guide/src/formats.md`: with `serde_json`, without Lobe.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
