@@ -61,7 +61,7 @@ enum Command {
     Light(light::LightCommand),
     /// Bake what a scene does to light, for any light to come
     Bake(bake::Bake),
-    /// Show a scene under any light: by transfer in no time, or the truth by paths
+    /// Render a scene under any light: by transfer at once, or path traced for reference
     Render(render::Render),
     /// Compare two pictures: RMSE, relative MSE, PSNR, FLIP; test whether chance explains the difference
     Compare(compare::Compare),
@@ -75,9 +75,9 @@ enum Command {
     /// Work on environment maps, pictures of everything around a point
     #[command(subcommand)]
     Env(EnvCommand),
-    /// Write this help as pages for man
+    /// Write the manual, a page for every command
     Man(manual::ManPages),
-    /// Print a script that lets a shell complete this command's options
+    /// Print the script with which a shell completes commands and options
     Completions(manual::Completions),
 }
 

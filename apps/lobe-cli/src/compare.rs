@@ -19,7 +19,7 @@ use crate::args::output;
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// How often two pictures of the same light are told apart by mistake.
+/// The probability that two pictures of the same light are told apart by mistake.
 const SIGNIFICANCE: f64 = 0.01;
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
@@ -44,7 +44,7 @@ pub(crate) struct Compare {
     /// level of significance is 1 % for all six numbers together (Šidák)
     #[arg(long)]
     z_test: bool,
-    /// How many pixels fit in one degree of the eye, for FLIP [default: 67, a 4K display as wide as it is far away]
+    /// Pixels per degree of visual angle, for FLIP [default: 67, a 4K display as wide as it is far away]
     #[arg(long, value_name = "N", value_parser = values::positive)]
     pixels_per_degree: Option<f64>,
     /// Print {"rmse", "relmse", "psnr", "flip"} instead of text, with --z-test also {"z_test": {"mean_z", "p_bias", "spread",
@@ -61,7 +61,7 @@ enum Metric {
     Relmse,
     /// Peak signal-to-noise ratio in decibels; the peak is the reference's largest value
     Psnr,
-    /// What one sees when flipping between them, 0 to 1: FLIP for .png and .jpg, HDR-FLIP for light
+    /// The difference that one sees when flipping between them, 0 to 1: FLIP for .png and .jpg, HDR-FLIP for light
     Flip,
 }
 

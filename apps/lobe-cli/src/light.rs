@@ -16,7 +16,7 @@ pub(crate) struct LightCommand {
 enum Shape {
     /// Light from one direction, such as the sun's
     Directional {
-        /// Where the light is, a vector of any length but 0 (+z is up)
+        /// The direction towards the light, a vector of any length but 0 (+z is up)
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
         dir: Dir,
         #[command(flatten)]
@@ -26,7 +26,7 @@ enum Shape {
     },
     /// A luminous ball
     Sphere {
-        /// Where its center is, a vector of any length but 0 (+z is up)
+        /// The direction towards its center, a vector of any length but 0 (+z is up)
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
         dir: Dir,
         #[command(flatten)]
@@ -98,7 +98,7 @@ enum Shape {
 
 #[derive(Args)]
 struct Disc {
-    /// Where its center is, a vector of any length but 0 (+z is up)
+    /// The direction towards its center, a vector of any length but 0 (+z is up)
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
     dir: Dir,
     /// From the center to the edge, above 0 and up to 180 degrees
@@ -117,21 +117,21 @@ struct SphereSize {
     /// From its center to its edge as it is seen, above 0 and up to 90 degrees
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
     half_angle: Option<f64>,
-    /// How far its center is, in the unit of --radius
+    /// The distance of its center, in the unit of --radius
     #[arg(long, value_name = "D", requires = "radius", allow_hyphen_values = true, value_parser = values::finite)]
     distance: Option<f64>,
 }
 
 #[derive(Args)]
 struct Color {
-    /// The color; what it stands for --normalize says
+    /// The color, in the unit of --normalize
     #[arg(long, value_name = "R,G,B", default_value = "1,1,1", allow_hyphen_values = true, value_parser = values::color)]
     color: Rgb<f64>,
 }
 
 #[derive(Args)]
 struct Common {
-    /// What a color of 1 stands for
+    /// The unit of colors
     #[arg(long, value_enum, default_value = "projected")]
     normalize: Normalize,
     /// The order (number of bands), 1 to 64: n² coefficients

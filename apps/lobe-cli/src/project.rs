@@ -25,7 +25,7 @@ pub(crate) struct Project {
     /// The order (number of bands), 1 to 64: n² coefficients
     #[arg(long, value_name = "N", default_value = "3", value_parser = values::order)]
     order: usize,
-    /// How to integrate
+    /// The method of integration
     #[arg(long, value_enum, default_value = "exact")]
     method: Method,
     /// The number of directions to look in, for monte-carlo (rounded down to a square) and fibonacci (which takes half as many again to estimate its error) [default: 10000]

@@ -1,4 +1,4 @@
-//! What can go wrong with results on disk.
+//! Errors of results on disk.
 
 use std::io;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What tells one piece of work from another.
+//! Fingerprints, which tell one piece of work from another.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! How long work is watched, stopped and continued.
+//! Watching, stopping and continuing long work.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -98,10 +98,7 @@ impl<'a> Job<'a> {
     /// The same job for a part of the work, by which it is watched and kept as before.
     pub fn reborrow(&mut self) -> Job<'_> {
         let Self { watch, checkpoint } = self;
-        let watch = match watch {
-            Some(watch) => Some(&mut **watch as Watch<'_>),
-            None => None,
-        };
+        let watch = watch.as_mut().map(|watch| &mut **watch as Watch<'_>);
         Job { watch, checkpoint: checkpoint.clone() }
     }
 

@@ -1,4 +1,4 @@
-//! What can go wrong with transfer.
+//! Errors of transfer.
 
 use std::io;
 

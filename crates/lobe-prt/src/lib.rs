@@ -9,17 +9,21 @@
 //! |---|---|
 //! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
-//! | vertices where transfer needs them | [`split_adaptively`], [`split_adaptively_resumable`], [`AdaptiveOptions`], [`AdaptiveReport`] |
-//! | baking | [`fn@bake`], [`bake_resumable`], [`BakeOptions`], [`Mode`], [`Progress`], [`BakeReport`] |
+//! | vertices where transfer needs them | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
+//! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`Mode`], [`BakeReport`] |
 //! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | transfer alone | [`write_transfer`], [`read_transfer`]; of a lightmap as a picture [`write_lightmap`], [`read_lightmap`] |
 //! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
 //! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
 //! | files of these two, and of any form | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers; [`AnyTransfer`], [`read_any_transfer`] |
-//! | glossy receivers | [`bake_matrices`], [`bake_matrices_resumable`], [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
-//! | what moves through a scene | [`bake_neighborhood`], [`bake_neighborhood_resumable`], [`Neighborhood`], [`Grid`] |
+//! | glossy receivers | [`bake_matrices`], [`bake_matrices_on_disk`], [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
+//! | what moves through a scene | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`Grid`] |
 //! | files of these two | [`write_matrices`], [`write_neighborhood`] and their readers |
-//! | telling one piece of long work from another | [`Fingerprint`] |
+//! | the record of how transfer was made | [`Recipe`] |
+//! | telling one scene from another | [`fingerprint_scene`] |
+//!
+//! Long functions end with a [`lobe_io::Job`], which says who watches them and in which file they are kept. Those that bake
+//! can be resumed; searches ([`fit_zonal`], [`compress_table`] and what is built on them) cannot, and refuse a file.
 
 mod bake;
 mod compression;

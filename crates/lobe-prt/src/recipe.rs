@@ -1,4 +1,4 @@
-//! How transfer was made.
+//! The recipe of transfer: a record of everything that decided its numbers.
 
 use std::collections::BTreeMap;
 

@@ -19,7 +19,7 @@ fn y_0() -> f64 {
     0.5 / PI.sqrt()
 }
 
-/// A scene far away, in nobody's way.
+/// A scene so far away and small that it shadows nothing.
 fn nothing_in_the_way() -> Scene {
     let triangle = vec![[0.0, 0.0, -1000.0], [1e-3, 0.0, -1000.0], [0.0, 1e-3, -1000.0]];
     scene_of(triangle, vec![[0, 1, 2]], 0.5, true)
@@ -280,7 +280,11 @@ fn coefficients_do_not_depend_on_the_number_of_threads() {
     };
     let (one, two, five) = (bake(1), bake(2), bake(5));
     assert!(one.0 == two.0 && one.0 == five.0, "transfer of 1, 2 and 5 threads");
-    let timeless = |report: &lobe_prt::BakeReport| lobe_prt::BakeReport { seconds: 0.0, ..report.clone() };
+    let timeless = |report: &lobe_prt::BakeReport| {
+        let mut report = report.clone();
+        report.seconds = 0.0;
+        report
+    };
     assert_eq!(timeless(&one.1), timeless(&two.1), "reports of 1 and 2 threads");
     assert_eq!(timeless(&one.1), timeless(&five.1), "reports of 1 and 5 threads");
 }
@@ -336,7 +340,7 @@ fn a_bake_can_be_watched_and_stopped() {
         seen.push(*p);
         ControlFlow::Continue(())
     };
-    bake(&scene, &bvh, &receivers, &options, &mut watch).unwrap();
+    bake(&scene, &bvh, &receivers, &options, Job::default().watched_by(&mut watch)).unwrap();
     let (first, last) = (seen[0], seen[seen.len() - 1]);
     assert_eq!((first.done, first.rays, first.seconds_left()), (0, 0, None), "at first");
     assert_eq!((last.done, last.seconds_left()), (receivers.len(), Some(0.0)), "at last");

@@ -1,4 +1,4 @@
-//! Work after a bake that somebody watches and stops.
+//! Searches that are watched and stopped.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 

@@ -1,17 +1,23 @@
-//! What can go wrong with a picture, by whose fault it is.
+//! The errors of this crate, by whose fault they are.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use lobe_image::ImageError;
+use lobe_io::IoError;
 use lobe_prt::PrtError;
 
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// The data do not make a picture.
-    #[error("{0}")]
-    Invalid(String),
+    /// A file or the data contradict themselves, or each other.
+    #[error("{place}: {message}")]
+    Invalid {
+        /// The file, or the name the caller gave to the data.
+        place: String,
+        /// What is wrong with it.
+        message: String,
+    },
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
@@ -21,17 +27,37 @@ pub enum RenderError {
     /// A scene, its transfer or their files are at fault.
     #[error(transparent)]
     Prt(PrtError),
-    /// The caller's progress function said to stop.
+    /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
     /// A file could not be written.
-    #[error("{}: cannot write the picture: {source}", path.display())]
+    #[error("{place}: cannot write the picture: {source}")]
     Io {
         /// The file that was to be written.
-        path: PathBuf,
+        place: String,
         /// What the system said.
         source: std::io::Error,
     },
+}
+
+impl RenderError {
+    pub(crate) fn io(path: &Path) -> impl Fn(std::io::Error) -> Self {
+        move |source| Self::Io { place: path.display().to_string(), source }
+    }
+
+    pub(crate) fn invalid(place: &Path, message: impl Into<String>) -> Self {
+        Self::Invalid { place: place.display().to_string(), message: message.into() }
+    }
+}
+
+impl From<IoError> for RenderError {
+    fn from(error: IoError) -> Self {
+        match error {
+            IoError::Io { place, source } => Self::Io { place, source },
+            IoError::Invalid { place, message } => Self::Invalid { place, message },
+            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
+        }
+    }
 }
 
 impl From<PrtError> for RenderError {

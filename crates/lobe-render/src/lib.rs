@@ -1,8 +1,9 @@
-//! Pictures on the CPU: plots of functions on the sphere, lit balls, error maps, tone mapping and PNG files.
+//! Pictures on the CPU: scenes lit by transfer, path traced references, the techniques of environment mapping, and plots of
+//! functions on the sphere.
 //!
 //! # Examples
 //!
-//! An environment as a picture, tone mapped:
+//! A baked scene under a photographed sky: see [`light_baked_scene`]. An environment as a picture, tone mapped:
 //!
 //! ```
 //! use lobe_image::{Picture, Tone};
@@ -50,7 +51,7 @@
 //! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
 //! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
-//! | shapes before a camera | [`Scene`], [`Solid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
+//! | shapes before a camera | [`Exhibit`], [`Solid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
 //! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; the truth: [`TracedMirror`] |
 //! | rough mirrors | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; the truth: [`BruteForceReflection`] |
 //! | matte surfaces | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
@@ -59,7 +60,7 @@
 //! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`]; without transfer [`light_by_irradiance`] |
-//! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`Estimate`] |
+//! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | the variance in a traced picture | [`read_variance`] |
 //!
 //! Pictures themselves, tone mapping, files and comparison are in `lobe-image`. Results do not depend on the number of threads.
@@ -67,6 +68,7 @@
 mod camera;
 mod error;
 mod mapping_gallery;
+mod options;
 mod path_tracer;
 mod plot;
 mod progressive;
@@ -76,27 +78,24 @@ mod vector;
 pub use camera::camera::Camera;
 pub use camera::view::View;
 pub use error::RenderError;
-pub use mapping_gallery::blinn_newell::BlinnNewell;
 pub use mapping_gallery::bump::{Bumped, bumped_normal, bumps};
-pub use mapping_gallery::cube_mapped::CubeMapped;
 pub use mapping_gallery::environment_sheet::{
     EnvironmentPanel, EnvironmentSheetOptions, environment_mapping_sheet, environment_panels,
 };
-pub use mapping_gallery::exhibit::{Scene, Shading, SurfacePoint, compare_shadings};
+pub use mapping_gallery::exhibit::{Exhibit, Shading, SurfacePoint, compare_shadings};
 pub use mapping_gallery::glossy::{Glossy, between_levels};
 pub use mapping_gallery::highlight_map::{HighlightMap, highlights_of_lights, irradiance_of_lights};
-pub use mapping_gallery::irradiance_polynomial::IrradiancePolynomial;
-pub use mapping_gallery::matte::{MatteByMap, MatteBySh};
+pub use mapping_gallery::matte::{IrradiancePolynomial, MatteByMap, MatteBySh};
+pub use mapping_gallery::mirror_maps::{BlinnNewell, CubeMapped, SphereMapped};
 pub use mapping_gallery::paraboloids::Paraboloids;
 pub use mapping_gallery::reflection_space::{BruteForceReflection, ReflectionSpace};
 pub use mapping_gallery::solid::Solid;
-pub use mapping_gallery::sphere_mapped::SphereMapped;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
 pub use path_tracer::distant_light::DistantLight;
-pub use path_tracer::estimate::{Estimate, SampleCount};
+pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
-pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_resumable};
+pub use path_tracer::reference::{Truth, TruthOptions, render_truth};
 pub use path_tracer::truth_exr::read_variance;
 pub use plot::ball::Ball;
 pub use plot::balloon::Balloon;
@@ -112,3 +111,8 @@ pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
 pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance};
 pub use scene_view::prt_shading::GlossyLobe;
 pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

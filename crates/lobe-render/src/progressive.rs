@@ -1,18 +1,19 @@
-//! Pixels in parallel, with somebody asked now and then whether to go on.
+//! Pixels in parallel, in portions small enough that the work can be watched and stopped.
 
 use std::time::{Duration, Instant};
 
+use lobe_io::Progress;
 use rayon::prelude::*;
 
 use crate::RenderError;
 
-/// About how long work goes on unasked: whoever says to stop is not kept waiting, and threads seldom wait for each other.
+/// About how long a portion takes: short enough to stop without delay, long enough that threads seldom wait for each other.
 const PORTION: Duration = Duration::from_millis(250);
 
-/// What `of` says of numbers 0 to `count`, of which those in `done` are known.
+/// Computes `of(0)` to `of(count - 1)`, of which the first ones are in `done` already.
 ///
-/// `ask` is shown what is known, before the first portion and after each, and may stop the work by an error. How large
-/// portions are depends on the clock, what comes out does not.
+/// `ask` is shown the results so far, before the first portion and after each, and may stop the work by an error. The size of
+/// portions depends on the clock, the results do not.
 pub(crate) fn in_portions<T: Send>(
     mut done: Vec<T>,
     count: usize,
@@ -37,6 +38,11 @@ pub(crate) fn in_portions<T: Send>(
         ask(&done)?;
     }
     Ok(done)
+}
+
+/// The progress of a run that began with `resumed` of `total` steps done.
+pub(crate) fn progress_of(done: usize, total: usize, resumed: usize, begin: Instant) -> Progress {
+    Progress { done, total, resumed, elapsed: begin.elapsed(), ..Progress::default() }
 }
 
 #[cfg(test)]

@@ -7,16 +7,16 @@ use std::f64::consts::PI;
 use lobe_env::{EnvMap, bundled, irradiance_at, irradiance_map_brute_force, project_env};
 use lobe_image::{ErrorReport, compare};
 use lobe_render::{
-    BlinnNewell, Camera, CubeMapped, IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids, Scene, Shading, Solid,
+    BlinnNewell, Camera, CubeMapped, Exhibit, IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids, Shading, Solid,
     SphereMapped, SurfacePoint, Torus, TracedMirror, View, compare_shadings,
 };
 use lobe_sh::{Coefficient, Dir, Rgb};
 
 /// A ball and a tilted torus before a perspective eye on the side of -x.
-fn scenes() -> [Scene; 2] {
+fn scenes() -> [Exhibit; 2] {
     let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
     let torus = Torus { axis: Dir::new([-0.6, 0.25, 0.75]).unwrap(), major: 0.7, minor: 0.3 };
-    [Solid::Ball { radius: 1.0 }, Solid::Torus(torus)].map(|solid| Scene { solid, camera, samples: 1 })
+    [Solid::Ball { radius: 1.0 }, Solid::Torus(torus)].map(|solid| Exhibit { solid, camera, samples: 1 })
 }
 
 /// A smooth light without any symmetry, with details 20° wide.
@@ -116,10 +116,10 @@ fn matte_techniques_agree_with_brute_force() {
         let white = Rgb::splat(1.0);
         let points: Vec<SurfacePoint> = scenes().iter().flat_map(|scene| scene.points(30, 30)).collect();
         let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
-        let truth: Vec<Rgb<f32>> =
-            irradiance_at(&map, &normals).into_iter().map(|e| Rgb::narrow(e.scale(1.0 / PI))).collect();
+        let narrow = |e: Rgb<f64>| Rgb::<f32>::narrow(e.scale(1.0 / PI)).to_array();
+        let truth: Vec<[f32; 3]> = irradiance_at(&map, &normals).into_iter().map(narrow).collect();
         let error = |shading: &dyn Shading| {
-            let values: Vec<_> = points.iter().map(|p| shading.radiance(p)).collect();
+            let values: Vec<[f32; 3]> = points.iter().map(|p| shading.radiance(p).to_array()).collect();
             compare(&values, &truth).relative_rmse
         };
         let by_map = |width: usize| {

@@ -13,7 +13,6 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 use lobe_env::{DfgTable, bundled, project_env};
 use lobe_image::{Measured, ZTest};
@@ -225,7 +224,7 @@ fn without_occluders_glossy_transfer_is_the_convolution_of_the_light_above_the_h
 fn by_arrivals(scene: &Scene, receivers: &Receivers, order: usize, bounces: usize) -> Vec<Sent> {
     let light = DistantLight::from_expansion(sky(order));
     let bvh = Bvh::new(scene);
-    let tracer = PathTracer::new(scene, &bvh, &light, PathOptions { bounces, ..PathOptions::default() });
+    let tracer = PathTracer::new(scene, &bvh, &light, PathOptions::default().bounces(bounces));
     let cases = cases(order);
     let of_vertex = |v: usize| {
         let (position, normal) = (receivers.positions()[v], receivers.normals()[v]);
@@ -287,8 +286,8 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
     let receivers = Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap();
     let matrices = matrices(&scene, &receivers, Mode::Shadowed, 0, 0);
     let lobe = Zonal::ggx(order, alpha);
-    let paths = PathOptions { bounces: 0, surfaces: Surfaces::MetallicRoughness, ..PathOptions::default() };
-    let options = TruthOptions { width: 1, height: 1, count: SampleCount::of(256), paths };
+    let paths = PathOptions::default().bounces(0).surfaces(Surfaces::MetallicRoughness);
+    let options = TruthOptions::default().width(1).height(1).count(SampleCount::of(256)).paths(paths);
     let table = DfgTable::new(32);
     let (mut differences, mut truths) = ([Vec::new(), Vec::new()], Vec::new());
     for sky in [bundled::sunset(), bundled::studio()] {
@@ -301,8 +300,7 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
                 let eye = std::array::from_fn(|k| place[k] + 0.1 * to_eye.to_array()[k]);
                 // A pixel of a thousandth of the ball, its middle at the vertex.
                 let camera = Camera::look_at(eye, place, 0.01).unwrap();
-                let go_on = |_| ControlFlow::Continue(());
-                let truth = render_truth(&scene, &bvh, &camera, &light, &options, go_on).unwrap();
+                let truth = render_truth(&scene, &bvh, &camera, &light, &options, Job::default()).unwrap();
                 let truth = Rgb::from(truth.mean.pixels()[0]).widen();
                 let sent = matrices.exit_radiance(v, expansion.coefficients(), &lobe, n, to_eye);
                 let reflectance = table.lookup(n.dot(to_eye), alpha.sqrt()).reflectance(Rgb::splat(1.0));

@@ -58,7 +58,7 @@ fn transfer_and_paths_agree_behind_stripes() {
     let sets: Vec<Vec<Rgb<f32>>> = (0..SETS).map(|seed| bake_of(&scene, seed)).collect();
     let solid = bake_of(&striped_ball(Alpha::Opaque), 0);
     let light = DistantLight::from_expansion(sky.clone());
-    let options = PathOptions { bounces: BOUNCES, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+    let options = PathOptions::default().bounces(BOUNCES).strategy(LightStrategy::Bsdf);
     let tracer = PathTracer::new(&scene, &bvh, &light, options);
     let mut changed = 0;
     for v in 0..receivers.len() {

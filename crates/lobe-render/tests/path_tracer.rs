@@ -7,9 +7,10 @@ use std::ops::ControlFlow;
 
 use lobe_env::{Brdf as _, EnvMap, Ggx, bundled, lat_long, project_env};
 use lobe_image::{Measured, Pixel, ZTest};
+use lobe_io::{Job, Progress};
 use lobe_render::{
-    Camera, DistantLight, Estimate, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, Truth,
-    TruthOptions, View, render_truth,
+    Camera, DistantLight, LightStrategy, PathEstimate, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces,
+    Truth, TruthOptions, View, render_truth,
 };
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
@@ -45,7 +46,7 @@ fn up(position: [f32; 3], albedo: f32) -> PathReceiver {
 }
 
 fn trace(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Truth {
-    render_truth(scene, &Bvh::new(scene), camera, light, options, |_| ControlFlow::Continue(())).unwrap()
+    render_truth(scene, &Bvh::new(scene), camera, light, options, Job::default()).unwrap()
 }
 
 fn ball_camera() -> Camera {
@@ -60,7 +61,7 @@ fn in_a_white_furnace_light_that_has_come_back_is_all_there_is() {
     let receiver = up([0.1, 0.2, 0.0], 1.0);
     let mut before = 0.0;
     for bounces in [0, 1, 2, 4, 8, 16, 64] {
-        let options = PathOptions { bounces, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+        let options = PathOptions::default().bounces(bounces).strategy(LightStrategy::Bsdf);
         let tracer = PathTracer::new(&scene, &bvh, &light, options);
         let found = tracer.radiance_at(&receiver, 0, &SampleCount::of(2048)).mean.g;
         assert!(found > before && found <= 1.0, "{bounces} bounces: {found} after {before}");
@@ -76,14 +77,19 @@ fn a_convex_white_body_vanishes_in_even_light() {
     let count = SampleCount::independent(256);
     let even = vec![Rgb::splat(0.5); 24 * 24];
     let known = vec![Rgb::ZERO; 24 * 24];
-    for strategy in [LightStrategy::Both, LightStrategy::FromSurface, LightStrategy::FromLight] {
-        let paths = PathOptions { bounces: 0, strategy, ..PathOptions::default() };
-        let truth = trace(&scene, &camera, &constant(0.5), &TruthOptions { width: 24, height: 24, count, paths });
+    for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
+        let paths = PathOptions::default().bounces(0).strategy(strategy);
+        let truth = trace(
+            &scene,
+            &camera,
+            &constant(0.5),
+            &TruthOptions::default().width(24).height(24).count(count).paths(paths),
+        );
         assert!(
             truth.coverage.contains(&1.0) && truth.coverage.contains(&0.0),
             "the square is seen, and what is behind"
         );
-        if strategy == LightStrategy::FromSurface {
+        if strategy == LightStrategy::Bsdf {
             // Every path brings the same light.
             assert!(truth.mean.pixels().iter().all(|p| (p[1] - 0.5).abs() < 1e-6), "{:?}", truth.mean);
             continue;
@@ -113,10 +119,9 @@ fn a_white_rough_metal_loses_what_single_scattering_loses() {
         let alpha = f64::from(roughness * roughness);
         let expected = Ggx { alpha, f0: 1.0 }.directional_albedo(view.z());
         let camera = Camera::orthographic(View::from_eye(view), 0.3);
-        for strategy in [LightStrategy::Both, LightStrategy::FromSurface, LightStrategy::FromLight] {
-            let paths =
-                PathOptions { bounces: 0, strategy, surfaces: Surfaces::MetallicRoughness, ..PathOptions::default() };
-            let options = TruthOptions { width: 12, height: 12, count: SampleCount::of(256), paths };
+        for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
+            let paths = PathOptions::default().bounces(0).strategy(strategy).surfaces(Surfaces::MetallicRoughness);
+            let options = TruthOptions::default().width(12).height(12).count(SampleCount::of(256)).paths(paths);
             let truth = trace(&square(metal.clone()), &camera, &constant(1.0), &options);
             let error = (truth.variance.mean()[1] / 144.0).sqrt();
             let found = truth.mean.mean()[1];
@@ -131,8 +136,8 @@ fn under_a_ball_the_ground_sees_what_the_closed_form_says() {
     let scene = built_in::ball_over_ground(192);
     let (bvh, light) = (Bvh::new(&scene), constant(1.0));
     let expected = 1.0 - 1.0 / 2.25;
-    for strategy in [LightStrategy::Both, LightStrategy::FromSurface, LightStrategy::FromLight] {
-        let options = PathOptions { bounces: 0, strategy, ..PathOptions::default() };
+    for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
+        let options = PathOptions::default().bounces(0).strategy(strategy);
         let tracer = PathTracer::new(&scene, &bvh, &light, options);
         let found = tracer.radiance_at(&up([0.0; 3], 1.0), 0, &SampleCount::of(16384));
         let error = found.variance.g.sqrt();
@@ -155,8 +160,8 @@ fn a_sun_of_one_texel_is_found() {
     let bvh = Bvh::new(&scene);
     let turn = Rotation::from_axis_angle(Dir::Z, 1.0);
     let light = DistantLight::from_map(map).turned(&turn);
-    for strategy in [LightStrategy::Both, LightStrategy::FromLight] {
-        let options = PathOptions { bounces: 0, strategy, ..PathOptions::default() };
+    for strategy in [LightStrategy::MultipleImportance, LightStrategy::NextEvent] {
+        let options = PathOptions::default().bounces(0).strategy(strategy);
         let tracer = PathTracer::new(&scene, &bvh, &light, options);
         let found = tracer.radiance_at(&up([0.0; 3], 1.0), 0, &SampleCount::of(64)).mean;
         assert!((found.r / expected - 1.0).abs() < 5e-3, "{strategy:?}: {found:?}, expected {expected}");
@@ -166,7 +171,7 @@ fn a_sun_of_one_texel_is_found() {
 
 /// The same picture by another strategy with other paths, compared by what chance allows.
 fn agree(scene: &Scene, light: &DistantLight, paths: [PathOptions; 2], count: SampleCount) {
-    let options = |paths| TruthOptions { width: 30, height: 20, count, paths };
+    let options = |paths| TruthOptions::default().width(30).height(20).count(count).paths(paths);
     let [a, b] = paths.map(|paths| trace(scene, &ball_camera(), light, &options(paths)));
     // Which part of a pixel on the rim is covered is drawn.
     let covered = |truth: &Truth| -> (Vec<Pixel>, Vec<Pixel>) {
@@ -190,10 +195,10 @@ fn strategies_agree_under_smooth_light() {
     let scene = built_in::ball_over_ground(24);
     let light = DistantLight::from_expansion(project_env(&bundled::sunset().map(), 4));
     let light = light.turned(&Rotation::from_euler_zyz(0.3, 0.7, 0.1));
-    let of = |strategy, seed| PathOptions { bounces: 2, strategy, seed, ..PathOptions::default() };
+    let of = |strategy, seed| PathOptions::default().bounces(2).strategy(strategy).seed(seed);
     let count = SampleCount::independent(400);
     let (both, surface, from_light) =
-        (of(LightStrategy::Both, 1), of(LightStrategy::FromSurface, 2), of(LightStrategy::FromLight, 3));
+        (of(LightStrategy::MultipleImportance, 1), of(LightStrategy::Bsdf, 2), of(LightStrategy::NextEvent, 3));
     agree(&scene, &light, [both, surface], count);
     agree(&scene, &light, [both, from_light], count);
     agree(&scene, &light, [surface, from_light], count);
@@ -206,11 +211,13 @@ fn strategies_agree_on_glossy_surfaces_under_a_sun() {
     let glossy = |m: Material| Material { roughness: 0.5, metallic: if m.name == "ball" { 0.7 } else { 0.0 }, ..m };
     let scene = Scene::new(meshes, materials.into_iter().map(glossy).collect(), textures).unwrap();
     let light = DistantLight::from_map(bundled::sunset().map());
-    let of = |strategy, seed| PathOptions { bounces: 1, strategy, surfaces: Surfaces::MetallicRoughness, seed };
+    let of = |strategy, seed| {
+        PathOptions::default().bounces(1).strategy(strategy).surfaces(Surfaces::MetallicRoughness).seed(seed)
+    };
     agree(
         &scene,
         &light,
-        [of(LightStrategy::Both, 1), of(LightStrategy::FromLight, 2)],
+        [of(LightStrategy::MultipleImportance, 1), of(LightStrategy::NextEvent, 2)],
         SampleCount { sets: 48, per_set: 4 },
     );
 }
@@ -220,7 +227,7 @@ fn escapes_sum_to_what_the_tracer_finds() {
     let scene = built_in::ball_over_ground(24);
     let bvh = Bvh::new(&scene);
     let light = DistantLight::from_expansion(project_env(&bundled::sunset().map(), 3));
-    let options = PathOptions { bounces: 2, strategy: LightStrategy::FromSurface, ..PathOptions::default() };
+    let options = PathOptions::default().bounces(2).strategy(LightStrategy::Bsdf);
     let tracer = PathTracer::new(&scene, &bvh, &light, options);
     let (receiver, count) = (up([0.7, 0.2, 0.0], 0.6), SampleCount::of(512));
     let mut sum = [0.0; 3];
@@ -243,10 +250,10 @@ fn the_variance_is_that_of_repetitions() {
     let scene = built_in::ball_over_ground(24);
     let bvh = Bvh::new(&scene);
     let light = DistantLight::from_map(bundled::studio().map());
-    let tracer = PathTracer::new(&scene, &bvh, &light, PathOptions { bounces: 1, ..PathOptions::default() });
+    let tracer = PathTracer::new(&scene, &bvh, &light, PathOptions::default().bounces(1));
     for count in [SampleCount::independent(64), SampleCount { sets: 16, per_set: 8 }] {
         let repeats = 600;
-        let found: Vec<Estimate> =
+        let found: Vec<PathEstimate> =
             (0..repeats).map(|place| tracer.radiance_at(&up([0.5, 0.0, 0.0], 0.6), place, &count)).collect();
         let n = repeats as f64;
         let mean = found.iter().map(|e| e.mean.g).sum::<f64>() / n;
@@ -265,7 +272,7 @@ fn pictures_are_the_same_for_any_number_of_threads_and_know_what_they_show() {
     let scene = built_in::ball_over_ground(24);
     let light = DistantLight::from_map(bundled::sunset().map());
     let count = SampleCount::of(8);
-    let options = TruthOptions { width: 61, height: 47, count, paths: PathOptions::default() };
+    let options = TruthOptions::default().width(61).height(47).count(count).paths(PathOptions::default());
     let camera = ball_camera();
     let of_threads = |n| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
@@ -290,13 +297,13 @@ fn a_back_side_is_black_and_stops_light() {
     let scene = square(one_sided);
     let bvh = Bvh::new(&scene);
     let light = constant(1.0);
-    let tracer = PathTracer::new(&scene, &bvh, &light, PathOptions { bounces: 5, ..PathOptions::default() });
+    let tracer = PathTracer::new(&scene, &bvh, &light, PathOptions::default().bounces(5));
     let below = up([0.0, 0.0, -1e-3], 1.0);
     let found = tracer.radiance_at(&below, 0, &SampleCount::of(256)).mean.g;
     assert!(found < 1e-3, "close below a black roof: {found}");
     let camera = Camera::look_at([0.1, 0.0, -5.0], [0.0; 3], 0.1).unwrap();
     let paths = PathOptions::default();
-    let options = TruthOptions { width: 4, height: 4, count: SampleCount::of(2), paths };
+    let options = TruthOptions::default().width(4).height(4).count(SampleCount::of(2)).paths(paths);
     let truth = trace(&scene, &camera, &light, &options);
     assert!(truth.mean.pixels().iter().all(|p| p[1] == 0.0), "seen from behind");
 }
@@ -305,21 +312,24 @@ fn a_back_side_is_black_and_stops_light() {
 fn what_cannot_be_rendered_is_refused_and_what_is_stopped_stops() {
     let scene = square(Material::WHITE);
     let (bvh, light, camera) = (Bvh::new(&scene), constant(1.0), ball_camera());
-    let options = |width, sets| TruthOptions {
-        width,
-        height: 100,
-        count: SampleCount { sets, per_set: 1 },
-        paths: PathOptions::default(),
+    let options = |width, sets| {
+        TruthOptions::default()
+            .width(width)
+            .height(100)
+            .count(SampleCount { sets, per_set: 1 })
+            .paths(PathOptions::default())
     };
     let refusal = |options: TruthOptions| {
-        render_truth(&scene, &bvh, &camera, &light, &options, |_| ControlFlow::Continue(())).unwrap_err().to_string()
+        render_truth(&scene, &bvh, &camera, &light, &options, Job::default()).unwrap_err().to_string()
     };
     assert_eq!(refusal(options(0, 2)), "expected a picture with pixels, found 0 x 100", "no pixels");
     assert!(refusal(options(1, 1)).starts_with("expected at least 2 sets of 1 path, found 1 of 1"), "no variance");
     let mut calls = 0;
-    let stopped = render_truth(&scene, &bvh, &camera, &light, &options(100, 2), |done| {
+    let mut watch = |progress: &Progress| {
         calls += 1;
-        if done > 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+        if progress.done > 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let job = Job::default().watched_by(&mut watch);
+    let stopped = render_truth(&scene, &bvh, &camera, &light, &options(100, 2), job);
     assert_eq!((stopped.unwrap_err().to_string(), calls), ("stopped before the end".to_owned(), 2), "stopped");
 }

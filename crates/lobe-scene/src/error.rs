@@ -1,4 +1,4 @@
-//! What can go wrong with a scene.
+//! Errors of scenes.
 
 use std::io;
 

@@ -48,7 +48,7 @@ mod files;
 mod scene;
 
 pub use bvh::bvh::Bvh;
-pub use bvh::simd::Simd;
+pub use bvh::lanes::Simd;
 pub use error::SceneError;
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::GltfDocument;

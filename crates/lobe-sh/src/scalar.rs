@@ -268,6 +268,12 @@ impl<S: Real> Coefficient for Rgb<S> {
     }
 }
 
+/// A constant in every channel.
+#[inline(always)]
+pub(crate) fn constant<T: Coefficient>(constant: f64) -> T {
+    T::splat(T::Scalar::from_f64(constant))
+}
+
 /// The weight of channel `c` in the luminance: that of [`Rgb::luminance`], or 1 if there is only one channel.
 pub(crate) fn luminance_weight<T: Coefficient>(c: usize) -> f64 {
     if T::CHANNELS == 1 {

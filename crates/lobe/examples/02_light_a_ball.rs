@@ -5,7 +5,8 @@
 use std::error::Error;
 
 use lobe::env::{bundled, irradiance_at, project_env};
-use lobe::render::{Ball, Sheet, Tone, compare, error_map};
+use lobe::image::{Sheet, Tone, compare, error_map};
+use lobe::render::Ball;
 use lobe::sh::{Dir, Rgb, Zonal, convolved};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

@@ -5,11 +5,11 @@
 use std::error::Error;
 
 use lobe::env::{bundled, project_env};
+use lobe::image::compare;
 use lobe::io::Job;
 use lobe::prt::{
     BakeOptions, BakedGlb, CompressOptions, CompressedTransfer, Mode, Receivers, Recipe, WeightBits, bake, read_baked,
 };
-use lobe::render::compare;
 use lobe::scene::{Bvh, SceneReadOptions, built_in};
 use lobe::sh::Expansion as _;
 

@@ -169,7 +169,7 @@ impl Product {
             graph: &self.graph,
             results: &self.results,
         };
-        format!("{HEADER}\nuse super::k;\nuse crate::Coefficient;\n\n{}", function.source())
+        format!("{HEADER}\nuse crate::Coefficient;\nuse crate::scalar::constant as k;\n\n{}", function.source())
     }
 }
 
@@ -188,7 +188,7 @@ fn index(products: &[Product]) -> String {
     for product in products {
         let _ = writeln!(text, "#[rustfmt::skip]\nmod {};", product.kind.module());
     }
-    text += "\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\nuse crate::{Coefficient, Real as _};\n\n";
+    text += "\nuse crate::Coefficient;\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\n\n";
     text += COSTS_DOC;
     text += "#[cfg(test)]\n#[rustfmt::skip]\npub(crate) const PRODUCT_COSTS: &[ProductCost] = &[\n";
     for product in products {
@@ -247,12 +247,6 @@ const CHOICES: [(&str, &str, &str, &str); 3] = [
 ];
 
 const HELPERS: &str = "
-/// A constant as a coefficient.
-#[inline(always)]
-fn k<T: Coefficient>(constant: f64) -> T {
-    T::splat(T::Scalar::from_f64(constant))
-}
-
 /// A slice whose length was matched.
 fn fixed<T, const N: usize>(slice: &[T]) -> &[T; N] {
     slice.try_into().unwrap_or_else(|_| unreachable!(\"the length was matched\"))

@@ -1,4 +1,4 @@
-//! How transfer is compressed, on the command line.
+//! The options that compress transfer.
 
 use clap::Args;
 use lobe::prt::{CompressOptions, Transfer, WeightBits};
@@ -17,7 +17,7 @@ pub(crate) struct Compression {
     /// Compress to this many components in each cluster [default with --clusters or --weights: 8]
     #[arg(long, value_name = "N", value_parser = components)]
     components: Option<usize>,
-    /// Compress, with so many bits for a weight: 8, 16 or 32 [default with --clusters or --components: 32]
+    /// Compress, with this many bits for each weight: 8, 16 or 32 [default with --clusters or --components: 32]
     #[arg(long, value_name = "BITS", value_parser = weight_bits)]
     weights: Option<WeightBits>,
 }

@@ -1,4 +1,4 @@
-//! Where expansions and pictures come from.
+//! Inputs: expansions and pictures from files, stdin and the program itself.
 
 use std::ffi::OsString;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! How much memory work may take: what takes more is refused before it begins.
+//! The limit of memory: work that would take more is refused before it begins.
 
 use anyhow::bail;
 use clap::Args;
@@ -11,14 +11,14 @@ const GIB: f64 = (1_u64 << 30) as f64;
 /// `--max-memory`. The default leaves the most common machines, of 8 GiB, half of it for the scene and everything else.
 #[derive(Args)]
 pub(crate) struct MemoryLimit {
-    /// Refuse what takes more memory than so many GiB, beside the scene and the light
+    /// Refuse work that takes more memory than this, in GiB, beside the scene and the light
     #[arg(long, value_name = "GIB", default_value = "4", value_parser = values::positive)]
     max_memory: f64,
 }
 
 impl MemoryLimit {
-    /// Refuses `what`, which takes so many bytes at most, if they are above the limit or cannot be had; `instead` is what a user
-    /// can ask for then.
+    /// Refuses the work `what`, which takes at most `bytes`, if that is above the limit or the system does not give it; `instead`
+    /// is what a user can ask for then.
     pub(crate) fn check(&self, what: &str, bytes: u64, instead: &str) -> anyhow::Result<()> {
         if bytes as f64 > self.max_memory * GIB {
             let (gib, limit) = (bytes as f64 / GIB, self.max_memory);
@@ -37,11 +37,11 @@ impl MemoryLimit {
     }
 }
 
-/// Whether the system gives so much, in one piece. It is given back: work that was told no would abort.
+/// Whether the system gives this many bytes in one piece. They are given back: the work itself would abort if refused.
 fn is_there(bytes: u64) -> bool {
     let mut probe = Vec::<u8>::new();
     let is_there = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
-    // Memory that nobody looks at need not be asked for.
+    // The compiler may leave out an allocation that is not used.
     std::hint::black_box(&probe);
     is_there
 }

@@ -1,4 +1,4 @@
-//! Where results go.
+//! Outputs: files and stdout, their checks, and the quantity of a result.
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};

@@ -1,4 +1,4 @@
-//! `lobe bake`: a scene whose vertices know what they do to light.
+//! `lobe bake`: the transfer of a scene at its vertices, its texels, or points in space.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -53,7 +53,7 @@ pub(crate) struct Bake {
     /// --texels and --grid are written; of --texels also an .exr picture with a layer for each coefficient
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// What light may do on its way to a vertex
+    /// The light that is baked
     #[arg(long, value_enum, default_value = "interreflected")]
     mode: ModeName,
     /// The order (number of bands), 1 to 8: n² coefficients, three times as many where light meets colors
@@ -65,7 +65,7 @@ pub(crate) struct Bake {
     /// With --mode interreflected and glossy: reflections at most, 0 to 255 [default: 3]
     #[arg(long, value_name = "B", value_parser = bounces)]
     bounces: Option<usize>,
-    /// With --mode interreflected and glossy: leave out bounces that carry less than this part of the energy; 0 keeps all [default: 0.001]
+    /// With --mode interreflected and glossy: leave out reflections that carry less than this part of the energy; 0 keeps all [default: 0.001]
     #[arg(long, value_name = "X", value_parser = part)]
     energy_stop: Option<f64>,
     /// The same seed gives the same bytes
@@ -73,11 +73,11 @@ pub(crate) struct Bake {
     seed: u64,
     #[command(flatten)]
     splitting: Splitting,
-    /// Bake at the texels of a lightmap of so many by so many instead of at vertices; scenes need texture coordinates that
+    /// Bake at the W × W texels of a lightmap instead of at vertices; scenes need texture coordinates that
     /// do not overlap, in set 1 or else 0
     #[arg(long, value_name = "W", value_parser = texels, conflicts_with_all = ["grid", "clusters", "components", "weights"])]
     texels: Option<usize>,
-    /// Bake what arrives at points in space, matrices, at so many along x, y and z of the scene's box
+    /// Bake the light that arrives at points in space, as matrices: NX × NY × NZ points in the scene's box
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, conflicts_with_all = ["clusters", "components", "weights"])]
     grid: Option<[usize; 3]>,
     /// With --grid: two corners of the box, whose corners are points [default: the scene's box, with points in the middle of
@@ -98,13 +98,13 @@ pub(crate) struct Bake {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum ModeName {
-    /// It meets nothing
+    /// Light that meets nothing on its way
     Unshadowed,
-    /// The scene stops it
+    /// Light that the scene may block
     Shadowed,
-    /// The scene stops it and sends it on
+    /// Light that the scene may block, and that its surfaces reflect
     Interreflected,
-    /// The same before it is reflected, as matrices: for surfaces that shine
+    /// The same light before a vertex reflects it, as matrices: for glossy surfaces
     Glossy,
 }
 
@@ -442,7 +442,7 @@ impl<'a> World<'a> {
     }
 }
 
-/// What so many points take with so many numbers for a channel.
+/// The bytes of `points` with `numbers` for each channel.
 fn bytes(points: usize, numbers: usize, channels: Channels) -> u64 {
     (points as u64).saturating_mul((4 * numbers * channels.count()) as u64)
 }

@@ -1,4 +1,7 @@
-//! TODO room bake.
+//! Commands that make transfer: `lobe bake`, `lobe compress`, `lobe fit-lobes`.
+//!
+//! `bake` has the options and the work, `split` adds vertices before it,
+//! `report` tells what was done. `compress` and `fit_lobes` are commands of their own. Uses `args` and `run`.
 
 pub(crate) mod bake;
 pub(crate) mod compress;

@@ -1,4 +1,4 @@
-//! What is told of a bake that is done.
+//! The report of a bake that is done, as text or JSON.
 
 use std::path::Path;
 

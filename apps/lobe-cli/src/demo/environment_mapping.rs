@@ -31,12 +31,8 @@ impl Writer<'_> {
             "The cube that rough mirrors look up: the face towards +x of each level, from the mirror to roughness 1.",
         );
         let file = sky.file("environment-mapping.png");
-        let options = EnvironmentSheetOptions {
-            size: self.ball,
-            samples: if self.ball < 100 { 2 } else { 3 },
-            prefiltered: Some(&chain),
-            ..EnvironmentSheetOptions::default()
-        };
+        let samples = if self.ball < 100 { 2 } else { 3 };
+        let options = EnvironmentSheetOptions::default().size(self.ball).samples(samples).prefiltered(&chain);
         let sheet = environment_mapping_sheet(&sky.map, &options);
         self.write(&file, &sheet, &Tone::PLAIN)?;
         self.page.figure(&file, sheet.width(), "A ball and a torus; errors are measured over their visible surface.");

@@ -16,7 +16,7 @@ use super::{SWEEP, Sky, Writer, digits};
 /// The order that irradiance is usually stored at.
 const USUAL: usize = 3;
 
-/// The truth is summed at so many places around the cross-section.
+/// Places around the cross-section at which the truth is summed.
 const PLACES: usize = 360;
 
 const METHODS: [(&str, DeringMethod); 7] = [
@@ -162,7 +162,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Cross-sections beside the truth, `enlarged` so many times.
+    /// Cross-sections beside the truth, their radius multiplied by `enlarged`.
     fn polars(
         &mut self,
         pair: &Pair<'_>,

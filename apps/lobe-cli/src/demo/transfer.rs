@@ -1,7 +1,5 @@
 //! A scene that was baked once, under a sky that turns, beside paths of light.
 
-use std::ops::ControlFlow;
-
 use lobe::image::{Picture, Pixel, Tone, compare, error_map, write_animated_png};
 use lobe::io::Job;
 use lobe::prt::{BakeOptions, BakeReport, Mode, Receivers, Transfer, bake};
@@ -175,7 +173,7 @@ impl Hall {
         let behind = DistantLight::from_map(sky.map.clone()).turned(turn);
         let lit = self.transfer.exit_radiance(turn.rotated(light).coefficients());
         let [width, height] = self.size;
-        let options = ViewOptions { width, height, rays: RAYS };
+        let options = ViewOptions::default().width(width).height(height).rays(RAYS);
         let background = |s: Dir| behind.radiance(s);
         Ok(scene_picture(
             &self.scene,
@@ -184,16 +182,17 @@ impl Hall {
             &options,
             background,
             |hit| hit.at_corners(&lit),
-            go_on,
+            Job::default(),
         )?)
     }
 
     pub(super) fn truth(&self, sky: &Sky, turn: &Rotation) -> anyhow::Result<Truth> {
         let light = DistantLight::from_map(sky.map.clone()).turned(turn);
         let [width, height] = self.size;
-        let paths = PathOptions { bounces: BOUNCES, ..PathOptions::default() };
-        let options = TruthOptions { width, height, count: SampleCount::of(self.paths), paths };
-        Ok(render_truth(&self.scene, &self.bvh, &self.camera, &light, &options, go_on)?)
+        let paths = PathOptions::default().bounces(BOUNCES);
+        let options =
+            TruthOptions::default().width(width).height(height).count(SampleCount::of(self.paths)).paths(paths);
+        Ok(render_truth(&self.scene, &self.bvh, &self.camera, &light, &options, Job::default())?)
     }
 
     /// The peak signal-to-noise ratio over what is seen of the hall, under as many turns as there are truths.
@@ -209,11 +208,13 @@ impl Hall {
     /// All pixels that show nothing but the hall.
     pub(super) fn seen(&self, light: &ShVec<Rgb<f64>>, degrees: f64, truth: &Truth) -> Vec<Pixel> {
         let [width, height] = self.size;
-        let options = ViewOptions { width, height, rays: RAYS };
+        let options = ViewOptions::default().width(width).height(height).rays(RAYS);
         let lit = self.transfer.exit_radiance(about_z(degrees).rotated(light).coefficients());
         let black = |_: Dir| Rgb::new(0.0, 0.0, 0.0);
         let radiance = |hit: &SceneHit<'_>| hit.at_corners(&lit);
-        let Ok(picture) = scene_picture(&self.scene, &self.bvh, &self.camera, &options, black, radiance, go_on) else {
+        let Ok(picture) =
+            scene_picture(&self.scene, &self.bvh, &self.camera, &options, black, radiance, Job::default())
+        else {
             unreachable!("the picture has pixels and rays, and nobody stops it")
         };
         covered(truth, &picture).collect()
@@ -228,10 +229,6 @@ pub(super) fn covered<'a>(truth: &'a Truth, picture: &'a Picture) -> impl Iterat
 /// Light under the window of this section.
 pub(super) fn calmed(light: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
     windowed(light, &Window::Hanning { width: (light.order() + 1) as f64 })
-}
-
-fn go_on(_: f64) -> ControlFlow<()> {
-    ControlFlow::Continue(())
 }
 
 pub(super) fn about_z(degrees: f64) -> Rotation {

@@ -1,4 +1,4 @@
-//! Where a higher order is farther from the truth, why, and what a window does about it.
+//! Transfer that rings: a higher order that is farther from the truth, the cause, and the remedy, a window.
 
 use lobe::image::{Picture, Pixel, Tone};
 use lobe::render::{Curve2d, Truth};

@@ -24,7 +24,7 @@ pub(crate) struct EnvIrradiance {
     /// .pfm, or .png tone-mapped for looking at
     #[arg(short, long, value_name = "OUT")]
     output: PictureOutput,
-    /// How to integrate
+    /// The method of integration
     #[arg(long, value_enum, default_value = "sh")]
     method: Method,
     /// With --method sh: the order (number of bands), 1 to 64 [default: 3]

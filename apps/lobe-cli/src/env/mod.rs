@@ -1,4 +1,4 @@
-//! TODO room env.
+//! `lobe env`: commands on environment maps, a file each. Uses `args` and `run`.
 
 pub(crate) mod adjust;
 pub(crate) mod ambient;

@@ -53,11 +53,7 @@ impl EnvShow {
         } else {
             resample(map, &Resample::to(Mapping::LatLong, 8 * fine, 4 * fine))?
         };
-        let options = EnvironmentSheetOptions {
-            size: self.size,
-            prefiltered: Some(&chain),
-            ..EnvironmentSheetOptions::default()
-        };
+        let options = EnvironmentSheetOptions::default().size(self.size).prefiltered(&chain);
         environment_mapping_sheet(&sky.into_env_map()?, &options).write_png(&self.output, &Tone::PLAIN)?;
         Ok(())
     }

@@ -87,7 +87,7 @@ impl Found {
     }
 }
 
-/// People need no more digits than a picture has.
+/// As many digits as a picture has.
 fn number(x: f64) -> String {
     format!("{:?}", x as f32)
 }

@@ -1,6 +1,5 @@
-//! `lobe render`: a scene under distant light, by transfer or by paths.
+//! `lobe render`: a scene under distant light, by transfer or by path tracing.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -8,10 +7,10 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, MapWriteOptions, write_env};
 use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
-use lobe::io::{Progress, StagedFile, StagedWriter};
+use lobe::io::{Job, Progress, StagedFile, StagedWriter, Watch};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, GlossyLobe, LightStrategy, LitPicture, PathOptions, RenderError, SampleCount,
-    Surfaces, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_resumable,
+    BakedScene, Camera, DistantLight, GlossyLobe, LitPicture, PathOptions, RenderError, SampleCount, Surfaces, Truth,
+    TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
@@ -73,7 +72,7 @@ pub(crate) struct Render {
     scene: SceneInput,
     #[command(flatten)]
     light: LightInput,
-    /// How the picture is made
+    /// The method that makes the picture
     #[arg(long, value_enum)]
     mode: Mode,
     /// The picture: .png tone-mapped for looking at, .exr with the values; of the truth with variance, albedo, normal, depth and
@@ -85,10 +84,10 @@ pub(crate) struct Render {
     /// Paths (truth) or rays (else) for each pixel [default: 64, 4]
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<usize>,
-    /// truth, interreflected, glossy: how often light is reflected before the surface that is seen reflects it [default: 3]
+    /// truth, interreflected, glossy: the number of reflections before that of the surface that is seen [default: 3]
     #[arg(long, value_name = "B", value_parser = bounces)]
     bounces: Option<usize>,
-    /// truth: how surfaces reflect [default: matte, as in a bake]
+    /// truth: the model of reflection [default: matte, as in a bake]
     #[arg(long, value_enum)]
     surfaces: Option<SurfaceModel>,
     /// truth: another seed gives other paths [default: 0]
@@ -97,19 +96,19 @@ pub(crate) struct Render {
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
-    /// All but truth and irradiance: what lobe bake, compress or fit-lobes wrote of this scene without it, a .safetensors
-    /// file, or of --texels an .exr file
+    /// All but truth and irradiance: the transfer of this scene that lobe bake, compress or fit-lobes wrote without the scene, a
+    /// .safetensors file, or an .exr file of lobe bake --texels
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
-    /// glossy: the lobe that surfaces mirror with, tinted by their base color [default: ggx:0.3]. A lobe about the mirrored
-    /// view stands for the surface: 18 % from --mode truth --surfaces gltf for metals of α 0.3, farther for rougher ones
+    /// glossy: the lobe of reflection about the mirrored view, tinted by the base color [default: ggx:0.3]. For metals of α 0.3
+    /// the picture differs by 18 % from --mode truth --surfaces gltf, for rougher ones by more
     #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
     lobe: Option<GlossyLobe>,
-    /// All but truth, which shows the light that it uses: what is seen behind the scene; light, to compare with a truth of the
-    /// same --order [default: env]
+    /// All but truth, which shows the light that it uses: the background behind the scene; light, to compare with a truth of
+    /// the same --order [default: env]
     #[arg(long, value_enum)]
     background: Option<Background>,
-    /// Multiply the light of a .png by this before it is shown [default: what suits the picture, with --frames the first]
+    /// Multiply the light of a .png by this before it is tone-mapped [default: as suits the picture, with --frames the first one]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     exposure: Option<f64>,
     /// Turn the light once around in this many pictures: OUT-000.png (or .exr) and on, and all of them as an animation in
@@ -125,7 +124,7 @@ pub(crate) struct Render {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Mode {
-    /// By paths of light: shadows and reflections between surfaces
+    /// Path tracing: shadows and reflections between surfaces
     Truth,
     /// The irradiance of the expansion by shading normal, times albedo/π
     Irradiance,
@@ -239,7 +238,7 @@ impl Render {
         match self.animation_path() {
             None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
             Some(path) => {
-                let io = |source| RenderError::Io { path: path.clone(), source };
+                let io = |source| RenderError::Io { place: path.display().to_string(), source };
                 let in_file = |error| match error {
                     ImageError::Output(source) => io(source),
                     other => other.into(),
@@ -274,22 +273,18 @@ impl Render {
         for (k, checkpoint) in checkpoints.iter().enumerate() {
             let turn = self.light.turn(k, frames);
             let mut is_told = false;
-            let rendered = self.render(work, &turn, checkpoint, &mut |part| {
+            let rendered = self.render(work, &turn, checkpoint, &mut |progress| {
+                let part = progress.done as f64 / progress.total as f64;
                 let steps = (part * STEPS as f64) as usize;
-                if !is_told && part > 0.0 {
+                if !is_told && progress.resumed > 0 {
                     let text = format!("found; going on from {:.0} %", 100.0 * part);
                     talk.note(&checkpoint.path().display().to_string(), &text);
                     resumed += steps;
                 }
                 is_told = true;
-                let progress = Progress {
-                    done: k * STEPS + steps,
-                    total,
-                    resumed,
-                    elapsed: begin.elapsed(),
-                    ..Progress::default()
-                };
-                line.show(progress.done, total, None, progress.seconds_left());
+                let elapsed = begin.elapsed();
+                let all = Progress { done: k * STEPS + steps, total, resumed, elapsed, ..Progress::default() };
+                line.show(all.done, total, None, all.seconds_left());
                 ctrl_c::go_on()
             });
             let rendered = match rendered {
@@ -336,16 +331,18 @@ impl Render {
         work: &Work<'_>,
         turn: &Rotation,
         checkpoint: &Checkpoint,
-        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+        watch: Watch<'_>,
     ) -> Result<Rendered, RenderError> {
+        let job = Job::default().watched_by(watch);
         match (&work.stage, &work.expansion) {
             (Stage::Plain(scene, bvh), expansion) if self.mode == Mode::Truth => {
                 let light = match expansion {
                     Some(f) => DistantLight::from_expansion(f.clone()),
                     None => work.light.as_it_is(),
                 };
-                let (light, options, kept) = (light.turned(turn), self.truth_options(), checkpoint.path());
-                let truth = render_truth_resumable(scene, bvh, &work.camera, &light, &options, kept, progress)?;
+                let (light, options) = (light.turned(turn), self.truth_options());
+                let job = job.kept_in(checkpoint.path());
+                let truth = render_truth(scene, bvh, &work.camera, &light, &options, job)?;
                 Ok(Rendered::Traced(Box::new(truth)))
             }
             (stage, Some(f)) => {
@@ -357,9 +354,9 @@ impl Render {
                 let background = |s: Dir| behind.radiance(s);
                 let (camera, options) = (&work.camera, self.view_options());
                 let lit = match stage {
-                    Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, progress),
+                    Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, job),
                     Stage::Plain(scene, bvh) => {
-                        light_by_irradiance((scene, bvh), &f, camera, &options, background, progress)
+                        light_by_irradiance((scene, bvh), &f, camera, &options, background, job)
                     }
                 };
                 lit.map(Rendered::Shaded)
@@ -371,14 +368,14 @@ impl Render {
     fn truth_options(&self) -> TruthOptions {
         let (width, height) = self.view.size();
         let count = SampleCount::of(self.samples.unwrap_or(PATHS));
-        TruthOptions { width, height, count, paths: self.path_options() }
+        TruthOptions::default().width(width).height(height).count(count).paths(self.path_options())
     }
 
     /// What all modes but truth look with.
     fn view_options(&self) -> ViewOptions {
         let (width, height) = self.view.size();
         let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
-        ViewOptions { width, height, rays }
+        ViewOptions::default().width(width).height(height).rays(rays)
     }
 
     fn path_options(&self) -> PathOptions {
@@ -386,12 +383,8 @@ impl Render {
             None | Some(SurfaceModel::Matte) => Surfaces::Matte,
             Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
         };
-        PathOptions {
-            bounces: self.bounces.unwrap_or(BOUNCES),
-            strategy: LightStrategy::Both,
-            surfaces,
-            seed: self.seed.unwrap_or(0),
-        }
+        let bounces = self.bounces.unwrap_or(BOUNCES);
+        PathOptions::default().bounces(bounces).surfaces(surfaces).seed(self.seed.unwrap_or(0))
     }
 
     /// What transfer the mode needs.

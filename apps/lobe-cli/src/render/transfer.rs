@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use lobe::io::Job;
+use lobe::io::{Job, Progress};
 use lobe::prt::{BakeOptions, BakedOrScene, Mode, RecipeMode, Transfer};
 use lobe::render::{BakedScene, Camera, GlossyLobe, RenderError, ViewOptions, transfer_bytes};
 use lobe::scene::Scene;
@@ -17,9 +17,6 @@ use crate::run::talk::Talk;
 
 /// What to do where a bake takes long.
 const BAKE_FIRST: &str = "lobe bake can be stopped and continued, and what it writes can be rendered";
-
-/// Steps of the progress line while the picture is searched for backs.
-const STEPS: f64 = 1000.0;
 
 /// The transfer that the options ask for.
 pub(crate) struct Asked {
@@ -129,10 +126,11 @@ fn bake_backs(
 ) -> anyhow::Result<()> {
     ctrl_c::watch();
     let line = talk.progress("look");
-    let looked = baked.backs_in_view(camera, view, |part| {
-        line.show((part * STEPS) as usize, STEPS as usize, None, None);
+    let mut watch = |progress: &Progress| {
+        line.show(progress.done, progress.total, None, None);
         ctrl_c::go_on()
-    });
+    };
+    let looked = baked.backs_in_view(camera, view, Job::default().watched_by(&mut watch));
     drop(line);
     let seen = match looked {
         Err(RenderError::Cancelled) => bail!("stopped before the first picture; nothing is kept"),

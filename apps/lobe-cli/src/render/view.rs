@@ -1,4 +1,4 @@
-//! From where a scene is looked at, and how large its picture is.
+//! The camera of a rendered scene and the size of its picture.
 
 use std::str::FromStr;
 
@@ -10,7 +10,7 @@ use lobe::sh::Dir;
 
 use crate::args::values;
 
-/// Where one looks from unless told: models of glTF face its +z, which is -y here; a little from the right and from above.
+/// The direction towards the eye without --eye: models of glTF face its +z, which is -y here; a little from the right and from above.
 const FRONT: [f64; 3] = [0.5, -1.0, 0.4];
 
 /// The most pixels on a side.

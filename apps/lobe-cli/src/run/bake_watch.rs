@@ -32,8 +32,8 @@ impl Cancellable for RenderError {
     }
 }
 
-/// Does work, with a line where somebody is watching, until it is done or somebody presses Ctrl-C: then how far it was is the
-/// inner error.
+/// Does work, with a line of progress on a terminal, until it is done or the user presses Ctrl-C: then the inner error says how
+/// far it was.
 pub(crate) fn watched<T, E: Cancellable>(
     talk: Talk,
     what: &'static str,
@@ -53,7 +53,7 @@ pub(crate) fn watched<T, E: Cancellable>(
     }
 }
 
-/// Says that an output is there although somebody has pressed Ctrl-C.
+/// Says that an output is there although the user has pressed Ctrl-C.
 pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     if ctrl_c::go_on().is_break() {
         talk.note(&output.display().to_string(), "complete; Ctrl-C came too late to stop it");
@@ -126,7 +126,7 @@ impl Checkpoint {
         )
     }
 
-    /// Bakes until it is done or somebody presses Ctrl-C.
+    /// Bakes until it is done or the user presses Ctrl-C.
     pub(crate) fn watched<T>(
         &self,
         talk: Talk,
@@ -147,7 +147,7 @@ impl Checkpoint {
         result.or_else(|at| bail!("stopped after {} of {} points; {GO_ON}", at.done, at.total))
     }
 
-    /// Splits until it is done or somebody presses Ctrl-C.
+    /// Splits until it is done or the user presses Ctrl-C.
     pub(crate) fn watched_rounds<T>(
         &self,
         talk: Talk,
@@ -174,12 +174,13 @@ impl Checkpoint {
         })
     }
 
-    /// Refuses to begin what could not be kept: an output of so many bytes beside a checkpoint of so many, of which it may have some.
+    /// Refuses to begin work whose results do not fit on the disk: an output of `bytes` beside a checkpoint of `checkpoint` bytes,
+    /// of which some may be there already.
     pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64) -> anyhow::Result<()> {
         Self::check_rest(output, bytes, checkpoint.saturating_sub(length(&self.path)))
     }
 
-    /// The same before the scene is split, with files for the rounds that take so many bytes at least.
+    /// The same before the scene is split, with files for the rounds that take at least `rounds` bytes.
     pub(crate) fn check_room_to_split(
         &self,
         output: &Path,

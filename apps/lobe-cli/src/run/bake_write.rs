@@ -13,7 +13,7 @@ use crate::run::bake_watch::{GO_ON, watched};
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
-/// Transfer or matrices that are watched while they are read: somebody who presses Ctrl-C ends the writing.
+/// Transfer or matrices that are watched while they are read: Ctrl-C ends the writing.
 pub(crate) struct WatchedRows<'a, T: ?Sized> {
     rows: &'a T,
     state: RefCell<State<'a>>,
@@ -25,7 +25,7 @@ struct State<'a> {
     job: Job<'a>,
 }
 
-/// The refusal of rows to somebody who has pressed Ctrl-C.
+/// The refusal of rows after Ctrl-C.
 #[derive(Debug)]
 struct Stopped;
 
@@ -113,7 +113,7 @@ pub(crate) fn stopped<T>() -> anyhow::Result<T> {
     bail!("stopped after the bake, before its output was written; {GO_ON}")
 }
 
-/// Ends a command whose bake is done if somebody has pressed Ctrl-C, before an output that takes no time to write.
+/// Ends a command whose bake is done if the user has pressed Ctrl-C, before an output that takes no time to write.
 pub(crate) fn stop_before_writing() -> anyhow::Result<()> {
     if ctrl_c::go_on().is_break() { stopped() } else { Ok(()) }
 }

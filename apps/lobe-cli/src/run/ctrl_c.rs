@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::run::failure::ERROR;
 
-/// Whether somebody has pressed it.
+/// Whether it was pressed.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 /// From now on the first Ctrl-C asks the work to stop, the second ends the program at once.
 pub(crate) fn watch() {
-    // Where the system lets nobody handle it, the program ends at once.
+    // Where the system does not let it be handled, the program ends at once.
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {
             process::exit(i32::from(ERROR));
@@ -19,7 +19,7 @@ pub(crate) fn watch() {
     });
 }
 
-/// What the work that is watched is told whenever it asks.
+/// The answer to work that asks whether to go on.
 pub(crate) fn go_on() -> ControlFlow<()> {
     if STOP.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }

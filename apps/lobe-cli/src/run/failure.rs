@@ -1,4 +1,4 @@
-//! How a command ends when it does not succeed.
+//! Failures: their message in one line, and their exit code.
 
 use std::io::{self, Write as _};
 use std::panic;

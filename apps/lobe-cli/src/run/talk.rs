@@ -1,4 +1,4 @@
-//! What goes to stderr beside results: notes, and a progress bar where a person is watching.
+//! Notes and progress on stderr; progress is drawn on a terminal only.
 
 use std::io::{self, Write as _};
 
@@ -48,7 +48,7 @@ impl Talk {
 pub(crate) struct ProgressLine(ProgressBar);
 
 impl ProgressLine {
-    /// So many steps of `total` are done. `pace` is the work of a second with its unit, `seconds_left` an estimate; either may be
+    /// Shows that `done` of `total` steps are done. `pace` is the work of a second with its unit, `seconds_left` an estimate; either may be
     /// unknown.
     pub(crate) fn show(&self, done: usize, total: usize, pace: Option<&str>, seconds_left: Option<f64>) {
         self.0.set_length(total as u64);

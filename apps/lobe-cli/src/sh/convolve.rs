@@ -15,7 +15,7 @@ use crate::args::output::{QuantityOption, ShOutput};
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// How large a coefficient with m ≠ 0 of a kernel may be, relative to the largest coefficient: above the rounding of
+/// The largest coefficient with m ≠ 0 that a kernel may have, relative to the largest coefficient of all: above the rounding of
 /// a kernel that was projected from a picture in `f32`, below what a picture could show.
 const ZONAL_TOLERANCE: f64 = 1e-6;
 
@@ -104,7 +104,7 @@ impl ShConvolve {
 }
 
 impl Kernel {
-    /// What the convolution of a quantity is, or why there is none.
+    /// The quantity of a convolution, or the reason that it has none.
     fn quantity_of_result(&self, p: Quantity) -> Result<Quantity, String> {
         let is_light = matches!(p, Quantity::Radiance | Quantity::Visibility);
         match (self, p) {

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
     Coefficient, Dering, DeringMethod, DeringOutcome, DeringReport, Expansion as _, Extremum, FileCoefficients,
-    Quantity, ShFile, ShVec, Zonal, deringed,
+    Quantity, ShError, ShFile, ShVec, Zonal, deringed,
 };
 use serde::Serialize;
 
@@ -19,7 +19,7 @@ pub(crate) struct ShDering {
     /// The expansion, a .sh.json file; - reads stdin
     #[arg(value_name = "P")]
     input: ShInput,
-    /// What shall be nowhere negative: what P is, or the irradiance that P, which is radiance, makes [default: what P is]
+    /// The quantity that becomes non-negative: that of P, or the irradiance of P, if that is radiance [default: that of P]
     #[arg(long, value_enum)]
     quantity: Option<Wanted>,
     /// least-change: a factor for each band, such that the norm of the change is least; table: the search of Sloan 2017, for
@@ -51,12 +51,12 @@ enum Wanted {
 
 /// The library's names and the short ones of `lobe sh window`.
 fn method(text: &str) -> Result<DeringMethod, String> {
-    match text {
+    let name = match text {
         "sinc4" => "lanczos:4",
         "laplacian" => "squared-laplacian",
         text => text,
-    }
-    .parse()
+    };
+    name.parse().map_err(|error: ShError| error.to_string())
 }
 
 /// What `--json` prints.
@@ -95,7 +95,7 @@ impl ShDering {
         Ok(())
     }
 
-    /// What the expansion in the file is convolved with before it is looked at.
+    /// The kernel with which the expansion in the file is convolved before its values are examined.
     fn kernel(&self, file: &ShFile) -> anyhow::Result<Option<Zonal>> {
         match (self.quantity, file.quantity) {
             (_, Quantity::LogVisibility) => {
@@ -150,7 +150,7 @@ impl ShDering {
     }
 }
 
-/// What no value of each channel is below.
+/// The lower bound of each channel.
 fn lower_ends(minima: &[Extremum]) -> Vec<f64> {
     minima.iter().map(|min| min.lo).collect()
 }

@@ -111,7 +111,7 @@ fn grid() -> impl Iterator<Item = Dir> {
     (0..ROWS).flat_map(row).chain([Dir::Z, -Dir::Z])
 }
 
-/// People need no more digits than a picture has.
+/// As many digits as a picture has.
 fn numbers(values: &[f64]) -> String {
     values.iter().map(|x| format!("{:?}", *x as f32)).collect::<Vec<_>>().join(" ")
 }

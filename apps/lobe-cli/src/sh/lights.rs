@@ -31,10 +31,10 @@ pub(crate) struct ShLights {
     /// The most lights to find
     #[arg(long, value_name = "K", default_value = "1", value_parser = count)]
     count: usize,
-    /// Move the directions to where the lights explain most, together with the intensities
+    /// Refine directions and intensities together, to the least residual
     #[arg(long)]
     refine: bool,
-    /// What the lights shall reproduce
+    /// The function that the lights reproduce
     #[arg(long, value_enum, default_value = "irradiance")]
     metric: Metric,
     /// Which of the maxima become lights
@@ -62,7 +62,7 @@ enum Metric {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Choose {
-    /// One after the other the one that leaves least unexplained
+    /// One after the other, that with the least residual
     Residual,
     /// The highest
     Height,

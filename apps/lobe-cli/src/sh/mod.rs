@@ -1,4 +1,4 @@
-//! TODO room sh.
+//! `lobe sh`: commands on expansions in .sh.json files, a file each. Uses `args` and `run`.
 
 pub(crate) mod convolve;
 pub(crate) mod dering;

@@ -14,7 +14,7 @@ pub(crate) struct ShPeaks {
     /// The expansion, a .sh.json file; - reads stdin; of colors the luminance is looked at
     #[arg(value_name = "P")]
     input: ShInput,
-    /// Where the climbs begin
+    /// The starting points of the search
     #[arg(long, value_enum, default_value = "grid")]
     search: Search,
     /// Print {"peaks": [{"dir", "value"}]} instead of lines, the highest first

@@ -43,7 +43,7 @@ impl ShProduct {
     }
 }
 
-/// What the product of two quantities is, or why there is none.
+/// The quantity of a product, or the reason that it has none.
 ///
 /// Visibility is a mask: what is masked stays what it is, another visibility too. Radiance times radiance and the like have units
 /// of their own, for which a file has no name: `--quantity` gives one.

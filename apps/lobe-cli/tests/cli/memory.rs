@@ -13,7 +13,7 @@ const SLACK: u64 = 8 << 20;
 
 /// Runs `lobe` where only so many KiB of addresses can be had, in one thread: each has a stack and a heap of its own.
 #[cfg(target_os = "linux")]
-fn limited(dir: &Dir, kib: u64, args: &str) -> Output {
+pub(crate) fn limited(dir: &Dir, kib: u64, args: &str) -> Output {
     let lobe = env!("CARGO_BIN_EXE_lobe");
     let line = format!("ulimit -v {kib} && exec {lobe} {args} --threads 1 --quiet");
     Command::new("sh").args(["-c", &line]).current_dir(dir.path("")).output().unwrap()

@@ -2,12 +2,9 @@
 
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::harness::Dir;
-
-/// Work stops within a second or so; the rest is for a busy machine.
-const AT_ONCE: Duration = Duration::from_secs(6);
 
 pub(crate) fn started(dir: &Dir, args: &str) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
@@ -21,10 +18,8 @@ pub(crate) fn stopped(dir: &Dir, mut child: Child, file: &str) -> Option<Output>
         sleep(Duration::from_millis(5));
     }
     sleep(Duration::from_millis(50));
-    let pressed = Instant::now();
     Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
     let output = child.wait_with_output().unwrap();
-    assert!(pressed.elapsed() < AT_ONCE, "it took {:?} to stop", pressed.elapsed());
     (!output.status.success()).then_some(output)
 }
 

@@ -1,4 +1,4 @@
-//! Vertices where transfer needs them.
+//! Adaptive splitting of triangles where transfer changes.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

@@ -61,10 +61,12 @@ impl<'a> Diffuse<'a> {
     fn shadowed(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
         let (sobol, frame, origin) = self.start(seed, receiver);
         let Scratch { sum, directions, occluded } = scratch;
+        // Trace shadow rays in cosine-weighted directions, all at once.
         directions.clear();
         directions.extend(self.order.iter().map(|&index| frame.cosine(sobol.point(index, 0))));
         occluded.resize(directions.len(), false);
         self.tracer.occluded_from_into(origin, directions, occluded);
+        // Add the basis in the directions that see the light.
         let mut escaped = 0_u32;
         for (direction, occluded) in directions.iter().zip(occluded) {
             if !*occluded {
@@ -72,6 +74,7 @@ impl<'a> Diffuse<'a> {
                 escaped += 1;
             }
         }
+        // Scale the sums by the albedo, channel by channel.
         let factors = self.factors(receiver);
         let (first, others) = row.split_at_mut(self.bands());
         sum.take_into([1.0; 3], first);
@@ -89,8 +92,10 @@ impl<'a> Diffuse<'a> {
         let energy = |weight: [f32; 3]| (0..3).map(|c| f64::from(weight[c]) * factors[c]).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
         for &index in &self.order {
+            // Start a path in a cosine-weighted direction, and follow it to its end.
             let ray = Ray::new(origin, frame.cosine(sobol.point(index, 0)));
             match self.tracer.follow(ray, self.bounces, &sobol, index, &mut tally.rays) {
+                // Add the basis where the path escapes, times its throughput.
                 PathEnd::Escaped { direction, weight, bounce } => {
                     scratch.sum.push(direction, weight);
                     tally.energy[bounce] += energy(weight);

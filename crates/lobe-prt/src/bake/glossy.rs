@@ -1,4 +1,4 @@
-//! Baking what receivers do to light that they will reflect in a preferred direction.
+//! Baking transfer matrices, which glossy receivers need.
 
 use std::f64::consts::{PI, TAU};
 
@@ -175,9 +175,11 @@ impl Estimator for Matrices<'_> {
         let energy = |weight: [f32; 3]| part * weight.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
         for &index in &self.order {
+            // Start a path uniformly over the hemisphere, or over the sphere, and follow it to its end.
             let point = sobol.point(index, 0);
             let first = frame.map_or_else(|| sphere(point), |frame| frame.hemisphere(point));
             match self.end(Ray::new(origin, first), &sobol, index, &mut tally.rays) {
+                // Add the basis at both ends of the path, times its throughput.
                 PathEnd::Escaped { direction, weight, bounce } => {
                     sum.push(first, direction, weight);
                     tally.energy[bounce] += energy(weight);

@@ -1,4 +1,4 @@
-//! What to bake, and what it cost.
+//! Options and reports of bakes.
 
 use lobe_io::Fingerprint;
 use lobe_scene::Scene;

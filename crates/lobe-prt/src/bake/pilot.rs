@@ -1,4 +1,4 @@
-//! A few receivers baked many times, to know beforehand how many bounces matter and how large the error will be.
+//! A pilot bake of a few receivers, which tells beforehand how many bounces matter and how large the error will be.
 
 use rayon::prelude::*;
 
@@ -12,11 +12,11 @@ const RECEIVERS: usize = 64;
 /// each, and to a tenth for all of them.
 const REPETITIONS: usize = 8;
 
-/// One receiver in so many is baked repeatedly, but at least eight and at most [`RECEIVERS`]: 512 bakes, or 1 % of 50 000.
+/// One receiver in 128 is baked repeatedly, but at least eight and at most [`RECEIVERS`]: 512 bakes, or 1 % of 50 000.
 const RECEIVERS_FOR_ONE: usize = 128;
 
-/// Paths of the pilot, about, where receivers have so many that 512 of them would take long: some seconds, which are lost
-/// where a bake is killed.
+/// A bound for the paths of the pilot where receivers have very many: some seconds of work, which are lost if the bake is
+/// killed.
 const MOST_PATHS: usize = 1 << 22;
 
 /// What the pilot found.
@@ -35,8 +35,10 @@ pub(crate) fn pilot<E: Estimator>(estimator: &E, energy_stop: f64) -> Pilot {
     let once = all.min(most);
     let repeated = (all / RECEIVERS_FOR_ONE).max(8).min(most).min(all);
     let seeds: [u64; REPETITIONS] = std::array::from_fn(|k| hash([estimator.seed(), 0x0050_494C_4F54, k as u64]));
+    // Bake some receivers once, to see how much energy each bounce carries.
     let first: Vec<Tally> = bakes(estimator, (0..once).map(|k| (k * all / once, seeds[0])).collect());
     let bounces = bounces_that_matter(&first, energy_stop);
+    // Bake some of them with other seeds, to see how much the result varies.
     let again = (0..repeated * REPETITIONS).map(|k| (k / REPETITIONS * all / repeated, seeds[k % REPETITIONS]));
     Pilot { bounces, stderr_dc: relative_standard_error(&bakes(estimator, again.collect()), bounces) }
 }

@@ -1,4 +1,4 @@
-//! What a scene does to the light around it.
+//! Neighborhood transfer: matrices at the points of a grid around or within a scene.
 
 use lobe_io::Job;
 use lobe_scene::{Bounds, Bvh, Scene};

@@ -1,4 +1,4 @@
-//! Rows as a few weights each of directions that many rows share.
+//! A compressed table: for each row a cluster and a few weights of the directions of that cluster.
 
 use lobe_sh::Rgb;
 

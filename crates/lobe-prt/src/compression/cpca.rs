@@ -1,4 +1,4 @@
-//! Clustered principal components.
+//! Clustered principal component analysis (CPCA).
 
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ const MOVES: usize = 8;
 /// Rows whose errors are summed by one thread.
 const CHUNK: usize = 512;
 
-/// Rows shared out among subspaces.
+/// An assignment of rows to subspaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Clustering {
     /// The subspace of every row.
@@ -109,6 +109,7 @@ impl<'a> Cpca<'a> {
     ) -> Clustering {
         let end = meter.done() + self.steps_to_grow(start.spaces.len(), clusters, components);
         let mut now = start;
+        // Double the clusters, and let each set of them settle.
         while now.spaces.len() < clusters && !meter.is_stopped() {
             let before = now.spaces.len();
             let target = clusters.min(2 * before);
@@ -119,6 +120,7 @@ impl<'a> Cpca<'a> {
             let last = now.spaces.len() >= clusters;
             now = self.settled(now, components, if last { self.iterations } else { SETTLING }, meter);
         }
+        // Move clusters that are of little use to where the error is largest.
         now = self.moved(now, components, meter);
         meter.reach(end);
         now
@@ -132,8 +134,11 @@ impl<'a> Cpca<'a> {
             if meter.is_stopped() {
                 break;
             }
+            // Split the cluster of largest error.
             let more = self.split(now.clone(), clusters + 1, components);
+            // Dissolve the one whose rows lose least by going elsewhere.
             let fewer = self.dissolved(self.settled(more, components, SETTLING, meter), clusters, components);
+            // Keep the result if it is better.
             let mut other = self.settled(fewer, components, self.iterations, meter);
             if other.error() >= (1.0 - self.tolerance) * now.error() {
                 break;
@@ -207,12 +212,15 @@ impl<'a> Cpca<'a> {
             if meter.is_stopped() {
                 break;
             }
+            // Give each row to its nearest subspace; end if none moves.
             let moved = self.assign(&mut now);
             if moved == 0 {
                 break;
             }
+            // Fit each subspace to its rows.
             self.refit(&mut now, components);
             meter.step(one);
+            // End where the error hardly falls any more.
             let before = std::mem::replace(&mut error, now.error());
             now.history.push(error);
             if before - error <= self.tolerance * before {

@@ -1,4 +1,4 @@
-//! The largest eigenvalues of a symmetric matrix, and their vectors.
+//! The largest eigenvalues of a symmetric matrix and their eigenvectors.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -7,7 +7,7 @@ use crate::sampling::sobol::mix;
 /// What is below this part of the whole is rounding. The covariance of `f64` sums has errors of some 1e-16, the rows are `f32`.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-15;
 
-/// A matrix is taken apart as a whole, with some 10 n³ operations, if so many Krylov spaces would fill it.
+/// A matrix of fewer rows than this many Krylov spaces have directions is decomposed as a whole, in some 10 n³ operations.
 const WORTHWHILE: usize = 3;
 
 /// Vectors that are followed beside those wanted: the last of these converge as fast as the first of those that are left out
@@ -21,7 +21,7 @@ const STEPS: usize = 3;
 /// next eigenvalue that is left out.
 const RESIDUAL: f64 = 1e-10;
 
-/// Solutions, at most; a matrix that takes more is taken apart as a whole.
+/// The most restarts; a matrix that takes more is decomposed as a whole.
 const RESTARTS: usize = 30;
 
 /// Eigenvalues and eigenvectors of a symmetric matrix given by its upper half, the largest first, at most `count`, those that
@@ -59,7 +59,7 @@ fn largest_first(values: &[f64], count: usize) -> Vec<usize> {
 }
 
 /// By block Krylov spaces with restarts [Golub and Underwood 1977]: `X, A X, .. A³ X` is made orthonormal, the small matrix of A
-/// in these directions is taken apart, and its leading vectors are the next X. A block finds eigenvalues that are equal.
+/// in these directions is decomposed, and its leading vectors are the next X. A block finds eigenvalues that are equal.
 /// None if they are too close together to be found soon.
 fn by_krylov(matrix: &[f64], size: usize, count: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut block = start(count + SPARE, size);
@@ -193,7 +193,7 @@ mod tests {
         ] {
             let (matrix, trace) = (planted(&values, 7), values.iter().sum::<f64>());
             for count in [1, 4, 8] {
-                assert!(WORTHWHILE * (STEPS + 1) * (count + SPARE) <= 256, "it is not taken apart as a whole");
+                assert!(WORTHWHILE * (STEPS + 1) * (count + SPARE) <= 256, "it is not decomposed as a whole");
                 let (found, vectors) = leading(&matrix, 256, count);
                 let expected = &values[..count.min(values.len())];
                 assert_eq!(found.len(), expected.len(), "{name}, {count} of {expected:?}: {found:?}");

@@ -1,4 +1,4 @@
-//! For every row the subspace that is nearest, quickly: candidates, for somebody to check in full precision.
+//! Fast search for the nearest subspace of every row: candidates, which the caller checks in full precision.
 
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;

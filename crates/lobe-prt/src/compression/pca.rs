@@ -1,4 +1,4 @@
-//! The affine subspace nearest to a set of rows.
+//! Principal component analysis: the affine subspace nearest to a set of rows.
 
 use rayon::prelude::*;
 

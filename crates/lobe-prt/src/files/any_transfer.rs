@@ -111,8 +111,8 @@ mod tests {
         let (folder, recipe) = (tempfile::tempdir().unwrap(), Recipe::from(json!({"samples": 7})));
         let path = |name: &str| folder.path().join(name);
         write_transfer(path("p"), &plain, &recipe).unwrap();
-        write_compressed_transfer(&path("c"), &compressed, &recipe).unwrap();
-        write_zonal_transfer(&path("z"), &zonal, &recipe).unwrap();
+        write_compressed_transfer(path("c"), &compressed, &recipe).unwrap();
+        write_zonal_transfer(path("z"), &zonal, &recipe).unwrap();
         let expected = [
             ("p", plain.exit_radiance(&light)),
             ("c", compressed.exit_radiance(&light)),

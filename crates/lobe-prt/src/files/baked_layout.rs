@@ -1,4 +1,4 @@
-//! What vertices of a baked scene carry, and where it lies.
+//! Attributes of the vertices of a baked scene, and their layout in buffer views.
 
 use std::io;
 use std::ops::Range;

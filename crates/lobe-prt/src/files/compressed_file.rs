@@ -220,7 +220,7 @@ mod tests {
             CompressedTransfer::new(&transfer(Channels::Gray), &CompressOptions::default(), Job::default()).unwrap();
         write_compressed_transfer(&path, &written, &Recipe::default()).unwrap();
         let bytes = fs::read(&path).unwrap();
-        let refusal = |bytes: &[u8]| read_compressed_transfer_bytes(bytes, "c".into()).unwrap_err().to_string();
+        let refusal = |bytes: &[u8]| read_compressed_transfer_bytes(bytes, "c").unwrap_err().to_string();
         for end in 0..bytes.len() {
             let message = refusal(&bytes[..end]);
             assert!(message.starts_with("c: ") && !message.contains('\n'), "cut at {end}: {message}");
@@ -238,9 +238,9 @@ mod tests {
         assert_eq!(replaced(r#"order\":3"#, r#"order\":9"#), order, "order");
         assert!(replaced(r#"order\":3"#, r#"order\":4"#).contains("expected a tensor bases of shape"), "shape");
         assert_eq!(replaced(r#""weights""#, r#""weighty""#), "c: expected a tensor weights, found none", "missing");
-        let foreign = read_zonal_transfer_bytes(&bytes, "c".into()).unwrap_err().to_string();
+        let foreign = read_zonal_transfer_bytes(&bytes, "c").unwrap_err().to_string();
         assert_eq!(foreign, "c: expected lobe-zonal-transfer, found lobe-compressed-transfer", "another kind");
-        let missing = read_zonal_transfer(&folder.path().join("none")).unwrap_err();
+        let missing = read_zonal_transfer(folder.path().join("none")).unwrap_err();
         assert!(matches!(missing, PrtError::Io { .. }), "{missing}");
     }
 }

@@ -1,4 +1,4 @@
-//! What tells one bake from another.
+//! Fingerprints of scenes.
 
 use lobe_io::Fingerprint;
 use lobe_scene::{Alpha, Material, Scene};

@@ -1,4 +1,4 @@
-//! How far a search is that may end before its last step.
+//! Progress of a search that may end before its last step.
 
 use std::time::Instant;
 

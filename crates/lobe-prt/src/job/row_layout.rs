@@ -1,4 +1,4 @@
-//! Where the numbers of a chunk are in its record.
+//! The layout of a chunk's record in a checkpoint.
 
 use lobe_io::RecordLayout;
 

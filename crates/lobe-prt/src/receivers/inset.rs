@@ -1,4 +1,4 @@
-//! Vertices at the border of a mesh, a little inside of it.
+//! Receivers at the borders of meshes, moved a little inwards.
 
 use std::collections::HashMap;
 

@@ -51,7 +51,7 @@ impl Lightmap {
     pub fn texels_at(&self, scene: &Scene, hit: &Hit) -> [(usize, f64); 4] {
         let (mesh, number) = scene.locate(hit.triangle as usize);
         let mesh = &scene.meshes()[mesh];
-        let corners = mesh.triangles()[number].map(|i| lightmap_uvs(mesh)[i as usize].map(f64::from));
+        let corners = mesh.triangles()[number].map(|i| mesh.lightmap_uvs()[i as usize].map(f64::from));
         let (u, v) = (f64::from(hit.u), f64::from(hit.v));
         let last = (self.width - 1) as f64;
         let [x, y] = [0, 1].map(|k| {
@@ -73,11 +73,6 @@ impl Lightmap {
         let sum: f64 = own.iter().map(|&(_, part)| part).sum();
         if sum > 0.0 { own.map(|(texel, part)| (texel, part / sum)) } else { around }
     }
-}
-
-/// The texture coordinates that a mesh has for its lightmap; none if it has none at all.
-pub(crate) fn lightmap_uvs(mesh: &Mesh) -> &[[f32; 2]] {
-    if mesh.uvs(1).is_empty() { mesh.uvs(0) } else { mesh.uvs(1) }
 }
 
 /// The chart of every triangle: those that are joined by vertices have one number.
@@ -103,7 +98,7 @@ fn charts(scene: &Scene) -> Vec<u32> {
 /// For every vertex the number of the first that is the same in position, normal and place in the lightmap.
 fn joined_vertices(mesh: &Mesh) -> Vec<u32> {
     let mut first_of = HashMap::new();
-    let (positions, normals, uvs) = (mesh.positions(), mesh.normals(), lightmap_uvs(mesh));
+    let (positions, normals, uvs) = (mesh.positions(), mesh.normals(), mesh.lightmap_uvs());
     let mut joined = |i: usize| {
         let key = (positions[i].map(f32::to_bits), normals[i].map(f32::to_bits), uvs[i].map(f32::to_bits));
         *first_of.entry(key).or_insert(i as u32)

@@ -6,7 +6,6 @@ use glam::{DVec2, DVec3};
 use lobe_scene::{Hit, Scene};
 
 use crate::receivers::inset::{inset_distance, step};
-use crate::receivers::lightmap::lightmap_uvs;
 use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
 
 /// The widest lightmap.
@@ -60,7 +59,7 @@ impl TexelReceivers {
         let mut places: Vec<Option<Place>> = vec![None; width * width];
         let mut first = 0;
         for mesh in scene.meshes() {
-            let uvs = lightmap_uvs(mesh);
+            let uvs = mesh.lightmap_uvs();
             let place = || format!("mesh `{}`", mesh.name());
             if uvs.is_empty() {
                 let message = "it has no texture coordinates for a lightmap; unfold it into a set of its own";

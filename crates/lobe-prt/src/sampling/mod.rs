@@ -1,4 +1,5 @@
-//! TODO room sampling.
+//! Quasi-random directions: Sobol' points with Owen scrambling (`sobol`), and the maps from the square to the sphere (`warp`).
+//! Uses no other room.
 
 pub(crate) mod sobol;
 pub(crate) mod warp;

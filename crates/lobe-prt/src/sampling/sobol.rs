@@ -1,4 +1,4 @@
-//! Points that fill the unit square evenly, each sequence at random.
+//! Sobol' points with Owen scrambling: sequences that fill the unit square evenly.
 
 /// The odd constant of `SplitMix64`, 2⁶⁴ divided by the golden ratio.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;

@@ -1,4 +1,4 @@
-//! Directions from points in the unit square.
+//! Maps from the unit square to directions on the sphere and the hemisphere.
 
 use std::f32::consts::{FRAC_PI_4, TAU};
 

@@ -1,4 +1,4 @@
-//! What receivers do to light.
+//! Transfer vectors of matte receivers.
 
 use lobe_sh::Rgb;
 

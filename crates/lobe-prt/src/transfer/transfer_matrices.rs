@@ -1,4 +1,4 @@
-//! What receivers do to light that they will reflect in a preferred direction.
+//! Transfer matrices: incident light of glossy receivers, before it is reflected.
 
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 

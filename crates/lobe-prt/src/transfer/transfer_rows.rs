@@ -1,4 +1,4 @@
-//! Transfer and transfer matrices that need not be in memory.
+//! Transfer and transfer matrices a few receivers at a time, from memory or from disk.
 
 use std::io;
 

@@ -1,4 +1,4 @@
-//! A minimum of a smooth function of a few variables.
+//! BFGS: a local minimum of a smooth function of a few variables.
 
 /// Halvings of a step before the search gives up.
 const HALVINGS: usize = 30;

@@ -1,4 +1,4 @@
-//! The zonal lobes nearest to one function when their axes are given, and how that changes with the axes.
+//! The linear least-squares problem of zonal lobes with given axes, and its gradient with respect to the axes.
 
 use std::f64::consts::PI;
 

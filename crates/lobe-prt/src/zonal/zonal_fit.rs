@@ -1,4 +1,4 @@
-//! Lobes found for transfer.
+//! The search for the zonal lobes nearest to transfer.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! Transfer as lobes that can be turned one by one.
+//! Transfer as zonal lobes.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! What the tests of baking share: scenes with a closed form.
+//! Scenes with a closed form, for the tests of baking.
 
 #![allow(clippy::unwrap_used, dead_code, reason = "tests, each of which uses a part")]
 

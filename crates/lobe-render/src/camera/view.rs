@@ -1,4 +1,4 @@
-//! From where a ball or a balloon is looked at.
+//! View directions: the axes of a picture, right, up and towards the eye.
 
 use lobe_sh::Dir;
 

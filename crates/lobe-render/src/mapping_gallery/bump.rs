@@ -1,4 +1,4 @@
-//! Bumps that only the normal knows.
+//! Bump mapping: normals perturbed by a height field.
 
 use lobe_sh::{Dir, Rgb};
 

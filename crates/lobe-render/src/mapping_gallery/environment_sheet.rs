@@ -9,13 +9,13 @@ use lobe_env::{
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{
-    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Glossy, HighlightMap, IrradiancePolynomial,
-    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, Scene, Shading, Solid, SphereMapped, SurfacePoint, Torus,
+    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exhibit, Glossy, HighlightMap, IrradiancePolynomial,
+    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, Shading, Solid, SphereMapped, SurfacePoint, Torus,
     TracedMirror, View, bumps, highlights_of_lights,
 };
 use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 
-/// How often a torus may mirror itself in the traced picture.
+/// Reflections at most in the traced picture of a torus that mirrors itself.
 const BOUNCES: usize = 4;
 /// The width α of the rough mirrors, wide enough for lights as large as the texels of a face of [`ROUGH_SIZE`].
 const ALPHA: f64 = 0.3;
@@ -44,8 +44,9 @@ const BRIGHT: f64 = 1.5;
 /// Pictures a row of the sheet.
 const COLUMNS: usize = 7;
 
-/// What [`environment_panels`] draws.
+/// Sizes and inputs of [`environment_panels`].
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct EnvironmentSheetOptions<'a> {
     /// Pixels along each side of a picture.
     pub size: usize,
@@ -65,6 +66,32 @@ impl Default for EnvironmentSheetOptions<'_> {
     }
 }
 
+impl<'a> EnvironmentSheetOptions<'a> {
+    /// These options with another [`size`](field@Self::size).
+    #[must_use]
+    pub fn size(self, size: usize) -> Self {
+        Self { size, ..self }
+    }
+
+    /// These options with other [`samples`](field@Self::samples).
+    #[must_use]
+    pub fn samples(self, samples: usize) -> Self {
+        Self { samples, ..self }
+    }
+
+    /// These options with another [`map_size`](field@Self::map_size).
+    #[must_use]
+    pub fn map_size(self, map_size: usize) -> Self {
+        Self { map_size, ..self }
+    }
+
+    /// These options with a chain as [`prefiltered`](field@Self::prefiltered).
+    #[must_use]
+    pub fn prefiltered(self, chain: impl Into<Option<&'a CubeMipChain>>) -> Self {
+        Self { prefiltered: chain.into(), ..self }
+    }
+}
+
 /// One picture of the sheet.
 #[derive(Clone, Debug)]
 pub struct EnvironmentPanel {
@@ -74,19 +101,19 @@ pub struct EnvironmentPanel {
     pub technique: &'static str,
     /// The picture in linear light.
     pub picture: Picture,
-    /// How far it is from what the technique stands for, over the visible surface: `Σ|a - b| / Σ|b|`. `None` where it is
-    /// that itself.
+    /// The error against the truth that the technique approximates, over the visible surface: `Σ|a - b| / Σ|b|`. `None` for the
+    /// truth itself.
     pub error: Option<f64>,
     /// Whether the surface mirrors the map as it is; the others blur it.
     pub mirrors: bool,
 }
 
-/// Which truth a technique is measured against.
+/// The truth that a technique is measured against.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
-    /// It is the truth itself, a traced mirror.
+    /// None: it is the truth itself, a traced mirror.
     Traced,
-    /// It is the truth itself, of a surface that blurs the map.
+    /// None: it is the truth itself, of a surface that blurs the map.
     Summed,
     /// The same, where each point is a sum over many lights.
     SlowlySummed,
@@ -132,8 +159,8 @@ pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -
     let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
     let mut panels = Vec::new();
     for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
-        let scene = Scene { solid, camera, samples: options.samples };
-        let slow = Scene { samples: options.samples.min(SLOW_SAMPLES), ..scene };
+        let scene = Exhibit { solid, camera, samples: options.samples };
+        let slow = Exhibit { samples: options.samples.min(SLOW_SAMPLES), ..scene };
         let [many, few] = MEASURED.map(|n| scene.points(n, n));
         let panel = |technique: &'static str, shading: &dyn Shading, truth: Truth| {
             let mirrors = matches!(truth, Truth::Traced | Truth::Mirror | Truth::BumpedMirror);
@@ -273,7 +300,7 @@ fn blurred(map: &EnvMap) -> CubeMipChain {
     CubeMipChain::single(CubeMap::from_fn(2 * GLOSSY_ORDER, |s| picture.radiance(s)))
 }
 
-/// What the errors are measured against.
+/// The truths that errors are measured against.
 struct Truths<'a> {
     map: &'a EnvMap,
     rough: BruteForceReflection<Ggx>,

@@ -1,4 +1,4 @@
-//! A shape, a camera, and the light that every point of the shape sends to it.
+//! Exhibits: a shape before a camera, shaded point by point.
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
@@ -7,10 +7,10 @@ use crate::vector::{add, dot, scale, sub};
 use crate::{Camera, Solid};
 use lobe_image::{ErrorReport, Picture, compare};
 
-/// A point of a surface, and from where it is seen.
+/// A point of a surface, and the direction it is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is.
+    /// Its position.
     pub position: [f64; 3],
     /// The outward normal `n`.
     pub normal: Dir,
@@ -37,7 +37,7 @@ impl SurfacePoint {
     }
 }
 
-/// How a surface turns the light of its surroundings into what is seen of it.
+/// A technique of shading: the light of the surroundings in, the radiance towards the eye out.
 ///
 /// Environment mapping in its classic form: the surroundings are infinitely far away, so only directions count; the
 /// surface neither shades nor mirrors itself.
@@ -54,7 +54,7 @@ impl<F: Fn(&SurfacePoint) -> Rgb<f32> + Sync> Shading for F {
 
 /// A shape before a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scene {
+pub struct Exhibit {
     /// The shape.
     pub solid: Solid,
     /// The eye.
@@ -63,14 +63,14 @@ pub struct Scene {
     pub samples: usize,
 }
 
-impl Scene {
+impl Exhibit {
     /// The picture of the shape in front of `background`, the light from every direction.
     ///
     /// Pixels are means of linear light, so rims are smooth; a sun of a few texels keeps the jagged edge that its
     /// brightness forces on any mean. The same bits for any number of threads.
     ///
     /// # Panics
-    /// If [`samples`](Scene::samples) is 0.
+    /// If [`samples`](Exhibit::samples) is 0.
     #[must_use]
     pub fn picture(
         &self,
@@ -116,7 +116,7 @@ impl Scene {
     }
 }
 
-/// How far two shadings differ over given points, all points counting alike: over [`Scene::points`] it is the error of
+/// The difference of two shadings over given points, all weighted alike: over [`Exhibit::points`] it is the error of
 /// the picture inside the shape.
 #[must_use]
 pub fn compare_shadings(
@@ -145,9 +145,9 @@ mod tests {
     use super::*;
     use crate::{Torus, View};
 
-    fn ball(samples: usize) -> Scene {
+    fn ball(samples: usize) -> Exhibit {
         let camera = Camera::orthographic(View::ALONG_X, 1.25);
-        Scene { solid: Solid::Ball { radius: 1.0 }, camera, samples }
+        Exhibit { solid: Solid::Ball { radius: 1.0 }, camera, samples }
     }
 
     #[test]
@@ -177,7 +177,7 @@ mod tests {
     fn points_are_those_that_the_camera_sees() {
         let axis = Dir::new([-0.6, 0.2, 0.7]).unwrap();
         let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
-        for scene in [ball(1), Scene { solid: torus, ..ball(1) }] {
+        for scene in [ball(1), Exhibit { solid: torus, ..ball(1) }] {
             let points = scene.points(40, 40);
             assert!(points.len() > 300, "{} points", points.len());
             for p in points {

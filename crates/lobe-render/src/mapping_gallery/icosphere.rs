@@ -1,4 +1,4 @@
-//! Directions spread evenly over the sphere, joined to triangles.
+//! An icosphere: directions spread evenly over the sphere, joined to triangles.
 
 use std::collections::BTreeMap;
 

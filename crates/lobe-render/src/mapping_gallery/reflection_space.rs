@@ -211,7 +211,7 @@ mod tests {
     use lobe_env::{Ggx, Lambert};
 
     use super::*;
-    use crate::{Camera, Scene, Solid, Torus, compare_shadings};
+    use crate::{Camera, Exhibit, Solid, Torus, compare_shadings};
 
     /// A sky, a ground and a broad warm light to the upper right of the eye at -x.
     fn source() -> CubeMap {
@@ -228,7 +228,7 @@ mod tests {
         let torus = Torus { axis: eye, major: 0.7, minor: 0.3 };
         [Solid::Ball { radius: 1.0 }, Solid::Torus(torus)]
             .iter()
-            .flat_map(|solid| Scene { solid: *solid, camera, samples: 1 }.points(20, 20))
+            .flat_map(|solid| Exhibit { solid: *solid, camera, samples: 1 }.points(20, 20))
             .collect()
     }
 

@@ -1,4 +1,4 @@
-//! Where a ray meets a torus.
+//! The intersection of a ray with a torus.
 
 use lobe_sh::Dir;
 

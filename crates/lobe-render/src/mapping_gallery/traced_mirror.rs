@@ -46,14 +46,14 @@ mod tests {
     use lobe_sh::Coefficient;
 
     use super::*;
-    use crate::{Camera, Scene, Torus, View, compare_shadings};
+    use crate::{Camera, Exhibit, Torus, View, compare_shadings};
 
     #[test]
     fn a_ball_never_mirrors_itself_and_a_torus_does() {
         let source = |s: Dir| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32);
         let torus = Torus { axis: Dir::new([-0.6, 0.2, 0.7]).unwrap(), major: 0.7, minor: 0.3 };
         for (solid, mirrors_itself) in [(Solid::Ball { radius: 1.0 }, false), (Solid::Torus(torus), true)] {
-            let scene = Scene { solid, camera: Camera::orthographic(View::ALONG_X, 1.2), samples: 1 };
+            let scene = Exhibit { solid, camera: Camera::orthographic(View::ALONG_X, 1.2), samples: 1 };
             let points = scene.points(50, 50);
             let mirror = |bounces| TracedMirror { source, solid, bounces };
             let report = compare_shadings(&points, &mirror(0), &mirror(5));
@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn any_number_of_bounces_keeps_an_even_light() {
         let torus = Solid::Torus(Torus { axis: Dir::Z, major: 0.7, minor: 0.3 });
-        let scene = Scene { solid: torus, camera: Camera::orthographic(View::three_quarter(), 1.2), samples: 1 };
+        let scene = Exhibit { solid: torus, camera: Camera::orthographic(View::three_quarter(), 1.2), samples: 1 };
         let mirror = TracedMirror { source: |_| Rgb::splat(0.5), solid: torus, bounces: 20 };
         for p in scene.points(40, 40) {
             assert_eq!(mirror.radiance(&p), Rgb::splat(0.5), "a mirror loses nothing, at {p:?}");

@@ -1,4 +1,4 @@
-//! How a point of a surface reflects light.
+//! BSDFs: the reflection of light at a point of a surface, evaluated and sampled.
 
 use std::f64::consts::PI;
 
@@ -29,11 +29,11 @@ struct Mirror {
     f0: Rgb<f64>,
     /// Towards the viewer, in the frame, above the surface.
     v: Vec3,
-    /// How often the facets are drawn from rather than the cosine.
+    /// The probability of drawing from the microfacets rather than from the cosine lobe.
     share: f64,
 }
 
-/// A direction drawn from a reflection.
+/// A direction drawn from a BSDF.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BsdfSample {
     pub(crate) towards: Vec3,
@@ -50,7 +50,7 @@ const SHARPEST: f64 = 1e-3;
 /// Reflectance of plastics and stone along the normal, as glTF has it.
 const DIELECTRIC: f64 = 0.04;
 
-/// Each of two lobes is drawn from at least this often.
+/// The least probability of drawing from either of two lobes.
 const LEAST_SHARE: f64 = 0.1;
 
 impl Bsdf {

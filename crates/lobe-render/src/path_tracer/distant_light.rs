@@ -1,4 +1,4 @@
-//! Light from infinitely far away.
+//! Light from infinitely far away: an environment map or an expansion, evaluated and sampled.
 
 use lobe_env::EnvMap;
 use lobe_io::Fingerprint;

@@ -1,11 +1,11 @@
-//! Means of random numbers, and how far off they are.
+//! Monte Carlo estimates: sample counts, means and the variance of means.
 
 use lobe_sh::{Coefficient as _, Rgb};
 
-/// How many paths, in how many independent sets.
+/// A number of paths, in independent sets.
 ///
-/// Within a set paths are spread evenly, which makes the mean better; between sets they are independent, which tells how
-/// good it is.
+/// Within a set the random numbers of paths are stratified, which lowers the error of the mean; between sets they are independent,
+/// which allows that error to be estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleCount {
     /// Independent sets, at least 2: the variance has one degree of freedom less.
@@ -44,7 +44,7 @@ impl SampleCount {
 
 /// A mean, and the variance of that mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Estimate {
+pub struct PathEstimate {
     /// The mean over all paths.
     pub mean: Rgb<f64>,
     /// The square of its standard error, estimated from the differences of sets; infinite for a single set.
@@ -53,14 +53,14 @@ pub struct Estimate {
 
 /// Sums of values and of their squares about a first value, which takes the cancellation out.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Spread {
+pub(crate) struct Moments {
     count: f64,
     first: Rgb<f64>,
     sum: Rgb<f64>,
     squares: Rgb<f64>,
 }
 
-impl Spread {
+impl Moments {
     pub(crate) fn add(&mut self, value: Rgb<f64>) {
         if self.count == 0.0 {
             self.first = value;
@@ -71,29 +71,29 @@ impl Spread {
         self.squares += d * d;
     }
 
-    pub(crate) fn estimate(&self) -> Estimate {
+    pub(crate) fn estimate(&self) -> PathEstimate {
         let n = self.count;
         if n == 0.0 {
-            return Estimate::default();
+            return PathEstimate::default();
         }
         let mean = self.sum.scale(n.recip());
         let of = |s: f64, m: f64| if n < 2.0 { f64::INFINITY } else { ((s / n - m * m) / (n - 1.0)).max(0.0) };
         let (s, m) = (self.squares.to_array(), mean.to_array());
-        Estimate { mean: self.first + mean, variance: Rgb::from(std::array::from_fn(|c| of(s[c], m[c]))) }
+        PathEstimate { mean: self.first + mean, variance: Rgb::from(std::array::from_fn(|c| of(s[c], m[c]))) }
     }
 }
 
 /// The mean of `value(set, path)`; its variance is that between sets.
-pub(crate) fn estimate(count: &SampleCount, mut value: impl FnMut(usize, usize) -> Rgb<f64>) -> Estimate {
-    let mut spread = Spread::default();
+pub(crate) fn estimate(count: &SampleCount, mut value: impl FnMut(usize, usize) -> Rgb<f64>) -> PathEstimate {
+    let mut moments = Moments::default();
     for set in 0..count.sets {
         let mut sum = Rgb::<f64>::ZERO;
         for path in 0..count.per_set {
             sum += value(set, path);
         }
-        spread.add(sum.scale((count.per_set as f64).recip()));
+        moments.add(sum.scale((count.per_set as f64).recip()));
     }
-    spread.estimate()
+    moments.estimate()
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The rough mirror of GGX microfacets, drawn by what is visible of it.
+//! GGX microfacets: their reflectance, and sampling by visible normals.
 
 use std::f64::consts::PI;
 
@@ -32,7 +32,7 @@ impl Facets {
         self.distribution(h) / (2.0 * (l[2] * root(v[2]) + v[2] * root(l[2])))
     }
 
-    /// The mirrored direction about a facet that is drawn by the area seen from `v`, which is above the surface.
+    /// The direction mirrored by a microfacet that is drawn by its visible area, seen from `v` above the surface.
     ///
     /// In the space where the facets are those of a hemisphere, what a half vector `h = l + v` of a uniform point `l` on the
     /// cap `l_z > -v_z` of the sphere is, has the density of visible normals ([Dupuy and Benyoub 2023], section 3).

@@ -1,4 +1,5 @@
-//! Light along paths: what leaves a point of a scene towards an eye, by nothing but sampling.
+//! The path tracer: exit radiance by paths from the surface to the light, with next-event estimation and multiple importance
+//! sampling.
 
 use std::f64::consts::PI;
 
@@ -6,18 +7,20 @@ use lobe_scene::{Bvh, Hit, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
+use crate::options::setters;
 use crate::path_tracer::bsdf::Bsdf;
-use crate::path_tracer::estimate::{Estimate, SampleCount, estimate};
+use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
 use crate::vector::{Vec3, dot, normalized, scale, tangents};
 
-/// What a path is made of.
+/// How paths are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PathOptions {
     /// How often light is reflected before the surface that is looked at reflects it: 0 for light that comes straight
     /// from afar.
     pub bounces: usize,
-    /// How directions towards the light are found.
+    /// How directions towards the light are sampled.
     pub strategy: LightStrategy,
     /// How surfaces reflect.
     pub surfaces: Surfaces,
@@ -26,27 +29,30 @@ pub struct PathOptions {
 }
 
 impl Default for PathOptions {
-    /// Three bounces among matte surfaces, both strategies.
+    /// Three bounces among matte surfaces, by multiple importance sampling.
     fn default() -> Self {
-        Self { bounces: 3, strategy: LightStrategy::Both, surfaces: Surfaces::Matte, seed: 0 }
+        Self { bounces: 3, strategy: LightStrategy::MultipleImportance, surfaces: Surfaces::Matte, seed: 0 }
     }
 }
 
-/// How directions towards the light are found. All have the same mean.
+setters!(PathOptions { bounces: usize, strategy: LightStrategy, surfaces: Surfaces, seed: u64 });
+
+/// How directions towards the light are sampled. All strategies have the same mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightStrategy {
-    /// Drawn from the light as well as from the surface, weighted by the power heuristic ([Veach and Guibas 1995]).
+    /// Multiple importance sampling: directions are drawn from the light and from the BSDF, both weighted by the power heuristic
+    /// ([Veach and Guibas 1995]).
     ///
     /// ```text
     ///   w = p² / (p² + q²)      p: density of the strategy that drew the direction; q: of the other one
     /// ```
     ///
     /// [Veach and Guibas 1995]: https://doi.org/10.1145/218380.218498
-    Both,
-    /// Drawn from the surface alone: for light that is smooth.
-    FromSurface,
-    /// Drawn from the light alone: for matte surfaces under small lights.
-    FromLight,
+    MultipleImportance,
+    /// Directions are drawn from the BSDF alone: for smooth light.
+    Bsdf,
+    /// Next-event estimation: directions are drawn from the light alone, for matte surfaces under small lights.
+    NextEvent,
 }
 
 /// How surfaces reflect.
@@ -78,8 +84,8 @@ pub struct PathReceiver {
 ///
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are turned to
 /// the side that is hit; it is shaded with the interpolated one, and directions behind the triangle's plane bring nothing.
-/// Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through. Nothing is clamped, paths end by the number of
-/// bounces alone: the mean is unbiased.
+/// Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through. Nothing is clamped, and paths end at the last bounce,
+/// without Russian roulette: the mean is unbiased.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
@@ -88,23 +94,23 @@ pub struct PathTracer<'a> {
     has_masks: bool,
 }
 
-/// A point where a path goes on.
-pub(crate) struct Node {
+/// A point of a surface that a path visits.
+pub(crate) struct Interaction {
     /// Where rays start.
     origin: [f32; 3],
-    /// The normal of the plane that rays go above of.
+    /// The geometric normal: rays go to its side of the plane.
     plane: Vec3,
     bsdf: Bsdf,
 }
 
-/// What a ray from the eye finds first.
-pub(crate) struct Seen {
+/// The first surface along a ray.
+pub(crate) struct FirstHit {
     pub(crate) albedo: Rgb<f32>,
     pub(crate) normal: [f32; 3],
     /// Along the ray.
     pub(crate) distance: f64,
     /// None if the surface is black from this side.
-    pub(crate) node: Option<Node>,
+    pub(crate) interaction: Option<Interaction>,
 }
 
 /// Purposes of random numbers at each point of a path; see [`Purpose::at`].
@@ -136,19 +142,19 @@ impl<'a> PathTracer<'a> {
     ///
     /// Receivers of different numbers use independent paths.
     #[must_use]
-    pub fn radiance_at(&self, receiver: &PathReceiver, place: usize, count: &SampleCount) -> Estimate {
-        let node = self.receiver_node(receiver);
+    pub fn radiance_at(&self, receiver: &PathReceiver, place: usize, count: &SampleCount) -> PathEstimate {
+        let start = self.receiver_interaction(receiver);
         estimate(count, |set, path| {
             let numbers = SampleSet::new(self.options.seed, place as u64, set as u64).path(path);
-            self.radiance_of(&node, numbers, self.options.bounces)
+            self.exit_radiance(&start, numbers, self.options.bounces)
         })
     }
 
-    /// Follows paths from receiver number `place` that are drawn from surfaces alone, and calls `escaped` for each that
-    /// leaves the scene: with its set, the number of bounces before the receiver's own, its direction, and its weight.
+    /// Follows paths from receiver number `place` that are drawn from the BSDF alone, and calls `escaped` for each that
+    /// leaves the scene: with its set, the number of bounces before the receiver's own, its direction, and its throughput.
     ///
     /// ```text
-    ///   B = Σ_paths weight L(direction) / number of paths       of the paths with at most so many bounces
+    ///   B = Σ_paths throughput L(direction) / number of paths       over the paths with at most b bounces, for any b
     /// ```
     ///
     /// The same paths serve any number of lights.
@@ -162,8 +168,8 @@ impl<'a> PathTracer<'a> {
         for set in 0..count.sets {
             let samples = SampleSet::new(self.options.seed, place as u64, set as u64);
             for path in 0..count.per_set {
-                let node = self.receiver_node(receiver);
-                self.follow(node, samples.path(path), |bounce, s, weight| escaped(set, bounce, s, weight));
+                let start = self.receiver_interaction(receiver);
+                self.follow(start, samples.path(path), |bounce, s, throughput| escaped(set, bounce, s, throughput));
             }
         }
     }
@@ -183,7 +189,7 @@ impl<'a> PathTracer<'a> {
         count: &SampleCount,
         mut arrived: impl FnMut(usize, Dir, Rgb<f64>),
     ) {
-        let Node { origin, plane, .. } = self.receiver_node(receiver);
+        let Interaction { origin, plane, .. } = self.receiver_interaction(receiver);
         let [u, v] = tangents(plane);
         for set in 0..count.sets {
             let samples = SampleSet::new(self.options.seed, place as u64, set as u64);
@@ -191,10 +197,10 @@ impl<'a> PathTracer<'a> {
                 let numbers = samples.path(path);
                 let [x, y, z] = uniform_over_hemisphere(numbers.pair(FIRST_PURPOSE));
                 let s = std::array::from_fn(|k| x * u[k] + y * v[k] + z * plane[k]);
-                let radiance = match (self.see(&Ray::new(origin, s.map(|c| c as f32))), self.options.bounces) {
+                let radiance = match (self.intersect(&Ray::new(origin, s.map(|c| c as f32))), self.options.bounces) {
                     (None, _) => self.light.radiance(Dir::from_unit(s)),
-                    (Some(Seen { node: Some(node), .. }), 1..) => {
-                        self.radiance_of(&node, numbers, self.options.bounces - 1)
+                    (Some(FirstHit { interaction: Some(at), .. }), 1..) => {
+                        self.exit_radiance(&at, numbers, self.options.bounces - 1)
                     }
                     _ => Rgb::ZERO,
                 };
@@ -203,12 +209,13 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// What a ray finds, or none if it escapes.
-    pub(crate) fn see(&self, ray: &Ray) -> Option<Seen> {
+    /// Intersects a ray with the scene: the first surface, or none if the ray escapes.
+    pub(crate) fn intersect(&self, ray: &Ray) -> Option<FirstHit> {
         let hit = self.closest(ray)?;
         let surface = self.scene.surface(&hit);
         let towards = ray.direction.map(f64::from);
         let length = dot(towards, towards).sqrt();
+        // Turn both normals to the side that is hit.
         let geometric = surface.geometric_normal.map(f64::from);
         let is_front = dot(towards, geometric) < 0.0;
         let material = self.scene.material(surface.mesh);
@@ -218,7 +225,8 @@ impl<'a> PathTracer<'a> {
         let plane = scale(geometric, side);
         let [r, g, b, _] = surface.base_color;
         let base = Rgb::new(r, g, b);
-        let node = (is_front || material.double_sided).then(|| {
+        // Prepare the BSDF, unless the surface is black from this side.
+        let interaction = (is_front || material.double_sided).then(|| {
             let bsdf = match self.options.surfaces {
                 Surfaces::Matte => Bsdf::matte(shading, base.widen()),
                 Surfaces::MetallicRoughness => {
@@ -226,93 +234,108 @@ impl<'a> PathTracer<'a> {
                     Bsdf::metallic_roughness(shading, base.widen(), metallic, roughness, scale(towards, -1.0 / length))
                 }
             };
-            Node { origin: self.bvh.origin_above(surface.position, plane.map(|c| c as f32)), plane, bsdf }
+            Interaction { origin: self.bvh.origin_above(surface.position, plane.map(|c| c as f32)), plane, bsdf }
         });
         let distance = f64::from(hit.t) * length;
-        Some(Seen { albedo: base, normal: shading.map(|c| c as f32), distance, node })
+        Some(FirstHit { albedo: base, normal: shading.map(|c| c as f32), distance, interaction })
     }
 
-    /// One path's estimate of what leaves a node that light reaches by so many bounces.
-    pub(crate) fn radiance_of(&self, node: &Node, numbers: PathNumbers, bounces: usize) -> Rgb<f64> {
-        let draws_light = self.options.strategy != LightStrategy::FromSurface;
-        let draws_surface = self.options.strategy != LightStrategy::FromLight;
+    /// One path's estimate of the light that leaves `start`, reflected by at most `bounces` surfaces before.
+    pub(crate) fn exit_radiance(&self, start: &Interaction, numbers: PathNumbers, bounces: usize) -> Rgb<f64> {
+        let samples_light = self.options.strategy != LightStrategy::Bsdf;
+        let samples_bsdf = self.options.strategy != LightStrategy::NextEvent;
         let (mut sum, mut throughput) = (Rgb::ZERO, Rgb::splat(1.0));
-        let mut next: Option<Node> = None;
+        let mut next: Option<Interaction> = None;
         for bounce in 0..=bounces {
-            let node = next.as_ref().unwrap_or(node);
-            if draws_light {
-                sum += throughput * self.light_drawn(node, numbers.pair(Purpose::Light.at(bounce)));
+            let at = next.as_ref().unwrap_or(start);
+            // Add the light of a direction drawn from the light.
+            if samples_light {
+                sum += throughput * self.next_event(at, numbers.pair(Purpose::Light.at(bounce)));
             }
+            // Draw a direction from the BSDF.
             let is_last = bounce == bounces;
-            if is_last && !draws_surface {
+            if is_last && !samples_bsdf {
                 break;
             }
             let choice = numbers.one(Purpose::Lobe.at(bounce));
-            let Some(sample) = node.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { break };
-            if dot(sample.towards, node.plane) <= 0.0 {
+            let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { break };
+            if dot(sample.towards, at.plane) <= 0.0 {
                 break;
             }
+            // Update the path throughput.
             throughput = throughput * sample.weight;
-            let ray = Ray::new(node.origin, sample.towards.map(|c| c as f32));
-            let seen = if is_last { self.is_blocked(&ray).then_some(None) } else { self.see(&ray).map(|s| s.node) };
-            match seen {
-                None if draws_surface => {
+            // Trace the ray; at the last bounce it only matters whether it escapes.
+            let ray = Ray::new(at.origin, sample.towards.map(|c| c as f32));
+            let hit = match is_last {
+                true => self.is_occluded(&ray).then_some(None),
+                false => self.intersect(&ray).map(|hit| hit.interaction),
+            };
+            match hit {
+                // Add the light of the direction drawn from the BSDF.
+                None if samples_bsdf => {
                     let s = Dir::from_unit(sample.towards);
-                    let weight = if draws_light { power(sample.density, self.light.density(s)) } else { 1.0 };
+                    let weight =
+                        if samples_light { power_heuristic(sample.density, self.light.density(s)) } else { 1.0 };
                     sum += (throughput * self.light.radiance(s)).scale(weight);
                     break;
                 }
-                Some(Some(found)) => next = Some(found),
+                // Go on from the surface that was hit.
+                Some(Some(interaction)) => next = Some(interaction),
                 _ => break,
             }
         }
         sum
     }
 
-    /// What a direction drawn from the light brings to a node.
-    fn light_drawn(&self, node: &Node, numbers: [f64; 2]) -> Rgb<f64> {
+    /// Next-event estimation: the light that one direction drawn from the light brings to an interaction.
+    fn next_event(&self, at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
+        // Draw a direction from the light.
         let Some(sample) = self.light.sample(numbers) else { return Rgb::ZERO };
+        // Evaluate the BSDF towards it.
         let s = sample.towards.to_array();
-        let (value, density) = node.bsdf.eval(s);
-        if density <= 0.0 || dot(s, node.plane) <= 0.0 {
+        let (value, density) = at.bsdf.eval(s);
+        if density <= 0.0 || dot(s, at.plane) <= 0.0 {
             return Rgb::ZERO;
         }
-        if self.is_blocked(&Ray::new(node.origin, s.map(|c| c as f32))) {
+        // Trace the shadow ray.
+        if self.is_occluded(&Ray::new(at.origin, s.map(|c| c as f32))) {
             return Rgb::ZERO;
         }
-        let is_alone = self.options.strategy == LightStrategy::FromLight;
-        let weight = if is_alone { 1.0 } else { power(sample.density, density) };
+        // Weight the sample against the same direction drawn from the BSDF.
+        let is_alone = self.options.strategy == LightStrategy::NextEvent;
+        let weight = if is_alone { 1.0 } else { power_heuristic(sample.density, density) };
         (value * sample.radiance).scale(weight / sample.density)
     }
 
-    fn follow(&self, start: Node, numbers: PathNumbers, mut escaped: impl FnMut(usize, Dir, Rgb<f64>)) {
-        let (mut node, mut throughput) = (start, Rgb::splat(1.0));
+    /// Follows one path drawn from the BSDF alone, and calls `escaped` where it leaves the scene.
+    fn follow(&self, start: Interaction, numbers: PathNumbers, mut escaped: impl FnMut(usize, Dir, Rgb<f64>)) {
+        let (mut at, mut throughput) = (start, Rgb::splat(1.0));
         for bounce in 0..=self.options.bounces {
             let choice = numbers.one(Purpose::Lobe.at(bounce));
-            let Some(sample) = node.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { return };
-            if dot(sample.towards, node.plane) <= 0.0 {
+            let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { return };
+            if dot(sample.towards, at.plane) <= 0.0 {
                 return;
             }
             throughput = throughput * sample.weight;
-            match self.see(&Ray::new(node.origin, sample.towards.map(|c| c as f32))) {
+            match self.intersect(&Ray::new(at.origin, sample.towards.map(|c| c as f32))) {
                 None => return escaped(bounce, Dir::from_unit(sample.towards), throughput),
-                Some(Seen { node: Some(found), .. }) => node = found,
+                Some(FirstHit { interaction: Some(interaction), .. }) => at = interaction,
                 Some(_) => return,
             }
         }
     }
 
-    fn receiver_node(&self, receiver: &PathReceiver) -> Node {
+    fn receiver_interaction(&self, receiver: &PathReceiver) -> Interaction {
         let normal = normalized(receiver.normal.map(f64::from));
         let origin = self.bvh.origin_above(receiver.position, receiver.normal);
-        Node { origin, plane: normal, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
+        Interaction { origin, plane: normal, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
     }
 
     fn closest(&self, ray: &Ray) -> Option<Hit> {
         if self.has_masks { self.bvh.closest_where(ray, |hit| self.scene.is_solid(hit)) } else { self.bvh.closest(ray) }
     }
 
-    fn is_blocked(&self, ray: &Ray) -> bool {
+    fn is_occluded(&self, ray: &Ray) -> bool {
         if self.has_masks {
             self.bvh.is_occluded_where(ray, |hit| self.scene.is_solid(&hit))
         } else {
@@ -321,15 +344,16 @@ impl<'a> PathTracer<'a> {
     }
 }
 
-/// A direction over +z, all alike.
+/// A direction over +z, uniform by solid angle.
 fn uniform_over_hemisphere([u0, u1]: [f64; 2]) -> Vec3 {
     let radius = ((1.0 - u1) * (1.0 + u1)).sqrt();
     let (sin, cos) = (2.0 * PI * u0).sin_cos();
     [radius * cos, radius * sin, u1]
 }
 
-/// The power heuristic's weight of a direction drawn with density `p` that the other strategy draws with `q`.
-fn power(p: f64, q: f64) -> f64 {
+/// The power heuristic with exponent 2: the weight of a direction drawn with density `p` by a strategy, where the other one would
+/// draw it with density `q`.
+fn power_heuristic(p: f64, q: f64) -> f64 {
     // As ratios, so that squares of large densities do not overflow.
     let ratio = q / p;
     1.0 / (1.0 + ratio * ratio)

@@ -1,24 +1,25 @@
-//! Pictures by the path tracer, with what is known about each pixel.
+//! Reference pictures by the path tracer: radiance with its variance, and auxiliary channels for each pixel.
 
-use std::ops::ControlFlow;
-use std::path::Path;
+use std::time::Instant;
 
-use lobe_io::Fingerprint;
+use lobe_io::{Fingerprint, Job};
 use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 
-use crate::path_tracer::estimate::{SampleCount, Spread};
-use crate::path_tracer::path_tracer::{FIRST_PURPOSE, Seen};
+use crate::options::setters;
+use crate::path_tracer::estimate::{Moments, SampleCount};
+use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit};
 use crate::path_tracer::pixel::Pixel;
 use crate::path_tracer::sampler::SampleSet;
 use crate::path_tracer::truth_checkpoint::TruthCheckpoint;
-use crate::progressive::in_portions;
+use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
 use lobe_image::Picture;
 
 /// How a picture is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TruthOptions {
     /// Columns, at least 1.
     pub width: usize,
@@ -29,6 +30,15 @@ pub struct TruthOptions {
     /// What the paths are made of.
     pub paths: PathOptions,
 }
+
+impl Default for TruthOptions {
+    /// A picture of 512 × 384 pixels with 64 paths each.
+    fn default() -> Self {
+        Self { width: 512, height: 384, count: SampleCount::of(64), paths: PathOptions::default() }
+    }
+}
+
+setters!(TruthOptions { width: usize, height: usize, count: SampleCount, paths: PathOptions });
 
 /// A traced picture. Pixels are means over their square, the light showing where rays escape.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,72 +64,46 @@ const KIND: u64 = 16;
 
 /// Traces a picture of `scene`, whose tree is `bvh`, under `light`.
 ///
-/// `progress` is told the part that is done, from 0 to 1, some times a second, and says whether to go on. The same bits for
-/// any number of threads.
+/// The steps of `job` are pixels. It can be [kept in](Job::kept_in) a file: pixels do not depend on each other, so a picture
+/// that was stopped has all paths of some pixels and none of the others, and the same call continues to the same bits.
+/// The same bits for any number of threads.
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels or fewer than two sets of paths, [`RenderError::Cancelled`] if
-/// `progress` said to stop.
+/// the watch of the job said to stop, [`RenderError::Invalid`] if the file is that of another picture, or none, or in use,
+/// [`RenderError::Io`] if it cannot be read or written.
 pub fn render_truth(
     scene: &Scene,
     bvh: &Bvh,
     camera: &Camera,
     light: &DistantLight,
     options: &TruthOptions,
-    progress: impl FnMut(f64) -> ControlFlow<()>,
-) -> Result<Truth, RenderError> {
-    trace(scene, bvh, camera, light, options, None, progress)
-}
-
-/// As [`render_truth`], with the pixels that are done kept in a file: stopped or killed, the same call continues to the same
-/// bits and loses some seconds' work at most.
-///
-/// Pixels do not depend on each other, so a picture that was stopped has all paths of some pixels and none of the others. The
-/// file remains; remove it when the picture is safe.
-///
-/// # Errors
-/// Those of [`render_truth`], [`RenderError::Invalid`] if the file is that of another picture, or none, or in use,
-/// [`RenderError::Io`] if it cannot be read or written.
-pub fn render_truth_resumable(
-    scene: &Scene,
-    bvh: &Bvh,
-    camera: &Camera,
-    light: &DistantLight,
-    options: &TruthOptions,
-    checkpoint: &Path,
-    progress: impl FnMut(f64) -> ControlFlow<()>,
-) -> Result<Truth, RenderError> {
-    trace(scene, bvh, camera, light, options, Some(checkpoint), progress)
-}
-
-fn trace(
-    scene: &Scene,
-    bvh: &Bvh,
-    camera: &Camera,
-    light: &DistantLight,
-    options: &TruthOptions,
-    checkpoint: Option<&Path>,
-    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+    mut job: Job<'_>,
 ) -> Result<Truth, RenderError> {
     let TruthOptions { width, height, count, paths } = *options;
     let pixels = options.check()?;
-    let (mut kept, known) = match checkpoint {
+    // Take up the pixels that are done already.
+    let (mut checkpoint, known) = match job.checkpoint() {
         None => (None, Vec::new()),
         Some(path) => {
-            let (kept, known) = TruthCheckpoint::open(path, &fingerprint(scene, camera, light, options), pixels)?;
-            (Some((kept, path)), known)
+            let (checkpoint, known) = TruthCheckpoint::open(path, &fingerprint(scene, camera, light, options), pixels)?;
+            (Some(checkpoint), known)
         }
     };
+    // Trace the others, and keep them while they are found.
     let tracer = PathTracer::new(scene, bvh, light, paths);
     let of = |i| trace_pixel(&tracer, camera, light, options, i);
+    let (resumed, begin) = (known.len(), Instant::now());
     let traced = in_portions(known, pixels, of, |done| {
+        let progress = progress_of(done.len(), pixels, resumed, begin);
         // What is complete is not stopped.
-        let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
-        if let Some((checkpoint, path)) = &mut kept {
-            checkpoint.keep(path, done, is_stopped || done.len() == pixels)?;
+        let is_stopped = job.report(&progress).is_break() && done.len() < pixels;
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.keep(done, is_stopped || done.len() == pixels)?;
         }
         if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
     })?;
+    // Take the pixels apart into pictures.
     let picture = |of: fn(&Pixel) -> Rgb<f32>| Picture::new(width, height, traced.iter().map(of).collect());
     Ok(Truth {
         mean: picture(|p| p.mean)?,
@@ -176,7 +160,7 @@ fn trace_pixel(
 ) -> Pixel {
     let TruthOptions { width, height, count, paths } = *options;
     let (x, y) = ((index % width) as f64, (index / width) as f64);
-    let mut spread = Spread::default();
+    let mut moments = Moments::default();
     let (mut albedo, mut normal) = (Rgb::<f64>::ZERO, Rgb::<f64>::ZERO);
     let (mut depth, mut hits) = (0.0, 0.0);
     for set in 0..count.sets {
@@ -186,22 +170,22 @@ fn trace_pixel(
             let numbers = samples.path(path);
             let [dx, dy] = numbers.pair(FIRST_PURPOSE);
             let (ray, towards) = camera.ray_of_pixel([width, height], [x + dx, y + dy]);
-            match tracer.see(&ray) {
+            match tracer.intersect(&ray) {
                 None => sum += light.radiance(towards),
-                Some(Seen { albedo: a, normal: n, distance, node }) => {
+                Some(FirstHit { albedo: a, normal: n, distance, interaction }) => {
                     albedo += a.widen();
                     normal += Rgb::from(n).widen();
                     depth += distance;
                     hits += 1.0;
-                    if let Some(node) = node {
-                        sum += tracer.radiance_of(&node, numbers, paths.bounces);
+                    if let Some(at) = interaction {
+                        sum += tracer.exit_radiance(&at, numbers, paths.bounces);
                     }
                 }
             }
         }
-        spread.add(sum.scale((count.per_set as f64).recip()));
+        moments.add(sum.scale((count.per_set as f64).recip()));
     }
-    let estimate = spread.estimate();
+    let estimate = moments.estimate();
     let part = (count.total() as f64).recip();
     Pixel {
         mean: Rgb::narrow(estimate.mean),

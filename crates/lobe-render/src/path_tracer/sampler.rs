@@ -1,7 +1,7 @@
-//! Random numbers for light transport: the same for any number of threads, and evenly spread.
+//! Random numbers for light transport: Owen-scrambled Sobol' points, the same for any number of threads.
 
-/// A set of paths of which every number is spread evenly: pairs of numbers are points of a Sobol' sequence, scrambled
-/// after Owen with a seed of their own, in an order of their own.
+/// A set of paths whose random numbers are stratified: the pairs for each purpose are points of a Sobol' sequence, with an Owen
+/// scrambling and a shuffled order of its own.
 ///
 /// The first two dimensions of Sobol's sequence have, in any `2^m` points that begin at a multiple of `2^m`, one point in
 /// every rectangle of area `2^-m` whose sides are powers of two. Scrambling makes each point uniform, so sums are unbiased

@@ -1,4 +1,4 @@
-//! Directions drawn from a picture.
+//! Importance sampling of directions by a table over the sphere.
 
 use std::f64::consts::PI;
 

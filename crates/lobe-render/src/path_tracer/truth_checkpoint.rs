@@ -34,14 +34,14 @@ impl TruthCheckpoint {
             let numbers = record.as_chunks::<4>().0;
             found.push(Pixel::from_numbers(std::array::from_fn(|k| f32::from_le_bytes(numbers[k]))));
         };
-        let file = RecordFile::open(path, &FORMAT, layout, fingerprint, take_up).map_err(|e| refused(path, e))?;
+        let file = RecordFile::open(path, &FORMAT, layout, fingerprint, take_up)?;
         Ok((Self(file), found))
     }
 
     /// Keeps the pixels that are not in the file yet. If there will be no other time, waits until they are on the disk.
-    pub(crate) fn keep(&mut self, path: &Path, done: &[Pixel], is_last: bool) -> Result<(), RenderError> {
+    pub(crate) fn keep(&mut self, done: &[Pixel], is_last: bool) -> Result<(), RenderError> {
         let Self(file) = self;
-        let mut push = || {
+        let mut push = || -> Result<(), IoError> {
             for pixel in &done[file.done()..] {
                 // Room for the checksum, too.
                 let mut record = Vec::with_capacity(PIXEL + 8);
@@ -50,14 +50,7 @@ impl TruthCheckpoint {
             }
             if is_last { file.sync() } else { Ok(()) }
         };
-        push().map_err(|e| refused(path, e))
-    }
-}
-
-fn refused(path: &Path, error: IoError) -> RenderError {
-    match error {
-        IoError::Io { source, .. } => RenderError::Io { path: path.to_path_buf(), source },
-        other => RenderError::Invalid(other.to_string()),
+        Ok(push()?)
     }
 }
 
@@ -82,7 +75,7 @@ mod tests {
         for (from, to) in [(0, 3), (3, 3), (3, 7), (7, 10)] {
             let (mut checkpoint, found) = TruthCheckpoint::open(&path, &key, 10).unwrap();
             assert_eq!(numbers(&found), numbers(&all[..from]), "pixels that were kept");
-            checkpoint.keep(&path, &all[..to], to == 10).unwrap();
+            checkpoint.keep(&all[..to], to == 10).unwrap();
         }
         let (_, found) = TruthCheckpoint::open(&path, &key, 10).unwrap();
         assert_eq!(numbers(&found), numbers(&all), "all pixels");

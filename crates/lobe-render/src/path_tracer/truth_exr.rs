@@ -43,9 +43,10 @@ impl Truth {
         layers.channel("coverage.A", self.coverage.clone());
         let freedom = i32::try_from(self.degrees_of_freedom).unwrap_or(i32::MAX);
         layers.attribute(FREEDOM, ExrAttribute::Integer(freedom));
-        layers
-            .into_bytes()
-            .map_err(|error| RenderError::Invalid(format!("a {width} x {height} picture as OpenEXR: {error}")))
+        layers.into_bytes().map_err(|error| RenderError::Invalid {
+            place: format!("a {width} x {height} picture as OpenEXR"),
+            message: error.to_string(),
+        })
     }
 
     /// Writes the picture as an OpenEXR file; nothing half-written ever has the final name.
@@ -55,8 +56,7 @@ impl Truth {
     pub fn write_exr(&self, path: impl AsRef<Path>) -> Result<(), RenderError> {
         let path = path.as_ref();
         let bytes = self.to_exr()?;
-        write_atomically(path, |file| file.write_all(&bytes))
-            .map_err(|source| RenderError::Io { path: path.to_owned(), source })
+        write_atomically(path, |file| file.write_all(&bytes)).map_err(RenderError::io(path))
     }
 }
 
@@ -66,7 +66,7 @@ impl Truth {
 /// # Errors
 /// [`RenderError::Invalid`] if it is no OpenEXR file or has no variance.
 pub fn read_variance(bytes: &[u8], name: &str) -> Result<(Picture, f64), RenderError> {
-    let invalid = |what: String| RenderError::Invalid(format!("{name}: {what}"));
+    let invalid = |message: String| RenderError::Invalid { place: name.to_owned(), message };
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

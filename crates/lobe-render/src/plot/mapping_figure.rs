@@ -1,4 +1,4 @@
-//! How each mapping unfolds the sphere.
+//! Figures of mappings: the sphere unfolded.
 
 use lobe_env::Mapping;
 use lobe_sh::{Coefficient, Dir, Rgb};

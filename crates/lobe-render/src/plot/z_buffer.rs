@@ -1,4 +1,4 @@
-//! Which triangle is seen at which point of the picture.
+//! A z-buffer: the triangle that is seen at each sample of a picture.
 
 use crate::vector::Vec3;
 

@@ -1,6 +1,5 @@
 //! The backs of double-sided surfaces, which files of transfer leave out, as far as a view shows them.
 
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lobe_io::Job;
@@ -67,7 +66,7 @@ pub(crate) fn backs_in_view(
     camera: &Camera,
     view: &ViewOptions,
     places: &Places,
-    progress: impl FnMut(f64) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<Vec<usize>, RenderError> {
     if !(0..scene.meshes().len()).any(|mesh| scene.material(mesh).double_sided) {
         return Ok(Vec::new());
@@ -81,6 +80,6 @@ pub(crate) fn backs_in_view(
         }
         Rgb::ZERO
     };
-    scene_picture(scene, bvh, camera, view, |_: Dir| Rgb::ZERO, mark, progress)?;
+    scene_picture(scene, bvh, camera, view, |_: Dir| Rgb::ZERO, mark, job)?;
     Ok((0..seen.len()).filter(|&place| seen[place].load(Ordering::Relaxed)).collect())
 }

@@ -1,6 +1,5 @@
 //! A scene with its transfer, from a file or baked on the spot.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use lobe_io::Job;
@@ -79,11 +78,11 @@ impl BakedScene {
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
     }
 
-    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one.
+    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one. The steps of `job` are vertices; it can be kept in a file.
     ///
     /// # Errors
-    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if `progress` said to
-    /// stop.
+    /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if the
+    /// watch of the job said to stop.
     pub fn bake(
         scene: Scene,
         options: &BakeOptions,
@@ -152,17 +151,12 @@ impl BakedScene {
 
     /// The vertices or texels that a view shows from behind, in rising order: those that [`BakedScene::bake_backs`] needs.
     ///
-    /// `progress` is told the part of the picture that was looked at, and says whether to go on.
+    /// The steps of `job` are the pixels that were looked at.
     ///
     /// # Errors
     /// As [`scene_picture`](fn@crate::scene_picture).
-    pub fn backs_in_view(
-        &self,
-        camera: &Camera,
-        view: &ViewOptions,
-        progress: impl FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<Vec<usize>, RenderError> {
-        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, progress)
+    pub fn backs_in_view(&self, camera: &Camera, view: &ViewOptions, job: Job<'_>) -> Result<Vec<usize>, RenderError> {
+        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, job)
     }
 
     /// Bakes the backs of these vertices or texels, in rising order, in place of those that were baked before.
@@ -228,9 +222,9 @@ impl LitScene<'_> {
 fn expect_vertices(scene: &Scene, found: usize, path: &Path) -> Result<(), RenderError> {
     match scene.vertex_count() {
         count if count == found => Ok(()),
-        count => Err(RenderError::Invalid(format!(
-            "{}: expected transfer of {count} vertices as the scene has, found {found}",
-            path.display()
-        ))),
+        count => Err(RenderError::invalid(
+            path,
+            format!("expected transfer of {count} vertices as the scene has, found {found}"),
+        )),
     }
 }

@@ -1,9 +1,9 @@
 //! Light a scene, get a picture.
 
 use std::f64::consts::FRAC_1_PI;
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal, convolved};
 
@@ -32,28 +32,25 @@ pub struct LitPicture {
 ///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)           M: transfer matrix, k: lobe, r: mirrored direction, ρ: directional albedo
 /// ```
 ///
-/// `light` is an expansion of the radiance of the surroundings; bands above [`BakedScene::order`] are ignored. `progress` is told
-/// the part that is done, from 0 to 1, some times a second, and says whether to go on. The same bits for any number of
-/// threads.
+/// `light` is an expansion of the radiance of the surroundings; bands above [`BakedScene::order`] are ignored. The steps of
+/// `job` are pixels; it cannot be kept in a file. The same bits for any number of threads.
 ///
 /// # Examples
 ///
 /// ```
-/// use std::ops::ControlFlow;
-///
+/// ///
 /// use lobe_prt::BakeOptions;
 /// use lobe_render::{BakedScene, Camera, View, ViewOptions, light_baked_scene};
 ///
-/// let go_on = ControlFlow::Continue(());
 /// let options = BakeOptions::default().order(3).samples(16);
 /// let scene = lobe_scene::built_in::ball_over_ground(8);
-/// let baked = BakedScene::bake(scene, &options, None, lobe_io::Job::default())?;
+/// let baked = BakedScene::bake(scene, &options, None, Job::default())?;
 ///
 /// let sky = lobe_env::bundled::sunset().map();
 /// let light = lobe_env::project_env(&sky, 3);
 /// let camera = Camera::framing([-1.5, -1.5, 0.0], [1.5, 1.5, 2.0], View::three_quarter(), 0.35);
-/// let view = ViewOptions { width: 32, height: 24, rays: 2 };
-/// let lit = light_baked_scene(&baked, &light, &camera, &view, |s| sky.radiance(s).widen(), |_| go_on)?;
+/// let view = ViewOptions::default().width(32).height(24);
+/// let lit = light_baked_scene(&baked, &light, &camera, &view, |s| sky.radiance(s).widen(), Job::default())?;
 /// assert!(lit.picture.pixels().iter().any(|pixel| pixel.g > 0.0), "{}", lit.below_zero);
 /// # use lobe_sh::Coefficient as _;
 /// # Ok::<(), lobe_render::RenderError>(())
@@ -67,12 +64,12 @@ pub fn light_baked_scene(
     camera: &Camera,
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
-    progress: impl FnMut(f64) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let lit = baked.lit(light);
     let counted = Counted::new(light, |hit| lit.radiance(hit));
     let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
-    let picture = scene_picture(baked.scene(), baked.bvh(), camera, options, background, radiance, progress)?;
+    let picture = scene_picture(baked.scene(), baked.bvh(), camera, options, background, radiance, job)?;
     Ok(LitPicture { picture, below_zero: counted.below_zero() })
 }
 
@@ -88,12 +85,12 @@ pub fn light_by_irradiance(
     camera: &Camera,
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
-    progress: impl FnMut(f64) -> ControlFlow<()>,
+    job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let irradiance = convolved(light, &Zonal::clamped_cosine(light.order()));
     let counted = Counted::new(light, |hit| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI));
     let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
-    let picture = scene_picture(scene, bvh, camera, options, background, radiance, progress)?;
+    let picture = scene_picture(scene, bvh, camera, options, background, radiance, job)?;
     Ok(LitPicture { picture, below_zero: counted.below_zero() })
 }
 

@@ -1,16 +1,19 @@
-//! A scene whose vertices know their radiance, as a picture.
+//! A picture of a scene of triangles, shaded by a function of what each ray hits.
 
-use std::ops::ControlFlow;
+use std::time::Instant;
 
+use lobe_io::Job;
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
-use crate::progressive::in_portions;
+use crate::options::setters;
+use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, RenderError};
 use lobe_image::Picture;
 
-/// How a scene is looked at.
+/// The size and the sampling of a picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ViewOptions {
     /// Columns, at least 1.
     pub width: usize,
@@ -20,17 +23,26 @@ pub struct ViewOptions {
     pub rays: usize,
 }
 
-/// A scene seen by a camera: `radiance(ray, hit, towards the eye)` where a ray hits, `background` where it escapes.
+impl Default for ViewOptions {
+    /// A picture of 512 × 384 pixels with 2 × 2 rays each.
+    fn default() -> Self {
+        Self { width: 512, height: 384, rays: 2 }
+    }
+}
+
+setters!(ViewOptions { width: usize, height: usize, rays: usize });
+
+/// A scene seen by a camera: `radiance` of the hit where a ray from the eye hits, `background` of its direction where it escapes.
 ///
-/// `progress` is told the part that is done, from 0 to 1, some times a second, and says whether to go on.
+/// The steps of `job` are pixels; it cannot be kept in a file.
 ///
 /// Pixels are means over their square. Surfaces that are not double-sided are black from behind, as they are baked and
 /// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for which.
 /// The same bits for any number of threads.
 ///
 /// # Errors
-/// [`RenderError::Options`] if the picture has no pixels or a pixel no ray, [`RenderError::Cancelled`] if `progress` said to
-/// stop.
+/// [`RenderError::Options`] if the picture has no pixels, a pixel no ray, or the job a file, [`RenderError::Cancelled`] if
+/// the watch of the job said to stop.
 pub fn scene_picture(
     scene: &Scene,
     bvh: &Bvh,
@@ -38,8 +50,9 @@ pub fn scene_picture(
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     radiance: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Sync,
-    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+    mut job: Job<'_>,
 ) -> Result<Picture, RenderError> {
+    job.expect_no_checkpoint().map_err(RenderError::Options)?;
     let ViewOptions { width, height, rays } = *options;
     let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0 && rays > 0);
     let Some(pixels) = pixels else {
@@ -48,7 +61,7 @@ pub fn scene_picture(
         )));
     };
     let has_masks = scene.has_masks();
-    let seen = |ray: &Ray, towards: Dir| {
+    let radiance_along = |ray: &Ray, towards: Dir| {
         let hit = match has_masks {
             true => bvh.closest_where(ray, |hit| scene.is_solid(hit)),
             false => bvh.closest(ray),
@@ -63,12 +76,13 @@ pub fn scene_picture(
         for k in 0..rays * rays {
             let offset = |i: usize| (i as f64 + 0.5) / rays as f64;
             let (ray, towards) = camera.ray_of_pixel([width, height], [x + offset(k % rays), y + offset(k / rays)]);
-            sum += seen(&ray, towards);
+            sum += radiance_along(&ray, towards);
         }
         Rgb::narrow(sum.scale(((rays * rays) as f64).recip()))
     };
+    let begin = Instant::now();
     let all = in_portions(Vec::new(), pixels, pixel, |done| {
-        let is_stopped = progress(done.len() as f64 / pixels as f64).is_break() && done.len() < pixels;
+        let is_stopped = job.report(&progress_of(done.len(), pixels, 0, begin)).is_break() && done.len() < pixels;
         if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
     })?;
     Ok(Picture::new(width, height, all)?)

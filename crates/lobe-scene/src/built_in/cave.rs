@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::built_in::scene;
-use crate::built_in::shapes::Shape;
+use crate::built_in::shapes::{Shape, scene};
 use crate::{Material, Scene};
 
 /// Half the length, width and height of the cave.

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::built_in::scene;
-use crate::built_in::shapes::Shape;
+use crate::built_in::shapes::{Shape, scene};
 use crate::{Material, Scene};
 
 /// A hall: a floor of 8 × 14 × 0.25 below z = 0, two rows of five columns, and a roof of 7 × 13 × 0.5 on them.

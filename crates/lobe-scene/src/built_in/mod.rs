@@ -2,6 +2,8 @@
 //!
 //! Lengths are meters. All vertices are used and every triangle has an area.
 
+// Read this file first, then `shapes`, of which all scenes are made, and a file for each of the larger ones. May use the scene.
+
 pub(crate) mod cave;
 pub(crate) mod columns_hall;
 pub(crate) mod shapes;
@@ -9,8 +11,8 @@ pub(crate) mod terrain;
 
 use glam::DVec3;
 
-use crate::built_in::shapes::Shape;
-use crate::{Material, Mesh, Scene};
+use crate::built_in::shapes::{Shape, scene};
+use crate::{Material, Scene};
 
 pub use crate::built_in::cave::cave;
 pub use crate::built_in::columns_hall::columns_hall;
@@ -127,18 +129,10 @@ pub fn closed_white_box(cells: usize) -> Scene {
     scene(vec![cube.inside_out().into_mesh("box", 0)], vec![material])
 }
 
-/// The scene of meshes whose materials are all there.
-pub(crate) fn scene(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
-    match Scene::new(meshes, materials, Vec::new()) {
-        Ok(scene) => scene,
-        Err(error) => unreachable!("built-in scenes name only materials that they have: {error}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Bounds;
+    use crate::{Bounds, Mesh};
 
     /// Volume by the divergence theorem: positive where triangles face outwards.
     fn volume(mesh: &Mesh) -> f64 {

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::scene::vertex_normals::angle_weighted_normals;
-use crate::{Mesh, MeshParts};
+use crate::{Material, Mesh, MeshParts, Scene};
 
 /// The part of its square that stays free on each side of an unfolded surface: two texels of a lightmap 128 texels wide.
 const GAP: f64 = 1.0 / 16.0;
@@ -193,5 +193,13 @@ fn mesh(parts: MeshParts) -> Mesh {
     match Mesh::new(parts) {
         Ok(mesh) => mesh,
         Err(error) => unreachable!("the shapes of built-in scenes are meshes: {error}"),
+    }
+}
+
+/// The scene of meshes whose materials are all there.
+pub(crate) fn scene(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
+    match Scene::new(meshes, materials, Vec::new()) {
+        Ok(scene) => scene,
+        Err(error) => unreachable!("built-in scenes name only materials that they have: {error}"),
     }
 }

@@ -9,9 +9,9 @@ use obvhs::triangle::Triangle;
 
 use crate::bvh::collapse::collapse;
 use crate::bvh::lanes::Machine;
+use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
 use crate::bvh::traverse::{AnyHit, Closest, Tree};
-use crate::bvh::watertight::ROUNDING;
 use crate::bvh::wide_node::{Block, Node};
 use crate::scene::mesh::LARGEST_COORDINATE;
 use crate::{Bounds, Hit, Ray, Scene, Simd};

@@ -1,8 +1,8 @@
 //! Eight triangles and many rays from one point.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
-use crate::bvh::ray_stream::{BundledRay, numbers};
-use crate::bvh::watertight::ROUNDING;
+use crate::bvh::ray_bundle::{BundledRay, numbers};
+use crate::bvh::ray_frame::ROUNDING;
 
 /// Planes through a point and the edges of eight triangles.
 ///

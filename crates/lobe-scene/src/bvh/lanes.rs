@@ -3,8 +3,6 @@
 //! All implementations round every operation alike but [`Lanes::mul_sub`] and [`Lanes::mul_add`]. Only what has room for
 //! their error uses them, boxes and planes through edges; what decides does not. So hits are the same bit by bit.
 
-use crate::Simd;
-
 /// How many boxes or triangles are tested at once.
 pub(crate) const WIDTH: usize = 8;
 
@@ -64,6 +62,35 @@ pub(crate) trait Work {
 
     /// Does it. To be marked `#[inline(always)]`, or it is compiled without the instructions.
     fn work<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// The vector instructions of a machine that rays know to use. All find the same hits, bit by bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Simd {
+    /// None: any machine.
+    Scalar,
+    /// AVX2 and FMA of x86-64.
+    Avx2,
+    /// AVX-512 of x86-64: F, VL and what comes with them.
+    Avx512,
+}
+
+impl Simd {
+    /// From narrow to wide.
+    pub const ALL: [Self; 3] = [Self::Scalar, Self::Avx2, Self::Avx512];
+
+    /// The widest that this machine has.
+    #[must_use]
+    pub fn widest() -> Self {
+        Self::ALL.into_iter().rev().find(|simd| simd.is_available()).unwrap_or(Self::Scalar)
+    }
+
+    /// Whether this machine has them.
+    #[must_use]
+    pub fn is_available(self) -> bool {
+        Machine::new(self).is_some()
+    }
 }
 
 /// Lanes that this machine has.

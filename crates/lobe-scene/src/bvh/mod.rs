@@ -1,4 +1,9 @@
-//! TODO room bvh.
+//! Rays among triangles: a bounding volume hierarchy of eight children (BVH8), its traversal, and watertight intersection.
+//!
+//! Read `bvh` first, the public type; then `collapse`, which makes nodes of eight from a binary tree, and `wide_node`, which
+//! says how they lie in memory; then `traverse`, one ray at a time: `ray_frame` prepares it, `watertight` intersects
+//! triangles. `ray_stream` traces many rays from one point at once: `ray_bundle`, `octant_slabs` for boxes, `edge_planes` for
+//! triangles. `lanes` are the vector instructions of all this. May use the scene.
 
 pub(crate) mod bvh;
 pub(crate) mod collapse;
@@ -9,9 +14,9 @@ pub(crate) mod lanes_avx2;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod lanes_avx512;
 pub(crate) mod octant_slabs;
+pub(crate) mod ray_bundle;
 pub(crate) mod ray_frame;
 pub(crate) mod ray_stream;
-pub(crate) mod simd;
 pub(crate) mod traverse;
 pub(crate) mod watertight;
 pub(crate) mod wide_node;

@@ -1,8 +1,8 @@
 //! Eight boxes and many rays from one point whose directions have the same signs.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
+use crate::bvh::ray_bundle::{BundledRay, numbers};
 use crate::bvh::ray_frame::RayOrigin;
-use crate::bvh::ray_stream::{BundledRay, numbers};
 use crate::bvh::wide_node::{LARGEST, Node, SMALLEST};
 
 /// What rays of one octant from one point bring along to be tested against boxes.

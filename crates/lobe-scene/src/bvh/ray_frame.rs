@@ -1,7 +1,9 @@
-//! What is computed once for each ray before it meets boxes and triangles.
+//! The frame of a ray, computed once before it meets boxes and triangles.
 
-use crate::bvh::watertight::ROUNDING;
 use crate::{Bounds, Ray};
+
+/// Half a unit in the last place of 1: the relative error of one rounded operation on `f32`.
+pub(crate) const ROUNDING: f32 = 1.0 / 16_777_216.0;
 
 /// A ray's own frame, for [`ShearedRay`](crate::bvh::watertight::ShearedRay), and its numbers for slabs, for
 /// [`SlabRay`](crate::bvh::wide_node::SlabRay).

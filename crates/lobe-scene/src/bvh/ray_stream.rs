@@ -4,6 +4,7 @@ use crate::Ray;
 use crate::bvh::edge_planes::EdgePlanes;
 use crate::bvh::lanes::{Lanes, WIDTH, Work};
 use crate::bvh::octant_slabs::OctantSlabs;
+use crate::bvh::ray_bundle::{BUNDLE, BundledRay, numbers};
 use crate::bvh::ray_frame::RayOrigin;
 use crate::bvh::traverse::{AnyHit, Stack, Tree};
 use crate::bvh::watertight::ShearedRay;
@@ -31,24 +32,8 @@ pub(crate) struct RayStream<'a, 'r> {
     pub(crate) occluded: &'r mut [bool],
 }
 
-/// A ray in a bundle.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(32))]
-pub(crate) struct BundledRay {
-    /// As in [`RayFrame`](crate::bvh::ray_frame::RayFrame).
-    pub(crate) reciprocal: [f32; 3],
-    /// With its longest component scaled to ±1.
-    pub(crate) direction: [f32; 3],
-    /// Which of a batch it is.
-    pub(crate) place: u32,
-    pub(crate) key: u32,
-}
-
 /// How many rays are sorted at once: 16 KiB of them.
 const BATCH: usize = 256;
-
-/// Most rays of a bundle: the bits of a set.
-const BUNDLE: usize = 64;
 
 /// Keys are three bits of signs and two of the longest axis, so that the parts of a large octant are compact; the last key
 /// is of rays that have to go alone.
@@ -195,15 +180,4 @@ impl<L: Lanes> Bundle<'_, L> {
             lanes.prefetch(&self.tree.blocks[index]);
         }
     }
-}
-
-/// The numbers in a set.
-#[inline(always)]
-pub(crate) fn numbers(set: u64) -> impl Iterator<Item = usize> {
-    let mut rest = set;
-    std::iter::from_fn(move || {
-        let number = (rest != 0).then(|| rest.trailing_zeros() as usize);
-        rest &= rest.wrapping_sub(1);
-        number
-    })
 }

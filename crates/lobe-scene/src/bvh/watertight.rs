@@ -1,11 +1,9 @@
-//! Rays and triangles without gaps between triangles that share an edge.
+//! Watertight intersection of rays and triangles [Woop, Benthin and Wald 2013]: no ray falls between two triangles that share
+//! an edge.
 
 use crate::Hit;
 use crate::bvh::lanes::{Lanes, WIDTH};
 use crate::bvh::ray_frame::RayFrame;
-
-/// Half a unit in the last place of 1: the relative error of one rounded operation on `f32`.
-pub(crate) const ROUNDING: f32 = 1.0 / 16_777_216.0;
 
 /// A ray seen from its own frame: the origin at 0, the direction along the axis it is longest on.
 ///

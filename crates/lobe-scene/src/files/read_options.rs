@@ -1,4 +1,4 @@
-//! How a scene is read, and what was found.
+//! Options and reports of reading scenes.
 
 use crate::Up;
 

@@ -1,4 +1,4 @@
-//! What a surface is made of, as far as light transport here uses it.
+//! Materials, as far as light transport here uses them.
 
 /// How a surface reflects: the metallic-roughness model of glTF 2.0, as far as Lobe uses it.
 ///

@@ -107,6 +107,12 @@ impl Mesh {
         &self.parts.uvs[set]
     }
 
+    /// The texture coordinates of a lightmap: the second set where there is one, else the first.
+    #[must_use]
+    pub fn lightmap_uvs(&self) -> &[[f32; 2]] {
+        if self.uvs(1).is_empty() { self.uvs(0) } else { self.uvs(1) }
+    }
+
     /// Linear color and alpha for each position; empty where the mesh has none.
     #[must_use]
     pub fn colors(&self) -> &[[f32; 4]] {

@@ -1,4 +1,7 @@
-//! TODO room scene.
+//! Scenes: meshes, materials, textures; positions and directions are arrays, z is up.
+//!
+//! Read `scene` first, then `mesh`, `material`, `texture` and `ray`. `vertex_normals` and `split_edges` make what a file lacks,
+//! `near_origin` moves a scene to where `f32` is exact, `up` turns y up to z up. Uses no other room.
 
 pub(crate) mod material;
 pub(crate) mod mesh;

@@ -8,11 +8,11 @@
 use std::path::{Path, PathBuf};
 
 use lobe::prt::{
-    BakedGlb, Channels, CompressOptions, CompressedTransfer, Grid, Neighborhood, Recipe, Transfer, TransferMatrices,
-    WeightBits, ZonalFitOptions, fit_zonal, write_compressed_transfer, write_lightmap, write_matrices,
-    write_neighborhood, write_transfer, write_zonal_transfer,
+    BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Grid, Mode, Neighborhood, Receivers, Recipe,
+    Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer,
+    write_lightmap, write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
 };
-use lobe::scene::{Bounds, built_in};
+use lobe::scene::{Bounds, Bvh, built_in};
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
 use lobe::{io::Job, scene::Scene};
 use lobe_testkit::Random;
@@ -210,4 +210,29 @@ fn read_exr(path: &Path) -> (Value, Vec<(String, Vec<f32>)>) {
     let about = serde_json::from_slice(about.bytes()).unwrap();
     let channels = layer.channel_data.list.iter();
     (about, channels.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect())
+}
+
+#[test]
+fn a_checkpoint_is_laid_out_as_the_page_says() {
+    let folder = folder();
+    let path = folder.path().join("bake.checkpoint");
+    let scene = built_in::ball_over_ground(2);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let options = BakeOptions::default().mode(Mode::Shadowed).order(2).samples(8).channels(Some(Channels::Gray));
+    let job = Job::default().kept_in(&path);
+    let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, job).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let words = bytes.as_chunks::<8>().0;
+    assert_eq!((&bytes[..8], &bytes[8..16]), (&b"LOBEPART"[..], &[2, 0, 0, 0, 1, 0, 0, 0][..]), "kind and versions");
+    let [count, length, last] = [2, 3, 4].map(|k| u64::from_le_bytes(words[k]) as usize);
+    assert_eq!(bytes.len(), 64 + (count - 1) * (length + 8) + last + 8, "header, {count} records and their checksums");
+    let (mut rays, mut rows) = (0, Vec::new());
+    for k in 0..count {
+        let record = &bytes[64 + k * (length + 8)..][..if k + 1 == count { last } else { length }];
+        rays += u64::from_le_bytes(*record.first_chunk().unwrap());
+        // Rays, the weight of the ends, and one number of reflections: 0.
+        rows.extend(record[24..].as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
+    }
+    assert_eq!(rows, transfer.coefficients(), "four numbers for each receiver");
+    assert_eq!(rays, report.rays, "rays of all records");
 }

@@ -1,4 +1,4 @@
-//! What a glTF file says of its vertices beside what a scene holds.
+//! Attributes of vertices that glTF leaves to applications.
 
 use std::path::Path;
 

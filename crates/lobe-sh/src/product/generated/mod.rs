@@ -51,9 +51,9 @@ mod zonal_5;
 #[rustfmt::skip]
 mod zonal_6;
 
+use crate::Coefficient;
 #[cfg(test)]
 use crate::product::cost::{ProductCost, ProductKind};
-use crate::{Coefficient, Real as _};
 
 /// What every generated product costs. The generator counts the operations it writes; a test counts them again
 /// in the source.
@@ -136,12 +136,6 @@ pub(crate) fn zonal<T: Coefficient>(z: &[T::Scalar], b: &[T], out: &mut [T]) -> 
         _ => return false,
     }
     true
-}
-
-/// A constant as a coefficient.
-#[inline(always)]
-fn k<T: Coefficient>(constant: f64) -> T {
-    T::splat(T::Scalar::from_f64(constant))
 }
 
 /// A slice whose length was matched.
