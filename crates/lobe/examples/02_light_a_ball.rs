@@ -28,7 +28,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::temp_dir().join("lobe-example-02.png");
     let difference = error_map(&fast, &truth, error.max_abs)?;
     let tone = Tone::PLAIN;
-    let sheet = Sheet { columns: 3, ..Sheet::default() };
+    let sheet = Sheet { columns: 3, margin: 8, background: [1.0; 3] };
     sheet.compose(&[tone.apply(&fast), tone.apply(&truth), difference]).write_png(&path, &tone)?;
     println!("the ball by nine coefficients, by every texel, and the difference: {}", path.display());
     Ok(())

@@ -25,7 +25,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
 
     // Without the sun the levels have no bright disc that grows from level to level.
     let cube = resample(&report.rest, &Resample::to(Mapping::Cube, 32, 6 * 32))?.into_cube_map()?;
-    let options = PrefilterOptions::default().size(32).last_size(4);
+    let mut options = PrefilterOptions::default();
+    (options.size, options.last_size) = (32, 4);
     let chain = prefilter_ggx(&cube, &options, |_| ControlFlow::Continue(()))?;
     for (k, level) in chain.levels().iter().enumerate() {
         let alpha = options.alpha_of_level(k);

@@ -216,7 +216,7 @@ fn read_exr(path: &Path) -> (Value, Vec<(String, Vec<f32>)>) {
 fn a_checkpoint_is_laid_out_as_the_page_says() {
     let folder = folder();
     let path = folder.path().join("bake.checkpoint");
-    let scene = built_in::ball_over_ground(2);
+    let scene = built_in::ball_over_ground(4);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let options = BakeOptions::default().mode(Mode::Shadowed).order(2).samples(8).channels(Some(Channels::Gray));
     let job = Job::default().kept_in(&path);
