@@ -1,10 +1,10 @@
 //! Prefiltering for glossy reflection; see the README beside this file.
 
 use std::hint::black_box;
-use std::ops::ControlFlow;
 
 use criterion::{BenchmarkId, Criterion};
 use lobe_env::{CubeMap, PrefilterMethod, PrefilterOptions, SpecularLobe, bundled, filter_lobe, prefilter_ggx};
+use lobe_io::Job;
 use rayon::ThreadPoolBuilder;
 
 fn chain(c: &mut Criterion) {
@@ -23,7 +23,7 @@ fn chain(c: &mut Criterion) {
             let mut options = PrefilterOptions::default();
             options.method = method;
             group.bench_function(BenchmarkId::from_parameter(name), |b| {
-                b.iter(|| pool.install(|| prefilter_ggx(black_box(&source), &options, |_| ControlFlow::Continue(()))));
+                b.iter(|| pool.install(|| prefilter_ggx(black_box(&source), &options, Job::default())));
             });
         }
         drop(group);

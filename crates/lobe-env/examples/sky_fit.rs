@@ -29,7 +29,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     for (sun_degree, turbidity_degree) in [(13, 7), (10, 5), (8, 4), (6, 3)] {
-        let fit = PreethamFit::new(SkyFitOptions { order: 7, sun_degree, turbidity_degree })?;
+        let fit = PreethamFit::new(
+            SkyFitOptions::default().order(7).sun_degree(sun_degree).turbidity_degree(turbidity_degree),
+        )?;
         let errors = truth.iter().map(|(sun, turbidity, f)| {
             let found = fit.eval(*turbidity, Dir::from_angles(sun.to_radians(), 0.7));
             (100.0 * norm(&(&found - f)) / norm(f), *sun, *turbidity)

@@ -1,4 +1,4 @@
-//! What can go wrong with a picture of the environment.
+//! Errors of this crate.
 
 use std::fmt;
 use std::io;

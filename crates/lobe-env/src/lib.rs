@@ -90,6 +90,7 @@ mod prefilter;
 mod projection;
 mod reflection;
 mod resample;
+mod setters;
 mod sky;
 mod vec3;
 
@@ -128,7 +129,7 @@ pub use prefilter::prefilter::{
     PrefilterMethod, PrefilterOptions, RoughnessLevels, filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
 };
 pub use projection::irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
-pub use projection::project::project_env;
+pub use projection::project::{project_env, project_env_as};
 pub use projection::project_map::project_map;
 pub use projection::reconstruct::reconstruct;
 pub use reflection::brdf::{Brdf, Ggx, Lambert, Phong};

@@ -121,7 +121,7 @@ fn every_layout_comes_back_as_it_went_out() {
     for handedness in [CubeHandedness::Right, CubeHandedness::Left] {
         for layout in CubeLayout::ALL {
             let picture = cube.to_picture(layout, handedness);
-            assert_eq!(CubeLayout::of_picture(picture.width, picture.height).unwrap(), layout, "{layout:?}");
+            assert_eq!(CubeLayout::of_picture(picture.width(), picture.height()).unwrap(), layout, "{layout:?}");
             let back = CubeMap::from_picture(&picture, handedness).unwrap();
             assert!(back == cube, "{layout:?} {handedness:?} changed the cube");
         }
@@ -184,7 +184,7 @@ fn crosses_can_be_folded() {
         ),
     ] {
         let picture = cube.to_picture(layout, CubeHandedness::Right);
-        let at = |x: usize, y: usize| picture.texels[y * picture.width + x];
+        let at = |x: usize, y: usize| Rgb::from(picture.pixel(x, y));
         for ([ax, ay], [bx, by]) in folds {
             for k in 0..SIZE {
                 let ((px, py), (qx, qy)) = if ay == by {

@@ -8,6 +8,7 @@ use lobe_env::{
     Brdf, CubeMap, EnvError, Ggx, PrefilterMethod, PrefilterOptions, RoughnessLevels, SpecularLobe, bundled, cube, dfg,
     filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
 };
+use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 use lobe_testkit::Random;
 
@@ -32,7 +33,7 @@ fn options(size: usize, last_size: usize, method: PrefilterMethod) -> PrefilterO
 }
 
 fn chain(source: &CubeMap, options: &PrefilterOptions) -> Vec<CubeMap> {
-    prefilter_ggx(source, options, |_| ControlFlow::Continue(())).unwrap().levels().to_vec()
+    prefilter_ggx(source, options, Job::default()).unwrap().levels().to_vec()
 }
 
 fn noise(size: usize, seed: u64) -> CubeMap {
@@ -342,7 +343,7 @@ fn levels_and_roughness_are_each_others_inverse() {
 #[test]
 fn wrong_options_are_refused_and_the_work_can_be_stopped() {
     let source = noise(8, 7);
-    let run = |options: &PrefilterOptions| prefilter_ggx(&source, options, |_| ControlFlow::Continue(()));
+    let run = |options: &PrefilterOptions| prefilter_ggx(&source, options, Job::default());
     let bad = [
         options(0, 1, GATHER),
         options(8, 16, GATHER),
@@ -368,10 +369,13 @@ fn wrong_options_are_refused_and_the_work_can_be_stopped() {
         assert!(matches!(picture, Err(EnvError::Options(_))), "{size} x {size}: {picture:?}");
     }
     let mut heard = Vec::new();
-    let stopped = prefilter_ggx(&source, &options(8, 2, GATHER), |part| {
-        heard.push(part);
+    let mut watch = |progress: &Progress| {
+        heard.push(progress.done as f64 / progress.total as f64);
         if heard.len() < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-    });
+    };
+    let stopped = prefilter_ggx(&source, &options(8, 2, GATHER), Job::default().watched_by(&mut watch));
     assert!(matches!(stopped, Err(EnvError::Cancelled)), "stopped: {stopped:?}");
+    let kept = prefilter_ggx(&source, &options(8, 2, GATHER), Job::default().kept_in("a.checkpoint"));
+    assert!(matches!(kept, Err(EnvError::Options(_))), "a checkpoint: {kept:?}");
     assert!(heard.is_sorted() && heard.iter().all(|p| (0.0..=1.0).contains(p)), "parts done: {heard:?}");
 }

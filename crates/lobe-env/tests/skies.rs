@@ -82,7 +82,10 @@ fn the_fit_has_the_errors_of_its_table() {
     for (sun_degree, turbidity_degree, mean_limit, largest_limit) in
         [(13, 7, 5e-4, 2.2e-3), (10, 5, 3e-3, 1.3e-2), (8, 4, 8e-3, 3.5e-2), (6, 3, 2.3e-2, 9.5e-2)]
     {
-        let fit = PreethamFit::new(SkyFitOptions { order: 7, sun_degree, turbidity_degree }).unwrap();
+        let fit = PreethamFit::new(
+            SkyFitOptions::default().order(7).sun_degree(sun_degree).turbidity_degree(turbidity_degree),
+        )
+        .unwrap();
         let errors: Vec<f64> =
             truth.iter().map(|(turbidity, sun, f)| norm(&(&fit.eval(*turbidity, *sun) - f)) / norm(f)).collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
@@ -95,19 +98,19 @@ fn the_fit_has_the_errors_of_its_table() {
 
 #[test]
 fn the_fit_stays_at_the_ends_of_its_ranges() {
-    let fit = PreethamFit::new(SkyFitOptions { order: 3, sun_degree: 6, turbidity_degree: 3 }).unwrap();
+    let fit = PreethamFit::new(SkyFitOptions::default().order(3).sun_degree(6).turbidity_degree(3)).unwrap();
     let low = Dir::from_angles(FRAC_PI_2, 0.4);
     assert_eq!(fit.eval(99.0, Dir::Z), fit.eval(10.0, Dir::Z), "turbidity 99");
     assert_eq!(fit.eval(0.0, Dir::Z), fit.eval(2.0, Dir::Z), "turbidity 0");
     let (below, on) = (fit.eval(3.0, Dir::from_angles(2.0, 0.4)), fit.eval(3.0, low));
     assert!(norm(&(&below - &on)) < 1e-12 * norm(&on), "the sun below the horizon");
-    let refused = PreethamFit::new(SkyFitOptions { order: 0, ..SkyFitOptions::default() });
+    let refused = PreethamFit::new(SkyFitOptions::default().order(0));
     assert!(matches!(refused, Err(EnvError::Options(_))), "order 0: {refused:?}");
 }
 
 #[test]
 fn the_fit_has_the_same_bits_for_any_number_of_threads() {
-    let options = SkyFitOptions { order: 3, sun_degree: 3, turbidity_degree: 2 };
+    let options = SkyFitOptions::default().order(3).sun_degree(3).turbidity_degree(2);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| PreethamFit::new(options).unwrap().eval(3.3, Dir::from_angles(0.5, 1.5)))

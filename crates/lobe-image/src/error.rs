@@ -1,4 +1,4 @@
-//! What can go wrong with a picture.
+//! Errors of this crate.
 
 use std::fmt;
 use std::io;

@@ -1,11 +1,10 @@
 //! Every technique of environment mapping under one photograph.
 
-use std::ops::ControlFlow;
-
 use lobe::env::{
     CubeMipChain, Mapping, PrefilterOptions, Resample, SunOptions, cube, extract_sun, prefilter_ggx, resample,
 };
 use lobe::image::{Picture, Sheet, Tone};
+use lobe::io::Job;
 use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 use lobe::sh::Rgb;
 
@@ -91,7 +90,6 @@ impl Writer<'_> {
 fn prefiltered(sky: &Sky) -> anyhow::Result<CubeMipChain> {
     let [fine, size] = SIZES;
     let cube = resample(&sky.map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;
-    let mut options = PrefilterOptions::default();
-    (options.size, options.last_size) = (size, LAST);
-    Ok(prefilter_ggx(&cube.into_cube_map()?, &options, |_| ControlFlow::Continue(()))?)
+    let options = PrefilterOptions::default().size(size).last_size(LAST);
+    Ok(prefilter_ggx(&cube.into_cube_map()?, &options, Job::default())?)
 }

@@ -9,6 +9,7 @@ use lobe::env::{
     CubeMap, CubeMipChain, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, Resample, RoughnessLevels,
     SpecularLobe, filter_lobe, prefilter_ggx, resample,
 };
+use lobe::io::{Job, Progress};
 
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
@@ -147,10 +148,11 @@ impl EnvPrefilter {
         };
         options.method = self.filter_method();
         let bar = talk.bar("prefilter", STEPS);
-        let chain = prefilter_ggx(source, &options, |done| {
-            bar.set_position((done * STEPS as f64) as u64);
+        let mut watch = |progress: &Progress| {
+            bar.set_position(STEPS * progress.done as u64 / progress.total.max(1) as u64);
             ControlFlow::Continue(())
-        })?;
+        };
+        let chain = prefilter_ggx(source, &options, Job::default().watched_by(&mut watch))?;
         bar.finish_and_clear();
         Ok(chain)
     }

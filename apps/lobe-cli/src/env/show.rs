@@ -1,12 +1,12 @@
 //! `lobe env show`: every technique of environment mapping under one map.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
 use lobe::image::Tone;
+use lobe::io::Job;
 use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 use crate::args::map_input::MapInput;
@@ -46,9 +46,8 @@ impl EnvShow {
         let map: MappedMap = self.input.read(talk)?;
         let [fine, size, last_size] = CHAIN;
         let cube = resample(&map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;
-        let mut options = PrefilterOptions::default();
-        (options.size, options.last_size) = (size, last_size);
-        let chain = prefilter_ggx(&cube.into_cube_map()?, &options, |_| ControlFlow::Continue(()))?;
+        let options = PrefilterOptions::default().size(size).last_size(last_size);
+        let chain = prefilter_ggx(&cube.into_cube_map()?, &options, Job::default())?;
         let sky = if map.mapping() == Mapping::LatLong {
             map
         } else {

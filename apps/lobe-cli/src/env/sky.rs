@@ -140,7 +140,7 @@ impl EnvSky {
                 output.check()?;
                 let order = self.order.unwrap_or(DEFAULT_ORDER);
                 let f = if self.fit {
-                    let fit = PreethamFit::new(SkyFitOptions { order, ..SkyFitOptions::default() })?;
+                    let fit = PreethamFit::new(SkyFitOptions::default().order(order))?;
                     fit.eval(self.turbidity.unwrap_or(DEFAULT_TURBIDITY), self.sun)
                 } else {
                     sky_sh(sky, &ground, order)

@@ -1,4 +1,4 @@
-//! What makes a file a map: readers of lat-long pictures ([`read_env`]), of cube maps ([`read_cube`], [`cube_faces`]) and
+//! Files of maps: readers of lat-long pictures ([`read_env`]), of cube maps ([`read_cube`], [`cube_faces`]) and
 //! of whatever there is ([`read_map`]), and the writers.
 //!
 //! Read first: [`read_options`], [`read_env`], [`read_map`]. The bytes of pictures are the business of `lobe-image`; here

@@ -1,4 +1,4 @@
-//! What a reader of maps is asked for, and what it tells.
+//! Options and report of reading a map.
 
 use lobe_image::{FileFormat, Nonfinite, PictureReadOptions, PictureReadReport};
 

@@ -1,4 +1,4 @@
-//! What the mappings onto a disc share: a direction becomes its angle to the center, as a radius, and its azimuth.
+//! Azimuthal mappings onto a disc: a direction becomes its angle to the center, as a radius, and its azimuth.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! How much brighter than most of a map its bright parts are.
+//! The brightness of each part of a map, relative to most of it.
 
 use lobe_sh::Rgb;
 use rayon::prelude::*;

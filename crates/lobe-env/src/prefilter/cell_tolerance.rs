@@ -1,4 +1,4 @@
-//! How finely a source must be looked at to be averaged with a lobe.
+//! The size of the cells of a source that a lobe may be summed over, for a given error.
 
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ const NEGLIGIBLE: f64 = 0.1;
 
 /// For each angle from the axis of a kernel, what approximations of the kernel are good enough there.
 ///
-/// An approximation is good enough for light so many times brighter than most of the map where its error is at most
+/// An approximation is good enough for light `brightness` times as bright as most of the map where its error is at most
 /// `tolerance (K(θ) + floor/brightness)` everywhere. Brightness comes in [steps](crate::brightness).
 pub(crate) struct FilterCut {
     /// For each class of sides.
@@ -40,7 +40,7 @@ impl FilterCut {
     /// The most points along a texel.
     pub(crate) const MOST_POINTS: usize = 8;
 
-    /// Measures a kernel for cells down to the given depth, for texels of the given side, and for so many steps of
+    /// Measures a kernel for cells down to the given depth, for texels of the given side, and for the given number of steps of
     /// brightness.
     pub(crate) fn new(kernel: &impl Kernel, tolerance: f64, depth: usize, texel: f64, steps: usize) -> Self {
         let value = |theta: f64| {

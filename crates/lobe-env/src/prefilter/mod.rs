@@ -1,4 +1,4 @@
-//! What glossy surfaces see: a map convolved with a lobe for each roughness.
+//! Environments for glossy surfaces: a map convolved with a lobe for each roughness.
 //!
 //! Read first: [`prefilter`], which opens with the derivation. [`gather`] sums over a tree of averaged texels
 //! ([`cell_tree`]) down to where [`cell_tolerance`] allows; [`importance`] draws samples after the lobe, and

@@ -1,8 +1,45 @@
-//! Environment maps filtered in advance for glossy reflection.
+//! Environment maps filtered in advance for glossy reflection, by the split-sum approximation.
+//!
+//! # Derivation
+//!
+//! A surface with the reflectance function `f` and the normal `n` sends towards the eye, in direction `v`,
+//!
+//! ```text
+//!   L_o(v) = ∫ L(l) f(v, l) (n·l) dl
+//! ```
+//!
+//! which depends on `v` and `n`: four angles, and too many for a table. A rough mirror of microfacets has
+//! `f = D(h) F G / (4 (n·v)(n·l))`, `h` half-way between `v` and `l`. [Karis 2013] splits the integral into two factors,
+//! the mean of the light over the lobe, and what the surface reflects of uniform light:
+//!
+//! ```text
+//!   L_o(v) ≈ g · R_A        g = ∫ L(l) w(l) dl / ∫ w(l) dl        R_A = ∫ f(v, l) (n·l) dl = F₀ A + B
+//! ```
+//!
+//! 1. For the first factor the surface is looked at along its normal: `v = n`, hence the mirrored view `r` is `n`, too.
+//!    The lobe is then round about `r`, and the factor a function of `r` and of the roughness alone.
+//! 2. Light is weighted as importance sampling of `D` weights it, by `n·l`. A facet normal `h` is drawn with the density
+//!    `D(h) (n·h)`, and `l` is `n` mirrored at `h`, with `dl = 4 (h·l) dh` and here `h·l = n·h`; so the density of `l`
+//!    is `D(h)/4`, and `w(l) = D(h) (n·l)`, up to a constant that the quotient cancels.
+//! 3. The second factor needs no light: [`dfg()`](crate::dfg()) is a table of two numbers for each view and roughness.
+//!
+//! What is computed here, for each level of the chain with its `α`, is therefore
+//!
+//! ```text
+//!                 ∫ L(l) D_α(h) max(r·l, 0) dl                r + l
+//!        g(r)  =  ────────────────────────────          h = ───────
+//!                   ∫ D_α(h) max(r·l, 0) dl                 |r + l|
+//! ```
+//!
+//! It is exact for uniform light, and for a surface seen along its normal but for the masking `G`.
+//!
+//! [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 use lobe_image::{mip_level_count, mip_level_size};
+use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
@@ -14,6 +51,7 @@ use crate::prefilter::cell_tree::FilterTree;
 use crate::prefilter::gather::{Shape, ZonalFilter, filter_tiles, is_mirror, shapes, texel_side, tiles};
 use crate::prefilter::importance::ImportanceFilter;
 use crate::reflection::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
+use crate::setters::setters;
 use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, SpecularLobe};
 
 /// Tiles between two calls of a progress callback.
@@ -160,6 +198,17 @@ impl PrefilterOptions {
         self.roughness.roughness_of_level(level, self.levels()).powi(2)
     }
 
+    setters! {
+        /// Sets the size of the faces of level 0.
+        size: usize;
+        /// Sets the size of the faces of the last level.
+        last_size: usize;
+        /// Sets which roughness each level holds.
+        roughness: RoughnessLevels;
+        /// Sets how the map is averaged with a lobe.
+        method: PrefilterMethod;
+    }
+
     fn check(&self) -> Result<(), EnvError> {
         if self.size == 0 || self.last_size == 0 || self.last_size > self.size {
             let (size, last) = (self.size, self.last_size);
@@ -193,45 +242,47 @@ impl PrefilterOptions {
 /// Level 0 is the mirror: the source averaged over each texel. In every level the value of a texel is that of the
 /// direction of its center. Linear in the source up to the tolerance, the same bits for any number of threads.
 ///
-/// `progress` hears the part done, from 0 to 1, on the calling thread, and stops the work by `Break`.
+/// The job is watched by texels of all levels, on the calling thread. It cannot be resumed.
 ///
 /// # Errors
-/// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, or a method out of its range;
-/// [`EnvError::Cancelled`] if `progress` said so.
+/// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, a method out of its range, or
+/// a job with a checkpoint; [`EnvError::Cancelled`] if whoever watches said so.
 ///
 /// ```
-/// use std::ops::ControlFlow;
 /// use lobe_env::{CubeMap, PrefilterOptions, prefilter_ggx};
+/// use lobe_io::Job;
 /// use lobe_sh::{Coefficient as _, Rgb};
 ///
 /// let sky = CubeMap::from_fn(32, |s| Rgb::splat(if s.z() > 0.9 { 10.0 } else { 0.5 }));
-/// let mut options = PrefilterOptions::default();
-/// (options.size, options.last_size) = (32, 8);
-/// let chain = prefilter_ggx(&sky, &options, |_| ControlFlow::Continue(()))?;
+/// let options = PrefilterOptions::default().size(32).last_size(8);
+/// let chain = prefilter_ggx(&sky, &options, Job::default())?;
 /// assert_eq!(chain.levels().len(), 3);
 /// assert_eq!(options.roughness.level_for_roughness(0.5, 3), 1.0);
 /// # Ok::<(), lobe_env::EnvError>(())
 /// ```
 ///
 /// [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
-pub fn prefilter_ggx(
-    source: &CubeMap,
-    options: &PrefilterOptions,
-    mut progress: impl FnMut(f64) -> ControlFlow<()>,
-) -> Result<CubeMipChain, EnvError> {
+pub fn prefilter_ggx(source: &CubeMap, options: &PrefilterOptions, mut job: Job<'_>) -> Result<CubeMipChain, EnvError> {
     options.check()?;
+    job.expect_no_checkpoint().map_err(EnvError::Options)?;
+    // Share what all levels need: the tree of the source to the depth that the narrowest lobe asks for, or its levels.
     let count = options.levels();
     let size = |k: usize| mip_level_size(options.size, k);
     let alphas: Vec<f64> = (1..count).map(|k| options.alpha_of_level(k)).collect();
     let engine = Engine::new(source, options.method, alphas.iter().map(|alpha| GgxKernel::new(*alpha)));
-    let work = |k: usize| (size(k) * size(k)) as f64;
-    let total: f64 = (1..count).map(work).sum();
+    let work = |k: usize| FACES * size(k) * size(k);
+    let (start, total) = (Instant::now(), (1..count).map(work).sum());
+    // Average the source over the texels of the mirror's level.
     let mut levels = vec![averaged_to(source, options.size)];
-    let mut done = 0.0;
+    // Average it with the lobe of each rougher level.
+    let mut before = 0;
     for (k, alpha) in (1..).zip(&alphas) {
-        let mut part = |p: f64| progress((done + p * work(k)) / total);
+        let mut part = |p: f64| {
+            let done = before + (p * work(k) as f64) as usize;
+            job.report(&Progress { done, total, elapsed: start.elapsed(), ..Progress::default() })
+        };
         levels.push(engine.filter(GgxKernel::new(*alpha), size(k), &mut part)?);
-        done += work(k);
+        before += work(k);
     }
     CubeMipChain::new(levels)
 }

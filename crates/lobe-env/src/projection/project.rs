@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, index, len};
+use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, index, len};
 use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
@@ -49,6 +49,34 @@ const MAX_CHUNKS: usize = 64;
 #[must_use]
 pub fn project_env(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
     project_rows(map.as_ref(), order)
+}
+
+/// [`project_env`] to the order and the type of coefficients of the type that is asked for.
+///
+/// ```
+/// use lobe_env::{bundled, project_env_as};
+/// use lobe_sh::{Rgb, ShL2};
+///
+/// let light = project_env_as::<ShL2<Rgb<f32>>>(&bundled::sunset().map());
+/// assert!(light[0].g > 0.0);
+/// ```
+#[must_use]
+pub fn project_env_as<E>(map: &EnvMap) -> E
+where
+    E: FixedOrder,
+    E::Value: Coefficient<Wide = Rgb<f64>>,
+{
+    fixed(&project_env(map, E::ORDER))
+}
+
+/// The expansion as a type of fixed order, rounded to its coefficients.
+pub(crate) fn fixed<E>(f: &ShVec<Rgb<f64>>) -> E
+where
+    E: FixedOrder,
+    E::Value: Coefficient<Wide = Rgb<f64>>,
+{
+    let coefficients: Vec<E::Value> = f.coefficients().iter().map(|c| E::Value::narrow(*c)).collect();
+    E::from_coefficients(&coefficients)
 }
 
 /// [`project_env`] of a lat-long map.

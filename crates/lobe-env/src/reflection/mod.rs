@@ -1,4 +1,4 @@
-//! What surfaces do to light: models of reflection ([`brdf`]), their lobes ([`specular_lobe`]), and what of uniform light
+//! Reflection by surfaces: models ([`brdf`]), their lobes ([`specular_lobe`]), and what of uniform light
 //! they reflect ([`dfg`]), the second factor of the split-sum approximation.
 //!
 //! Read first: [`brdf`]. Uses no other room.

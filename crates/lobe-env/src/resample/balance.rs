@@ -261,7 +261,7 @@ mod tests {
         }
     }
 
-    /// What so many threads find through windows.
+    /// What the given number of threads finds through windows.
     fn found_by(threads: usize, weights: &Weights<'_>, map: &MappedMap) -> (Vec<Rgb<f32>>, Vec<f64>) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| (weights.gather(map.texels()), weights.energies()))

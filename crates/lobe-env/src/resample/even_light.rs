@@ -1,4 +1,4 @@
-//! What of a map's light is even: as much as the neighbors of each texel have.
+//! The uniform part of a map's light: as much as the neighbors of each texel have.
 //!
 //! ```text
 //!   min(L_s, m_s)        m_s the mean of the up to eight neighbors of texel s in the picture that show something

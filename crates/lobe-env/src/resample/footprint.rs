@@ -1,4 +1,4 @@
-//! What a texel of one picture sees of another.
+//! The footprint of a texel of one picture in another.
 
 use lobe_sh::{Coefficient, Rgb};
 
@@ -59,7 +59,7 @@ pub(crate) struct Quad {
 }
 
 impl Quad {
-    /// The numbers of the texels in a picture of so many columns.
+    /// The numbers of the texels in a picture of `width` columns.
     #[inline(always)]
     pub(crate) fn texels(&self, width: usize) -> [usize; 4] {
         let first = self.first as usize;

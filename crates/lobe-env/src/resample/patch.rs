@@ -1,4 +1,4 @@
-//! Where a block of texels looks at the source: a surface of the second degree for all of its samples.
+//! The samples of a block of texels in the source, as a surface of the second degree.
 
 use crate::mapping::taps::Grid;
 use crate::resample::footprint::{Quad, Tile, View, Views};
@@ -166,7 +166,7 @@ impl Patch {
         [self.tile.width * self.cells[0], self.tile.height * self.cells[1]].map(|n| 1.0 / (n - 1) as f64)
     }
 
-    /// What the samples of a row of texels see, texel after texel: quads of rows of so many columns, in which the texel
+    /// What the samples of a row of texels see, texel after texel: quads of rows of the given number of columns, in which the texel
     /// `corner` of the source has the number `first`.
     #[inline(always)]
     fn find_quads(&self, y: usize, corner: [usize; 2], first: usize, columns: usize, quads: &mut Vec<Quad>) {

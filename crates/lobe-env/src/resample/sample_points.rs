@@ -1,4 +1,4 @@
-//! Where a map is looked at for each texel of another.
+//! The points of the source at which each texel of a new map is sampled.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::Range;
@@ -16,7 +16,7 @@ use crate::resample::patch::{Limits, Patch, Sample};
 const SPACING: f64 = 1.0;
 /// The least density, in parts of the mean one, for which samples are set closer.
 const THINNEST: f64 = 1.0 / 64.0;
-/// Up to so many columns and rows of texels share a patch.
+/// The most columns and rows of texels that share a patch.
 const TILE: usize = 16;
 /// Fewer samples are found sooner one by one than with a patch.
 const LEAST_SAMPLES: usize = 32;

@@ -19,7 +19,7 @@ pub(crate) struct WindowLight {
 }
 
 impl WindowLight {
-    /// Takes that of a picture of so many columns.
+    /// Takes that of a picture of `columns` columns.
     pub(crate) fn fill(&mut self, window: Tile, light: &[Rgb<f32>], columns: usize) {
         self.width = window.width;
         self.texels.clear();
@@ -84,7 +84,7 @@ impl WindowSums {
         }
     }
 
-    /// Adds all to the sums of the texels of a picture of so many columns.
+    /// Adds all to the sums of the texels of a picture of `columns` columns.
     pub(crate) fn add_to(&mut self, sums: &mut SparseSum, window: Tile, columns: usize) {
         let row = |j: usize| &self.quads[j * window.width..][..window.width];
         for (j, start) in window.rows(columns).enumerate() {

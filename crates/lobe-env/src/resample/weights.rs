@@ -1,4 +1,4 @@
-//! What each texel of one map sees of another.
+//! The weights with which the texels of one map make up those of another.
 //!
 //! ```text
 //!   V_ts = r_t W_ts c_s        Σ_s V_ts = 1        W_ts = Σ_samples of t, weight × share of s in the interpolant there
@@ -20,7 +20,7 @@ use crate::resample::undersampled::Extra;
 const CHUNKS: usize = 128;
 /// But none has fewer rows: what a part costs must not outweigh its samples.
 const LEAST_ROWS: usize = 8;
-/// The sums of so many parts are held at once; waiting for the last of them costs little if they are many.
+/// The number of parts whose sums are held at once; waiting for the last of them costs little if they are many.
 const CHUNKS_TOGETHER: usize = 32;
 /// Of more samples than this not what they see is kept from pass to pass, 20 bytes each, but where they lie.
 const MOST_VIEWS: usize = 1 << 22;

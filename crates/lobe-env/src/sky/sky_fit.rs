@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use lobe_sh::{Coefficient, Dir, Rgb, ShVec, index, order_of};
 use rayon::prelude::*;
 
+use crate::setters::setters;
 use crate::sky::preetham::luminance_scale;
 use crate::sky::sky::turn_to_azimuth;
 use crate::{EnvError, Ground, PreethamSky, sky_sh};
@@ -16,6 +17,7 @@ const TURBIDITY: [f64; 2] = [2.0, 10.0];
 ///
 /// The default is that of Habel, Mustata and Wimmer: degree 13 in the sun's height, 7 in the turbidity, 112 terms, bands 0 to 6.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SkyFitOptions {
     /// The order of the expansions.
     pub order: usize,
@@ -28,6 +30,17 @@ pub struct SkyFitOptions {
 impl Default for SkyFitOptions {
     fn default() -> Self {
         Self { order: 7, sun_degree: 13, turbidity_degree: 7 }
+    }
+}
+
+impl SkyFitOptions {
+    setters! {
+        /// Sets the order of the expansions.
+        order: usize;
+        /// Sets the degree in the sun's angle from the zenith.
+        sun_degree: usize;
+        /// Sets the degree in the turbidity.
+        turbidity_degree: usize;
     }
 }
 

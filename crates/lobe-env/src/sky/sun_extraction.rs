@@ -6,6 +6,7 @@ use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 use rayon::prelude::*;
 
 use crate::mapping::texel_quadrature;
+use crate::setters::setters;
 use crate::{MappedMap, Mapping};
 
 // An expansion of low order cannot hold a sun: it rings. So the sun is taken out first and lights the scene by itself:
@@ -45,6 +46,17 @@ pub struct SunOptions {
 impl Default for SunOptions {
     fn default() -> Self {
         Self { max_radius: 2.5_f64.to_radians(), min_contrast: 20.0, min_peak: 100.0 }
+    }
+}
+
+impl SunOptions {
+    setters! {
+        /// Sets the largest radius of a sun, in radians.
+        max_radius: f64;
+        /// Sets the least contrast to the ring around it.
+        min_contrast: f64;
+        /// Sets the least ratio to the mean of the map.
+        min_peak: f64;
     }
 }
 

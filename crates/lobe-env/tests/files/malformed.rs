@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use exr::prelude::{Blocks, Compression, Encoding, SampleType, Vec2};
 use lobe_env::{
-    EnvError, EnvMap, MapReadOptions, MapWriteOptions, Nonfinite, ReadOption, read_env, read_env_bytes, write_env,
+    EnvError, EnvMap, MapReadOption, MapReadOptions, MapWriteOptions, Nonfinite, read_env, read_env_bytes, write_env,
 };
 use lobe_sh::Rgb;
 use lobe_testkit::Random;
@@ -133,7 +133,7 @@ fn a_large_header_without_data_is_an_error_at_once() {
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 50000 +X 100000\n";
     expect(read(hdr), "hdr", &["100000 x 50000", "limit", "scale it down, or raise MapReadOptions::max_texels"]);
     let error = read(hdr).unwrap_err();
-    assert!(matches!(error, EnvError::Refused { option: ReadOption::MaxTexels, .. }), "{error:?}");
+    assert!(matches!(error, EnvError::Refused { option: MapReadOption::MaxTexels, .. }), "{error:?}");
     // This file does not say how many blocks it has, so that the new size contradicts nothing in the header.
     let mut exr = include_bytes!("../data/dwaa.exr").to_vec();
     patch_window(&mut exr, "displayWindow", [0, 0, 99_999, 49_999]);
@@ -244,7 +244,7 @@ fn non_finite_texels_are_counted_and_refused_or_made_black() {
     let bytes = exr_picture(SIZE, SCAN_LINES, part.planes);
     expect(read(&bytes), "default", &["2 texels are NaN or infinite", "column 5, row 3", "Nonfinite::Zero"]);
     let error = read(&bytes).unwrap_err();
-    assert!(matches!(error, EnvError::Refused { option: ReadOption::Nonfinite, .. }), "{error:?}");
+    assert!(matches!(error, EnvError::Refused { option: MapReadOption::Nonfinite, .. }), "{error:?}");
     let options = MapReadOptions::default().nonfinite(Nonfinite::Zero);
     let (map, report) = read_env_bytes(&bytes, "test", &options).unwrap();
     assert_eq!((report.nonfinite, report.first_nonfinite, report.negative), (2, Some((5, 3)), 1), "counts");

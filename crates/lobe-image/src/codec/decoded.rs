@@ -1,4 +1,4 @@
-//! What decoders have in common: what comes out of them, and the limits that are checked before memory is taken.
+//! Results of decoders, and the limits that are checked before memory is taken.
 
 use crate::pixel::Pixel;
 use crate::{ImageError, ReadOption, TexelFormat};

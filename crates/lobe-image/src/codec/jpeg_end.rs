@@ -1,4 +1,4 @@
-//! Where a JPEG picture ends, and whether all of it is there.
+//! The end of a JPEG picture, and whether all before it is there.
 //!
 //! The decoder takes zeros for the bits that a scan lacks, and a picture that is cut off comes out gray where it ends. So it
 //! is given the picture with other bits behind the last scan: ones. No Huffman code is all ones (ITU-T T.81, C.2), so a

@@ -1,4 +1,4 @@
-//! How the texels of a cube map lie in a file.
+//! Texel formats of cube textures.
 
 use std::fmt;
 use std::io::{self, Read};

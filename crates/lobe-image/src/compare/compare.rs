@@ -1,4 +1,4 @@
-//! How much two pictures differ.
+//! Differences of two pictures in numbers: root mean square, relative error, peak signal-to-noise ratio.
 
 use crate::pixel::{IntoPixel, Pixel, widened};
 use crate::{ImageError, Picture, sequential};

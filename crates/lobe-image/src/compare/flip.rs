@@ -1,4 +1,4 @@
-//! How different two pictures look when one flips between them.
+//! FLIP: the perceived difference of two pictures when one flips between them.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ type Vec3 = [f64; 3];
 
 /// The perceived difference of two pictures, FLIP: 0 where they look alike, 1 for the largest difference there is.
 ///
-/// Made for pictures that replace each other on a display, seen at so many pixels per degree of the eye. Each pixel's
+/// Made for pictures that replace each other on a display, seen at a given number of pixels per degree of the eye. Each pixel's
 /// error is
 ///
 /// ```text

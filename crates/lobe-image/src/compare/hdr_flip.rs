@@ -1,4 +1,4 @@
-//! How different two pictures of light look, whatever their exposure.
+//! HDR-FLIP: the perceived difference of two pictures of light, whatever their exposure.
 
 use crate::compare::flip::{Flip, check, flip};
 use crate::pixel::{luminance, widened};

@@ -1,4 +1,4 @@
-//! How far pictures differ: in numbers, to the eye, and beyond chance.
+//! Differences of pictures: in numbers, to the eye, and beyond chance.
 //!
 //! Read first: [`compare`] (root mean square and its relatives), then [`flip`] and [`hdr_flip`] for the eye, [`z_test`] for
 //! pictures made of random samples. Uses the room `picture`.

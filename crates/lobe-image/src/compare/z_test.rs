@@ -1,4 +1,4 @@
-//! Whether two sampled pictures differ by more than chance.
+//! A statistical test of whether two sampled pictures differ by more than chance.
 
 use crate::ImageError;
 use crate::pixel::{IntoPixel, Pixel};

@@ -1,4 +1,4 @@
-//! The truth that environment mapping stands for: reflected rays, traced.
+//! Traced mirrors: the truth that environment mapping approximates.
 
 use lobe_sh::{Dir, Rgb};
 

@@ -1,6 +1,6 @@
 //! The path tracer: reference pictures, and light along paths from single receivers, by sampling alone.
 //!
-//! Read [`path_tracer`](path_tracer), the estimator with next-event estimation and multiple importance sampling; then what it draws
+//! Read `path_tracer`, the estimator with next-event estimation and multiple importance sampling; then what it draws
 //! from: `bsdf` with the microfacets of `ggx`, `distant_light` with its `sphere_table`, and the Owen-scrambled Sobol' points of
 //! `sampler`. `estimate` makes means and variances of paths, `reference` pictures of `pixel`s, `truth_checkpoint` keeps
 //! them, `truth_exr` writes them. Uses `camera`.
