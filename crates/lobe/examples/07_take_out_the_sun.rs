@@ -3,11 +3,11 @@
 //! `cargo run -p lobe --example 07_take_out_the_sun`
 
 use std::error::Error;
-use std::ops::ControlFlow;
 
 use lobe::env::{
     Mapping, PrefilterOptions, Resample, SunOptions, bundled, extract_sun, irradiance_sh, prefilter_ggx, resample,
 };
+use lobe::io::Job;
 use lobe::sh::{Dir, Expansion as _};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
@@ -25,9 +25,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
 
     // Without the sun the levels have no bright disc that grows from level to level.
     let cube = resample(&report.rest, &Resample::to(Mapping::Cube, 32, 6 * 32))?.into_cube_map()?;
-    let mut options = PrefilterOptions::default();
-    (options.size, options.last_size) = (32, 4);
-    let chain = prefilter_ggx(&cube, &options, |_| ControlFlow::Continue(()))?;
+    let options = PrefilterOptions::default().size(32).last_size(4);
+    let chain = prefilter_ggx(&cube, &options, Job::default())?;
     for (k, level) in chain.levels().iter().enumerate() {
         let alpha = options.alpha_of_level(k);
         println!("level {k}: {:2} texels, α {alpha:.3}, up {:.3?}", level.size(), level.radiance(Dir::Z).to_array());
