@@ -84,6 +84,7 @@
 mod area_light;
 mod error;
 mod files;
+mod frame;
 mod map;
 mod mapping;
 mod prefilter;
@@ -92,7 +93,6 @@ mod reflection;
 mod resample;
 mod setters;
 mod sky;
-mod vec3;
 
 pub use area_light::area_light::{Approximations, AreaLight, ParallelBeam, PointLight, compare_approximations};
 pub use area_light::disc_light::DiscLight;

@@ -67,13 +67,13 @@
 
 mod camera;
 mod error;
+mod frame;
 mod mapping_gallery;
 mod options;
 mod path_tracer;
 mod plot;
 mod progressive;
 mod scene_view;
-mod vector;
 
 pub use camera::camera::Camera;
 pub use camera::view::View;

@@ -191,3 +191,4 @@ pub use sh_json::{
 pub use sphere::dir::Dir;
 pub use sphere::point_sets::even_directions;
 pub use sphere::quadrature::{SphereQuadrature, gauss_legendre};
+pub use sphere::vector;

@@ -3,7 +3,7 @@
 use lobe_sh::Dir;
 
 use crate::VectorIrradiance;
-use crate::vec3::{Vec3, dot, length, sub};
+use lobe_sh::vector::{Vec3, dot, length, sub};
 
 /// A surface that emits radiance 1 to one side, evenly in every direction.
 ///

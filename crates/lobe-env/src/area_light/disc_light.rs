@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
-use crate::vec3::{Vec3, add_scaled, cross, dot, frame, length, sub};
+use lobe_sh::vector::{Vec3, add_scaled, cross, dot, length, sub};
+
+use crate::frame::frame;
 use crate::{AreaLight, PointLight, VectorIrradiance};
 
 /// A disc that emits radiance 1 to the side its normal points to.

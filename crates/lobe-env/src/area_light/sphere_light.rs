@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
-use crate::vec3::{dot, length, sub};
 use crate::{AreaLight, PointLight, VectorIrradiance};
+use lobe_sh::vector::{dot, length, sub};
 
 /// A sphere that emits radiance 1 from its whole outside.
 ///

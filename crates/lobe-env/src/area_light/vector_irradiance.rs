@@ -232,7 +232,7 @@ mod tests {
     fn maps_of_every_mapping_have_the_vector_of_their_light() {
         // ∫ (c + a·s) s ds = 4π/3 a.
         let slopes = [[0.5, -0.25, 1.0], [-1.0, 0.0, 0.125], [0.0, 0.75, -0.5]];
-        let light = |s: Dir| Rgb::from(slopes.map(|a| (2.0 + crate::vec3::dot(a, s.to_array())) as f32));
+        let light = |s: Dir| Rgb::from(slopes.map(|a| (2.0 + lobe_sh::vector::dot(a, s.to_array())) as f32));
         for mapping in Mapping::ALL {
             let width = if mapping == Mapping::Cube { 64 } else { 256 };
             let map = MappedMap::from_fn(mapping, width, mapping.height_for(width), light);

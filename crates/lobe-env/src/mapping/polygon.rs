@@ -1,6 +1,6 @@
 //! Triangles and polygons: what a picture's texel is once it is cut along the folds of its mapping.
 
-use crate::vec3::{cross, dot, sub};
+use lobe_sh::vector::{cross, dot, sub};
 
 /// The solid angle of the triangle with the given corners, seen from the origin; negative if they run clockwise.
 ///

@@ -7,9 +7,9 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::CubeMap;
+use crate::frame::frame;
 use crate::mapping::cube::{self, FACES};
 use crate::reflection::specular_lobe::{Kernel, integral};
-use crate::vec3::frame;
 
 /// Places between which the share of the lobe within an angle is interpolated.
 const STEPS: usize = 4096;

@@ -266,7 +266,7 @@ impl Plane {
     /// The least-squares plane through texels around `center`, weighted with their solid angles; `None` if there are
     /// fewer than three.
     fn fit<'a>(center: Dir, texels: impl Iterator<Item = &'a Texel>) -> Option<Self> {
-        let (p, q) = crate::vec3::frame(center.to_array());
+        let (p, q) = crate::frame::frame(center.to_array());
         let axes = [p, q];
         let mut matrix = [[0.0; 3]; 3];
         let mut right = [Rgb::ZERO; 3];
@@ -294,7 +294,7 @@ impl Plane {
 }
 
 fn terms(axes: &[[f64; 3]; 2], s: Dir) -> [f64; 3] {
-    let along = |axis: [f64; 3]| crate::vec3::dot(s.to_array(), axis);
+    let along = |axis: [f64; 3]| lobe_sh::vector::dot(s.to_array(), axis);
     [1.0, along(axes[0]), along(axes[1])]
 }
 

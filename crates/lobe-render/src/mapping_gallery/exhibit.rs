@@ -3,9 +3,9 @@
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
-use crate::vector::{add, dot, scale, sub};
 use crate::{Camera, Solid};
 use lobe_image::{ErrorReport, Picture, compare};
+use lobe_sh::vector::{add, dot, scale, sub};
 
 /// A point of a surface, and the direction it is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,10 +6,11 @@ use lobe_env::{Brdf, CubeMap, cube};
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
+use crate::frame::tangents;
 use crate::mapping_gallery::icosphere::Icosphere;
 use crate::mapping_gallery::square_texture::SquareTexture;
-use crate::vector::{Vec3, add, dot, normalized, scale, sub, tangents};
 use crate::{Shading, SurfacePoint, View};
+use lobe_sh::vector::{Vec3, add, dot, normalized, scale, sub};
 
 /// The least cosine between normal and view in a map: at 0 a reflectance function has no value.
 const LEAST_COSINE: f64 = 0.01;
@@ -192,7 +193,7 @@ impl TexelLights {
         let sin = dot(across, across).sqrt();
         // Seen along the normal any frame will do.
         let x = if sin > 1e-9 { scale(across, 1.0 / sin) } else { tangents(n)[0] };
-        let y = crate::vector::cross(n, x);
+        let y = lobe_sh::vector::cross(n, x);
         let Some(v) = Dir::new([sin, 0.0, cos]) else { return Rgb::ZERO };
         let mut sum = Rgb::ZERO;
         for (l, power) in &self.0 {

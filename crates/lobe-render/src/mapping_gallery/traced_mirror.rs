@@ -2,8 +2,8 @@
 
 use lobe_sh::{Dir, Rgb};
 
-use crate::vector::{add, scale};
 use crate::{Shading, Solid, SurfacePoint};
+use lobe_sh::vector::{add, scale};
 
 /// How far a reflected ray starts from its surface, in units of the shape: more than a hit is wrong by, and less than
 /// any distance between two parts of a shape.

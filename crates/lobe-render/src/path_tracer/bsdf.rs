@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use lobe_sh::{Coefficient as _, Rgb};
 
+use crate::frame::tangents;
 use crate::path_tracer::ggx::Facets;
-use crate::vector::{Vec3, dot, tangents};
+use lobe_sh::vector::{Vec3, dot};
 
 /// The reflection of light at a point towards one direction, in the world.
 ///
@@ -107,7 +108,7 @@ impl Bsdf {
         }
         let cosine = l[2] / PI;
         let Some(mirror) = &self.mirror else { return (self.diffuse.scale(cosine), cosine) };
-        let h = crate::vector::normalized(crate::vector::add(mirror.v, l));
+        let h = lobe_sh::vector::normalized(lobe_sh::vector::add(mirror.v, l));
         let f = fresnel(mirror.f0, dot(mirror.v, h).clamp(0.0, 1.0));
         let lost = Rgb::from(f.to_array().map(|c| 1.0 - c));
         let value = lost * self.diffuse.scale(cosine) + f.scale(mirror.facets.reflectance(mirror.v, l) * l[2]);
@@ -154,9 +155,9 @@ mod tests {
     }
 
     fn tilted() -> (Vec3, Vec3) {
-        let normal = crate::vector::normalized([0.3, -0.5, 0.8]);
+        let normal = lobe_sh::vector::normalized([0.3, -0.5, 0.8]);
         let [u, _] = tangents(normal);
-        (normal, crate::vector::normalized(add_scaled(normal, u, 0.9)))
+        (normal, lobe_sh::vector::normalized(add_scaled(normal, u, 0.9)))
     }
 
     fn add_scaled(a: Vec3, b: Vec3, t: f64) -> Vec3 {

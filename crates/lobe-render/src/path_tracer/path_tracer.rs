@@ -7,11 +7,12 @@ use lobe_scene::{Bvh, Hit, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
+use crate::frame::tangents;
 use crate::options::setters;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
-use crate::vector::{Vec3, dot, normalized, scale, tangents};
+use lobe_sh::vector::{Vec3, dot, normalized, scale};
 
 /// How paths are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use crate::View;
 use crate::plot::mesh::{Mesh, Vertex};
 use crate::plot::z_buffer::{Hit, visible};
-use crate::vector::{Vec3, add, dot, normalized, scale};
 use lobe_image::{Picture, Pixel};
+use lobe_sh::vector::{Vec3, add, dot, normalized, scale};
 
 /// Samples along the edge of a pixel: 16 a pixel make silhouettes smooth.
 const SAMPLES: usize = 4;

@@ -3,8 +3,9 @@
 use lobe_sh::Dir;
 use rayon::prelude::*;
 
+use crate::frame::tangents;
 use crate::plot::cube::FACES;
-use crate::vector::{Vec3, add, normalized, scale, sub, tangents};
+use lobe_sh::vector::{Vec3, add, normalized, scale, sub};
 
 /// The step of the central differences, in radians: their error and the rounding of `f` are both near 1e-8 for
 /// functions of the size and smoothness of the basis.
@@ -77,7 +78,7 @@ fn vertex(f: &impl Fn(Dir) -> f64, s: Dir) -> Vertex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vector::dot;
+    use lobe_sh::vector::dot;
 
     #[test]
     fn the_surface_of_a_linear_function_is_two_spheres() {

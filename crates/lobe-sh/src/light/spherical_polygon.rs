@@ -9,7 +9,7 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::basis::index::{band_range, index, order_of_slice};
-use crate::sphere::vector::{cross, difference, dot, length};
+use crate::sphere::vector::{cross, dot, length, sub};
 use crate::{Basis, Dir, Rotation, ShError, ShVec};
 
 /// Two vertices whose directions are nearer to opposite than this (the sine of the angle) leave the great circle
@@ -232,7 +232,7 @@ fn orientation(signed_solid_angle: f64) -> f64 {
 
 /// `a × b`, the normal of the great circle from `a` to `b`, which lies to the left; short edges keep their digits.
 fn left_of(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    cross(a, difference(b, a))
+    cross(a, sub(b, a))
 }
 
 /// An arc of a great circle.
@@ -308,6 +308,6 @@ fn triangle_solid_angle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
     // Scaled to length 1, so that b - a is the difference of directions.
     let (lb, lc) = (length(b), length(c));
     let (b, c) = (b.map(|x| x / lb), c.map(|x| x / lc));
-    let above = dot(a, cross(difference(b, a), difference(c, a)));
+    let above = dot(a, cross(sub(b, a), sub(c, a)));
     2.0 * above.atan2(1.0 + dot(a, b) + dot(b, c) + dot(c, a))
 }

@@ -3,7 +3,7 @@
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::sphere::vector::{difference, dot, length, tangents};
+use crate::sphere::vector::{dot, length, sub, tangents};
 use crate::{Dir, Expansion, ShVec, eval_with_gradient};
 
 /// The most steps. From within a grid cell of a maximum some 8 are usual; a flat ridge may take several times as many.
@@ -115,7 +115,7 @@ impl<'a> BfgsAscent<'a> {
                 break;
             };
             // Update the inverse Hessian by the change of the gradient.
-            let change = tangent(next, difference(gradient, next_gradient));
+            let change = tangent(next, sub(gradient, next_gradient));
             inverse = updated(&inverse, tangent(next, taken), change).unwrap_or(inverse);
             (at, value, gradient) = (next, next_value, next_gradient);
         }

@@ -7,4 +7,4 @@ pub(crate) mod dir;
 pub(crate) mod point_sets;
 pub(crate) mod quadrature;
 pub(crate) mod triangulation;
-pub(crate) mod vector;
+pub mod vector;

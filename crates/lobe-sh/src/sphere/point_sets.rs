@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use num_traits::Float as _;
 
 use crate::Dir;
-use crate::sphere::vector::{difference, dot, unit};
+use crate::sphere::vector::{dot, sub, unit};
 
 /// The most steps: the largest set needs some 500.
 const STEPS: usize = 5000;
@@ -62,7 +62,7 @@ pub(crate) fn thomson_points(count: usize) -> Vec<[f64; 3]> {
 /// The sum of the inverse distances of all pairs.
 fn energy(points: &[[f64; 3]]) -> f64 {
     let pairs = points.iter().enumerate().flat_map(|(k, a)| points[..k].iter().map(move |b| (a, b)));
-    pairs.map(|(a, b)| difference(*a, *b)).map(|d| dot(d, d).sqrt().recip()).sum()
+    pairs.map(|(a, b)| sub(*a, *b)).map(|d| dot(d, d).sqrt().recip()).sum()
 }
 
 fn tangential_forces(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
@@ -70,7 +70,7 @@ fn tangential_forces(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut sum = [0.0; 3];
         for (j, q) in points.iter().enumerate() {
             if j != i {
-                let d = difference(*p, *q);
+                let d = sub(*p, *q);
                 let scale = dot(d, d).powf(-1.5);
                 sum = [0, 1, 2].map(|k| sum[k] + scale * d[k]);
             }
@@ -109,7 +109,7 @@ mod tests {
         for (i, a) in points.iter().enumerate() {
             for (j, b) in points[..i].iter().enumerate() {
                 for c in &points[..j] {
-                    let normal = unit(cross(difference(*b, *a), difference(*c, *a)));
+                    let normal = unit(cross(sub(*b, *a), sub(*c, *a)));
                     for center in [normal, normal.map(|x| -x)] {
                         let cosine = dot(center, *a);
                         if points.iter().all(|p| dot(center, *p) < cosine + 1e-9) {

@@ -1,32 +1,70 @@
-//! Vectors of three numbers.
+//! Arithmetic of vectors `[x, y, z]`, for the crates of Lobe that have no other vectors: on the sphere they are few, and a
+//! vector library would be in every interface.
 
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+/// A vector in space.
+pub type Vec3 = [f64; 3];
+
+/// `a · b`.
+#[must_use]
+pub fn dot(a: Vec3, b: Vec3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+/// `a × b`.
+#[must_use]
+pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-pub(crate) fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[k] - b[k])
+/// `a + b`.
+#[must_use]
+pub fn add(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-pub(crate) fn length(v: [f64; 3]) -> f64 {
-    dot(v, v).sqrt()
+/// `a - b`.
+#[must_use]
+pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// The vector of length 1 along `v`, which is not zero.
-pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
+/// `s a`.
+#[must_use]
+pub fn scale(a: Vec3, s: f64) -> Vec3 {
+    a.map(|c| c * s)
+}
+
+/// `a + t b`.
+#[must_use]
+pub fn add_scaled(a: Vec3, b: Vec3, t: f64) -> Vec3 {
+    [a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]]
+}
+
+/// `|a|`.
+#[must_use]
+pub fn length(a: Vec3) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// The vector of length 1 along `a`; a zero vector stays zero.
+#[must_use]
+pub fn normalized(a: Vec3) -> Vec3 {
+    let length = length(a);
+    if length > 0.0 { scale(a, length.recip()) } else { a }
+}
+
+/// The vector of length 1 along `v`, which is not zero. Divides, so that it is within one rounding of exact.
+pub(crate) fn unit(v: Vec3) -> Vec3 {
     let length = length(v);
     v.map(|c| c / length)
 }
 
 /// Two unit tangents `t_1, t_2` at the unit vector `s`, for every `s` on the sphere; `t_1, t_2, s` is right-handed.
-pub(crate) fn tangents(s: [f64; 3]) -> [[f64; 3]; 2] {
+#[must_use]
+pub fn tangents(s: Vec3) -> [Vec3; 2] {
     // The axis that is farthest from `s` cannot be parallel to it.
     let [x, y, z] = s.map(f64::abs);
     let axis = if x <= y && x <= z {
