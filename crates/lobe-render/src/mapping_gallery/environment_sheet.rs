@@ -1,4 +1,4 @@
-//! The techniques of environment mapping side by side.
+//! A contact sheet of environment mapping: every technique beside its reference, with its error.
 
 use std::f64::consts::PI;
 
@@ -25,7 +25,7 @@ const ROUGH_SIZE: usize = 16;
 const METAL: f64 = 0.7;
 /// Bands with which the map is blurred for the rough mirror: GGX of [`ALPHA`] keeps less than `1e-3` of the last one.
 const GLOSSY_ORDER: usize = 32;
-/// The albedo of the matte surfaces.
+/// The albedo of the diffuse surfaces.
 const ALBEDO: f64 = 0.8;
 /// The exponent of the highlights, the albedo of what has them, and their color.
 const EXPONENT: f64 = 30.0;
@@ -39,7 +39,7 @@ const MATTE_ROWS: usize = 32;
 const SLOW_SAMPLES: usize = 2;
 /// Rows and columns of the points at which errors are measured: of mirrors, which show single texels, and of others.
 const MEASURED: [usize; 2] = [96, 32];
-/// The exposed light of a blurred surface that all but a hundredth of it stays below.
+/// The value to which the 99th percentile of the light of a blurred surface is exposed.
 const BRIGHT: f64 = 1.5;
 /// Pictures a row of the sheet.
 const COLUMNS: usize = 7;
@@ -101,14 +101,14 @@ pub struct EnvironmentPanel {
     pub technique: &'static str,
     /// The picture in linear light.
     pub picture: Picture,
-    /// The error against the truth that the technique approximates, over the visible surface: `Σ|a - b| / Σ|b|`. `None` for the
-    /// truth itself.
+    /// The error against the truth that the technique approximates, over the visible surface: `Σ|a - b| / Σ|b|`. `None`
+    /// for the truth itself.
     pub error: Option<f64>,
     /// Whether the surface mirrors the map as it is; the others blur it.
     pub mirrors: bool,
 }
 
-/// The truth that a technique is measured against.
+/// The reference that a technique is measured against.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
     /// None: it is the truth itself, a traced mirror.

@@ -28,10 +28,10 @@ impl Roots {
 
 /// The roots of `c₀ + c₁ t + c₂ t² + ..` between `low` and `high`, each once, in rising order.
 ///
-/// Between two roots of the derivative the polynomial is monotone, so there is one root where its signs at the ends
-/// differ, and none elsewhere. The derivative's roots come the same way, down to the straight line. Nothing is divided
-/// by a leading coefficient and no case is told from another, so a quartic that is nearly a cubic needs no care. A double
-/// root is found if rounding does not lift it off zero.
+/// Bracketing: between two roots of the derivative the polynomial is monotone, so there is one root where its signs at
+/// the ends differ, and none elsewhere. The derivative's roots come the same way, down to the straight line. Nothing is
+/// divided by a leading coefficient and no case is told from another, so a quartic that is nearly a cubic needs no
+/// care. A double root is found if rounding does not lift it off zero.
 ///
 /// # Panics
 /// If there are more than five coefficients.

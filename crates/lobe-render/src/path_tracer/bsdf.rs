@@ -43,11 +43,10 @@ pub(crate) struct BsdfSample {
     pub(crate) density: f64,
 }
 
-/// Below this α a mirror is taken as rough as this: densities stay far from infinity, and the lobe is a tenth of a degree
-/// wide.
+/// The least α: densities stay far from infinity, and the lobe is a tenth of a degree wide.
 const SHARPEST: f64 = 1e-3;
 
-/// Reflectance of plastics and stone along the normal, as glTF has it.
+/// Reflectance of dielectrics along the normal, as glTF has it.
 const DIELECTRIC: f64 = 0.04;
 
 /// The least probability of drawing from either of two lobes.

@@ -1,4 +1,4 @@
-//! A white ball under a light.
+//! A white Lambertian ball shaded by irradiance.
 
 use std::f64::consts::PI;
 

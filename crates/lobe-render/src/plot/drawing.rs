@@ -1,4 +1,4 @@
-//! Lines and short texts, to be had as SVG or as pixels.
+//! Vector drawings of lines and short texts, written as SVG or rasterized.
 
 use std::fmt::{Arguments, Write};
 

@@ -1,4 +1,4 @@
-//! A picture of a scene of triangles, shaded by a function of what each ray hits.
+//! Ray casting: pictures of a scene of triangles, shaded by a function of the hit.
 
 use std::time::Instant;
 
@@ -32,17 +32,18 @@ impl Default for ViewOptions {
 
 setters!(ViewOptions { width: usize, height: usize, rays: usize });
 
-/// A scene seen by a camera: `radiance` of the hit where a ray from the eye hits, `background` of its direction where it escapes.
+/// A scene seen by a camera: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
+/// it escapes.
 ///
 /// The steps of `job` are pixels; it cannot be kept in a file.
 ///
 /// Pixels are means over their square. Surfaces that are not double-sided are black from behind, as they are baked and
-/// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for which.
-/// The same bits for any number of threads.
+/// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for
+/// which. The same bits for any number of threads.
 ///
 /// # Errors
-/// [`RenderError::Options`] if the picture has no pixels, a pixel no ray, or the job a file, [`RenderError::Cancelled`] if
-/// the watch of the job said to stop.
+/// [`RenderError::Options`] if the picture has no pixels, a pixel no ray, or the job a file, [`RenderError::Cancelled`]
+/// if the watch of the job said to stop.
 pub fn scene_picture(
     scene: &Scene,
     bvh: &Bvh,
@@ -100,8 +101,8 @@ pub struct SceneHit<'a> {
     pub albedo: Rgb<f64>,
     /// False for the back of a surface that is not double-sided.
     is_lit: bool,
-    /// Whether the side with counter-clockwise corners is seen; if not, what [`lobe_prt::Receivers::at_vertices`] found is that
-    /// of the other side, and this one needs [`lobe_prt::Receivers::backs`].
+    /// Whether the side with counter-clockwise corners is seen; if not, what [`lobe_prt::Receivers::at_vertices`] found
+    /// is that of the other side, and this one needs [`lobe_prt::Receivers::backs`].
     pub is_front: bool,
 }
 
@@ -130,7 +131,8 @@ impl<'a> SceneHit<'a> {
         &self.hit
     }
 
-    /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum to 1.
+    /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum
+    /// to 1.
     #[must_use]
     pub fn corners(&self) -> [(usize, f64); 3] {
         let (mesh, triangle) = self.scene.locate(self.hit.triangle as usize);
@@ -140,7 +142,7 @@ impl<'a> SceneHit<'a> {
         [(a, 1.0 - u - v), (b, u), (c, v)]
     }
 
-    /// What the corners have, interpolated: on which side is up to the caller.
+    /// The values of the corners, interpolated; the caller chooses those of the side that is hit.
     ///
     /// # Panics
     /// If `values` has none for a corner.
