@@ -1,4 +1,4 @@
-//! Searches that are watched and stopped.
+//! Progress and cancellation of searches.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 

@@ -1,4 +1,4 @@
-//! Receivers at the texels of a lightmap.
+//! Texel receivers: conservative rasterization of a scene into the texels of a lightmap.
 
 use std::collections::VecDeque;
 
@@ -18,14 +18,14 @@ const OVERLAP: f64 = 0.01;
 /// Triangles this near to the center of a texel may show in it: half the diagonal.
 const REACH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// How far texture coordinates may be outside of the unit square: rounding.
+/// The largest distance of texture coordinates from the unit square: rounding.
 const OUTSIDE: f32 = 1e-4;
 
 /// Receivers at the texels of a square picture that the triangles of a scene are unfolded into.
 ///
-/// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of the
-/// nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in
-/// their texture coordinates of set 1, or of set 0 where they have no set 1.
+/// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of
+/// the nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in their
+/// texture coordinates of set 1, or of set 0 where they have no set 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TexelReceivers {
     width: usize,
@@ -39,7 +39,7 @@ pub struct TexelReceivers {
 struct Place {
     /// From the center of the texel, in texels; 0 if it is inside.
     distance: f64,
-    /// How far inside the center is; 0 if it is outside.
+    /// The depth of the center inside the triangle; 0 if it is outside.
     depth: f64,
     triangle: u32,
     u: f32,
@@ -50,8 +50,8 @@ impl TexelReceivers {
     /// The receivers of a picture of `width` × `width` texels.
     ///
     /// # Errors
-    /// [`PrtError::Options`] if the width is not 1 to 2¹⁴; [`PrtError::Invalid`] if a mesh has no texture coordinates, they
-    /// leave the unit square, or the center of a texel is in two triangles.
+    /// [`PrtError::Options`] if the width is not 1 to 2¹⁴; [`PrtError::Invalid`] if a mesh has no texture coordinates,
+    /// they leave the unit square, or the center of a texel is in two triangles.
     pub fn new(scene: &Scene, width: usize) -> Result<Self, PrtError> {
         if !(1..=MOST_TEXELS).contains(&width) {
             return Err(PrtError::Options(format!("expected a width of 1 to {MOST_TEXELS} texels, found {width}")));
@@ -112,7 +112,7 @@ impl TexelReceivers {
         self.width
     }
 
-    /// What is to be baked, one for each texel of [`TexelReceivers::texels`].
+    /// The receivers to bake, one for each texel of [`TexelReceivers::texels`].
     #[must_use]
     pub fn receivers(&self) -> &Receivers {
         &self.receivers
@@ -130,8 +130,8 @@ impl TexelReceivers {
         &self.triangles
     }
 
-    /// For every texel of the picture, row by row, the receiver it shows: its own, or that of a nearest texel that has one,
-    /// counted in steps to the eight neighbors.
+    /// For every texel of the picture, row by row, the receiver it shows: its own, or that of a nearest texel that has
+    /// one, counted in steps to the eight neighbors.
     #[must_use]
     pub fn dilated(&self) -> Vec<u32> {
         const NONE: u32 = u32::MAX;
@@ -184,8 +184,8 @@ impl TexelReceivers {
     }
 }
 
-/// Gives all texels near a triangle their place on it, where they have no nearer one. An error at a texel that is inside of
-/// another already.
+/// Gives all texels near a triangle their place on it, where they have no nearer one. An error at a texel that is
+/// inside of another already.
 fn draw(
     places: &mut [Option<Place>],
     width: usize,
