@@ -1,4 +1,4 @@
-//! What the Rust on this machine can do.
+//! The Rust toolchain of this machine: targets and versions that are installed.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -46,7 +46,7 @@ fn is_version(printed: &str, version: &str) -> bool {
     printed.split_whitespace().nth(1).is_some_and(|found| found.starts_with(&format!("{version}.")))
 }
 
-/// What a program prints, without the end of the line.
+/// The output of a program, without the end of the line.
 fn answer(program: &str, arguments: &[&str]) -> Result<String, String> {
     let output = Command::new(program)
         .args(arguments)

@@ -1,4 +1,4 @@
-//! What is wrong with a .glb file, by the rules that the Khronos validator checks for containers, buffers and vertices.
+//! Validator of .glb files, by the rules of the Khronos validator for containers, buffers and vertices.
 
 use gltf_json::validation::Validate;
 use gltf_json::{Path, Root};
@@ -97,7 +97,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     Ok((json, buffer))
 }
 
-/// How many items an array has; none if it is not there.
+/// The number of items of an array; 0 if it is not there.
 fn len(array: &Value) -> usize {
     array.as_array().map_or(0, Vec::len)
 }
