@@ -1,4 +1,4 @@
-//! `lobe bake`: what it writes, and what it refuses in one line before any work.
+//! `lobe bake`: its outputs, and refusals in one line before any work.
 
 use lobe::prt::{RecipeMode, read_compressed_transfer, read_matrices, read_neighborhood, read_transfer};
 use lobe::scene::{Mesh, SceneReadOptions, built_in, read_scene};
