@@ -8,7 +8,7 @@ use crate::workspace;
 /// Whether the standard library of `wasm32-unknown-unknown` is there.
 ///
 /// # Errors
-/// Why not.
+/// The reason why not.
 pub(crate) fn has_wasm32() -> Result<(), String> {
     let folder = PathBuf::from(answer("rustc", &["--print", "sysroot"])?).join("lib/rustlib/wasm32-unknown-unknown");
     if folder.is_dir() {
@@ -21,7 +21,7 @@ pub(crate) fn has_wasm32() -> Result<(), String> {
 /// Whether there is the oldest Rust that the workspace supports beside the one that checks everything.
 ///
 /// # Errors
-/// Why not: it may be the same.
+/// The reason why not: it may be the same.
 pub(crate) fn has_oldest_rust() -> Result<(), String> {
     let oldest = oldest_rust()?;
     let running = answer("rustc", &["--version"])?;

@@ -1,6 +1,6 @@
 //! Glossy transfer against theory by an independent route, and how far its lobe is from that of microfacets.
 //!
-//! What matrices of order n send towards an eye is, but for the noise of the bake,
+//! The radiance of matrices of order n towards an eye is, but for the noise of the bake,
 //!
 //! ```text
 //!   B(v) = ∫_Ω L_in(s) k_n(r·s) ds        k_n(t) = Σ_{l<n} (2l+1)/4π α_l P_l(t)        r = 2 (n·v) n - v
@@ -274,9 +274,8 @@ fn metal(alpha: f64) -> Scene {
 const STEEP: [[f64; 2]; 3] = [[0.0, 0.0], [0.5, 1.0], [0.7, 3.0]];
 const SLANTED: [[f64; 2]; 3] = [[0.95, 0.0], [1.1, 2.0], [1.2, 4.0]];
 
-/// The RMS difference between what vertices of the ball send by matrices of an order and what the path tracer shows of
-/// them, as a part of the RMS of the latter, under two skies: as the lobe says, and times what microfacets reflect of
-/// even light.
+/// The relative RMS error of matrices of an order at the vertices of the ball against the path tracer, under two skies:
+/// with the lobe alone, and scaled by the directional albedo of the microfacets.
 fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64; 2] {
     let scene = metal(alpha);
     let bvh = Bvh::new(&scene);

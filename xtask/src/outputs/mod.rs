@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
     let folder = std::env::temp_dir().join(format!("lobe-outputs-{}", std::process::id()));
     let compared = run_in(&folder.join("before"), before, None)
         .and_then(|before| Ok((before, run_in(&folder.join("after"), after, threads)?)));
-    // The files are of no use after the comparison; that they cannot be removed is no fault of the programs.
+    // Remove the files; a failure to do so is no fault of the programs.
     let _ = fs::remove_dir_all(&folder);
     let (before, after) = compared.map_err(|fault| vec![fault])?;
     let faults = differences(&before, &after);

@@ -40,7 +40,7 @@ const SWEEP: usize = 6;
 /// The color around the balls: black stays black at any exposure.
 const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 
-/// How bright the mean radiance of a photograph is shown beside its reconstructions, which are smooth: brighter
+/// The display value of the mean radiance of a photograph beside its reconstructions, which are smooth: brighter
 /// than middle gray, so that what is darker than the mean can be told apart.
 const MEAN_KEY: f64 = 0.3;
 

@@ -31,7 +31,7 @@ const METHODS: [(&str, DeringMethod); 7] = [
 
 /// A function before and after, under the names of its files.
 struct Pair<'a> {
-    /// How the names of the files begin.
+    /// The prefix of the names of the files.
     stem: &'a str,
     before: &'a ShVec<f64>,
     after: &'a ShVec<f64>,

@@ -119,7 +119,7 @@ fn split(
     let vertices = scene.vertex_count();
     let mut report = AdaptiveReport { rounds: 0, vertices_before: vertices, vertices, rays: 0, unresolved: 0 };
     let mut scene = scene.clone();
-    // What all vertices need, new ones alone might need less.
+    // Decide the channels by all vertices: new ones alone might need fewer.
     let channels = options.bake.channels_for(&scene, Receivers::at_vertices(&scene)?.is_gray());
     let bake = BakeOptions { channels: Some(channels), ..options.bake.clone() };
     let mut known = Known { rows: vec![Vec::new(); scene.meshes().len()], row: 0 };

@@ -64,7 +64,7 @@ impl BasisSum {
         if self.count == 0 {
             return;
         }
-        // What is left of an earlier batch counts for nothing.
+        // Clear the weights that are left of an earlier batch.
         for axis in 0..3 {
             self.weights[axis][self.count..].fill(0.0);
         }

@@ -39,7 +39,7 @@ impl<'a> Tracer<'a> {
         Self { scene, bvh, has_masks: scene.has_masks() }
     }
 
-    /// Where rays from a receiver start.
+    /// The origin of rays from a receiver.
     pub(crate) fn origin_above(&self, position: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
         self.bvh.origin_above(position, normal)
     }

@@ -91,10 +91,10 @@ impl Grid {
 
 /// Neighborhood transfer [Sloan, Kautz and Snyder 2002]: the transfer matrices of a scene at the points of a grid.
 ///
-/// What moves through the grid, or fills it, is lit by `M L` instead of L: with the shadows of the scene and the light
-/// it sends back. Its own transfer vector T gives `B = Σᵢ Tᵢ (M L)ᵢ`. Between points matrices are mixed by their
-/// distances; points inside of closed objects are dark and darken places beside those objects, so that the grid should
-/// be finer than the gap between what moves and what stands.
+/// An object that moves through the grid, or a medium that fills it, is lit by `M L` instead of L: with the shadows of
+/// the scene and the light it sends back. Its own transfer vector T gives `B = Σᵢ Tᵢ (M L)ᵢ`. Between points matrices
+/// are mixed by their distances; points inside of closed objects are dark and darken places beside those objects, so
+/// that the grid should be finer than the gap between what moves and what stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Neighborhood {
     grid: Grid,

@@ -147,17 +147,20 @@ pub fn compress_table_within(
     options.check()?;
     let rows = checked(rows, width)?;
     let cost = |clusters, components| bytes(rows.count(), width, clusters, components, options.weights);
+    // List the candidates: for each number of clusters the most components that fit.
     let mut candidates: Vec<(usize, usize)> = Vec::new();
     for clusters in std::iter::once(1).chain(CLUSTERS_TRIED).filter(|k| *k <= rows.count().max(1)) {
         let fitting = (0..=width).take_while(|components| cost(clusters, *components) <= most_bytes);
         candidates.extend(fitting.last().map(|components| (clusters, components)));
     }
+    // Add vector quantization with the most clusters that fit.
     let highest = rows.count().clamp(1, CompressOptions::MAX_CLUSTERS);
     let codes = most_bytes.saturating_sub(rows.count() * 2) / (4 * width);
     candidates.extend((codes >= 2).then_some((codes.min(highest), 0)));
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
     let steps = candidates.iter().map(|&(clusters, components)| steps_to_best(&solver, clusters, components)).sum();
     let mut meter = Meter::new(steps, job)?;
+    // Solve each candidate, and keep that of least error.
     let mut least: Option<(CompressedTable, CompressReport)> = None;
     for (clusters, components) in candidates {
         let end = meter.done() + steps_to_best(&solver, clusters, components);
@@ -228,8 +231,10 @@ pub fn error_curve(
         let stored = components.min(width);
         let mut solutions: Vec<Clustering> = Vec::new();
         for (i, clusters) in clusters.iter().enumerate() {
+            // Grow the solution from the one with fewer clusters.
             let start = solutions.last().cloned().unwrap_or_else(|| solver.one(stored));
             let mut solution = solver.grown(start, *clusters, stored, &mut meter);
+            // Try also the one with fewer components, and take the better.
             if let Some(fewer) = fewer_components.get(i) {
                 solution = solution.better(solver.with_components(fewer, stored, &mut meter));
             }

@@ -64,6 +64,7 @@ impl Subspace {
         if components == 0 || members.len() < 2 {
             return Self { mean, bases: Vec::new() };
         }
+        // Take the eigenvectors of the smaller of the two matrices.
         let bases = if members.len() < rows.width() {
             directions_by_products(rows, members, &mean, components)
         } else {

@@ -188,6 +188,7 @@ impl BakedGlb {
         let attributes = data.attributes();
         let mut about = data.about();
         about["version"] = json!(LOBE_EXTRAS_VERSION);
+        // Add views, accessors and attributes to each primitive, and the extras of its mesh.
         for place in &self.places {
             for group in groups {
                 add_group(&mut json, *place, &attributes[group.attributes.clone()], length);
@@ -195,14 +196,17 @@ impl BakedGlb {
             }
             put_extras(&mut json["meshes"][place.mesh], about.clone());
         }
+        // Add the view of the data that all vertices share.
         if let Some((member, bytes)) = shared {
             let view = json!({"buffer": 0, "byteOffset": length, "byteLength": bytes.len()});
             about[*member] = json!(push(&mut json, "bufferViews", view));
             length += bytes.len().next_multiple_of(4);
         }
+        // Put the recipe into the extras of the asset.
         about["generator"] = json!(concat!("Lobe ", env!("CARGO_PKG_VERSION")));
         about["recipe"] = recipe.clone().into();
         put_extras(&mut json["asset"], about);
+        // Give the one buffer its length.
         let first = json["buffers"].get(0).cloned();
         let mut buffer = first.unwrap_or_else(|| Value::Object(Map::new()));
         buffer["byteLength"] = json!(length);
@@ -288,7 +292,7 @@ fn put_extras(object: &mut Value, lobe: Value) {
     match &mut object["extras"] {
         Value::Object(extras) => drop(extras.insert("lobe".to_string(), lobe)),
         Value::Null => object["extras"] = json!({"lobe": lobe}),
-        // Extras may be any JSON; what is no object gets a place in one.
+        // Wrap extras that are no object, as any JSON may be, in one.
         other => *other = json!({"lobe": lobe, "extras": other.take()}),
     }
 }

@@ -127,7 +127,7 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
     /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later
     /// version wrote them.
     pub(crate) fn parse(bytes: &'a [u8], name: &str, format: &str, version: u32) -> Result<Self, PrtError> {
-        // What is wrong may be quoted from the file, line breaks included.
+        // Remove line breaks: messages may quote the file.
         let invalid = |message: String| PrtError::invalid(name, message.replace(['\n', '\r'], " "));
         let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;

@@ -2,7 +2,7 @@
 //! stopped, killed and continued.
 //!
 //! Read `chunks` first, which does the work; then `row_layout`, `checkpoint` and `stored_rows`, which keep what it
-//! finds in a [`lobe_io::RecordFile`]; `fingerprint` tells one bake from another; `meter` watches the searches of other
+//! finds in a [`lobe_io::RecordFile`]; `fingerprint` identifies a bake; `meter` watches the searches of other
 //! rooms. Uses no other room.
 
 pub(crate) mod checkpoint;

@@ -56,6 +56,7 @@ impl TexelReceivers {
         if !(1..=MOST_TEXELS).contains(&width) {
             return Err(PrtError::Options(format!("expected a width of 1 to {MOST_TEXELS} texels, found {width}")));
         }
+        // Find the nearest place of each texel, triangle by triangle.
         let mut places: Vec<Option<Place>> = vec![None; width * width];
         let mut first = 0;
         for mesh in scene.meshes() {
@@ -84,7 +85,7 @@ impl TexelReceivers {
 
     fn at(scene: &Scene, width: usize, places: &[Option<Place>]) -> Result<Self, PrtError> {
         let distance = inset_distance(scene);
-        // No more memory than is needed: there may be very many.
+        // Reserve no more memory than is needed.
         let count = places.iter().flatten().count();
         let (mut texels, mut triangles) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let [mut positions, mut normals, mut albedos] = [0; 3].map(|_| Vec::with_capacity(count));
@@ -97,7 +98,7 @@ impl TexelReceivers {
             let position = wide(surface.position);
             texels.push(texel as u32);
             triangles.push(triangle);
-            // At the edge of a triangle it may lie in a wall, as vertices may.
+            // Move places at the edge of a triangle inwards: they may lie in a wall, as vertices may.
             let moved = if depth < OVERLAP { step(position, middle - position, distance) } else { surface.position };
             positions.push(moved);
             normals.push(surface.shading_normal);
@@ -201,14 +202,17 @@ fn draw(
     };
     for y in range(1) {
         for x in range(0) {
+            // Find the place of the triangle nearest to the center of the texel.
             let found = nearest(corners, DVec2::new(x as f64 + 0.5, y as f64 + 0.5), triangle);
             let place = &mut places[y * width + x];
+            // Refuse centers that lie inside of two triangles.
             if let Some(other) = place
                 && found.depth > OVERLAP
                 && other.depth > OVERLAP
             {
                 return Err((x, y));
             }
+            // Keep the place if it is nearer, or deeper inside, than that of other triangles.
             let is_nearer = place.is_none_or(|other| (found.distance, -found.depth) < (other.distance, -other.depth));
             if found.distance <= REACH && is_nearer {
                 *place = Some(found);
@@ -221,7 +225,7 @@ fn draw(
 /// The place of a triangle that is nearest to a point.
 fn nearest([a, b, c]: [DVec2; 3], point: DVec2, triangle: u32) -> Place {
     let area = (b - a).perp_dot(c - a);
-    // Distances from the edges, positive inside, and the weights of the corners opposite of them.
+    // Take the distances from the edges, positive inside: as areas they are the weights of the opposite corners.
     let edges = [(b, c), (c, a), (a, b)];
     let signed = edges.map(|(p, q)| (q - p).perp_dot(point - p) * area.signum());
     if area != 0.0 && signed.iter().all(|&s| s >= 0.0) {

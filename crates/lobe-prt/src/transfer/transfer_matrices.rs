@@ -39,12 +39,12 @@ use crate::{Channels, PrtError};
 ///
 /// # What is an approximation
 /// * The lobe has n bands: a narrow one is blurred and rings.
-/// * The lobe is the same at every angle, turned about r. Phong's is; that of microfacets grows long and narrow towards grazing
-///   angles and leans away from r.
-/// * Lobes are normalized, they send back all that arrives. Microfacets lose what is scattered more than once: for them F is best
-///   what they reflect of even light, `A F₀ + B` of the split sum.
+/// * The lobe is the same at every angle, turned about r. Phong's is; that of microfacets grows long and narrow towards
+///   grazing angles and leans away from r.
+/// * Lobes are normalized, they send back all that arrives. Microfacets lose what is scattered more than once: for them
+///   F is best the directional albedo, `A F₀ + B` of the split sum.
 ///
-/// How far that is from paths of light for a white metal of GGX microfacets: RMS over the vertices of a ball over a
+/// The error against path tracing for a white metal of GGX microfacets: RMS over the vertices of a ball over a
 /// ground, three views each, two skies of order n, no bounces, in percent of the RMS of the truth. The second number of
 /// each pair is with F as above (test `how_far_the_kernel_is_from_microfacets_is_what_the_documentation_says` of
 /// `lobe-render`).

@@ -71,6 +71,7 @@ impl LobeProblem {
     pub(crate) fn solve(&mut self, axes: &[Dir]) -> Lobes {
         let (n, order) = (self.order * self.order, self.order);
         debug_assert!(axes.len() <= MOST, "at most {MOST} lobes");
+        // Evaluate the unit lobes along the axes.
         self.lobes.resize(axes.len() * n, 0.0);
         for (axis, u) in axes.iter().zip(self.lobes.chunks_exact_mut(n)) {
             eval_basis_into(axis.to_array(), u);
@@ -84,6 +85,7 @@ impl LobeProblem {
         for l in 0..order {
             let range = band_range(l);
             let part = |k: usize| &self.lobes[k * n..][range.clone()];
+            // Set up and factorize the damped normal equations of the band.
             let mut gram = [[0.0; MOST]; MOST];
             for i in 0..axes.len() {
                 for j in 0..=i {
@@ -92,12 +94,14 @@ impl LobeProblem {
             }
             factorize(&mut gram, axes.len());
             for c in 0..self.channels {
+                // Solve them for each channel.
                 let f = &self.f[c * n..][range.clone()];
                 let mut z = [0.0; MOST];
                 for k in 0..axes.len() {
                     z[k] = dot(part(k), f);
                 }
                 substitute(&gram, &mut z, axes.len());
+                // Subtract the lobes from the residual.
                 let residual = &mut self.residual[c * n..][range.clone()];
                 for (k, z) in z[..axes.len()].iter().enumerate() {
                     residual.iter_mut().zip(&self.lobes[k * n..][range.clone()]).for_each(|(r, u)| *r -= z * u);

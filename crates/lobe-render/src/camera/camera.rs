@@ -20,7 +20,8 @@ enum Lens {
     Perspective { distance: f64, slope: f64 },
 }
 
-/// Where parallel rays start, in units of the half height of the picture: outside everything that is in it.
+/// The distance at which parallel rays start, in units of the half height of the picture: outside everything that is in
+/// it.
 const FAR: f64 = 100.0;
 
 impl Camera {

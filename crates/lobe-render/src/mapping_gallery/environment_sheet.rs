@@ -142,21 +142,24 @@ type Technique<'a> = (&'static str, Box<dyn Shading + 'a>, Truth);
 /// If `samples` is 0 or `map_size` less than 8.
 #[must_use]
 pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -> Vec<EnvironmentPanel> {
+    // Prepare the maps and the references.
     let source = |s: Dir| map.radiance(s);
     let averaged = CubeMipChain::averaged(CubeMap::from_fn(16 * ROUGH_SIZE, source));
     let rough = &averaged.levels()[4];
     let (blurred, table) = (blurred(map), DfgTable::new(32));
     let truths = Truths { map, rough: BruteForceReflection::new(rough, metal()), lights: lights(rough) };
+    // List the techniques, each with its reference.
     let mut techniques = mirrors(options.map_size, &source);
     techniques.push(bumped(map, options.map_size));
     techniques.push(("glossy, truth", Box::new(|p: &SurfacePoint| truths.rough.radiance(p)), Truth::SlowlySummed));
     techniques.extend(rough_mirrors(map, rough, options.prefiltered, &blurred, &table));
     techniques.extend(matte(map));
 
+    // Set up the eye and the two shapes; the torus leans towards the eye and a little aside.
     let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
-    // The torus leans towards the eye and a little aside.
     let axis = Dir::new([-0.6, 0.25, 0.75]).unwrap_or(Dir::Z);
     let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
+    // Render every technique on both shapes, and measure its error.
     let mut panels = Vec::new();
     for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
         let scene = Exhibit { solid, camera, samples: options.samples };
@@ -328,7 +331,7 @@ impl Truths<'_> {
         Some(mean_error(&values(shading), &exact))
     }
 
-    /// What matte points of an albedo show: the sum over all texels.
+    /// The radiance of diffuse points of an albedo: the sum over all texels.
     fn matte(&self, points: &[SurfacePoint], albedo: f64) -> Vec<Rgb<f32>> {
         let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
         irradiance_at(self.map, &normals).into_iter().map(|e| Rgb::narrow(e.scale(albedo / PI))).collect()

@@ -44,8 +44,9 @@ const ALBEDO_NODES: usize = 129;
 /// A point costs three lookups, whatever the reflectance function. After
 /// [Cabral, Olano and Nemec 1999]; the closed form of the warp is ours.
 ///
-/// What the blend mends worst is the rise of the reflectance towards grazing angles. [`ReflectionSpace::normalized`]
-/// takes it out of the maps and puts it back where the surface is seen, by the directional albedo `R_A`:
+/// The largest error of the blend is the rise of the reflectance towards grazing angles.
+/// [`ReflectionSpace::normalized`] takes it out of the maps and puts it back where the surface is seen, by the
+/// directional albedo `R_A`:
 ///
 /// ```text
 ///   L ≈ R_A(n·v) Σ w_k M_k(n_k)/R_A(n_k·v_k)

@@ -5,7 +5,7 @@ use lobe_sh::{Dir, Rgb};
 use crate::vector::{add, scale};
 use crate::{Shading, Solid, SurfacePoint};
 
-/// How far a reflected ray starts from its surface, in units of the shape: more than a hit is wrong by, and less than
+/// The offset of a reflected ray from its surface, in units of the shape: more than a hit is wrong by, and less than
 /// any distance between two parts of a shape.
 const START: f64 = 1e-7;
 

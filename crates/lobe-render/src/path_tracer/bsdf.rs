@@ -86,10 +86,12 @@ impl Bsdf {
 
     /// A direction drawn with two numbers and a third one in `(0, 1)`; none if it would be below the surface or black.
     pub(crate) fn sample(&self, numbers: [f64; 2], choice: f64) -> Option<BsdfSample> {
+        // Draw a direction from the microfacets or from the cosine lobe.
         let l = match &self.mirror {
             Some(mirror) if choice < mirror.share => mirror.facets.sample(mirror.v, numbers),
             _ => cosine_weighted(numbers),
         };
+        // Evaluate the BSDF and the density of both together.
         let (value, density) = self.eval_in_frame(l);
         if l[2] <= 0.0 || density <= 0.0 {
             return None;
@@ -135,7 +137,7 @@ mod tests {
 
     use super::*;
 
-    /// The reflected part of even light, and the mean of the weights' squares, from `count` samples.
+    /// The directional albedo, and the mean of the weights' squares, from `count` samples.
     fn reflected(bsdf: &Bsdf, count: usize) -> Rgb<f64> {
         let mut random = Random::new(5);
         let mut sum = Rgb::<f64>::ZERO;

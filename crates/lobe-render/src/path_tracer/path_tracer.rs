@@ -95,7 +95,7 @@ pub struct PathTracer<'a> {
 
 /// A point of a surface that a path visits.
 pub(crate) struct Interaction {
-    /// Where rays start.
+    /// The origin of rays.
     origin: [f32; 3],
     /// The geometric normal: rays go to its side of the plane.
     plane: Vec3,

@@ -96,7 +96,7 @@ pub fn render_truth(
     let (resumed, begin) = (known.len(), Instant::now());
     let traced = in_portions(known, pixels, of, |done| {
         let progress = progress_of(done.len(), pixels, resumed, begin);
-        // What is complete is not stopped.
+        // A picture that is complete counts as done, not as stopped.
         let is_stopped = job.report(&progress).is_break() && done.len() < pixels;
         if let Some(checkpoint) = &mut checkpoint {
             checkpoint.keep(done, is_stopped || done.len() == pixels)?;

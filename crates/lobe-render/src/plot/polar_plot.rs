@@ -167,6 +167,7 @@ impl PolarPlot {
         let step = nice_step(extent / MOST_RINGS);
         let font = FONT * self.size;
         let digits = (-step.log10().floor()).max(0.0) as usize;
+        // Draw the rings with their numbers.
         let turn = self.angle_of_numbers(extent, step, all);
         for k in 1..=(extent / step + 1e-9).floor() as usize {
             let r = k as f64 * step / extent;
@@ -177,6 +178,7 @@ impl PolarPlot {
             let text = if step >= 1e5 { format!("{value:e}") } else { format!("{value:.digits$}") };
             drawing.text([x, y], Anchor::Middle, 0.8 * font, TEXT, &text);
         }
+        // Draw the axes with their names.
         let CrossSection { right, up } = self.section;
         for (axis, turn) in [(right, 0.0), (up, 0.25), (-right, 0.5), (-up, 0.75)] {
             drawing.line(&[self.place(0.0, 0.0), self.place(1.0, turn * TAU)], AXIS, 1.0, None);

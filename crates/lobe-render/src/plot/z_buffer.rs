@@ -2,7 +2,7 @@
 
 use crate::vector::Vec3;
 
-/// What is seen at a sample: a triangle and the weights of its corners.
+/// The visible surface at a sample: a triangle and the weights of its corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit {
     pub(crate) triangle: usize,

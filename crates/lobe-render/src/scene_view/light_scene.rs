@@ -97,7 +97,7 @@ pub fn light_by_irradiance(
 /// A shading that counts how often it is below zero.
 struct Counted<F> {
     shade: F,
-    /// What is below this is visibly below zero.
+    /// Values below this are visibly below zero.
     limit: f64,
     shaded: AtomicUsize,
     below: AtomicUsize,

@@ -62,6 +62,7 @@ pub fn scene_picture(
         )));
     };
     let has_masks = scene.has_masks();
+    // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
         let hit = match has_masks {
             true => bvh.closest_where(ray, |hit| scene.is_solid(hit)),
@@ -71,6 +72,7 @@ pub fn scene_picture(
         let hit = SceneHit::new(scene, hit, towards);
         if hit.is_lit { radiance(&hit) } else { Rgb::ZERO }
     };
+    // Average the rays of a pixel.
     let pixel = |i: usize| {
         let (x, y) = ((i % width) as f64, (i / width) as f64);
         let mut sum = Rgb::<f64>::ZERO;
@@ -81,6 +83,7 @@ pub fn scene_picture(
         }
         Rgb::narrow(sum.scale(((rays * rays) as f64).recip()))
     };
+    // Compute the pixels in portions, between which the job may stop.
     let begin = Instant::now();
     let all = in_portions(Vec::new(), pixels, pixel, |done| {
         let is_stopped = job.report(&progress_of(done.len(), pixels, 0, begin)).is_break() && done.len() < pixels;
@@ -89,7 +92,7 @@ pub fn scene_picture(
     Ok(Picture::new(width, height, all)?)
 }
 
-/// A place that the eye sees.
+/// A point of a surface that the eye sees.
 pub struct SceneHit<'a> {
     scene: &'a Scene,
     hit: lobe_scene::Hit,
@@ -125,7 +128,7 @@ impl<'a> SceneHit<'a> {
         }
     }
 
-    /// Where the ray hits.
+    /// The point that the ray hits.
     #[must_use]
     pub fn hit(&self) -> &lobe_scene::Hit {
         &self.hit
