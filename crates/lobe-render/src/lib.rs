@@ -48,7 +48,8 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
+//! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`] |
+//! | the basis functions | [`basis_balloons`], [`basis_crosses`] |
 //! | functions of one variable | [`LinePlot`], [`Curve2d`]; of the angle to an axis [`ProfilePlot`], [`Profile`] |
 //! | cross-sections of functions on the sphere | [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
@@ -60,7 +61,8 @@
 //! | figures of mappings | [`mapping_figure()`] |
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
-//! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`]; without transfer [`light_by_irradiance`] |
+//! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
+//! | scenes without transfer | [`light_by_irradiance`] |
 //! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | the variance in a traced picture | [`read_variance`] |
 //!

@@ -29,8 +29,8 @@ const FLOAT: u64 = 5126;
 ///
 /// * the container: magic, version, lengths, chunks at multiples of four and what fills them up;
 /// * the JSON, by the crate `gltf-json`: types, what must be there, indices in range;
-/// * buffer views within their buffer, accessors within their view; alignment of both; strides that are multiples of four, from 4
-///   to 252, and given where attributes share a view;
+/// * buffer views within their buffer, accessors within their view; alignment of both; strides that are multiples of
+///   four, from 4 to 252, and given where attributes share a view;
 /// * attributes: names of glTF's or beginning with `_`, as many values for each, positions, normals and tangents of the
 ///   right type, finite floats, unit normals, `min` and `max` of positions as they are;
 /// * indices: unsigned, tightly packed, of vertices that there are.

@@ -52,7 +52,7 @@ pub struct AdaptiveReport {
 /// Splits a scene until transfer changes little along every edge, or the edge is short.
 ///
 /// ```text
-///   an edge ab is halved if  ‖T_a - T_b‖ > t R  and  |ab| ≥ e,    R² = mean over the vertices of the given scene of ‖T‖²
+///   an edge ab is halved if  ‖T_a - T_b‖ > t R  and  |ab| ≥ e,  R² = mean over the vertices of the given scene of ‖T‖²
 /// ```
 ///
 /// R makes the threshold t a part of what surfaces of this scene send back at all, so that noise in dark corners splits

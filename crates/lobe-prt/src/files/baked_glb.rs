@@ -127,7 +127,7 @@ impl BakedGlb {
     /// [`BakedGlb::write`] for compressed transfer.
     ///
     /// ```text
-    ///   _CLUSTER: k,  SCALAR, u16        _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalized u16 or u8, zeros at the end
+    ///   _CLUSTER: k,  SCALAR, u16     _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalized u16 or u8, zeros at the end
     /// ```
     ///
     /// Means and directions, floats, are the buffer view that `asset.extras.lobe.bases` names: those of cluster k begin

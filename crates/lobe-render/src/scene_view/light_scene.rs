@@ -28,8 +28,8 @@ pub struct LitPicture {
 /// Lights a baked scene, and shows it as `camera` sees it: `background` where a ray escapes.
 ///
 /// ```text
-///   matte    B = Σᵢ Lᵢ Tᵢ                        T: transfer vector, between vertices or texels
-///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)           M: transfer matrix, k: lobe, r: mirrored direction, ρ: directional albedo
+///   matte    B = Σᵢ Lᵢ Tᵢ                    T: transfer vector, between vertices or texels
+///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)       M: transfer matrix, k: lobe, r: mirrored direction, ρ: directional albedo
 /// ```
 ///
 /// `light` is an expansion of the radiance of the surroundings; bands above [`BakedScene::order`] are ignored. The
