@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::outcome::Outcome;
 use crate::workspace;
 
-/// What a benchmark is held against: nanoseconds an item on the reference machine, two AVX-512 Xeon cores at 3.8 GHz,
+/// The reference times of a benchmark: nanoseconds an item on the reference machine, two AVX-512 Xeon cores at 3.8 GHz,
 /// one thread, every peer in its own best build and checked to give the same numbers.
 struct Reference {
     /// The name that Criterion gives the benchmark.

@@ -1,4 +1,4 @@
-//! The two chores made of steps: `ci` is all that continuous integration checks, `quick` its fast part.
+//! Continuous integration: `ci` runs every check, `quick` the fast ones.
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
@@ -34,19 +34,20 @@ const OLDEST_RUST: Step = Step {
         "run 1.95.0 cargo check --workspace --all-targets --target-dir target/oldest-rust",
     ),
 };
-/// Slips of the pen.
+/// Spelling.
 const TYPOS: Step = Step { name: "typos", work: Work::Tool("typos", "--format brief", "pip install typos") };
 /// Licenses, and crates that are there twice; see deny.toml.
 const DENY: Step = Step {
     name: "deny",
     work: Work::Tool("cargo-deny", "--workspace check bans licenses sources", "cargo install --locked cargo-deny"),
 };
-/// What maintainers see: every link is checked, those of private items too.
+/// The documentation for maintainers: every link is checked, those of private items too.
 const DOCS_PRIVATE: Step = Step {
     name: "docs-private",
     work: Work::Cargo("doc --workspace --no-deps --document-private-items", DENY_DOC_WARNINGS),
 };
-/// What users see: a link from a public item to a private one is an error. Last, so that it is what stays in target/doc.
+/// The documentation for users: a link from a public item to a private one is an error. Last, so that it is what stays
+/// in target/doc.
 const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-deps", DENY_DOC_WARNINGS) };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };

@@ -1,4 +1,4 @@
-//! `documents`: links from one file to another lead somewhere, and every work cited is in REFERENCES.bib.
+//! `documents`: checks that links between files have a target, and that every work cited is in REFERENCES.bib.
 //!
 //! A citation is a bracketed label of names and a year, `[Sloan 2008]` or `[Sloan, Kautz and Snyder 2002]`. Its key in
 //! the bibliography is the same without spaces and small words: `Sloan2008`, `SloanKautzSnyder2002`.
@@ -102,7 +102,7 @@ fn broken_links(text: &str, folder: &Path) -> Vec<String> {
     broken
 }
 
-/// What stands between `open` and `close` in a row.
+/// The texts between `open` and `close` in a row.
 fn targets<'a>(row: &'a str, open: &'static str, close: char) -> impl Iterator<Item = &'a str> {
     row.split(open).skip(1).filter_map(move |rest| Some(rest.split_once(close)?.0))
 }

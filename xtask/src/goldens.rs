@@ -1,4 +1,4 @@
-//! `goldens`: the store of reference values is there and every entry is read by a test.
+//! `goldens`: checks that the store of reference values is there and every entry is read by a test.
 
 use serde_json::Value;
 

@@ -20,7 +20,7 @@ use outcome::Outcome;
 /// A chore: the arguments after its name in, an [`Outcome`] out.
 type Chore = fn(&[String]) -> Outcome;
 
-/// Every chore by name, with what it does.
+/// Every chore: its name, its help, its function.
 const CHORES: &[(&str, &str, Chore)] = &[
     ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),

@@ -1,6 +1,6 @@
-//! How every chore reports.
+//! The outcome of a chore: nothing, or its faults.
 
-/// What a chore comes back with: nothing, or one text for each fault it found.
+/// Nothing, or one text for each fault that was found.
 pub(crate) type Outcome = Result<(), Vec<String>>;
 
 /// The outcome of a list of faults.

@@ -1,9 +1,9 @@
-//! `sizes`: no Rust file grows past what one reads in one go. The length of functions is clippy's `too_many_lines`.
+//! `sizes`: limits the length of Rust files. The length of functions is clippy's `too_many_lines`.
 
 use crate::outcome::Outcome;
 use crate::workspace;
 
-/// From here on a file is named, so that its next change considers splitting it.
+/// The length from which on a file is named, so that its next change considers splitting it.
 const SOFT_LIMIT: usize = 500;
 
 /// Above this the chore fails.

@@ -1,4 +1,4 @@
-//! Steps run one after the other, each with its time.
+//! Steps of a chore, run one after the other, each with its time.
 
 use std::ffi::OsStr;
 use std::process::Command;
@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::outcome::Outcome;
 use crate::workspace;
 
-/// What a step does.
+/// The work of a step.
 pub(crate) enum Work {
     /// A cargo command, and what it adds to the environment.
     Cargo(&'static str, &'static [(&'static str, &'static str)]),
@@ -21,7 +21,7 @@ pub(crate) enum Work {
     Chore(fn() -> Outcome),
 }
 
-/// How a step ended that found no fault.
+/// The end of a step that found no fault.
 enum Passed {
     Whole,
     /// Not run, for this reason.
@@ -64,7 +64,7 @@ pub(crate) fn run_all(steps: &[Step]) -> Outcome {
 }
 
 impl Step {
-    /// What to type to run a cargo step alone.
+    /// The command line that runs a cargo step alone.
     fn command(&self) -> String {
         match self.work {
             Work::Cargo(arguments, environment) => {

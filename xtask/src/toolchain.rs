@@ -1,4 +1,4 @@
-//! What the Rust on this machine can do.
+//! The Rust toolchain of this machine: targets and versions that are installed.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -8,7 +8,7 @@ use crate::workspace;
 /// Whether the standard library of `wasm32-unknown-unknown` is there.
 ///
 /// # Errors
-/// Why not.
+/// The reason why not.
 pub(crate) fn has_wasm32() -> Result<(), String> {
     let folder = PathBuf::from(answer("rustc", &["--print", "sysroot"])?).join("lib/rustlib/wasm32-unknown-unknown");
     if folder.is_dir() {
@@ -21,7 +21,7 @@ pub(crate) fn has_wasm32() -> Result<(), String> {
 /// Whether there is the oldest Rust that the workspace supports beside the one that checks everything.
 ///
 /// # Errors
-/// Why not: it may be the same.
+/// The reason why not: it may be the same.
 pub(crate) fn has_oldest_rust() -> Result<(), String> {
     let oldest = oldest_rust()?;
     let running = answer("rustc", &["--version"])?;
@@ -46,7 +46,7 @@ fn is_version(printed: &str, version: &str) -> bool {
     printed.split_whitespace().nth(1).is_some_and(|found| found.starts_with(&format!("{version}.")))
 }
 
-/// What a program prints, without the end of the line.
+/// The output of a program, without the end of the line.
 fn answer(program: &str, arguments: &[&str]) -> Result<String, String> {
     let output = Command::new(program)
         .args(arguments)

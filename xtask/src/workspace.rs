@@ -1,4 +1,4 @@
-//! What the chores need to know of the workspace: where it is, its packages, its files.
+//! The workspace: its root, its packages, its files.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

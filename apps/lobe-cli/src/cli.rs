@@ -1,4 +1,4 @@
-//! The command line as a whole: what there is to choose from, and what applies everywhere.
+//! The command line as a whole: all sub-commands, and the options that apply to every one.
 
 use std::ffi::OsString;
 
@@ -12,7 +12,7 @@ use crate::run::failure::Failure;
 use crate::run::talk::Talk;
 use crate::{compare, demo, env, light, manual, project, sh};
 
-/// More threads than any machine has; asking for more is a slip of the finger.
+/// More threads than any machine has. A larger number is taken for a typing error.
 const MAX_THREADS: usize = 1024;
 
 const EXAMPLES: &str = "\
@@ -177,7 +177,7 @@ fn command_meant(args: impl Iterator<Item = OsString>) -> String {
     name
 }
 
-/// Does what the command line says.
+/// Runs the command of the command line.
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     let talk = Talk { quiet: cli.everywhere.quiet };
     if let Some(count) = cli.everywhere.threads {

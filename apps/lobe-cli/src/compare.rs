@@ -1,4 +1,4 @@
-//! `lobe compare`: how much two pictures differ.
+//! `lobe compare`: RMSE, relative MSE, PSNR and FLIP of two pictures, and a test by their variance.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -65,7 +65,7 @@ enum Metric {
     Flip,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Found {
     rmse: f64,
@@ -164,7 +164,7 @@ fn measured<'a>(read: &'a Read, (variance, degrees_of_freedom): &'a (Picture, f6
     Measured { means, variances, degrees_of_freedom: *degrees_of_freedom }
 }
 
-/// What to do about a picture that is too large or has pixels that are no numbers.
+/// Advice on a picture that is too large or has pixels that are no numbers.
 const TO_DO: [&str; 2] = ["scale both down", "only numbers can be compared"];
 
 fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {

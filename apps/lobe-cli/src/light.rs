@@ -1,4 +1,4 @@
-//! `lobe light`: a light with a name, as an expansion.
+//! `lobe light`: analytic lights (directional, sphere, cone, polygon, gradients) as expansions.
 
 use clap::{Args, Subcommand, ValueEnum};
 use lobe::sh::{Dir, Light, Normalization, Quantity, Rgb, ShFile, SphericalPolygon};

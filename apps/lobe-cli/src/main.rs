@@ -1,7 +1,7 @@
-//! The command `lobe`: verbs on files of light.
+//! The command `lobe`: sub-commands that project, bake, render and compare light in files.
 //!
 //! Each sub-command is a file of its own with its arguments, its work and, where they need it, its parsers with their
-//! tests. Nothing here is a library: what others could use lives in the crates.
+//! tests. Code that others could use is in the crates.
 
 mod args;
 mod bake;

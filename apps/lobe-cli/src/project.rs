@@ -1,4 +1,4 @@
-//! `lobe project`: an environment map as an expansion.
+//! `lobe project`: projection of an environment map onto spherical harmonics.
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
@@ -12,7 +12,7 @@ use crate::args::output::ShOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// Days of work on any machine; asking for more is a slip of the finger.
+/// Days of work on any machine. A larger number is taken for a typing error.
 const MAX_SAMPLES: usize = 1_000_000_000;
 
 #[derive(Args)]
@@ -63,7 +63,7 @@ impl Project {
         self.output.write(&ShFile::new(Quantity::Radiance, f))
     }
 
-    /// An option that would be ignored is a misunderstanding.
+    /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
         if self.samples.is_some() && self.method == Method::Exact {
             bail!(

@@ -1,4 +1,4 @@
-//! Baking; see the README beside this file.
+//! Bakes of diffuse transfer; see the README beside this file.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -28,7 +28,8 @@ fn bakes(c: &mut Criterion) {
                 BakeOptions::default().mode(mode).bounces(bounces).order(order).samples(SAMPLES).energy_stop(0.0);
             let bake = || bake(&scene, &bvh, &receivers, &options, Job::default());
             let Ok((_, report)) = bake() else { unreachable!("the options are in range") };
-            // The pilot is timed with the rest and counted here: of 512 receivers it bakes 64 once and 8 of them 8 times.
+            // The pilot is timed with the rest and counted here: of 512 receivers it bakes 64 once and 8 of them 8
+            // times.
             let pilot = f64::from(64 + 8 * 8) / receivers.len() as f64;
             group.throughput(Throughput::Elements((report.rays as f64 * (1.0 + pilot)) as u64));
             let name = format!("{mode:?}-{bounces}-bounces-order-{order}");

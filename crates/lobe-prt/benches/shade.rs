@@ -1,4 +1,4 @@
-//! Receivers under a light; see the README beside this file.
+//! Exit radiance of receivers under a light; see the README beside this file.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use lobe_testkit::Random;
 
 const ORDERS: [usize; 4] = [3, 4, 5, 6];
 
-/// So many that the rows of order 3 do not fit the caches either.
+/// Enough receivers that the rows of order 3 exceed the caches.
 const RECEIVERS: usize = 1 << 20;
 
 /// Receivers to compress and to fit, repeated to [`RECEIVERS`].

@@ -1,7 +1,7 @@
 //! Bakes a scene from a file, set on a ground, and says how long that took.
 //!
-//! `cargo run --release -p lobe-prt --example bake_over_ground -- bunny.obj 70000 2` splits edges until there are about 70 000
-//! vertices, a third of them in the ground, and bakes them with two bounces; with 0 it bakes shadows alone.
+//! `cargo run --release -p lobe-prt --example bake_over_ground -- bunny.obj 70000 2` splits edges until there are about
+//! 70 000 vertices, a third of them in the ground, and bakes them with two bounces; with 0 it bakes shadows alone.
 
 use std::error::Error;
 use std::time::Instant;

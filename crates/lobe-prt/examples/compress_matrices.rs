@@ -1,6 +1,7 @@
 //! Compresses transfer matrices, rows of up to 768 numbers, and says how long that takes and how much it loses.
 //!
-//! `cargo run --release -p lobe-prt --example compress_matrices -- 2000` takes that many vertices of a ball over a ground.
+//! `cargo run --release -p lobe-prt --example compress_matrices -- 2000` takes that many vertices of a ball over a
+//! ground.
 
 use std::error::Error;
 use std::time::Instant;

@@ -1,11 +1,11 @@
-//! Errors of transfer.
+//! The error type of this crate.
 
 use std::io;
 
 use lobe_io::IoError;
 use lobe_scene::SceneError;
 
-/// Why transfer could not be made, read, written or changed, by whose fault it is.
+/// An error of making, reading, writing or changing transfer: a variant for each kind of fault.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
 #[derive(Debug, thiserror::Error)]
@@ -30,7 +30,7 @@ pub enum PrtError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// Whoever watches the job said to stop.
+    /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
     /// The scene is at fault.

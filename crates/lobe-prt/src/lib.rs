@@ -1,29 +1,34 @@
 //! Precomputed radiance transfer: what a scene does to distant light, baked once and applied to any light.
 //!
-//! Light from far away is an expansion L; what a point of a scene sends back of it is another, its transfer T, and the exit
-//! radiance is their scalar product `B = Σᵢ Lᵢ Tᵢ`. Shadows and interreflections are in T: turning the light costs nothing.
+//! Light from far away is an expansion L; what a point of a scene sends back of it is another, its transfer T, and the
+//! exit radiance is their scalar product `B = Σᵢ Lᵢ Tᵢ`. Shadows and interreflections are in T: turning the light costs
+//! nothing.
 //!
 //! # Where to find what
 //!
 //! | purpose | item |
 //! |---|---|
-//! | what receivers do to light | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
-//! | the points it is baked for | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
-//! | vertices where transfer needs them | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
+//! | transfer vectors | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
+//! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
+//! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`Mode`], [`BakeReport`] |
-//! | scenes whose vertices carry transfer | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
-//! | transfer alone | [`write_transfer`], [`read_transfer`]; of a lightmap as a picture [`write_lightmap`], [`read_lightmap`] |
-//! | the same in fewer bytes | [`CompressedTransfer`], [`error_curve`]; any table: [`compress_table`], [`compress_table_within`] |
-//! | lobes that turn with a surface that bends | [`fit_zonal`], [`ZonalTransfer`] |
-//! | files of these two, and of any form | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers; [`AnyTransfer`], [`read_any_transfer`] |
-//! | glossy receivers | [`bake_matrices`], [`bake_matrices_on_disk`], [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
-//! | what moves through a scene | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`Grid`] |
-//! | files of these two | [`write_matrices`], [`write_neighborhood`] and their readers |
+//! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
+//! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
+//! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
+//! | compression of any table | [`compress_table`], [`compress_table_within`] |
+//! | zonal lobes of deformable surfaces | [`fit_zonal`], [`ZonalTransfer`] |
+//! | files of both | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers |
+//! | files of any form | [`AnyTransfer`], [`read_any_transfer`] |
+//! | transfer matrices | [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
+//! | baking matrices | [`bake_matrices`], [`bake_matrices_on_disk`] |
+//! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`Grid`] |
+//! | files of matrices | [`write_matrices`], [`write_neighborhood`] and their readers |
 //! | the record of how transfer was made | [`Recipe`] |
-//! | telling one scene from another | [`fingerprint_scene`] |
+//! | fingerprints of scenes | [`fingerprint_scene`] |
 //!
-//! Long functions end with a [`lobe_io::Job`], which says who watches them and in which file they are kept. Those that bake
-//! can be resumed; searches ([`fit_zonal`], [`compress_table`] and what is built on them) cannot, and refuse a file.
+//! Long functions end with a [`lobe_io::Job`], which says who watches them and in which file they are kept. Those that
+//! bake can be resumed; searches ([`fit_zonal`], [`compress_table`] and what is built on them) cannot, and refuse a
+//! file.
 
 mod bake;
 mod compression;

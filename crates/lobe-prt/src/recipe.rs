@@ -1,4 +1,4 @@
-//! The recipe of transfer: a record of everything that decided its numbers.
+//! Recipes: records of everything that decided the numbers of transfer.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use crate::{BakeOptions, BakeReport, Mode};
 
-/// What the light did on its way to the receivers of a file, as its recipe says it.
+/// The light paths of the transfer in a file, as its recipe names them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -72,7 +72,7 @@ macro_rules! members {
         }
 
         impl From<Value> for $name {
-            /// What is no object says nothing.
+            /// A value that is no object makes an empty recipe.
             fn from(value: Value) -> Self {
                 let Value::Object(mut others) = value else { return Self::default() };
                 Self { $($field: take(&mut others, stringify!($field)),)+ others }
@@ -90,12 +90,12 @@ macro_rules! members {
 }
 
 members! {
-/// How the transfer in a file was made: everything that decided its numbers, and nothing that differs from run to run.
+/// The record of a bake: everything that decided the numbers of its transfer, and nothing that differs from run to run.
 ///
-/// Every file of transfer has one, a JSON object whose members have the names of these fields. It is a note to people and
-/// programs: light is applied to transfer without it. A field is `None` if the recipe does not say. Choices that a bake may
-/// leave open are options themselves: `Some(None)` stands for `null`, nothing was chosen. What Lobe does not know is kept in
-/// [`Recipe::others`] and written again.
+/// Every file of transfer has one, a JSON object whose members have the names of these fields. It is a note to people
+/// and programs: light is applied to transfer without it. A field is `None` if the recipe does not say. Choices that a
+/// bake may leave open are options themselves: `Some(None)` stands for `null`, nothing was chosen. What Lobe does not
+/// know is kept in [`Recipe::others`] and written again.
 ///
 /// ```
 /// use lobe_prt::{BakeOptions, Recipe};
@@ -113,7 +113,7 @@ Recipe {
     scene: String,
     /// The [fingerprint](lobe_io::Fingerprint) of the scene, 32 hexadecimal digits.
     scene_hash: String,
-    /// What the light did.
+    /// The light paths.
     mode: RecipeMode,
     /// Number of bands.
     order: usize,
@@ -129,7 +129,8 @@ Recipe {
     seed: u64,
     /// The longest edge that was left when triangles were split.
     max_edge: Option<f64>,
-    /// The change of transfer along an edge that was split, see [`AdaptiveOptions::threshold`](crate::AdaptiveOptions::threshold).
+    /// The change of transfer along an edge that was split, see
+    /// [`AdaptiveOptions::threshold`](crate::AdaptiveOptions::threshold).
     adaptive: Option<f64>,
     /// Edges that are shorter were not split.
     min_edge: Option<f64>,
@@ -181,7 +182,8 @@ impl Recipe {
             .versions(BTreeMap::from([("lobe".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]))
     }
 
-    /// The options of the bake, with defaults where the recipe does not say. Matrices are those of interreflected light.
+    /// The options of the bake, with defaults where the recipe does not say. Matrices are those of interreflected
+    /// light.
     #[must_use]
     pub fn bake_options(&self) -> BakeOptions {
         let defaults = BakeOptions::default();

@@ -1,6 +1,7 @@
 //! Setters of options.
 
-/// Writes a setter with the name of each of these public fields of an options struct: `Options::default().field(value)`.
+/// Writes a setter with the name of each of these public fields of an options struct:
+/// `Options::default().field(value)`.
 macro_rules! setters {
     ($options:ident { $($field:ident: $type:ty),+ $(,)? }) => {
         impl $options {

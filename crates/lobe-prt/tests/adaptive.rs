@@ -1,4 +1,4 @@
-//! Splitting where transfer changes.
+//! Adaptive subdivision where transfer changes.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -38,7 +38,8 @@ fn edges(scene: &Scene, transfer: &Transfer, mesh: usize, first: usize) -> Vec<(
 #[test]
 fn no_long_edge_is_left_along_which_transfer_changes_and_nothing_else_is_split() {
     let scene = built_in::ball_over_ground(8);
-    // The closed form has no noise: on the ground transfer is the same everywhere, on the ball it turns with the normal.
+    // The closed form has no noise: on the ground transfer is the same everywhere, on the ball it turns with the
+    // normal.
     let options = options(Mode::Unshadowed, 0.15, 0.05);
     let before = transfer(&scene, &options);
     let squares: f64 = before.coefficients().iter().map(|&c| f64::from(c).powi(2)).sum();

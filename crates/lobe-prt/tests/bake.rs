@@ -14,7 +14,7 @@ use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 use lobe_testkit::directions;
 
-/// y₀, and the constant coefficient of what sends back all light.
+/// y₀, the constant coefficient of a receiver that sends back all light.
 fn y_0() -> f64 {
     0.5 / PI.sqrt()
 }
@@ -86,7 +86,7 @@ fn the_middle_of_a_plane_under_a_sphere_has_its_closed_form() {
     assert!((report.energy_per_bounce[0] - visible).abs() < 1e-6, "energy {:?}", report.energy_per_bounce);
 }
 
-/// What the center below a regular polygon sees of it: the form factor by Lambert's formula,
+/// The form factor of a regular polygon from the point below its center, by Lambert's formula,
 /// `1/2π Σ γ_e n·(p × q)/|p × q|`.
 fn regular_polygon(sides: u32, radius: f64, height: f64) -> f64 {
     let half = PI / f64::from(sides);
@@ -158,8 +158,8 @@ fn a_white_scene_returns_a_constant_sky_but_for_what_still_travels() {
 
 #[test]
 fn a_sphere_with_a_hole_has_the_closed_form_of_every_bounce() {
-    // From each point of a sphere the same part f of a cosine-weighted hemisphere is seen of a cap: its part of the area.
-    // T_0 = y_0 ρ f Σ_b (ρ (1-f))^b.
+    // From each point of a sphere the same part f of a cosine-weighted hemisphere is seen of a cap: its part of the
+    // area. T_0 = y_0 ρ f Σ_b (ρ (1-f))^b.
     const RINGS: u32 = 128;
     let (f, rho) = (0.25, 0.8);
     let cap = (1.0_f64 - 2.0 * f).acos();

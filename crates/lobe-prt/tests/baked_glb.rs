@@ -1,4 +1,4 @@
-//! Scenes whose vertices carry transfer: what is written is read, and nothing of the input is lost.
+//! Baked .glb files: transfer is read back as written, and nothing of the input is lost.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

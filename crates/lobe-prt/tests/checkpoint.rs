@@ -35,7 +35,7 @@ impl World {
         Ok((stored.load()?, report))
     }
 
-    /// What a checkpoint leads to is what an uninterrupted bake finds.
+    /// Asserts that a bake resumed from a checkpoint has the results of an uninterrupted one.
     fn assert_same(&self, path: &Path, what: &str) {
         let (transfer, report) = bake(&self.scene, &self.bvh, &self.receivers, &self.options, Job::default()).unwrap();
         let (resumed, its_report) = self.resume(path).unwrap();

@@ -1,4 +1,4 @@
-//! Clustered principal components: what they promise, on closed forms over a surface and on planted rows.
+//! Clustered principal components: their guarantees, on closed forms over a surface and on planted rows.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -307,7 +307,8 @@ proptest! {
 
 #[test]
 fn a_table_of_matrices_is_compressed_by_the_same_code() {
-    // Rows of 81 numbers: outer products of the transfer vectors of order 3, as transfer matrices of a shiny surface have.
+    // Rows of 81 numbers: outer products of the transfer vectors of order 3, as transfer matrices of a shiny surface
+    // have.
     let transfer = cloth(20, 3, Channels::Gray);
     let outer = |t: &[f32]| t.iter().flat_map(|a| t.iter().map(move |b| a * b)).collect::<Vec<f32>>();
     let rows: Vec<f32> = transfer.coefficients().chunks(9).flat_map(outer).collect();

@@ -16,7 +16,7 @@ use lobe_scene::{Scene, SceneReadOptions, built_in, read_scene};
 /// The part of a sum of squares that roundings to `f32` leave: of the rows, the bases and the weights.
 const ROUNDING: f64 = 1e-12;
 
-/// How many vertices of each scene are compressed.
+/// The number of vertices of each scene that are compressed.
 const RECEIVERS: usize = 500;
 
 /// Transfer of order 3 with one bounce, at vertices spread over all of a scene.

@@ -1,4 +1,4 @@
-//! Holes of alpha masks: what comes through them, in closed form.
+//! Holes of alpha masks: the light through them, in closed form.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -18,8 +18,8 @@ const TEXELS: usize = 256;
 const RADIUS: f64 = 0.6;
 const HEIGHT: f32 = 1.0;
 
-/// Alpha around a circle of [`RADIUS`] in the square from -1 to 1: it passes one half there, and rises so slowly that the
-/// circle is found between texels.
+/// Alpha around a circle of [`RADIUS`] in the square from -1 to 1: it passes one half there, and rises so slowly that
+/// the circle is found between texels.
 fn circle() -> Texture {
     let ramp = 8.0 * 2.0 / TEXELS as f64;
     let place = |k: usize| 2.0 * (k as f64 + 0.5) / TEXELS as f64 - 1.0;
@@ -72,8 +72,8 @@ fn a_round_hole_in_a_mask_lets_in_the_light_of_its_cone() {
 
 #[test]
 fn a_sphere_with_a_masked_cap_has_the_closed_form_of_every_bounce() {
-    // From each point of a sphere the part f of a cosine-weighted hemisphere is seen of a cap that has this part of the area:
-    // T_0 = y_0 ρ f Σ_b (ρ (1-f))^b. Alpha is linear in z between vertices, so the cap ends at a plane.
+    // From each point of a sphere the part f of a cosine-weighted hemisphere is seen of a cap that has this part of the
+    // area: T_0 = y_0 ρ f Σ_b (ρ (1-f))^b. Alpha is linear in z between vertices, so the cap ends at a plane.
     const RINGS: u32 = 96;
     let (f, rho) = (0.25_f64, 0.8_f64);
     let end_of_cap = 1.0 - 2.0 * f;

@@ -51,8 +51,9 @@ fn with_nothing_in_the_way_a_matrix_cuts_the_light_off_at_the_horizon() {
 
 #[test]
 fn a_constant_sky_is_sent_on_unchanged_by_a_lobe_that_is_the_cosine() {
-    // The hemisphere above is 1/2 + 3/4 cos θ + odd bands, and the clamped cosine's factors α are 1, 2/3, then those of even
-    // bands: what both have are the bands 0 and 1, and along the normal 1/2 · 1 + 3/4 · 2/3 = 1 at any order from 2 on.
+    // The hemisphere above is 1/2 + 3/4 cos θ + odd bands, and the clamped cosine's factors α are 1, 2/3, then those of
+    // even bands: what both have are the bands 0 and 1, and along the normal 1/2 · 1 + 3/4 · 2/3 = 1 at any order from
+    // 2 on.
     let scene = built_in::closed_white_box(1);
     let constant = ShVec::constant(4, Rgb::new(1.0, 2.0, 0.0));
     for n in directions().into_iter().step_by(30) {
@@ -67,7 +68,8 @@ fn a_constant_sky_is_sent_on_unchanged_by_a_lobe_that_is_the_cosine() {
 
 #[test]
 fn a_mirror_lobe_shows_the_light_along_the_reflected_view() {
-    // Over a white plane without end a receiver that looks up sees the sky; a sharp lobe of high order finds its bright side.
+    // Over a white plane without end a receiver that looks up sees the sky; a sharp lobe of high order finds its bright
+    // side.
     let scene = built_in::closed_white_box(1);
     let found = matrices(&scene, &receiver([0.0; 3], [0.0, 0.0, 1.0]), &options(Mode::Unshadowed, 6, 4096));
     let light = ShVec::impulse(6, Dir::new([1.0, 0.0, 1.0]).unwrap(), Rgb::new(1.0, 1.0, 1.0));

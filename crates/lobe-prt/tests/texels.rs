@@ -8,8 +8,8 @@ use common::{baked, options};
 use lobe_prt::{Mode, TexelReceivers, Transfer};
 use lobe_scene::{Material, Mesh, MeshParts, Scene};
 
-/// A square of side 2 about the origin, facing up, whose picture fills the part `[from, to]²` of the unit square; x along u,
-/// y against v.
+/// A square of side 2 about the origin, facing up, whose picture fills the part `[from, to]²` of the unit square; x
+/// along u, y against v.
 fn square(from: f32, to: f32, set: usize, z: f32) -> MeshParts {
     let mut parts = MeshParts {
         name: "square".into(),

@@ -1,4 +1,4 @@
-//! Searches that are watched and stopped.
+//! Progress and cancellation of searches.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -59,7 +59,7 @@ fn compression_curves_and_fits_say_how_far_they_are_and_stop_when_they_are_told_
     let curve = watched("curve", |job| error_curve(&transfer, &clusters, &components, &options, job));
     assert_eq!(curve, error_curve(&transfer, &clusters, &components, &options, Job::default()).unwrap(), "curve");
     let options = ZonalFitOptions::default().lobes(2);
-    // How many receivers are fitted between two calls depends on the threads; what is found does not.
+    // The number of receivers between two calls depends on the threads; the result does not.
     let fit = with_threads(3, || watched("fit", |job| fit_zonal(&transfer, &options, job)));
     assert_eq!(fit, fit_zonal(&transfer, &options, Job::default()).unwrap(), "fit");
 }

@@ -1,4 +1,4 @@
-//! The errors of this crate, by whose fault they are.
+//! The error type of this crate: a variant for each kind of fault.
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ pub enum RenderError {
     Io {
         /// The file that was to be written.
         place: String,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
 }

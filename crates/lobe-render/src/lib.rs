@@ -1,5 +1,5 @@
-//! Pictures on the CPU: scenes lit by transfer, path traced references, the techniques of environment mapping, and plots of
-//! functions on the sphere.
+//! Pictures on the CPU: scenes lit by transfer, path traced references, the techniques of environment mapping, and
+//! plots of functions on the sphere.
 //!
 //! # Examples
 //!
@@ -48,22 +48,26 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`]; the basis: [`basis_balloons`], [`basis_crosses`] |
-//! | functions of a number | [`LinePlot`], [`Curve2d`]; of an angle [`ProfilePlot`], [`Profile`]; of the angle in a plane [`PolarPlot`], [`CrossSection`] |
+//! | functions on the sphere | [`Balloon`], [`CubeCross`], [`lat_long_picture`] |
+//! | the basis functions | [`basis_balloons`], [`basis_crosses`] |
+//! | functions of one variable | [`LinePlot`], [`Curve2d`]; of the angle to an axis [`ProfilePlot`], [`Profile`] |
+//! | cross-sections of functions on the sphere | [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
 //! | shapes before a camera | [`Exhibit`], [`Solid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
-//! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; the truth: [`TracedMirror`] |
-//! | rough mirrors | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; the truth: [`BruteForceReflection`] |
-//! | matte surfaces | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
-//! | bumps | [`Bumped`], [`bumped_normal`], [`bumps`] |
-//! | how a mapping unfolds the sphere | [`mapping_figure()`] |
-//! | all of it on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
+//! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; reference [`TracedMirror`] |
+//! | glossy reflection | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; reference [`BruteForceReflection`] |
+//! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
+//! | bump mapping | [`Bumped`], [`bumped_normal`], [`bumps`] |
+//! | figures of mappings | [`mapping_figure()`] |
+//! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
-//! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`]; without transfer [`light_by_irradiance`] |
-//! | light along paths | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
+//! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
+//! | scenes without transfer | [`light_by_irradiance`] |
+//! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | the variance in a traced picture | [`read_variance`] |
 //!
-//! Pictures themselves, tone mapping, files and comparison are in `lobe-image`. Results do not depend on the number of threads.
+//! Pictures themselves, tone mapping, files and comparison are in `lobe-image`. Results do not depend on the number of
+//! threads.
 
 mod camera;
 mod error;

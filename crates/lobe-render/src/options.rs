@@ -1,4 +1,4 @@
-//! One convention for options: a struct with a default, public fields to read, and a setter for every field.
+//! Setters of option structs: a default, public fields to read, and a setter for every field.
 
 /// Writes the setters of an options struct, each named like its field.
 macro_rules! setters {

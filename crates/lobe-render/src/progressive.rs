@@ -1,4 +1,4 @@
-//! Pixels in parallel, in portions small enough that the work can be watched and stopped.
+//! Progressive rendering: pixels in parallel, in portions after which the work can be watched and stopped.
 
 use std::time::{Duration, Instant};
 
@@ -7,13 +7,14 @@ use rayon::prelude::*;
 
 use crate::RenderError;
 
-/// About how long a portion takes: short enough to stop without delay, long enough that threads seldom wait for each other.
+/// The time that a portion takes, about: short enough to stop without delay, long enough that threads seldom wait for
+/// each other.
 const PORTION: Duration = Duration::from_millis(250);
 
 /// Computes `of(0)` to `of(count - 1)`, of which the first ones are in `done` already.
 ///
-/// `ask` is shown the results so far, before the first portion and after each, and may stop the work by an error. The size of
-/// portions depends on the clock, the results do not.
+/// `ask` is shown the results so far, before the first portion and after each, and may stop the work by an error. The
+/// size of portions depends on the clock, the results do not.
 pub(crate) fn in_portions<T: Send>(
     mut done: Vec<T>,
     count: usize,

@@ -22,7 +22,7 @@ fn view() -> ViewOptions {
     ViewOptions::default().width(16).height(12).rays(1)
 }
 
-/// What f32 coefficients and weights of vertices lose.
+/// The rounding of f32 coefficients and weights of vertices.
 const ROUNDING: f64 = 1e-5;
 
 /// A double-sided square that faces up, unfolded once.

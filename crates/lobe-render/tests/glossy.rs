@@ -1,14 +1,15 @@
 //! Glossy transfer against theory by an independent route, and how far its lobe is from that of microfacets.
 //!
-//! What matrices of order n send towards an eye is, but for the noise of the bake,
+//! The radiance of matrices of order n towards an eye is, but for the noise of the bake,
 //!
 //! ```text
 //!   B(v) = ∫_Ω L_in(s) k_n(r·s) ds        k_n(t) = Σ_{l<n} (2l+1)/4π α_l P_l(t)        r = 2 (n·v) n - v
 //! ```
 //!
-//! with Ω the hemisphere above the receiver and `L_in` the light that arrives there: rows of the matrix above order n are not
-//! missed, since the kernel has no such bands. Without occluders the integral is one of polynomials and done exactly; with
-//! them the path tracer finds `L_in` along directions of its own. The light is the order-n expansion of a photographed sky.
+//! with Ω the hemisphere above the receiver and `L_in` the light that arrives there: rows of the matrix above order n
+//! are not missed, since the kernel has no such bands. Without occluders the integral is one of polynomials and done
+//! exactly; with them the path tracer finds `L_in` along directions of its own. The light is the order-n expansion of a
+//! photographed sky.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -36,7 +37,7 @@ const VERTICES: usize = 16;
 const SETS: usize = 16;
 const PER_SET: usize = 512;
 
-/// How often agreement is called bias by mistake, over all that a test compares.
+/// The significance level over all that a test compares: the probability that agreement is called bias.
 const SIGNIFICANCE: f64 = 0.01;
 
 /// A part of the light that must not be wrong unseen: an error so large in all receivers fails the test.
@@ -94,7 +95,7 @@ fn matrices(scene: &Scene, receivers: &Receivers, mode: Mode, bounces: usize, se
     bake_matrices(scene, &Bvh::new(scene), receivers, &options, Job::default()).unwrap().0
 }
 
-/// What is sent by each receiver, for each lobe and view of [`cases`].
+/// The exit radiance of each receiver, for each lobe and view of [`cases`].
 type Sent = Vec<Vec<Rgb<f64>>>;
 
 /// The lobes and views of an order, with names.
@@ -136,7 +137,8 @@ fn rms(values: impl IntoIterator<Item = Rgb<f64>>) -> f64 {
     f64::sqrt(sum / count)
 }
 
-/// That both differ by chance only, and that [`FOUND`] would not have passed. One set stands for an exact value.
+/// Asserts that both differ by chance only, and that an error of [`FOUND`] would be detected. One set stands for an
+/// exact value.
 fn agree(what: &str, order: usize, claims: &[Sent], truths: &[Sent], tests: usize) {
     let level = 1.0 - (1.0 - SIGNIFICANCE).powf(1.0 / tests as f64);
     for (case, (name, _, _)) in cases(order).iter().enumerate() {
@@ -187,8 +189,8 @@ fn without_a_horizon_glossy_transfer_is_the_convolution_of_the_light_with_the_lo
     }
 }
 
-/// `∫_Ω L(s) k_n(r·s) ds` over the hemisphere above `n`, exactly: the mean over azimuths leaves a polynomial in the height
-/// above it, for Gauss' rule.
+/// `∫_Ω L(s) k_n(r·s) ds` over the hemisphere above `n`, exactly: the mean over azimuths leaves a polynomial in the
+/// height above it, for Gauss' rule.
 fn over_hemisphere(light: &ShVec<Rgb<f64>>, lobe: &Zonal, n: Dir, r: Dir) -> Rgb<f64> {
     let azimuths = 4 * HIGHEST;
     let mut sum = Rgb::<f64>::ZERO;
@@ -220,7 +222,7 @@ fn without_occluders_glossy_transfer_is_the_convolution_of_the_light_above_the_h
     }
 }
 
-/// `∫_Ω L_in(s) k_n(r·s) ds` set by set, with the light that paths of so many bounces find.
+/// `∫_Ω L_in(s) k_n(r·s) ds` set by set, with the light that paths of `bounces` bounces find.
 fn by_arrivals(scene: &Scene, receivers: &Receivers, order: usize, bounces: usize) -> Vec<Sent> {
     let light = DistantLight::from_expansion(sky(order));
     let bvh = Bvh::new(scene);
@@ -272,9 +274,8 @@ fn metal(alpha: f64) -> Scene {
 const STEEP: [[f64; 2]; 3] = [[0.0, 0.0], [0.5, 1.0], [0.7, 3.0]];
 const SLANTED: [[f64; 2]; 3] = [[0.95, 0.0], [1.1, 2.0], [1.2, 4.0]];
 
-/// The RMS difference between what vertices of the ball send by matrices of an order and what the path tracer shows of
-/// them, as a part of the RMS of the latter, under two skies: as the lobe says, and times what microfacets reflect of even
-/// light.
+/// The relative RMS error of matrices of an order at the vertices of the ball against the path tracer, under two skies:
+/// with the lobe alone, and scaled by the directional albedo of the microfacets.
 fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64; 2] {
     let scene = metal(alpha);
     let bvh = Bvh::new(&scene);
@@ -316,8 +317,8 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
 
 #[test]
 fn how_far_the_kernel_is_from_microfacets_is_what_the_documentation_says() {
-    // The table in the documentation of TransferMatrices, in percent: seen steeply and at a slant, each without and with the
-    // reflectance.
+    // The table in the documentation of TransferMatrices, in percent: seen steeply and at a slant, each without and
+    // with the reflectance.
     for (alpha, order, documented) in [
         (0.1, 4, [[20.7, 20.6], [17.4, 19.6]]),
         (0.2, 4, [[20.9, 17.5], [12.6, 15.3]]),

@@ -15,7 +15,7 @@ const BOUNCES: usize = 2;
 /// Independent sets of paths on both sides, which tell the noise.
 const SETS: usize = 16;
 
-/// How many standard errors the two may be apart: at 48 numbers one in 10⁴ goes beyond by chance.
+/// The most standard errors between the two: at 48 numbers one in 10⁴ goes beyond by chance.
 const STANDARD_ERRORS: f64 = 5.0;
 
 /// The ball and the ground, the ball with stripes that are not there.

@@ -15,8 +15,8 @@ use lobe_render::{
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
 
-/// Two pictures of one light are told apart by mistake once in so many comparisons; the seeds are fixed, so a test that
-/// passes goes on passing.
+/// The significance level: the probability that two pictures of one light are told apart by mistake. The seeds are
+/// fixed, so a test that passes goes on passing.
 const SIGNIFICANCE: f64 = 0.01;
 
 fn white(scene: Scene) -> Scene {
@@ -55,7 +55,8 @@ fn ball_camera() -> Camera {
 
 #[test]
 fn in_a_white_furnace_light_that_has_come_back_is_all_there_is() {
-    // A room of flat white walls, open on one side: B = 1 - the part of paths still inside, which shrinks by each bounce.
+    // A room of flat white walls, open on one side: B = 1 - the part of paths still inside, which shrinks by each
+    // bounce.
     let scene = white(built_in::cornell_box(8));
     let (bvh, light) = (Bvh::new(&scene), constant(1.0));
     let receiver = up([0.1, 0.2, 0.0], 1.0);
@@ -132,7 +133,8 @@ fn a_white_rough_metal_loses_what_single_scattering_loses() {
 
 #[test]
 fn under_a_ball_the_ground_sees_what_the_closed_form_says() {
-    // A ball of radius 1 straight above at distance 1.5 takes (1/1.5)² of even light; its facets, inscribed, a little less.
+    // A ball of radius 1 straight above at distance 1.5 takes (1/1.5)² of even light; its facets, inscribed, a little
+    // less.
     let scene = built_in::ball_over_ground(192);
     let (bvh, light) = (Bvh::new(&scene), constant(1.0));
     let expected = 1.0 - 1.0 / 2.25;
@@ -154,7 +156,8 @@ fn a_sun_of_one_texel_is_found() {
     let mut texels = map.into_texels();
     texels[y * w + x] = Rgb::new(sun, 0.0, 0.5 * sun);
     let map = EnvMap::new(w, h, texels).unwrap();
-    // The cosine at the middle of the texel; within it the cosine is linear in the vertical, its mean of second order off.
+    // The cosine at the middle of the texel; within it the cosine is linear in the vertical, its mean of second order
+    // off.
     let expected = f64::from(sun) * lat_long::solid_angle(w, h, y) * map.dir(x, y).z() / PI;
     let scene = square(Material::WHITE);
     let bvh = Bvh::new(&scene);
@@ -173,7 +176,7 @@ fn a_sun_of_one_texel_is_found() {
 fn agree(scene: &Scene, light: &DistantLight, paths: [PathOptions; 2], count: SampleCount) {
     let options = |paths| TruthOptions::default().width(30).height(20).count(count).paths(paths);
     let [a, b] = paths.map(|paths| trace(scene, &ball_camera(), light, &options(paths)));
-    // Which part of a pixel on the rim is covered is drawn.
+    // The covered part of a pixel on the rim is random: such pixels are left out.
     let covered = |truth: &Truth| -> (Vec<Pixel>, Vec<Pixel>) {
         let inside = |(i, _): &(usize, _)| a.coverage[*i] == 1.0 && b.coverage[*i] == 1.0;
         let pixels = truth.mean.pixels().iter().zip(truth.variance.pixels());

@@ -1,4 +1,4 @@
-//! PNG files: their bytes, and how they come to their place.
+//! PNG files: their bytes, and staged writing.
 
 use std::fs;
 

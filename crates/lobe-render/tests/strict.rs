@@ -1,14 +1,17 @@
-//! The strict test: baked transfer and the path tracer, which share nothing but the rays, agree at vertices to their noise.
+//! The strict test: baked transfer and the path tracer, which share nothing but the rays, agree at vertices to their
+//! noise.
 //!
-//! The light is the order-n expansion of a real sky for both, so what the basis cannot show plays no part. The baked side
-//! turns coefficients, the path tracer's turns directions. What a path brings is linear in the light, so one set of paths
-//! serves all skies, turns and orders: `Σ weight y_i(direction)` over the paths that escape is kept, not their radiance.
+//! The light is the order-n expansion of a real sky for both, so what the basis cannot show plays no part. The baked
+//! side turns coefficients, the path tracer's turns directions. What a path brings is linear in the light, so one set
+//! of paths serves all skies, turns and orders: `Σ weight y_i(direction)` over the paths that escape is kept, not their
+//! radiance.
 //!
-//! Errors are relative to the RMS of the truth over all that is compared under one sky, not under one expansion of it: in a dark
-//! place a single one may come out near 0, where what rings below zero cancels the rest, and no number of paths is enough.
+//! Errors are relative to the RMS of the truth over all that is compared under one sky, not under one expansion of it:
+//! in a dark place a single one may come out near 0, where what rings below zero cancels the rest, and no number of
+//! paths is enough.
 //!
-//! Agreement means something only as far as disagreement would be found. An error of 1 % in all that the bake says is found
-//! by the Z-test of [`FINDERS`] of all expansions or more.
+//! Agreement means something only as far as disagreement would be found. An error of 1 % in all that the bake says is
+//! found by the Z-test of [`FINDERS`] of all expansions or more.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -43,7 +46,7 @@ const RELATIVE_RMSE: f64 = 0.01;
 const PLANTED: f32 = 1.01;
 const FINDERS: f64 = 0.5;
 
-/// How often agreement is called bias by mistake, over all lights of a scene together.
+/// The significance level over all lights of a scene together: the probability that agreement is called bias.
 const SIGNIFICANCE: f64 = 0.01;
 
 fn file(name: &str) -> std::path::PathBuf {
@@ -121,8 +124,8 @@ fn skies_seen_from_turned_directions() -> Lights {
 /// Exit radiances, light by light and order by order, for each of them vertex by vertex.
 type Radiances = Vec<Vec<Rgb<f64>>>;
 
-/// Every receiver as often as there are sets, a few units in the last place from each other: what arrives is the same, and
-/// paths are independent, as they are from all places.
+/// Every receiver as often as there are sets, a few units in the last place from each other: what arrives is the same,
+/// and paths are independent, as they are from all places.
 fn in_sets(receivers: &Receivers) -> Receivers {
     let nudged = |set: usize| {
         let nudge = move |&[x, y, z]: &[f32; 3]| [f32::from_bits(x.to_bits() + set as u32), y, z];

@@ -1,4 +1,4 @@
-//! Whether directions are drawn with the density that is claimed.
+//! Chi-square test of samplers on the sphere against their density.
 
 use std::f64::consts::{PI, TAU};
 
@@ -24,8 +24,8 @@ pub struct ChiSquare {
 }
 
 impl ChiSquare {
-    /// Counts `count` drawn directions in 288 cells of equal solid angle, those not drawn (none) in one more, and compares
-    /// with the integral of `density`, in sr⁻¹, over each cell.
+    /// Counts `count` drawn directions in 288 cells of equal solid angle, those not drawn (none) in one more, and
+    /// compares with the integral of `density`, in sr⁻¹, over each cell.
     pub fn new(count: usize, mut draw: impl FnMut() -> Option<[f64; 3]>, density: impl Fn([f64; 3]) -> f64) -> Self {
         let mut found = [0.0; ROWS * COLUMNS + 1];
         for _ in 0..count {
@@ -53,7 +53,7 @@ impl ChiSquare {
         Self { statistic, freedom: (cells.max(2) - 1) as f64, missing }
     }
 
-    /// How many standard deviations the statistic lies above what chance gives: the cube root of a χ² over its freedom is
+    /// The statistic in standard deviations above its mean under chance: the cube root of a χ² over its freedom is
     /// nearly normal [Wilson and Hilferty 1931].
     ///
     /// ```text

@@ -1,4 +1,4 @@
-//! Directions that leave no part of the sphere out.
+//! Test directions: Fibonacci spirals, and the special directions of the sphere.
 
 /// `count` nearly uniform unit vectors on a Fibonacci spiral.
 #[must_use]

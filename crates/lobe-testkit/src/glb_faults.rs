@@ -1,4 +1,4 @@
-//! What is wrong with a .glb file, by the rules that the Khronos validator checks for containers, buffers and vertices.
+//! Validator of .glb files, by the rules of the Khronos validator for containers, buffers and vertices.
 
 use gltf_json::validation::Validate;
 use gltf_json::{Path, Root};
@@ -29,8 +29,8 @@ const FLOAT: u64 = 5126;
 ///
 /// * the container: magic, version, lengths, chunks at multiples of four and what fills them up;
 /// * the JSON, by the crate `gltf-json`: types, what must be there, indices in range;
-/// * buffer views within their buffer, accessors within their view; alignment of both; strides that are multiples of four, from 4
-///   to 252, and given where attributes share a view;
+/// * buffer views within their buffer, accessors within their view; alignment of both; strides that are multiples of
+///   four, from 4 to 252, and given where attributes share a view;
 /// * attributes: names of glTF's or beginning with `_`, as many values for each, positions, normals and tangents of the
 ///   right type, finite floats, unit normals, `min` and `max` of positions as they are;
 /// * indices: unsigned, tightly packed, of vertices that there are.
@@ -97,7 +97,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     Ok((json, buffer))
 }
 
-/// How many items an array has; none if it is not there.
+/// The number of items of an array; 0 if it is not there.
 fn len(array: &Value) -> usize {
     array.as_array().map_or(0, Vec::len)
 }

@@ -1,4 +1,4 @@
-//! For Lobe's tests only: directions over the whole sphere, golden values, statistics, the rules of .glb files.
+//! Test utilities for Lobe's tests only: directions over the whole sphere, golden values, statistics, a .glb validator.
 //!
 //! It depends on no other crate of Lobe, so that every crate's tests can use it.
 

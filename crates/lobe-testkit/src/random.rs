@@ -1,4 +1,4 @@
-//! Seeded random numbers for tests.
+//! Seeded random numbers, directions and rotations for tests.
 
 /// A small deterministic generator (`SplitMix64`, Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]

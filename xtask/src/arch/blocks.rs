@@ -1,4 +1,4 @@
-//! The code blocks of ARCHITECTURE.md that draw arrows: language `arrows` (crates) and `rooms CRATE`.
+//! Parser of the code blocks of ARCHITECTURE.md that draw arrows: language `arrows` (crates) and `rooms CRATE`.
 
 /// The document that holds the blocks.
 pub(super) const DOCUMENT: &str = "ARCHITECTURE.md";
@@ -11,7 +11,7 @@ pub(super) struct Block {
     pub(super) lines: Vec<Line>,
 }
 
-/// A line of a block: who uses whom.
+/// A line of a block: the user and what it uses.
 #[derive(Debug, PartialEq)]
 pub(super) struct Line {
     pub(super) name: String,

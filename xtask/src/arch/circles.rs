@@ -1,4 +1,4 @@
-//! Circles: things that use each other, directly or by way of others.
+//! Circles of arrows (strongly connected components): items that use each other, directly or by way of others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,7 +22,7 @@ pub(super) fn circles<T>(arrows: &BTreeMap<(String, String), T>) -> Vec<BTreeSet
     found
 }
 
-/// All that one leads to; itself only where it lies on a circle.
+/// Everything that can be reached from `user`; itself only where it lies on a circle.
 fn reached<'a>(user: &'a str, below: &BTreeMap<&'a str, Vec<&'a str>>) -> BTreeSet<&'a str> {
     let mut found = BTreeSet::new();
     let mut open = vec![user];

@@ -17,7 +17,7 @@ pub(super) fn block(name: &str, plan: &Plan) -> Result<String, Vec<String>> {
     Ok(text + "```\n")
 }
 
-/// The rooms, each below all that use it, otherwise by name; none where there is a circle.
+/// The rooms in topological order, each below all that use it, otherwise by name; none where there is a circle.
 fn order(plan: &Plan) -> Option<Vec<&str>> {
     let mut open: Vec<&str> = plan.places.iter().map(String::as_str).collect();
     let mut order = Vec::new();

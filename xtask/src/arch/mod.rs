@@ -1,9 +1,9 @@
-//! `arch`: the house is built as ARCHITECTURE.md draws it.
+//! `arch`: checks that the code has the structure that ARCHITECTURE.md draws.
 //!
-//! Three things are held against the code: the arrows between crates (`crates`), the arrows between the rooms of a crate
-//! (`rooms`), and that no files of a crate use each other in a circle (`circles`). The last two rest on the arrows
-//! between files, which are read from the source: `modules` builds the tree of modules that rustc would, `resolve` finds
-//! the file that defines what a path names, `uses` walks through the code and collects the paths.
+//! Three things are checked: the arrows between crates (`crates`), the arrows between the rooms of a crate (`rooms`),
+//! and that no files of a crate use each other in a circle (`circles`). The last two rest on the arrows between files,
+//! which are read from the source: `modules` builds the tree of modules that rustc would, `resolve` finds the file that
+//! defines what a path names, `uses` walks through the code and collects the paths.
 //!
 //! A path is all that counts. Calling a method names no file, nor does a link in a comment.
 //!
@@ -29,7 +29,7 @@ use uses::Code;
 use crate::outcome::{self, Outcome};
 use crate::workspace::{self, Package};
 
-/// A crate and what its source shows.
+/// A crate: its source, its arrows and its rooms.
 struct House {
     name: String,
     code: Code,

@@ -17,7 +17,7 @@ pub(super) struct Module {
     pub(super) parent: Option<usize>,
     /// Its child modules, by name.
     pub(super) modules: BTreeMap<String, usize>,
-    /// The names of what it defines.
+    /// The names of the items that it defines.
     pub(super) items: BTreeSet<String>,
     pub(super) imports: Vec<Import>,
     /// Whether it calls a macro where items stand, which may define more of them.

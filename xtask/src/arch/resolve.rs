@@ -1,8 +1,8 @@
-//! From a path to the file that defines what it names, through `use` and re-exports.
+//! Name resolution: from a path to the file that defines its item, through `use` and re-exports.
 
 use super::modules::Tree;
 
-/// What a name can stand for. One name can be several: a module and a function of it, re-exported, share theirs.
+/// A meaning of a name. One name can have several: a module and a function of it, re-exported, share theirs.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
     Module(usize),
@@ -14,8 +14,8 @@ pub(super) enum Meaning {
 type Followed = Vec<(usize, usize)>;
 
 impl Tree {
-    /// What the path means in this module; nothing where it leads out of the crate. The path stops at the first item: what
-    /// follows are variants and associated functions.
+    /// The meanings of the path in this module; nothing where it leads out of the crate. The path stops at the first
+    /// item: what follows are variants and associated functions.
     pub(super) fn resolve(&self, module: usize, path: &[String]) -> Vec<Meaning> {
         self.follow(module, path, &mut Followed::new())
     }
@@ -37,7 +37,7 @@ impl Tree {
         meanings
     }
 
-    /// What the name means right behind a module's path.
+    /// The meanings of the name right behind a module's path.
     fn step(&self, module: usize, name: &str, followed: &mut Followed) -> Vec<Meaning> {
         match name {
             "self" => return vec![Meaning::Module(module)],
@@ -51,21 +51,24 @@ impl Tree {
         found
     }
 
-    /// What the name means within the module: what it holds and imports by name, else what its globs bring.
+    /// The meanings of the name within the module: items and imports of this name, else those that its globs bring.
     fn look_up(&self, module: usize, name: &str, followed: &mut Followed) -> Vec<Meaning> {
         let here = &self.modules[module];
+        // Take the child module and the item of this name.
         let mut found: Vec<Meaning> = here.modules.get(name).map(|&child| Meaning::Module(child)).into_iter().collect();
         if here.items.contains(name) {
             found.push(Meaning::Item(module, name.into()));
         }
+        // Follow the imports of this name.
         self.add_imports(module, name, name, followed, &mut found);
+        // Follow the globs where no item was found.
         if !found.iter().any(|meaning| matches!(meaning, Meaning::Item(..))) {
             self.add_imports(module, "*", name, followed, &mut found);
         }
         found
     }
 
-    /// Adds what the name means through the imports that are called so here, or through the globs, which are called `*`.
+    /// Adds the meanings of the name through the imports named `called`, which is `*` for globs.
     fn add_imports(&self, module: usize, called: &str, name: &str, followed: &mut Followed, found: &mut Vec<Meaning>) {
         for (number, import) in self.modules[module].imports.iter().enumerate() {
             if import.name != called || followed.contains(&(module, number)) {
@@ -74,7 +77,7 @@ impl Tree {
             followed.push((module, number));
             let mut meanings = self.follow(module, &import.path, followed);
             if called == "*" {
-                // Only what stands there by name: a glob of an enum's variants brings no items.
+                // Take only what stands there by name: a glob of an enum's variants brings no items.
                 meanings = modules_of(&meanings).into_iter().flat_map(|m| self.look_up(m, name, followed)).collect();
             }
             followed.pop();

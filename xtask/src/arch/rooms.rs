@@ -11,9 +11,9 @@
 //! ````
 //!
 //! Files at the root of `src` are the ground floor, which every room may use and needs no arrow for. A file there that
-//! uses a room, itself or through another such file, has left the ground floor: it stands among the rooms with a line of
-//! its own, and who uses it has an arrow to it. The root itself, `lib.rs` or `main.rs`, may use everything, and no room
-//! may use it.
+//! uses a room, itself or through another such file, has left the ground floor: it stands among the rooms with a line
+//! of its own, and who uses it has an arrow to it. The root itself, `lib.rs` or `main.rs`, may use everything, and no
+//! room may use it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,10 +22,10 @@ use super::circles;
 use super::modules::{Sources, is_root};
 use super::uses::Code;
 
-/// More files than this in one folder are too many to find one's way.
+/// The most files in one folder.
 const MOST_FILES: usize = 24;
 
-/// What is behind an arrow: `grid.rs -> basis.rs: eval_basis`, a line for each pair of files.
+/// The evidence of an arrow: `grid.rs -> basis.rs: eval_basis`, a line for each pair of files.
 pub(super) type Evidence = Vec<String>;
 
 /// The rooms of a crate and the arrows between them.
@@ -34,11 +34,11 @@ pub(super) struct Plan {
     /// The rooms and the files that stand among them.
     pub(super) places: BTreeSet<String>,
     pub(super) arrows: BTreeMap<(String, String), Evidence>,
-    /// What is wrong whatever the document says.
+    /// Faults that do not depend on the document.
     pub(super) faults: Vec<String>,
 }
 
-/// Where a file lies.
+/// The place of a file: a root, the ground floor, or a room.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Place {
     Root,
@@ -135,7 +135,7 @@ fn room_faults(room: &str, sources: &Sources) -> Vec<String> {
     faults
 }
 
-/// Whether the first thing but plain comments is a comment on the module that says something.
+/// Whether the file opens with module documentation, after plain comments at most.
 fn opens_with_words(text: &str) -> bool {
     let plain_comment = |line: &&str| line.is_empty() || (line.starts_with("//") && !line.starts_with("//!"));
     let first = text.lines().map(str::trim).find(|line| !plain_comment(line));
@@ -175,7 +175,7 @@ pub(super) fn circle_faults(plan: &Plan) -> Vec<String> {
     circles::circles(&plan.arrows).iter().map(describe).collect()
 }
 
-/// What the document draws and the code does not have, and arrows that do not point down.
+/// Faults of the document: lines that the code does not have, and arrows that do not point down.
 fn drawn_faults(plan: &Plan, block: &Block) -> Vec<String> {
     let mut faults = Vec::new();
     for (position, line) in block.lines.iter().enumerate() {
@@ -199,7 +199,7 @@ fn drawn_faults(plan: &Plan, block: &Block) -> Vec<String> {
     faults
 }
 
-/// What the code has and the document does not draw.
+/// Faults of the code: places and arrows that the document does not draw.
 fn built_faults(plan: &Plan, block: &Block) -> Vec<String> {
     let line = |place: &str| block.lines.iter().find(|line| line.name == place);
     let mut faults = Vec::new();

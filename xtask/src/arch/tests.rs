@@ -1,4 +1,4 @@
-//! The checks of source on small made-up crates.
+//! Tests of the checks on small made-up crates.
 
 use super::blocks::{self, Block};
 use super::modules::Sources;

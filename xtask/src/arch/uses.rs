@@ -1,4 +1,4 @@
-//! The arrows between the files of a crate: who names what of whom.
+//! The arrows between the files of a crate: the names that each file takes from others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ use super::resolve::Meaning;
 /// The names that one file takes from another, by user and used.
 pub(super) type Arrows = BTreeMap<(String, String), BTreeSet<String>>;
 
-/// What the source of a crate shows.
+/// The arrows, modules and faults of a crate's source.
 pub(super) struct Code {
     pub(super) arrows: Arrows,
     /// The number of files read.
@@ -64,7 +64,7 @@ fn is_variable(pattern: &PatIdent) -> bool {
     !pattern.ident.to_string().starts_with(char::is_uppercase)
 }
 
-/// Walks through the code of a file.
+/// A visitor of the code of a file.
 struct Walk<'a> {
     tree: &'a Tree,
     module: usize,
@@ -174,8 +174,8 @@ impl Visit<'_> for Walk<'_> {
         self.module = outer;
     }
 
-    /// A module that hands on what stands below it does not use it; what is handed on from elsewhere is used. What a glob
-    /// brings counts where it is named.
+    /// A module that hands on what stands below it does not use it; what is handed on from elsewhere is used. What a
+    /// glob brings counts where it is named.
     fn visit_item_use(&mut self, item: &ItemUse) {
         for import in imports(item) {
             if import.name == "*" {

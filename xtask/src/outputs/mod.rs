@@ -1,8 +1,8 @@
-//! `outputs BEFORE AFTER`: two builds of the command write the same bytes.
+//! `outputs BEFORE AFTER`: checks that two builds of the command write the same bytes.
 //!
-//! Each of the two programs runs every line of `commands.txt` in a folder of its own. What they print on stdout, their exit
-//! codes and every file that they leave are compared, byte by byte. So a change of structure can be shown to change nothing,
-//! and a change of behavior to change what it is meant to.
+//! Each of the two programs runs every line of `commands.txt` in a folder of its own. What they print on stdout, their
+//! exit codes and every file that they leave are compared, byte by byte. So a change of structure can be shown to
+//! change nothing, and a change of behavior to change what it is meant to.
 //!
 //! With one program, the second run has one thread instead of all: results do not depend on the number of threads.
 
@@ -23,7 +23,7 @@ const COMMANDS: &str = include_str!("commands.txt");
 const VISIBILITY: &str = "{\"format\":\"lobe-sh\",\"version\":1,\"order\":2,\"quantity\":\"visibility\",\
                           \"coefficients\":[[1.7],[0.0],[0.6],[0.1]]}";
 
-/// What a run left: the files by their names, and each command's output and exit code by its line.
+/// The results of a run: the files by their names, and each command's output and exit code by its line.
 #[derive(Debug, Default, PartialEq)]
 struct Left {
     files: BTreeMap<String, Vec<u8>>,
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
     let folder = std::env::temp_dir().join(format!("lobe-outputs-{}", std::process::id()));
     let compared = run_in(&folder.join("before"), before, None)
         .and_then(|before| Ok((before, run_in(&folder.join("after"), after, threads)?)));
-    // The files are of no use after the comparison; that they cannot be removed is no fault of the programs.
+    // Remove the files; a failure to do so is no fault of the programs.
     let _ = fs::remove_dir_all(&folder);
     let (before, after) = compared.map_err(|fault| vec![fault])?;
     let faults = differences(&before, &after);

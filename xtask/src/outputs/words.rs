@@ -1,4 +1,4 @@
-//! A line of a command split into words.
+//! Splitting a command line into words, with double quotes.
 
 /// The words of a line: parted by spaces, except within double quotes, which are left out.
 pub(super) fn words(line: &str) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! The tensor of Gaunt coefficients as products of complex numbers, a fourth of its size.
+//! Gaunt coefficients in blocks: the tensor as products of complex numbers, a fourth of its size.
 
 use lobe_sh::{gaunt_coefficient, index};
 

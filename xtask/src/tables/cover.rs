@@ -1,4 +1,4 @@
-//! Where to multiply by a constant: at the source of a value or at the sum it goes into.
+//! Placement of constants by minimum vertex cover: at the source of a value or at the sum that it goes into.
 
 use std::collections::{BTreeMap, BTreeSet};
 

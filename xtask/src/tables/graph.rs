@@ -1,11 +1,11 @@
-//! Arithmetic as a graph in which every operation occurs once.
+//! Expression graphs with common subexpressions shared: every operation occurs once.
 
 use std::collections::HashMap;
 
 /// The place of an operation in its [`Graph`].
 pub(super) type Id = usize;
 
-/// What an input is called in the generated code: the name of an array and the place in it.
+/// An input in the generated code: the name of an array and the place in it.
 pub(super) type Input = (char, usize);
 
 /// One operation, or an input.
@@ -118,7 +118,7 @@ impl Graph {
         self.add(x, signed(y, true))
     }
 
-    /// How often each operation is used by others that the results need; 0 marks dead code.
+    /// The number of uses of each operation by others that the results need; 0 marks dead code.
     pub(super) fn uses(&self, results: &[Value]) -> Vec<usize> {
         let mut uses = vec![0; self.ops.len()];
         for result in results.iter().flatten() {
@@ -134,7 +134,7 @@ impl Graph {
         uses
     }
 
-    /// What the results cost.
+    /// The cost of the results.
     pub(super) fn cost(&self, results: &[Value]) -> Cost {
         let mut cost = Cost::default();
         for (op, uses) in self.ops.iter().zip(self.uses(results)) {

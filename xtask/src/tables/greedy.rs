@@ -1,4 +1,4 @@
-//! The published factoring, for comparison: its counts are those of DirectXMath's products.
+//! Greedy factoring of SH products as published, for comparison: its counts are those of DirectXMath's products.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ use super::graph::Cost;
 // and strike the triples out. For i = j the second column has one line and t = a_i b_i; for i = j = k there is
 // t alone. Of pairs with equally many triples the published counts take i = j first, then the smallest.
 
-/// What the product of two expansions costs when its triples `i <= j <= k` are factored so.
+/// The cost of the product of two expansions whose triples `i <= j <= k` are factored so.
 fn cost(mut triples: BTreeSet<[usize; 3]>) -> Cost {
     let mut cost = Cost::default();
     let mut begun = BTreeSet::new();

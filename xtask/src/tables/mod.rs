@@ -1,4 +1,4 @@
-//! `tables`: writes the straight-line products of `lobe-sh`, or checks that they are as this program writes them.
+//! `tables`: generates the straight-line SH products of `lobe-sh`, or checks that they are up to date.
 //!
 //! It links the `lobe-sh` whose sources it writes, for the exact tensor of Gaunt coefficients; the products themselves
 //! it does not use, so that it can replace them whatever they contain, as long as they compile.
@@ -31,7 +31,7 @@ const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
 /// Mixed orders (factor, factor, product) that published techniques use; both orders of the factors.
 const MIXED: [[usize; 3]; 8] = [[6, 6, 3], [6, 3, 3], [6, 3, 6], [3, 3, 5], [4, 4, 7], [3, 2, 3], [4, 3, 4], [2, 2, 3]];
 
-/// What a generated function multiplies.
+/// The factors of a generated function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     General([usize; 3]),

@@ -1,4 +1,4 @@
-//! How the blocks of a product are gathered into pairs, and the arithmetic that follows from it.
+//! Factoring of SH products: blocks of Gaunt coefficients gathered into pairs, and the arithmetic of the pairs.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ use super::graph::{Graph, Term, Value, signed};
 // roles at one of its pairs, or one role at all of its pairs. The first is the factoring of Snyder (2006), in complex
 // numbers; the second makes the product matrix of one factor, which is better when the orders differ.
 
-/// What takes the place of R in a pair.
+/// The role of R in a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     A = 0,
@@ -118,7 +118,7 @@ impl Complex {
     }
 }
 
-/// What is gathered at one pair, by role and kind of R, the sums first.
+/// The terms gathered at one pair, by role and kind of R, the sums first.
 type PairSums = [[Vec<(Node, f64)>; 2]; 3];
 
 /// Arithmetic under construction.
@@ -133,10 +133,11 @@ struct Builder {
 
 /// The coefficients of the product, each block gathered in the given way.
 pub(super) fn build(shape: Shape, blocks: &[Block], chosen: &[&[Gathered]]) -> (Graph, Vec<Value>) {
+    // Gather the terms of every pair.
     let mut pairs: BTreeMap<[Node; 2], PairSums> = BTreeMap::new();
     for (block, way) in blocks.iter().zip(chosen) {
         for g in *way {
-            // A square has one factor in both places: what both do is done once, with twice the constant.
+            // Double the constant of a square, whose two factors are one and are gathered once.
             let twice = shape.square && if g.role == Role::Out { g.p != g.q } else { g.all_roles };
             let constant = if twice { 2.0 * block.constant } else { block.constant };
             let sums = pairs.entry([g.p, g.q]).or_default();
@@ -146,13 +147,16 @@ pub(super) fn build(shape: Shape, blocks: &[Block], chosen: &[&[Gathered]]) -> (
     let order_out = shape.orders[2];
     let mut builder =
         Builder { shape, graph: Graph::default(), out: vec![None; order_out * order_out], pending: BTreeMap::new() };
+    // Place the constants, at sources or at sums.
     let at_source = [Role::A, Role::B, Role::Out].map(|role| builder.constants_at_source(&pairs, role));
+    // Write the arithmetic of each pair.
     for (n, (pair, sums)) in pairs.iter().enumerate() {
         for role in [Role::A, Role::B] {
             builder.factor_completes(*pair, n, role, &sums[role as usize], &at_source[role as usize]);
         }
         builder.product_completes(*pair, n, &sums[Role::Out as usize], &at_source[Role::Out as usize]);
     }
+    // Multiply the sums whose constants come last.
     builder.flush();
     (builder.graph, builder.out)
 }
@@ -246,6 +250,7 @@ impl Builder {
         sums: &[Vec<(Node, f64)>; 2],
         at: &AtSource,
     ) {
+        // Form the four sums of S⁺ and S⁻.
         let plus = self.sum((n, 0), role, &sums[0], at);
         let minus = self.sum((n, 1), role, &sums[1], at);
         let u1 = self.graph.add(plus.re, minus.re);
@@ -253,6 +258,7 @@ impl Builder {
         let u3 = self.graph.add(plus.im, minus.im);
         let u4 = self.graph.sub(minus.re, plus.re);
         let other = if role == Role::A { Role::B } else { Role::A };
+        // Multiply them by the other factor at each node.
         let mut towards = |into: Node, from: Node, [x, y]: [Value; 2]| {
             if self.shape.uses(role, [into, from]) {
                 let f = self.factor(other, from);
@@ -272,7 +278,7 @@ impl Builder {
         if sums.iter().all(Vec::is_empty) {
             return;
         }
-        // cc, ss, cs and sc of P and Q.
+        // Form the products cc, ss, cs and sc of P and Q.
         let mut products = [None; 4];
         for [x, y] in if p == q || self.shape.square { vec![[p, q]] } else { vec![[p, q], [q, p]] } {
             let (mut f, mut g) = (self.factor(Role::A, x), self.factor(Role::B, y));
@@ -286,8 +292,10 @@ impl Builder {
             }
         }
         let [cc, ss, cs, sc] = products;
+        // Combine them to t⁺ and t⁻.
         let plus = Complex { re: self.graph.sub(cc, ss), im: self.graph.add(cs, sc) };
         let minus = Complex { re: self.graph.add(cc, ss), im: self.graph.sub(sc, cs) };
+        // Add them to the product, or keep them for their constants.
         for (kind, t) in [plus, minus].into_iter().enumerate() {
             for &(r, constant) in &sums[kind] {
                 if at[&(n, kind, r)] {

@@ -1,11 +1,11 @@
-//! Which way of gathering each block costs least.
+//! Simulated annealing over the ways of gathering blocks, for the cheapest product.
 
 use std::collections::HashMap;
 
 use super::blocks::{Block, Node};
 use super::plan::{Gathered, Role, Shape, build, ways};
 
-/// What a multiplication by a constant counts for in the search: less than one, since some are shared in the end.
+/// The cost of a multiplication by a constant in the search: less than one, since some are shared in the end.
 const CONSTANT: f64 = 0.7;
 
 /// Steps of the search for each block. Twice as many change the counts by less than 1 %.
@@ -39,12 +39,14 @@ fn anneal(shape: Shape, ways: &[Vec<Vec<Gathered>>]) -> Vec<usize> {
     let mut temperature = HOT;
     for _ in 0..STAGES {
         for _ in 0..STEPS_PER_BLOCK * ways.len() / STAGES {
+            // Propose another way for a random block.
             let block = random.below(ways.len());
             let (old, new) = (state.chosen[block], random.below(ways[block].len()));
             if old == new {
                 continue;
             }
             let change = state.change(&ways[block], block, new);
+            // Accept it by the criterion of Metropolis, and remember the best state.
             if change < temperature * random.exponential() {
                 cost += change;
                 if cost < best.0 {
@@ -54,12 +56,13 @@ fn anneal(shape: Shape, ways: &[Vec<Vec<Gathered>>]) -> Vec<usize> {
                 state.change(&ways[block], block, old);
             }
         }
+        // Cool down.
         temperature *= 0.5;
     }
     best.1
 }
 
-/// Changes single blocks as long as that makes the arithmetic shorter.
+/// Local search: changes single blocks as long as that makes the arithmetic shorter.
 fn refine(shape: Shape, blocks: &[Block], ways: &[Vec<Vec<Gathered>>], chosen: &mut [usize]) {
     let cost = |chosen: &[usize]| {
         let gathered: Vec<&[Gathered]> = chosen.iter().zip(ways).map(|(&n, ways)| ways[n].as_slice()).collect();

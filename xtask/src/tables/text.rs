@@ -1,4 +1,4 @@
-//! Arithmetic as Rust source.
+//! Code generation: Rust source from an expression graph.
 
 use std::fmt::Write as _;
 

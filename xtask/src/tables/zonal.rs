@@ -1,4 +1,4 @@
-//! The product of a zonal function about +z with a general one.
+//! Zonal products: a zonal function about +z times a general one.
 
 use std::collections::BTreeMap;
 

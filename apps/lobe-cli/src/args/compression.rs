@@ -23,7 +23,7 @@ pub(crate) struct Compression {
 }
 
 impl Compression {
-    /// How to compress, if that was asked for.
+    /// The options of compression, if that was asked for.
     pub(crate) fn options(&self) -> Option<CompressOptions> {
         if self.clusters.is_none() && self.components.is_none() && self.weights.is_none() {
             return None;

@@ -15,7 +15,7 @@ use crate::run::talk::Talk;
 /// The files that are read as environment maps.
 pub(crate) const PICTURES: &str = ".exr, .hdr, .pfm, .png, .jpg, .ktx2 or .dds";
 
-/// How many bytes at the beginning of a file show that it is an expansion.
+/// The number of bytes at the beginning of a file that are searched for the mark of an expansion.
 const HEAD: u64 = 256;
 
 /// A `.sh.json` file, or `-` for stdin.
@@ -67,7 +67,7 @@ pub(crate) struct NonfiniteOption {
 }
 
 impl NonfiniteOption {
-    /// What is done without the option.
+    /// The default: refusal.
     pub(crate) fn refuse() -> Self {
         Self { choice: NonfiniteChoice::Error }
     }
@@ -90,7 +90,7 @@ impl From<&NonfiniteOption> for Nonfinite {
     }
 }
 
-/// What is wrong with a file that is no picture.
+/// The error of a file that is no picture, in the words of the command.
 pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
     if holds_expansion(path) {
         return anyhow::anyhow!(
@@ -123,7 +123,7 @@ fn holds_expansion(path: &Path) -> bool {
     read.is_ok() && head.windows(9).any(|window| window == b"\"lobe-sh\"")
 }
 
-/// Notes what was found remarkable in a file.
+/// Notes the findings of reading a file.
 pub(crate) fn tell(report: &MapReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);

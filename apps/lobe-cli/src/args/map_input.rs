@@ -1,4 +1,4 @@
-//! Maps to read, in any mapping.
+//! Environment maps as inputs: files and their mappings, layouts and handedness.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// 256 K x 128 K: more than any picture has; asking for more is a slip of the finger.
+/// 256 K x 128 K: more than any picture has. A larger number is taken for a typing error.
 const MOST_TEXELS: usize = 1 << 35;
 
 /// Where a map is, and how it shows its surroundings.
@@ -86,7 +86,7 @@ impl From<Form> for Mapping {
 }
 
 impl MapInput {
-    /// The map at a path that says itself how it shows the surroundings.
+    /// The map at a path, whose mapping the file or its proportions tell.
     pub(crate) fn of(path: &Path) -> Self {
         let max_texels = MapReadOptions::default().max_texels;
         let map = MapPath { path: path.to_owned(), from: None, from_left_handed: false, max_texels };
@@ -97,7 +97,7 @@ impl MapInput {
         self.map.name()
     }
 
-    /// Reads the map, and tells what was found remarkable; pixels that are no numbers are treated as the options say.
+    /// Reads the map, and notes the findings; pixels that are no numbers are treated as the options say.
     ///
     /// Of a chain of levels the largest is the map, and that there are others is noted.
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<MappedMap> {
@@ -123,7 +123,8 @@ impl MapInput {
         levels.into_base()
     }
 
-    /// Reads the map as a lat-long one; a map of another mapping is converted to about as many texels, and that is noted.
+    /// Reads the map as a lat-long one; a map of another mapping is converted to about as many texels, and that is
+    /// noted.
     pub(crate) fn read_lat_long(&self, talk: Talk) -> anyhow::Result<EnvMap> {
         self.to_lat_long(self.read(talk)?, talk)
     }
@@ -144,7 +145,7 @@ impl MapPath {
         self.path.display().to_string()
     }
 
-    /// Reads the map, and tells what was found remarkable.
+    /// Reads the map, and notes the findings.
     pub(crate) fn read_with(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(LoadedMap, MapReadReport)> {
         let name = self.name();
         if name == "-" {

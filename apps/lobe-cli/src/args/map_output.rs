@@ -1,4 +1,4 @@
-//! Maps to write, in any mapping.
+//! Environment maps as outputs: files, layouts of cubes, texel formats and levels.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -141,7 +141,7 @@ impl MapOutput {
         self.is_texture() && !self.mips
     }
 
-    /// Refuses what could not be written, before any work is done for it.
+    /// Refuses an output that could not be written, before any work is done for it.
     pub(crate) fn check(&self, mapping: Mapping) -> anyhow::Result<()> {
         let is_texture = self.is_texture();
         let is_picture = matches!(self.output, MapFile::Picture(_));

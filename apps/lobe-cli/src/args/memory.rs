@@ -1,4 +1,4 @@
-//! The limit of memory: work that would take more is refused before it begins.
+//! Memory limit: work that would take more is refused before it begins.
 
 use anyhow::bail;
 use clap::Args;
@@ -17,8 +17,8 @@ pub(crate) struct MemoryLimit {
 }
 
 impl MemoryLimit {
-    /// Refuses the work `what`, which takes at most `bytes`, if that is above the limit or the system does not give it; `instead`
-    /// is what a user can ask for then.
+    /// Refuses the work `what`, which takes at most `bytes`, if that is above the limit or the system does not give it;
+    /// `instead` is what a user can ask for then.
     pub(crate) fn check(&self, what: &str, bytes: u64, instead: &str) -> anyhow::Result<()> {
         if bytes as f64 > self.max_memory * GIB {
             let (gib, limit) = (bytes as f64 / GIB, self.max_memory);

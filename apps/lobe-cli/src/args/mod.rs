@@ -1,7 +1,7 @@
 //! Arguments that several commands share: inputs, outputs, numbers and limits, with their checks.
 //!
-//! `values` parses numbers. `input`, `map_input`, `scene_input` and `transfer_input` open files, `output`, `map_output` and
-//! `picture` check and write them; `compression`, `memory` and `turn` are options. Uses `run`.
+//! `values` parses numbers. `input`, `map_input`, `scene_input` and `transfer_input` open files, `output`, `map_output`
+//! and `picture` check and write them; `compression`, `memory` and `turn` are options. Uses `run`.
 
 pub(crate) mod compression;
 pub(crate) mod input;

@@ -24,7 +24,7 @@ impl From<OsString> for ShOutput {
 }
 
 impl ShOutput {
-    /// Refuses what could not be written, before any work is done for it.
+    /// Refuses an output that could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         match self {
             Self::Stdout => Ok(()),

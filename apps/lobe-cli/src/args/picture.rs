@@ -1,4 +1,4 @@
-//! Pictures as results.
+//! Pictures as outputs: kinds of files, and notes on values that they cannot hold.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ use crate::args::input::texels_are;
 use crate::args::output;
 use crate::run::talk::Talk;
 
-/// A file to write a picture to; its extension says what kind.
+/// A file to write a picture to; its extension decides its kind.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PictureOutput {
     path: PathBuf,
@@ -48,17 +48,17 @@ impl PictureOutput {
         self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
     }
 
-    /// Refuses what could not be written, before any work is done for it.
+    /// Refuses an output that could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         output::prepare_file(&self.path)
     }
 
-    /// Writes the picture, and says what it is not.
+    /// Writes the picture, and notes the values that the format could not hold.
     pub(crate) fn write(&self, map: &EnvMap, talk: Talk) -> anyhow::Result<()> {
         self.write_with(map, &MapWriteOptions::default(), talk)
     }
 
-    /// Writes the picture with these options, and says what it is not.
+    /// Writes the picture with these options, and notes the values that the format could not hold.
     pub(crate) fn write_with(&self, map: &EnvMap, options: &MapWriteOptions, talk: Talk) -> anyhow::Result<()> {
         let name = self.path.display().to_string();
         match self.kind {
@@ -77,7 +77,7 @@ impl PictureOutput {
     }
 }
 
-/// Says how many texels a format could not hold as they were.
+/// Notes the number of texels that a format could not hold as they were.
 pub(crate) fn note_clamped(name: &str, report: MapWriteReport, talk: Talk) {
     if report.clamped > 0 {
         let texels = texels_are(report.clamped);

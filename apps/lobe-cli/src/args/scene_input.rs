@@ -1,4 +1,4 @@
-//! Scenes to work on.
+//! Scenes as inputs: files and built-in scenes.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use lobe::scene::{Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_s
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// What stands before the name of a scene that is part of the program.
+/// The prefix of the names of built-in scenes.
 const BUILT_IN: &str = "built-in:";
 
 /// Where a scene is.
@@ -28,7 +28,7 @@ pub(crate) struct SceneInput {
     max_triangles: Option<usize>,
 }
 
-/// More than rays can be traced among.
+/// The most triangles that rays can be traced among.
 const MOST_TRIANGLES: usize = (1 << 31) - 1;
 
 fn max_triangles(text: &str) -> Result<usize, String> {
@@ -46,7 +46,7 @@ impl SceneInput {
         self.path.display().to_string()
     }
 
-    /// The file, or what names a built-in scene.
+    /// The file, or the name of a built-in scene with its prefix.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -61,7 +61,7 @@ impl SceneInput {
         self.has_extension(&["glb", "gltf"]).then_some(self.path.as_path())
     }
 
-    /// Reads or makes the scene, and tells what was found remarkable.
+    /// Reads or makes the scene, and notes the findings.
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<Scene> {
         let name = self.name();
         self.check_up()?;
@@ -104,7 +104,7 @@ impl SceneInput {
         Ok(())
     }
 
-    /// How a file is to be read.
+    /// The options of reading a file.
     fn options(&self) -> SceneReadOptions {
         let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
@@ -118,7 +118,7 @@ impl SceneInput {
     }
 }
 
-/// Notes what was found remarkable in a file.
+/// Notes the findings of reading a file.
 fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);

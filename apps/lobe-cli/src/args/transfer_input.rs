@@ -1,4 +1,4 @@
-//! Transfer named on the command line.
+//! Transfer as an input: baked scenes and .safetensors files.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! A rotation on the command line.
+//! Rotations as options: axis and angle, quaternion or matrix.
 
 use anyhow::bail;
 use clap::Args;

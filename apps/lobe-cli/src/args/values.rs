@@ -1,4 +1,4 @@
-//! Parsers of the values that several sub-commands take.
+//! Parsers of numbers, directions, colors and orders, which several sub-commands share.
 
 use lobe::sh::{Dir, MAX_ORDER, Rgb};
 

@@ -25,11 +25,12 @@ use crate::run::bake_watch::{Checkpoint, tell_if_too_late, watched};
 use crate::run::bake_write::{stop_before_writing, stopped, write_watched};
 use crate::run::talk::Talk;
 
-/// As many as the bake takes.
+/// The most paths that a bake takes.
 const MAX_SAMPLES: usize = 1 << 24;
 const MAX_BOUNCES: usize = 255;
 
-/// Bytes that a texel of a lightmap takes in memory at most, beside what is written: a place on a triangle, and a receiver.
+/// Bytes that a texel of a lightmap takes in memory at most, beside what is written: a place on a triangle, and a
+/// receiver.
 const TEXEL: u64 = 40 + 44;
 
 const NOTES: &str = "\
@@ -194,7 +195,7 @@ impl Bake {
         .tell(&self.output, self.json, talk)
     }
 
-    /// An option that would be ignored is a misunderstanding.
+    /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
         let is_glossy = self.mode == ModeName::Glossy;
         let has_bounces = is_glossy || self.mode == ModeName::Interreflected;
@@ -241,7 +242,8 @@ impl Bake {
             .seed(self.seed)
     }
 
-    /// The scene with further vertices where transfer changes, if the options say so. What cannot be kept is found before.
+    /// The scene with further vertices where transfer changes, if the options say so. Refuses work whose results could
+    /// not be stored before it begins.
     fn split_adaptively(&self, scene: Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Scene> {
         let options = self.bake_options();
         if self.splitting.is_adaptive() {
@@ -266,9 +268,10 @@ impl Bake {
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
-        // All of the output but for the transfer, so that what is wrong with it shows before the bake.
+        // Prepare the output but for the transfer, so that its faults show before the bake.
         let glb = if self.is_glb() { Some(self.glb(world.scene, talk)?) } else { None };
         let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
+        // Refuse an output that has no room, before the bake.
         let channels = options.channels_for(&world.near, receivers.is_gray());
         let transfer = bytes(receivers.len(), self.order.pow(2), channels);
         if let Some(glb) = &glb {
@@ -280,9 +283,11 @@ impl Bake {
             transfer,
         )?;
         let bvh = Bvh::new(&world.near);
+        // Bake, into the checkpoint.
         let (transfer, report) =
             checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, &receivers, &options, job))?;
         let recipe = self.recipe(world.scene, &report);
+        // Write the transfer as it is, unless it is to be compressed.
         let Some(compression) = self.compression.options() else {
             write_watched(&transfer, talk, |transfer| match glb {
                 Some(glb) => glb.write(&self.output, transfer, &recipe),
@@ -290,6 +295,7 @@ impl Bake {
             })?;
             return Ok((report, None));
         };
+        // Compress it, and write the result.
         let loaded = transfer.load()?;
         let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&loaded, &compression, job))?;
         let Ok((compressed, saved)) = compressed else { return stopped() };
@@ -400,7 +406,7 @@ impl Bake {
         Ok(glb)
     }
 
-    /// Everything that decides the bytes of the output, and nothing that differs from run to run.
+    /// The recipe: everything that decides the bytes of the output, and nothing that differs from run to run.
     fn recipe(&self, scene: &Scene, report: &BakeReport) -> Recipe {
         let mut fingerprint = Fingerprint::of_kind(0);
         fingerprint_scene(&mut fingerprint, scene);

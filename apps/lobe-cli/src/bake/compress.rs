@@ -1,4 +1,4 @@
-//! `lobe compress`: transfer in fewer bytes.
+//! `lobe compress`: compression of transfer by clustered principal components.
 
 use std::path::PathBuf;
 
@@ -47,7 +47,7 @@ pub(crate) struct Compress {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Printed<'a> {
     receivers: usize,

@@ -1,4 +1,4 @@
-//! `lobe fit-lobes`: transfer as lobes that turn with a surface that bends.
+//! `lobe fit-lobes`: a fit of zonal lobes to transfer, for surfaces that bend.
 
 use std::path::PathBuf;
 
@@ -37,7 +37,7 @@ fn lobes(text: &str) -> Result<usize, String> {
     values::whole(text, 1, ZonalTransfer::MAX_LOBES, "a number of lobes")
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Printed {
     receivers: usize,

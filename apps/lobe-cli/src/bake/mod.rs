@@ -1,7 +1,7 @@
 //! Commands that make transfer: `lobe bake`, `lobe compress`, `lobe fit-lobes`.
 //!
-//! `bake` has the options and the work, `split` adds vertices before it,
-//! `report` tells what was done. `compress` and `fit_lobes` are commands of their own. Uses `args` and `run`.
+//! `bake` has the options and the work, `split` adds vertices before it, `report` prints the report. `compress` and
+//! `fit_lobes` are commands of their own. Uses `args` and `run`.
 
 pub(crate) mod bake;
 pub(crate) mod compress;

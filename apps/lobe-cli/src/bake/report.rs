@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::args::output;
 use crate::run::talk::Talk;
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Printed<'a> {
     vertices: usize,

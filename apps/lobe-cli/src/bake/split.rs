@@ -1,4 +1,4 @@
-//! Splitting triangles before a bake, so that there are vertices where light changes.
+//! Subdivision before a bake: options that split long edges, or those along which transfer changes.
 
 use clap::Args;
 use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, Mode, split_adaptively};
@@ -40,7 +40,7 @@ impl Splitting {
         })
     }
 
-    /// The scene with further vertices where its transfer changes, and what was done; `bake` is what is to be baked then.
+    /// The scene with further vertices where its transfer changes, and the report; `bake` has the options of the bake.
     pub(crate) fn split_adaptively(
         &self,
         scene: Scene,
@@ -59,7 +59,7 @@ impl Splitting {
     }
 }
 
-/// What adaptive splitting did, as a note.
+/// The report of adaptive splitting, as a note.
 pub(crate) fn note_of(report: &AdaptiveReport) -> String {
     let AdaptiveReport { vertices_before, vertices, rounds, unresolved, .. } = report;
     let mut text = format!("{vertices} vertices after {rounds} rounds of splitting, {vertices_before} before");

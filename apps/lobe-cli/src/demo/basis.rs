@@ -1,4 +1,4 @@
-//! The functions everything above is made of.
+//! Basis section of the demo: the spherical harmonics as balloons and on cubes.
 
 use lobe::image::Tone;
 use lobe::render::{basis_balloons, basis_crosses};

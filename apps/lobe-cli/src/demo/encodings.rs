@@ -1,4 +1,4 @@
-//! Irradiance in nine to twenty-seven numbers, each way of keeping it on a ball of its own.
+//! Encodings section of the demo: irradiance in nine to twenty-seven numbers, each encoding on a ball of its own.
 
 use lobe::env::irradiance_at;
 use lobe::image::{Picture, Sheet, Tone, error_map};

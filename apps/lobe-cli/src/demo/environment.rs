@@ -1,4 +1,4 @@
-//! The photograph itself.
+//! Environment section of the demo: the photograph.
 
 use lobe::env::lat_long;
 use lobe::image::{Picture, Tone};

@@ -1,4 +1,4 @@
-//! Every technique of environment mapping under one photograph.
+//! Environment-mapping section of the demo: every technique under one photograph.
 
 use lobe::env::{
     CubeMipChain, Mapping, PrefilterOptions, Resample, SunOptions, cube, extract_sun, prefilter_ggx, resample,

@@ -1,4 +1,4 @@
-//! A photograph as a few directional lights.
+//! Light-extraction section of the demo: a photograph as a few directional lights.
 
 use lobe::env::{EnvMap, SunOptions, extract_sun, project_env};
 use lobe::image::{Picture, Sheet, Tone};
@@ -60,7 +60,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// How far the one light that explains most is from the brightest place of the picture.
+    /// The angle between the one light that explains most and the brightest place of the picture.
     fn angles_table(&mut self, sky: &Sky) -> anyhow::Result<()> {
         (self.progress)("the strongest light by order");
         let sun = brightest_place(&sky.map);

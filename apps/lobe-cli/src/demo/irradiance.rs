@@ -1,4 +1,4 @@
-//! A white ball under the sky, by harmonics and by brute force.
+//! Irradiance section of the demo: a white ball under the sky, by spherical harmonics and by brute force.
 
 use lobe::env::{irradiance_at, irradiance_map_brute_force};
 use lobe::image::{Picture, Tone, color_bar, compare, error_map};

@@ -1,4 +1,4 @@
-//! Lights with a name in a few bands, beside what they are.
+//! Analytic lights section of the demo: projections in a few bands beside the lights themselves.
 
 use lobe::render::{CrossSection, Curve2d, LinePlot, PolarPlot};
 use lobe::sh::{Dir, Expansion as _, Light, Normalization, Rgb, ShVec, SphericalPolygon, Zonal};
@@ -106,7 +106,7 @@ impl Writer<'_> {
     }
 }
 
-/// How far the window of [`Writer::window_of_a_room`] reaches to either side, and up, at distance 1.
+/// The extent of the window of [`Writer::window_of_a_room`] to either side, and up, at distance 1.
 const WINDOW: [f64; 2] = [0.6, 0.8];
 
 impl Writer<'_> {
@@ -168,7 +168,7 @@ impl Writer<'_> {
     }
 }
 
-/// Every disc and, dashed and in the same color, what it is: a function of its half angle and of the angle.
+/// Every disc and, dashed and in the same color, the exact light: a function of its half angle and of the angle.
 fn cone_curves(cones: &[Zonal; 4], truth: impl Fn(f64, f64) -> f64) -> Vec<Curve2d<'static>> {
     let pair = |((degrees, label, color), cone): ((f64, &'static str, [u8; 3]), &Zonal)| {
         [

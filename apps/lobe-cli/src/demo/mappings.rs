@@ -1,4 +1,4 @@
-//! The eight ways to lay the sphere out, and what converting costs.
+//! Mappings section of the demo: the sphere unfolded in eight mappings, and the error of converting between them.
 
 use lobe::env::{MappedMap, Mapping, Resample, project_map, resample};
 use lobe::image::{Picture, Sheet, Tone};

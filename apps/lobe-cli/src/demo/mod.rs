@@ -40,11 +40,11 @@ const SWEEP: usize = 6;
 /// The color around the balls: black stays black at any exposure.
 const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 
-/// How bright the mean radiance of a photograph is shown beside its reconstructions, which are smooth: brighter
+/// The display value of the mean radiance of a photograph beside its reconstructions, which are smooth: brighter
 /// than middle gray, so that what is darker than the mean can be told apart.
 const MEAN_KEY: f64 = 0.3;
 
-/// What the progress bar counts: files, tables and the page.
+/// The steps of the progress bar: files, tables and the page.
 const STEPS: u64 = 142;
 
 #[derive(Args)]
@@ -57,7 +57,7 @@ pub(crate) struct Demo {
     quick: bool,
 }
 
-/// What the figures of one photograph have in common.
+/// The data that the figures of one photograph share.
 struct Sky {
     bundled: Bundled,
     map: EnvMap,
@@ -91,7 +91,7 @@ impl Demo {
 
 /// Writes the demo into `folder`, which is made if need be; `quick` draws smaller pictures.
 ///
-/// Returns the path of the page, which is written last: where it is, everything is.
+/// Returns the path of the page, which is written last, when everything else is complete.
 fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> anyhow::Result<PathBuf> {
     fs::create_dir_all(folder).map_err(|source| io_error(folder, source))?;
     let index = folder.join("index.html");

@@ -1,4 +1,4 @@
-//! One picture that tells the story: the photograph, its reconstructions, the balls.
+//! Overview picture of the demo: the photograph, its reconstructions, the balls.
 
 use lobe::image::{Picture, Sheet, Tone};
 use lobe::render::lat_long_picture_of;

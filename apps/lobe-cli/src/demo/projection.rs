@@ -1,4 +1,4 @@
-//! The same projection by exact sums and by sampling.
+//! Projection section of the demo: exact integration beside Monte Carlo and quasi-Monte Carlo sampling.
 
 use lobe::sh::{Coefficient as _, Expansion as _, MonteCarlo, Rgb, Sampling, ShVec, project_monte_carlo};
 

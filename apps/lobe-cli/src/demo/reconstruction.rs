@@ -1,4 +1,4 @@
-//! The photograph seen through its first bands.
+//! Reconstruction section of the demo: the photograph from its first bands.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! Light below zero, and how it is removed.
+//! Ringing section of the demo: light below zero, and deringing.
 
 use std::f64::consts::{PI, TAU};
 
@@ -31,7 +31,7 @@ const METHODS: [(&str, DeringMethod); 7] = [
 
 /// A function before and after, under the names of its files.
 struct Pair<'a> {
-    /// How the names of the files begin.
+    /// The prefix of the names of the files.
     stem: &'a str,
     before: &'a ShVec<f64>,
     after: &'a ShVec<f64>,
@@ -188,7 +188,7 @@ impl Writer<'_> {
             vec![
                 name.to_owned(),
                 bands(&report),
-                // What is proven is a little below zero: the width of the interval.
+                // The proven bound is a little below zero: the width of the interval.
                 format!("{} %", digits((1e4 * lowest_of_means(irradiance, &report.after)).round() / 1e2)),
                 format!("{} %", norm_kept(&report)),
             ]

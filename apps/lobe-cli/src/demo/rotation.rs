@@ -1,4 +1,4 @@
-//! The light turned about the vertical.
+//! Rotation section of the demo: the light turned about the vertical.
 
 use lobe::image::{Sheet, Tone};
 use lobe::render::{Ball, View};

@@ -1,4 +1,4 @@
-//! Skies from formulas, and lights of finite size.
+//! Sky models and area lights sections of the demo.
 
 use lobe::env::{CieSky, DiscLight, Ground, PolygonLight, PreethamSky, SphereLight, compare_approximations, sky_map};
 use lobe::image::{Picture, Sheet, Tone};
@@ -57,7 +57,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// How wrong it is to take a light for a point.
+    /// The error of taking an area light for a point.
     pub(super) fn area_lights(&mut self) -> anyhow::Result<()> {
         (self.progress)("area lights");
         self.page.section("When is a light a point?");

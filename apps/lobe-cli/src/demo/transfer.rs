@@ -1,4 +1,4 @@
-//! A scene that was baked once, under a sky that turns, beside paths of light.
+//! Transfer section of the demo: a baked scene under a turning sky, beside path-traced references.
 
 use lobe::image::{Picture, Pixel, Tone, compare, error_map, write_animated_png};
 use lobe::io::Job;
@@ -21,7 +21,7 @@ const TURNS: [f64; 3] = [0.0, 120.0, 240.0];
 /// Cells to the meter: shadows of columns need them.
 const DETAIL: usize = 3;
 
-/// How often light is reflected before it is reflected to the eye.
+/// Bounces before the reflection to the eye.
 const BOUNCES: usize = 2;
 
 /// Pictures of a full turn of the sky, shown in two seconds.
@@ -31,7 +31,7 @@ const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 /// Rays for a pixel and axis.
 const RAYS: usize = 2;
 
-/// The baked hall and how it is looked at.
+/// The baked hall and its camera.
 pub(super) struct Hall {
     scene: Scene,
     bvh: Bvh,
@@ -114,7 +114,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// How near the truth each order comes, with and without a window.
+    /// The PSNR of each order, with and without a window.
     fn transfer_table(&mut self, sky: &Sky, hall: &Hall, truths: &[Truth]) {
         (self.progress)("transfer by order");
         let mut rows = Vec::new();
@@ -153,7 +153,7 @@ impl Hall {
         let bvh = Bvh::new(&scene);
         let receivers = Receivers::at_vertices(&scene)?;
         let samples = picture as u32;
-        // As many bounces as the page says, whatever they carry.
+        // Bake as many bounces as the page says, whatever energy they carry.
         let options = BakeOptions::default()
             .mode(Mode::Interreflected)
             .order(SWEEP)

@@ -1,4 +1,4 @@
-//! Transfer that rings: a higher order that is farther from the truth, the cause, and the remedy, a window.
+//! Ringing of transfer in the demo: a higher order that is farther from the truth, the cause, and the remedy, a window.
 
 use lobe::image::{Picture, Pixel, Tone};
 use lobe::render::{Curve2d, Truth};
@@ -8,19 +8,19 @@ use super::lights::{BLACK, BLUE};
 use super::transfer::{Hall, about_z, calmed, covered};
 use super::{SWEEP, Sky, Writer, digits};
 
-/// What comes of light of one order.
+/// The results of light of one order.
 struct Row {
     order: usize,
     plain: Found,
     calm: Found,
 }
 
-/// What comes of a light.
+/// The results of a light.
 struct Found {
     psnr: f64,
-    /// How bright the darker half of the hall is, and the brighter half, each over what it is in truth.
+    /// The brightness of the darker half of the hall, and of the brighter half, each over that of the truth.
     halves: [f64; 2],
-    /// The part of the hall that sends less than nothing, in percent.
+    /// The part of the hall whose radiance is below zero, in percent.
     below_zero: f64,
 }
 

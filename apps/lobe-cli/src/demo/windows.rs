@@ -1,4 +1,4 @@
-//! Windows over the bands, and what they do to the most pointed light there is.
+//! Windows section of the demo: window functions over the bands, and the impulse under each of them.
 
 use anyhow::Context as _;
 use lobe::render::{CrossSection, Curve2d, PolarPlot};
@@ -15,7 +15,7 @@ const SAME_PEAK: f64 = 2.25;
 /// Points of a line between two bands.
 const FINE: usize = 32;
 
-/// A window with what the legend calls it; `None` is no window.
+/// A window with its name in the legend; `None` is no window.
 type Named<'a> = (&'a str, [u8; 3], Option<Window>);
 
 /// The impulse of order [`SWEEP`] towards +z under a window.
@@ -200,7 +200,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// The window that the light itself steers.
+    /// The window that adapts to the content of the light.
     fn content_window(&mut self) -> anyhow::Result<()> {
         self.page.section("Windows: none towards the light");
         let window = Window::Hanning { width: SWEEP as f64 };
@@ -283,7 +283,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What a light is blurred by before it is added to a probe.
+    /// The blur of a punctual light before it is added to a probe.
     fn punctual_light(&mut self) -> anyhow::Result<()> {
         self.page.section("Windows: point lights before they are added");
         let factors = Window::PunctualLight.factors(3);

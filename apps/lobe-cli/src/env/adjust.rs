@@ -1,4 +1,4 @@
-//! `lobe env adjust`: brighter, darker, clamped, nothing below black.
+//! `lobe env adjust`: exposure, scaling, clamping and removal of negative values of a map.
 
 use anyhow::bail;
 use clap::Args;
@@ -40,7 +40,7 @@ pub(crate) struct EnvAdjust {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Adjusted {
     blackened: Option<Blackened>,

@@ -1,4 +1,4 @@
-//! `lobe env ambient`: what a surface does with light that comes evenly from everywhere.
+//! `lobe env ambient`: the reflection of uniform light by a BRDF (its directional albedo).
 
 use std::str::FromStr;
 
@@ -35,7 +35,7 @@ enum Reflection {
     Ggx(Ggx),
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Ambient {
     radiance: Rgb<f64>,

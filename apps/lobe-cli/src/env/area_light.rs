@@ -1,4 +1,4 @@
-//! `lobe env area-light`: the light of a surface at a place, exactly and approximately.
+//! `lobe env area-light`: the irradiance of an area light, exactly and in the point and directional approximations.
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
@@ -91,7 +91,7 @@ struct Receiver {
     json: bool,
 }
 
-/// What `--json` prints; all for a light of radiance 1.
+/// The JSON of `--json`; all for a light of radiance 1.
 #[derive(Serialize)]
 struct Found {
     irradiance: f64,

@@ -1,4 +1,4 @@
-//! `lobe env dfg`: the table that goes with prefiltered maps.
+//! `lobe env dfg`: the DFG table of the split sum, which goes with prefiltered maps.
 
 use clap::Args;
 use lobe::env::{DfgTable, EnvMap};

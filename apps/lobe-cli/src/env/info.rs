@@ -20,7 +20,7 @@ pub(crate) struct EnvInfo {
     json: bool,
 }
 
-/// What `--json` prints. Pixels that are NaN or infinite count as black.
+/// The JSON of `--json`. Pixels that are NaN or infinite count as black.
 #[derive(Serialize)]
 struct Info {
     format: String,

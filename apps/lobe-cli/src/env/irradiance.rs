@@ -1,4 +1,4 @@
-//! `lobe env irradiance`: what a surface receives, for every direction it may face.
+//! `lobe env irradiance`: the irradiance map of an environment, by spherical harmonics or by brute force.
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
@@ -13,7 +13,7 @@ use crate::run::talk::Talk;
 /// The order where none is given: nine coefficients keep the irradiance to a few percent.
 const DEFAULT_ORDER: usize = 3;
 
-/// How often the bar moves, and how often the picture is prepared for summing.
+/// The steps of the progress bar, in each of which the picture is prepared for summing.
 const STEPS: usize = 32;
 
 #[derive(Args)]

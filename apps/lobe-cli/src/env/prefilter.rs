@@ -1,4 +1,4 @@
-//! `lobe env prefilter`: maps filtered in advance for glossy reflection.
+//! `lobe env prefilter`: maps prefiltered for glossy reflection, by GGX or Phong lobes.
 
 use std::ops::ControlFlow;
 use std::str::FromStr;
@@ -106,7 +106,7 @@ impl EnvPrefilter {
         }
     }
 
-    /// An option that would be ignored is a misunderstanding.
+    /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
         let is_chain = self.lobe == Lobe::Ggx;
         let ignored = [

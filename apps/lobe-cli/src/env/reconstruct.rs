@@ -1,4 +1,4 @@
-//! `lobe env reconstruct`: an expansion as a picture.
+//! `lobe env reconstruct`: an expansion as a lat-long picture.
 
 use clap::Args;
 use lobe::env::reconstruct;

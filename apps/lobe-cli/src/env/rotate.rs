@@ -1,4 +1,4 @@
-//! `lobe env rotate`: a map turned.
+//! `lobe env rotate`: rotation of a map.
 
 use clap::Args;
 use lobe::env::rotate_map;

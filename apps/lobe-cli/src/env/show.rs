@@ -1,4 +1,4 @@
-//! `lobe env show`: every technique of environment mapping under one map.
+//! `lobe env show`: a contact sheet of every technique of environment mapping under one map.
 
 use std::path::PathBuf;
 

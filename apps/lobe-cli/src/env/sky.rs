@@ -1,4 +1,4 @@
-//! `lobe env sky`: a sky from a formula, as a picture or as an expansion.
+//! `lobe env sky`: sky models (Preetham, CIE) as a picture or as an expansion.
 
 use std::str::FromStr;
 
@@ -101,7 +101,7 @@ impl EnvSky {
         }
     }
 
-    /// An option that would be ignored is a misunderstanding.
+    /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
         let is_picture = matches!(self.output, SkyOutput::Picture(_));
         let has_ground = self.ground != Rgb::splat(0.0);

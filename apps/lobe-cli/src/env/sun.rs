@@ -1,4 +1,4 @@
-//! `lobe env sun`: the sun of a map as a directional light, and the sky without it.
+//! `lobe env sun`: sun extraction, the sun of a map as a directional light and the sky without it.
 
 use anyhow::bail;
 use clap::Args;
@@ -32,7 +32,7 @@ pub(crate) struct EnvSun {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Found {
     direction: [f64; 3],

@@ -1,4 +1,4 @@
-//! `lobe env vector-irradiance`: the net flow of light at the place of a picture.
+//! `lobe env vector-irradiance`: the vector irradiance (net flux) of a map, and its flux through surfaces.
 
 use clap::Args;
 use lobe::env::{VectorIrradiance, irradiance_at, vector_irradiance};
@@ -27,7 +27,7 @@ pub(crate) struct EnvVectorIrradiance {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Found {
     vector: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-//! The light of a rendered scene.
+//! Light options of `lobe render`: a map or an expansion, its order, window and rotation.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::args::map_input::MapInput;
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// What to do about a map that is too large or has pixels that are no numbers.
+/// Advice on a map that is too large or has pixels that are no numbers.
 const CONVERT_FIRST: [&str; 2] =
     ["make it smaller with lobe env convert --max-texels", "lobe env convert --nonfinite zero makes them black"];
 
@@ -126,7 +126,7 @@ impl LightInput {
 }
 
 impl ReadLight {
-    /// What the light was before it was made an expansion, to look at behind the scene.
+    /// The light before it was made an expansion, as the background of the scene.
     pub(crate) fn as_it_is(&self) -> DistantLight {
         match (&self.map, &self.expansion) {
             (Some(map), _) => DistantLight::from_map(map.clone()),

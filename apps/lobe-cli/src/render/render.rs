@@ -27,7 +27,7 @@ use crate::run::bake_watch::Checkpoint;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
-/// Limits that only slips of the finger exceed.
+/// Limits of the options. Larger numbers are taken for typing errors.
 const MAX_SAMPLES: usize = 1 << 20;
 const MAX_BOUNCES: usize = 255;
 const MAX_FRAMES: usize = 1000;
@@ -39,18 +39,18 @@ const RAYS: usize = 4;
 /// Bounces without --bounces, as in the bake.
 const BOUNCES: usize = 3;
 
-/// The order of irradiance without --order: more of it is hardly seen.
+/// The order of irradiance without --order: higher bands hardly show.
 const IRRADIANCE_ORDER: usize = 3;
 
-/// A surface that an order of 4 can just show.
+/// The lobe without --lobe: about the sharpest that order 4 can show.
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 
 /// A turn of 36 frames takes three seconds.
 const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 
-/// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers four times:
-/// traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers five times: twice as
-/// they are, compressed in blocks and as a file, and some room.
+/// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers
+/// four times: traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers
+/// five times: twice as they are, compressed in blocks and as a file, and some room.
 const TRACED_PIXEL: u64 = 4 * 14 * 4;
 const SHADED_PIXEL: u64 = 4 * 3 * 5;
 
@@ -166,7 +166,7 @@ fn frames(text: &str) -> Result<usize, String> {
     values::whole(text, 2, MAX_FRAMES, "a number of pictures")
 }
 
-/// One picture, with all that is known of it if it was traced.
+/// A picture, with all its channels if it was traced.
 enum Rendered {
     Traced(Box<Truth>),
     Shaded(LitPicture),
@@ -187,7 +187,7 @@ enum Stage {
     Baked(Box<BakedScene>),
 }
 
-/// What stays the same from frame to frame.
+/// The inputs that all frames share.
 struct Work<'a> {
     stage: Stage,
     camera: Camera,
@@ -258,7 +258,7 @@ impl Render {
         Ok(())
     }
 
-    /// Renders and writes all pictures, one after the other; each is shown to `animate` and forgotten.
+    /// Renders and writes all pictures, one after the other; each is handed to `animate` and dropped.
     fn render_frames(
         &self,
         work: &Work<'_>,
@@ -301,7 +301,7 @@ impl Render {
         Ok(())
     }
 
-    /// Says so where the expansion of the light rings below zero and what it lights with it.
+    /// Notes where the picture is below zero because the expansion of the light rings.
     fn note_ringing(&self, below: f64, talk: Talk) {
         if below > 0.0 {
             let text = format!(
@@ -313,7 +313,7 @@ impl Render {
         }
     }
 
-    /// What is left when picture `k` was not finished.
+    /// The message when picture `k` was not finished: the files that are left.
     fn stopped(&self, k: usize, frames: usize) -> String {
         let complete =
             if self.frames.is_some() { format!("after {k} of {frames} pictures") } else { "before the end".into() };
@@ -371,7 +371,7 @@ impl Render {
         TruthOptions::default().width(width).height(height).count(count).paths(self.path_options())
     }
 
-    /// What all modes but truth look with.
+    /// The options of the view of all modes but truth.
     fn view_options(&self) -> ViewOptions {
         let (width, height) = self.view.size();
         let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
@@ -387,7 +387,7 @@ impl Render {
         PathOptions::default().bounces(bounces).surfaces(surfaces).seed(self.seed.unwrap_or(0))
     }
 
-    /// What transfer the mode needs.
+    /// The transfer that the mode needs.
     fn asked(&self) -> Option<Asked> {
         let mode = match self.mode {
             Mode::Truth | Mode::Irradiance => return None,
@@ -435,7 +435,7 @@ impl Render {
         self.memory.check(&format!("--size {width}x{height}"), bytes, "a smaller picture")
     }
 
-    /// An option that would be ignored is a misunderstanding.
+    /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
         let is_truth = self.mode == Mode::Truth;
         let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance);
@@ -468,7 +468,7 @@ impl Render {
         self.output.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
     }
 
-    /// Where picture `k` goes.
+    /// The path of picture `k`.
     fn frame_path(&self, k: usize) -> PathBuf {
         if self.frames.is_none() {
             return self.output.clone();

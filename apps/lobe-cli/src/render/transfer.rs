@@ -1,4 +1,4 @@
-//! A scene with the transfer that a mode of `lobe render` needs: read from a baked file, or baked on the way.
+//! Transfer of `lobe render`: the scene with the transfer that a mode needs, read from a file or baked on the way.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::run::bake_watch::watched;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
-/// What to do where a bake takes long.
+/// Advice where a bake takes long.
 const BAKE_FIRST: &str = "lobe bake can be stopped and continued, and what it writes can be rendered";
 
 /// The transfer that the options ask for.
@@ -42,8 +42,8 @@ pub(crate) fn parse_lobe(text: &str) -> Result<GlossyLobe, String> {
 }
 
 impl Asked {
-    /// Reads a scene that was baked, or a file of transfer beside a scene, or reads and bakes a scene; then bakes the backs of
-    /// double-sided surfaces as far as `view` shows them.
+    /// Reads a scene that was baked, or a file of transfer beside a scene, or reads and bakes a scene; then bakes the
+    /// backs of double-sided surfaces as far as `view` shows them.
     pub(crate) fn prepare(
         &self,
         input: &SceneInput,
@@ -156,7 +156,7 @@ fn watched_bake<T>(talk: Talk, bake: impl FnOnce(Job<'_>) -> Result<T, RenderErr
     baked.or_else(|_| bail!("stopped while transfer was baked, of which nothing is kept; {BAKE_FIRST}"))
 }
 
-/// Refuses to bake what takes too much memory.
+/// Refuses a bake that takes too much memory.
 fn check_memory(
     memory: &MemoryLimit,
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! The camera of a rendered scene and the size of its picture.
+//! Camera options of `lobe render`: the eye, its target, the field of view and the size of the picture.
 
 use std::str::FromStr;
 
@@ -10,7 +10,8 @@ use lobe::sh::Dir;
 
 use crate::args::values;
 
-/// The direction towards the eye without --eye: models of glTF face its +z, which is -y here; a little from the right and from above.
+/// The direction towards the eye without --eye: models of glTF face its +z, which is -y here; a little from the right
+/// and from above.
 const FRONT: [f64; 3] = [0.5, -1.0, 0.4];
 
 /// The most pixels on a side.

@@ -1,4 +1,4 @@
-//! Long work that is watched, stopped and continued.
+//! Progress, Ctrl-C and checkpoints of long work.
 
 use std::error::Error;
 use std::fs;
@@ -12,7 +12,7 @@ use lobe::render::RenderError;
 use crate::run::ctrl_c;
 use crate::run::talk::{ProgressLine, Talk};
 
-/// What a user can do about work that was stopped and has a checkpoint.
+/// Advice on work that was stopped and has a checkpoint.
 pub(crate) const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
 
 /// An error that may say that work was stopped.
@@ -32,8 +32,8 @@ impl Cancellable for RenderError {
     }
 }
 
-/// Does work, with a line of progress on a terminal, until it is done or the user presses Ctrl-C: then the inner error says how
-/// far it was.
+/// Does work, with a line of progress on a terminal, until it is done or the user presses Ctrl-C: then the inner error
+/// says how far it was.
 pub(crate) fn watched<T, E: Cancellable>(
     talk: Talk,
     what: &'static str,
@@ -53,20 +53,20 @@ pub(crate) fn watched<T, E: Cancellable>(
     }
 }
 
-/// Says that an output is there although the user has pressed Ctrl-C.
+/// Notes that an output is complete although the user has pressed Ctrl-C.
 pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     if ctrl_c::go_on().is_break() {
         talk.note(&output.display().to_string(), "complete; Ctrl-C came too late to stop it");
     }
 }
 
-/// Shows how far a bake is, or other work, which traces no rays.
+/// Shows the progress of a bake, or of other work, which traces no rays.
 fn show(line: &ProgressLine, progress: &Progress) {
     let pace = (progress.rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
     line.show(progress.done, progress.total, pace.as_deref(), progress.seconds_left());
 }
 
-/// Where a bake keeps what is done so far: beside its output. Splitting before it has files of its own, one for each round.
+/// The checkpoint of a bake, beside its output. Splitting before it has files of its own, one for each round.
 pub(crate) struct Checkpoint {
     path: PathBuf,
 }
@@ -89,7 +89,8 @@ impl Checkpoint {
         name.into()
     }
 
-    /// The files of the rounds there are. They are made in their order and removed in the reverse one, so that there are no gaps.
+    /// The files of the rounds there are. They are made in their order and removed in the reverse one, so that there
+    /// are no gaps.
     fn rounds(&self) -> Vec<PathBuf> {
         (0..).map(|round| self.of_round(round)).take_while(|path| path.exists()).collect()
     }
@@ -112,7 +113,8 @@ impl Checkpoint {
         }
     }
 
-    /// Refuses to begin beside a checkpoint that cannot be of this bake, whose splitting, or else whose bake, would be in vain.
+    /// Refuses to begin beside a checkpoint that cannot be of this bake, whose splitting, or else whose bake, would be
+    /// in vain.
     pub(crate) fn check_kind(&self, is_adaptive: bool) -> anyhow::Result<()> {
         let first_round = self.of_round(0);
         let (other, of) = match (is_adaptive, first_round.exists()) {
@@ -174,8 +176,8 @@ impl Checkpoint {
         })
     }
 
-    /// Refuses to begin work whose results do not fit on the disk: an output of `bytes` beside a checkpoint of `checkpoint` bytes,
-    /// of which some may be there already.
+    /// Refuses to begin work whose results do not fit on the disk: an output of `bytes` beside a checkpoint of
+    /// `checkpoint` bytes, of which some may be there already.
     pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64) -> anyhow::Result<()> {
         Self::check_rest(output, bytes, checkpoint.saturating_sub(length(&self.path)))
     }

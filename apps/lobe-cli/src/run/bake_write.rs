@@ -1,4 +1,4 @@
-//! Results on their way from a checkpoint to their file.
+//! Writing of results from a checkpoint to their file, with progress and Ctrl-C.
 
 use std::cell::RefCell;
 use std::error::Error;
@@ -85,7 +85,7 @@ impl<T: MatrixRows + ?Sized> MatrixRows for WatchedRows<'_, T> {
     }
 }
 
-/// Writes rows with a line that says how far it is. Ctrl-C ends it, and leaves the checkpoint and no output.
+/// Writes rows with a line of progress. Ctrl-C ends it, and leaves the checkpoint and no output.
 pub(crate) fn write_watched<T: ?Sized>(
     rows: &T,
     talk: Talk,
@@ -108,7 +108,7 @@ fn write_rows<T: ?Sized>(
     }
 }
 
-/// What remains to be said when the bake is done, but not what follows it.
+/// The error when the bake is done, but the work after it was stopped.
 pub(crate) fn stopped<T>() -> anyhow::Result<T> {
     bail!("stopped after the bake, before its output was written; {GO_ON}")
 }

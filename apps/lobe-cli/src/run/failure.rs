@@ -18,13 +18,13 @@ const DIFFERENT: u8 = 1;
 /// The exit code for every error, and for work that was stopped by Ctrl-C.
 pub(crate) const ERROR: u8 = 2;
 
-/// Why a command stops.
+/// A reason for which a command fails.
 pub(crate) enum Failure {
-    /// What was compared differs by more than was asked for; the result says by how much.
+    /// The compared pictures differ by more than the bound; the result states the difference.
     Different,
     /// An error of ours, to be shown as one line.
     Error(anyhow::Error),
-    /// What the parser of the command line has to say: an error, or help that was asked for.
+    /// A message of the parser of the command line: an error, or help that was asked for.
     Usage {
         error: Box<clap::Error>,
         /// The command whose help explains it, such as `lobe sh eval`.
@@ -59,11 +59,11 @@ impl Failure {
     }
 }
 
-/// What the last panic said, and where.
+/// The message of the last panic, and its place.
 static LAST_PANIC: Mutex<String> = Mutex::new(String::new());
 
-/// Panics print nothing by themselves: decoders of pictures panic on damaged files, which their callers catch and say in one
-/// line. What nobody caught is said by [`report_panic`].
+/// Panics print nothing by themselves: decoders of pictures panic on damaged files, which their callers catch and say
+/// in one line. What nobody caught is said by [`report_panic`].
 pub(crate) fn keep_panics_quiet() {
     panic::set_hook(Box::new(|info| {
         let said = info.payload_as_str().unwrap_or("no message");
@@ -107,7 +107,7 @@ fn plain(error: &anyhow::Error) -> String {
     }
 }
 
-/// What to do about a picture that an option of reading keeps out, where the command has that option.
+/// Advice on a picture that an option of reading keeps out, where the command has that option.
 fn in_flags(option: MapReadOption) -> String {
     match option {
         MapReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
@@ -141,7 +141,7 @@ fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
     }
 }
 
-/// What the system means and what to do, for the refusals that everybody meets; none for those with a message of ours.
+/// Plain words for common errors of the operating system; none for those with a message of Lobe.
 fn plain_refusal(refusal: &io::Error) -> Option<&'static str> {
     refusal.raw_os_error()?;
     Some(match refusal.kind() {

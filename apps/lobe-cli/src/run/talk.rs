@@ -1,10 +1,10 @@
-//! Notes and progress on stderr; progress is drawn on a terminal only.
+//! Notes and progress bars on stderr; progress is drawn on a terminal only.
 
 use std::io::{self, Write as _};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Says things about the work, unless `--quiet` forbids it.
+/// Prints notes and progress, unless `--quiet` forbids it.
 #[derive(Clone, Copy)]
 pub(crate) struct Talk {
     pub(crate) quiet: bool,
@@ -31,7 +31,7 @@ impl Talk {
         }
     }
 
-    /// A line that says how far work is, which knows its own pace; it is drawn on a terminal only.
+    /// A line of progress with its pace; it is drawn on a terminal only.
     pub(crate) fn progress(self, what: &'static str) -> ProgressLine {
         if self.quiet {
             return ProgressLine(ProgressBar::hidden());
@@ -44,12 +44,12 @@ impl Talk {
     }
 }
 
-/// What is done, how much of it, how fast, and how long the rest takes. It goes away when dropped.
+/// A line of progress: the part that is done, the pace, the time left. It goes away when dropped.
 pub(crate) struct ProgressLine(ProgressBar);
 
 impl ProgressLine {
-    /// Shows that `done` of `total` steps are done. `pace` is the work of a second with its unit, `seconds_left` an estimate; either may be
-    /// unknown.
+    /// Shows that `done` of `total` steps are done. `pace` is the work of a second with its unit, `seconds_left` an
+    /// estimate; either may be unknown.
     pub(crate) fn show(&self, done: usize, total: usize, pace: Option<&str>, seconds_left: Option<f64>) {
         self.0.set_length(total as u64);
         self.0.set_position(done as u64);

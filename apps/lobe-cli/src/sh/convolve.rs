@@ -1,4 +1,4 @@
-//! `lobe sh convolve`: an expansion blurred by a kernel.
+//! `lobe sh convolve`: convolution of an expansion with a zonal kernel.
 
 use std::ffi::OsString;
 use std::str::FromStr;
@@ -15,8 +15,8 @@ use crate::args::output::{QuantityOption, ShOutput};
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// The largest coefficient with m ≠ 0 that a kernel may have, relative to the largest coefficient of all: above the rounding of
-/// a kernel that was projected from a picture in `f32`, below what a picture could show.
+/// The largest coefficient with m ≠ 0 that a kernel may have, relative to the largest coefficient of all: above the
+/// rounding of a kernel that was projected from a picture in `f32`, below what a picture could show.
 const ZONAL_TOLERANCE: f64 = 1e-6;
 
 #[derive(Args)]

@@ -1,4 +1,4 @@
-//! `lobe sh dering`: an expansion made non-negative.
+//! `lobe sh dering`: deringing, an expansion made non-negative with little change.
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
@@ -59,7 +59,7 @@ fn method(text: &str) -> Result<DeringMethod, String> {
     name.parse().map_err(|error: ShError| error.to_string())
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Report<'a> {
     min_before: Vec<f64>,

@@ -1,4 +1,4 @@
-//! `lobe sh encode`: irradiance in a small encoding, as numbers.
+//! `lobe sh encode`: irradiance in a compact encoding, or as the constants of a shader.
 
 use std::f64::consts::FRAC_1_PI;
 use std::fmt::Write as _;
@@ -68,7 +68,7 @@ fn form(text: &str) -> Result<Form, String> {
     }
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Encoded {
     encoding: &'static str,
@@ -113,7 +113,7 @@ impl ShEncode {
         Encoded { encoding, floats, of, up, numbers }
     }
 
-    /// The name of the encoding, how many floats it has, and them.
+    /// The name of the encoding, the number of its floats, and the floats.
     fn numbers<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> (&'static str, usize, Vec<Row>) {
         let colors = || irradiance.map(|e| Rgb::from_channels(|c| e.channel(c % T::CHANNELS)));
         match self.form {

@@ -1,4 +1,4 @@
-//! `lobe sh encodings`: how well small encodings keep the irradiance of an environment map.
+//! `lobe sh encodings`: errors of compact encodings of the irradiance of an environment map.
 
 use clap::Args;
 use lobe::env::{EnvMap, irradiance_at, irradiance_sh};
@@ -9,14 +9,15 @@ use crate::args::map_input::MapInput;
 use crate::args::output;
 use crate::run::talk::Talk;
 
-/// The order of the irradiance that is encoded. Of a single lamp the bands left out have an RMS of 2.4 % of the mean (that of
-/// the clamped cosine beyond band 10, 0.0059 of 1/4); they concern only what is sampled or fitted over a hemisphere.
+/// The order of the irradiance that is encoded. Of a single lamp the bands left out have an RMS of 2.4 % of the mean
+/// (that of the clamped cosine beyond band 10, 0.0059 of 1/4); they concern only what is sampled or fitted over a
+/// hemisphere.
 const ORDER: usize = 12;
 
 /// Normals towards which the encodings are compared with the sum over all pixels.
 const NORMALS: usize = 1024;
 
-/// How often the bar moves, and how often the picture is prepared for summing.
+/// The steps of the progress bar, in each of which the picture is prepared for summing.
 const STEPS: usize = 16;
 
 #[derive(Args)]
@@ -29,7 +30,7 @@ pub(crate) struct ShEncodings {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 pub(crate) struct Measured {
     /// The mean irradiance of all channels over all normals.

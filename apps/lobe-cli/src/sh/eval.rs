@@ -21,7 +21,7 @@ pub(crate) struct ShEval {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Values {
     values: Vec<Vec<f64>>,

@@ -1,4 +1,4 @@
-//! `lobe sh info`: facts about an expansion.
+//! `lobe sh info`: order, range of values and band energies of an expansion.
 
 use clap::Args;
 use lobe::sh::{Coefficient, Dir, Expansion, FileCoefficients, ShVec};
@@ -27,7 +27,7 @@ pub(crate) struct ShInfo {
     json: bool,
 }
 
-/// What `--json` prints: one entry for each channel.
+/// The JSON of `--json`: one entry for each channel.
 #[derive(Debug, Serialize)]
 struct Info {
     order: usize,
@@ -89,7 +89,8 @@ impl Info {
     }
 }
 
-/// Where band 1 of a channel is largest: `(f_1, f_-1, f_0)` in Condon-Shortley's signs; none if it is nothing.
+/// The direction in which band 1 of a channel is largest: `(f_1, f_-1, f_0)` in Condon-Shortley's signs; none if it is
+/// nothing.
 fn towards<T: Coefficient<Scalar = f64>>(f: &ShVec<T>, channel: usize) -> Option<[f64; 3]> {
     if f.order() < 2 {
         return None;

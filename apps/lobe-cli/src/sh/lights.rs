@@ -1,4 +1,4 @@
-//! `lobe sh lights`: directional lights and ambient light in place of an expansion.
+//! `lobe sh lights`: light extraction, directional lights and ambient light in place of an expansion.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ use crate::args::input::ShInput;
 use crate::args::output;
 use crate::args::values;
 
-/// More lights than any expansion has maxima; asking for more is a slip of the finger.
+/// More lights than any expansion has maxima. A larger number is taken for a typing error.
 const MAX_LIGHTS: usize = 100;
 
 const UNITS: &str = "\
@@ -72,7 +72,7 @@ fn count(text: &str) -> Result<usize, String> {
     values::whole(text, 0, MAX_LIGHTS, "a number of lights")
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Lights {
     lights: Vec<Found>,
@@ -80,7 +80,7 @@ struct Lights {
     residual: Vec<f64>,
 }
 
-/// What `--json --per-channel` prints.
+/// The JSON of `--json --per-channel`.
 #[derive(Serialize)]
 struct Channels {
     channels: Vec<Lights>,

@@ -1,4 +1,4 @@
-//! `lobe sh min`: the least value of an expansion over the sphere, with proof.
+//! `lobe sh min`: the global minimum of an expansion over the sphere, with proven bounds.
 
 use std::fmt::Write as _;
 
@@ -30,7 +30,7 @@ pub(crate) struct ShMin {
     json: bool,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Minima {
     channels: Vec<Channel>,
@@ -44,7 +44,7 @@ struct Channel {
     dir: [f64; 3],
 }
 
-/// What `--bound --json` prints.
+/// The JSON of `--bound --json`.
 #[derive(Serialize)]
 struct Bounds {
     channels: Vec<Bound>,

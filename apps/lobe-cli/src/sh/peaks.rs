@@ -30,7 +30,7 @@ enum Search {
     Paper,
 }
 
-/// What `--json` prints.
+/// The JSON of `--json`.
 #[derive(Serialize)]
 struct Peaks {
     peaks: Vec<Found>,

@@ -1,4 +1,4 @@
-//! `lobe sh plot`: an expansion as a figure.
+//! `lobe sh plot`: balloon, cube-cross and polar plots of an expansion.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -111,7 +111,7 @@ impl ShPlot {
         Ok(())
     }
 
-    /// An option that would be ignored is a misunderstanding.
+    /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
         let is_polar = self.style == Style::Polar;
         if self.plane.is_some() && !is_polar {

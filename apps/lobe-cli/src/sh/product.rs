@@ -45,8 +45,8 @@ impl ShProduct {
 
 /// The quantity of a product, or the reason that it has none.
 ///
-/// Visibility is a mask: what is masked stays what it is, another visibility too. Radiance times radiance and the like have units
-/// of their own, for which a file has no name: `--quantity` gives one.
+/// Visibility is a mask: what is masked stays what it is, another visibility too. Radiance times radiance and the like
+/// have units of their own, for which a file has no name: `--quantity` gives one.
 fn quantity_of_product(a: Quantity, b: Quantity) -> Result<Quantity, String> {
     match (a, b) {
         (Quantity::LogVisibility, _) | (_, Quantity::LogVisibility) => {

@@ -1,4 +1,4 @@
-//! `lobe sh rotate`: an expansion turned.
+//! `lobe sh rotate`: rotation of an expansion.
 
 use clap::Args;
 use lobe::sh::{FileCoefficients, ShFile};

@@ -1,4 +1,4 @@
-//! `lobe sh window`: an expansion under a window, which trades ringing for blur.
+//! `lobe sh window`: window functions over the bands of an expansion, which trade ringing for blur.
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};

@@ -1,4 +1,4 @@
-//! Files that are damaged, missing, of another kind or too large: one clear line and exit code 2 for each.
+//! Invalid files: damaged, missing, of another kind or too large; one clear line and exit code 2 for each.
 
 use lobe::sh::{Quantity, ShVec};
 

@@ -1,4 +1,4 @@
-//! Command lines that cannot be meant: one line that says what is wrong and where help is.
+//! Invalid command lines: one line that names the fault and points to the help.
 
 use lobe::sh::{Quantity, ShVec};
 

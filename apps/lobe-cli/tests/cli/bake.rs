@@ -1,4 +1,4 @@
-//! `lobe bake`: what it writes, and what it refuses in one line before any work.
+//! `lobe bake`: its outputs, and refusals in one line before any work.
 
 use lobe::prt::{RecipeMode, read_compressed_transfer, read_matrices, read_neighborhood, read_transfer};
 use lobe::scene::{Mesh, SceneReadOptions, built_in, read_scene};
@@ -204,7 +204,7 @@ fn a_scene_far_from_its_origin_has_the_transfer_of_one_that_is_near() {
             let (_, said) = dir.lobe(&bake).succeeds();
             assert!(!said.contains("far from its origin"), "{said}");
             let bytes = dir.bytes(&format!("{name}.safetensors"));
-            // What is behind the header: the header has the name of the scene.
+            // Compare the data behind the header: the header has the name of the scene.
             let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
             bytes[8 + length..].to_vec()
         });

@@ -1,4 +1,4 @@
-//! `lobe bake` killed without a word of warning, at any moment: the same command goes on from what was saved, to the same bytes.
+//! `lobe bake` killed at any moment: the same command resumes from its checkpoint and writes the same bytes.
 
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
@@ -12,7 +12,7 @@ fn start(dir: &Dir, args: &str) -> Child {
     command.args(args.split(' ')).current_dir(dir.path("")).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Waits for at most so long; whether the command came to its end by itself.
+/// Waits for `time` at most; whether the command came to its end by itself.
 fn ends_within(child: &mut Child, time: Duration) -> bool {
     let start = Instant::now();
     while start.elapsed() < time {
@@ -25,15 +25,15 @@ fn ends_within(child: &mut Child, time: Duration) -> bool {
     false
 }
 
-/// Where a bake said it goes on from, in percent.
+/// The percentage from which a bake said that it resumes.
 fn resumed_from(stderr: &[u8]) -> Option<u32> {
     let said = String::from_utf8_lossy(stderr);
     let (_, rest) = said.split_once("note: out.glb.checkpoint: found; going on from ")?;
     Some(rest.split_once(" %").unwrap().0.parse().unwrap())
 }
 
-/// Outputs that are being written, or were when something happened. Empty ones, by which a bake finds at its start that it
-/// can write, do not count.
+/// Outputs that are being written, or were when something happened. Empty ones, by which a bake finds at its start that
+/// it can write, do not count.
 pub(crate) fn half_written(dir: &Dir) -> Vec<String> {
     let is_begun = |name: &String| dir.path(name).metadata().is_ok_and(|file| file.len() > 0);
     dir.names().into_iter().filter(|name| name.starts_with(".lobe-") && is_begun(name)).collect()
@@ -49,7 +49,8 @@ fn a_bake_killed_again_and_again_goes_on_and_ends_with_the_same_bytes() {
     let mut percents = vec![0];
     let mut runs = 0;
     loop {
-        // At once, before there is a checkpoint; then later every time, so that the end is reached on a busy machine too.
+        // At once, before there is a checkpoint; then later every time, so that the end is reached on a busy machine
+        // too.
         let time = whole * runs / 12;
         runs += 1;
         let mut child = start(&dir, &format!("{bake} out.glb"));

@@ -1,4 +1,4 @@
-//! Ctrl-C in `lobe bake`, `compress` and `fit-lobes`: what is left, and that the same command goes on.
+//! Ctrl-C in `lobe bake`, `compress` and `fit-lobes`: the files that are left, and resumption by the same command.
 
 use std::fs;
 use std::thread::sleep;
@@ -8,14 +8,14 @@ use crate::bake_killed::half_written;
 use crate::harness::Dir;
 use crate::stopped::{line, started, stopped};
 
-/// How a line ends that says how to continue.
+/// The end of a line that says how to continue.
 const GO_ON: &str = "; the same command goes on from there, --fresh starts anew\n";
 
-/// A bake of no work with so many vertices that what comes after it takes long.
+/// A bake that takes no time, of enough vertices that the work after it takes long.
 const MANY: &str = "bake built-in:ball --max-edge 0.1 --order 4 --mode unshadowed --quiet";
 
-/// Starts a command that takes minutes and presses Ctrl-C, later each time until `is_meant` says of its line that it was at the
-/// right moment; that line. What it leaves otherwise is removed.
+/// Starts a command that takes minutes and presses Ctrl-C, later each time until `is_meant` says of its line that it
+/// was at the right moment; that line. What it leaves otherwise is removed.
 fn pressed_until(dir: &Dir, args: &str, leaves: &[&str], is_meant: impl Fn(&str) -> bool) -> String {
     let before = dir.names();
     for tenths in [5, 10, 20, 40, 80, 160, 320] {

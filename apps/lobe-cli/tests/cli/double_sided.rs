@@ -8,8 +8,9 @@ use crate::harness::Dir;
 const ABOVE: &str = "--eye 0.1,0.2,3 --target 0,0,0 --fov 20 --size 16x12";
 const BELOW: &str = "--eye 0.1,0.2,-3 --target 0,0,0 --fov 20 --size 16x12";
 
-/// How far the means of a picture by transfer and of one by paths may be apart. 192 pixels of 256 paths, whose light deviates
-/// by about itself, are known to 0.5 %, and transfer of 1024 paths to about as much: twice their sum.
+/// The largest difference between the means of a picture by transfer and of one by paths. 192 pixels of 256 paths,
+/// whose light deviates by about itself, are known to 0.5 %, and transfer of 1024 paths to about as much: twice their
+/// sum.
 const TOLERANCE: f64 = 0.02;
 
 /// A white square that faces up, and light of other colors from above and from below.

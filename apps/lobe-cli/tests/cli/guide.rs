@@ -1,4 +1,4 @@
-//! The commands that the guide shows: every one exists, with every option that it is given.
+//! Commands in the guide: every one exists, with every option that it is given.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,4 +1,4 @@
-//! What makes a test of the command five lines long: a folder of its own, and a command that runs in it.
+//! Test harness of the command: a temporary folder, and commands that run in it.
 
 use std::fs;
 use std::io::Write as _;
@@ -51,7 +51,7 @@ impl Dir {
         read_sh_json(&self.path(name)).unwrap()
     }
 
-    /// Writes an environment map; the name's extension says how.
+    /// Writes an environment map; the name's extension decides the format.
     pub(crate) fn map(&self, name: &str, width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 3]) {
         let texels = (0..width * height).map(|i| Rgb::from(texel(i % width, i / width))).collect();
         let map = EnvMap::new(width, height, texels).unwrap();
@@ -82,7 +82,7 @@ pub(crate) struct TestCommand {
 }
 
 impl TestCommand {
-    /// What the command reads on stdin; nothing unless this is called.
+    /// The bytes that the command reads on stdin; none unless this is called.
     pub(crate) fn stdin(mut self, bytes: impl Into<Vec<u8>>) -> Self {
         self.stdin = bytes.into();
         self

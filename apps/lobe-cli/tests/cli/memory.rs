@@ -1,4 +1,4 @@
-//! Work that takes more memory than there is, or than it should, is refused before it begins; all other work is done.
+//! Memory limits: work that takes more memory than allowed or available is refused before it begins.
 
 #[cfg(target_os = "linux")]
 use std::process::{Command, Output, Stdio};
@@ -7,11 +7,11 @@ use std::time::Duration;
 
 use crate::harness::Dir;
 
-/// How far apart two runs of the same work may be: what has been given back stays with the program for a while.
+/// The largest difference of two runs of the same work: freed memory stays with the program for a while.
 #[cfg(target_os = "linux")]
 const SLACK: u64 = 8 << 20;
 
-/// Runs `lobe` where only so many KiB of addresses can be had, in one thread: each has a stack and a heap of its own.
+/// Runs `lobe` with `kib` KiB of address space, in one thread, since each has a stack and a heap of its own.
 #[cfg(target_os = "linux")]
 pub(crate) fn limited(dir: &Dir, kib: u64, args: &str) -> Output {
     let lobe = env!("CARGO_BIN_EXE_lobe");
@@ -79,8 +79,8 @@ fn what_the_system_does_not_give_is_told_and_nothing_aborts() {
     assert_eq!(dir.names(), before, "nothing was written");
 }
 
-/// Runs `lobe` to its end, which must be good, and returns the most bytes that it had in memory; what it took in its last
-/// millisecond may be missing.
+/// Runs `lobe` to its end, which must be good, and returns the most bytes that it had in memory; what it took in its
+/// last millisecond may be missing.
 #[cfg(target_os = "linux")]
 fn peak(dir: &Dir, args: &str) -> u64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));

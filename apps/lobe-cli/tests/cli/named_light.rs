@@ -1,4 +1,4 @@
-//! `lobe light` and `lobe sh lights`: lights into expansions, and out of them again.
+//! `lobe light` and `lobe sh lights`: projection of analytic lights, and extraction of lights.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! `lobe project`: from pictures to expansions.
+//! `lobe project`: projections of pictures onto expansions.
 
 use std::f64::consts::PI;
 

@@ -45,7 +45,7 @@ fn every_mode_makes_a_picture_of_its_size_with_what_gets_into_a_closed_box() {
         let (width, height, found) = pixels(&dir, &format!("{mode}.exr"));
         assert_eq!((width, height), (20, 10), "{mode}");
         for pixel in found {
-            // What is not black has been through f32 and the projection of a picture.
+            // Light has been rounded to f32 and projected from a picture.
             let error = pixel.to_array().map(|c| (c - expected).abs()).into_iter().fold(0.0, f32::max);
             assert!(error <= 1e-5 * expected, "{mode}: {pixel:?} instead of {expected}");
         }

@@ -1,4 +1,4 @@
-//! `lobe sh window`, `lobe sh dering`, `lobe sh min`: what ringing there is, and its end.
+//! `lobe sh window`, `lobe sh dering`, `lobe sh min`: ringing, its bounds and its removal.
 
 use std::f64::consts::PI;
 

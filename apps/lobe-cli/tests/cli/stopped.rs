@@ -1,4 +1,4 @@
-//! Ctrl-C in `lobe render`: what is left, and that the same command goes on.
+//! Ctrl-C in `lobe render`: the files that are left, and resumption by the same command.
 
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
@@ -12,7 +12,7 @@ pub(crate) fn started(dir: &Dir, args: &str) -> Child {
     command.spawn().unwrap()
 }
 
-/// Presses Ctrl-C as soon as a file is there; what the command then says, or none if it was done before.
+/// Presses Ctrl-C as soon as a file is there; the output of the command, or none if it was done before.
 pub(crate) fn stopped(dir: &Dir, mut child: Child, file: &str) -> Option<Output> {
     while !dir.path(file).exists() && child.try_wait().unwrap().is_none() {
         sleep(Duration::from_millis(5));

@@ -1,4 +1,4 @@
-//! `lobe compress` and `lobe fit-lobes`: transfer in other forms.
+//! `lobe compress` and `lobe fit-lobes`: compressed and zonal transfer.
 
 use lobe::prt::{Channels, Recipe, Transfer, read_compressed_transfer, read_zonal_transfer, write_transfer};
 use lobe::sh::{Dir as Direction, Zonal};
@@ -54,7 +54,7 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
     };
     let plain = picture("b.glb", "plain");
     let largest = plain.iter().copied().fold(0.0, f32::max);
-    // Rendering tells forms apart by what they lose: 8 components of 9 lose next to nothing, one lobe some hundredths.
+    // The forms differ by their errors: 8 components of 9 lose next to nothing, one lobe some hundredths.
     for (name, limit) in [("c", 2e-3), ("p", 2e-3), ("z", 0.3)] {
         let found = picture(&format!("built-in:ball --transfer {name}.safetensors"), name);
         let worst = plain.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / largest;

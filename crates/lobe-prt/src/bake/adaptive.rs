@@ -1,4 +1,4 @@
-//! Adaptive splitting of triangles where transfer changes.
+//! Adaptive subdivision: triangles split where transfer changes along their edges.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::{BakeOptions, Mode, PrtError, Receivers, Transfer, bake, bake_on_disk
 /// The shortest edge that is split if nothing else is said, as a part of the scene's diagonal.
 const SHORTEST_EDGE: f32 = 1.0 / 512.0;
 
-/// How a scene is split where its transfer changes.
+/// Options of [`split_adaptively`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AdaptiveOptions {
@@ -20,7 +20,7 @@ pub struct AdaptiveOptions {
     pub threshold: f64,
     /// Edges that are shorter are left. Without a choice that is 1/512 of the diagonal of the scene's box.
     pub min_edge: Option<f32>,
-    /// How transfer is estimated at each vertex. Its noise should be well below the threshold.
+    /// Options of the bake that estimates transfer at each vertex. Its noise should be well below the threshold.
     pub bake: BakeOptions,
 }
 
@@ -33,11 +33,11 @@ impl Default for AdaptiveOptions {
 
 setters!(AdaptiveOptions { threshold: f64, min_edge: Option<f32>, bake: BakeOptions });
 
-/// What an adaptive split did.
+/// The report of an adaptive split.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AdaptiveReport {
-    /// How often edges were halved.
+    /// Rounds in which edges were halved.
     pub rounds: usize,
     /// Vertices at the beginning.
     pub vertices_before: usize,
@@ -52,21 +52,22 @@ pub struct AdaptiveReport {
 /// Splits a scene until transfer changes little along every edge, or the edge is short.
 ///
 /// ```text
-///   an edge ab is halved if  ‖T_a - T_b‖ > t R  and  |ab| ≥ e,    R² = mean over the vertices of the given scene of ‖T‖²
+///   an edge ab is halved if  ‖T_a - T_b‖ > t R  and  |ab| ≥ e,  R² = mean over the vertices of the given scene of ‖T‖²
 /// ```
 ///
 /// R makes the threshold t a part of what surfaces of this scene send back at all, so that noise in dark corners splits
-/// nothing. The rest of the scene hardly changes where edges are halved, and transfer is baked for new vertices alone. The first
-/// vertices of each mesh are those it had. The bake of the result is up to the caller.
+/// nothing. The rest of the scene hardly changes where edges are halved, and transfer is baked for new vertices alone.
+/// The first vertices of each mesh are those it had. The bake of the result is up to the caller.
 ///
-/// The job is told of each [round](Progress::round) anew. If it is [kept in a file](Job::kept_in), each round keeps what it finds
-/// in a file of its own, whose name has `.split-` and the number of the round appended. Splitting that was stopped, or killed
-/// at any moment, continues from these files and ends with the same scene; edges are halved once more, which takes no rays.
-/// All files stay locked until it ends. The caller removes them, the last one first, when the results are safe.
+/// The job is told of each [round](Progress::round) anew. If it is [kept in a file](Job::kept_in), each round keeps
+/// what it finds in a file of its own, whose name has `.split-` and the number of the round appended. Splitting that
+/// was stopped, or killed at any moment, continues from these files and ends with the same scene; edges are halved once
+/// more, which takes no rays. All files stay locked until it ends. The caller removes them, the last one first, when
+/// the results are safe.
 ///
 /// # Errors
-/// [`PrtError::Options`] if an option is out of its range, [`PrtError::Scene`] if the scene would have more than 2²⁶ triangles;
-/// for the job those of [`bake()`].
+/// [`PrtError::Options`] if an option is out of its range, [`PrtError::Scene`] if the scene would have more than 2²⁶
+/// triangles; for the job those of [`bake()`].
 pub fn split_adaptively(
     scene: &Scene,
     options: &AdaptiveOptions,
@@ -97,7 +98,7 @@ fn path_of_round(checkpoint: &Path, round: usize) -> PathBuf {
     name.into()
 }
 
-/// The transfer of some receivers, and how many rays it took.
+/// The transfer of some receivers, and the number of rays traced for it.
 type Round = Result<(Transfer, u64), PrtError>;
 
 /// Bakes the receivers of a round, whose number comes first.
@@ -118,7 +119,7 @@ fn split(
     let vertices = scene.vertex_count();
     let mut report = AdaptiveReport { rounds: 0, vertices_before: vertices, vertices, rays: 0, unresolved: 0 };
     let mut scene = scene.clone();
-    // What all vertices need, new ones alone might need less.
+    // Decide the channels by all vertices: new ones alone might need fewer.
     let channels = options.bake.channels_for(&scene, Receivers::at_vertices(&scene)?.is_gray());
     let bake = BakeOptions { channels: Some(channels), ..options.bake.clone() };
     let mut known = Known { rows: vec![Vec::new(); scene.meshes().len()], row: 0 };
@@ -156,7 +157,7 @@ struct Known {
 }
 
 impl Known {
-    /// How many rays it took.
+    /// Bakes the vertices that are not known yet; returns the number of rays traced.
     fn bake_new_vertices(&mut self, scene: &Scene, bake: &mut dyn FnMut(&Receivers) -> Round) -> Result<u64, PrtError> {
         let all = Receivers::at_vertices(scene)?;
         let (mut positions, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new());
@@ -200,7 +201,7 @@ fn diagonal(scene: &Scene) -> f32 {
     (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f32>().sqrt()
 }
 
-/// How many edges are to be counted, each once by the indices of its ends.
+/// The number of edges that satisfy `is_counted`, each once by the indices of its ends.
 fn count_edges(scene: &Scene, is_counted: impl Fn(usize, [u32; 2]) -> bool) -> usize {
     let edges = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| [a.min(b), a.max(b)]);
     let of_mesh = |(m, mesh): (usize, &Mesh)| {

@@ -1,4 +1,4 @@
-//! Baking transfer.
+//! The bake: transfer vectors of receivers, in memory or on disk, by the loop that all bakes share.
 
 use std::time::Instant;
 
@@ -13,22 +13,22 @@ use crate::job::fingerprint::fingerprint_scene;
 use crate::job::stored_rows::StoredRows;
 use crate::{BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
 
-/// Bakes what receivers in a scene do to light.
+/// Bakes the transfer vectors of receivers in a scene.
 ///
 /// ```text
 ///   Tᵢ = ρ/π ∫ max(n·s, 0) L_in(s; yᵢ) ds
 ///   L_in(s; yᵢ) = yᵢ(s) where the ray escapes, else B of what it hits, 0 after the last bounce
 /// ```
 ///
-/// This is the transfer of [Sloan, Kautz and Snyder 2002], who take light that is sent on from the vertices around a hit.
-/// Here nothing is interpolated: paths from each receiver are followed until they escape, so that the expectation
-/// is exact for any number of them. Surfaces are Lambert with the base color, metals too; alpha masks have holes; back sides reflect where the material is
-/// double-sided and are black elsewhere. Directions are scrambled Sobol' points, independent from receiver to
-/// receiver. Coefficients depend on the arguments alone, not on the number of threads.
+/// This is the transfer of [Sloan, Kautz and Snyder 2002], who interpolate the light that vertices around a hit send
+/// on. Here nothing is interpolated: paths from each receiver are followed until they escape, so that the expectation
+/// is exact for any number of them. Surfaces are Lambert with the base color, metals too; alpha masks have holes; back
+/// sides reflect where the material is double-sided and are black elsewhere. Directions are scrambled Sobol' points,
+/// independent from receiver to receiver. Coefficients depend on the arguments alone, not on the number of threads.
 ///
-/// The job is told about once a second which receivers are done. If it is [kept in a file](Job::kept_in), results go there
-/// about once a second, too, and reach the disk within 10 s; if a single receiver takes longer than that, when it is
-/// done. The file has its final size from the start, so that a full disk is found before the work.
+/// The job is told about once a second which receivers are done. If it is [kept in a file](Job::kept_in), results go
+/// there about once a second, too, and reach the disk within 10 s; if a single receiver takes longer than that, when it
+/// is done. The file has its final size from the start, so that a full disk is found before the work.
 ///
 /// ```
 /// use lobe_io::Job;
@@ -45,8 +45,8 @@ use crate::{BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transf
 ///
 /// # Errors
 /// [`PrtError::Options`] if an option is out of its range or the tree is of another scene; [`PrtError::Cancelled`] if
-/// the job was told to stop. With a checkpoint, [`PrtError::Io`] if it cannot be written or the disk has no room for it and
-/// [`PrtError::Invalid`] if it is that of another bake, no checkpoint, or in use.
+/// the job was told to stop. With a checkpoint, [`PrtError::Io`] if it cannot be written or the disk has no room for it
+/// and [`PrtError::Invalid`] if it is that of another bake, no checkpoint, or in use.
 pub fn bake(
     scene: &Scene,
     bvh: &Bvh,
@@ -60,7 +60,8 @@ pub fn bake(
     Ok((Transfer::new(options.order, channels, rows)?, report))
 }
 
-/// [`fn@bake`] with results that stay in the checkpoint of the job, from where they are written to another file or loaded.
+/// [`fn@bake`] with results that stay in the checkpoint of the job, from where they are written to another file or
+/// loaded.
 ///
 /// Beside the scene, its tree and the receivers, memory holds 4 MiB of results for each thread, however many there are.
 ///
@@ -79,7 +80,7 @@ pub fn bake_on_disk(
     Ok((StoredTransfer { order: options.order, channels, rows }, report))
 }
 
-/// What tells this bake from all others.
+/// The fingerprint of everything that decides this bake.
 fn fingerprint(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> Fingerprint {
     /// The kind of this work among fingerprints.
     const KIND: u64 = 1;
@@ -98,7 +99,7 @@ pub(crate) struct PreparedBake<E> {
 }
 
 impl<E: Estimator> PreparedBake<E> {
-    /// Finds how many bounces to bake, and has the estimator told.
+    /// Finds the number of bounces to bake by the pilot, and limits the estimator to it.
     pub(crate) fn new(mut estimator: E, energy_stop: f64, limit_bounces: impl FnOnce(&mut E, usize)) -> Self {
         let start = Instant::now();
         let pilot = pilot(&estimator, energy_stop);
@@ -122,7 +123,7 @@ impl<E: Estimator> PreparedBake<E> {
         Ok((memory.rows, report))
     }
 
-    /// Estimates what a checkpoint has not yet.
+    /// Estimates the chunks that the checkpoint does not hold yet.
     pub(crate) fn run_on_disk(
         self,
         fingerprint: impl FnOnce(&E) -> Fingerprint,
@@ -131,13 +132,16 @@ impl<E: Estimator> PreparedBake<E> {
         let path = job.checkpoint().ok_or_else(|| {
             PrtError::Options("expected a job that is kept in a file, in which the results stay".to_owned())
         })?;
+        // Open the checkpoint, which holds the chunks of an earlier run of the same bake.
         let fingerprint = fingerprint(&self.estimator);
         let mut checkpoint = Checkpoint::open(path, &self.estimator, fingerprint, self.pilot.bounces)?;
+        // Estimate the other chunks; wait for the disk where that is interrupted.
         let outcome = run(&self.estimator, &mut checkpoint, &mut job);
         if outcome.is_err() {
             checkpoint.sync()?;
         }
         outcome?;
+        // Sum up the report.
         let (tally, rows) = checkpoint.finish()?;
         Ok((rows, self.report(&tally)))
     }

@@ -10,8 +10,8 @@ const LANES: usize = 16;
 
 /// `Σ_k w_k y_i(s_k)` over directions `s_k` that come one by one, for one or three weights each.
 ///
-/// The basis is evaluated in `f32` for 64 directions at once. Their products are added up in `f32`, four to each of 16 lanes, and
-/// the lanes and batches in `f64`: what rounding adds is below that of the basis itself, 1e-6, however many
+/// The basis is evaluated in `f32` for 64 directions at once. Their products are added up in `f32`, four to each of 16
+/// lanes, and the lanes and batches in `f64`: what rounding adds is below that of the basis itself, 1e-6, however many
 /// directions there are. The test `sums_are_those_of_the_basis` measures both together.
 #[derive(Clone, Debug)]
 pub(crate) struct BasisSum {
@@ -64,7 +64,7 @@ impl BasisSum {
         if self.count == 0 {
             return;
         }
-        // What is left of an earlier batch counts for nothing.
+        // Clear the weights that are left of an earlier batch.
         for axis in 0..3 {
             self.weights[axis][self.count..].fill(0.0);
         }

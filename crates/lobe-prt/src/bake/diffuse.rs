@@ -1,4 +1,4 @@
-//! Transfer of matte receivers.
+//! Diffuse transfer: the vectors of matte receivers by Monte Carlo sampling.
 
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Dir, Expansion as _, Zonal};
@@ -10,7 +10,7 @@ use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
 use crate::{BakeOptions, Channels, Mode, Receivers};
 
-/// Transfer vectors by sampling.
+/// The estimator of transfer vectors.
 ///
 /// ```text
 ///   Tᵢ = ρ/π ∫ max(n·s, 0) (path from s) ds ≈ ρ/N Σ_k w_k yᵢ(s_k),    paths k of N that escape
@@ -28,7 +28,7 @@ pub(crate) struct Diffuse<'a> {
     cosine: Zonal,
 }
 
-/// What a thread keeps between receivers.
+/// The buffers of a thread.
 pub(crate) struct Scratch {
     sum: BasisSum,
     directions: Vec<[f32; 3]>,
@@ -119,7 +119,7 @@ impl<'a> Diffuse<'a> {
         self.receivers.albedos()[receiver].map(f64::from)
     }
 
-    /// What a path that escapes is worth.
+    /// The factors of the sums over escaping paths, by channel.
     fn factors(&self, receiver: usize) -> [f64; 3] {
         self.albedo(receiver).map(|rho| rho / f64::from(self.options.samples))
     }
@@ -149,7 +149,7 @@ impl Estimator for Diffuse<'_> {
     }
 
     fn scratch(&self) -> Scratch {
-        // What is only stopped is so in all colors alike.
+        // Visibility alone has no hue.
         let channels = if self.options.mode == Mode::Interreflected { self.channels.count() } else { 1 };
         Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
     }

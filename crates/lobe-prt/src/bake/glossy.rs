@@ -1,4 +1,4 @@
-//! Baking transfer matrices, which glossy receivers need.
+//! Glossy transfer: the transfer matrices of receivers or of points in space, by Monte Carlo sampling.
 
 use std::f64::consts::{PI, TAU};
 
@@ -45,7 +45,7 @@ pub fn bake_matrices_on_disk(
     bake_points_on_disk(scene, bvh, Points::of(receivers), options, job)
 }
 
-/// Where matrices are baked: on surfaces, or in space.
+/// The points that matrices are baked for: receivers on surfaces, or points in space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Points<'a> {
     pub(crate) positions: &'a [[f32; 3]],
@@ -104,7 +104,7 @@ fn prepare<'a>(
     Ok(PreparedBake::new(matrices, options.energy_stop, |matrices, bounces| matrices.bounces = bounces))
 }
 
-/// Matrices by sampling:
+/// The estimator of matrices:
 ///
 /// ```text
 ///   M_ij ≈ |Ω|/N Σ_k w_k yᵢ(a_k) yⱼ(b_k),    path k starts along a_k, uniform over Ω, and escapes along b_k
@@ -132,7 +132,7 @@ impl Matrices<'_> {
         fingerprint
     }
 
-    /// What happens to the path that starts along a ray.
+    /// The end of the path that starts along a ray.
     fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
         match self.options.mode {
             Mode::Unshadowed => PathEnd::Escaped { direction: ray.direction, weight: [1.0; 3], bounce: 0 },

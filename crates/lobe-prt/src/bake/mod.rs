@@ -1,9 +1,9 @@
 //! Baking: path tracing from each receiver, summed into coefficients.
 //!
-//! Read `options` first, then `bake`, which all kinds of bakes share; `tracer` follows a path; `diffuse` sums vectors of
-//! matte receivers by `basis_sum`, `glossy` sums matrices by `outer_sum`, `transfer_grid` bakes matrices in space. `pilot` looks
-//! beforehand how many bounces matter, `adaptive` splits edges where transfer changes. May use receivers, transfer, job and
-//! sampling.
+//! Read `options` first, then `bake`, which all kinds of bakes share; `tracer` follows a path; `diffuse` sums vectors
+//! of matte receivers by `basis_sum`, `glossy` sums matrices by `outer_sum`, `transfer_grid` bakes matrices in space.
+//! `pilot` finds beforehand the number of bounces, `adaptive` splits edges where transfer changes. May use receivers,
+//! transfer, job and sampling.
 
 pub(crate) mod adaptive;
 pub(crate) mod bake;

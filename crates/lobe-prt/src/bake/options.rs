@@ -8,22 +8,22 @@ use crate::setters::setters;
 use crate::transfer::transfer::check_order;
 use crate::{Channels, PrtError};
 
-/// What the light may do on its way to a receiver.
+/// The light paths of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mode {
-    /// It meets nothing: the closed form.
+    /// Direct light without occlusion: the closed form.
     Unshadowed,
-    /// The scene stops it.
+    /// Direct light with shadows.
     Shadowed,
-    /// The scene stops it and sends it on.
+    /// Shadows and interreflections.
     Interreflected,
 }
 
-/// How transfer is baked.
+/// Options of a bake.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BakeOptions {
-    /// What the light may do.
+    /// The light paths.
     pub mode: Mode,
     /// Number of bands, 1 to 8.
     pub order: usize,
@@ -31,8 +31,8 @@ pub struct BakeOptions {
     pub samples: u32,
     /// Reflections at most, for [`Mode::Interreflected`]; at most 255.
     pub bounces: usize,
-    /// Bounces that carry less than this part of the energy are left out, see [`BakeReport::energy_per_bounce`]; 0 keeps
-    /// all.
+    /// Bounces that carry less than this part of the energy are left out, see [`BakeReport::energy_per_bounce`]; 0
+    /// keeps all.
     pub energy_stop: f64,
     /// Bakes with different seeds have independent errors.
     pub seed: u64,
@@ -41,7 +41,8 @@ pub struct BakeOptions {
 }
 
 impl Default for BakeOptions {
-    /// Interreflected transfer of order 4 from 1024 paths with up to 3 bounces, of which those below 0.1 % are left out.
+    /// Interreflected transfer of order 4 from 1024 paths with up to 3 bounces, of which those below 0.1 % are left
+    /// out.
     fn default() -> Self {
         Self {
             mode: Mode::Interreflected,
@@ -108,7 +109,7 @@ impl BakeOptions {
     }
 }
 
-/// What a bake did.
+/// The report of a bake.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BakeReport {
@@ -116,19 +117,19 @@ pub struct BakeReport {
     pub receivers: usize,
     /// Rays traced for the results, those of work done before a resumption included.
     pub rays: u64,
-    /// How long it took since it was started or resumed.
+    /// The time since it was started or resumed.
     pub seconds: f64,
     /// Bounces baked: no more than asked for, less where the energy said so.
     pub bounces: usize,
     /// The mean exit radiance of all receivers and channels under a constant sky of radiance 1, by the number of
     /// reflections of the light before it reached the receiver.
     pub energy_per_bounce: Vec<f64>,
-    /// What light that was reflected once more than was baked would at most add to the sum of
-    /// [`BakeReport::energy_per_bounce`]: the weight of all paths that met a surface at their end. Where no light is
-    /// absorbed, both together are the mean albedo of the receivers.
+    /// An upper bound of what the next bounce would add to the sum of [`BakeReport::energy_per_bounce`]: the weight of
+    /// all paths that met a surface at their end. Where no light is absorbed, both together are the mean albedo of the
+    /// receivers.
     pub energy_left: f64,
-    /// The standard error of the constant coefficient, relative to its mean: from 8 to 64 receivers baked with eight other
-    /// seeds each; from fewer, but at least two, where they have more than 2¹⁶ paths. 0 where none of these sees any light, whose
-    /// mean is 0 too.
+    /// The standard error of the constant coefficient, relative to its mean: from 8 to 64 receivers baked with eight
+    /// other seeds each; from fewer, but at least two, where they have more than 2¹⁶ paths. 0 where none of these sees
+    /// any light, whose mean is 0 too.
     pub stderr_dc: f64,
 }

@@ -60,7 +60,7 @@ impl OuterSum {
         if self.count == 0 {
             return;
         }
-        // What is left of an earlier batch counts for nothing.
+        // Clear the weights that are left of an earlier batch.
         (0..3).for_each(|c| self.weights[c][self.count..].fill(0.0));
         self.count = 0;
         for (values, [x, y, z]) in self.values.iter_mut().zip([&self.first, &self.last]) {

@@ -1,11 +1,11 @@
-//! A pilot bake of a few receivers, which tells beforehand how many bounces matter and how large the error will be.
+//! The pilot bake: a few receivers, from which the number of bounces and the standard error are estimated beforehand.
 
 use rayon::prelude::*;
 
 use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::hash;
 
-/// Receivers whose bounces are looked at.
+/// Receivers whose energy by bounce is estimated.
 const RECEIVERS: usize = 64;
 
 /// Independent bakes of those whose error is estimated. The standard error they give is itself known to `1/√(2·7)` for
@@ -15,11 +15,11 @@ const REPETITIONS: usize = 8;
 /// One receiver in 128 is baked repeatedly, but at least eight and at most [`RECEIVERS`]: 512 bakes, or 1 % of 50 000.
 const RECEIVERS_FOR_ONE: usize = 128;
 
-/// A bound for the paths of the pilot where receivers have very many: some seconds of work, which are lost if the bake is
-/// killed.
+/// A bound for the paths of the pilot where receivers have very many: some seconds of work, which are lost if the bake
+/// is killed.
 const MOST_PATHS: usize = 1 << 22;
 
-/// What the pilot found.
+/// The estimates of the pilot.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pilot {
     /// Bounces that carry enough energy.
@@ -63,8 +63,8 @@ fn bounces_that_matter(tallies: &[Tally], stop: f64) -> usize {
     sum.energy.iter().rposition(|&energy| energy > 0.0 && energy >= stop * all).unwrap_or(0)
 }
 
-/// The root mean square over receivers of the standard deviation of exit radiance under a constant sky, over its mean; 0 if these
-/// receivers see no light.
+/// The root mean square over receivers of the standard deviation of exit radiance under a constant sky, over its mean;
+/// 0 if these receivers see no light.
 fn relative_standard_error(tallies: &[Tally], bounces: usize) -> f64 {
     let (mut variance, mut mean) = (0.0, 0.0);
     let receivers = tallies.chunks_exact(REPETITIONS);

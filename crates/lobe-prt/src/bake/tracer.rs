@@ -6,12 +6,12 @@ use lobe_scene::{Bvh, Hit, Ray, Scene};
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
 
-/// Follows paths through a scene.
+/// The tracer of paths through a scene.
 ///
-/// Where a path meets a surface, the side is that of the geometric normal. A back side that is not double-sided reflects
-/// nothing. Otherwise both normals are turned to the side met, and the path goes on, cosine-weighted about the normal to
-/// shade with, from above the surface; a direction below the surface brings nothing. Its weight is multiplied by the
-/// albedo: density and cosine cancel,
+/// Where a path meets a surface, the side is that of the geometric normal. A back side that is not double-sided
+/// reflects nothing. Otherwise both normals are turned to the side met, and the path goes on, cosine-weighted about the
+/// normal to shade with, from above the surface; a direction below the surface brings nothing. Its weight is multiplied
+/// by the albedo: density and cosine cancel,
 ///
 /// ```text
 ///   L(x, -d) = ρ/π ∫ L_in(s) max(n·s, 0) ds = ρ E[L_in(s)],    s of density max(n·s, 0)/π
@@ -23,14 +23,14 @@ pub(crate) struct Tracer<'a> {
     has_masks: bool,
 }
 
-/// How a path ended. The weight is its throughput.
+/// The end of a path. The weight is its throughput.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PathEnd {
     /// It left the scene along `direction` after `bounce` reflections, by which its weight was multiplied.
     Escaped { direction: [f32; 3], weight: [f32; 3], bounce: usize },
     /// It met a surface after its last reflection.
     Left { weight: [f32; 3] },
-    /// It met what reflects nothing.
+    /// It met a surface that reflects nothing.
     Absorbed,
 }
 
@@ -39,7 +39,7 @@ impl<'a> Tracer<'a> {
         Self { scene, bvh, has_masks: scene.has_masks() }
     }
 
-    /// Where rays from a receiver start.
+    /// The origin of rays from a receiver.
     pub(crate) fn origin_above(&self, position: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
         self.bvh.origin_above(position, normal)
     }
@@ -56,7 +56,7 @@ impl<'a> Tracer<'a> {
         if self.has_masks { self.bvh.closest_where(ray, |hit| self.scene.is_solid(hit)) } else { self.bvh.closest(ray) }
     }
 
-    /// Which of many rays from one point meet anything.
+    /// Whether each of many rays from one point is occluded.
     pub(crate) fn occluded_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], occluded: &mut [bool]) {
         if self.has_masks {
             for (direction, occluded) in directions.iter().zip(occluded) {
@@ -67,8 +67,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Follows a path for at most `bounces` reflections, whose directions come from point `index` of the sequences. Counts its
-    /// rays.
+    /// Follows a path for at most `bounces` reflections, whose directions come from point `index` of the sequences.
+    /// Counts its rays.
     pub(crate) fn follow(&self, ray: Ray, bounces: usize, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
         let mut ray = ray;
         let mut weight = [1.0; 3];

@@ -1,4 +1,4 @@
-//! Neighborhood transfer: matrices at the points of a grid around or within a scene.
+//! Neighborhood transfer: transfer matrices at the points of a grid around or within a scene.
 
 use lobe_io::Job;
 use lobe_scene::{Bounds, Bvh, Scene};
@@ -32,7 +32,7 @@ impl Grid {
         Ok(Self { bounds, counts })
     }
 
-    /// Where it is.
+    /// Its box.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         self.bounds
@@ -65,7 +65,8 @@ impl Grid {
         Err(PrtError::invalid("neighborhood", format!("expected matrices of {expected} points, found {found}")))
     }
 
-    /// The eight points around a place and their weights, which add up to 1. Outside of the box the nearest place in it counts.
+    /// The eight points around a place and their weights, which add up to 1. Outside of the box the nearest place in it
+    /// counts.
     #[must_use]
     pub fn around(&self, place: [f32; 3]) -> [(usize, f64); 8] {
         let axes: [(usize, f64); 3] = std::array::from_fn(|k| {
@@ -88,12 +89,12 @@ impl Grid {
     }
 }
 
-/// What a scene does to the light at the points of a grid: neighborhood transfer [Sloan, Kautz and Snyder 2002].
+/// Neighborhood transfer [Sloan, Kautz and Snyder 2002]: the transfer matrices of a scene at the points of a grid.
 ///
-/// What moves through the grid, or fills it, is lit by `M L` instead of L: with the shadows of the scene and the light it
-/// sends back. Its own transfer vector T gives `B = Σᵢ Tᵢ (M L)ᵢ`. Between points matrices are mixed by their distances;
-/// points inside of closed objects are dark and darken places beside those objects, so that the grid should be finer than
-/// the gap between what moves and what stands.
+/// An object that moves through the grid, or a medium that fills it, is lit by `M L` instead of L: with the shadows of
+/// the scene and the light it sends back. Its own transfer vector T gives `B = Σᵢ Tᵢ (M L)ᵢ`. Between points matrices
+/// are mixed by their distances; points inside of closed objects are dark and darken places beside those objects, so
+/// that the grid should be finer than the gap between what moves and what stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Neighborhood {
     grid: Grid,
@@ -110,7 +111,7 @@ impl Neighborhood {
         Ok(Self { grid, matrices })
     }
 
-    /// Where the points are.
+    /// The grid of the points.
     #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
@@ -133,7 +134,7 @@ impl Neighborhood {
     }
 }
 
-/// Bakes what a scene does to the light at the points of a grid. See [`crate::bake_matrices`]; directions are uniform over
+/// Bakes neighborhood transfer at the points of a grid. See [`crate::bake_matrices`]; directions are uniform over
 /// the sphere.
 ///
 /// # Errors

@@ -13,7 +13,7 @@ use crate::{CompressedTable, PrtError, Transfer, WeightBits};
 /// Clusters that [`compress_table_within`] tries, besides one and as many as fit without components.
 const CLUSTERS_TRIED: [usize; 6] = [4, 16, 64, 256, 1024, 4096];
 
-/// How [`compress_table`] and [`CompressedTransfer::new`](crate::CompressedTransfer::new) are to compress.
+/// Options of [`compress_table`] and [`CompressedTransfer::new`](crate::CompressedTransfer::new).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CompressOptions {
@@ -21,7 +21,7 @@ pub struct CompressOptions {
     pub clusters: usize,
     /// Directions in each cluster. None gives vector quantization (VQ). More than a row has numbers are never stored.
     pub components: usize,
-    /// How weights are stored.
+    /// The number format of weights.
     pub weights: WeightBits,
     /// The most iterations after the last doubling of the clusters.
     pub iterations: usize,
@@ -59,7 +59,7 @@ impl CompressOptions {
     }
 }
 
-/// What compression cost, and what it saved.
+/// The report of a compression: its error and its size.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CompressReport {
@@ -75,8 +75,8 @@ pub struct CompressReport {
     pub bytes_before: usize,
     /// Bytes after: the clusters' numbers unless there is but one cluster, the weights and the bases.
     pub bytes: usize,
-    /// The squared error before rounding, at the start and after every iteration with all clusters; it may rise for a moment
-    /// where a cluster was moved to another place.
+    /// The squared error before rounding, at the start and after every iteration with all clusters; it may rise for a
+    /// moment where a cluster was moved to another place.
     pub iterations: Vec<f64>,
 }
 
@@ -94,23 +94,24 @@ impl CompressReport {
 ///   x_r ≈ m_k + Σ_j w_rj b_kj
 /// ```
 ///
-/// The error is the sum of squared differences; for transfer vectors that is, up to a factor, the mean squared error of exit
-/// radiance under lights with equal and independent coefficients.
+/// The error is the sum of squared differences; for transfer vectors that is, up to a factor, the mean squared error of
+/// exit radiance under lights with equal and independent coefficients.
 ///
-/// Two clusterings are tried, one doubled from principal components and one begun with those of vector quantization, and the
-/// better is taken: the error is never above that of PCA with as many components, nor of VQ with as many clusters,
-/// but for rounding (test `clustered_components_are_never_worse_than_either_part`). The result does not depend on the
-/// number of threads.
+/// Two clusterings are tried, one doubled from principal components and one begun with those of vector quantization,
+/// and the better is taken: the error is never above that of PCA with as many components, nor of VQ with as many
+/// clusters, but for rounding (test `clustered_components_are_never_worse_than_either_part`). The result does not
+/// depend on the number of threads.
 ///
-/// Time grows with rows · clusters · (components + 1) · width for every iteration; and, for rows wider than a cluster is
-/// numerous, with the cube of the number of its rows.
+/// Time grows with rows · clusters · (components + 1) · width for every iteration; and, for rows wider than a cluster
+/// is numerous, with the cube of the number of its rows.
 ///
-/// The job is told after every iteration how many steps are done at most: as if no iteration were the last before it has to
-/// be, so that the time left is seldom more than it says.
+/// The job is told after every iteration how many steps are done at most: as if no iteration were the last before it
+/// has to be, so that the time left is seldom more than it says.
 ///
 /// # Errors
-/// [`PrtError::Options`] for options out of range or a job that is to be kept in a file; [`PrtError::Invalid`] if the table is no
-/// whole number of rows, or has numbers that are not finite; [`PrtError::Cancelled`] if the job was told to stop.
+/// [`PrtError::Options`] for options out of range or a job that is to be kept in a file; [`PrtError::Invalid`] if the
+/// table is no whole number of rows, or has numbers that are not finite; [`PrtError::Cancelled`] if the job was told to
+/// stop.
 pub fn compress_table(
     rows: &[f32],
     width: usize,
@@ -127,10 +128,11 @@ pub fn compress_table(
     Ok(encoded(rows, &best, components, options.weights))
 }
 
-/// The compression of least error among those of at most `bytes` bytes, whatever the numbers of clusters and components.
+/// The compression of least error among those of at most `bytes` bytes, whatever the numbers of clusters and
+/// components.
 ///
-/// PCA with as many components as fit and VQ with as many clusters are among the candidates, so neither is better at equal
-/// cost. `options` gives what is left to say; its clusters and components are not read.
+/// PCA with as many components as fit and VQ with as many clusters are among the candidates, so neither is better at
+/// equal cost. The clusters and components of `options` are not read.
 ///
 /// # Errors
 /// As for [`compress_table`], and [`PrtError::Options`] if not even one cluster without components fits.
@@ -145,17 +147,20 @@ pub fn compress_table_within(
     options.check()?;
     let rows = checked(rows, width)?;
     let cost = |clusters, components| bytes(rows.count(), width, clusters, components, options.weights);
+    // List the candidates: for each number of clusters the most components that fit.
     let mut candidates: Vec<(usize, usize)> = Vec::new();
     for clusters in std::iter::once(1).chain(CLUSTERS_TRIED).filter(|k| *k <= rows.count().max(1)) {
         let fitting = (0..=width).take_while(|components| cost(clusters, *components) <= most_bytes);
         candidates.extend(fitting.last().map(|components| (clusters, components)));
     }
+    // Add vector quantization with the most clusters that fit.
     let highest = rows.count().clamp(1, CompressOptions::MAX_CLUSTERS);
     let codes = most_bytes.saturating_sub(rows.count() * 2) / (4 * width);
     candidates.extend((codes >= 2).then_some((codes.min(highest), 0)));
     let solver = Cpca::new(rows, options.iterations, options.tolerance);
     let steps = candidates.iter().map(|&(clusters, components)| steps_to_best(&solver, clusters, components)).sum();
     let mut meter = Meter::new(steps, job)?;
+    // Solve each candidate, and keep that of least error.
     let mut least: Option<(CompressedTable, CompressReport)> = None;
     for (clusters, components) in candidates {
         let end = meter.done() + steps_to_best(&solver, clusters, components);
@@ -172,7 +177,7 @@ pub fn compress_table_within(
     })
 }
 
-/// One of the errors of [`error_curve`].
+/// A point of [`error_curve`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvePoint {
     /// The most clusters.
@@ -189,8 +194,8 @@ pub struct CurvePoint {
 
 /// The error of every number of components with every number of clusters, as the figures of [Sloan 2003] show it.
 ///
-/// Each solution begins from those with the next smaller number of clusters, and of components, so that the error falls,
-/// or stays, along both (test `the_error_falls_with_clusters_and_components`). Points come in ascending order,
+/// Each solution begins from those with the next smaller number of clusters, and of components, so that the error
+/// falls, or stays, along both (test `the_error_falls_with_clusters_and_components`). Points come in ascending order,
 /// components outside.
 ///
 /// The job is told after every iteration, as by [`compress_table`].
@@ -226,8 +231,10 @@ pub fn error_curve(
         let stored = components.min(width);
         let mut solutions: Vec<Clustering> = Vec::new();
         for (i, clusters) in clusters.iter().enumerate() {
+            // Grow the solution from the one with fewer clusters.
             let start = solutions.last().cloned().unwrap_or_else(|| solver.one(stored));
             let mut solution = solver.grown(start, *clusters, stored, &mut meter);
+            // Try also the one with fewer components, and take the better.
             if let Some(fewer) = fewer_components.get(i) {
                 solution = solution.better(solver.with_components(fewer, stored, &mut meter));
             }
@@ -309,7 +316,8 @@ fn checked(rows: &[f32], width: usize) -> Result<Rows<'_>, PrtError> {
     Ok(Rows::new(rows, width))
 }
 
-/// Squared error of the decoded rows, and the sum of the squares of the rows themselves; summed in the order of the rows.
+/// Squared error of the decoded rows, and the sum of the squares of the rows themselves; summed in the order of the
+/// rows.
 fn difference(rows: Rows<'_>, table: &CompressedTable) -> (f64, f64) {
     let one = |r: usize| {
         let mut decoded = vec![0.0; rows.width()];

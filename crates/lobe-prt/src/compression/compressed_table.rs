@@ -6,7 +6,7 @@ use crate::PrtError;
 use crate::compression::pca::{Rows, Subspace};
 use crate::transfer::dot_rows::weighted;
 
-/// How a weight is stored.
+/// The number format of a weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum WeightBits {
     /// As a floating-point number.
@@ -45,7 +45,7 @@ pub enum Weights {
 }
 
 impl Weights {
-    /// How they are stored.
+    /// Their number format.
     #[must_use]
     pub fn bits(&self) -> WeightBits {
         match self {
@@ -55,7 +55,7 @@ impl Weights {
         }
     }
 
-    /// How many there are.
+    /// The number of weights.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -80,7 +80,7 @@ impl Weights {
         }
     }
 
-    /// What one step of the stored number is worth.
+    /// The quantization step: the weight of one unit of the stored number.
     fn step(&self) -> f32 {
         match self {
             Self::F32(_) => 1.0,
@@ -108,8 +108,8 @@ pub struct CompressedTable {
 }
 
 impl CompressedTable {
-    /// From its parts: for each row the cluster and `components` weights, for each cluster a mean and as many directions of
-    /// `width` numbers.
+    /// From its parts: for each row the cluster and `components` weights, for each cluster a mean and as many
+    /// directions of `width` numbers.
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if the parts do not fit together, or hold numbers that are not finite.
@@ -266,7 +266,7 @@ impl CompressedTable {
         out
     }
 
-    /// What a linear function that gives colors gives for every row, from what it gives for the means and directions alone.
+    /// The value of a linear function at every row, a color, from its values at the means and directions alone.
     pub(crate) fn colors_into(&self, of_vector: impl Fn(&[f32]) -> [f64; 3], out: &mut [Rgb<f32>]) {
         let step = f64::from(self.weights.step());
         let entry = |(i, v): (usize, &[f32])| {
@@ -283,7 +283,8 @@ impl CompressedTable {
     }
 }
 
-/// Bytes of a compressed table: a cluster's number for each row unless there is but one, the weights, the bases in `f32`.
+/// Bytes of a compressed table: a cluster's number for each row unless there is but one, the weights, the bases in
+/// `f32`.
 pub(crate) fn bytes(rows: usize, width: usize, clusters: usize, components: usize, bits: WeightBits) -> usize {
     let index = if clusters > 1 { 2 } else { 0 };
     rows * (index + components * bits.bytes()) + 4 * clusters * (components + 1) * width

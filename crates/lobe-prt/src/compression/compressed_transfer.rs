@@ -12,8 +12,8 @@ use crate::{Channels, CompressOptions, CompressReport, CompressedTable, PrtError
 ///   T ≈ M_k + Σ_j w_j B_kj        B = M_k·L + Σ_j w_j (B_kj·L)
 /// ```
 ///
-/// Under a light the scalar products in brackets are formed once for every cluster, `n' + 1` of them; a receiver then takes
-/// `n'` multiplications and additions, whatever the order (the form in which D3DX uses [Sloan 2003]).
+/// Under a light the scalar products in brackets are formed once for every cluster, `n' + 1` of them; a receiver then
+/// takes `n'` multiplications and additions, whatever the order (the form in which D3DX uses [Sloan 2003]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompressedTransfer {
     order: usize,
@@ -25,8 +25,8 @@ impl CompressedTransfer {
     /// Compresses; see [`compress_table`]. The vectors of red, green and blue are one row.
     ///
     /// # Errors
-    /// [`PrtError::Options`] for options out of range or a job that is to be kept in a file, [`PrtError::Cancelled`] if the job
-    /// was told to stop.
+    /// [`PrtError::Options`] for options out of range or a job that is to be kept in a file, [`PrtError::Cancelled`] if
+    /// the job was told to stop.
     pub fn new(
         transfer: &Transfer,
         options: &CompressOptions,
@@ -57,7 +57,7 @@ impl CompressedTransfer {
         self.order
     }
 
-    /// How many vectors a receiver has.
+    /// The channels: one vector or three for each receiver.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.channels
@@ -93,7 +93,7 @@ impl CompressedTransfer {
             .unwrap_or_else(|e| unreachable!("finite vectors with finite weights: {e}"))
     }
 
-    /// What every receiver sends back of a light, as [`Transfer::exit_radiance`] has it.
+    /// The exit radiance of every receiver under a light, as [`Transfer::exit_radiance`] has it.
     ///
     /// # Panics
     /// If the light has no coefficients.

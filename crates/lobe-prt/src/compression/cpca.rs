@@ -13,7 +13,7 @@ const SETTLING: usize = 3;
 /// Iterations on the two halves of a cluster that is split.
 const HALVING: usize = 4;
 
-/// Clusters that are taken from where they are of little use to where the error is largest, one after the other.
+/// Split-and-merge moves: clusters of least use dissolved while those of largest error are split, one after the other.
 const MOVES: usize = 8;
 
 /// Rows whose errors are summed by one thread.
@@ -27,8 +27,8 @@ pub(crate) struct Clustering {
     pub(crate) spaces: Vec<Subspace>,
     /// The squared distance of every row from its subspace.
     errors: Vec<f64>,
-    /// The sum of the errors at the start and after every iteration since the last doubling; after a cluster was moved, from
-    /// there on again.
+    /// The sum of the errors at the start and after every iteration since the last doubling; after a cluster was moved,
+    /// from there on again.
     pub(crate) history: Vec<f64>,
 }
 
@@ -55,9 +55,9 @@ impl Clustering {
 /// Clustered principal components after [Sloan 2003]: rows go to the subspace that is nearest, subspaces are fitted to
 /// their rows, in turn, so that the sum of squared distances falls until neither changes anything (Lloyd's iteration).
 ///
-/// Clusters begin as one, the ordinary principal components, and are doubled by splitting those of largest error (Linde,
-/// Buzo and Gray 1980). A half's own subspace is no farther from its rows than the whole's was: so the error never
-/// rises, whatever the number of clusters, and stays below that of principal components alone.
+/// Clusters begin as one, the ordinary principal components, and are doubled by splitting those of largest error
+/// (Linde, Buzo and Gray 1980). A half's own subspace is no farther from its rows than the whole's was: so the error
+/// never rises, whatever the number of clusters, and stays below that of principal components alone.
 pub(crate) struct Cpca<'a> {
     rows: Rows<'a>,
     nearest: Nearest,
@@ -77,8 +77,8 @@ impl<'a> Cpca<'a> {
         self.fitted(vec![0; self.rows.count()], 1, components)
     }
 
-    /// The steps of [`Cpca::grown`] at most, in which an iteration is about as long as its work: covariances of all rows, then
-    /// their distances from all subspaces.
+    /// The steps of [`Cpca::grown`] at most, in which an iteration is about as long as its work: covariances of all
+    /// rows, then their distances from all subspaces.
     pub(crate) fn steps_to_grow(&self, from: usize, clusters: usize, components: usize) -> usize {
         let (mut steps, mut now) = (0, from);
         while now < clusters {
@@ -120,14 +120,14 @@ impl<'a> Cpca<'a> {
             let last = now.spaces.len() >= clusters;
             now = self.settled(now, components, if last { self.iterations } else { SETTLING }, meter);
         }
-        // Move clusters that are of little use to where the error is largest.
+        // Split and merge: move clusters of little use to where the error is largest.
         now = self.moved(now, components, meter);
         meter.reach(end);
         now
     }
 
-    /// Splits the cluster of largest error and dissolves the one that others replace best, as long as that helps: Lloyd's
-    /// iteration cannot move a cluster past others.
+    /// Split and merge: splits the cluster of largest error and dissolves the one that others replace best, as long as
+    /// that lowers the error: Lloyd's iteration cannot move a cluster past others.
     fn moved(&self, mut now: Clustering, components: usize, meter: &mut Meter<'_>) -> Clustering {
         let clusters = now.spaces.len();
         for _ in 0..if clusters > 1 { MOVES } else { 0 } {
@@ -152,13 +152,16 @@ impl<'a> Cpca<'a> {
     /// Gives the rows of the clusters whose loss is least to the next nearest ones, until `clusters` are left.
     fn dissolved(&self, mut now: Clustering, clusters: usize, components: usize) -> Clustering {
         while now.spaces.len() > clusters {
+            // Find the second nearest subspace of every row.
             let next = self.nearest.find(&now.spaces, Some(&now.of_row));
             let mut scratch = Vec::new();
+            // Sum the error that each cluster would add if its rows went there.
             let mut losses = vec![0.0; now.spaces.len()];
             for (r, k) in next.iter().enumerate() {
                 let other = now.spaces[*k as usize].error(self.rows.row(r as u32), &mut scratch);
                 losses[now.of_row[r] as usize] += other - now.errors[r];
             }
+            // Dissolve the cluster that adds least, and refit the others.
             let least = losses.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k as u32);
             for (k, next) in now.of_row.iter_mut().zip(next) {
                 *k = if *k == least { next } else { *k };
@@ -234,7 +237,9 @@ impl<'a> Cpca<'a> {
 
     /// Moves rows to nearer subspaces; returns how many. A row moves only if it gets nearer in full precision.
     fn assign(&self, clustering: &mut Clustering) -> usize {
+        // Find candidates in single precision.
         let candidates = self.nearest.find(&clustering.spaces, None);
+        // Move each row whose candidate is nearer in full precision.
         let spaces = &clustering.spaces;
         let moved = clustering.of_row.par_chunks_mut(CHUNK).zip(clustering.errors.par_chunks_mut(CHUNK)).enumerate();
         let moved = moved.map(|(chunk, (of_row, errors))| {
@@ -287,6 +292,7 @@ impl<'a> Cpca<'a> {
     /// Splits the clusters of largest error until there are `target`, or none is left that can be split.
     fn split(&self, mut now: Clustering, target: usize, components: usize) -> Clustering {
         let members = now.members();
+        // Choose the clusters of largest error.
         let mut worst: Vec<(usize, f64)> = members
             .iter()
             .enumerate()
@@ -295,8 +301,10 @@ impl<'a> Cpca<'a> {
             .collect();
         worst.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         worst.truncate(target - now.spaces.len());
+        // Halve each of them.
         let halves: Vec<Option<Vec<bool>>> =
             worst.par_iter().map(|(k, error)| self.halved(&members[*k], *error, components)).collect();
+        // Give each second half a cluster of its own.
         for ((k, _), second) in worst.into_iter().zip(halves) {
             let Some(second) = second else { continue };
             let fresh = now.spaces.len() as u32;
@@ -307,14 +315,16 @@ impl<'a> Cpca<'a> {
                 }
             }
         }
+        // Fit all subspaces anew.
         self.refit(&mut now, components);
         now.history = vec![now.error()];
         now
     }
 
-    /// Which members go to the second half. Tried are the cuts through the mean across the direction of largest variance,
+    /// The members of the second half. Tried are the cuts through the mean across the direction of largest variance,
     /// which unbends a curved cluster, and across the largest that the components leave, which parts two flat ones.
     fn halved(&self, members: &[u32], error: f64, components: usize) -> Option<Vec<bool>> {
+        // Fit the principal components of the whole cluster.
         let whole = Subspace::fit(self.rows, members, components + 1);
         let width = self.rows.width();
         let mut best: Option<(f64, Vec<bool>)> = None;
@@ -322,12 +332,14 @@ impl<'a> Cpca<'a> {
         axes.dedup();
         for axis in axes {
             let Some(direction) = whole.bases.chunks_exact(width).nth(axis) else { continue };
+            // Cut through the mean across this component.
             let offset = dot(direction, &whole.mean);
             let side = |r: &u32| {
                 let along: f64 = self.rows.row(*r).iter().zip(direction).map(|(x, d)| f64::from(*x) * d).sum();
                 along > offset
             };
             let start = members.iter().map(side).collect();
+            // Let both halves settle, and keep the better cut.
             let (error, second) = self.two_settled(members, start, components);
             if best.as_ref().is_none_or(|(least, _)| error < *least) {
                 best = Some((error, second));
@@ -345,7 +357,9 @@ impl<'a> Cpca<'a> {
             let part = |of: bool| -> Vec<u32> {
                 members.iter().zip(&second).filter(|(_, s)| **s == of).map(|(r, _)| *r).collect()
             };
+            // Fit a subspace to each half.
             let spaces = [false, true].map(|of| Subspace::fit(self.rows, &part(of), components));
+            // Give each row to the nearer of the two.
             let mut error = 0.0;
             let mut next = second.clone();
             for ((r, second), next) in members.iter().zip(&second).zip(&mut next) {
@@ -354,6 +368,7 @@ impl<'a> Cpca<'a> {
                 *next = if *second { b <= a } else { b < a };
             }
             last = error;
+            // End where no row moves or one half is empty.
             let (all, none) = (next.iter().all(|s| *s), next.iter().all(|s| !*s));
             if next == second || all || none {
                 break;

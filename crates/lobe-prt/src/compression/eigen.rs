@@ -1,31 +1,34 @@
-//! The largest eigenvalues of a symmetric matrix and their eigenvectors.
+//! Symmetric eigenvalue problem: the largest eigenvalues and their eigenvectors, by block Krylov
+//! iteration or by decomposing the whole.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::sampling::sobol::mix;
 
-/// What is below this part of the whole is rounding. The covariance of `f64` sums has errors of some 1e-16, the rows are `f32`.
+/// Eigenvalues below this part of the trace are rounding. The covariance of `f64` sums has errors of some 1e-16, the
+/// rows are `f32`.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-15;
 
-/// A matrix of fewer rows than this many Krylov spaces have directions is decomposed as a whole, in some 10 n³ operations.
+/// A matrix of fewer rows than this many Krylov spaces have directions is decomposed as a whole, in some 10 n³
+/// operations.
 const WORTHWHILE: usize = 3;
 
-/// Vectors that are followed beside those wanted: the last of these converge as fast as the first of those that are left out
-/// are small.
+/// Vectors that are followed beside those wanted: the last of these converge as fast as the first of those that are
+/// left out are small.
 const SPARE: usize = 4;
 
 /// Products with the matrix between two solutions.
 const STEPS: usize = 3;
 
-/// `|A v - λ v|` at most, as a part of the trace. The error of λ is no larger, and at most its square over the distance to the
-/// next eigenvalue that is left out.
+/// `|A v - λ v|` at most, as a part of the trace. The error of λ is no larger, and at most its square over the distance
+/// to the next eigenvalue that is left out.
 const RESIDUAL: f64 = 1e-10;
 
 /// The most restarts; a matrix that takes more is decomposed as a whole.
 const RESTARTS: usize = 30;
 
-/// Eigenvalues and eigenvectors of a symmetric matrix given by its upper half, the largest first, at most `count`, those that
-/// are rounding left out.
+/// Eigenvalues and eigenvectors of a symmetric matrix given by its upper half, the largest first, at most `count`,
+/// those that are rounding left out.
 pub(crate) fn leading(upper: &[f64], size: usize, count: usize) -> (Vec<f64>, Vec<f64>) {
     let at = |i: usize, j: usize| upper[i.min(j) * size + i.max(j)];
     let trace: f64 = (0..size).map(|i| at(i, i)).sum();
@@ -42,7 +45,7 @@ pub(crate) fn leading(upper: &[f64], size: usize, count: usize) -> (Vec<f64>, Ve
     (values.iter().take(rank).map(|value| value * trace).collect(), vectors.collect())
 }
 
-/// By all of them.
+/// The leading eigenvectors by decomposing the whole matrix.
 fn whole(matrix: DMatrix<f64>, count: usize) -> (Vec<f64>, Vec<f64>) {
     let eigen = SymmetricEigen::new(matrix);
     let order = largest_first(eigen.eigenvalues.as_slice(), count);
@@ -58,16 +61,19 @@ fn largest_first(values: &[f64], count: usize) -> Vec<usize> {
     order
 }
 
-/// By block Krylov spaces with restarts [Golub and Underwood 1977]: `X, A X, .. A³ X` is made orthonormal, the small matrix of A
-/// in these directions is decomposed, and its leading vectors are the next X. A block finds eigenvalues that are equal.
-/// None if they are too close together to be found soon.
+/// By block Krylov spaces with restarts [Golub and Underwood 1977]: `X, A X, .. A³ X` is made orthonormal, the small
+/// matrix of A in these directions is decomposed, and its leading vectors are the next X. A block finds eigenvalues
+/// that are equal. None if they are too close together to be found soon.
 fn by_krylov(matrix: &[f64], size: usize, count: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut block = start(count + SPARE, size);
     for _ in 0..RESTARTS {
+        // Build an orthonormal basis of the block Krylov space.
         let (basis, images) = krylov(matrix, size, &block);
+        // Decompose the matrix projected onto it (Rayleigh and Ritz).
         let m = basis.len() / size;
         let product = |i: usize, j: usize| dot(&basis[i * size..][..size], &images[j * size..][..size]);
         let eigen = SymmetricEigen::new(DMatrix::from_fn(m, m, product));
+        // Combine the leading Ritz vectors.
         let combined = |vectors: &[f64], k: usize| {
             let mut sum = vec![0.0; size];
             for (part, v) in eigen.eigenvectors.column(k).iter().zip(vectors.chunks_exact(size)) {
@@ -78,6 +84,7 @@ fn by_krylov(matrix: &[f64], size: usize, count: usize) -> Option<(Vec<f64>, Vec
         let order = largest_first(eigen.eigenvalues.as_slice(), count + SPARE);
         let values: Vec<f64> = order.iter().map(|k| eigen.eigenvalues[*k]).collect();
         let vectors: Vec<Vec<f64>> = order.iter().map(|k| combined(&basis, *k)).collect();
+        // End when the residuals of all wanted vectors are small.
         let is_found = (0..count.min(order.len())).all(|i| {
             let image = combined(&images, order[i]);
             let squares = image.iter().zip(&vectors[i]).map(|(a, v)| (a - values[i] * v).powi(2));
@@ -87,6 +94,7 @@ fn by_krylov(matrix: &[f64], size: usize, count: usize) -> Option<(Vec<f64>, Vec
             let vectors = vectors.into_iter().take(count).flatten().collect();
             return Some((values.into_iter().take(count).collect(), vectors));
         }
+        // Restart from the Ritz vectors.
         block = vectors.into_iter().flatten().collect();
     }
     None

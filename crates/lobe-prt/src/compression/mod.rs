@@ -1,8 +1,8 @@
-//! Transfer in fewer bytes: clustered principal component analysis (CPCA) of rows of numbers [Sloan 2003].
+//! Compression of transfer by clustered principal component analysis (CPCA) of rows of numbers [Sloan 2003].
 //!
-//! Read `compress` first, the choice among solutions; then `cpca`, which clusters; `pca` finds the components of one cluster by
-//! `eigen`, the symmetric eigenvalue problem; `nearest` finds the cluster of a row. `compressed_table` is the result,
-//! `compressed_transfer` the same for transfer. May use transfer, job and sampling.
+//! Read `compress` first, the choice among solutions; then `cpca`, which clusters; `pca` finds the components of one
+//! cluster by `eigen`, the symmetric eigenvalue problem; `nearest` finds the cluster of a row. `compressed_table` is
+//! the result, `compressed_transfer` the same for transfer. May use transfer, job and sampling.
 
 pub(crate) mod compress;
 pub(crate) mod compressed_table;

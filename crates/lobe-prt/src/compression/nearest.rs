@@ -1,4 +1,4 @@
-//! Fast search for the nearest subspace of every row: candidates, which the caller checks in full precision.
+//! Nearest-subspace search for every row in single precision: candidates, which the caller checks in full precision.
 
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;

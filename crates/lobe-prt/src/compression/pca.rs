@@ -45,7 +45,8 @@ impl<'a> Rows<'a> {
 ///   x ≈ m + Σ_j ((x - m)·b_j) b_j        b_j: eigenvectors of Σ (x - m)(x - m)ᵀ, largest eigenvalues first
 /// ```
 ///
-/// Of all affine subspaces of its dimension it has the least sum of squared distances to the rows (Eckart and Young 1936).
+/// Of all affine subspaces of its dimension it has the least sum of squared distances to the rows (Eckart and Young
+/// 1936).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Subspace {
     pub(crate) mean: Vec<f64>,
@@ -56,13 +57,14 @@ pub(crate) struct Subspace {
 impl Subspace {
     /// Fits the rows `members` with at most `components` directions.
     ///
-    /// The eigenvectors are those of the covariance or, where there are fewer rows than numbers in a row, of the matrix of
-    /// scalar products of the rows. Without rows the mean is zero.
+    /// The eigenvectors are those of the covariance or, where there are fewer rows than numbers in a row, of the matrix
+    /// of scalar products of the rows. Without rows the mean is zero.
     pub(crate) fn fit(rows: Rows<'_>, members: &[u32], components: usize) -> Self {
         let mean = mean_of(rows, members);
         if components == 0 || members.len() < 2 {
             return Self { mean, bases: Vec::new() };
         }
+        // Take the eigenvectors of the smaller of the two matrices.
         let bases = if members.len() < rows.width() {
             directions_by_products(rows, members, &mean, components)
         } else {
@@ -74,7 +76,7 @@ impl Subspace {
         Self { mean, bases }
     }
 
-    /// How many directions there are.
+    /// The number of directions.
     pub(crate) fn rank(&self) -> usize {
         self.bases.len() / self.mean.len().max(1)
     }

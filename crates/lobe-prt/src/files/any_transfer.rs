@@ -1,4 +1,4 @@
-//! Diffuse transfer in whichever form a file holds it.
+//! Diffuse transfer in any form that a file holds: plain, compressed or as zonal lobes.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ impl AnyTransfer {
         }
     }
 
-    /// What each receiver sends back of the light with these coefficients: see [`Transfer::exit_radiance`].
+    /// The exit radiance of each receiver under the light with these coefficients: see [`Transfer::exit_radiance`].
     ///
     /// # Panics
     /// As that does.
@@ -61,12 +61,13 @@ impl From<Transfer> for AnyTransfer {
     }
 }
 
-/// Reads what [`write_transfer`](crate::write_transfer), [`write_compressed_transfer`](crate::write_compressed_transfer) or
+/// Reads what [`write_transfer`](crate::write_transfer),
+/// [`write_compressed_transfer`](crate::write_compressed_transfer) or
 /// [`write_zonal_transfer`](crate::write_zonal_transfer) wrote: the transfer and its recipe.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version, [`PrtError::Invalid`] if it
-/// is none of these or contradicts itself.
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version,
+/// [`PrtError::Invalid`] if it is none of these or contradicts itself.
 pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Recipe), PrtError> {
     let path = path.as_ref();
     read_any_transfer_bytes(&load(path)?, &path.display().to_string())

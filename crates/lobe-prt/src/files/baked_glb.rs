@@ -1,4 +1,4 @@
-//! Writes a scene whose vertices carry transfer.
+//! Baked .glb files: writing a scene whose vertices carry transfer.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
@@ -14,7 +14,7 @@ use crate::files::baked_layout::{
 };
 use crate::{Channels, CompressedTransfer, PrtError, Recipe, TransferRows};
 
-/// How many vertices are in memory at a time while their transfer is written.
+/// The number of vertices in memory at a time while their transfer is written.
 const VERTICES_AT_ONCE: usize = 4096;
 
 /// Attributes of vertices that a bake writes; those of an earlier bake give way.
@@ -26,13 +26,14 @@ const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
 ///   attribute _TRANSFER_k, k = c ⌈n²/4⌉ + j, VEC4 of floats:  T_c,4j .. T_c,4j+3,  zeros from n² on
 /// ```
 ///
-/// Every primitive with triangles has these attributes for its vertices, in index order; c is 0, or 0 to 2 for red, green and
-/// blue. Both its mesh and `asset` say `version`, `quantity` ("transfer"), `order` and `channels` under `extras.lobe`, and
-/// `asset` the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex belongs to.
+/// Every primitive with triangles has these attributes for its vertices, in index order; c is 0, or 0 to 2 for red,
+/// green and blue. Both its mesh and `asset` say `version`, `quantity` ("transfer"), `order` and `channels` under
+/// `extras.lobe`, and `asset` the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex
+/// belongs to.
 #[derive(Clone, Debug)]
 pub struct BakedGlb {
     document: GltfDocument,
-    /// For each mesh of the scene: which primitive carries its transfer, and its number of vertices.
+    /// For each mesh of the scene: the primitive that carries its transfer, and its number of vertices.
     places: Vec<Place>,
     notes: Vec<String>,
 }
@@ -47,8 +48,9 @@ struct Place {
 impl BakedGlb {
     /// The file a scene was read from, with all that it holds beside the scene.
     ///
-    /// A mesh that several nodes show has different transfer at each: further nodes get a copy of the mesh that shares its data. Meshes
-    /// that only nodes outside of the scene show stay without transfer, and transfer of an earlier bake is taken out.
+    /// A mesh that several nodes show has different transfer at each: further nodes get a copy of the mesh that shares
+    /// its data. Meshes that only nodes outside of the scene show stay without transfer, and transfer of an earlier
+    /// bake is taken out.
     ///
     /// # Errors
     /// [`PrtError::Scene`] if the file cannot be read as glTF, [`PrtError::Options`] if the scene is not this file's.
@@ -78,7 +80,8 @@ impl BakedGlb {
         Ok(Self { document, places, notes })
     }
 
-    /// A scene that is in no glTF file as it is: one that was split, made by a formula or read from another kind of file.
+    /// A scene that is in no glTF file as it is: one that was split, made by a formula or read from another kind of
+    /// file.
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {
         let place = |(i, mesh): (usize, &Mesh)| Place { mesh: i, primitive: 0, vertices: mesh.positions().len() };
@@ -89,13 +92,13 @@ impl BakedGlb {
         }
     }
 
-    /// What could not be embedded, a line each.
+    /// Notes on everything that could not be embedded, a line each.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// How many bytes the file will have, but for its JSON: a few hundred for each mesh and attribute.
+    /// The size of the file in bytes, but for its JSON: a few hundred for each mesh and attribute.
     #[must_use]
     pub fn size(&self, order: usize, channels: Channels) -> u64 {
         let floats = 4 * channels.count() * attributes_per_channel(order);
@@ -115,8 +118,8 @@ impl BakedGlb {
     /// `recipe` is kept as it is under `asset.extras.lobe.recipe`: the options and versions that made the transfer.
     ///
     /// # Errors
-    /// [`PrtError::Options`] if the transfer is not that of the scene's vertices or too large for a .glb, [`PrtError::Io`] if
-    /// the system refuses.
+    /// [`PrtError::Options`] if the transfer is not that of the scene's vertices or too large for a .glb,
+    /// [`PrtError::Io`] if the system refuses.
     pub fn write(&self, path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
         self.write_data(path.as_ref(), &PlainTransfer(transfer), recipe)
     }
@@ -124,11 +127,11 @@ impl BakedGlb {
     /// [`BakedGlb::write`] for compressed transfer.
     ///
     /// ```text
-    ///   _CLUSTER: k,  SCALAR, u16        _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalized u16 or u8, zeros at the end
+    ///   _CLUSTER: k,  SCALAR, u16     _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalized u16 or u8, zeros at the end
     /// ```
     ///
-    /// Means and directions, floats, are the buffer view that `asset.extras.lobe.bases` names: those of cluster k begin at
-    /// `k (1 + components) · channels · n²`, the mean first.
+    /// Means and directions, floats, are the buffer view that `asset.extras.lobe.bases` names: those of cluster k begin
+    /// at `k (1 + components) · channels · n²`, the mean first.
     ///
     /// # Errors
     /// As [`BakedGlb::write`].
@@ -185,6 +188,7 @@ impl BakedGlb {
         let attributes = data.attributes();
         let mut about = data.about();
         about["version"] = json!(LOBE_EXTRAS_VERSION);
+        // Add views, accessors and attributes to each primitive, and the extras of its mesh.
         for place in &self.places {
             for group in groups {
                 add_group(&mut json, *place, &attributes[group.attributes.clone()], length);
@@ -192,14 +196,17 @@ impl BakedGlb {
             }
             put_extras(&mut json["meshes"][place.mesh], about.clone());
         }
+        // Add the view of the data that all vertices share.
         if let Some((member, bytes)) = shared {
             let view = json!({"buffer": 0, "byteOffset": length, "byteLength": bytes.len()});
             about[*member] = json!(push(&mut json, "bufferViews", view));
             length += bytes.len().next_multiple_of(4);
         }
+        // Put the recipe into the extras of the asset.
         about["generator"] = json!(concat!("Lobe ", env!("CARGO_PKG_VERSION")));
         about["recipe"] = recipe.clone().into();
         put_extras(&mut json["asset"], about);
+        // Give the one buffer its length.
         let first = json["buffers"].get(0).cloned();
         let mut buffer = first.unwrap_or_else(|| Value::Object(Map::new()));
         buffer["byteLength"] = json!(length);
@@ -257,7 +264,7 @@ fn check_length(bytes: u64) -> Result<(), PrtError> {
     )))
 }
 
-/// What is missing to a multiple of four.
+/// The padding to the next multiple of four.
 fn padding(length: usize) -> usize {
     length.next_multiple_of(4) - length
 }
@@ -285,7 +292,7 @@ fn put_extras(object: &mut Value, lobe: Value) {
     match &mut object["extras"] {
         Value::Object(extras) => drop(extras.insert("lobe".to_string(), lobe)),
         Value::Null => object["extras"] = json!({"lobe": lobe}),
-        // Extras may be any JSON; what is no object gets a place in one.
+        // Wrap extras that are no object, as any JSON may be, in one.
         other => *other = json!({"lobe": lobe, "extras": other.take()}),
     }
 }
@@ -295,8 +302,8 @@ fn vertices_in_file(json: &Value, place: Place) -> Option<u64> {
     json["accessors"][usize::try_from(position).ok()?]["count"].as_u64()
 }
 
-/// Sees to it that no two nodes of the scene, and no node of the scene and one outside, show the same mesh; the new mesh of each
-/// node that got one.
+/// Sees to it that no two nodes of the scene, and no node of the scene and one outside, show the same mesh; the new
+/// mesh of each node that got one.
 fn give_nodes_own_meshes(json: &mut Value, sources: &[MeshSource]) -> BTreeMap<usize, usize> {
     let shown: BTreeSet<usize> = sources.iter().map(|source| source.node).collect();
     let mesh_of = |node: &Value| node.get("mesh").and_then(Value::as_u64).map(|mesh| mesh as usize);
@@ -316,8 +323,8 @@ fn give_nodes_own_meshes(json: &mut Value, sources: &[MeshSource]) -> BTreeMap<u
     own
 }
 
-/// Takes out the attributes and extras of an earlier bake; their data too, where they are the last of the file and used by nobody
-/// else, as they are where a bake wrote them.
+/// Takes out the attributes and extras of an earlier bake; their data too, where they are the last of the file and used
+/// by nobody else, as they are where a bake wrote them.
 fn remove_earlier_transfer(document: &mut GltfDocument) {
     let json = &mut document.json;
     let (mut ours, mut others) = (BTreeSet::new(), BTreeSet::new());

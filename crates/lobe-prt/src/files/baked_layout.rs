@@ -23,7 +23,7 @@ pub(crate) struct Attribute {
     pub(crate) component: u32,
     /// Whether whole numbers stand for fractions of their largest.
     pub(crate) normalized: bool,
-    /// How many bytes it takes, a multiple of four.
+    /// Its size in bytes, a multiple of four.
     pub(crate) bytes: usize,
 }
 
@@ -36,10 +36,10 @@ pub(crate) trait VertexData {
     /// Adds the bytes of some attributes of some vertices, vertex by vertex.
     fn push_bytes(&self, vertices: Range<usize>, attributes: Range<usize>, bytes: &mut Vec<u8>) -> io::Result<()>;
 
-    /// What `extras.lobe` says of the data.
+    /// The members of `extras.lobe` that describe the data.
     fn about(&self) -> Value;
 
-    /// What all vertices share: a member of `extras.lobe` that names its buffer view, and its bytes.
+    /// The data that all vertices share: a member of `extras.lobe` that names its buffer view, and its bytes.
     fn shared(&self) -> Option<(&'static str, Vec<u8>)> {
         None
     }
@@ -67,7 +67,7 @@ pub(crate) fn attribute_groups(attributes: &[Attribute]) -> Vec<AttributeGroup> 
     groups
 }
 
-/// How many attributes of four hold the n² coefficients of a channel.
+/// The number of VEC4 attributes that hold the n² coefficients of a channel.
 pub(crate) fn attributes_per_channel(order: usize) -> usize {
     (order * order).div_ceil(4)
 }

@@ -43,7 +43,8 @@ struct ZonalHeader {
 ///   bases     F32             [clusters, 1 + components, channels, order²]   the mean, then the directions
 /// ```
 ///
-/// The metadata's entry `lobe` is JSON: format `lobe-compressed-transfer`, version 1, order, channels, clusters, components, recipe.
+/// The metadata's entry `lobe` is JSON: format `lobe-compressed-transfer`, version 1, order, channels, clusters,
+/// components, recipe.
 ///
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be written.
@@ -80,14 +81,15 @@ pub fn write_compressed_transfer(
 /// Reads what [`write_compressed_transfer`] wrote, checked completely: the transfer and its recipe.
 ///
 /// # Errors
-/// [`PrtError::Io`], [`PrtError::Invalid`] and [`PrtError::Unsupported`] for files that cannot be read, are broken or not of this
-/// kind, or of a later version.
+/// [`PrtError::Io`], [`PrtError::Invalid`] and [`PrtError::Unsupported`] for files that cannot be read, are broken or
+/// not of this kind, or of a later version.
 pub fn read_compressed_transfer(path: impl AsRef<Path>) -> Result<(CompressedTransfer, Recipe), PrtError> {
     let path = path.as_ref();
     read_compressed_transfer_bytes(&load(path)?, &path.display().to_string())
 }
 
-/// [`read_compressed_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than they are.
+/// [`read_compressed_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is
+/// larger than they are.
 ///
 /// # Errors
 /// As [`read_compressed_transfer`].
@@ -148,7 +150,8 @@ pub fn read_zonal_transfer(path: impl AsRef<Path>) -> Result<(ZonalTransfer, Rec
     read_zonal_transfer_bytes(&load(path)?, &path.display().to_string())
 }
 
-/// [`read_zonal_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than they are.
+/// [`read_zonal_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger
+/// than they are.
 ///
 /// # Errors
 /// As [`read_zonal_transfer`].

@@ -17,7 +17,7 @@ use crate::{Channels, PrtError, Recipe, Transfer, TransferRows};
 const VERSION: u64 = 1;
 const FORMAT: &str = "lobe-lightmap";
 
-/// The attribute that says what the picture is.
+/// The attribute that describes the picture.
 const ATTRIBUTE: &str = "lobe";
 
 /// The most bytes that one byte of a file compressed by deflate can stand for.
@@ -36,12 +36,13 @@ fn channel(coefficient: usize, name: &str) -> String {
     format!("sh{coefficient:02}.{name}")
 }
 
-/// Writes the transfer of a square lightmap, row 0 at the top where v is 0, as an OpenEXR file of one part, 32-bit floats.
+/// Writes the transfer of a square lightmap, row 0 at the top where v is 0, as an OpenEXR file of one part, 32-bit
+/// floats.
 ///
-/// Each coefficient `i = l (l + 1) + m` is a layer: its channels are `sh00.R`, `sh00.G`, `sh00.B` for colored transfer and
-/// `sh00.Y` for gray, up to `sh63` at order 8. The attribute `lobe` is a string of JSON: format `lobe-lightmap`, version 1,
-/// quantity, order, channels, recipe. Until all is written, nothing has the file's name. Memory holds all numbers, and the file in
-/// the making.
+/// Each coefficient `i = l (l + 1) + m` is a layer: its channels are `sh00.R`, `sh00.G`, `sh00.B` for colored transfer
+/// and `sh00.Y` for gray, up to `sh63` at order 8. The attribute `lobe` is a string of JSON: format `lobe-lightmap`,
+/// version 1, quantity, order, channels, recipe. Until all is written, nothing has the file's name. Memory holds all
+/// numbers and the growing file.
 ///
 /// # Errors
 /// [`PrtError::Invalid`] if the receivers are no square, [`PrtError::Io`] if the system refuses.
@@ -94,8 +95,8 @@ fn planes(transfer: &dyn TransferRows) -> io::Result<Vec<Vec<f32>>> {
 /// Reads what [`write_lightmap`] wrote: the transfer and its recipe.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a newer version, [`PrtError::Invalid`] if
-/// it is none of ours or contradicts itself.
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a newer version,
+/// [`PrtError::Invalid`] if it is none of ours or contradicts itself.
 pub fn read_lightmap(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();

@@ -26,7 +26,8 @@ struct Header {
     recipe: Recipe,
 }
 
-/// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by row.
+/// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by
+/// row.
 ///
 /// The metadata's entry `lobe` is JSON: format `lobe-transfer-matrices`, version 1, order, channels, recipe.
 /// The matrices are read a few points at a time; until all is written, nothing has the file's name.
@@ -40,8 +41,8 @@ pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe:
 /// Reads what [`write_matrices`] wrote: the matrices and their recipe.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a later version, [`PrtError::Invalid`] if it
-/// is none of ours or contradicts itself.
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of a later version,
+/// [`PrtError::Invalid`] if it is none of ours or contradicts itself.
 pub fn read_matrices(path: impl AsRef<Path>) -> Result<(TransferMatrices, Recipe), PrtError> {
     let path = path.as_ref();
     read_matrices_bytes(&load(path)?, &path.display().to_string())

@@ -1,8 +1,9 @@
 //! Files of transfer: baked glTF, safetensors, lightmaps.
 //!
-//! Read `transfer_file` first, the simplest, on `tensor_file`, which all safetensors share; then `matrix_file`, `compressed_file`
-//! and `lightmap_file`. `any_transfer` reads whichever it is. `baked_glb` writes scenes whose vertices carry transfer, laid
-//! out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them. May use all other rooms.
+//! Read `transfer_file` first, the simplest, on `tensor_file`, which all safetensors share; then `matrix_file`,
+//! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is. `baked_glb` writes scenes whose
+//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them. May use
+//! all other rooms.
 
 pub(crate) mod any_transfer;
 pub(crate) mod baked_compressed;

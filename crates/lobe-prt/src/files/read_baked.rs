@@ -1,4 +1,4 @@
-//! Reads scenes whose vertices carry transfer.
+//! Baked glTF files: reading scenes whose vertices carry transfer.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::files::baked_compressed::read_compressed;
 use crate::files::baked_layout::{attributes_per_channel, read_column};
 use crate::{Channels, CompressedTransfer, PrtError, Recipe, Transfer};
 
-/// A baked scene, as it was read.
+/// A baked scene from a file.
 #[derive(Clone, Debug)]
 pub struct Baked {
     /// The scene.
@@ -20,15 +20,15 @@ pub struct Baked {
     pub compressed: Option<CompressedTransfer>,
     /// The options and versions that made the transfer.
     pub recipe: Recipe,
-    /// What else was found in the file.
+    /// The report of everything else in the file.
     pub report: SceneReadReport,
 }
 
 /// Reads a scene that [`BakedGlb`](crate::BakedGlb) wrote.
 ///
 /// # Errors
-/// [`PrtError::Scene`] if the file is no scene, or of a newer version; [`PrtError::Invalid`] if it carries no transfer, or not at
-/// every vertex, or of another type than it says.
+/// [`PrtError::Scene`] if the file is no scene, or of a newer version; [`PrtError::Invalid`] if it carries no transfer,
+/// or not at every vertex, or of another type than it says.
 pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Baked, PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -48,7 +48,7 @@ pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<
 pub enum BakedOrScene {
     /// The file is baked.
     Baked(Box<Baked>),
-    /// The file is not baked: the scene, and what else was found in the file.
+    /// The file is not baked: the scene, and the report of everything else in the file.
     Scene(Scene, SceneReadReport),
 }
 

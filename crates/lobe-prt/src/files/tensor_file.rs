@@ -1,4 +1,4 @@
-//! Tables of numbers in safetensors files of ours: tensors with names, and one entry of metadata that says what they are.
+//! Safetensors files of Lobe: named tensors, and one entry of metadata that describes them.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::{Channels, PrtError};
 /// The one entry of the metadata. With more than one their order, and so the bytes, would change from run to run.
 const ENTRY: &str = "lobe";
 
-/// What every header of ours has.
+/// The members of every header.
 #[derive(serde::Deserialize)]
 struct Kind {
     format: String,
@@ -108,7 +108,7 @@ pub(crate) fn load(path: &Path) -> Result<Vec<u8>, PrtError> {
     fs::read(path).map_err(|source| PrtError::Io { place: path.display().to_string(), source })
 }
 
-/// What the bytes of a file say that they are, if they are tensors of ours.
+/// The format that the bytes of a file state, if they are tensors of Lobe.
 pub(crate) fn format_of(bytes: &[u8]) -> Option<String> {
     let (_, metadata) = SafeTensors::read_metadata(bytes).ok()?;
     let kind: Kind = serde_json::from_str(metadata.metadata().as_ref()?.get(ENTRY)?).ok()?;
@@ -124,10 +124,10 @@ pub(crate) struct TensorFile<'a, H> {
 
 impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
     /// # Errors
-    /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later version
-    /// wrote them.
+    /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later
+    /// version wrote them.
     pub(crate) fn parse(bytes: &'a [u8], name: &str, format: &str, version: u32) -> Result<Self, PrtError> {
-        // What is wrong may be quoted from the file, line breaks included.
+        // Remove line breaks: messages may quote the file.
         let invalid = |message: String| PrtError::invalid(name, message.replace(['\n', '\r'], " "));
         let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;

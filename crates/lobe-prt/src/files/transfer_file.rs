@@ -51,14 +51,15 @@ pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
 /// Reads what [`write_transfer`] wrote: the transfer and its recipe.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version, [`PrtError::Invalid`] if it
-/// is none of ours or contradicts itself.
+/// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version,
+/// [`PrtError::Invalid`] if it is none of ours or contradicts itself.
 pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtError> {
     let path = path.as_ref();
     read_transfer_bytes(&load(path)?, &path.display().to_string())
 }
 
-/// [`read_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than they are.
+/// [`read_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than
+/// they are.
 ///
 /// # Errors
 /// As [`read_transfer`].

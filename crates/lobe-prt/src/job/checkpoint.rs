@@ -1,4 +1,4 @@
-//! The chunks of a bake in a checkpoint.
+//! Checkpoints of bakes: the finished chunks on disk.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ const FORMAT: RecordFormat =
 pub(crate) struct Checkpoint {
     records: RecordFile,
     layout: RowLayout,
-    /// Of the chunks that are done.
+    /// The sums over the chunks that are done.
     tally: Tally,
 }
 
@@ -26,8 +26,8 @@ impl Checkpoint {
     /// Opens the checkpoint of a bake, or makes one of its final size.
     ///
     /// # Errors
-    /// [`PrtError::Io`] if it cannot be written or the disk has no room for all of it; [`PrtError::Invalid`] if it is that
-    /// of another bake, or none, or in use.
+    /// [`PrtError::Io`] if it cannot be written or the disk has no room for all of it; [`PrtError::Invalid`] if it is
+    /// that of another bake, or none, or in use.
     pub(crate) fn open<E: Estimator>(
         path: &Path,
         estimator: &E,

@@ -1,4 +1,4 @@
-//! Estimates for many receivers, the same for any number of threads.
+//! The bake loop: receivers in chunks, estimated in parallel with results that do not depend on the number of threads.
 
 use std::ops::{AddAssign, Range};
 use std::time::{Duration, Instant};
@@ -14,17 +14,17 @@ const CHUNK_PATHS: usize = 1 << 14;
 /// Receivers in a chunk, at most.
 const CHUNK_RECEIVERS: usize = 64;
 
-/// Work between two reports, about. A bake that is stopped waits for no more, and one that is killed loses no more, but for a
-/// chunk that takes longer by itself and for writes that the operating system has not yet made. Of the time of a wave
-/// threads wait for each other half a chunk.
+/// Work between two reports, about. A bake that is stopped waits for no more, and one that is killed loses no more, but
+/// for a chunk that takes longer by itself and for writes that the operating system has not yet made. Of the time of a
+/// wave threads wait for each other half a chunk.
 const WAVE: Duration = Duration::from_millis(700);
 
 /// Bytes of results of one thread between two reports, at most, where a chunk has not more.
 const WAVE_BYTES: usize = 4 << 20;
 
-/// What is estimated for each receiver.
+/// An estimator of a row of numbers for each receiver.
 pub(crate) trait Estimator: Sync {
-    /// What a thread keeps between receivers.
+    /// The buffers of a thread.
     type Scratch;
 
     fn receivers(&self) -> usize;
@@ -63,7 +63,7 @@ impl AddAssign<&Self> for Tally {
     }
 }
 
-/// What was found for some receivers in a row.
+/// The results of a run of receivers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Chunk {
     pub(crate) tally: Tally,
@@ -100,15 +100,15 @@ impl Chunks {
         chunk * self.size..((chunk + 1) * self.size).min(self.receivers)
     }
 
-    /// How many receivers the first chunks have.
+    /// The number of receivers in the first `chunk` chunks.
     fn before(&self, chunk: usize) -> usize {
         (chunk * self.size).min(self.receivers)
     }
 }
 
-/// Where chunks go, in their order.
+/// The destination of chunks, in their order.
 pub(crate) trait Sink {
-    /// How many chunks it has already.
+    /// The number of chunks it has already.
     fn done(&self) -> usize;
 
     fn push(&mut self, chunk: Chunk) -> Result<(), PrtError>;
@@ -135,8 +135,8 @@ impl Sink for Memory {
     }
 }
 
-/// Does what a sink has not yet. Results depend on the estimator alone: chunks are the same for any number of threads, and
-/// the sink gets them in their order.
+/// Estimates the chunks that a sink does not hold yet. Results depend on the estimator alone: chunks are the same for
+/// any number of threads, and the sink gets them in their order.
 pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut Job<'_>) -> Result<(), PrtError> {
     let chunks = Chunks::of(estimator);
     let start = Instant::now();
@@ -144,7 +144,7 @@ pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut J
     let mut rays = 0;
     let mut wave = Wave::of(estimator, &chunks);
     loop {
-        // Tell whoever watches how far the work is.
+        // Report the progress; end where the job says so, or all is done.
         let next = sink.done();
         let (done, total) = (chunks.before(next), estimator.receivers());
         let progress = Progress { done, total, resumed, rays, elapsed: start.elapsed(), round: 0 };
@@ -169,7 +169,7 @@ pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut J
     }
 }
 
-/// How many chunks are done between two reports: few at first, then as many as the time of the last ones suggests.
+/// The number of chunks between two reports: few at first, then as many as the time of the last ones suggests.
 #[derive(Debug)]
 struct Wave {
     per_thread: usize,

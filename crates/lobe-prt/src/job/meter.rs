@@ -1,4 +1,4 @@
-//! Progress of a search that may end before its last step.
+//! Progress meter of a search that may end before its last step.
 
 use std::time::Instant;
 
@@ -6,8 +6,8 @@ use lobe_io::{Job, Progress};
 
 use crate::PrtError;
 
-/// Tells how far a search is and remembers whether it is to stop. A search that was stopped comes to its end without further work;
-/// what it has found is of no use.
+/// Reports the progress of a search and remembers whether it is to stop. A search that was stopped comes to its end
+/// without further work; what it has found is of no use.
 pub(crate) struct Meter<'a> {
     job: Job<'a>,
     done: usize,
@@ -28,7 +28,7 @@ impl<'a> Meter<'a> {
         Ok(meter)
     }
 
-    /// How many steps are done or were left out.
+    /// The number of steps that are done or were left out.
     pub(crate) fn done(&self) -> usize {
         self.done
     }

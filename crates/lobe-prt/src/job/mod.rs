@@ -1,9 +1,9 @@
-//! Running a bake: in chunks that are the same for any number of threads, watched, and kept on disk so that it can be stopped,
-//! killed and continued.
+//! Running a bake: in chunks that are the same for any number of threads, watched, and kept on disk so that it can be
+//! stopped, killed and continued.
 //!
-//! Read `chunks` first, which does the work; then `row_layout`, `checkpoint` and `stored_rows`, which keep what it finds in
-//! a [`lobe_io::RecordFile`]; `fingerprint` tells one bake from another; `meter` watches the searches of other rooms.
-//! Uses no other room.
+//! Read `chunks` first, which does the work; then `row_layout`, `checkpoint` and `stored_rows`, which keep what it
+//! finds in a [`lobe_io::RecordFile`]; `fingerprint` identifies a bake; `meter` watches the searches of other
+//! rooms. Uses no other room.
 
 pub(crate) mod checkpoint;
 pub(crate) mod chunks;

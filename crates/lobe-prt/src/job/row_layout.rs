@@ -23,7 +23,7 @@ impl RowLayout {
         Self { chunks: Chunks::of(estimator), row: estimator.row(), energies: bounces + 1 }
     }
 
-    /// Where the records are in a file.
+    /// The layout of the records in a file.
     pub(crate) fn records(&self) -> RecordLayout {
         let count = self.chunks.count();
         let bytes = |receivers| self.before_rows() + 4 * self.row * receivers;
@@ -36,13 +36,13 @@ impl RowLayout {
         16 + 8 * self.energies
     }
 
-    /// Where the row of a receiver begins in the file.
+    /// The offset of the row of a receiver in the file.
     pub(crate) fn offset_of_row(&self, receiver: usize) -> u64 {
         let size = self.chunks.size();
         self.records().offset(receiver / size) + (self.before_rows() + 4 * self.row * (receiver % size)) as u64
     }
 
-    /// How many receivers from this one on have their rows one after the other.
+    /// The number of receivers from this one on whose rows are contiguous.
     pub(crate) fn run_from(&self, receiver: usize) -> usize {
         self.chunks.range(receiver / self.chunks.size()).end - receiver
     }
@@ -52,7 +52,7 @@ impl RowLayout {
         self.chunks.range(chunk).start + number / self.row
     }
 
-    /// How many numbers a receiver has.
+    /// The length of a row.
     pub(crate) fn row(&self) -> usize {
         self.row
     }

@@ -1,4 +1,4 @@
-//! Rows of numbers that stay in the file of a checkpoint.
+//! Stored rows: results that stay in the file of a checkpoint.
 
 use std::io;
 
@@ -7,10 +7,11 @@ use lobe_io::RecordReader;
 use crate::PrtError;
 use crate::job::row_layout::RowLayout;
 
-/// How many numbers are in memory at a time while results go from one file to another: 4 MiB, or one row that is longer.
+/// The number of numbers in memory at a time while results go from one file to another: 4 MiB, or one row that is
+/// longer.
 const NUMBERS_AT_ONCE: usize = 1 << 20;
 
-/// How many rows of this length are in memory at a time.
+/// The number of rows of this length in memory at a time.
 pub(crate) fn rows_at_once(row: usize) -> usize {
     (NUMBERS_AT_ONCE / row).max(1)
 }
@@ -27,7 +28,7 @@ impl StoredRows {
         Self { records, layout }
     }
 
-    /// How many there are.
+    /// The number of rows.
     pub(crate) fn count(&self) -> usize {
         self.layout.receivers()
     }

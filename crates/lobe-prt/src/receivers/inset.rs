@@ -5,27 +5,28 @@ use std::collections::HashMap;
 use glam::DVec3;
 use lobe_scene::{Mesh, Scene};
 
-/// How far vertices move, as a part of the largest coordinate of the scene: twice the lift of a ray's origin above a
-/// surface ([`lobe_scene::Bvh::offset`]), so that halfway between two walls it is clear of both.
+/// The distance that vertices move, as a part of the largest coordinate of the scene: twice the lift of a ray's origin
+/// above a surface ([`lobe_scene::Bvh::offset`]), so that halfway between two walls it is clear of both.
 const INSET: f64 = 128.0 / 16_777_216.0;
 
 /// but not farther than this part of the way to the middle of the triangles around.
 const MOST: f64 = 0.125;
 
-/// The positions of all vertices of all meshes, those at a border moved into the mesh by 2⁻¹⁷ of the largest coordinate.
+/// The positions of all vertices of all meshes, those at a border moved into the mesh by 2⁻¹⁷ of the largest
+/// coordinate.
 ///
 /// Where a floor ends at a wall its last vertices lie in the wall: what they see depends on rounding, and half of their
-/// rays would start behind it. What is wanted of them is what the floor beside them sees. A border is an edge of
-/// one triangle only, by the indices of its vertices, so that meshes with a normal for each face have borders at all edges.
+/// rays would start behind it. What is wanted of them is what the floor beside them sees. A border is an edge of one
+/// triangle only, by the indices of its vertices, so that meshes with a normal for each face have borders at all edges.
 ///
-/// The way goes to the mean of the middles of the triangles around. Where that is below the surface, because the surface
-/// is convex, it goes along the plane of the normal instead.
+/// The way goes to the mean of the middles of the triangles around. Where that is below the surface, because the
+/// surface is convex, it goes along the plane of the normal instead.
 pub(crate) fn inset_positions(scene: &Scene) -> Vec<[f32; 3]> {
     let distance = inset_distance(scene);
     scene.meshes().iter().flat_map(|mesh| inset(mesh, distance)).collect()
 }
 
-/// How far points at a border move.
+/// The distance that points at a border move.
 pub(crate) fn inset_distance(scene: &Scene) -> f64 {
     let bounds = scene.bounds();
     let largest = bounds.min.iter().chain(&bounds.max).fold(0.0, |most: f32, c| most.max(c.abs()));

@@ -1,4 +1,4 @@
-//! A lightmap looked up between its texels.
+//! Lightmap lookup: bilinear between the texels of one chart.
 
 use std::collections::HashMap;
 
@@ -6,11 +6,12 @@ use lobe_scene::{Hit, Mesh, Scene};
 
 use crate::{PrtError, TexelReceivers};
 
-/// Which texels of a lightmap show a place of its scene, and how much of each.
+/// The texels of a lightmap that show a place of its scene, and their weights.
 ///
-/// Light is linear between the four texels around a place, as in any picture, but only between those of the chart that the
-/// place is in: however near charts lie, nothing bleeds over a seam. Triangles are of one chart if they share a vertex, its
-/// position, normal and place in the lightmap; so a hard edge is a seam, too, even if the unfolding does not cut it.
+/// Light is linear between the four texels around a place, as in any picture, but only between those of the chart that
+/// the place is in: however near charts lie, nothing bleeds over a seam. Triangles are of one chart if they share a
+/// vertex, its position, normal and place in the lightmap; so a hard edge is a seam, too, even if the unfolding does
+/// not cut it.
 ///
 /// A triangle so thin that other charts have all texels around it shows what these have.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +40,7 @@ impl Lightmap {
         self.width
     }
 
-    /// Four texels, `y · width + x`, and how much a place shows of each; the parts sum to 1.
+    /// Four texels, `y · width + x`, and their weights at a place, which sum to 1.
     ///
     /// ```text
     ///   w_k ∝ (1 - |x_k - x|) (1 - |y_k - y|)  for texels k of the place's chart, else 0;  centers x_k at i + 1/2
@@ -125,8 +126,8 @@ mod tests {
         Scene::new(parts.into_iter().map(|p| Mesh::new(p).unwrap()).collect(), vec![], vec![]).unwrap()
     }
 
-    /// Two squares that share an edge in space and in the lightmap, whose left half one fills and whose right half the other;
-    /// `joined` says whether they share its vertices, too.
+    /// Two squares that share an edge in space and in the lightmap, whose left half one fills and whose right half the
+    /// other; `joined` says whether they share its vertices, too.
     fn two_squares(joined: bool) -> Scene {
         let column = |x: f32| [[x, 0.0, 0.0], [x, 1.0, 0.0]];
         let mut positions = [column(0.0), column(1.0), column(2.0)].concat();

@@ -1,4 +1,4 @@
-//! The points that transfer is baked for.
+//! Receivers: the points that transfer is baked for.
 
 use glam::Vec3;
 use lobe_io::Fingerprint;
@@ -7,7 +7,7 @@ use lobe_scene::Scene;
 use crate::PrtError;
 use crate::receivers::inset::inset_positions;
 
-/// How far the length of a normal may be from 1: it was rounded, not scaled.
+/// The largest deviation of the length of a normal from 1: it was rounded, not scaled.
 const UNIT_TOLERANCE: f32 = 1e-3;
 
 /// Points that receive light and send it back: each has a unit normal on its lit side and an albedo.
@@ -59,8 +59,8 @@ impl Receivers {
     /// The vertices of all meshes in their order, with the normals to shade with. The albedo is the base color: factor,
     /// texture and vertex color multiplied; metals are taken as matte.
     ///
-    /// Vertices at the border of a mesh are moved into it by 2⁻¹⁷ of the largest coordinate of the scene: where a floor ends
-    /// at a wall, its last vertices would else lie in the wall and see what is behind it.
+    /// Vertices at the border of a mesh are moved into it by 2⁻¹⁷ of the largest coordinate of the scene: where a floor
+    /// ends at a wall, its last vertices would else lie in the wall and see what is behind it.
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if a vertex color is negative.
@@ -77,8 +77,8 @@ impl Receivers {
         Self::new(inset_positions(scene), normals, albedos)
     }
 
-    /// The other sides of the same vertices: [`Receivers::at_vertices`] with all normals turned round, for open meshes that
-    /// are seen from both sides.
+    /// The other sides of the same vertices: [`Receivers::at_vertices`] with all normals turned round, for open meshes
+    /// that are seen from both sides.
     ///
     /// # Errors
     /// As [`Receivers::at_vertices`].
@@ -102,14 +102,14 @@ impl Receivers {
         )
     }
 
-    /// How many there are; at least one.
+    /// The number of receivers, at least one.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "there is at least one")]
     pub fn len(&self) -> usize {
         self.positions.len()
     }
 
-    /// Where they are.
+    /// Their positions.
     #[must_use]
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions

@@ -1,4 +1,4 @@
-//! Receivers at the texels of a lightmap.
+//! Texel receivers: conservative rasterization of a scene into the texels of a lightmap.
 
 use std::collections::VecDeque;
 
@@ -18,14 +18,14 @@ const OVERLAP: f64 = 0.01;
 /// Triangles this near to the center of a texel may show in it: half the diagonal.
 const REACH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// How far texture coordinates may be outside of the unit square: rounding.
+/// The largest distance of texture coordinates from the unit square: rounding.
 const OUTSIDE: f32 = 1e-4;
 
 /// Receivers at the texels of a square picture that the triangles of a scene are unfolded into.
 ///
-/// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of the
-/// nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in
-/// their texture coordinates of set 1, or of set 0 where they have no set 1.
+/// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of
+/// the nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in their
+/// texture coordinates of set 1, or of set 0 where they have no set 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TexelReceivers {
     width: usize,
@@ -39,7 +39,7 @@ pub struct TexelReceivers {
 struct Place {
     /// From the center of the texel, in texels; 0 if it is inside.
     distance: f64,
-    /// How far inside the center is; 0 if it is outside.
+    /// The depth of the center inside the triangle; 0 if it is outside.
     depth: f64,
     triangle: u32,
     u: f32,
@@ -50,12 +50,13 @@ impl TexelReceivers {
     /// The receivers of a picture of `width` × `width` texels.
     ///
     /// # Errors
-    /// [`PrtError::Options`] if the width is not 1 to 2¹⁴; [`PrtError::Invalid`] if a mesh has no texture coordinates, they
-    /// leave the unit square, or the center of a texel is in two triangles.
+    /// [`PrtError::Options`] if the width is not 1 to 2¹⁴; [`PrtError::Invalid`] if a mesh has no texture coordinates,
+    /// they leave the unit square, or the center of a texel is in two triangles.
     pub fn new(scene: &Scene, width: usize) -> Result<Self, PrtError> {
         if !(1..=MOST_TEXELS).contains(&width) {
             return Err(PrtError::Options(format!("expected a width of 1 to {MOST_TEXELS} texels, found {width}")));
         }
+        // Find the nearest place of each texel, triangle by triangle.
         let mut places: Vec<Option<Place>> = vec![None; width * width];
         let mut first = 0;
         for mesh in scene.meshes() {
@@ -84,7 +85,7 @@ impl TexelReceivers {
 
     fn at(scene: &Scene, width: usize, places: &[Option<Place>]) -> Result<Self, PrtError> {
         let distance = inset_distance(scene);
-        // No more memory than is needed: there may be very many.
+        // Reserve no more memory than is needed.
         let count = places.iter().flatten().count();
         let (mut texels, mut triangles) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let [mut positions, mut normals, mut albedos] = [0; 3].map(|_| Vec::with_capacity(count));
@@ -97,7 +98,7 @@ impl TexelReceivers {
             let position = wide(surface.position);
             texels.push(texel as u32);
             triangles.push(triangle);
-            // At the edge of a triangle it may lie in a wall, as vertices may.
+            // Move places at the edge of a triangle inwards: they may lie in a wall, as vertices may.
             let moved = if depth < OVERLAP { step(position, middle - position, distance) } else { surface.position };
             positions.push(moved);
             normals.push(surface.shading_normal);
@@ -112,7 +113,7 @@ impl TexelReceivers {
         self.width
     }
 
-    /// What is to be baked, one for each texel of [`TexelReceivers::texels`].
+    /// The receivers to bake, one for each texel of [`TexelReceivers::texels`].
     #[must_use]
     pub fn receivers(&self) -> &Receivers {
         &self.receivers
@@ -130,8 +131,8 @@ impl TexelReceivers {
         &self.triangles
     }
 
-    /// For every texel of the picture, row by row, the receiver it shows: its own, or that of a nearest texel that has one,
-    /// counted in steps to the eight neighbors.
+    /// For every texel of the picture, row by row, the receiver it shows: its own, or that of a nearest texel that has
+    /// one, counted in steps to the eight neighbors.
     #[must_use]
     pub fn dilated(&self) -> Vec<u32> {
         const NONE: u32 = u32::MAX;
@@ -184,8 +185,8 @@ impl TexelReceivers {
     }
 }
 
-/// Gives all texels near a triangle their place on it, where they have no nearer one. An error at a texel that is inside of
-/// another already.
+/// Gives all texels near a triangle their place on it, where they have no nearer one. An error at a texel that is
+/// inside of another already.
 fn draw(
     places: &mut [Option<Place>],
     width: usize,
@@ -201,14 +202,17 @@ fn draw(
     };
     for y in range(1) {
         for x in range(0) {
+            // Find the place of the triangle nearest to the center of the texel.
             let found = nearest(corners, DVec2::new(x as f64 + 0.5, y as f64 + 0.5), triangle);
             let place = &mut places[y * width + x];
+            // Refuse centers that lie inside of two triangles.
             if let Some(other) = place
                 && found.depth > OVERLAP
                 && other.depth > OVERLAP
             {
                 return Err((x, y));
             }
+            // Keep the place if it is nearer, or deeper inside, than that of other triangles.
             let is_nearer = place.is_none_or(|other| (found.distance, -found.depth) < (other.distance, -other.depth));
             if found.distance <= REACH && is_nearer {
                 *place = Some(found);
@@ -221,7 +225,7 @@ fn draw(
 /// The place of a triangle that is nearest to a point.
 fn nearest([a, b, c]: [DVec2; 3], point: DVec2, triangle: u32) -> Place {
     let area = (b - a).perp_dot(c - a);
-    // Distances from the edges, positive inside, and the weights of the corners opposite of them.
+    // Take the distances from the edges, positive inside: as areas they are the weights of the opposite corners.
     let edges = [(b, c), (c, a), (a, b)];
     let signed = edges.map(|(p, q)| (q - p).perp_dot(point - p) * area.signum());
     if area != 0.0 && signed.iter().all(|&s| s >= 0.0) {

@@ -4,8 +4,8 @@ use std::io;
 
 use crate::{Channels, TransferRows};
 
-/// Receivers between two that are wanted are read with them if they are no more than this: cheaper than to look for the second
-/// place in the file.
+/// Receivers between two that are wanted are read with them if they are no more than this: cheaper than to look for the
+/// second place in the file.
 const GAP: usize = 64;
 
 /// The transfer of every texel of a lightmap, row by row: that of the receiver which it shows.

@@ -18,10 +18,10 @@ pub(crate) fn hash(words: impl IntoIterator<Item = u64>) -> u64 {
 
 /// Randomized sequences of points in the unit square, one for each bounce of a path.
 ///
-/// Each is the two-dimensional sequence of Sobol', scrambled by the method of Owen: of any `2^k` points from the start on,
-/// every elementary rectangle of area `2^-k` holds exactly one, and each point by itself is uniform in the square,
-/// so that sums over points are unbiased. The scrambling is by a hash [Laine and Karras 2011]; the sequences of
-/// later bounces are taken in an order of their own, scrambled alike, so that bounces are independent of each other
+/// Each is the two-dimensional sequence of Sobol', scrambled by the method of Owen: of any `2^k` points from the start
+/// on, every elementary rectangle of area `2^-k` holds exactly one, and each point by itself is uniform in the square,
+/// so that sums over points are unbiased. The scrambling is by a hash [Laine and Karras 2011]; the sequences of later
+/// bounces are taken in an order of their own, scrambled alike, so that bounces are independent of each other
 /// [Burley 2020]. Tests: `the_first_points_of_any_power_of_two_fill_every_elementary_rectangle`,
 /// `each_point_is_uniform_over_the_seeds`.
 #[derive(Clone, Debug)]
@@ -37,8 +37,8 @@ struct Scramble {
 }
 
 impl Sobol {
-    /// The sequences of a place. Equal places, such as vertices along seams of texture coordinates, have equal ones, and `0`
-    /// and `-0` are equal.
+    /// The sequences of a place. Equal places, such as vertices along seams of texture coordinates, have equal ones,
+    /// and `0` and `-0` are equal.
     pub(crate) fn at_place(seed: u64, place: impl Iterator<Item = f32>, bounces: usize) -> Self {
         let bits = place.map(|c| u64::from((c + 0.0).to_bits()));
         Self::new(hash([seed].into_iter().chain(bits)), bounces)
@@ -61,9 +61,9 @@ impl Sobol {
     }
 }
 
-/// The indices below `count`, in an order in which neighbors lie close together in the square, for all seeds alike: that
-/// of a Z-curve through the unscrambled points. Scrambling exchanges halves of elementary intervals and leaves points
-/// of one square of the quadtree in one square.
+/// The indices below `count`, in an order in which neighbors lie close together in the square, for all seeds alike:
+/// that of a Z-curve through the unscrambled points. Scrambling exchanges halves of elementary intervals and leaves
+/// points of one square of the quadtree in one square.
 pub(crate) fn coherent_order(count: u32) -> Vec<u32> {
     let spread = |bits: u32| (0..16).fold(0_u32, |z, k| z | (bits >> (16 + k) & 1) << (2 * k));
     let place = |i: &u32| spread(i.reverse_bits()) | spread(second(*i).reverse_bits()) << 1;

@@ -1,7 +1,7 @@
-//! Scalar products of many rows with one light, in explicit lanes.
+//! Dot products of many rows with one light, in explicit SIMD lanes.
 //!
-//! Every sum has an order that neither the width of the machine's registers nor the number of threads changes, and nothing
-//! is fused, so the bytes are the same everywhere. Wider instructions are taken where the machine has them.
+//! Every sum has an order that neither the width of the machine's registers nor the number of threads changes, and
+//! nothing is fused, so the bytes are the same everywhere. Wider instructions are taken where the machine has them.
 
 use lobe_sh::Rgb;
 use rayon::prelude::*;
@@ -22,7 +22,8 @@ pub(crate) fn light_of_len(light: &[Rgb<f64>], len: usize) -> Vec<Rgb<f32>> {
     light
 }
 
-/// The exit radiance of rows of `channels · order²` numbers; see [`Transfer::exit_radiance`](crate::Transfer::exit_radiance).
+/// The exit radiance of rows of `channels · order²` numbers; see
+/// [`Transfer::exit_radiance`](crate::Transfer::exit_radiance).
 ///
 /// # Panics
 /// If the order is not 1 to 8, or `out` has not one place for each row.
@@ -111,8 +112,8 @@ fn rgb_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>]
     }
 }
 
-/// A scalar product, in four partial sums over every fourth place. `N = n²` is a multiple of four or one more; the one more is
-/// the first.
+/// A scalar product, in four partial sums over every fourth place. `N = n²` is a multiple of four or one more; the one
+/// more is the first.
 #[inline(always)]
 fn dot<L: Lanes, const N: usize>(lanes: L, row: &[f32; N], plane: &[f32; N]) -> f32 {
     let (first, rest) = row.split_at(N % FOUR);
@@ -129,8 +130,8 @@ fn dot<L: Lanes, const N: usize>(lanes: L, row: &[f32; N], plane: &[f32; N]) -> 
     start + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
 }
 
-/// Weighted sums out of a small table of colors: `out[r] = table[k][0] + Σ_j weights[r n' + j] table[k][j+1]`, with `k =
-/// clusters[r]`, summed in the order of `j`.
+/// Weighted sums out of a small table of colors: `out[r] = table[k][0] + Σ_j weights[r n' + j] table[k][j+1]`, with
+/// `k = clusters[r]`, summed in the order of `j`.
 ///
 /// `table` has `n' + 1` entries for each cluster.
 pub(crate) fn weighted<W: Copy + Into<f32> + Sync>(

@@ -1,11 +1,11 @@
-//! Four numbers at once, with AVX2's instructions where the machine has them.
+//! Four-lane SIMD arithmetic, with AVX2's instructions where the machine has them.
 //!
-//! Left to itself the compiler turns rows into columns by way of the stack, at three times the cost. Every operation rounds by
-//! itself and alike in both implementations, so the bytes are the same.
+//! Left to itself the compiler turns rows into columns by way of the stack, at three times the cost. Every operation
+//! rounds by itself and alike in both implementations, so the bytes are the same.
 
 use pulp::NullaryFnOnce;
 
-/// How many.
+/// The number of lanes.
 pub(crate) const FOUR: usize = 4;
 
 /// Arithmetic on four lanes of `f32`.
@@ -20,9 +20,9 @@ pub(crate) trait Lanes: Copy {
     fn add_product(self, sum: Self::Vector, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 }
 
-/// Something to do with four lanes.
+/// Work to be done with four lanes.
 pub(crate) trait Work {
-    /// Does it. To be marked `#[inline(always)]`, or it is compiled without the instructions.
+    /// Does the work. To be marked `#[inline(always)]`, or it is compiled without the instructions.
     fn work<L: Lanes>(self, lanes: L);
 }
 

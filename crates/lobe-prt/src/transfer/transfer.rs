@@ -5,10 +5,10 @@ use lobe_sh::Rgb;
 use crate::PrtError;
 use crate::transfer::dot_rows::exit_radiance;
 
-/// How many transfer vectors a receiver has.
+/// The channels of transfer: one vector or three for each receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Channels {
-    /// One for all colors: everything the light met is gray.
+    /// One vector for all colors: everything the light met is gray.
     Gray,
     /// One each for red, green and blue.
     Rgb,
@@ -47,8 +47,8 @@ impl Transfer {
     /// Transfer of `coefficients.len() / (order² · channels)` receivers.
     ///
     /// # Errors
-    /// [`PrtError::Options`] if the order is not 1 to 8; [`PrtError::Invalid`] if the coefficients are not a whole number
-    /// of receivers or not all finite.
+    /// [`PrtError::Options`] if the order is not 1 to 8; [`PrtError::Invalid`] if the coefficients are not a whole
+    /// number of receivers or not all finite.
     pub fn new(order: usize, channels: Channels, coefficients: Vec<f32>) -> Result<Self, PrtError> {
         check_order(order)?;
         check_rows("transfer", "receiver", order * order * channels.count(), &coefficients)?;
@@ -61,7 +61,7 @@ impl Transfer {
         self.order
     }
 
-    /// How many vectors a receiver has.
+    /// The channels: one vector or three for each receiver.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.channels
@@ -91,10 +91,10 @@ impl Transfer {
         &self.coefficients[start..start + bands]
     }
 
-    /// What every receiver sends back of a light: `B = Σᵢ Lᵢ Tᵢ` over the bands both have.
+    /// The exit radiance of every receiver under a light: `B = Σᵢ Lᵢ Tᵢ` over the bands both have.
     ///
-    /// `light` is the radiance of the surroundings, in the world frame, of any order. Negative values, which ringing makes,
-    /// are kept. The sums are `f32`, in an order that neither the machine nor its threads change.
+    /// `light` is the radiance of the surroundings, in the world frame, of any order. Negative values, which ringing
+    /// makes, are kept. The sums are `f32`, in an order that neither the machine nor its threads change.
     ///
     /// # Panics
     /// If the light has no coefficients.

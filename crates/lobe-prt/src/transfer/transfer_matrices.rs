@@ -5,14 +5,14 @@ use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 use crate::transfer::transfer::{check_order, check_rows};
 use crate::{Channels, PrtError};
 
-/// The transfer matrices of many points: what each makes of the light of the surroundings before it is reflected.
+/// The transfer matrices of many points: from the light of the surroundings to the light incident at each.
 ///
 /// ```text
 ///   L_in = M L,    M_ij = ∫_Ω yᵢ(s) (path that starts along s; yⱼ) ds
 /// ```
 ///
-/// Ω is the hemisphere above a receiver, or the sphere about a point in space. The light that arrives from s is that of the
-/// surroundings where nothing is in the way, and what surfaces send on where they are hit: M holds shadows and
+/// Ω is the hemisphere above a receiver, or the sphere about a point in space. The light that arrives from s is that of
+/// the surroundings where nothing is in the way, and what surfaces send on where they are hit: M holds shadows and
 /// interreflections, and what is left to do is one convolution with the lobe of the reflection
 /// [Sloan, Kautz and Snyder 2002]:
 ///
@@ -20,8 +20,9 @@ use crate::{Channels, PrtError};
 ///   B(v) = Σ_lm α_l (M L)_lm y_lm(r),    α_l = √(4π/(2l+1)) G_l,    r = 2 (n·v) n - v
 /// ```
 ///
-/// G is the zonal expansion of the lobe, such as [`Zonal::phong`] or [`Zonal::ggx`], v the direction to the eye. `α_l` are the
-/// lobe's convolution factors. The receiver's own reflectance is not in M: a mirror of reflectance F sends F B back.
+/// G is the zonal expansion of the lobe, such as [`Zonal::phong`] or [`Zonal::ggx`], v the direction to the eye. `α_l`
+/// are the lobe's convolution factors. The receiver's own reflectance is not in M: a mirror of reflectance F sends F B
+/// back.
 ///
 /// Stored point by point, channel by channel, row by row of equal i: `n⁴` numbers for a channel.
 ///
@@ -32,20 +33,21 @@ use crate::{Channels, PrtError};
 ///   B(v) = ∫_Ω L_in(s) k_n(r·s) ds,    k_n(t) = Σ_{l<n} (2l+1)/4π α_l P_l(t)
 /// ```
 ///
-/// with all of the light that arrives, shadows, horizon and interreflections: rows above order n are not missed, since the
-/// kernel `k_n` has no such bands. With nothing in the way and no horizon this is the convolution of the light with the lobe
-/// about r. The path tracer finds the same: tests `glossy` of `lobe-render`.
+/// with all of the light that arrives, shadows, horizon and interreflections: rows above order n are not missed, since
+/// the kernel `k_n` has no such bands. With nothing in the way and no horizon this is the convolution of the light with
+/// the lobe about r. The path tracer finds the same: tests `glossy` of `lobe-render`.
 ///
 /// # What is an approximation
 /// * The lobe has n bands: a narrow one is blurred and rings.
-/// * The lobe is the same at every angle, turned about r. Phong's is; that of microfacets grows long and narrow towards grazing
-///   angles and leans away from r.
-/// * Lobes are normalized, they send back all that arrives. Microfacets lose what is scattered more than once: for them F is best
-///   what they reflect of even light, `A F₀ + B` of the split sum.
+/// * The lobe is the same at every angle, turned about r. Phong's is; that of microfacets grows long and narrow towards
+///   grazing angles and leans away from r.
+/// * Lobes are normalized, they send back all that arrives. Microfacets lose what is scattered more than once: for them
+///   F is best the directional albedo, `A F₀ + B` of the split sum.
 ///
-/// How far that is from paths of light for a white metal of GGX microfacets: RMS over the vertices of a ball over a ground, three
-/// views each, two skies of order n, no bounces, in percent of the RMS of the truth. The second number of each pair is with F as
-/// above (test `how_far_the_kernel_is_from_microfacets_is_what_the_documentation_says` of `lobe-render`).
+/// The error against path tracing for a white metal of GGX microfacets: RMS over the vertices of a ball over a
+/// ground, three views each, two skies of order n, no bounces, in percent of the RMS of the truth. The second number of
+/// each pair is with F as above (test `how_far_the_kernel_is_from_microfacets_is_what_the_documentation_says` of
+/// `lobe-render`).
 ///
 /// | α | n | seen within 40° of the normal | seen 54° to 69° from it |
 /// |---|---|---|---|
@@ -82,7 +84,7 @@ impl TransferMatrices {
         self.order
     }
 
-    /// How many matrices a point has.
+    /// The channels: one matrix or three for each point.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.channels
@@ -112,7 +114,8 @@ impl TransferMatrices {
         &self.coefficients[start..start + size]
     }
 
-    /// The light that arrives at a point, `M L`, of the order of the matrices. Bands that only one of both has count as zero.
+    /// The light that arrives at a point, `M L`, of the order of the matrices. Bands that only one of both has count as
+    /// zero.
     ///
     /// # Panics
     /// If there is no such point.
@@ -131,10 +134,11 @@ impl TransferMatrices {
         ShVec::from_vec(incident).unwrap_or_else(|| unreachable!("n² coefficients"))
     }
 
-    /// What a receiver with a lobe sends towards the eye.
+    /// The radiance of a receiver with a lobe towards the eye.
     ///
-    /// `normal` is that of the receiver, `to_eye` the direction to the eye, `lobe` the zonal expansion of the reflection,
-    /// whose missing bands are zero. Nothing is sent below the surface. Negative values, which ringing makes, are kept.
+    /// `normal` is that of the receiver, `to_eye` the direction to the eye, `lobe` the zonal expansion of the
+    /// reflection, whose missing bands are zero. Nothing is sent below the surface. Negative values, which ringing
+    /// makes, are kept.
     ///
     /// # Panics
     /// If there is no such point.

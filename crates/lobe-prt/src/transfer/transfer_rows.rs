@@ -5,25 +5,26 @@ use std::io;
 use crate::job::stored_rows::StoredRows;
 use crate::{Channels, PrtError, Transfer, TransferMatrices};
 
-/// The transfer of many receivers, a few of them at a time: of a [`Transfer`], or of a file that holds more than memory.
+/// The transfer of many receivers, a few of them at a time: of a [`Transfer`], or of a file that holds more than
+/// memory.
 pub trait TransferRows {
     /// Number of bands n.
     fn order(&self) -> usize;
 
-    /// How many vectors a receiver has.
+    /// The channels: one vector or three for each receiver.
     fn channels(&self) -> Channels;
 
     /// Number of receivers.
     fn receivers(&self) -> usize;
 
-    /// The coefficients of the receivers from `first` on, as many as fill `rows`: receiver by receiver, channel by channel,
-    /// in index order.
+    /// The coefficients of the receivers from `first` on, as many as fill `rows`: receiver by receiver, channel by
+    /// channel, in index order.
     ///
     /// # Errors
     /// Those of the file.
     fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()>;
 
-    /// How many coefficients a receiver has: `channels · n²`.
+    /// The number of coefficients of a receiver: `channels · n²`.
     fn row_len(&self) -> usize {
         self.channels().count() * self.order() * self.order()
     }
@@ -85,25 +86,26 @@ impl TransferRows for StoredTransfer {
     }
 }
 
-/// The transfer matrices of many points, a few of them at a time: of [`TransferMatrices`], or of a file that holds more than
-/// memory.
+/// The transfer matrices of many points, a few of them at a time: of [`TransferMatrices`], or of a file that holds more
+/// than memory.
 pub trait MatrixRows {
     /// Number of bands n; each matrix is n² × n².
     fn order(&self) -> usize;
 
-    /// How many matrices a point has.
+    /// The channels: one matrix or three for each point.
     fn channels(&self) -> Channels;
 
     /// Number of points.
     fn points(&self) -> usize;
 
-    /// The coefficients of the points from `first` on, as many as fill `rows`: point by point, channel by channel, row by row.
+    /// The coefficients of the points from `first` on, as many as fill `rows`: point by point, channel by channel, row
+    /// by row.
     ///
     /// # Errors
     /// Those of the file.
     fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()>;
 
-    /// How many coefficients a point has: `channels · n⁴`.
+    /// The number of coefficients of a point: `channels · n⁴`.
     fn row_len(&self) -> usize {
         self.channels().count() * self.order().pow(4)
     }

@@ -1,4 +1,4 @@
-//! BFGS: a local minimum of a smooth function of a few variables.
+//! BFGS: quasi-Newton minimization of a smooth function of a few variables.
 
 /// Halvings of a step before the search gives up.
 const HALVINGS: usize = 30;
@@ -6,15 +6,15 @@ const HALVINGS: usize = 30;
 /// The part of the expected fall that a step must bring (Armijo).
 const SUFFICIENT: f64 = 1e-4;
 
-/// Goes downhill from `x` by the method of Broyden, Fletcher, Goldfarb and Shanno; returns the value reached.
+/// Minimizes from `x` by the method of Broyden, Fletcher, Goldfarb and Shanno; returns the value reached.
 ///
 /// ```text
 ///   x ← x - t H g        H ← (1 - s yᵀ/yᵀs) H (1 - y sᵀ/yᵀs) + s sᵀ/yᵀs        s, y: changes of x and of g
 /// ```
 ///
-/// `value_and_gradient` writes the gradient at its argument and returns the value. The first `H` is `first` times the identity,
-/// no step is longer than `longest`, and a value never rises. It ends after `steps` steps, or where neither the gradient nor
-/// a step changes the value by more than `tolerance`.
+/// `value_and_gradient` writes the gradient at its argument and returns the value. The first `H` is `first` times the
+/// identity, no step is longer than `longest`, and a value never rises. It ends after `steps` steps, or where neither
+/// the gradient nor a step changes the value by more than `tolerance`.
 pub(crate) fn minimize(
     x: &mut [f64],
     [first, longest, tolerance]: [f64; 3],
@@ -27,6 +27,7 @@ pub(crate) fn minimize(
     let (mut step, mut next, mut hy) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let mut value = value_and_gradient(x, &mut g);
     for _ in 0..steps {
+        // Take the quasi-Newton direction, or steepest descent where that does not fall.
         multiply(&inverse, &g, &mut step);
         let mut fall = dot(&step, &g);
         if fall <= 0.0 {
@@ -35,10 +36,11 @@ pub(crate) fn minimize(
             fall = dot(&step, &g);
         }
         let mut t = -(longest / dot(&step, &step).sqrt()).min(1.0);
-        // The quadratic model falls by half of this over a whole step.
+        // End where nothing is left to gain: the quadratic model falls by half of this over a whole step.
         if fall * -t <= tolerance {
             break;
         }
+        // Backtrack until the value falls sufficiently (Armijo).
         let mut halvings = 0;
         let lower = loop {
             next.iter_mut().zip(x.iter().zip(&step)).for_each(|(next, (x, s))| *next = x + t * s);
@@ -53,6 +55,7 @@ pub(crate) fn minimize(
             t *= 0.5;
         };
         let Some(lower) = lower else { break };
+        // Update the inverse Hessian by the changes of position and gradient.
         step.iter_mut().for_each(|s| *s *= t);
         g.iter_mut().zip(&next_g).for_each(|(g, next)| *g = next - *g);
         learn(&mut inverse, &step, &g, &mut hy);

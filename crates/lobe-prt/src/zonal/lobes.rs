@@ -1,4 +1,4 @@
-//! The linear least-squares problem of zonal lobes with given axes, and its gradient with respect to the axes.
+//! Linear least squares of zonal lobes with given axes, and the gradient of its cost by the axes (variable projection).
 
 use std::f64::consts::PI;
 
@@ -7,8 +7,9 @@ use lobe_sh::{Dir, Expansion as _, ShVec, band_range, eval_basis_into, eval_with
 /// The most lobes.
 pub(crate) const MOST: usize = 8;
 
-/// What a unit of squared coefficients counts, over a unit of squared error. Where axes meet or are opposite, coefficients would
-/// grow without bound; this bounds them, and changes those of a single lobe by less than their rounding to `f32`.
+/// Tikhonov damping: the weight of squared coefficients over that of squared error. Where axes meet or are opposite,
+/// coefficients would grow without bound; this bounds them, and changes those of a single lobe by less than their
+/// rounding to `f32`.
 const DAMPING: f64 = 1e-9;
 
 /// Axes and, for each of them, coefficients channel by channel, band by band.
@@ -26,8 +27,9 @@ pub(crate) struct Lobes {
 ///   f_lm ≈ Σ_k z_kl u_lm(d_k)        u_lm(d) = √(4π/(2l+1)) y_lm(d)        u_l(d)·u_l(e) = P_l(d·e)
 /// ```
 ///
-/// For given axes the bands and channels are separate linear least-squares problems in the `z_kl`. With these eliminated only the
-/// axes are left (variable projection, Golub and Pereyra 1973); the derivative by an axis is that with the `z` kept,
+/// For given axes the bands and channels are separate linear least-squares problems in the `z_kl`. With these
+/// eliminated only the axes are left (variable projection, Golub and Pereyra 1973); the derivative by an axis is that
+/// with the `z` kept,
 ///
 /// ```text
 ///   ∂|r|²/∂d_k = -2 Σ_lm z_kl r_lm ∇u_lm(d_k)        r = f - Σ_k z_k u(d_k)
@@ -69,6 +71,7 @@ impl LobeProblem {
     pub(crate) fn solve(&mut self, axes: &[Dir]) -> Lobes {
         let (n, order) = (self.order * self.order, self.order);
         debug_assert!(axes.len() <= MOST, "at most {MOST} lobes");
+        // Evaluate the unit lobes along the axes.
         self.lobes.resize(axes.len() * n, 0.0);
         for (axis, u) in axes.iter().zip(self.lobes.chunks_exact_mut(n)) {
             eval_basis_into(axis.to_array(), u);
@@ -82,6 +85,7 @@ impl LobeProblem {
         for l in 0..order {
             let range = band_range(l);
             let part = |k: usize| &self.lobes[k * n..][range.clone()];
+            // Set up and factorize the damped normal equations of the band.
             let mut gram = [[0.0; MOST]; MOST];
             for i in 0..axes.len() {
                 for j in 0..=i {
@@ -90,12 +94,14 @@ impl LobeProblem {
             }
             factorize(&mut gram, axes.len());
             for c in 0..self.channels {
+                // Solve them for each channel.
                 let f = &self.f[c * n..][range.clone()];
                 let mut z = [0.0; MOST];
                 for k in 0..axes.len() {
                     z[k] = dot(part(k), f);
                 }
                 substitute(&gram, &mut z, axes.len());
+                // Subtract the lobes from the residual.
                 let residual = &mut self.residual[c * n..][range.clone()];
                 for (k, z) in z[..axes.len()].iter().enumerate() {
                     residual.iter_mut().zip(&self.lobes[k * n..][range.clone()]).for_each(|(r, u)| *r -= z * u);
@@ -108,7 +114,8 @@ impl LobeProblem {
         Lobes { axes: axes.to_vec(), coefficients, cost }
     }
 
-    /// The derivative of the cost by axis `k`, a tangent vector there, for the lobes that [`LobeProblem::solve`] has just found.
+    /// The derivative of the cost by axis `k`, a tangent vector there, for the lobes that [`LobeProblem::solve`] has
+    /// just found.
     pub(crate) fn slope(&mut self, lobes: &Lobes, k: usize) -> [f64; 3] {
         let n = self.order * self.order;
         for l in 0..self.order {
@@ -121,8 +128,8 @@ impl LobeProblem {
         eval_with_gradient(&self.slope, lobes.axes[k]).1
     }
 
-    /// How much of the residual a further lobe along `u`, the vector of a direction, could take away if it did not share
-    /// anything with the others.
+    /// The squared residual that a further lobe along `u`, the vector of a direction, could explain if it were
+    /// orthogonal to the others.
     pub(crate) fn gain(&self, u: &[f64]) -> f64 {
         let n = self.order * self.order;
         let band = |l: usize, c: usize| dot(&u[band_range(l)], &self.residual[c * n..][band_range(l)]).powi(2);

@@ -1,7 +1,7 @@
-//! Transfer as zonal lobes, which turn with the surface [Sloan 2005].
+//! Zonal lobes: locally deformable transfer, whose lobes turn with the surface [Sloan 2005].
 //!
-//! Read `zonal_transfer` first, the result; then `zonal_fit`, the search, `lobes`, its linear least squares, and `bfgs`, which
-//! moves the axes. May use compression, transfer and job.
+//! Read `zonal_transfer` first, the result; then `zonal_fit`, the search, `lobes`, its linear least squares, and
+//! `bfgs`, which moves the axes. May use compression, transfer and job.
 
 pub(crate) mod bfgs;
 pub(crate) mod lobes;

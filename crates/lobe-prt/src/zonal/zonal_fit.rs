@@ -1,4 +1,4 @@
-//! The search for the zonal lobes nearest to transfer.
+//! Nonlinear fit of zonal lobes to transfer.
 
 use std::time::{Duration, Instant};
 
@@ -13,8 +13,8 @@ use crate::zonal::bfgs::minimize;
 use crate::zonal::lobes::{LobeProblem, Lobes, unit_lobe};
 use crate::{Channels, PrtError, Transfer, ZonalTransfer};
 
-/// Directions among which starts are looked for, all in one half-space: a lobe and its opposite span the same functions. At
-/// order 8 a lobe's main part is twice as wide as their distance.
+/// Directions among which starts are looked for, all in one half-space: a lobe and its opposite span the same
+/// functions. At order 8 a lobe's main part is twice as wide as their distance.
 const CANDIDATES: usize = 128;
 
 /// Starts from the candidates, besides the linear direction.
@@ -35,13 +35,13 @@ const TOLERANCE: f64 = 1e-14;
 /// Work between two reports, about.
 const WAVE: Duration = Duration::from_millis(200);
 
-/// How [`fit_zonal`] is to fit.
+/// Options of [`fit_zonal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ZonalFitOptions {
     /// Lobes for each receiver, 1 to 8.
     pub lobes: usize,
-    /// Whether axes move to where least is left. Otherwise a single lobe is that of the closed form, and further ones are chosen
+    /// Whether axes are optimized. Otherwise a single lobe is that of the closed form, and further ones are chosen
     /// among fixed directions.
     pub optimize: bool,
     /// The most steps of each search.
@@ -56,7 +56,7 @@ impl Default for ZonalFitOptions {
 
 setters!(ZonalFitOptions { lobes: usize, optimize: bool, steps: usize });
 
-/// How well lobes stand for transfer.
+/// The report of a fit: its errors.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ZonalFitReport {
@@ -70,14 +70,14 @@ pub struct ZonalFitReport {
     pub worst_relative_error: f64,
 }
 
-/// Approximates the transfer of every receiver by zonal lobes ([Sloan 2005]), with the least sum of squared differences over all
-/// channels that the searches find.
+/// Approximates the transfer of every receiver by zonal lobes ([Sloan 2005]), with the least sum of squared differences
+/// over all channels that the searches find.
 ///
-/// One lobe begins in closed form: its axis is the optimal linear direction of the luminance, its coefficients the projection
-/// onto it (of unshadowed transfer that leaves nothing). More are added one by one: the further axis begins where a lobe could
-/// take most of what is left, then all axes move together, by BFGS with the coefficients eliminated by linear least
-/// squares. Every number of lobes begins with the solution of one less, so the error does not rise with it (test
-/// `the_error_falls_with_every_lobe`).
+/// One lobe begins in closed form: its axis is the optimal linear direction of the luminance, its coefficients the
+/// projection onto it (of unshadowed transfer that leaves nothing). More are added one by one: the further axis begins
+/// where a lobe could take most of what is left, then all axes move together, by BFGS with the coefficients eliminated
+/// by linear least squares. Every number of lobes begins with the solution of one less, so the error does not rise with
+/// it (test `the_error_falls_with_every_lobe`).
 ///
 /// Transfer without a linear part has its first axis among fixed directions; that of zero or constant transfer is +z.
 /// The result does not depend on the number of threads.
@@ -85,8 +85,8 @@ pub struct ZonalFitReport {
 /// The job is told several times in a second how many receivers are done.
 ///
 /// # Errors
-/// [`PrtError::Options`] if the number of lobes is not 1 to 8 or the job is to be kept in a file, [`PrtError::Cancelled`] if the
-/// job was told to stop.
+/// [`PrtError::Options`] if the number of lobes is not 1 to 8 or the job is to be kept in a file,
+/// [`PrtError::Cancelled`] if the job was told to stop.
 pub fn fit_zonal(
     transfer: &Transfer,
     options: &ZonalFitOptions,
@@ -165,7 +165,7 @@ impl Candidates {
     }
 }
 
-/// What one thread needs to fit one receiver after the other.
+/// The state of a thread that fits one receiver after the other.
 struct Search<'a> {
     problem: LobeProblem,
     candidates: &'a Candidates,
@@ -179,14 +179,18 @@ impl<'a> Search<'a> {
         Self { problem: LobeProblem::new(order, channels.count()), candidates, options, order, channels }
     }
 
-    /// The lobes of one receiver as they are stored: axes are rounded first, coefficients are those of least squares for them.
+    /// The lobes of one receiver as they are stored: axes are rounded first, coefficients are those of least squares
+    /// for them.
     fn stored(&mut self, row: &[f32]) -> (Vec<[f32; 3]>, Vec<f32>) {
+        // Fit the lobes to the normalized row.
         let energy = self.problem.set(row);
         let lobes = self.fitted(row, energy);
+        // Orient the axes, and round them as they are stored.
         let oriented =
             lobes.axes.iter().enumerate().map(|(k, axis)| if self.is_backward(&lobes, k) { -*axis } else { *axis });
         let axes: Vec<[f32; 3]> = oriented.map(|d| d.to_array().map(|x| x as f32)).collect();
         let rounded: Vec<Dir> = axes.iter().map(|a| crate::zonal::zonal_transfer::dir(*a)).collect();
+        // Solve for the coefficients of the rounded axes.
         let scale = energy.sqrt();
         let coefficients = self.problem.solve(&rounded).coefficients;
         (axes, coefficients.into_iter().map(|z| (scale * z) as f32).collect())
@@ -205,6 +209,7 @@ impl<'a> Search<'a> {
             return self.problem.solve(&vec![Dir::Z; self.options.lobes]);
         }
         for count in 0..self.options.lobes {
+            // Start a further lobe where it gains most of the residual; the first also from the linear direction.
             self.problem.solve(&lobes.axes);
             let mut starts = self.candidates.best(&self.problem);
             if count == 0
@@ -213,6 +218,7 @@ impl<'a> Search<'a> {
                 starts.insert(0, linear);
                 starts.truncate(if self.options.optimize { starts.len() } else { 1 });
             }
+            // Minimize over all axes from each start, and keep the best.
             let with = |start: Dir| lobes.axes.iter().copied().chain([start]).collect::<Vec<Dir>>();
             let mut best: Option<Lobes> = None;
             for start in starts {
@@ -245,7 +251,7 @@ impl<'a> Search<'a> {
         if linear <= NOTHING * NOTHING * all { None } else { optimal_linear_direction(&f) }
     }
 
-    /// Moves all axes downhill. The variables are vectors of any length that point along the axes,
+    /// Minimizes over all axes. The variables are vectors of any length that point along the axes,
     /// `∂/∂x = (1 - s sᵀ)/|x| ∂/∂s`.
     fn descend(&mut self, start: &[Dir]) -> Lobes {
         let mut x: Vec<f64> = start.iter().flat_map(|d| d.to_array()).collect();

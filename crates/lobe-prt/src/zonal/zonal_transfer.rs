@@ -1,4 +1,4 @@
-//! Transfer as zonal lobes.
+//! Zonal transfer: a few lobes for each receiver, and their exit radiance under a light.
 
 use std::f64::consts::PI;
 
@@ -33,11 +33,12 @@ impl ZonalTransfer {
     /// The most lobes of a receiver.
     pub const MAX_LOBES: usize = MOST;
 
-    /// From unit axes, receiver by receiver, and for every one of them its coefficients `z_l`, channel by channel, band by band.
+    /// From unit axes, receiver by receiver, and for every one of them its coefficients `z_l`, channel by channel, band
+    /// by band.
     ///
     /// # Errors
-    /// [`PrtError::Options`] if the order or the number of lobes is not 1 to 8; [`PrtError::Invalid`] if the numbers do not fit
-    /// together, are not finite, or an axis is no unit vector to 1e-4.
+    /// [`PrtError::Options`] if the order or the number of lobes is not 1 to 8; [`PrtError::Invalid`] if the numbers do
+    /// not fit together, are not finite, or an axis is no unit vector to 1e-4.
     pub fn new(
         order: usize,
         channels: Channels,
@@ -73,7 +74,7 @@ impl ZonalTransfer {
         self.order
     }
 
-    /// How many sets of coefficients an axis has.
+    /// The channels: one set of coefficients or three for each axis.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.channels
@@ -150,7 +151,7 @@ impl ZonalTransfer {
         turned
     }
 
-    /// What every receiver sends back of a light, as [`Transfer::exit_radiance`] has it.
+    /// The exit radiance of every receiver under a light, as [`Transfer::exit_radiance`] has it.
     ///
     /// # Panics
     /// If the light has no coefficients.
@@ -161,11 +162,12 @@ impl ZonalTransfer {
         out
     }
 
-    /// The same with other axes, those of a surface as it is bent now: for every receiver its own, turned as the receiver is.
+    /// The same with other axes, those of a surface as it is bent now: for every receiver its own, turned as the
+    /// receiver is.
     ///
     /// # Panics
-    /// If the light has no coefficients, there are not as many axes as in [`ZonalTransfer::axes`], or `out` has not one place for
-    /// each receiver.
+    /// If the light has no coefficients, there are not as many axes as in [`ZonalTransfer::axes`], or `out` has not one
+    /// place for each receiver.
     pub fn exit_radiance_towards_into(&self, axes: &[[f32; 3]], light: &[Rgb<f64>], out: &mut [Rgb<f32>]) {
         assert!(!light.is_empty(), "a light has at least one coefficient");
         assert_eq!(axes.len(), self.axes.len(), "as many axes as there are lobes");

@@ -7,7 +7,8 @@ use lobe_testkit::fibonacci_sphere;
 /// Directions of the projection; its error is the same kind of smooth number at every vertex.
 const DIRECTIONS: usize = 600;
 
-/// The transfer of `side²` vertices of a wavy cloth under a ball: clamped cosine times visibility, by a sum over directions.
+/// The transfer of `side²` vertices of a wavy cloth under a ball: clamped cosine times visibility, by a sum over
+/// directions.
 ///
 /// The ground stops what comes from below, the ball what comes through it; in color both send some light back, red from
 /// the ball and green from the ground, and the albedo turns from white to blue along the cloth.

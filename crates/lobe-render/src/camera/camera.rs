@@ -1,4 +1,4 @@
-//! Cameras: rays from the eye through the points of a picture.
+//! Perspective and orthographic cameras: rays from the eye through the points of a picture.
 
 use lobe_scene::Ray;
 use lobe_sh::Dir;
@@ -20,7 +20,8 @@ enum Lens {
     Perspective { distance: f64, slope: f64 },
 }
 
-/// Where parallel rays start, in units of the half height of the picture: outside everything that is in it.
+/// The distance at which parallel rays start, in units of the half height of the picture: outside everything that is in
+/// it.
 const FAR: f64 = 100.0;
 
 impl Camera {
@@ -61,8 +62,8 @@ impl Camera {
         Some(Self { target, ..Self::perspective(view, distance, half_angle) })
     }
 
-    /// Rays from an eye in the direction of `view` so far away that the ball around a box of these corners fills the height
-    /// of the picture.
+    /// Rays from an eye in the direction of `view` so far away that the ball around a box of these corners fills the
+    /// height of the picture.
     ///
     /// ```text
     ///   distance = radius / sin(half angle)
@@ -78,7 +79,7 @@ impl Camera {
         Self { target: add(min, half), ..Self::perspective(view, radius / half_angle.sin(), half_angle) }
     }
 
-    /// From where one looks.
+    /// The view: the axes of the picture.
     #[must_use]
     pub fn view(&self) -> View {
         self.view
@@ -106,8 +107,8 @@ impl Camera {
         (add(self.target, from_target), d)
     }
 
-    /// The ray through the point `[x, y]` of a picture of `[width, height]` pixels, in pixels from its top left corner, and the
-    /// direction of that ray.
+    /// The ray through the point `[x, y]` of a picture of `[width, height]` pixels, in pixels from its top left corner,
+    /// and the direction of that ray.
     pub(crate) fn ray_of_pixel(&self, [width, height]: [usize; 2], [x, y]: [f64; 2]) -> (Ray, Dir) {
         let half = 0.5 * height as f64;
         let (origin, towards) = self.ray((x - 0.5 * width as f64) / half, (half - y) / half);

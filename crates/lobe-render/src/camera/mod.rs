@@ -1,4 +1,4 @@
-//! The eye: the axes of its picture, and the rays that leave it.
+//! Cameras: the axes of a picture, and the rays from the eye through its points.
 //!
 //! Read `view` first, then `camera`. Uses no other room.
 

@@ -10,7 +10,7 @@ use lobe_sh::vector::{Vec3, add, cross, dot, normalized, scale};
 ///   right = z × e        up = e × right        e: direction from the origin to the eye
 /// ```
 ///
-/// `(right, up, e)` is right-handed, so pictures are not mirrored: whoever stands at the eye sees them so.
+/// `(right, up, e)` is right-handed, so pictures are not mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     right: Vec3,
@@ -21,8 +21,7 @@ pub struct View {
 impl View {
     /// The view along +x from an eye on the side of -x: right is -y, as in a lat-long picture.
     ///
-    /// What a lat-long picture shows in its center lies behind the ball; the ball shows the light from behind the
-    /// eye.
+    /// The center of a lat-long picture lies behind the ball; the ball shows the light from behind the eye.
     pub const ALONG_X: Self = Self { right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0], towards_eye: [-1.0, 0.0, 0.0] };
 
     /// The view from an eye in the direction `eye`; straight from above, and from below, right is -y.
@@ -42,13 +41,13 @@ impl View {
         Self::from_eye(Dir::from_angles(65.0_f64.to_radians(), 30.0_f64.to_radians()))
     }
 
-    /// How far the point `p` lies to the right, upwards and towards the eye.
+    /// The coordinates of the point `p` along right, up and towards the eye.
     #[must_use]
     pub fn project(&self, p: [f64; 3]) -> [f64; 3] {
         [dot(p, self.right), dot(p, self.up), dot(p, self.towards_eye)]
     }
 
-    /// The point that lies so far to the right, upwards and towards the eye: the inverse of [`View::project`].
+    /// The point with these coordinates along right, up and towards the eye: the inverse of [`View::project`].
     #[must_use]
     pub fn point(&self, [right, up, towards_eye]: [f64; 3]) -> [f64; 3] {
         add(add(scale(self.right, right), scale(self.up, up)), scale(self.towards_eye, towards_eye))

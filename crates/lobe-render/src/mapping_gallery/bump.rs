@@ -37,7 +37,7 @@ pub fn bumped_normal(p_u: [f64; 3], p_v: [f64; 3], f_u: f64, f_v: f64) -> Option
 /// the smooth shape, and a direction reflected below the surface is looked up as any other.
 #[derive(Clone, Copy, Debug)]
 pub struct Bumped<S, H> {
-    /// What shades the perturbed point.
+    /// The shading of the perturbed point.
     pub inner: S,
     /// The height above the surface at a position, in its unit; small against the radii of the shape.
     pub height: H,

@@ -1,4 +1,4 @@
-//! The techniques of environment mapping side by side.
+//! A contact sheet of environment mapping: every technique beside its reference, with its error.
 
 use std::f64::consts::PI;
 
@@ -25,7 +25,7 @@ const ROUGH_SIZE: usize = 16;
 const METAL: f64 = 0.7;
 /// Bands with which the map is blurred for the rough mirror: GGX of [`ALPHA`] keeps less than `1e-3` of the last one.
 const GLOSSY_ORDER: usize = 32;
-/// The albedo of the matte surfaces.
+/// The albedo of the diffuse surfaces.
 const ALBEDO: f64 = 0.8;
 /// The exponent of the highlights, the albedo of what has them, and their color.
 const EXPONENT: f64 = 30.0;
@@ -39,7 +39,7 @@ const MATTE_ROWS: usize = 32;
 const SLOW_SAMPLES: usize = 2;
 /// Rows and columns of the points at which errors are measured: of mirrors, which show single texels, and of others.
 const MEASURED: [usize; 2] = [96, 32];
-/// The exposed light of a blurred surface that all but a hundredth of it stays below.
+/// The value to which the 99th percentile of the light of a blurred surface is exposed.
 const BRIGHT: f64 = 1.5;
 /// Pictures a row of the sheet.
 const COLUMNS: usize = 7;
@@ -101,14 +101,14 @@ pub struct EnvironmentPanel {
     pub technique: &'static str,
     /// The picture in linear light.
     pub picture: Picture,
-    /// The error against the truth that the technique approximates, over the visible surface: `Σ|a - b| / Σ|b|`. `None` for the
-    /// truth itself.
+    /// The error against the truth that the technique approximates, over the visible surface: `Σ|a - b| / Σ|b|`. `None`
+    /// for the truth itself.
     pub error: Option<f64>,
     /// Whether the surface mirrors the map as it is; the others blur it.
     pub mirrors: bool,
 }
 
-/// The truth that a technique is measured against.
+/// The reference that a technique is measured against.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
     /// None: it is the truth itself, a traced mirror.
@@ -142,21 +142,24 @@ type Technique<'a> = (&'static str, Box<dyn Shading + 'a>, Truth);
 /// If `samples` is 0 or `map_size` less than 8.
 #[must_use]
 pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -> Vec<EnvironmentPanel> {
+    // Prepare the maps and the references.
     let source = |s: Dir| map.radiance(s);
     let averaged = CubeMipChain::averaged(CubeMap::from_fn(16 * ROUGH_SIZE, source));
     let rough = &averaged.levels()[4];
     let (blurred, table) = (blurred(map), DfgTable::new(32));
     let truths = Truths { map, rough: BruteForceReflection::new(rough, metal()), lights: lights(rough) };
+    // List the techniques, each with its reference.
     let mut techniques = mirrors(options.map_size, &source);
     techniques.push(bumped(map, options.map_size));
     techniques.push(("glossy, truth", Box::new(|p: &SurfacePoint| truths.rough.radiance(p)), Truth::SlowlySummed));
     techniques.extend(rough_mirrors(map, rough, options.prefiltered, &blurred, &table));
     techniques.extend(matte(map));
 
+    // Set up the eye and the two shapes; the torus leans towards the eye and a little aside.
     let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
-    // The torus leans towards the eye and a little aside.
     let axis = Dir::new([-0.6, 0.25, 0.75]).unwrap_or(Dir::Z);
     let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
+    // Render every technique on both shapes, and measure its error.
     let mut panels = Vec::new();
     for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
         let scene = Exhibit { solid, camera, samples: options.samples };
@@ -328,7 +331,7 @@ impl Truths<'_> {
         Some(mean_error(&values(shading), &exact))
     }
 
-    /// What matte points of an albedo show: the sum over all texels.
+    /// The radiance of diffuse points of an albedo: the sum over all texels.
     fn matte(&self, points: &[SurfacePoint], albedo: f64) -> Vec<Rgb<f32>> {
         let normals: Vec<Dir> = points.iter().map(|p| p.normal).collect();
         irradiance_at(self.map, &normals).into_iter().map(|e| Rgb::narrow(e.scale(albedo / PI))).collect()

@@ -108,7 +108,7 @@ impl Exhibit {
         (0..width * height).filter_map(center).collect()
     }
 
-    /// The point that a ray from outside meets first.
+    /// The first intersection of a ray from outside with the shape.
     fn seen(&self, origin: [f64; 3], towards: Dir) -> Option<SurfacePoint> {
         let t = self.solid.hit(origin, towards, 0.0)?;
         let position = add(origin, scale(towards.to_array(), t));

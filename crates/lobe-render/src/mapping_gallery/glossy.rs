@@ -1,30 +1,30 @@
-//! Rough mirrors by filtered maps.
+//! Glossy reflection by a prefiltered environment map and the split sum.
 
 use lobe_env::{CubeMipChain, DfgTable};
 use lobe_sh::{Coefficient, Dir, Rgb};
 
 use crate::{Shading, SurfacePoint};
 
-/// A rough mirror that looks its reflected direction up in a map that was blurred for its roughness.
+/// A glossy surface that looks its reflected direction up in a map that was prefiltered for its roughness.
 ///
 /// ```text
 ///   L = (F₀ A + B) P(r, level)        r = 2 (n·v) n - v        A, B of DfgTable at (n·v, roughness)
 /// ```
 ///
 /// `P` is the chain, linear between its two nearest levels. The split sum ([Karis 2013]): the mean of the light under
-/// the lobe times what the surface would reflect of even light. Exact for even light and for a mirror; elsewhere it
-/// blurs alike at every angle, where the true lobe of a surface seen at a slant is long and narrow.
+/// the lobe times the directional albedo. Exact for uniform light and for a mirror; elsewhere the lobe has one shape at
+/// every angle, where the true lobe of a surface seen at a slant is long and narrow.
 #[derive(Clone, Copy, Debug)]
 pub struct Glossy<'a> {
-    /// The blurred maps.
+    /// The prefiltered maps.
     pub chain: &'a CubeMipChain,
-    /// The level that was blurred for the roughness; whole numbers are levels, 0 the sharpest.
+    /// The level that was prefiltered for the roughness; whole numbers are levels, 0 the sharpest.
     pub level: f64,
     /// The roughness `√α` of GGX in `[0, 1]`.
     pub roughness: f64,
     /// The reflectance along the normal.
     pub f0: Rgb<f64>,
-    /// What a rough mirror reflects of even light.
+    /// The table of `A` and `B`, which give the directional albedo.
     pub table: &'a DfgTable,
 }
 

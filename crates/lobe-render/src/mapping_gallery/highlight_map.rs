@@ -5,8 +5,8 @@ use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{Shading, SurfacePoint};
 
-/// Bands with which surroundings are blurred. Phong's lobe keeps about `e^(-l²/2s)` of band `l`: a part in a thousand of
-/// the last one for `s = 35`.
+/// Bands with which surroundings are blurred. Phong's lobe keeps about `e^(-l²/2s)` of band `l`: a part in a thousand
+/// of the last one for `s = 35`.
 const ORDER: usize = 23;
 
 /// Rows of the blurred maps: six texels to the half wave of the last band, for what interpolation costs.
@@ -20,8 +20,9 @@ const ROWS: usize = 144;
 /// ```
 ///
 /// Both maps are drawn once for any number of lights, and then the cost of a point is two lookups; lights of any shape
-/// can be painted into `S`. A surface of this kind shows its highlight unweakened at every angle; a reflectance function
-/// would multiply by `n·l`, which depends on more than `r`. Over all `r`, `S` holds the light's irradiance once.
+/// can be painted into `S`. A surface of this kind shows its highlight unweakened at every angle; a reflectance
+/// function would multiply by `n·l`, which depends on more than `r`. Over all `r`, `S` holds the light's irradiance
+/// once.
 ///
 /// For surroundings in place of lights `E` is the irradiance map and `S` the map blurred with the same lobe. Miller and
 /// Hoffman 1984. The error of the maps is measured in test `highlight_maps_agree_with_the_sum_over_the_lights`.

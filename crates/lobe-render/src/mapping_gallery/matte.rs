@@ -1,4 +1,4 @@
-//! Matte surfaces by irradiance maps, and by nine coefficients as a polynomial in the normal.
+//! Diffuse surfaces by irradiance maps, and by nine coefficients as a quadratic polynomial in the normal.
 
 use std::f64::consts::PI;
 
@@ -13,8 +13,9 @@ use crate::{Shading, SurfacePoint};
 ///   L = albedo E(n)/π
 /// ```
 ///
-/// Irradiance is smooth: 32 x 16 texels are within 0.3 % (RMS) of brute force under the bundled sunset, within 2 % under
-/// the studio, whose lamps are small and bright (test `matte_techniques_agree_with_brute_force`). Miller and Hoffman 1984.
+/// Irradiance is smooth: 32 x 16 texels are within 0.3 % (RMS) of brute force under the bundled sunset, within 2 %
+/// under the studio, whose lamps are small and bright (test `matte_techniques_agree_with_brute_force`). Miller and
+/// Hoffman 1984.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MatteByMap {
     /// `E`, without `1/π`.
@@ -35,9 +36,9 @@ impl Shading for MatteByMap {
 ///   L = albedo E(n)/π        E of IrradiancePolynomial
 /// ```
 ///
-/// Nine coefficients in place of a map; the error is that of cutting the cosine after three bands: below 2 % (RMS) under
-/// the bundled sunset, below 12 % under the studio (test `matte_techniques_agree_with_brute_force`). Where the light is a
-/// single sun, `E` on the far side is a little negative; the shading shows it as it is.
+/// Nine coefficients in place of a map; the error is that of cutting the cosine after three bands: below 2 % (RMS)
+/// under the bundled sunset, below 12 % under the studio (test `matte_techniques_agree_with_brute_force`). Where the
+/// light is a single sun, `E` on the far side is a little negative; the shading shows it as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatteBySh {
     /// `E`.
@@ -70,8 +71,8 @@ impl Shading for MatteBySh {
 /// ```
 ///
 /// Published to six digits, 0.429043, 0.511664, 0.743125, 0.886227, 0.247708, of which the second and the third are one
-/// unit too high in the last; [`constants`](IrradiancePolynomial::constants) has them exact. It equals the expansion of the convolved light to rounding (test
-/// `the_polynomial_is_the_expansion_of_the_irradiance`).
+/// unit too high in the last; [`constants`](IrradiancePolynomial::constants) has them exact. It equals the expansion of
+/// the convolved light to rounding (test `the_polynomial_is_the_expansion_of_the_irradiance`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IrradiancePolynomial {
     /// `c` in the order `(l, m)` = (0, 0), (1, -1), (1, 0), (1, 1), (2, -2) to (2, 2).
@@ -86,8 +87,8 @@ impl IrradiancePolynomial {
         [quadratic, 0.5 * (PI / 3.0).sqrt(), 3.0 * fifth, 0.5 * PI.sqrt(), fifth]
     }
 
-    /// The polynomial of the radiance that `light` is the expansion of; bands above the third are left out, missing ones
-    /// are zero.
+    /// The polynomial of the radiance that `light` is the expansion of; bands above the third are left out, missing
+    /// ones are zero.
     #[must_use]
     pub fn of_radiance<T: Coefficient<Wide = Rgb<f64>>>(light: &impl Expansion<T>) -> Self {
         /// The signs of the Condon-Shortley phase.

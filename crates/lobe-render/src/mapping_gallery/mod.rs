@@ -1,9 +1,11 @@
-//! The techniques of environment mapping from 1976 to split-sum reflection, each beside the truth, on a ball and a torus.
+//! Techniques of environment mapping from 1976 to split-sum reflection, each beside its reference, on a ball and a
+//! torus.
 //!
-//! Read `exhibit` first: a shape before a camera, and the trait by which a technique shades it. The shapes are in `solid` and
-//! `torus`. Then the techniques: mirrors by `mirror_maps` and `paraboloids` beside `traced_mirror`; rough mirrors by `glossy`,
-//! `highlight_map` and `reflection_space` (interpolated on an `icosphere`); `matte` surfaces; `bump` bends the normals of any of
-//! them. `square_texture` is a picture over a square. `environment_sheet` puts all on one sheet. Uses `camera`.
+//! Read `exhibit` first: a shape before a camera, and the trait by which a technique shades it. The shapes are in
+//! `solid` and `torus`. Then the techniques: mirrors by `mirror_maps` and `paraboloids` beside `traced_mirror`; glossy
+//! reflection by `glossy`, `highlight_map` and `reflection_space` (interpolated on an `icosphere`); diffuse reflection
+//! by `matte`; `bump` perturbs the normals of any of them. `square_texture` is a picture over a square.
+//! `environment_sheet` puts all on one sheet. Uses `camera`.
 
 pub(crate) mod bump;
 pub(crate) mod environment_sheet;

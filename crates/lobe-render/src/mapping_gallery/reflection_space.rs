@@ -1,4 +1,4 @@
-//! Any isotropic reflection under any light, from maps prefiltered for a few views.
+//! Reflection-space image-based rendering: any isotropic BRDF, from maps prefiltered for a few views.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,7 +15,7 @@ use lobe_sh::vector::{Vec3, add, dot, normalized, scale, sub};
 /// The least cosine between normal and view in a map: at 0 a reflectance function has no value.
 const LEAST_COSINE: f64 = 0.01;
 
-/// Nodes of the table of ambient reflectance: of GGX it is straight enough between cosines 1/128 apart.
+/// Nodes of the table of directional albedo: that of GGX is straight enough between cosines 1/128 apart.
 const ALBEDO_NODES: usize = 129;
 
 /// Reflection-space image-based rendering: the light that a surface sends to a few views, blended for all others.
@@ -27,9 +27,9 @@ const ALBEDO_NODES: usize = 129;
 ///   M_k(n) = ∫ f(v_k, l) L(l) max(n·l, 0) dl        at θ/90° (cos ψ, sin ψ) of the unit disc
 /// ```
 ///
-/// with `θ` the angle from `v_k` to `n` and `ψ` its azimuth in the picture of that eye: the angular map of what the ball
-/// mirrors. (The picture of the ball itself, `sin θ` in place of `θ/90°`, has no room at its rim, where the reflectance
-/// rises most.)
+/// with `θ` the angle from `v_k` to `n` and `ψ` its azimuth in the picture of that eye: the angular map of what the
+/// ball mirrors. (The picture of the ball itself, `sin θ` in place of `θ/90°`, has no room at its rim, where the
+/// reflectance rises most.)
 ///
 /// A view `v` lies in one triangle of vertices; their maps are warped to it and mixed:
 ///
@@ -39,20 +39,22 @@ const ALBEDO_NODES: usize = 129;
 ///
 /// `n_k` is the normal that mirrors the view `v_k` into the same direction `r`: the warp keeps what is mirrored in its
 /// place, so that a glossy reflection does not show double, and gives up the angle to the normal, which the blend
-/// mends. The `w_k` are spherical barycentric weights. Where `v = v_k` nothing is approximated but the map's resolution.
+/// mends. The `w_k` are spherical barycentric weights. Where `v = v_k` nothing is approximated but the map's
+/// resolution.
 ///
 /// A point costs three lookups, whatever the reflectance function. After
 /// [Cabral, Olano and Nemec 1999]; the closed form of the warp is ours.
 ///
-/// What the blend mends worst is the rise of the reflectance towards grazing angles. [`ReflectionSpace::normalized`]
-/// takes it out of the maps and puts it back where the surface is seen, by the ambient reflectance `R_A` of even light:
+/// The largest error of the blend is the rise of the reflectance towards grazing angles.
+/// [`ReflectionSpace::normalized`] takes it out of the maps and puts it back where the surface is seen, by the
+/// directional albedo `R_A`:
 ///
 /// ```text
 ///   L ≈ R_A(n·v) Σ w_k M_k(n_k)/R_A(n_k·v_k)
 /// ```
 ///
-/// It is not part of their method, costs no more lookups, and makes even light exact. How far from brute force each is:
-/// test `more_views_bring_the_blend_towards_brute_force`.
+/// It is not part of their method, costs no more lookups, and makes uniform light exact. Errors of both against
+/// brute force: test `more_views_bring_the_blend_towards_brute_force`.
 #[derive(Clone, Debug)]
 pub struct ReflectionSpace {
     sphere: Icosphere,
@@ -62,7 +64,7 @@ pub struct ReflectionSpace {
     normalized: bool,
 }
 
-/// What a ball sends to one far eye.
+/// The map of one view: the radiance that a ball sends to a far eye.
 #[derive(Clone, Debug)]
 struct ViewMap {
     view: View,
@@ -71,10 +73,11 @@ struct ViewMap {
 }
 
 impl ReflectionSpace {
-    /// Prefilters the light for 12, 42, 162, .. views (0, 1, 2, .. `subdivisions`), each a map of `size` x `size` texels.
+    /// Prefilters the light for 12, 42, 162, .. views (0, 1, 2, .. `subdivisions`), each a map of `size` x `size`
+    /// texels.
     ///
-    /// Every texel of `source` counts as one light, so its texels must be small against the lobe: 16 x 16 texels a face,
-    /// 6° each, for GGX of `α >= 0.3`; reduce a larger map first ([`CubeMipChain::averaged`]). The work is
+    /// Every texel of `source` counts as one light, so its texels must be small against the lobe: 16 x 16 texels a
+    /// face, 6° each, for GGX of `α >= 0.3`; reduce a larger map first ([`CubeMipChain::averaged`]). The work is
     /// `views · ¾ size² · 6 source²` evaluations of the reflectance function, in parallel.
     ///
     /// # Panics
@@ -83,8 +86,10 @@ impl ReflectionSpace {
     /// [`CubeMipChain::averaged`]: lobe_env::CubeMipChain::averaged
     #[must_use]
     pub fn new(source: &CubeMap, brdf: &(impl Brdf + Sync), subdivisions: usize, size: usize) -> Self {
+        // Place the views at the vertices of the icosphere, and take the texels as lights.
         let (sphere, lights) = (Icosphere::new(subdivisions), TexelLights::new(source));
         let map = |towards: &Dir| {
+            // Integrate the BRDF over all lights for each texel of the map of a view.
             let view = View::from_eye(*towards);
             let texel = |x: f64, y: f64| {
                 let radius = x.hypot(y);
@@ -97,12 +102,13 @@ impl ReflectionSpace {
             ViewMap { view, towards: *towards, texture: SquareTexture::from_fn(size, texel) }
         };
         let maps = sphere.vertices.iter().map(map).collect();
+        // Tabulate the directional albedo.
         let cosine = |i: usize| i as f64 / (ALBEDO_NODES - 1) as f64;
         let albedo = (0..ALBEDO_NODES).into_par_iter().map(|i| brdf.directional_albedo(cosine(i))).collect();
         Self { sphere, maps, albedo, normalized: false }
     }
 
-    /// The same maps, mixed as multiples of the ambient reflectance.
+    /// The same maps, mixed as multiples of the directional albedo.
     #[must_use]
     pub fn normalized(self) -> Self {
         Self { normalized: true, ..self }
@@ -125,14 +131,17 @@ impl ReflectionSpace {
 
 impl Shading for ReflectionSpace {
     fn radiance(&self, at: &SurfacePoint) -> Rgb<f32> {
+        // Find the triangle of views around the direction to the eye, and its barycentric weights.
         let r = at.reflected();
         let (views, weights) = self.sphere.locate(at.view);
+        // Look the mirrored direction up in the map of each corner, and mix.
         let mut sum = Rgb::<f64>::ZERO;
         for (k, weight) in views.into_iter().zip(weights) {
             let (radiance, cos) = self.maps[k].lookup(r);
             let factor = if self.normalized { weight / self.albedo(cos) } else { weight };
             sum += radiance.widen().scale(factor);
         }
+        // Put the directional albedo back, if the maps are taken relative to it.
         Rgb::narrow(if self.normalized { sum.scale(self.albedo(at.cos_view())) } else { sum })
     }
 }
@@ -149,7 +158,7 @@ impl ViewMap {
     }
 }
 
-/// The truth that [`ReflectionSpace`] approximates: the integral, for each point anew.
+/// The reference that [`ReflectionSpace`] approximates: the reflection integral at each point, by brute force.
 #[derive(Clone, Debug)]
 pub struct BruteForceReflection<B> {
     lights: TexelLights,
@@ -187,6 +196,7 @@ impl TexelLights {
 
     /// `Σ f(v, l) L max(n·l, 0) dl`, in the frame where `n` is +z and `v` lies over +x.
     fn reflected(&self, brdf: &impl Brdf, normal: Dir, view: Dir) -> Rgb<f64> {
+        // Set up the frame in which `n` is +z and `v` lies over +x.
         let n = normal.to_array();
         let cos = normal.dot(view);
         let across = sub(view.to_array(), scale(n, cos));
@@ -195,6 +205,7 @@ impl TexelLights {
         let x = if sin > 1e-9 { scale(across, 1.0 / sin) } else { tangents(n)[0] };
         let y = lobe_sh::vector::cross(n, x);
         let Some(v) = Dir::new([sin, 0.0, cos]) else { return Rgb::ZERO };
+        // Add the lights above the horizon.
         let mut sum = Rgb::ZERO;
         for (l, power) in &self.0 {
             let height = dot(*l, n);

@@ -3,7 +3,7 @@
 /// Newton steps, bisections among them. Beside a double root each step halves the distance, so 60 reach rounding.
 const STEPS: usize = 100;
 
-/// Where two Newton iterates differ by less than this part of the interval's larger end, the root is found.
+/// The difference of two Newton iterates at which the root is found, as a part of the interval's larger end.
 const TOLERANCE: f64 = 2.0 * f64::EPSILON;
 
 /// Up to four numbers in rising order.
@@ -28,10 +28,10 @@ impl Roots {
 
 /// The roots of `c₀ + c₁ t + c₂ t² + ..` between `low` and `high`, each once, in rising order.
 ///
-/// Between two roots of the derivative the polynomial is monotone, so there is one root where its signs at the ends
-/// differ, and none elsewhere. The derivative's roots come the same way, down to the straight line. Nothing is divided
-/// by a leading coefficient and no case is told from another, so a quartic that is nearly a cubic needs no care. A double
-/// root is found if rounding does not lift it off zero.
+/// Bracketing: between two roots of the derivative the polynomial is monotone, so there is one root where its signs at
+/// the ends differ, and none elsewhere. The derivative's roots come the same way, down to the straight line. Nothing is
+/// divided by a leading coefficient and no case is told from another, so a quartic that is nearly a cubic needs no
+/// care. A double root is found if rounding does not lift it off zero.
 ///
 /// # Panics
 /// If there are more than five coefficients.
@@ -41,12 +41,14 @@ pub(crate) fn roots_between(c: &[f64], low: f64, high: f64) -> Roots {
     if c.len() < 2 {
         return roots;
     }
+    // Find the turning points: the roots of the derivative.
     let mut slope = [0.0; 4];
     for k in 1..c.len() {
         slope[k - 1] = k as f64 * c[k];
     }
     let slope = &slope[..c.len() - 1];
     let turns = roots_between(slope, low, high);
+    // Find the root between each two of them where the sign changes.
     let (mut from, mut at_from) = (low, eval(c, low));
     for &to in turns.as_slice().iter().chain([&high]) {
         let at_to = eval(c, to);

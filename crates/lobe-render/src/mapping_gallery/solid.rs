@@ -1,4 +1,4 @@
-//! The two shapes on which environment mapping is shown.
+//! The shapes of the gallery: a sphere and a torus, intersected exactly.
 
 use lobe_sh::Dir;
 

@@ -1,4 +1,4 @@
-//! A square picture over `[-1, 1]²`, looked up between its texels.
+//! A square texture over `[-1, 1]²` with bilinear lookup.
 
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;

@@ -29,15 +29,18 @@ impl Torus {
     /// Every crossing lies on the surface to 1e-12 of the size, tangential ones included (test
     /// `crossings_lie_on_the_torus`); a ray that touches it may have none.
     pub(crate) fn crossings(&self, origin: Vec3, towards: Dir) -> ([f64; 4], usize) {
+        // Count from the point of the ray nearest to the center.
         let (d, a) = (towards.to_array(), self.axis.to_array());
         let nearest = -dot(origin, d);
         let o = add(origin, scale(d, nearest));
         let (e, eta, delta) = (dot(o, o), dot(o, a), dot(d, a));
+        // Leave out rays that miss the bounding sphere.
         let outer = self.major + self.minor;
         let reach = outer * outer - e;
         if reach <= 0.0 {
             return ([0.0; 4], 0);
         }
+        // Set up the quartic, and find its roots within the bounding sphere.
         let (square, k) = (4.0 * self.major * self.major, e + (self.major + self.minor) * (self.major - self.minor));
         let quartic = [
             k * k - square * (e - eta * eta),
@@ -47,6 +50,7 @@ impl Torus {
             1.0,
         ];
         let roots: Roots = roots_between(&quartic, -reach.sqrt(), reach.sqrt());
+        // Count from the origin of the ray again.
         let mut distances = [0.0; 4];
         for (distance, root) in distances.iter_mut().zip(roots.as_slice()) {
             *distance = nearest + root;
@@ -76,7 +80,7 @@ mod tests {
         Torus { axis: Dir::new([0.3, -0.4, 0.8]).unwrap(), major: 0.7, minor: 0.3 }
     }
 
-    /// How far a point lies outside the tube.
+    /// The distance of a point outside the tube.
     fn outside(torus: &Torus, p: Vec3) -> f64 {
         let from = sub(p, torus.nearest_on_circle(p));
         dot(from, from).sqrt() - torus.minor

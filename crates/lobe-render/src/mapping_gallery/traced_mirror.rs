@@ -1,11 +1,11 @@
-//! Traced mirrors: the truth that environment mapping approximates.
+//! Ray-traced mirrors: the reference that environment mapping approximates.
 
 use lobe_sh::{Dir, Rgb};
 
 use crate::{Shading, Solid, SurfacePoint};
 use lobe_sh::vector::{add, scale};
 
-/// How far a reflected ray starts from its surface, in units of the shape: more than a hit is wrong by, and less than
+/// The offset of a reflected ray from its surface, in units of the shape: more than a hit is wrong by, and less than
 /// any distance between two parts of a shape.
 const START: f64 = 1e-7;
 
@@ -16,15 +16,15 @@ const START: f64 = 1e-7;
 ///           = L(p', -r) with one bounce less    if it meets the shape again at p'
 /// ```
 ///
-/// Without bounces this is what every technique of environment mapping stands for, with no map between: the reference
-/// of their errors. With bounces a torus mirrors itself, which none of them can show. A ball never does.
+/// Without bounces this is what every technique of environment mapping approximates: the reference of their errors.
+/// With bounces a torus mirrors itself, which none of them can show. A ball never does.
 #[derive(Clone, Copy, Debug)]
 pub struct TracedMirror<F> {
     /// The light from every direction.
     pub source: F,
     /// The shape that may be met again.
     pub solid: Solid,
-    /// How often at most.
+    /// The most bounces.
     pub bounces: usize,
 }
 

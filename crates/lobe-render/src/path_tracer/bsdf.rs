@@ -44,11 +44,10 @@ pub(crate) struct BsdfSample {
     pub(crate) density: f64,
 }
 
-/// Below this α a mirror is taken as rough as this: densities stay far from infinity, and the lobe is a tenth of a degree
-/// wide.
+/// The least α: densities stay far from infinity, and the lobe is a tenth of a degree wide.
 const SHARPEST: f64 = 1e-3;
 
-/// Reflectance of plastics and stone along the normal, as glTF has it.
+/// Reflectance of dielectrics along the normal, as glTF has it.
 const DIELECTRIC: f64 = 0.04;
 
 /// The least probability of drawing from either of two lobes.
@@ -88,10 +87,12 @@ impl Bsdf {
 
     /// A direction drawn with two numbers and a third one in `(0, 1)`; none if it would be below the surface or black.
     pub(crate) fn sample(&self, numbers: [f64; 2], choice: f64) -> Option<BsdfSample> {
+        // Draw a direction from the microfacets or from the cosine lobe.
         let l = match &self.mirror {
             Some(mirror) if choice < mirror.share => mirror.facets.sample(mirror.v, numbers),
             _ => cosine_weighted(numbers),
         };
+        // Evaluate the BSDF and the density of both together.
         let (value, density) = self.eval_in_frame(l);
         if l[2] <= 0.0 || density <= 0.0 {
             return None;
@@ -137,7 +138,7 @@ mod tests {
 
     use super::*;
 
-    /// The reflected part of even light, and the mean of the weights' squares, from `count` samples.
+    /// The directional albedo, and the mean of the weights' squares, from `count` samples.
     fn reflected(bsdf: &Bsdf, count: usize) -> Rgb<f64> {
         let mut random = Random::new(5);
         let mut sum = Rgb::<f64>::ZERO;

@@ -9,8 +9,8 @@ use crate::path_tracer::sphere_table::{SphereTable, cell};
 /// Light that depends on direction alone: an environment map or an expansion, turned.
 ///
 /// A map is constant over each texel, as it is wherever Lobe integrates it, so light and its expansion by
-/// [`project_env`](lobe_env::project_env) are of one function; seen directly, texels have edges. An expansion is evaluated
-/// exactly, its negative values are kept.
+/// [`project_env`](lobe_env::project_env) are of one function; seen directly, texels have edges. An expansion is
+/// evaluated exactly, its negative values are kept.
 ///
 /// Directions are drawn with a density that is constant over each cell of a lat-long grid:
 ///
@@ -20,7 +20,7 @@ use crate::path_tracer::sphere_table::{SphereTable, cell};
 /// ```
 pub struct DistantLight {
     source: Source,
-    /// What to draw directions from; none if no light is there to be drawn.
+    /// The table for importance sampling; none if the light is black.
     table: Option<SphereTable>,
     world_from_light: Rotation,
     light_from_world: Rotation,
@@ -40,8 +40,8 @@ pub(crate) struct LightSample {
     pub(crate) density: f64,
 }
 
-/// Rows of the grid that directions are drawn from under an expansion: a band-limited function of order 8 changes little
-/// within 6°.
+/// Rows of the grid that directions are drawn from under an expansion: a band-limited function of order 8 changes
+/// little within 6°.
 const ROWS: usize = 32;
 
 /// The part of its mean that is added to the density of an expansion, so that it is zero nowhere.
@@ -91,7 +91,7 @@ impl DistantLight {
         }
     }
 
-    /// Writes all that tells this light from others.
+    /// Writes everything that identifies this light into a fingerprint.
     pub(crate) fn write_into(&self, all: &mut Fingerprint) {
         match &self.source {
             Source::Map(map) => {

@@ -4,8 +4,8 @@ use lobe_sh::{Coefficient as _, Rgb};
 
 /// A number of paths, in independent sets.
 ///
-/// Within a set the random numbers of paths are stratified, which lowers the error of the mean; between sets they are independent,
-/// which allows that error to be estimated.
+/// Within a set the random numbers of paths are stratified, which lowers the error of the mean; between sets they are
+/// independent, which allows that error to be estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleCount {
     /// Independent sets, at least 2: the variance has one degree of freedom less.

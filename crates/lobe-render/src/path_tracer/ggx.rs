@@ -34,8 +34,8 @@ impl Facets {
 
     /// The direction mirrored by a microfacet that is drawn by its visible area, seen from `v` above the surface.
     ///
-    /// In the space where the facets are those of a hemisphere, what a half vector `h = l + v` of a uniform point `l` on the
-    /// cap `l_z > -v_z` of the sphere is, has the density of visible normals ([Dupuy and Benyoub 2023], section 3).
+    /// In the space where the facets form a hemisphere, `l` is drawn uniformly on the cap `l_z > -v_z` of the sphere:
+    /// the half vector `h = l + v` then has the density of visible normals ([Dupuy and Benyoub 2023], section 3).
     ///
     /// [Dupuy and Benyoub 2023]: https://arxiv.org/abs/2306.05044
     pub(crate) fn sample(self, v: Vec3, [u0, u1]: [f64; 2]) -> Vec3 {

@@ -1,9 +1,9 @@
-//! The path tracer: reference pictures, and light along paths from single receivers, by sampling alone.
+//! The path tracer: reference pictures, and radiance along paths from single receivers, by Monte Carlo alone.
 //!
 //! Read `path_tracer`, the estimator with next-event estimation and multiple importance sampling; then what it draws
-//! from: `bsdf` with the microfacets of `ggx`, `distant_light` with its `sphere_table`, and the Owen-scrambled Sobol' points of
-//! `sampler`. `estimate` makes means and variances of paths, `reference` pictures of `pixel`s, `truth_checkpoint` keeps
-//! them, `truth_exr` writes them. Uses `camera`.
+//! from: `bsdf` with the microfacets of `ggx`, `distant_light` with its `sphere_table`, and the Owen-scrambled Sobol'
+//! points of `sampler`. `estimate` makes means and variances of paths, `reference` pictures of `pixel`s,
+//! `truth_checkpoint` keeps them, `truth_exr` writes them. Uses `camera`.
 
 pub(crate) mod bsdf;
 pub(crate) mod distant_light;

@@ -1,5 +1,5 @@
-//! The path tracer: exit radiance by paths from the surface to the light, with next-event estimation and multiple importance
-//! sampling.
+//! The path tracer: exit radiance by paths from the surface to the light, with next-event estimation and multiple
+//! importance sampling.
 
 use std::f64::consts::PI;
 
@@ -14,18 +14,17 @@ use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
 use lobe_sh::vector::{Vec3, dot, normalized, scale};
 
-/// How paths are traced.
+/// Options of [`PathTracer`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PathOptions {
-    /// How often light is reflected before the surface that is looked at reflects it: 0 for light that comes straight
-    /// from afar.
+    /// Reflections before that at the surface that is seen: 0 for direct light.
     pub bounces: usize,
-    /// How directions towards the light are sampled.
+    /// The strategy that samples directions towards the light.
     pub strategy: LightStrategy,
-    /// How surfaces reflect.
+    /// The reflection model.
     pub surfaces: Surfaces,
-    /// Another seed gives other paths.
+    /// The seed of the random numbers.
     pub seed: u64,
 }
 
@@ -38,11 +37,11 @@ impl Default for PathOptions {
 
 setters!(PathOptions { bounces: usize, strategy: LightStrategy, surfaces: Surfaces, seed: u64 });
 
-/// How directions towards the light are sampled. All strategies have the same mean.
+/// Strategies that sample directions towards the light. All have the same mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightStrategy {
-    /// Multiple importance sampling: directions are drawn from the light and from the BSDF, both weighted by the power heuristic
-    /// ([Veach and Guibas 1995]).
+    /// Multiple importance sampling: directions are drawn from the light and from the BSDF, both weighted by the power
+    /// heuristic ([Veach and Guibas 1995]).
     ///
     /// ```text
     ///   w = p² / (p² + q²)      p: density of the strategy that drew the direction; q: of the other one
@@ -56,37 +55,37 @@ pub enum LightStrategy {
     NextEvent,
 }
 
-/// How surfaces reflect.
+/// Reflection models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surfaces {
-    /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse bake
-    /// computes.
+    /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse
+    /// bake computes.
     Matte,
     /// The metallic-roughness model of glTF 2.0.
     MetallicRoughness,
 }
 
-/// A point that sends light back like a matte surface, such as a vertex.
+/// A diffuse receiver, such as a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathReceiver {
-    /// Where it is.
+    /// Its position.
     pub position: [f32; 3],
     /// The unit normal to shade with; rays go to its side.
     pub normal: [f32; 3],
-    /// The reflected part of the light.
+    /// Its albedo.
     pub albedo: Rgb<f32>,
 }
 
-/// Sends paths through a scene under a distant light.
+/// The path tracer of a scene under a distant light.
 ///
 /// ```text
 ///   B(x) = ∫ L_in(s) f(s) max(n·s, 0) ds        L_in = the light where the ray escapes, else B of what it hits
 /// ```
 ///
-/// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are turned to
-/// the side that is hit; it is shaded with the interpolated one, and directions behind the triangle's plane bring nothing.
-/// Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through. Nothing is clamped, and paths end at the last bounce,
-/// without Russian roulette: the mean is unbiased.
+/// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
+/// turned to the side that is hit; it is shaded with the interpolated one, and directions behind the triangle's plane
+/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through. Nothing is clamped, and
+/// paths end at the last bounce, without Russian roulette: the mean is unbiased.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
@@ -97,7 +96,7 @@ pub struct PathTracer<'a> {
 
 /// A point of a surface that a path visits.
 pub(crate) struct Interaction {
-    /// Where rays start.
+    /// The origin of rays.
     origin: [f32; 3],
     /// The geometric normal: rays go to its side of the plane.
     plane: Vec3,
@@ -152,7 +151,8 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Follows paths from receiver number `place` that are drawn from the BSDF alone, and calls `escaped` for each that
-    /// leaves the scene: with its set, the number of bounces before the receiver's own, its direction, and its throughput.
+    /// leaves the scene: with its set, the number of bounces before the receiver's own, its direction, and its
+    /// throughput.
     ///
     /// ```text
     ///   B = Σ_paths throughput L(direction) / number of paths       over the paths with at most b bounces, for any b
@@ -175,8 +175,9 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Follows paths of the light that arrives at receiver number `place`, and calls `arrived` for each: with its set, the
-    /// direction it comes from, uniform over the hemisphere Ω above the receiver, and an estimate of the radiance from there.
+    /// Follows paths of the light that arrives at receiver number `place`, and calls `arrived` for each: with its set,
+    /// the direction it comes from, uniform over the hemisphere Ω above the receiver, and an estimate of the radiance
+    /// from there.
     ///
     /// ```text
     ///   ∫_Ω f(s) L_in(s) ds = 2π Σ_paths f(direction) radiance / number of paths
@@ -195,9 +196,11 @@ impl<'a> PathTracer<'a> {
         for set in 0..count.sets {
             let samples = SampleSet::new(self.options.seed, place as u64, set as u64);
             for path in 0..count.per_set {
+                // Draw a direction uniformly over the hemisphere.
                 let numbers = samples.path(path);
                 let [x, y, z] = uniform_over_hemisphere(numbers.pair(FIRST_PURPOSE));
                 let s = std::array::from_fn(|k| x * u[k] + y * v[k] + z * plane[k]);
+                // Estimate the radiance from there: that of the light, or of the surface that was hit.
                 let radiance = match (self.intersect(&Ray::new(origin, s.map(|c| c as f32))), self.options.bounces) {
                     (None, _) => self.light.radiance(Dir::from_unit(s)),
                     (Some(FirstHit { interaction: Some(at), .. }), 1..) => {
@@ -312,12 +315,15 @@ impl<'a> PathTracer<'a> {
     fn follow(&self, start: Interaction, numbers: PathNumbers, mut escaped: impl FnMut(usize, Dir, Rgb<f64>)) {
         let (mut at, mut throughput) = (start, Rgb::splat(1.0));
         for bounce in 0..=self.options.bounces {
+            // Draw a direction from the BSDF.
             let choice = numbers.one(Purpose::Lobe.at(bounce));
             let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { return };
             if dot(sample.towards, at.plane) <= 0.0 {
                 return;
             }
+            // Update the path throughput.
             throughput = throughput * sample.weight;
+            // Trace the ray: hand over the path where it escapes, or go on from the surface that was hit.
             match self.intersect(&Ray::new(at.origin, sample.towards.map(|c| c as f32))) {
                 None => return escaped(bounce, Dir::from_unit(sample.towards), throughput),
                 Some(FirstHit { interaction: Some(interaction), .. }) => at = interaction,
@@ -352,8 +358,8 @@ fn uniform_over_hemisphere([u0, u1]: [f64; 2]) -> Vec3 {
     [radius * cos, radius * sin, u1]
 }
 
-/// The power heuristic with exponent 2: the weight of a direction drawn with density `p` by a strategy, where the other one would
-/// draw it with density `q`.
+/// The power heuristic with exponent 2: the weight of a direction drawn with density `p` by a strategy, where the other
+/// one would draw it with density `q`.
 fn power_heuristic(p: f64, q: f64) -> f64 {
     // As ratios, so that squares of large densities do not overflow.
     let ratio = q / p;

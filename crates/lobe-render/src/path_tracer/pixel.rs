@@ -2,7 +2,7 @@
 
 use lobe_sh::Rgb;
 
-/// What is known about a pixel.
+/// The channels of a traced pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pixel {
     pub(crate) mean: Rgb<f32>,

@@ -17,7 +17,7 @@ use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
 use lobe_image::Picture;
 
-/// How a picture is traced.
+/// Options of [`render_truth`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TruthOptions {
@@ -27,7 +27,7 @@ pub struct TruthOptions {
     pub height: usize,
     /// Paths for each pixel.
     pub count: SampleCount,
-    /// What the paths are made of.
+    /// Options of the paths.
     pub paths: PathOptions,
 }
 
@@ -47,7 +47,7 @@ pub struct Truth {
     pub mean: Picture,
     /// The variance of [`mean`](Truth::mean), pixel by pixel and channel by channel: the square of its standard error.
     pub variance: Picture,
-    /// How many differences the variance was estimated from: the number of sets less one.
+    /// The degrees of freedom of the variance: the number of sets less one.
     pub degrees_of_freedom: usize,
     /// Base color of what is seen first; black where nothing is.
     pub albedo: Picture,
@@ -55,7 +55,7 @@ pub struct Truth {
     pub normal: Picture,
     /// Mean distance from the eye of what is seen, row by row; infinite where nothing is.
     pub depth: Vec<f32>,
-    /// Which part of the pixel shows a surface, 0 to 1.
+    /// The part of the pixel that shows a surface, 0 to 1.
     pub coverage: Vec<f32>,
 }
 
@@ -64,14 +64,14 @@ const KIND: u64 = 16;
 
 /// Traces a picture of `scene`, whose tree is `bvh`, under `light`.
 ///
-/// The steps of `job` are pixels. It can be [kept in](Job::kept_in) a file: pixels do not depend on each other, so a picture
-/// that was stopped has all paths of some pixels and none of the others, and the same call continues to the same bits.
-/// The same bits for any number of threads.
+/// The steps of `job` are pixels. It can be [kept in](Job::kept_in) a file: pixels do not depend on each other, so a
+/// picture that was stopped has all paths of some pixels and none of the others, and the same call continues to the
+/// same bits. The same bits for any number of threads.
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels or fewer than two sets of paths, [`RenderError::Cancelled`] if
-/// the watch of the job said to stop, [`RenderError::Invalid`] if the file is that of another picture, or none, or in use,
-/// [`RenderError::Io`] if it cannot be read or written.
+/// the watch of the job said to stop, [`RenderError::Invalid`] if the file is that of another picture, or none, or in
+/// use, [`RenderError::Io`] if it cannot be read or written.
 pub fn render_truth(
     scene: &Scene,
     bvh: &Bvh,
@@ -96,7 +96,7 @@ pub fn render_truth(
     let (resumed, begin) = (known.len(), Instant::now());
     let traced = in_portions(known, pixels, of, |done| {
         let progress = progress_of(done.len(), pixels, resumed, begin);
-        // What is complete is not stopped.
+        // A picture that is complete counts as done, not as stopped.
         let is_stopped = job.report(&progress).is_break() && done.len() < pixels;
         if let Some(checkpoint) = &mut checkpoint {
             checkpoint.keep(done, is_stopped || done.len() == pixels)?;
@@ -130,13 +130,13 @@ impl TruthOptions {
     }
 }
 
-/// What tells this picture from all others.
+/// The fingerprint of everything that decides this picture.
 fn fingerprint(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Fingerprint {
     let TruthOptions { width, height, count, paths } = *options;
     let mut all = Fingerprint::of_kind(KIND);
     fingerprint_scene(&mut all, scene);
     scene.materials().iter().for_each(|material| all.floats(&[material.metallic, material.roughness]));
-    // Three rays tell a camera.
+    // Three rays determine a camera.
     for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
         let (origin, towards) = camera.ray(right, up);
         origin.into_iter().chain(towards.to_array()).for_each(|c| all.word(c.to_bits()));

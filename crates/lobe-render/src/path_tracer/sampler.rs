@@ -1,12 +1,12 @@
 //! Random numbers for light transport: Owen-scrambled Sobol' points, the same for any number of threads.
 
-/// A set of paths whose random numbers are stratified: the pairs for each purpose are points of a Sobol' sequence, with an Owen
-/// scrambling and a shuffled order of its own.
+/// A set of paths whose random numbers are stratified: the pairs for each purpose are points of a Sobol' sequence, with
+/// an Owen scrambling and a shuffled order of its own.
 ///
-/// The first two dimensions of Sobol's sequence have, in any `2^m` points that begin at a multiple of `2^m`, one point in
-/// every rectangle of area `2^-m` whose sides are powers of two. Scrambling makes each point uniform, so sums are unbiased
-/// for any number of points; shuffling their order makes pairs independent of each other ([Burley 2020]). Sets of
-/// different seeds are independent: the variance of a mean is estimated between sets, not within one.
+/// The first two dimensions of Sobol's sequence have, in any `2^m` points that begin at a multiple of `2^m`, one point
+/// in every rectangle of area `2^-m` whose sides are powers of two. Scrambling makes each point uniform, so sums are
+/// unbiased for any number of points; shuffling their order makes pairs independent of each other ([Burley 2020]). Sets
+/// of different seeds are independent: the variance of a mean is estimated between sets, not within one.
 ///
 /// [Burley 2020]: https://jcgt.org/published/0009/04/01/
 #[derive(Clone, Copy, Debug)]
@@ -56,8 +56,8 @@ fn unit(bits: u32) -> f64 {
 }
 
 // The second dimension of Sobol's sequence has direction numbers v_k = (1 + t)^k as polynomials over the two numbers 0
-// and 1, the highest bit first. So the point of index i(t) = Σ i_k t^k is i(1 + t). As (1 + t)^s = 1 + t^s for a power of
-// two s, the substitution is done by halves: (high t^s + low)(1 + t) = high(1 + t) t^s + (high + low)(1 + t).
+// and 1, the highest bit first. So the point of index i(t) = Σ i_k t^k is i(1 + t). As (1 + t)^s = 1 + t^s for a power
+// of two s, the substitution is done by halves: (high t^s + low)(1 + t) = high(1 + t) t^s + (high + low)(1 + t).
 fn second_dimension(index: u32) -> u32 {
     let mut x = index;
     for (s, low) in [(16, 0x0000_FFFF), (8, 0x00FF_00FF), (4, 0x0F0F_0F0F), (2, 0x3333_3333), (1, 0x5555_5555)] {

@@ -7,8 +7,9 @@ use lobe_sh::Dir;
 
 /// A density over the sphere that is constant over each cell of a lat-long grid.
 ///
-/// A cell is drawn by the inverse of its cumulative distribution, the row first, then the column, and a direction within it
-/// uniformly by solid angle. Both steps are monotone, so evenly spread numbers become evenly spread directions.
+/// A cell is drawn by the inverse of its cumulative distribution, the row first, then the column, and a direction
+/// within it uniformly by solid angle. Both steps are monotone, so evenly spread numbers become evenly spread
+/// directions.
 pub(crate) struct SphereTable {
     width: usize,
     height: usize,
@@ -62,7 +63,8 @@ pub(crate) fn cell(width: usize, height: usize, s: Dir) -> usize {
     place(v, height) * width + place(u, width)
 }
 
-/// Appends the parts of a row left of each cell, and 1; its sum. In a row of zeros, which is never drawn, cells are alike.
+/// Appends the parts of a row left of each cell, and 1; its sum. In a row of zeros, which is never drawn, cells are
+/// alike.
 fn cumulate(row: &[f64], out: &mut Vec<f64>) -> f64 {
     let sum: f64 = row.iter().sum();
     let mut below = 0.0;

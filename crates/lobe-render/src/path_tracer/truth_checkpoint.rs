@@ -1,4 +1,4 @@
-//! Pixels on disk while a picture is traced, so that it can be stopped, killed and continued.
+//! Checkpoints of traced pictures: the finished pixels on disk, so that tracing can be stopped, killed and continued.
 
 use std::path::Path;
 

@@ -9,7 +9,7 @@ use lobe_io::write_atomically;
 
 use crate::{RenderError, Truth};
 
-/// The attribute that tells how many differences the variance was estimated from.
+/// The attribute that holds the degrees of freedom of the variance.
 const FREEDOM: &str = "lobeDegreesOfFreedom";
 
 /// The prefix of the channels of variance.
@@ -60,8 +60,8 @@ impl Truth {
     }
 }
 
-/// The variance in the bytes of a file of [`Truth::to_exr`], and its degrees of freedom; infinite ones if the file does not
-/// say. `name` stands for the file in messages.
+/// The variance in the bytes of a file of [`Truth::to_exr`], and its degrees of freedom; infinite ones if the file does
+/// not say. `name` stands for the file in messages.
 ///
 /// # Errors
 /// [`RenderError::Invalid`] if it is no OpenEXR file or has no variance.

@@ -1,4 +1,4 @@
-//! A white ball under a light.
+//! A white Lambertian ball shaded by irradiance.
 
 use std::f64::consts::PI;
 
@@ -115,7 +115,7 @@ impl Ball {
         (0.5 * self.size as f64 - MARGIN).max(0.5)
     }
 
-    /// How far the center of pixel `i` lies to the right of and above the center of the picture.
+    /// The position of the center of pixel `i`, to the right of and above the center of the picture.
     fn position(&self, i: usize) -> (f64, f64) {
         let middle = 0.5 * self.size as f64;
         let (x, y) = ((i % self.size) as f64 + 0.5, (i / self.size) as f64 + 0.5);

@@ -1,4 +1,4 @@
-//! A function on the sphere as a colored surface.
+//! Balloon plots: a function on the sphere as the surface `r = |f(s)|`, colored by its sign.
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ const BLUE: Rgb<f32> = Rgb::new(0.025, 0.085, 0.70);
 pub struct Balloon {
     /// The number of columns and of rows.
     pub size: usize,
-    /// From where the surface is seen.
+    /// The view of the surface.
     pub view: View,
     /// The distance from the origin that reaches the border of the picture; `None`: the largest that occurs.
     pub extent: Option<f64>,
@@ -73,8 +73,10 @@ impl Balloon {
 
     /// Draws the rows of `pixels`, of which the first is `first_row`: every pixel is the mean of its samples.
     fn draw_band(&self, mesh: &Mesh, corners: &[Vec3], first_row: usize, pixels: &mut [Pixel]) {
+        // Rasterize the samples of the band.
         let (width, rows) = (self.size * SAMPLES, pixels.len() / self.size * SAMPLES);
         let hits = visible(corners, &mesh.triangles, width, first_row * SAMPLES, rows);
+        // Shade the samples of each pixel, and take their mean.
         for (i, pixel) in pixels.iter_mut().enumerate() {
             let (x, y) = (i % self.size * SAMPLES, i / self.size * SAMPLES);
             let mut sum = Rgb::ZERO;
@@ -89,6 +91,7 @@ impl Balloon {
     /// The color of the surface: diffuse light from the upper left, a weaker light from all around that is stronger
     /// from above, and a highlight.
     fn shade(&self, mesh: &Mesh, hit: &Hit) -> Rgb<f32> {
+        // Interpolate the normal and the value between the corners.
         let corners = mesh.triangles[hit.triangle].map(|i| mesh.vertices[i]);
         let mut normal = [0.0; 3];
         let mut value = 0.0;
@@ -96,6 +99,7 @@ impl Balloon {
             normal = add(normal, scale(corner.normal, weight));
             value += weight * corner.value;
         }
+        // Shade with a key light, an ambient light and a highlight.
         let n = normalized(self.view.project(normal));
         let light = normalized([-0.45, 0.65, 0.75]);
         let halfway = normalized(add(light, [0.0, 0.0, 1.0]));

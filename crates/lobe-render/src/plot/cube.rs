@@ -1,4 +1,4 @@
-//! The faces of the cube around the origin.
+//! Cube faces: their axes, and their places in the unfolded cube.
 
 use lobe_sh::Dir;
 

@@ -1,4 +1,4 @@
-//! A function painted on the unfolded cube.
+//! Cube-cross plots: a function on the unfolded cube, in colors with iso lines.
 
 use lobe_sh::{Dir, Rgb};
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use lobe_image::{Label, Picture};
 
 const BLACK: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 
-/// How much of an edge between two faces shows: enough to see the cube, less than a line of the function.
+/// The coverage of an edge between two faces: enough to see the cube, less than a line of the function.
 const EDGE_COVERAGE: f64 = 0.3;
 /// The height of the name of a face, as a part of its width.
 const LABEL_HEIGHT: f64 = 0.13;
@@ -57,15 +57,19 @@ impl CubeCross {
         if self.face == 0 {
             return Picture::filled(0, 0, self.background);
         }
+        // Sample the function at the pixel centers of every face.
         let values = FACES.map(|face| self.values(&face, &f));
         let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        // Choose the scale of the colors and the step of the lines.
         let full_scale = self.full_scale.unwrap_or(largest);
         let lines = IsoLines { step: full_scale / (self.levels as f64 + 0.5), width: 1.0, zero_width: 2.2 };
+        // Paint the faces and put them in their places.
         let mut picture = Picture::filled(4 * self.face, 3 * self.face, self.background);
         for (face, values) in FACES.iter().zip(&values) {
             let tile = self.tile(values, &lines, full_scale);
             picture.paste(&tile, (face.column * self.face) as isize, (face.row * self.face) as isize);
         }
+        // Draw the edges of the cube and the names of the axes.
         self.draw_edges(&mut picture);
         if self.labels {
             self.draw_labels(&mut picture);

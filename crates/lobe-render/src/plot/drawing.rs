@@ -1,4 +1,4 @@
-//! Lines and short texts, to be had as SVG or as pixels.
+//! Vector drawings of lines and short texts, written as SVG or rasterized.
 
 use std::fmt::{Arguments, Write};
 
@@ -10,7 +10,7 @@ use lobe_image::{Label, Picture};
 
 /// The height of the digits of a text as a part of its font size, as common fonts have it.
 const CAP_HEIGHT: f64 = 0.72;
-/// How far below the digits a label reaches, as a part of its height: two of the eight rows of its glyphs.
+/// The depth of a label below its digits, as a part of its height: two of the eight rows of its glyphs.
 const DESCENDER: f64 = 0.25;
 
 /// A color as files name it: sRGB, 0 to 255.
@@ -44,7 +44,7 @@ struct Text {
     in_words: bool,
 }
 
-/// Which end of a text lies where it is put.
+/// The anchor of a text: its start, middle or end.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Anchor {
     Start,

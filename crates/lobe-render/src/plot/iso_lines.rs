@@ -1,4 +1,4 @@
-//! Lines along which a function has one value.
+//! Iso lines (contour lines) of a function, anti-aliased by its gradient.
 
 use lobe_sh::Rgb;
 
@@ -45,7 +45,7 @@ impl IsoLines {
         mix(lined, ZERO_LINE, self.zero_coverage(value, slope)).into()
     }
 
-    /// How far the lines at levels other than zero cover a pixel.
+    /// The coverage of a pixel by the lines at levels other than zero.
     pub(crate) fn line_coverage(&self, value: f64, slope: f64) -> f64 {
         if self.is_flat(slope) {
             return 0.0;
@@ -56,7 +56,7 @@ impl IsoLines {
         fade * coverage((value.abs() - level) / slope, self.width)
     }
 
-    /// How far the line at zero covers a pixel.
+    /// The coverage of a pixel by the line at zero.
     pub(crate) fn zero_coverage(&self, value: f64, slope: f64) -> f64 {
         if self.is_flat(slope) { 0.0 } else { coverage(value / slope, self.zero_width) }
     }

@@ -1,4 +1,4 @@
-//! Functions of one number as a plot.
+//! Line plots of functions of one variable, with axes and a legend.
 
 use crate::plot::drawing::{Anchor, Drawing, nice_step};
 use lobe_image::Picture;
@@ -11,7 +11,7 @@ const AROUND: f64 = 14.0;
 const MOST_STEPS: f64 = 8.0;
 /// The least width of the legend, of the line in front of a text, the gap between them, and from one text to the next.
 const LEGEND: [f64; 4] = [142.0, 22.0, 8.0, 18.0];
-/// What a letter is wide at most on the average, as a part of the font's size.
+/// An upper bound of the mean width of a letter, as a part of the font's size.
 const LETTER: f64 = 0.6;
 /// Points on a line from one point of a curve to the next at which the legend should not lie.
 const BETWEEN: usize = 32;
@@ -26,7 +26,7 @@ const GRID: [u8; 3] = [221, 221, 221];
 /// A line of a plot.
 #[derive(Clone, Debug)]
 pub struct Curve2d<'a> {
-    /// What the legend calls it; nothing for a line that is not in the legend.
+    /// Its name in the legend; empty for a line that is not in the legend.
     pub label: &'a str,
     /// Its color in sRGB.
     pub color: [u8; 3],
@@ -47,7 +47,7 @@ pub struct LinePlot<'a> {
     pub ends: [f64; 2],
     /// The distance of the marks on it.
     pub step: f64,
-    /// What stands behind its numbers, such as `°`.
+    /// The unit behind its numbers, such as `°`.
     pub unit: &'a str,
 }
 
@@ -65,6 +65,7 @@ impl LinePlot<'_> {
     }
 
     fn drawing(&self, curves: &[Curve2d<'_>]) -> Drawing {
+        // Choose round ends and a round step for the vertical axis.
         let (low, high) = range(curves);
         let step = nice_step((high - low) / MOST_STEPS);
         let (bottom, top) = ((low / step).floor() * step, (high / step).ceil() * step);
@@ -73,22 +74,26 @@ impl LinePlot<'_> {
         let y = |y: f64| AROUND + (self.height - BELOW - AROUND) * (top - y) / (top - bottom);
 
         let mut drawing = Drawing::new(self.width, self.height);
+        // Draw the vertical grid lines with their numbers.
         for k in 0..=((end - start) / self.step + 1e-9) as usize {
             let mark = start + k as f64 * self.step;
             grid_line(&mut drawing, [[x(mark), y(bottom)], [x(mark), y(top)]], mark == 0.0);
             let text = format!("{mark}{}", self.unit);
             drawing.text([x(mark), y(bottom) + 18.0], Anchor::Middle, FONT, TEXT, &text);
         }
+        // Draw the horizontal ones.
         for k in 0..=((top - bottom) / step).round() as usize {
             let v = bottom + k as f64 * step;
             grid_line(&mut drawing, [[x(start), y(v)], [x(end), y(v)]], v.abs() < 1e-9 * step);
             let digits = (-step.log10().floor()).max(0.0) as usize;
             drawing.text([x(start) - 8.0, y(v) + 4.0], Anchor::End, FONT, TEXT, &format!("{v:.digits$}"));
         }
+        // Draw the curves.
         for curve in curves {
             let points: Vec<[f64; 2]> = curve.points.iter().map(|p| [x(p[0]), y(p[1])]).collect();
             drawing.line(&points, curve.color, CURVE_WIDTH, curve.dashed.then_some(DASHES));
         }
+        // Draw the legend where it covers least of them.
         let to_picture = |p: &[f64; 2]| [x(p[0]), y(p[1])];
         let lines: Vec<Vec<[f64; 2]>> = curves.iter().map(|c| c.points.iter().map(to_picture).collect()).collect();
         self.draw_legend(&mut drawing, curves, &lines);

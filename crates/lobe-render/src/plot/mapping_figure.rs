@@ -1,4 +1,4 @@
-//! Figures of mappings: the sphere unfolded.
+//! Figures of mappings: the unfolded sphere with its graticule and axes.
 
 use lobe_env::Mapping;
 use lobe_sh::{Coefficient, Dir, Rgb};
@@ -18,8 +18,8 @@ const LINE: f32 = 0.35;
 /// [`Tone::PLAIN`](crate::Tone::PLAIN).
 ///
 /// Fields of 15° between parallels and meridians have the color of the direction in their middle; where the mapping
-/// shows nothing it is gray; names stand where the six axes are. The cube, six times as high as wide, is laid in two rows
-/// of three faces, in its order from the upper left.
+/// shows nothing it is gray; names stand where the six axes are. The cube, six times as high as wide, is laid in two
+/// rows of three faces, in its order from the upper left.
 ///
 /// ```text
 ///   sRGB = 0.62 + 0.36 s        +x red, -x cyan, +y green, -y magenta, +z blue, -z yellow

@@ -1,4 +1,4 @@
-//! The surface of a balloon as triangles.
+//! Triangle meshes of balloon plots.
 
 use lobe_sh::Dir;
 use rayon::prelude::*;

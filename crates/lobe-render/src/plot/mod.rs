@@ -1,8 +1,8 @@
 //! Plots: functions on the sphere, functions of one number, and lit balls.
 //!
-//! Functions on the sphere are drawn as a `balloon`, on an unfolded cube (`cube`, `cube_cross`), as a map (`lat_long`, with
-//! `iso_lines`) or along a great circle (`polar_plot`); `pyramid` draws the basis in either form, and `ball` lights a ball.
-//! `line_plot`, `profile_plot` and `polar_plot` write SVG through `drawing`; `mapping_figure` shows how
+//! Functions on the sphere are drawn as a `balloon`, on an unfolded cube (`cube`, `cube_cross`), as a map (`lat_long`,
+//! with `iso_lines`) or along a great circle (`polar_plot`); `pyramid` draws the basis in either form, and `ball`
+//! lights a ball. `line_plot`, `profile_plot` and `polar_plot` write SVG through `drawing`; `mapping_figure` shows how
 //! a mapping unfolds the sphere. `mesh` and `z_buffer` are the rasterizer beneath. Uses `camera`.
 
 pub(crate) mod ball;

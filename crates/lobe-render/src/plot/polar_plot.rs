@@ -1,4 +1,4 @@
-//! A cross-section of a function on the sphere as a polar plot.
+//! Polar plots of cross-sections of functions on the sphere.
 
 use std::f64::consts::TAU;
 
@@ -51,8 +51,8 @@ impl CrossSection {
     }
 }
 
-/// A polar plot of a cross-section: the distance from the middle is `|f|`, red where `f` is positive and blue where it is
-/// negative; beside it, dashed, other functions, such as the truth that `f` stands for.
+/// A polar plot of a cross-section: the distance from the middle is `|f|`, red where `f` is positive and blue where it
+/// is negative; beside it, dashed, other functions, such as the truth that `f` stands for.
 ///
 /// ```
 /// use lobe_render::{CrossSection, PolarPlot};
@@ -95,20 +95,24 @@ impl PolarPlot {
     }
 
     fn drawing(&self, f: &dyn Fn(Dir) -> f64, beside: &[&dyn Fn(Dir) -> f64]) -> Drawing {
+        // Sample all functions along the great circle.
         let values = self.values(f);
         let others: Vec<Vec<f64>> = beside.iter().map(|f| self.values(*f)).collect();
+        // Choose the value of the outermost ring.
         let all = others.iter().chain([&values]).flatten().filter(|v| v.is_finite());
         let largest = all.fold(0.0, |m: f64, v| m.max(v.abs()));
         let extent = self.extent.unwrap_or(if largest > 0.0 { largest } else { 1.0 });
+        // Draw the rings, the axes and their numbers.
         let mut drawing = Drawing::new(self.size, self.size);
         let all: Vec<&[f64]> = others.iter().chain([&values]).map(Vec::as_slice).collect();
         self.draw_grid(&mut drawing, extent, &all);
+        // Draw the other functions, dashed.
         let width = 0.006 * self.size;
         for values in &others {
             let dashes = DASHES.map(|d| d * self.size);
             drawing.line(&self.curve(values, extent, |_| true), BESIDE, 0.7 * width, Some(dashes));
         }
-        // Negative first: where both touch the middle, red lies on top.
+        // Draw the negative parts, then the positive ones: where both touch the middle, red lies on top.
         drawing.line(&self.curve(&values, extent, |v| v <= 0.0), NEGATIVE, width, None);
         drawing.line(&self.curve(&values, extent, |v| v >= 0.0), POSITIVE, width, None);
         drawing
@@ -118,8 +122,8 @@ impl PolarPlot {
         (0..POINTS).map(|i| f(self.section.dir(angle(i)))).collect()
     }
 
-    /// The closed curve of the magnitudes of those values that are wanted; between two of different sign it passes through
-    /// the middle.
+    /// The closed curve of the magnitudes of the values that satisfy `is_wanted`; between two of different sign it
+    /// passes through the middle.
     fn curve(&self, values: &[f64], extent: f64, is_wanted: impl Fn(f64) -> bool) -> Vec<[f64; 2]> {
         let mut points = Vec::new();
         for i in 0..=POINTS {
@@ -163,6 +167,7 @@ impl PolarPlot {
         let step = nice_step(extent / MOST_RINGS);
         let font = FONT * self.size;
         let digits = (-step.log10().floor()).max(0.0) as usize;
+        // Draw the rings with their numbers.
         let turn = self.angle_of_numbers(extent, step, all);
         for k in 1..=(extent / step + 1e-9).floor() as usize {
             let r = k as f64 * step / extent;
@@ -173,6 +178,7 @@ impl PolarPlot {
             let text = if step >= 1e5 { format!("{value:e}") } else { format!("{value:.digits$}") };
             drawing.text([x, y], Anchor::Middle, 0.8 * font, TEXT, &text);
         }
+        // Draw the axes with their names.
         let CrossSection { right, up } = self.section;
         for (axis, turn) in [(right, 0.0), (up, 0.25), (-right, 0.5), (-up, 0.75)] {
             drawing.line(&[self.place(0.0, 0.0), self.place(1.0, turn * TAU)], AXIS, 1.0, None);

@@ -1,10 +1,10 @@
-//! Functions of the angle to an axis as a plot.
+//! Profile plots: functions of the angle to an axis.
 
 use crate::{Curve2d, LinePlot};
 
 /// One line of a plot.
 pub struct Profile<'a> {
-    /// What the legend calls it.
+    /// Its name in the legend.
     pub label: &'a str,
     /// Its color in sRGB.
     pub color: [u8; 3],

@@ -1,4 +1,4 @@
-//! The functions of the basis, arranged by band and `m`.
+//! Pyramids of the basis functions: a row for each band `l`, a column for each `m`.
 
 use std::f64::consts::PI;
 

@@ -2,7 +2,7 @@
 
 use lobe_sh::vector::Vec3;
 
-/// What is seen at a sample: a triangle and the weights of its corners.
+/// The visible surface at a sample: a triangle and the weights of its corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit {
     pub(crate) triangle: usize,
@@ -24,15 +24,18 @@ pub(crate) fn visible(
     let mut hits = vec![None; width * rows];
     for (triangle, &abc) in triangles.iter().enumerate() {
         let [a, b, c] = abc.map(|i| corners[i]);
+        // Leave out triangles without area, with corners that are not finite, or outside of the rows.
         let double_area = edge(a, b, c);
         let y_range = samples([a[1], b[1], c[1]], first_row, first_row + rows);
         if double_area == 0.0 || !double_area.is_finite() || y_range.is_empty() {
             continue;
         }
+        // Visit the samples of the bounding box.
         let x_range = samples([a[0], b[0], c[0]], 0, width);
         for y in y_range {
             for x in x_range.clone() {
                 let p = [x as f64 + 0.5, y as f64 + 0.5, 0.0];
+                // Interpolate the depth by the barycentric weights, and keep the nearest hit.
                 let weights = [edge(b, c, p), edge(c, a, p), edge(a, b, p)].map(|e| e / double_area);
                 let depth = weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2];
                 let i = (y - first_row) * width + x;

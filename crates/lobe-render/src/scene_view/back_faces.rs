@@ -1,4 +1,4 @@
-//! The backs of double-sided surfaces, which files of transfer leave out, as far as a view shows them.
+//! Back faces: the transfer of the backs of double-sided surfaces that a view shows; files hold that of fronts alone.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,4 +1,4 @@
-//! A scene with its transfer, from a file or baked on the spot.
+//! Baked scenes: a scene with its transfer, read from a file or baked on the spot.
 
 use std::path::Path;
 
@@ -13,11 +13,11 @@ use crate::scene_view::back_faces::{self, BackFaces};
 use crate::scene_view::prt_shading::{Gloss, LitReceivers, Places, SurfaceTransfer};
 use crate::{Camera, GlossyLobe, RenderError, SceneHit, ViewOptions};
 
-/// A scene that knows what its surfaces do to distant light: its transfer at vertices or at the texels of a lightmap.
+/// A scene with precomputed radiance transfer at its vertices or at the texels of a lightmap.
 ///
-/// It is lit by [`BakedScene::lit`], or in one step by [`light_baked_scene`](crate::light_baked_scene). Transfer covers the
-/// fronts of surfaces. Double-sided surfaces show their backs too; [`BakedScene::bake_backs`] bakes those that a view shows,
-/// and until then they are black.
+/// It is lit by [`BakedScene::lit`], or in one step by [`light_baked_scene`](crate::light_baked_scene). Transfer covers
+/// the fronts of surfaces. Double-sided surfaces show their backs too; [`BakedScene::bake_backs`] bakes those that a
+/// view shows, and until then they are black.
 pub struct BakedScene {
     scene: Scene,
     bvh: Bvh,
@@ -26,7 +26,7 @@ pub struct BakedScene {
     back: Option<BackFaces>,
     /// None if surfaces are matte.
     gloss: Option<Gloss>,
-    /// How backs are baked.
+    /// Options of the bake of backs.
     options: BakeOptions,
     recipe: Recipe,
 }
@@ -48,8 +48,8 @@ impl BakedScene {
         Ok(read_baked(path, options)?.into())
     }
 
-    /// Reads the transfer of `scene` from a file that holds transfer alone: with a `lobe` a .safetensors file of matrices at
-    /// vertices, else one of transfer in any form, or an .exr lightmap.
+    /// Reads the transfer of `scene` from a file that holds transfer alone: with a `lobe` a .safetensors file of
+    /// matrices at vertices, else one of transfer in any form, or an .exr lightmap.
     ///
     /// # Errors
     /// [`RenderError::Prt`] if the file cannot be read, or is a lightmap and the scene is not unfolded;
@@ -78,7 +78,8 @@ impl BakedScene {
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
     }
 
-    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one. The steps of `job` are vertices; it can be kept in a file.
+    /// Bakes the vertices of `scene`, with matrices and `lobe` if there is one. The steps of `job` are vertices; it can
+    /// be kept in a file.
     ///
     /// # Errors
     /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if the
@@ -107,7 +108,8 @@ impl BakedScene {
         Self { options, ..self }
     }
 
-    /// How backs are baked: as the recipe in the file says the fronts were, with defaults for what it leaves out.
+    /// The options of the bake of backs: as the recipe in the file says the fronts were, with defaults for what it
+    /// leaves out.
     #[must_use]
     pub fn options(&self) -> &BakeOptions {
         &self.options
@@ -149,7 +151,8 @@ impl BakedScene {
         matches!(self.places, Places::Texels(_))
     }
 
-    /// The vertices or texels that a view shows from behind, in rising order: those that [`BakedScene::bake_backs`] needs.
+    /// The vertices or texels that a view shows from behind, in rising order: those that [`BakedScene::bake_backs`]
+    /// needs.
     ///
     /// The steps of `job` are the pixels that were looked at.
     ///
@@ -181,7 +184,8 @@ impl BakedScene {
     }
 }
 
-/// The bytes that baking `receivers` of a scene takes at most: rows of numbers that grow, and what they make of one light.
+/// The most bytes that baking and lighting `receivers` receivers of a scene take: their rows, twice while they grow,
+/// and their values under one light.
 #[must_use]
 pub fn transfer_bytes(scene: &Scene, receivers: usize, options: &BakeOptions, is_glossy: bool) -> u64 {
     let (bands, channels) = (options.order.pow(2), options.channels_for(scene, scene.is_gray()).count());
@@ -197,7 +201,8 @@ pub struct LitScene<'a> {
 }
 
 impl LitScene<'_> {
-    /// What the eye sees at a hit, interpolated between vertices or texels; black for backs that are not baked.
+    /// The radiance towards the eye at a hit, interpolated between vertices or texels; black for backs that are not
+    /// baked.
     #[must_use]
     pub fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
         let BakedScene { scene, places, gloss, .. } = self.baked;

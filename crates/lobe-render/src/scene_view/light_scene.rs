@@ -1,4 +1,4 @@
-//! Light a scene, get a picture.
+//! Pictures of a scene under an expansion: by its baked transfer, or by irradiance alone.
 
 use std::f64::consts::FRAC_1_PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -11,8 +11,8 @@ use lobe_image::Picture;
 
 use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions, scene_picture};
 
-/// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture, not
-/// rounding.
+/// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture,
+/// not rounding.
 const VISIBLY_BELOW: f64 = 1e-3;
 
 /// A scene lit by an expansion.
@@ -20,25 +20,25 @@ const VISIBLY_BELOW: f64 = 1e-3;
 pub struct LitPicture {
     /// Radiance.
     pub picture: Picture,
-    /// The part of the rays that hit a lit surface whose radiance is below zero in some channel, by more than 0.1 % of the
-    /// light's mean. This happens where the expansion of the light rings; see [`lobe_sh::dering`].
+    /// The part of the rays that hit a lit surface whose radiance is below zero in some channel, by more than 0.1 % of
+    /// the light's mean. This happens where the expansion of the light rings; see [`lobe_sh::dering`].
     pub below_zero: f64,
 }
 
 /// Lights a baked scene, and shows it as `camera` sees it: `background` where a ray escapes.
 ///
 /// ```text
-///   matte    B = Σᵢ Lᵢ Tᵢ                        T: transfer vector, between vertices or texels
-///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)           M: transfer matrix, k: lobe, r: mirrored direction, ρ: directional albedo
+///   matte    B = Σᵢ Lᵢ Tᵢ                    T: transfer vector, between vertices or texels
+///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)       M: transfer matrix, k: lobe, r: mirrored direction, ρ: directional albedo
 /// ```
 ///
-/// `light` is an expansion of the radiance of the surroundings; bands above [`BakedScene::order`] are ignored. The steps of
-/// `job` are pixels; it cannot be kept in a file. The same bits for any number of threads.
+/// `light` is an expansion of the radiance of the surroundings; bands above [`BakedScene::order`] are ignored. The
+/// steps of `job` are pixels; it cannot be kept in a file. The same bits for any number of threads.
 ///
 /// # Examples
 ///
 /// ```
-/// ///
+/// use lobe_io::Job;
 /// use lobe_prt::BakeOptions;
 /// use lobe_render::{BakedScene, Camera, View, ViewOptions, light_baked_scene};
 ///
@@ -97,7 +97,7 @@ pub fn light_by_irradiance(
 /// A shading that counts how often it is below zero.
 struct Counted<F> {
     shade: F,
-    /// What is below this is visibly below zero.
+    /// Values below this are visibly below zero.
     limit: f64,
     shaded: AtomicUsize,
     below: AtomicUsize,

@@ -1,8 +1,9 @@
-//! Pictures of scenes of triangles whose light is known at the surface: by precomputed radiance transfer, or by irradiance.
+//! Pictures of scenes of triangles whose light is known at the surface: by precomputed radiance transfer, or by
+//! irradiance.
 //!
-//! Read `scene_picture`, which finds the surface that each pixel shows, then `prt_shading`, which lights it by transfer, and
-//! `back_faces`, which bakes what files of transfer leave out. `baked_scene` holds a scene with its transfer, `light_scene`
-//! makes the picture. Uses `camera`.
+//! Read `scene_picture`, which finds the surface that each pixel shows, then `prt_shading`, which lights it by
+//! transfer, and `back_faces`, which bakes what files of transfer leave out. `baked_scene` holds a scene with its
+//! transfer, `light_scene` makes the picture. Uses `camera`.
 
 pub(crate) mod back_faces;
 pub(crate) mod baked_scene;

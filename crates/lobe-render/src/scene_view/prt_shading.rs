@@ -1,4 +1,4 @@
-//! Surfaces shaded by precomputed radiance transfer: what receivers send back, and what a point between them shows of it.
+//! Shading by precomputed radiance transfer: the exit radiance of receivers, interpolated at the points between them.
 
 use lobe_env::DfgTable;
 use lobe_io::Job;
@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use crate::SceneHit;
 
-/// Cosines and roughnesses in the table of directional albedos, which is then within a hundredth except at grazing angles.
+/// Cosines and roughnesses in the table of directional albedos, which is then within a hundredth except at grazing
+/// angles.
 const DFG_SIZE: usize = 64;
 
 /// The lobe of reflection of glossy surfaces, about the mirrored view direction.
@@ -17,8 +18,9 @@ const DFG_SIZE: usize = 64;
 pub enum GlossyLobe {
     /// Phong's lobe with this exponent, 0 or more. It is scaled by the base color.
     Phong(f64),
-    /// The lobe of GGX microfacets seen along the normal, with α from 0 to 1. It is scaled by the directional albedo of the
-    /// microfacets at the angle of view, by the split-sum approximation, with the base color as reflectance along the normal.
+    /// The lobe of GGX microfacets seen along the normal, with α from 0 to 1. It is scaled by the directional albedo of
+    /// the microfacets at the angle of view, by the split-sum approximation, with the base color as reflectance along
+    /// the normal.
     Ggx(f64),
 }
 
@@ -59,7 +61,7 @@ impl DirectionalAlbedo {
     }
 }
 
-/// A lobe with what it takes to shade with it.
+/// A lobe with its directional albedo.
 pub(crate) struct Gloss {
     lobe: GlossyLobe,
     albedo: DirectionalAlbedo,
@@ -70,7 +72,7 @@ impl Gloss {
         Self { lobe, albedo: lobe.albedo() }
     }
 
-    /// What a surface reflects of the blurred light in the mirrored direction.
+    /// The directional albedo: the factor of the blurred light in the mirrored direction.
     pub(crate) fn albedo(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
         self.albedo.at(hit)
     }
@@ -102,7 +104,7 @@ impl Places {
     }
 }
 
-/// What receivers do to distant light.
+/// The transfer of all receivers, diffuse or glossy.
 pub(crate) enum SurfaceTransfer {
     /// Transfer vectors: exit radiance, the same for every view.
     Matte(AnyTransfer),

@@ -1,4 +1,4 @@
-//! A picture of a scene of triangles, shaded by a function of what each ray hits.
+//! Ray casting: pictures of a scene of triangles, shaded by a function of the hit.
 
 use std::time::Instant;
 
@@ -32,17 +32,18 @@ impl Default for ViewOptions {
 
 setters!(ViewOptions { width: usize, height: usize, rays: usize });
 
-/// A scene seen by a camera: `radiance` of the hit where a ray from the eye hits, `background` of its direction where it escapes.
+/// A scene seen by a camera: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
+/// it escapes.
 ///
 /// The steps of `job` are pixels; it cannot be kept in a file.
 ///
 /// Pixels are means over their square. Surfaces that are not double-sided are black from behind, as they are baked and
-/// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for which.
-/// The same bits for any number of threads.
+/// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for
+/// which. The same bits for any number of threads.
 ///
 /// # Errors
-/// [`RenderError::Options`] if the picture has no pixels, a pixel no ray, or the job a file, [`RenderError::Cancelled`] if
-/// the watch of the job said to stop.
+/// [`RenderError::Options`] if the picture has no pixels, a pixel no ray, or the job a file, [`RenderError::Cancelled`]
+/// if the watch of the job said to stop.
 pub fn scene_picture(
     scene: &Scene,
     bvh: &Bvh,
@@ -61,6 +62,7 @@ pub fn scene_picture(
         )));
     };
     let has_masks = scene.has_masks();
+    // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
         let hit = match has_masks {
             true => bvh.closest_where(ray, |hit| scene.is_solid(hit)),
@@ -70,6 +72,7 @@ pub fn scene_picture(
         let hit = SceneHit::new(scene, hit, towards);
         if hit.is_lit { radiance(&hit) } else { Rgb::ZERO }
     };
+    // Average the rays of a pixel.
     let pixel = |i: usize| {
         let (x, y) = ((i % width) as f64, (i / width) as f64);
         let mut sum = Rgb::<f64>::ZERO;
@@ -80,6 +83,7 @@ pub fn scene_picture(
         }
         Rgb::narrow(sum.scale(((rays * rays) as f64).recip()))
     };
+    // Compute the pixels in portions, between which the job may stop.
     let begin = Instant::now();
     let all = in_portions(Vec::new(), pixels, pixel, |done| {
         let is_stopped = job.report(&progress_of(done.len(), pixels, 0, begin)).is_break() && done.len() < pixels;
@@ -88,7 +92,7 @@ pub fn scene_picture(
     Ok(Picture::new(width, height, all)?)
 }
 
-/// A place that the eye sees.
+/// A point of a surface that the eye sees.
 pub struct SceneHit<'a> {
     scene: &'a Scene,
     hit: lobe_scene::Hit,
@@ -100,8 +104,8 @@ pub struct SceneHit<'a> {
     pub albedo: Rgb<f64>,
     /// False for the back of a surface that is not double-sided.
     is_lit: bool,
-    /// Whether the side with counter-clockwise corners is seen; if not, what [`lobe_prt::Receivers::at_vertices`] found is that
-    /// of the other side, and this one needs [`lobe_prt::Receivers::backs`].
+    /// Whether the side with counter-clockwise corners is seen; if not, what [`lobe_prt::Receivers::at_vertices`] found
+    /// is that of the other side, and this one needs [`lobe_prt::Receivers::backs`].
     pub is_front: bool,
 }
 
@@ -124,13 +128,14 @@ impl<'a> SceneHit<'a> {
         }
     }
 
-    /// Where the ray hits.
+    /// The point that the ray hits.
     #[must_use]
     pub fn hit(&self) -> &lobe_scene::Hit {
         &self.hit
     }
 
-    /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum to 1.
+    /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum
+    /// to 1.
     #[must_use]
     pub fn corners(&self) -> [(usize, f64); 3] {
         let (mesh, triangle) = self.scene.locate(self.hit.triangle as usize);
@@ -140,7 +145,7 @@ impl<'a> SceneHit<'a> {
         [(a, 1.0 - u - v), (b, u), (c, v)]
     }
 
-    /// What the corners have, interpolated: on which side is up to the caller.
+    /// The values of the corners, interpolated; the caller chooses those of the side that is hit.
     ///
     /// # Panics
     /// If `values` has none for a corner.
