@@ -12,25 +12,31 @@ fn commands(dir: &Dir, of: &str) -> Vec<String> {
     names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").map(String::from).collect()
 }
 
+/// The full names of a command and of all below it, as `lobe sh eval`.
+fn with_those_below(dir: &Dir, command: &str) -> Vec<String> {
+    let mut all = vec![format!("lobe {command}").trim().to_string()];
+    if dir.lobe(&format!("{command} --help")).stdout().contains("Commands:\n") {
+        for sub in commands(dir, command) {
+            all.extend(with_those_below(dir, format!("{command} {sub}").trim()));
+        }
+    }
+    all
+}
+
 #[test]
 fn every_command_has_a_page_that_names_its_options() {
     let dir = Dir::new();
     assert_eq!(dir.lobe("man -o pages/man1").stdout(), "", "stdout");
     let page = |name: &str| String::from_utf8(dir.bytes(&format!("pages/man1/{name}.1"))).unwrap();
-    let mut count = 1;
-    for command in commands(&dir, "") {
-        count += 1;
-        let text = page(&format!("lobe-{command}"));
-        assert!(text.contains(".SH NAME") && text.contains(".SH SYNOPSIS"), "{command}: {text}");
-        if ["sh", "env"].contains(&command.as_str()) {
-            for sub in commands(&dir, &command) {
-                count += 1;
-                assert!(page(&format!("lobe-{command}-{sub}")).contains(".SH OPTIONS"), "{command} {sub}");
-            }
+    let all = with_those_below(&dir, "");
+    for command in &all {
+        let text = page(&command.replace(' ', "-"));
+        for part in [".SH NAME", ".SH SYNOPSIS", ".SH OPTIONS"] {
+            assert!(text.contains(part), "{command}: no {part} in {text}");
         }
     }
     let files = std::fs::read_dir(dir.path("pages/man1")).unwrap().count();
-    assert!(files == count && count > 30, "{files} pages for {count} commands");
+    assert!(files == all.len() && files > 30, "{files} pages for {} commands", all.len());
     assert!(page("lobe-sh-eval").contains("\\-\\-dir"), "options are named");
     assert_eq!(dir.lobe("man").stdout(), page("lobe"), "the page of lobe itself goes to stdout");
 }

@@ -209,7 +209,7 @@ fn texels_and_vertices_show_the_same_light() {
         "render built-in:ball --env bundled:studio --mode interreflected -o d.exr --transfer vertices.safetensors",
     );
     let line = line.arg("--quiet").error();
-    assert!(line.contains("vertices as built-in:ball has, found 293"), "{line}");
+    assert!(line.contains("vertices as the scene has, found 293"), "{line}");
 }
 
 #[test]

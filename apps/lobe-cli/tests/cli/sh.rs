@@ -337,7 +337,7 @@ fn quantities_that_are_no_light_are_not_convolved_with_the_cosine() {
     ] {
         dir.sh("p.sh.json", quantity, ShVec::constant(2, 1.0));
         let line = dir.lobe("sh convolve p.sh.json --kernel cosine -o q.sh.json").error();
-        assert_eq!(line, format!("p.sh.json: {reason}"), "{quantity}");
+        assert_eq!(line, format!("p.sh.json: {reason}; --quantity names the result whatever it is"), "{quantity}");
         assert_eq!(dir.names(), ["p.sh.json"], "files");
     }
 }
