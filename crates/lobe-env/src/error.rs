@@ -1,11 +1,11 @@
-//! Errors of this crate.
+//! Error type of this crate.
 
 use std::fmt;
 use std::io;
 
 use lobe_image::{ImageError, ReadOption};
 
-/// Why an environment map could not be made, read or written, by whose fault it is.
+/// Errors of making, reading and writing environment maps, by fault.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
 #[derive(Debug, thiserror::Error)]

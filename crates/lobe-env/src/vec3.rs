@@ -1,4 +1,4 @@
-//! Arithmetic of vectors in space.
+//! Three-dimensional vector arithmetic.
 
 /// A point or a vector.
 pub(crate) type Vec3 = [f64; 3];
