@@ -1,4 +1,4 @@
-//! Cubes go out and come in the right way round: colored faces with letters.
+//! Cube layouts: orientation of the faces in pictures and files, with colored faces that bear letters.
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 

@@ -1,4 +1,4 @@
-//! Every mapping against what any mapping must satisfy.
+//! Mappings: the properties that every mapping must have.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! Filtered maps: the furnace, linearity, seams, and brute force.
+//! Prefiltering: white furnace, linearity, seams, and comparison with brute force.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -132,8 +132,8 @@ fn both_methods_against_brute_force() {
 
 #[test]
 fn lamps_do_not_spoil_the_dark() {
-    // Half of the studio is less than a hundred-thousandth as bright as its lamps. Held against the peak, an error as large
-    // as the light in dark texels would be none.
+    // Half of the studio is less than a hundred-thousandth as bright as its lamps. Held against the peak, an error as
+    // large as the light in dark texels would be none.
     let studio = bundled::studio().map();
     let mut lamp = CubeMap::from_fn(128, |s| Rgb::splat(0.01 + 0.005 * s.x() as f32));
     for (x, y) in (40..60).flat_map(|x| (70..90).map(move |y| (x, y))) {

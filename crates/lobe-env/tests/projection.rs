@@ -1,4 +1,4 @@
-//! Projection against slow references, closed forms and planted answers.
+//! Projection against slow references, closed forms and known expansions.
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 mod common;

@@ -1,4 +1,4 @@
-//! Maps keep what matters when they become other maps.
+//! Resampling: constants, energy, direction and mean are kept through every pair of mappings.
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
@@ -230,8 +230,8 @@ fn energy_and_center(f: &ShVec<Rgb<f64>>, channel: usize) -> (f64, Dir) {
 
 /// Half a texel: the largest angle from the direction `s` to a point of the texel that contains it.
 ///
-/// Light in a texel has no finer place than that. At the rim of a ball or an angular map texels are long, and all end in
-/// one direction.
+/// Light in a texel has no finer place than that. At the rim of a ball or an angular map texels are long, and all end
+/// in one direction.
 fn half_texel(map: &MappedMap, s: Dir) -> f64 {
     const STEPS: usize = 8;
     let (x, y) = map.texel_at(s);
@@ -250,8 +250,8 @@ fn half_texel(map: &MappedMap, s: Dir) -> f64 {
     farthest
 }
 
-/// What becomes of suns of one texel, one in each channel: by how much the energy of each is off, and how far it moves in
-/// parts of half a texel, of the source's or the target's, whichever is larger there.
+/// What becomes of suns of one texel, one in each channel: by how much the energy of each is off, and how far it moves
+/// in parts of half a texel, of the source's or the target's, whichever is larger there.
 fn fate_of_suns(from: Mapping, (w, h): (usize, usize), places: [Dir; 3], to: &Resample) -> [(f64, f64); 3] {
     let mut source = MappedMap::from_fn(from, w, h, |_| Rgb::new(0.0, 0.0, 0.0));
     for (channel, place) in places.into_iter().enumerate() {
@@ -419,10 +419,10 @@ fn perpendicular(s: Dir) -> Dir {
     Dir::new([y * axis[2] - z * axis[1], z * axis[0] - x * axis[2], x * axis[1] - y * axis[0]]).unwrap()
 }
 
-// Interpolation mixes what lies at the centers of texels. Where a mapping is smooth, the mean of their directions is the
-// direction asked for, and what is left is of the second order: half the bend times the mean square of their distances.
-// Where lines of a picture bend, at the folds of the two squares and on the axes of the equal-area one, that mean lies
-// aside, by 0.03 at this size, and the value with it, however it is interpolated: the limit follows it there.
+// Interpolation mixes what lies at the centers of texels. Where a mapping is smooth, the mean of their directions is
+// the direction asked for, and what is left is of the second order: half the bend times the mean square of their
+// distances. Where lines of a picture bend, at the folds of the two squares and on the axes of the equal-area one, that
+// mean lies aside, by 0.03 at this size, and the value with it, however it is interpolated: the limit follows it there.
 #[test]
 fn enlarged_maps_are_smooth_across_seams() {
     let f = band_limited(4);

@@ -1,4 +1,4 @@
-//! The expansions of photographs ring; after dering they do not, and keep their contrast.
+//! Ringing of the expansions of photographs, and its removal by dering.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 

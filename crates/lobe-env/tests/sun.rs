@@ -1,4 +1,4 @@
-//! The sun leaves a map, and nothing is lost.
+//! Sun extraction: energy is kept, and the sun is found.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 

@@ -1,4 +1,4 @@
-//! Damaged cube maps and pictures: an error of one line, never a panic, never memory for lies.
+//! Damaged cube maps and pictures: an error of one line, no panic, no memory for false sizes.
 
 use std::time::{Duration, Instant};
 

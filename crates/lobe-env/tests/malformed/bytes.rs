@@ -1,4 +1,4 @@
-//! Bytes put together by hand.
+//! Builders of malformed bytes.
 
 /// `bytes` with `value` in place of what lies at `at`.
 pub(crate) fn patched(bytes: &[u8], at: usize, value: &[u8]) -> Vec<u8> {

@@ -1,4 +1,4 @@
-//! All files of the corpus, and the page that explains them.
+//! Corpus of malformed files, and the page that explains them.
 
 use crate::{dds, exr, hdr, jpg, ktx2, pfm, png, sh_json};
 

@@ -1,4 +1,4 @@
-//! OpenEXR pictures, from the layout of the file.
+//! Malformed OpenEXR pictures, from the layout of the file.
 
 use crate::bytes::{find, patched, replaced, words};
 use crate::corpus::{self, Bad, Good};

@@ -1,4 +1,4 @@
-//! JPEG pictures. Their tables take some hundred bytes, so an encoder writes the good one.
+//! Malformed JPEG pictures. Their tables take some hundred bytes, so an encoder writes the valid one.
 
 use std::io::Cursor;
 
