@@ -1,8 +1,8 @@
-//! Errors of scenes.
+//! Error type of this crate.
 
 use std::io;
 
-/// Why a scene could not be made, read or changed, by whose fault it is.
+/// Errors of making, reading and changing scenes, by fault.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +27,8 @@ pub enum SceneError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The scene has more triangles or vertices than [`SceneReadOptions::limit`](crate::SceneReadOptions::limit) allows.
+    /// The scene has more triangles or vertices than [`SceneReadOptions::limit`](crate::SceneReadOptions::limit)
+    /// allows.
     #[error("{message}: raise SceneReadOptions::limit")]
     TooLarge {
         /// The file, the limit, and what was found.
@@ -52,7 +53,7 @@ impl SceneError {
         Self::Unsupported { place: place.to_string(), message: message.into() }
     }
 
-    /// The same fault, seen from the file it was found in.
+    /// The same error, located in the file it was found in.
     pub(crate) fn within(self, file: &str) -> Self {
         match self {
             Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },
