@@ -14,7 +14,7 @@ use lobe_env::{
 };
 use lobe_sh::Rgb;
 
-/// That of the command line.
+/// The allocator of the command-line program.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

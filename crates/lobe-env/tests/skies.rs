@@ -27,7 +27,7 @@ fn the_picture_of_a_sky_has_the_coefficients_of_its_formula() {
         let (formula, picture) = sky();
         let error = norm(&(&formula - &picture)) / norm(&formula);
         println!("{name}: {error:.1e}");
-        // The texels of 512 x 256 see each texel's center only.
+        // The texels of 512 x 256 sample the sky at their centers only.
         assert!(error < 1e-4, "{name}: {error:.1e}");
     };
     check("Preetham", &|| {

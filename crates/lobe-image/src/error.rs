@@ -14,7 +14,7 @@ pub enum ImageError {
     Invalid {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
     /// The file may be right, but Lobe does not handle such files.
@@ -22,7 +22,7 @@ pub enum ImageError {
     Unsupported {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it would need.
+        /// The missing feature.
         message: String,
     },
     /// The file may be right, but the caller's [`PictureReadOptions`](crate::PictureReadOptions) do not let it in.
@@ -30,7 +30,7 @@ pub enum ImageError {
     Refused {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it holds.
+        /// The content that was refused.
         message: String,
         /// The option that would let it in.
         option: ReadOption,

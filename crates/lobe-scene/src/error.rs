@@ -13,7 +13,7 @@ pub enum SceneError {
     Invalid {
         /// The file, the name the caller gave to the bytes, or the part of the scene.
         place: String,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
     /// The file may be right, but Lobe does not read such files.
@@ -21,7 +21,7 @@ pub enum SceneError {
     Unsupported {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it would need, and what to do.
+        /// The missing feature, and a remedy.
         message: String,
     },
     /// The caller asked for something that cannot be.

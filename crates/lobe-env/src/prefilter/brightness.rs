@@ -33,7 +33,7 @@ pub(crate) struct Brightness {
 }
 
 impl Brightness {
-    /// Of a source with cells down to `depth`.
+    /// Measures a source with cells down to `depth`.
     ///
     /// Brightness is the mean of the largest channel's absolute value, relative to its median over the deepest cells.
     pub(crate) fn new(source: &CubeMap, depth: usize) -> Self {

@@ -72,9 +72,9 @@ impl Chunk {
 
 /// Footprints of a part of the target.
 pub(crate) enum Sight<'a> {
-    /// Of the texel at a place in the picture.
+    /// The footprint of the texel at a place in the picture.
     Texel([usize; 2], View<'a>),
-    /// Of all texels of a patch, within a window onto the source.
+    /// The footprints of all texels of a patch, within a window onto the source.
     Patch(&'a Patch, Tile),
 }
 
@@ -86,7 +86,7 @@ pub(crate) struct Sampler {
     turn: Option<[[f64; 3]; 3]>,
     /// Its inverse.
     turn_back: Option<[[f64; 3]; 3]>,
-    /// Of the strips above the rows of a lat-long source, and of the one below the last.
+    /// The bends of the strips above the rows of a lat-long source, and of the one below the last.
     bends: Vec<f64>,
 }
 

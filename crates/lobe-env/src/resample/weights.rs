@@ -345,7 +345,7 @@ fn only_texels(mut texel: impl FnMut([usize; 2], View<'_>)) -> impl FnMut(Sight<
     }
 }
 
-/// Of extra samples in the order of their targets, those of some target texels.
+/// The extra samples, sorted by target, of a range of target texels.
 #[inline]
 fn extras_between(extras: &[Extra], targets: Range<usize>) -> &[Extra] {
     let (Some(first), Some(last)) = (extras.first(), extras.last()) else { return &[] };

@@ -119,7 +119,7 @@ pub struct SunReport {
 /// nearer (test `behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long`). At the rims of the other
 /// round pictures suns are found as anywhere.
 ///
-/// What remains may be a lamp: a small one in a dark room cannot be told from a sun. Call it again on the rest for the
+/// The rest may hold a lamp: a small one in a dark room cannot be told from a sun. Call it again on the rest for the
 /// next light.
 ///
 /// ```

@@ -15,7 +15,7 @@ fn small() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Where a segment begins with its mark.
+/// The offset of the segment with this marker.
 fn segment(bytes: &[u8], mark: u8) -> usize {
     find(bytes, &[0xff, mark])
 }
