@@ -22,8 +22,8 @@
 //!    density `D(h) (n·h)`, and `l` is `n` reflected at `h`, with `dl = 4 (h·l) dh` and here `h·l = n·h`; so the
 //!    density of `l` is `D(h)/4`, and `w(l) = D(h) (n·l)`, up to a constant that cancels.
 //! 3. The second factor needs no light: [`dfg()`](crate::dfg()) is a table of two numbers for each view and roughness.
-//! 3. The second factor needs no light: [`dfg()`](crate::dfg()) is a table of two numbers for each view and roughness.
 //!
+//! For each level of the chain, with its `α`, the prefiltered radiance is therefore
 //!
 //! ```text
 //!                 ∫ L(l) D_α(h) max(r·l, 0) dl                r + l

@@ -40,15 +40,14 @@ use crate::resample::weights::Weights;
 //
 // its energy up to the fraction q_s m_s/L_s. The mean of the map then lacks exactly Σ (Ω_s - E_s) min(L_s, m_s): the
 // error by which convergence is judged.
-// error by which all these steps are measured.
 
 /// The most passes over all samples, of both phases together.
 const MOST_PASSES: usize = 60;
 /// Passes of Sinkhorn iteration before the first Newton step.
 const OWN_PASSES: usize = 2;
-/// Converged if the mean of no channel is off by more than this, relative to that mean,
+/// The tolerance of convergence for the mean of each channel, relative to that mean.
 const MEAN_ENOUGH: f64 = 5e-6;
-/// nor would be off by more than this if the signs of the texels' deficits were random: texels then have their energy.
+/// The same if the signs of the texels' deficits were random: within it each texel has its energy.
 const TEXELS_ENOUGH: f64 = 5e-5;
 /// No step changes a weight by more than this factor.
 const MOST_CHANGE: f32 = 2.0;

@@ -3,13 +3,13 @@
 use crate::mapping::taps::Grid;
 use crate::resample::footprint::{Quad, Tile, View, Views};
 
-/// By rounding, samples leave the range of their patch by less than this, in texels,
+/// The constant part of the rounding error by which samples leave the range of their patch, in texels.
 const MARGIN: f64 = 0.01;
-/// plus this fraction of the range R of the control points. In single precision t is off by half a unit in its last
+/// The part in proportion to the range R of the control points. In single precision t is off by half a unit in its last
 /// place, which moves a parabola by up to 4R units; its coefficients, of up to R, 2R and 2R, add 5R, and four
 /// operations 7R: 16R/2²⁴.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
-/// The most texels of a window: so large it stays in a cache of 256 KiB.
+/// The most texels of a window: one of this size stays in a cache of 256 KiB.
 const MOST_IN_WINDOW: usize = 1 << 14;
 /// Samples computed together, in vectors of any length.
 const LANES: usize = 16;

@@ -22,9 +22,9 @@ const CHUNKS: usize = 128;
 const LEAST_ROWS: usize = 8;
 /// The number of chunks whose sums are held at once; with many of them, waiting for the last one costs little.
 const CHUNKS_TOGETHER: usize = 32;
-/// Footprints (20 bytes per sample) are kept from pass to pass up to this number of samples,
+/// Footprints, 20 bytes per sample, are kept from pass to pass up to this number of samples.
 const MOST_VIEWS: usize = 1 << 22;
-/// and sample positions up to this number: up to 1.5 GiB, where no patches fit.
+/// Above it, sample positions are kept up to this number: up to 1.5 GiB, where no patches fit.
 const MOST_SAMPLES: usize = 1 << 27;
 
 /// The results of sampling that a chunk keeps for the next pass.

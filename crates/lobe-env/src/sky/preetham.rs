@@ -26,9 +26,6 @@ const LEAST_COSINE: f64 = 0.01;
 /// (appendix A.2 of the paper). `T = 2` is a very clear sky, 10 haze. `cos θ` is clamped to at least 0.01. Luminance
 /// and chromaticity are converted with the white D65; saturated blue may lie outside the gamut: a channel is then
 /// negative and is not clamped, because expansions are linear. For radiance in W m⁻² sr⁻¹ divide by 0.683 lm/mW.
-/// (appendix A.2 of the paper). `T = 2` is a very clear sky, 10 haze. `cos θ` is kept above 0.01. Luminance and
-/// chromaticity are turned into color with a white of D65; saturated blue may leave the gamut, a channel is then
-/// negative, and stays so: expansions are linear. For radiance in W m⁻² sr⁻¹ divide by 0.683 lm/mW.
 ///
 /// The model holds while the sun is above the horizon, and does not include its disc.
 ///
