@@ -44,7 +44,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Index of items
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Three-dimensional vector arithmetic.
+//! Arithmetic of vectors in space.
 
 /// A point or a vector.
 pub(crate) type Vec3 = [f64; 3];

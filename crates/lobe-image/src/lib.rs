@@ -29,7 +29,7 @@
 //! # Ok::<(), lobe_image::ImageError>(())
 //! ```
 //!
-//! # Index of items
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|

@@ -28,7 +28,7 @@
 //! # Ok::<(), lobe_scene::SceneError>(())
 //! ```
 //!
-//! # Index of items
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|
