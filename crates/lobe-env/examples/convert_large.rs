@@ -1,9 +1,9 @@
-//! How long a panorama takes to become a cube of 1024, step by step, and how much memory.
+//! Time and memory of the conversion of a panorama to a cube of 1024, step by step.
 //!
 //! `RAYON_NUM_THREADS=2 /usr/bin/time -v target/release/examples/convert_large [IN [OUT]..]`
 //!
-//! IN is a lat-long picture; without it, a float panorama of 4096 x 2048 texels is made. Each OUT is a .ktx2, a .dds, or a
-//! picture, which becomes a cross.
+//! IN is a lat-long picture; without it, a float panorama of 4096 x 2048 texels is made. Each OUT is a .ktx2, a .dds,
+//! or a picture, which becomes a cross.
 
 use std::path::Path;
 use std::time::Instant;
@@ -14,7 +14,7 @@ use lobe_env::{
 };
 use lobe_sh::Rgb;
 
-/// That of the command line.
+/// The allocator of the command-line program.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

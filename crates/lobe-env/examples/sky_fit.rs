@@ -1,4 +1,4 @@
-//! What it costs to fit the clear sky by polynomials: errors by degree, and the time of one evaluation.
+//! Cost of the polynomial fit of the clear sky: errors by degree, and the time of one evaluation.
 //!
 //! `cargo run --release -p lobe-env --example sky_fit`
 

@@ -1,11 +1,11 @@
-//! Errors of this crate.
+//! Error type of this crate.
 
 use std::fmt;
 use std::io;
 
 use lobe_image::{ImageError, ReadOption};
 
-/// Why an environment map could not be made, read or written, by whose fault it is.
+/// Errors of making, reading and writing environment maps, by fault.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +16,7 @@ pub enum EnvError {
     Invalid {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
     /// The file may be right, but Lobe does not handle such files.
@@ -24,7 +24,7 @@ pub enum EnvError {
     Unsupported {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it would need.
+        /// The missing feature.
         message: String,
     },
     /// The file may be right, but the caller's [`MapReadOptions`](crate::MapReadOptions) do not let it in.
@@ -32,7 +32,7 @@ pub enum EnvError {
     Refused {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it holds.
+        /// The content that was refused.
         message: String,
         /// The option that would let it in.
         option: MapReadOption,
@@ -42,7 +42,7 @@ pub enum EnvError {
     Contradiction {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it is.
+        /// The mapping in the file.
         found: String,
         /// The option that says otherwise.
         option: MapReadOption,
@@ -90,7 +90,7 @@ pub enum MapReadOption {
 }
 
 impl MapReadOption {
-    /// What a caller of the library can do; a program that names its options otherwise says so itself.
+    /// Advice for a caller of the library; a program that names its options otherwise gives its own.
     fn advice(self) -> &'static str {
         match self {
             Self::MaxTexels => "scale it down, or raise MapReadOptions::max_texels",

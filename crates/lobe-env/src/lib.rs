@@ -1,8 +1,8 @@
-//! Environment maps: pictures of everything around a point, read, written, projected and reconstructed.
+//! Environment maps: reading, writing, resampling, projection onto spherical harmonics, prefiltering; lights and skies.
 //!
 //! # Examples
 //!
-//! Read a map and ask what it shows:
+//! Read a map and look up a direction:
 //!
 //! ```no_run
 //! use lobe_env::{MapReadOptions, read_env};
@@ -13,7 +13,7 @@
 //! # Ok::<(), lobe_env::EnvError>(())
 //! ```
 //!
-//! Nine numbers for each color tell how much light falls on a surface, whichever way it faces:
+//! Nine coefficients for each color give the irradiance of a surface for every normal:
 //!
 //! ```
 //! use lobe_env::{bundled, irradiance_at, irradiance_sh};
@@ -27,7 +27,7 @@
 //! assert!((fast.g / exact.g - 1.0).abs() < 0.05);
 //! ```
 //!
-//! Turn the light of a photograph by a quarter turn without its picture, and look at what the expansion keeps of it:
+//! Rotate the expansion of a photograph by a quarter turn and reconstruct a picture of it:
 //!
 //! ```
 //! use lobe_env::{MapWriteOptions, bundled, project_env, reconstruct, write_env};
@@ -44,7 +44,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Where to find what
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|
@@ -54,32 +54,32 @@
 //! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
 //! | cubes in pictures and in six files | [`CubeLayout`], [`CubeHandedness`]; [`read_cube_faces`], [`write_cube_faces`] |
 //! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
-//! | the picture | [`EnvMap`]; two that come along: [`bundled`] |
-//! | where a direction lies in it | [`lat_long`] |
+//! | lat-long maps | [`EnvMap`]; two in the library: [`bundled`] |
+//! | directions and points of a lat-long map | [`lat_long`] |
 //! | to expansions and back | [`project_env`], [`project_map()`], [`reconstruct()`] |
-//! | what a matte surface sees | [`irradiance_sh`], [`irradiance_map`]; by brute force [`irradiance_at`], [`irradiance_map_brute_force`] |
-//! | the net flow of light | [`vector_irradiance()`], [`VectorIrradiance`] |
-//! | lights of finite size | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`ParallelBeam`], [`compare_approximations`] |
+//! | irradiance | [`irradiance_sh`], [`irradiance_map`]; by brute force [`irradiance_at`], [`irradiance_map_brute_force`] |
+//! | net flux of light | [`vector_irradiance()`], [`VectorIrradiance`] |
+//! | area lights | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`ParallelBeam`], [`compare_approximations`] |
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
-//! | what a glossy surface sees | [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
-//! | the sun as a light of its own | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
-//! | what of even light a surface reflects | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`Dfg`], [`DfgTable`] |
+//! | prefiltering for glossy reflection | [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
+//! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
+//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`Dfg`], [`DfgTable`] |
 //!
 //! # A map is constant over each texel
 //!
 //! The texels of a file can be read as samples at their centers, or as a function that is constant over each of them.
-//! Wherever a map is integrated, here it is the second, and that function is integrated exactly.
+//! Wherever a map is integrated, Lobe takes it as the second, and integrates that function exactly.
 //!
-//! Point samples would cost less: one evaluation of the basis for each row instead of five or so. But their error
+//! Point samples would cost less: one evaluation of the basis for each row instead of about five. But their error
 //! depends on the picture. The usual weights `sin θ Δθ Δφ` do not sum to `4π`, a constant sky leaks into the zonal
-//! coefficients of higher bands, and what a sun of one texel leaves depends on where in its texel the basis is looked
-//! at: with few rows or high orders, anything. Exact integrals leave none of this at any size, down to a map of a
-//! single texel; energy is kept, and a test can ask for equality up to rounding instead of for a tolerance. The cost
-//! is that of the rows alone, and vanishes beside the sum over the texels. What remains is that a texel is not the
-//! world: a smooth sky that was sampled at centers is projected with an error of the square of the texel's size (see
-//! [`reconstruct()`]).
+//! coefficients of higher bands, and the coefficients of a sun of one texel depend on where in its texel the basis is
+//! evaluated: with few rows or high orders the error is unbounded. Exact integrals have none of this at any size, down
+//! to a map of a single texel; energy is conserved, and a test can ask for equality up to rounding instead of a
+//! tolerance. The additional cost is that of the rows alone, and vanishes beside the sum over the texels. The remaining
+//! error is that of sampling: a smooth sky that was sampled at centers is projected with an error of the square of the
+//! texel's size (see [`reconstruct()`]).
 //!
-//! Looked at in one direction, by [`EnvMap::radiance`], a map is interpolated instead, because there steps would show.
+//! A lookup in one direction, [`EnvMap::radiance`], interpolates instead, because there steps would show.
 
 mod area_light;
 mod error;

@@ -1,4 +1,4 @@
-//! Builder-style setters of options.
+//! Macro for the builder-style setters of options.
 
 /// One setter for each field, with the field's name and this documentation.
 macro_rules! setters {

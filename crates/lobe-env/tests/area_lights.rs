@@ -12,7 +12,7 @@ use lobe_testkit::{Random, directions};
 
 const ORIGIN: [f64; 3] = [0.0; 3];
 
-/// The requirement is 1e-6; what is left here is the rounding of both routes and the quadrature near the rim.
+/// The tolerance. The requirement is 1e-6; the rest is the rounding of both routes and the quadrature near the rim.
 const LIMIT: f64 = 1e-11;
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -198,7 +198,8 @@ fn a_polygon_equals_quadrature_for_every_normal() {
 
 #[test]
 fn a_rectangle_has_the_view_factor_of_the_textbooks() {
-    // A corner above the receiver, parallel to it: E/π = (1/2π) (A/√(1+A²) atan(B/√(1+A²)) + B/√(1+B²) atan(A/√(1+B²))).
+    // A corner above the receiver, parallel to it: E/π = (1/2π) (A/√(1+A²) atan(B/√(1+A²)) + B/√(1+B²)
+    // atan(A/√(1+B²))).
     for (a, b) in [(1.0_f64, 1.0_f64), (0.1, 3.0), (20.0, 7.0), (1e-3, 1e-3)] {
         let (ra, rb) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
         let expected = 0.5 * (a / ra * (b / ra).atan() + b / rb * (a / rb).atan());

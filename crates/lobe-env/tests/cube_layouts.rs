@@ -1,4 +1,4 @@
-//! Cubes go out and come in the right way round: colored faces with letters.
+//! Cube layouts: orientation of the faces in pictures and files, with colored faces that bear letters.
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
@@ -13,7 +13,7 @@ use lobe_sh::{Dir, Rgb};
 const COLORS: [[f32; 3]; 6] =
     [[1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]];
 
-/// The letter F: no turn and no mirror image of it is itself, and P, G, R, L, J differ from it as well.
+/// The letter F: it differs from all its rotations and mirror images, and from P, G, R, L and J.
 const LETTERS: [[&str; 5]; 6] = [
     ["XXX", "X..", "XX.", "X..", "X.."], // F
     ["XXX", "X.X", "XXX", "X..", "X.."], // P
@@ -74,7 +74,7 @@ fn a_face_of_each_color_lies_in_its_direction() {
     }
 }
 
-/// What an eye in the center sees that looks along `forward`, as a photograph of a field of view of a right angle.
+/// The view from the center along `forward`, as a photograph with a field of view of a right angle.
 fn photograph(cube: &CubeMap, forward: [f64; 3], right: [f64; 3], up: [f64; 3]) -> Vec<Rgb<f32>> {
     let cross =
         [right[1] * up[2] - right[2] * up[1], right[2] * up[0] - right[0] * up[2], right[0] * up[1] - right[1] * up[0]];
@@ -139,7 +139,7 @@ fn textures_of_either_hand_come_back_with_all_levels() {
         let path = folder.path().join(name);
         write_cube(&path, &chain.clone().of_handedness(CubeHandedness::Left), &options).unwrap();
         let (written, _) = read_cube(&path, &MapReadOptions::default()).unwrap();
-        // What stands in the file is what six files for left-handed directions hold: each face by itself.
+        // The file holds what six files for left-handed directions hold: each face by itself.
         for (level, original) in written.levels().iter().zip(chain.levels()) {
             let faces = original.faces(CubeHandedness::Left);
             for (face, expected) in faces.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Defects that users of other tools live with: mirrored cubes, wrong axes, half-texel shifts, seams and lost suns.
+//! Regressions against defects of other tools: mirrored cubes, wrong axes, half-texel shifts, seams and lost suns.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::PI;

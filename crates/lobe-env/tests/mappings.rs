@@ -1,4 +1,4 @@
-//! Every mapping against what any mapping must satisfy.
+//! Mappings: the properties that every mapping must have.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,8 @@ use lobe_env::{EnvMap, MappedMap, Mapping};
 use lobe_sh::{Dir, Rgb};
 use lobe_testkit::{Random, directions};
 
-/// How close to the direction behind a mirrored ball its picture can be inverted: there `r` has lost half its digits.
+/// The angle to the direction behind a mirrored ball within which the inverse is inaccurate: `r` has lost half its
+/// digits.
 const BEHIND_BALL: f64 = 1e-3;
 
 /// Sizes of all kinds: tiny, odd, tall, wide. Cubes take the width.
@@ -89,7 +90,7 @@ fn points_of_the_picture_come_back_away_from_seams() {
 #[test]
 fn both_sides_of_every_seam_are_on_their_own_side() {
     type Side = fn((f64, f64)) -> bool;
-    /// Mapping, direction on the seam, the way across it, where either side lies.
+    /// Mapping, direction on the seam, direction across it, and the points on either side.
     type Case = (Mapping, [f64; 3], [f64; 3], Side, Side);
     let cases: [Case; 7] = [
         (Mapping::LatLong, [-1.0, 0.0, 0.3], [0.0, 1.0, 0.0], |p| p.0 < 0.01, |p| p.0 > 0.99),
@@ -114,7 +115,7 @@ fn both_sides_of_every_seam_are_on_their_own_side() {
     }
 }
 
-/// Whether a mapping shows a direction in more than two places: a pole, folded corners, the rim around one direction.
+/// Whether a direction has more than two points in the picture: a pole, folded corners, the rim around one direction.
 fn spread_out(mapping: Mapping, s: Dir) -> bool {
     match mapping {
         Mapping::LatLong => s.x() == 0.0 && s.y() == 0.0,

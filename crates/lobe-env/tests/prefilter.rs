@@ -1,4 +1,4 @@
-//! Filtered maps: the furnace, linearity, seams, and brute force.
+//! Prefiltering: white furnace, linearity, seams, and comparison with brute force.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -15,11 +15,11 @@ use lobe_testkit::Random;
 const GATHER: PrefilterMethod = PrefilterMethod::Gather { tolerance: 0.02 };
 const IMPORTANCE: PrefilterMethod = PrefilterMethod::Importance { samples: 1024 };
 
-/// Of the brightest texel. Peers at 1024 samples with a real sun: 0.08 to 0.13.
+/// The largest error relative to the brightest texel. Peers at 1024 samples with a real sun: 0.08 to 0.13.
 const GATHER_ERROR: f64 = 3e-3;
 const IMPORTANCE_ERROR: f64 = 0.04;
 
-/// Of a texel's own value, beside lamps 10⁵ times as bright; 2.1e-3 is found.
+/// The largest error relative to a texel's own value, beside lamps 10⁵ times as bright; 2.1e-3 is measured.
 const OF_DARK_TEXELS: f64 = 3e-3;
 
 fn ggx(alpha: f64) -> SpecularLobe {
@@ -49,7 +49,7 @@ fn one_texel_sun(size: usize) -> CubeMap {
     map
 }
 
-/// The texels of a map as points: `points²` each, with what the map holds there and the solid angle.
+/// The texels of a map as points: `points²` each, with the texel's light and the solid angle.
 fn brute_force_points(source: &CubeMap, points: usize) -> Vec<(Dir, f64, f64)> {
     let size = source.size();
     let rule = gauss_legendre(points);
@@ -79,7 +79,7 @@ fn brute_force(points: &[(Dir, f64, f64)], r: Dir, weight: impl Fn(Dir) -> f64) 
     sum / weights
 }
 
-/// The largest error over some texels, the brightest and its neighbors among them, in parts of the brightest.
+/// The largest error over some texels, the brightest and its neighbors among them, relative to the brightest.
 fn error_of_peak(found: &CubeMap, points: &[(Dir, f64, f64)], lobe: impl Fn(f64) -> f64) -> f64 {
     let size = found.size();
     let texels = found.texels();
@@ -132,8 +132,8 @@ fn both_methods_against_brute_force() {
 
 #[test]
 fn lamps_do_not_spoil_the_dark() {
-    // Half of the studio is less than a hundred-thousandth as bright as its lamps. Held against the peak, an error as large
-    // as the light in dark texels would be none.
+    // Half of the studio is less than a hundred-thousandth as bright as its lamps. Relative to the peak, an error as
+    // large as the light in dark texels would vanish.
     let studio = bundled::studio().map();
     let mut lamp = CubeMap::from_fn(128, |s| Rgb::splat(0.01 + 0.005 * s.x() as f32));
     for (x, y) in (40..60).flat_map(|x| (70..90).map(move |y| (x, y))) {
@@ -251,7 +251,7 @@ fn no_seam_shows_where_faces_meet() {
     }
 }
 
-/// What a mirror of GGX reflects of a map towards `v`, which `n` faces, by brute force.
+/// The light that a GGX mirror with normal `n` reflects towards `v`, by brute force.
 fn reflected(points: &[(Dir, f64, f64)], brdf: &Ggx, n: Dir, v: Dir) -> f64 {
     let turn = |s: Dir| {
         // A frame about n with v in its plane y = 0.

@@ -1,4 +1,4 @@
-//! Projection against slow references, closed forms and planted answers.
+//! Projection against slow references, closed forms and known expansions.
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 mod common;
@@ -9,7 +9,7 @@ use lobe_env::{EnvMap, irradiance_sh, lat_long, project_env, reconstruct};
 use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, gauss_legendre, len};
 use lobe_testkit::{Random, directions};
 
-/// Relative to the largest coefficient: both sides are exact up to the rounding of sums over all texels.
+/// The tolerance relative to the largest coefficient: both sides are exact up to the rounding of sums over all texels.
 const ROUNDING: f64 = 1e-12;
 
 /// `Σ_texels L ∫_texel y_i ds` of maps of one size, by a double loop with `nodes²` Gauss nodes in every texel.

@@ -1,4 +1,4 @@
-//! Maps keep what matters when they become other maps.
+//! Resampling: constants, energy, direction and mean are kept through every pair of mappings.
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
@@ -8,7 +8,7 @@ use lobe_env::{MappedMap, Mapping, Resample, bundled, project_map, resample, rot
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Rotation, ShVec};
 use lobe_testkit::Random;
 
-/// Of single precision, and of what the weights were balanced to.
+/// The tolerance: single precision, and the convergence of the balanced weights.
 const ROUNDING: f64 = 1e-3;
 
 /// A map of about `texels` texels in natural proportions.
@@ -23,7 +23,7 @@ fn to(mapping: Mapping, texels: usize) -> Resample {
     Resample::to(mapping, width, height)
 }
 
-/// The largest difference of coefficients, in parts of the norm.
+/// The largest difference of coefficients, relative to the norm.
 fn relative_difference(a: &ShVec<Rgb<f64>>, b: &ShVec<Rgb<f64>>) -> f64 {
     let g = |f: &ShVec<Rgb<f64>>| f.coefficients().iter().map(|c| c.g).collect::<Vec<_>>();
     let (a, b) = (g(a), g(b));
@@ -31,7 +31,7 @@ fn relative_difference(a: &ShVec<Rgb<f64>>, b: &ShVec<Rgb<f64>>) -> f64 {
     a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / norm
 }
 
-/// The largest difference of coefficients in any band, in parts of that band's norm.
+/// The largest difference of coefficients in any band, relative to that band's norm.
 fn difference_by_band(a: &ShVec<Rgb<f64>>, b: &ShVec<Rgb<f64>>) -> f64 {
     let error = |l: usize| {
         let band = l * l..(l + 1) * (l + 1);
@@ -211,7 +211,7 @@ fn constant_maps_stay_constant_at_every_size() {
     }
 }
 
-/// Places where maps go wrong: poles, seams, edges, corners, rims.
+/// Critical directions: poles, seams, edges, corners, rims.
 fn hard_places() -> Vec<Dir> {
     let mut places = vec![Dir::X, -Dir::X, Dir::Y, -Dir::Y, Dir::Z, -Dir::Z];
     for v in
@@ -222,7 +222,7 @@ fn hard_places() -> Vec<Dir> {
     places
 }
 
-/// The energy of a channel and the direction of its center.
+/// The energy of a channel and the direction of its centroid.
 fn energy_and_center(f: &ShVec<Rgb<f64>>, channel: usize) -> (f64, Dir) {
     let [f0, f1, f2, f3] = [0, 1, 2, 3].map(|i| f[i].channel(channel));
     ((4.0 * PI).sqrt() * f0, Dir::new([-f3, -f1, f2]).expect("a sun has a direction"))
@@ -230,8 +230,8 @@ fn energy_and_center(f: &ShVec<Rgb<f64>>, channel: usize) -> (f64, Dir) {
 
 /// Half a texel: the largest angle from the direction `s` to a point of the texel that contains it.
 ///
-/// Light in a texel has no finer place than that. At the rim of a ball or an angular map texels are long, and all end in
-/// one direction.
+/// Light in a texel has no finer place than that. At the rim of a ball or an angular map texels are long, and all end
+/// in one direction.
 fn half_texel(map: &MappedMap, s: Dir) -> f64 {
     const STEPS: usize = 8;
     let (x, y) = map.texel_at(s);
@@ -250,8 +250,8 @@ fn half_texel(map: &MappedMap, s: Dir) -> f64 {
     farthest
 }
 
-/// What becomes of suns of one texel, one in each channel: by how much the energy of each is off, and how far it moves in
-/// parts of half a texel, of the source's or the target's, whichever is larger there.
+/// The change of suns of one texel, one in each channel: the relative error of each energy, and its displacement in
+/// units of half a texel of the source or the target, whichever is larger there.
 fn fate_of_suns(from: Mapping, (w, h): (usize, usize), places: [Dir; 3], to: &Resample) -> [(f64, f64); 3] {
     let mut source = MappedMap::from_fn(from, w, h, |_| Rgb::new(0.0, 0.0, 0.0));
     for (channel, place) in places.into_iter().enumerate() {
@@ -374,8 +374,8 @@ fn turned_maps_have_turned_expansions() {
     }
 }
 
-/// How far apart the values are between which is interpolated: to the middles of the texel's neighbors in the picture,
-/// and as far as it reaches itself.
+/// The distance over which values are interpolated: to the centers of the texel's neighbors in the picture, at least
+/// half a texel.
 fn reach(map: &MappedMap, s: Dir) -> f64 {
     let (x, y) = map.texel_at(s);
     let middle = map.dir(x, y).expect("a texel that contains a direction shows something");
@@ -386,7 +386,7 @@ fn reach(map: &MappedMap, s: Dir) -> f64 {
     angles.fold(half_texel(map, s), f64::max)
 }
 
-/// Whether a part of a texel shows nothing.
+/// Whether a texel lies partly outside the discs.
 fn is_cut(map: &MappedMap, x: usize, y: usize) -> bool {
     let at = |i: usize, n: usize| i as f64 / n as f64;
     [(0, 0), (1, 0), (0, 1), (1, 1)]
@@ -419,10 +419,10 @@ fn perpendicular(s: Dir) -> Dir {
     Dir::new([y * axis[2] - z * axis[1], z * axis[0] - x * axis[2], x * axis[1] - y * axis[0]]).unwrap()
 }
 
-// Interpolation mixes what lies at the centers of texels. Where a mapping is smooth, the mean of their directions is the
-// direction asked for, and what is left is of the second order: half the bend times the mean square of their distances.
-// Where lines of a picture bend, at the folds of the two squares and on the axes of the equal-area one, that mean lies
-// aside, by 0.03 at this size, and the value with it, however it is interpolated: the limit follows it there.
+// Interpolation mixes the values at texel centers. Where a mapping is smooth, the mean of their directions is the
+// direction of the lookup, and the error is of second order: half the curvature times the mean square of their
+// distances. Where grid lines bend, at the folds of the two squares and on the axes of the equal-area one, that mean is
+// off by 0.03 at this size, and the value with it, however it is interpolated: the limit allows for it there.
 #[test]
 fn enlarged_maps_are_smooth_across_seams() {
     let f = band_limited(4);
@@ -430,7 +430,7 @@ fn enlarged_maps_are_smooth_across_seams() {
     for from in Mapping::ALL {
         let (w, h) = size(from, 2_000);
         let small = MappedMap::from_fn(from, w, h, |s| light(&f, s));
-        // Where light comes from, interpolated in the same way.
+        // The mean direction, interpolated in the same way.
         let places = MappedMap::from_fn(from, w, h, |s| Rgb::from(s.to_array().map(|c| 2.0 + c as f32)));
         let (ew, eh) = (120, 60);
         let to = Resample::to(Mapping::LatLong, ew, eh);
@@ -474,7 +474,7 @@ fn a_quarter_turn_about_z_shifts_the_columns_of_a_lat_long_map() {
     let texels = (0..32 * 16).map(|_| Rgb::new(random.unit() as f32, 1.0, 0.0)).collect();
     let map = MappedMap::new(Mapping::LatLong, 32, 16, texels).unwrap();
     let turned = rotate_map(&map, &Rotation::from_axis_angle(Dir::Z, 0.5 * PI));
-    // What was at +x, in the middle, is at +y, a quarter to the left.
+    // The light at +x, in the middle, has moved to +y, a quarter to the left.
     for i in 0..32 * 16 {
         let (x, y) = (i % 32, i / 32);
         assert_eq!(turned.texel((x + 24) % 32, y), map.texel(x, y), "({x}, {y})");

@@ -1,4 +1,4 @@
-//! The expansions of photographs ring; after dering they do not, and keep their contrast.
+//! Ringing of the expansions of photographs, and its removal by dering.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -10,13 +10,13 @@ use lobe_sh::{
     Window, WindowFamily, Zonal, convolved, deringed, even_directions, extract_lights, windowed,
 };
 
-/// Directions that are looked at: a degree and a half apart, far below the wavelength of order 6.
+/// Sampled directions: a degree and a half apart, far below the wavelength of order 6.
 const SAMPLES: usize = 16_000;
 
 /// The orders of the probes.
 const ORDERS: std::ops::RangeInclusive<usize> = 3..=6;
 
-/// The widest window that Filament's search tries, and how near it comes.
+/// The widest window that Filament's search tries, and its precision.
 const FILAMENT_WIDEST: f64 = 13.0;
 
 fn least_of_channels(f: &ShVec<Rgb<f64>>, basis: &[(Dir, Vec<f64>)]) -> [f64; 3] {
@@ -59,7 +59,7 @@ fn no_real_map_is_below_zero_anywhere_after_dering() {
     assert!(rang >= 8, "only {rang} expansions had anything to remove");
 }
 
-/// The part of the L2 norm that is left.
+/// The fraction of the L2 norm that remains.
 fn norm_kept(f: &ShVec<Rgb<f64>>, g: &ShVec<Rgb<f64>>) -> f64 {
     let square = |f: &ShVec<Rgb<f64>>| f.dot(f).to_array().iter().sum::<f64>();
     (square(g) / square(f)).sqrt()
@@ -86,7 +86,7 @@ fn the_least_change_keeps_more_of_a_sun_probe_than_filament() {
         println!("{}: {:.2} % of the norm kept, Filament {:.2} %", map.name, 100.0 * ours, 100.0 * theirs);
         assert!(ours > 0.85 && ours > theirs, "{}: {ours} of the norm kept, Filament {theirs}", map.name);
     }
-    // Nothing but a sun: the worst case.
+    // A sun alone: the worst case.
     let sun = ShVec::impulse(3, Dir::from_angles(1.2, 0.7), Rgb::new(9.0, 8.0, 6.0));
     let irradiance = convolved(&sun, &Zonal::clamped_cosine(3));
     let (g, _) = deringed(&irradiance, &Dering::default());
@@ -95,10 +95,10 @@ fn the_least_change_keeps_more_of_a_sun_probe_than_filament() {
     assert!(ours > 0.85 && ours > theirs, "a sun alone: {ours} of the norm kept, Filament {theirs}");
 }
 
-/// The most bands that the light is looked for in.
+/// The most bands from which the light is estimated.
 const SUN_ORDER: usize = 10;
 
-/// The maps that have a sun to find, with their names and its direction.
+/// The maps with a known sun, with their names and its direction.
 fn maps_with_a_sun() -> Vec<(String, EnvMap, Dir)> {
     let sun = |map: &EnvMap| extract_sun(map, &SunOptions::default()).map(|report| report.sun.direction);
     let maps = common::real_maps().into_iter();
@@ -128,10 +128,10 @@ fn the_light_found_in_a_picture_comes_nearer_to_its_sun_with_the_order() {
         println!("{name}: degrees at orders 2 to {SUN_ORDER}");
         println!("  for radiance, at a maximum {maxima:.2?}, refined {refined:.2?}");
         println!("  for irradiance, at a maximum {for_surfaces:.2?}, refined {surfaces_refined:.2?}");
-        // Indoors the brightest small lamp need not be what lights the room: there the table only tells.
+        // Indoors the brightest small lamp need not be the main light of the room: there the table only reports.
         if name == "sunset" {
             for (what, angles) in [("at a maximum", &maxima), ("refined", &refined)] {
-                // The wavelength of the last band, 40 degrees, is what can be told apart.
+                // The resolution is the wavelength of the last band, 40 degrees.
                 assert!(angles[angles.len() - 1] < 12.0, "{name}, {what}: {angles:.2?} degrees");
                 assert!(angles.is_sorted_by(|a, b| a > b), "{name}, {what}: {angles:.2?} degrees");
                 assert!(angles[0] > 40.0, "{name}, {what}: {angles:.2?} degrees");

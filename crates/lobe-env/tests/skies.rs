@@ -1,4 +1,4 @@
-//! Skies: their pictures, their expansions, and the polynomials that stand for them.
+//! Skies: their pictures, expansions and polynomial fits.
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -27,7 +27,7 @@ fn the_picture_of_a_sky_has_the_coefficients_of_its_formula() {
         let (formula, picture) = sky();
         let error = norm(&(&formula - &picture)) / norm(&formula);
         println!("{name}: {error:.1e}");
-        // The texels of 512 x 256 see each texel's center only.
+        // The texels of 512 x 256 sample the sky at their centers only.
         assert!(error < 1e-4, "{name}: {error:.1e}");
     };
     check("Preetham", &|| {

@@ -1,4 +1,4 @@
-//! The sun leaves a map, and nothing is lost.
+//! Sun extraction: energy is kept, and the sun is found.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -17,7 +17,7 @@ fn sky(s: Dir) -> Rgb<f32> {
     Rgb::new(0.4 + 0.1 * s.x() as f32, 0.5 + 0.2 * s.z() as f32, 1.0 + 0.3 * s.y() as f32)
 }
 
-/// Poles, the seam, axes, a diagonal and one place without any.
+/// Poles, the seam, axes, a diagonal and one general direction.
 fn places() -> Vec<Dir> {
     let mut places = vec![Dir::Z, -Dir::Z, Dir::X, -Dir::X, Dir::Y];
     for v in [[1.0, 1.0, 1.0], [-1.0, 0.0, 0.4], [-1.0, 1e-3, 0.2], [0.01, 0.013, 1.0], [0.31, 0.52, 0.77]] {
@@ -37,7 +37,7 @@ fn size(mapping: Mapping) -> (usize, usize) {
     (width, mapping.height_for(width))
 }
 
-/// The sky with a disc whose light falls into the texels point by point: exact wherever texels are long or cut.
+/// The sky with a disc whose light is added to the texels point by point: exact wherever texels are long or cut.
 fn with_points(mapping: Mapping, place: Dir, radius: f64, radiance: Rgb<f32>) -> MappedMap {
     const RINGS: usize = 256;
     let (width, height) = size(mapping);
@@ -57,7 +57,7 @@ fn with_points(mapping: Mapping, place: Dir, radius: f64, radiance: Rgb<f32>) ->
     }
     for (i, light) in light.into_iter().enumerate().filter(|(_, light)| *light > 0.0) {
         let (x, y) = (i % width, i / width);
-        // A sliver at the rim cannot be more than covered.
+        // The coverage of a sliver at the rim cannot exceed 1.
         let covered = (light / map.solid_angle(x, y)).min(1.0);
         map.texels_mut()[i] += radiance.scale(covered as f32);
     }
@@ -105,17 +105,17 @@ fn behind(mapping: Mapping) -> Option<Dir> {
     }
 }
 
-/// Directions in a ring of so many degrees around another.
+/// Directions in a ring around another, at the angle `degrees`.
 fn around(middle: Dir, degrees: f64) -> Vec<Dir> {
     let frame = lobe_sh::tangent_frame(middle);
     [0.0, 0.7, 2.4, 4.0].map(|phi| frame.rotate_dir(Dir::from_angles(degrees.to_radians(), phi))).to_vec()
 }
 
-/// Nearer to the direction behind a ball, texels are too long to say where in them a sun is.
+/// The angle to the direction behind a ball below which texels are too long to locate a sun.
 const FROM_BEHIND: f64 = 35.0;
 
-/// The places where a picture is put to the test: everywhere, the rim of a round one from near and from both sides, but
-/// not what is too near the rim of a ball's.
+/// The tested directions of a mapping: everywhere, the rim of a round picture from near and from both sides, but not
+/// too near the rim of a ball's.
 fn places_of(mapping: Mapping) -> Vec<Dir> {
     let mut all = places();
     match (mapping, behind(mapping)) {
@@ -140,23 +140,23 @@ fn places_of(mapping: Mapping) -> Vec<Dir> {
 /// The radiance of a planted disc.
 const RADIANCE: Rgb<f32> = Rgb::new(2000.0, 1500.0, 900.0);
 
-/// What was found of a planted disc.
+/// The result of extracting a planted disc.
 #[derive(Debug)]
 struct Found {
-    /// How far from its place, in units of [`PITCH`].
+    /// The angle to its place, in units of [`PITCH`].
     distance: f64,
-    /// The part of the energy that is missing or too much, in the worst channel.
+    /// The relative error of the energy, in the worst channel.
     energy: f64,
-    /// How much the radius is off, in units of [`PITCH`].
+    /// The error of the radius, in units of [`PITCH`].
     size: f64,
-    /// How far the fill is from the sky.
+    /// The difference of the fill from the sky.
     fill: f64,
 }
 
 fn find_disc(mapping: Mapping, place: Dir, radius: f64) -> Found {
     let map = with_points(mapping, place, radius, RADIANCE);
     let at = format!("{mapping}: disc of {} texels at {:?}", radius / PITCH, place.to_array());
-    // Texels are of another size in every mapping, so that texels alone do not say how large a sun may be.
+    // The size of texels differs between mappings, so that texels alone do not limit the size of a sun.
     let mut options = SunOptions::default();
     options.max_radius = radius + 1.5 * PITCH;
     let Some(SunReport { sun, rest }) = extract_sun(&map, &options) else { panic!("no sun: {at}") };
@@ -215,7 +215,7 @@ fn behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long() 
                     worst = worst.max(found.distance);
                 }
             }
-            // Where the stated limit begins, and not before.
+            // The directions where the stated limit begins.
             assert!(degrees == 0.0 || worst > 0.15, "{mapping}: {degrees}° from behind suns are {worst} texels off");
         }
     }

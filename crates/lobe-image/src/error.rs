@@ -1,9 +1,9 @@
-//! Errors of this crate.
+//! Error type of this crate.
 
 use std::fmt;
 use std::io;
 
-/// Why a picture could not be made, read, written or compared, by whose fault it is.
+/// Errors of making, reading, writing and comparing pictures, by fault.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
 #[derive(Debug, thiserror::Error)]
@@ -14,7 +14,7 @@ pub enum ImageError {
     Invalid {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
     /// The file may be right, but Lobe does not handle such files.
@@ -22,7 +22,7 @@ pub enum ImageError {
     Unsupported {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it would need.
+        /// The missing feature.
         message: String,
     },
     /// The file may be right, but the caller's [`PictureReadOptions`](crate::PictureReadOptions) do not let it in.
@@ -30,7 +30,7 @@ pub enum ImageError {
     Refused {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it holds.
+        /// The content that was refused.
         message: String,
         /// The option that would let it in.
         option: ReadOption,
@@ -38,7 +38,7 @@ pub enum ImageError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// What a picture was written to refused.
+    /// The output of a picture failed.
     #[error("cannot write the picture: {0}")]
     Output(io::Error),
     /// The operating system refused.
@@ -51,8 +51,8 @@ pub enum ImageError {
     },
 }
 
-/// The option of reading that keeps a file out. As text, what a caller of the library can do about it; a program that names
-/// its options otherwise says so itself.
+/// The option of reading that keeps a file out. As text, what a caller of the library can do about it; a program that
+/// names its options otherwise says so itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ReadOption {

@@ -1,11 +1,11 @@
-//! Pictures as such: decoded, encoded, tone mapped and compared, without a word about directions.
+//! Pictures: decoding, encoding, tone mapping and comparison, without any notion of directions.
 //!
-//! A [`Picture`] holds linear light, a [`Pixel`] is three `f32`. Whatever is `Into<[f32; 3]>` goes in; whatever is
-//! `From<[f32; 3]>` can be made of what comes out.
+//! A [`Picture`] holds linear light, a [`Pixel`] is three `f32`. Any `Into<[f32; 3]>` is accepted; any `From<[f32; 3]>`
+//! can be returned.
 //!
 //! # Examples
 //!
-//! A picture of high dynamic range as PNG, tone mapped:
+//! Tone map a picture of high dynamic range to PNG:
 //!
 //! ```
 //! use lobe_image::{Picture, Tone};
@@ -16,7 +16,7 @@
 //! # Ok::<(), lobe_image::ImageError>(())
 //! ```
 //!
-//! How far apart two pictures are, in numbers and to the eye:
+//! Compare two pictures by error metrics and by perception:
 //!
 //! ```
 //! use lobe_image::{FLIP_PIXELS_PER_DEGREE, Picture, compare, flip};
@@ -29,7 +29,7 @@
 //! # Ok::<(), lobe_image::ImageError>(())
 //! ```
 //!
-//! # Where to find what
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|
@@ -38,14 +38,14 @@
 //! | writing light | [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
 //! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | cube textures | [`read_cube_texture_bytes`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
-//! | differences | [`compare()`], [`relative_mse`], [`error_map`]; as eyes see them [`flip()`], [`hdr_flip()`]; chance or error: [`ZTest`] |
+//! | differences | [`compare()`], [`relative_mse`], [`error_map`]; perceptual [`flip()`], [`hdr_flip()`]; statistical [`ZTest`] |
 //!
 //! # Linear light until the last step
 //!
-//! A [`Picture`] holds linear light in `f32`, and everything but writing a file for display works on it: resizing, error
-//! maps. The price is twelve bytes a pixel and a transfer function for each pixel written; what it buys is that a
-//! half covered pixel has half the light, that a smaller picture has the mean of the larger one, and that two pictures
-//! can be compared in the unit of the light and be shown with one exposure ([`Tone::fixed_for`]).
+//! A [`Picture`] holds linear light in `f32`, and everything but writing a file for display works on it: resizing,
+//! error maps. The cost is twelve bytes a pixel and a transfer function for each pixel written; in return a
+//! half-covered pixel has half the light, a smaller picture has the mean of the larger one, and two pictures can be
+//! compared in the unit of the light and shown with one exposure ([`Tone::fixed_for`]).
 //!
 //! Pixel `(0, 0)` is the top left one, pixel centers lie at +½. Results do not depend on the number of threads.
 

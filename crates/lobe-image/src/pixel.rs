@@ -1,9 +1,9 @@
-//! A pixel and its arithmetic.
+//! Pixel type and its arithmetic.
 
 /// Linear red, green and blue; Rec. 709 primaries unless the file says otherwise.
 pub type Pixel = [f32; 3];
 
-/// Whatever becomes a [`Pixel`] without loss: the color of another crate need only be `Into<[f32; 3]>`.
+/// Any type that converts to a [`Pixel`] without loss: the color of another crate need only be `Into<[f32; 3]>`.
 ///
 /// So slices of such colors are encoded as they are, and vectors of them become pictures in place.
 pub trait IntoPixel: Copy + Send + Sync + Into<Pixel> {}
@@ -38,7 +38,7 @@ pub(crate) fn luminance([r, g, b]: [f64; 3]) -> f64 {
     r * 0.2126 + g * 0.7152 + b * 0.0722
 }
 
-/// `(1 - t) a + t b`, with `t` held to `[0, 1]`.
+/// `(1 - t) a + t b`, with `t` clamped to `[0, 1]`.
 #[must_use]
 pub fn mix(a: impl IntoPixel, b: impl IntoPixel, t: f64) -> Pixel {
     let (a, b) = (a.into(), b.into());

@@ -1,4 +1,4 @@
-//! Occlusion rays; see the README beside this file.
+//! Occlusion rays: throughput; see the README beside this file.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -14,7 +14,7 @@ mod workload;
 use obvhs_peer::Obvhs;
 use workload::{RAYS_PER_POINT, Workload};
 
-/// Traces rays from a point, and says something about what they hit.
+/// Traces rays from a point, and returns a number that depends on the hits.
 type Trace<'a> = dyn FnMut([f32; 3], &[[f32; 3]]) -> usize + 'a;
 
 /// Cells along a side of the height field and around each of the 64 balls: about 100 thousand and 1 million triangles.

@@ -1,8 +1,8 @@
-//! Errors of scenes.
+//! Error type of this crate.
 
 use std::io;
 
-/// Why a scene could not be made, read or changed, by whose fault it is.
+/// Errors of making, reading and changing scenes, by fault.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
 #[derive(Debug, thiserror::Error)]
@@ -13,7 +13,7 @@ pub enum SceneError {
     Invalid {
         /// The file, the name the caller gave to the bytes, or the part of the scene.
         place: String,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
     /// The file may be right, but Lobe does not read such files.
@@ -21,13 +21,14 @@ pub enum SceneError {
     Unsupported {
         /// The file, or the name the caller gave to the bytes.
         place: String,
-        /// What it would need, and what to do.
+        /// The missing feature, and a remedy.
         message: String,
     },
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The scene has more triangles or vertices than [`SceneReadOptions::limit`](crate::SceneReadOptions::limit) allows.
+    /// The scene has more triangles or vertices than [`SceneReadOptions::limit`](crate::SceneReadOptions::limit)
+    /// allows.
     #[error("{message}: raise SceneReadOptions::limit")]
     TooLarge {
         /// The file, the limit, and what was found.
@@ -52,7 +53,7 @@ impl SceneError {
         Self::Unsupported { place: place.to_string(), message: message.into() }
     }
 
-    /// The same fault, seen from the file it was found in.
+    /// The same error, located in the file it was found in.
     pub(crate) fn within(self, file: &str) -> Self {
         match self {
             Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },

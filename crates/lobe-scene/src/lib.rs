@@ -1,10 +1,10 @@
-//! Triangles in the world: scenes read from files or made by a formula, and watertight rays among them.
+//! Triangle scenes: read from files or built in by formula, with watertight ray tracing.
 //!
-//! Positions and directions are arrays `[x, y, z]`, right-handed with +z up. The crate knows no light and no expansion.
+//! Positions and directions are arrays `[x, y, z]`, right-handed with +z up. The crate has no lights and no expansions.
 //!
 //! # Examples
 //!
-//! A scene by formula, and whether a point lies in the shadow of its ball:
+//! Trace rays in a built-in scene:
 //!
 //! ```
 //! use lobe_scene::{Bvh, Ray, built_in};
@@ -17,7 +17,7 @@
 //! assert_eq!(scene.surface(&hit).geometric_normal, [0.0, 0.0, 1.0]);
 //! ```
 //!
-//! A file, with triangles small enough for light at vertices:
+//! Read a file, and make its triangles small enough for light at vertices:
 //!
 //! ```no_run
 //! use lobe_scene::{SceneReadOptions, read_scene};
@@ -28,18 +28,18 @@
 //! # Ok::<(), lobe_scene::SceneError>(())
 //! ```
 //!
-//! # Where to find what
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|
-//! | the world | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
+//! | scenes | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
 //! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`], [`SceneReadReport`] |
-//! | glTF beyond scenes: whole files, attributes of one's own, scenes as glTF | [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
-//! | scenes by formula | [`built_in`] |
+//! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
+//! | built-in scenes | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
-//! | smaller triangles | [`Scene::split_edges`] |
+//! | subdivision | [`Scene::split_edges`] |
 //! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`] |
-//! | what a ray found | [`Scene::surface`], [`Surface`], [`Scene::is_solid`] |
+//! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::is_solid`] |
 
 pub mod built_in;
 mod bvh;

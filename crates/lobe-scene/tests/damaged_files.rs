@@ -1,4 +1,4 @@
-//! Files with damaged bytes: an error or a scene, never a panic and never endless memory.
+//! Damaged files: an error or a scene, no panic and no unbounded memory.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -53,7 +53,7 @@ fn rays(count: usize, seed: u64) -> Vec<Ray> {
         .collect()
 }
 
-/// Where a ray meets a triangle, after Möller and Trumbore in `f64`, and by how much it is inside (negative: outside).
+/// The hit of a ray on a triangle, after Möller and Trumbore in `f64`, and its distance inside (negative: outside).
 fn reference(ray: &Ray, corners: &Corners) -> (f64, f64) {
     let wide = |v: [f32; 3]| v.map(f64::from);
     let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -326,7 +326,7 @@ fn many_rays_from_one_point_hit_what_each_of_them_hits() {
     }
 }
 
-/// Compares rays sent together with each of them alone, by all vector instructions; how many are occluded.
+/// Compares rays traced together with each of them alone, by all vector instructions; returns the number occluded.
 fn compare_together_and_alone(name: &str, bvh: &Bvh, origin: [f32; 3], directions: &[[f32; 3]]) -> usize {
     let alone: Vec<bool> = directions.iter().map(|&d| bvh.is_occluded(&Ray::new(origin, d))).collect();
     for (simd, bvh) in by_each(bvh) {

@@ -1,4 +1,4 @@
-//! glTF files: what is read, and what is refused in one line.
+//! glTF files that are read, and those refused in one line.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -158,7 +158,7 @@ fn refusal(file: &Gltf) -> SceneError {
     }
 }
 
-/// Each file is refused, as its own fault, in these words.
+/// Asserts that each file is refused as invalid, in these words.
 fn assert_refused<const N: usize>(cases: [(Gltf, String); N]) {
     for (file, expected) in cases {
         let error = refusal(&file);

@@ -1,4 +1,4 @@
-//! OBJ and PLY files: what is read, and what is refused in one line.
+//! OBJ and PLY files that are read, and those refused in one line.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -54,7 +54,7 @@ fn obj_materials_textures_and_colors_are_read() {
     let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
     assert_eq!(report.notes, Vec::<String>::new(), "nothing to note");
     assert_eq!(scene.vertex_base_color(0, 0), [0.8, 0.1, 0.05, 1.0], "red");
-    // v = 0.75 counted upwards is the upper texel.
+    // v = 0.75 upwards is the upper texel.
     assert_eq!(scene.vertex_base_color(1, 0), [1.0, 0.0, 1.0, 1.0], "wood");
 }
 
@@ -101,7 +101,7 @@ fn an_ascii_ply_is_read_with_colors_and_polygons() {
     assert_eq!((report.vertices, report.triangles), (4, 2), "{report:?}");
 }
 
-/// A square with normals in doubles, `vertex_index` and an element that nobody knows, in either byte order.
+/// A square with normals in doubles, `vertex_index` and an unknown element, in either byte order.
 fn binary_ply(big_endian: bool) -> Vec<u8> {
     let order = if big_endian { "big" } else { "little" };
     let mut bytes = format!(

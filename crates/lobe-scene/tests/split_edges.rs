@@ -1,4 +1,4 @@
-//! Splitting edges: short enough, no cracks, the same surface.
+//! Edge splitting: edges short enough, no cracks, the same surface.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -13,7 +13,7 @@ fn bits(p: [f32; 3]) -> [u32; 3] {
     p.map(|c| (c + 0.0).to_bits())
 }
 
-/// How often each edge is run along one way and the other, by the positions of its ends, through all meshes.
+/// For each edge, by the positions of its ends, its uses in one direction minus those in the other, in all meshes.
 fn edges(scene: &Scene) -> HashMap<Edge, i32> {
     let mut edges = HashMap::new();
     for corners in scene.corners() {

@@ -1,22 +1,21 @@
-//! Lights of finite size, and what is lost when they are taken as points or as parallel beams.
+//! Area lights, and their approximations by point lights and parallel beams.
 
 use lobe_sh::Dir;
 
 use crate::VectorIrradiance;
 use lobe_sh::vector::{Vec3, dot, length, sub};
 
-/// A surface that emits radiance 1 to one side, evenly in every direction.
+/// A Lambertian light: a surface that emits radiance 1 to one side.
 ///
-/// All quantities scale with the radiance: for another, multiply. Positions are in any unit of length, the same for
-/// the light and the receiver. Of a flat light the back is black, of a sphere the inside; a light that shines to both
-/// sides is two lights. Everything between light and receiver is empty.
+/// All quantities are proportional to the radiance. Positions are in any unit of length, the same for the light and the
+/// receiver. The back of a flat light is black, and so is the inside of a sphere; a two-sided light is two lights.
+/// There is no occlusion between light and receiver.
 ///
 /// ```text
 ///   E(p, n) = ∫_Ω max(n·s, 0) ds      e(p) = ∫_Ω s ds      Ω = the directions in which p sees the luminous side
 /// ```
 pub trait AreaLight {
-    /// The exact irradiance `E(p, n)` on a surface at `point` that faces `normal`, with the part of the light below its
-    /// horizon cut off.
+    /// The exact irradiance `E(p, n)` on a surface at `point` that faces `normal`; the light is clipped at its horizon.
     fn irradiance(&self, point: [f64; 3], normal: Dir) -> f64;
 
     /// The exact vector irradiance `e(p)`: `n·e = E(p, n) - E(p, -n)`.
@@ -45,9 +44,9 @@ pub trait AreaLight {
 /// So at five times its diameter a light is a point to 1 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointLight {
-    /// Where it is.
+    /// The position.
     pub position: [f64; 3],
-    /// The direction it shines in, with the cosine law; `None` for all directions alike.
+    /// The normal of its emission by the cosine law; `None` for isotropic emission.
     pub normal: Option<Dir>,
     /// The area seen from the direction of the normal: the intensity in that direction for radiance 1.
     pub area: f64,
@@ -66,8 +65,8 @@ impl PointLight {
 
 /// A parallel beam: the limit of a light that is far away from everything it shines on.
 ///
-/// Made to agree with a light at one place, it is exact there for every normal that sees the light whole. At a place
-/// further from the light by `δ` it is too bright by `2δ/d + (δ/d)²` (for light as small as a point), and at a place
+/// Fitted to a light at one place, it is exact there for every normal whose horizon does not cut the light. At a place
+/// further from the light by `δ` it is too bright by `2δ/d + (δ/d)²` (for a light as small as a point), and at a place
 /// to the side its direction is off by `atan(δ/d)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParallelBeam {
@@ -92,14 +91,14 @@ impl ParallelBeam {
     }
 }
 
-/// The irradiance of one light in three ways.
+/// The irradiance of one light by the closed form and by two approximations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approximations {
     /// In closed form.
     pub exact: f64,
-    /// With all light coming from the center.
+    /// As a point light at its center.
     pub point: f64,
-    /// With parallel light, made to agree at a place of reference.
+    /// As a parallel beam, fitted at a place of reference.
     pub directional: f64,
 }
 
@@ -117,8 +116,8 @@ impl Approximations {
     }
 }
 
-/// What a surface at `point` that faces `normal` gets from `light`, from the point that stands for it, and from the
-/// beam that stands for it at `reference`.
+/// Compares the irradiance of `light` on a surface at `point` that faces `normal` with that of its point light, and of
+/// the beam fitted at `reference`.
 ///
 /// ```
 /// use lobe_env::{DiscLight, compare_approximations};

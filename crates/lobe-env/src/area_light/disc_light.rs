@@ -1,4 +1,4 @@
-//! The light of a disc.
+//! Disc light: irradiance in closed form.
 
 use std::f64::consts::PI;
 
@@ -23,8 +23,8 @@ use crate::{AreaLight, PointLight, VectorIrradiance};
 ///
 /// `S - p` is computed as `4a²H²/(S + p)` where `p > 0`. On the axis `e = π R²/(H² + R²) w`. Where the horizon of the
 /// receiver cuts the disc, the visible part of its rim and the angle of the cut along the horizon are integrated in
-/// closed form (the block above the code). The two then cancel from `R/d` to `(R/d)²` and lose the digits of `d/R`; test
-/// `a_disc_equals_quadrature_for_every_normal` bounds the absolute error by 1e-11, most of it the quadrature's.
+/// closed form (the block above the code). The two then cancel from `R/d` to `(R/d)²` and lose the digits of `d/R`;
+/// test `a_disc_equals_quadrature_for_every_normal` bounds the absolute error by 1e-11, most of it the quadrature's.
 ///
 /// Degenerate cases: a receiver behind the disc or in its plane (edge-on) gets 0; radius 0 gives 0; on the disc itself
 /// it is in its plane, so 0, although the limit from the front is `π` for a normal that faces it.
@@ -32,7 +32,7 @@ use crate::{AreaLight, PointLight, VectorIrradiance};
 pub struct DiscLight {
     /// The center.
     pub center: [f64; 3],
-    /// The side that shines.
+    /// The side that emits.
     pub normal: Dir,
     /// The radius, not negative.
     pub radius: f64,
@@ -49,10 +49,10 @@ pub struct DiscLight {
 //     ∫ cos φ dφ/|r|² = (2A/(A + S) Δ(δ/b) - b Δφ)/S
 //     ∫ sin φ dφ/|r|² = -Δ(ln(1 + b(2 cos φ + b))/b)/(A + S)
 //
-// none of which divides by a small number: δ/b and ln(..)/b tend to sin φ and 2 cos φ. Over the whole rim Δφ = 2π and the
-// others vanish, which leaves the vector above.
+// none of which divides by a small number: δ/b and ln(..)/b tend to sin φ and 2 cos φ. Over the whole rim Δφ = 2π and
+// the others vanish, which leaves the vector above.
 
-/// The disc as the receiver sees it.
+/// The disc in the frame of the receiver.
 struct Seen {
     u: Vec3,
     v: Vec3,
@@ -116,7 +116,7 @@ impl Seen {
         [self.a + self.radius * cos, self.radius * sin, self.height]
     }
 
-    /// `∫ n·(r × r')/|r|² dφ` between two places of the rim; `n` in the frame `(u, v, w)`.
+    /// `∫ n·(r × r')/|r|² dφ` between two azimuths of the rim; `n` in the frame `(u, v, w)`.
     fn arc(&self, n: Vec3, ends: [f64; 2]) -> f64 {
         let (a, height, radius) = (self.a, self.height, self.radius);
         let sum = self.big_a + self.s;

@@ -1,4 +1,4 @@
-//! Lights of finite size near by: spheres, discs and polygons, and the vector irradiance of a map.
+//! Area lights (spheres, discs and polygons), and the vector irradiance of a map.
 //!
 //! Read first: [`area_light`], the trait. Uses map and mapping.
 

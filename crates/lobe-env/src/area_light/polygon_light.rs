@@ -1,4 +1,4 @@
-//! The light of a polygon, a rectangle among them.
+//! Polygon light: Lambert's formula for irradiance, clipped at the horizon.
 
 use lobe_sh::Dir;
 

@@ -1,4 +1,4 @@
-//! The light of a sphere.
+//! Sphere light: irradiance in closed form.
 
 use std::f64::consts::PI;
 
@@ -21,9 +21,9 @@ use lobe_sh::vector::{dot, length, sub};
 ///   E = 0                                                                       θ - σ >= π/2: below the horizon
 /// ```
 ///
-/// The same as [Snyder 1996] in another arrangement. Where the horizon cuts, the three terms cancel from `σ` to `σ³`: half a
-/// sphere is right to `1e-15 + 1e-10 E` (test `a_sphere_at_the_horizon_has_its_known_value`), any part of it to 1e-11
-/// (test `a_sphere_equals_quadrature_for_every_normal`).
+/// The same as [Snyder 1996] in another arrangement. Where the horizon cuts, the three terms cancel from `σ` to `σ³`:
+/// half a sphere is right to `1e-15 + 1e-10 E` (test `a_sphere_at_the_horizon_has_its_known_value`), any part of it to
+/// 1e-11 (test `a_sphere_equals_quadrature_for_every_normal`).
 ///
 /// Degenerate cases: on the surface `σ = π/2`, the formulas hold; inside, the light is dark, like the back of every
 /// [`AreaLight`]; radius 0 gives 0.
@@ -37,8 +37,8 @@ pub struct SphereLight {
     pub radius: f64,
 }
 
-// The cap around c is cut by the horizon of n, where n·s = 0. With u perpendicular to c in the plane of c and n, so that
-// n = cos θ c + sin θ u, and v = c × u, the rim of the cap is
+// The cap around c is cut by the horizon of n, where n·s = 0. With u perpendicular to c in the plane of c and n, so
+// that n = cos θ c + sin θ u, and v = c × u, the rim of the cap is
 //
 //     s(φ) = cos σ c + sin σ (cos φ u + sin φ v)          n·s = cos σ cos θ + sin σ sin θ cos φ
 //

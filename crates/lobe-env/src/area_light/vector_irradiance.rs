@@ -1,4 +1,4 @@
-//! Vector irradiance: the net flow of light through a point.
+//! Vector irradiance: the net flux of light through a point.
 
 use std::f64::consts::PI;
 
@@ -9,18 +9,18 @@ use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::irradiance::row_vectors;
 use crate::{MappedMap, Mapping, project_map};
 
-/// A net flow of no more than this part of all light is what rounding left of light that comes evenly from everywhere.
+/// Relative to all light, a net flux up to this is rounding error of uniform light.
 const NOTHING: f64 = 1e-13;
 
-/// The vector irradiance of the light around a point (the "light vector" of Gershun): one vector for each channel.
+/// The vector irradiance at a point (the "light vector" of Gershun): one vector for each channel.
 ///
 /// ```text
 ///   e = ∫ L(s) s ds                                      over the whole sphere
 ///   n·e = ∫ L(s) n·s ds = E(n) - E(-n)                   the net irradiance through a surface of normal n
 /// ```
 ///
-/// It points to where most light comes from. Where all light comes from one side of the surface, `E(-n) = 0` and
-/// `n·e` is the irradiance itself. In W m⁻² for radiance in W m⁻² sr⁻¹.
+/// It points towards the mean direction of the light. Where all light comes from one side of the surface, `E(-n) = 0`
+/// and `n·e` is the irradiance itself. In W m⁻² for radiance in W m⁻² sr⁻¹.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VectorIrradiance<T = Rgb<f64>> {
     components: [T; 3],
@@ -113,18 +113,19 @@ impl VectorIrradiance<Rgb<f64>> {
 ///   e = Σ_texels L V        V = ∫_texel s ds
 /// ```
 ///
-/// The map is constant over each texel and `V` is exact ([`irradiance_at`](crate::irradiance_at) has its closed form),
-/// so the only error is rounding, in `f64`: `n·e` agrees with `E(n) - E(-n)` of the sum over all texels for every
-/// normal to 5e-6 of the light, which is the rounding of that sum, and with band 1 of [`project_env`](crate::project_env) to 1e-13 (tests
+/// The map is piecewise constant over texels and `V` is exact ([`irradiance_at`](crate::irradiance_at) has its closed
+/// form), so the only error is rounding, in `f64`: `n·e` agrees with `E(n) - E(-n)` of the sum over all texels for
+/// every normal to 5e-6 of the light, which is the rounding of that sum, and with band 1 of
+/// [`project_env`](crate::project_env) to 1e-13 (tests
 /// `the_net_irradiance_is_the_difference_of_both_sides`, `the_vector_is_band_one_of_the_map`). The same bits for any
 /// number of threads.
 ///
-/// That is a lat-long map; one of another mapping is projected to order 2 from its own texels, which is as good
-/// (test `maps_of_every_mapping_have_the_vector_of_their_light`).
+/// This applies to a lat-long map; one of another mapping is projected to order 2 from its own texels, which is as
+/// accurate (test `maps_of_every_mapping_have_the_vector_of_their_light`).
 ///
 /// A channel whose vector is no longer than 1e-13 of `4π` times its mean, which is rounding, has the vector 0 and no
-/// direction (test `even_light_flows_nowhere`); in a round picture, whose rim cuts texels, even light is even only to the
-/// error of the rule that integrates what is left of them.
+/// direction (test `even_light_flows_nowhere`); in a round picture, whose rim cuts texels, uniform light is uniform
+/// only to the error of the quadrature over the parts of those texels.
 #[must_use]
 pub fn vector_irradiance(map: &impl AsRef<MappedMap>) -> VectorIrradiance {
     let map = map.as_ref();

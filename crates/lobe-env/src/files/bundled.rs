@@ -1,4 +1,4 @@
-//! Two small environment maps that come with Lobe, so that nothing needs to be downloaded.
+//! Bundled environment maps: two small ones in the library, so that nothing needs to be downloaded.
 //!
 //! Both are from Poly Haven, CC0; `assets/README.md` of this crate gives source and facts.
 //!
@@ -10,7 +10,7 @@
 
 use crate::{EnvError, EnvMap, MapReadOptions, read_env_bytes};
 
-/// What stands before the name of a bundled map where a path is expected.
+/// The prefix of a bundled map's name where a path is expected.
 pub const PREFIX: &str = "bundled:";
 
 /// An environment map inside the program.

@@ -1,4 +1,4 @@
-//! A cube as six files, one for each face.
+//! Cube maps in six files, one for each face.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ pub const FACE_NAMES: [&str; FACES] = ["px", "nx", "py", "ny", "pz", "nz"];
 const OTHER_NAMES: [[&str; FACES]; 2] =
     [["posx", "negx", "posy", "negy", "posz", "negz"], ["right", "left", "top", "bottom", "front", "back"]];
 
-/// What stands for the names of the faces in a path.
+/// The placeholder for the names of the faces in a path.
 const ANY_FACE: &str = "%";
 
 /// The folder and the extension of `FOLDER/%.EXT`, which stands for the six files of a cube.
@@ -28,8 +28,8 @@ pub fn face_files(path: &Path) -> Option<(&Path, String)> {
     (path.file_stem()? == ANY_FACE).then(|| (path.parent().unwrap_or(Path::new("")), extension))
 }
 
-/// The file of each of the faces +X, -X, +Y, -Y, +Z, -Z of a cube in a folder: `px` to `nz` with the given extension, or
-/// `posx` to `negz`, or `right`, `left`, `top`, `bottom`, `front` and `back`, whichever has its first file there.
+/// The file of each of the faces +X, -X, +Y, -Y, +Z, -Z of a cube in a folder: `px` to `nz` with the given extension,
+/// or `posx` to `negz`, or `right`, `left`, `top`, `bottom`, `front` and `back`, whichever has its first file there.
 #[must_use]
 pub fn cube_face_paths(folder: impl AsRef<Path>, extension: &str) -> [PathBuf; FACES] {
     let paths = |names: &[&str; FACES]| names.map(|name| folder.as_ref().join(format!("{name}.{extension}")));
@@ -72,7 +72,7 @@ pub fn read_cube_faces(
 /// Writes a cube as the files `px`, `nx`, `py`, `ny`, `pz` and `nz` of a folder, in a format of
 /// [`write_env`](crate::write_env); the report counts over all faces.
 ///
-/// The files get their names when all six are on the disk: where one cannot be written, none is.
+/// The files are renamed into place when all six are on the disk: where one cannot be written, none is.
 ///
 /// # Errors
 /// As [`write_env`](crate::write_env).

@@ -1,17 +1,18 @@
-//! The environment maps that OpenEXR defines with its attribute `envmap`.
+//! OpenEXR environment maps, declared by the attribute `envmap`.
 //!
-//! Both have their outer texels on the edges, not half a texel inside: texel `i` of `n` lies at `i/(n - 1)` of the way.
-//! The first and the last column of a lat-long map show the same directions; so do the rows of neighboring faces of a
-//! cube. Directions, of which y is up, and the corners of faces are those of the figure in `ImfEnvmap.h` of OpenEXR.
+//! Their outer texel centers lie on the edges, not half a texel inside: texel `i` of `n` lies at the fraction `i/(n -
+//! 1)`. The first and the last column of a lat-long map show the same directions; so do the adjacent rows of
+//! neighboring faces of a cube. Directions, of which y is up, and the corners of faces are those of the figure in
+//! `ImfEnvmap.h` of OpenEXR.
 
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
 use crate::{CubeMap, EnvError, EnvMap};
 
-/// The map with texel centers half a texel inside, interpolated bilinearly.
+/// Resamples a lat-long map to texel centers half a texel inside, bilinearly.
 ///
-/// The format says that the center of the picture looks along its +z; here it is +x, as in every lat-long picture.
+/// In the format the center of the picture looks along +z; here it is +x, as in every lat-long picture.
 pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
     let (width, height) = (stored.width(), stored.height());
     let mut texels = vec![Rgb::ZERO; width * height];
@@ -23,7 +24,7 @@ pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
     EnvMap::from_rows(width, height, texels)
 }
 
-/// The cube map from six faces one above another, stored as OpenEXR stores them.
+/// Resamples a cube map from six faces one above another, stored as OpenEXR stores them.
 ///
 /// Each texel of the result looks up its own direction among the stored ones, bilinearly within the same face.
 pub(crate) fn cube_from_edges(size: usize, stack: &[Rgb<f32>]) -> Result<CubeMap, EnvError> {
@@ -41,7 +42,7 @@ pub(crate) fn cube_from_edges(size: usize, stack: &[Rgb<f32>]) -> Result<CubeMap
     Ok(map)
 }
 
-/// Where on a face a direction lies, `[0, 1]` to the right and downwards, in OpenEXR's axes.
+/// The position of a direction on a face, `[0, 1]` to the right and downwards, in OpenEXR's axes.
 ///
 /// ```text
 ///   face   +X  -X  +Y  -Y  +Z  -Z
@@ -73,7 +74,7 @@ fn bilinear(texels: &[Rgb<f32>], (width, height): (usize, usize), u: f64, v: f64
         (first, (first + 1).min(n - 1), position - first as f64)
     };
     let ((x0, x1, s), (y0, y1, t)) = (split(u, width), split(v, height));
-    // In f64: parts of the largest f32 may sum to more than it.
+    // In f64: fractions of the largest f32 may sum to more than it.
     let row = |y: usize| texels[y * width + x0].widen().scale(1.0 - s) + texels[y * width + x1].widen().scale(s);
     Rgb::narrow(row(y0).scale(1.0 - t) + row(y1).scale(t))
 }

@@ -1,8 +1,8 @@
-//! Files of maps: readers of lat-long pictures ([`read_env`]), of cube maps ([`read_cube`], [`cube_faces`]) and
-//! of whatever there is ([`read_map`]), and the writers.
+//! Map files: readers of lat-long pictures ([`read_env`]), of cube maps ([`read_cube`], [`cube_faces`]) and of any map
+//! ([`read_map`]), and the writers.
 //!
-//! Read first: [`read_options`], [`read_env`], [`read_map`]. The bytes of pictures are the business of `lobe-image`; here
-//! is what the attribute `envmap` of OpenEXR means ([`exr_envmap`]). Uses map, mapping and resample.
+//! Read first: [`read_options`], [`read_env`], [`read_map`]. Decoding and encoding belong to `lobe-image`; this room
+//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]). Uses map, mapping and resample.
 
 pub mod bundled;
 pub(crate) mod cube_faces;

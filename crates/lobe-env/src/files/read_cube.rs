@@ -1,4 +1,4 @@
-//! Reading cube maps from files.
+//! Readers of cube maps.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::files::read_env::{Shape, decode_picture, lat_long};
 use crate::files::read_options::{MapReadOptions, MapReadReport};
 use crate::{CubeMap, CubeMipChain, EnvError, EnvMap};
 
-/// What a file of surroundings holds.
+/// The content of an environment map file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EnvFile {
     /// A lat-long map.
@@ -19,7 +19,7 @@ pub enum EnvFile {
     Cube(CubeMipChain),
 }
 
-/// Reads a lat-long map or a cube map, whichever the file holds.
+/// Reads a lat-long map or a cube map, depending on the file.
 ///
 /// Textures are cube maps, and so is an OpenEXR picture whose attribute `envmap` says so; everything else is read as
 /// [`read_env`](crate::read_env) reads it.
@@ -54,14 +54,14 @@ pub fn read_env_file_bytes(
 
 /// Reads a cube map from a KTX2, DDS or OpenEXR file.
 ///
-/// What the file is follows from its contents, not from its name. Faces, their order and their handedness are those of
+/// The format is detected from the file's contents, not from its name. Faces, their order and handedness are those of
 /// [`CubeMap`].
 ///
 /// * **KTX2**: RGBA16F, RGBA32F, RGB9E5 and BC6H with and without sign, stored as they are or with Zstandard, any
 ///   number of levels. Alpha is ignored.
 /// * **DDS**: the same formats, with the header of Direct3D 10 or, for RGBA16F and RGBA32F, without it.
-/// * **OpenEXR**: a picture of six faces one above another whose attribute `envmap` is `cube`. Its faces look
-///   elsewhere and have their outer texels on the edges; each texel is interpolated in its own direction.
+/// * **OpenEXR**: a picture of six faces one above another whose attribute `envmap` is `cube`. Its faces have other
+///   directions and their outer texels on the edges; each texel is interpolated in its own direction.
 ///
 /// ```
 /// use lobe_env::{CubeMap, CubeMipChain, CubeWriteOptions, MapReadOptions, read_cube, write_cube};
@@ -80,8 +80,8 @@ pub fn read_env_file_bytes(
 ///
 /// # Errors
 /// [`EnvError::Io`] if the file cannot be read; [`EnvError::Invalid`] if it is damaged or cut off;
-/// [`EnvError::Refused`] if it is larger than [`MapReadOptions::max_texels`] in its largest level, or has non-finite texels
-/// that the options do not allow;
+/// [`EnvError::Refused`] if it is larger than [`MapReadOptions::max_texels`] in its largest level, or has non-finite
+/// texels that the options do not allow;
 /// [`EnvError::Unsupported`] if it holds no cube map, or one in a form that Lobe does not read.
 pub fn read_cube(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(CubeMipChain, MapReadReport), EnvError> {
     let (name, bytes) = read_picture_file(path)?;

@@ -1,4 +1,4 @@
-//! Reading lat-long maps.
+//! Readers of lat-long maps.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::{EnvError, EnvMap};
 
 /// Reads a lat-long environment map from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file.
 ///
-/// What the file is follows from its contents, not from its name.
+/// The format is detected from the file's contents, not from its name.
 ///
 /// * **Radiance**: flat, old and new run-length encoding. `EXPOSURE` and `COLORCORR` are divided out, so the values
 ///   are radiance; `PRIMARIES` is noted and not converted. Rows from the top and columns from the left
@@ -68,14 +68,14 @@ pub(crate) fn decode_picture(
     Ok((picture, MapReadReport::of_map(report)))
 }
 
-/// The form of a picture.
+/// The expected shape of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// Twice as wide as high.
     LatLong,
     /// Six squares, one above another, said to be a cube map.
     Cube,
-    /// A cube map if the file says so, or else a lat-long map.
+    /// As the file declares: a cube map, or else a lat-long map.
     Said,
 }
 

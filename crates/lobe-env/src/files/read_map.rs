@@ -1,4 +1,4 @@
-//! Any map from any file: what the file says it is, or else what its proportions tell.
+//! Readers of any map: the mapping is declared by the file, by the caller, or follows from the proportions.
 
 use std::path::Path;
 
@@ -45,7 +45,7 @@ impl LoadedMap {
 }
 
 impl EnvMap {
-    /// The map in a file of any kind and mapping ([`read_map`]); a map of another mapping is resampled to about as many
+    /// Loads a map from a file of any kind and mapping ([`read_map`]); other mappings are resampled to about as many
     /// lat-long texels ([`MappedMap::into_lat_long`]).
     ///
     /// ```
@@ -64,7 +64,8 @@ impl EnvMap {
 }
 
 impl MappedMap {
-    /// The map in a file of any kind, in the mapping of the file ([`read_map`]); of a chain of levels the largest.
+    /// Loads a map from a file of any kind, in the mapping of the file ([`read_map`]); of a chain of levels the
+    /// largest.
     ///
     /// # Errors
     /// As [`read_map`] with default options.
@@ -78,17 +79,17 @@ impl MappedMap {
 /// * `FOLDER/%.EXT` stands for the six faces of a cube as [`cube_face_paths`](crate::cube_face_paths) names them,
 ///   `bundled:NAME` for a map that is [part of the library](crate::bundled).
 /// * A texture (KTX2, DDS) is a cube map, and so is an OpenEXR picture whose attribute `envmap` says so.
-/// * Another picture is in the mapping of [`MapReadOptions::mapping`]. Without that its proportions tell: lat-long if it
-///   is twice as wide as high, a cube if it is a cross, a row or a column of six faces, which
-///   [`MapReadReport::layout`] says.
+/// * Another picture is in the mapping of [`MapReadOptions::mapping`]. By default it follows from the proportions:
+///   lat-long if the picture is twice as wide as high, a cube if it is a cross, a row or a column of six faces, which
+///   [`MapReadReport::layout`] reports.
 ///
 /// A file is opened and decoded once.
 ///
 /// # Errors
-/// Those of [`read_env`](crate::read_env) and [`read_cube`](crate::read_cube()), but for the shape;
-/// [`EnvError::Refused`] with [`MapReadOption::Mapping`] if neither the file nor its proportions tell what it is;
-/// [`EnvError::Contradiction`] if the options say otherwise than the file; [`EnvError::Options`] if the picture cannot be
-/// a map of the mapping that is asked for, or there is no bundled map of the name.
+/// Those of [`read_env`](crate::read_env) and [`read_cube`](crate::read_cube()), except for the shape;
+/// [`EnvError::Refused`] with [`MapReadOption::Mapping`] if neither the file nor its proportions determine the mapping;
+/// [`EnvError::Contradiction`] if options and file contradict each other; [`EnvError::Options`] if the picture cannot
+/// be a map of the requested mapping, or there is no bundled map of the name.
 pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(LoadedMap, MapReadReport), EnvError> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -134,7 +135,7 @@ pub fn read_map_bytes(
     Ok(read)
 }
 
-/// The map of a picture that says itself what it is, or whose proportions do.
+/// The map of a picture whose mapping the file or its proportions determine.
 fn map_as_told(
     picture: Picture,
     report: PictureReadReport,
@@ -161,7 +162,7 @@ fn map_as_told(
     Ok((map_of(Mapping::Cube, picture, name, options)?, report))
 }
 
-/// The map of a picture of a mapping that is known.
+/// The map of a picture of known mapping.
 fn map_of(mapping: Mapping, picture: Picture, name: &str, options: &MapReadOptions) -> Result<LoadedMap, EnvError> {
     let named = |error: EnvError| EnvError::Options(format!("{name}: {error}"));
     let map = if mapping == Mapping::Cube {

@@ -1,21 +1,21 @@
-//! Options and report of reading a map.
+//! Options and report of the map readers.
 
 use lobe_image::{FileFormat, Nonfinite, PictureReadOptions, PictureReadReport};
 
 use crate::{CubeHandedness, CubeLayout, EnvError, MapReadOption, Mapping};
 
-/// How to read an environment map.
+/// Options of reading an environment map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MapReadOptions {
-    /// What to do with NaN and infinity; by default the file is refused.
+    /// The treatment of NaN and infinity; by default the file is refused.
     pub nonfinite: Nonfinite,
     /// The largest picture, in texels, for which memory is asked for; by default 2²⁸, enough for 16384 x 8192.
     pub max_texels: usize,
-    /// How the picture shows its surroundings, for [`read_map`](crate::read_map); by default what the file or its
-    /// proportions tell.
+    /// The mapping of the picture, for [`read_map`](crate::read_map); by default the file or its proportions determine
+    /// it.
     pub mapping: Option<Mapping>,
-    /// For which world the faces of a cube were made, for [`read_map`](crate::read_map); by default a right-handed one.
+    /// The handedness for which the faces of a cube were made, for [`read_map`](crate::read_map); by default right.
     pub handedness: CubeHandedness,
 }
 
@@ -27,7 +27,7 @@ impl Default for MapReadOptions {
 }
 
 impl MapReadOptions {
-    /// Sets what to do with NaN and infinity.
+    /// Sets the treatment of NaN and infinity.
     #[must_use]
     pub fn nonfinite(self, nonfinite: Nonfinite) -> Self {
         Self { nonfinite, ..self }
@@ -39,19 +39,19 @@ impl MapReadOptions {
         Self { max_texels, ..self }
     }
 
-    /// Sets how the picture shows its surroundings.
+    /// Sets the mapping of the picture.
     #[must_use]
     pub fn mapping(self, mapping: impl Into<Option<Mapping>>) -> Self {
         Self { mapping: mapping.into(), ..self }
     }
 
-    /// Sets for which world the faces of a cube were made.
+    /// Sets the handedness for which the faces of a cube were made.
     #[must_use]
     pub fn handedness(self, handedness: CubeHandedness) -> Self {
         Self { handedness, ..self }
     }
 
-    /// Refuses a mapping that was asked for where the file has this one, which is called `found`.
+    /// Refuses another requested mapping than that of the file, which is called `found`.
     pub(crate) fn expect(&self, mapping: Mapping, name: &str, found: &str) -> Result<(), EnvError> {
         if self.mapping.is_none_or(|asked| asked == mapping) {
             return Ok(());
@@ -60,7 +60,7 @@ impl MapReadOptions {
         Err(EnvError::Contradiction { place: name.into(), found: found.into(), option })
     }
 
-    /// Refuses a handedness of what is no cube.
+    /// Refuses a handedness for anything but a cube.
     pub(crate) fn check_handedness(&self, mapping: Mapping, name: &str) -> Result<(), EnvError> {
         if mapping == Mapping::Cube || self.handedness == CubeHandedness::default() {
             return Ok(());
@@ -75,7 +75,7 @@ impl MapReadOptions {
     }
 }
 
-/// What was found while reading.
+/// The report of reading a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MapReadReport {
@@ -93,18 +93,19 @@ pub struct MapReadReport {
     pub first_nonfinite: Option<(usize, usize)>,
     /// Texels with a negative channel; they are kept.
     pub negative: usize,
-    /// What a careful user should know: channels chosen, parts of the file ignored, factors applied.
+    /// Remarks for the caller: channels chosen, parts of the file ignored, factors applied.
     pub notes: Vec<String>,
-    /// How the faces of a cube lie in the picture, where only its proportions tell that it is one.
+    /// The layout of a cube's faces in the picture, where it follows from the proportions.
     pub layout: Option<CubeLayout>,
     /// The reports of the six files of a cube; otherwise none.
     pub faces: Vec<Self>,
-    /// Whether the centers of the outer texels lie on the edges of the picture in the file, or of the faces of its cube.
+    /// Whether the centers of the outer texels lie on the edges of the picture in the file, or of the faces of its
+    /// cube.
     pub(crate) is_edge_centered: bool,
 }
 
 impl From<PictureReadReport> for MapReadReport {
-    /// The report of a picture that is taken as it is, whatever its attribute `envmap` says.
+    /// The report of a picture whose attribute `envmap` is ignored.
     fn from(report: PictureReadReport) -> Self {
         let PictureReadReport { width, height, levels, format, nonfinite, first_nonfinite, negative, notes, .. } =
             report;
@@ -126,7 +127,7 @@ impl From<PictureReadReport> for MapReadReport {
 }
 
 impl MapReadReport {
-    /// The report of a picture whose attribute `envmap` is acted upon.
+    /// The report of a picture whose attribute `envmap` is honored.
     pub(crate) fn of_map(report: PictureReadReport) -> Self {
         let is_edge_centered = report.envmap.is_some();
         let mut report = Self { is_edge_centered, ..report.into() };

@@ -1,4 +1,4 @@
-//! Writing environment maps to files.
+//! Writers of lat-long maps.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use lobe_io::write_atomically;
 
 use crate::{EnvError, EnvMap};
 
-/// How to write an environment map.
+/// Options of writing an environment map.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MapWriteOptions {
@@ -27,11 +27,10 @@ impl MapWriteOptions {
     }
 }
 
-/// What could not be stored as it was.
+/// The loss of writing a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MapWriteReport {
-    /// Texels with a channel that the format cannot hold and that was moved to the nearest value that it can; NaN in
-    /// `.hdr` becomes 0.
+    /// Texels with a channel outside the range of the format, which was clamped to it; NaN in `.hdr` becomes 0.
     pub clamped: usize,
 }
 
@@ -41,11 +40,11 @@ impl From<PictureWriteReport> for MapWriteReport {
     }
 }
 
-/// Writes a map as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, as the extension says.
+/// Writes a map as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on the extension.
 ///
-/// The file is written under a temporary name in the same folder and then renamed: nothing half-written ever has the
-/// final name. `.hdr` holds no negative numbers and two digits (the error of a channel is below 0.4 % of the
-/// largest channel of its texel, of either sign); `.exr` and `.pfm` hold `f32` exactly.
+/// The file is written under a temporary name in the same folder and then renamed: no partial file ever has the final
+/// name. `.hdr` holds no negative numbers and two digits (the error of a channel is below 0.4 % of the largest channel
+/// of its texel, of either sign); `.exr` and `.pfm` hold `f32` exactly.
 ///
 /// # Errors
 /// [`EnvError::Options`] for another extension, or a map too wide for `.hdr`; [`EnvError::Io`] if the file cannot be

@@ -1,4 +1,4 @@
-//! Writing cube maps to files.
+//! Writers of cube maps.
 
 use std::path::Path;
 
@@ -6,18 +6,18 @@ use lobe_image::{TexelFormat, write_cube_texture};
 
 use crate::{CubeMipChain, EnvError, MapWriteReport};
 
-/// How to write a cube map.
+/// Options of writing a cube map.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CubeWriteOptions {
-    /// How each texel is stored.
+    /// The texel format.
     pub texels: TexelFormat,
     /// Compress `.ktx2` with Zstandard, without loss.
     pub zstd: bool,
 }
 
 impl CubeWriteOptions {
-    /// Sets how each texel is stored.
+    /// Sets the texel format.
     #[must_use]
     pub fn texels(self, texels: TexelFormat) -> Self {
         Self { texels, ..self }
@@ -30,10 +30,10 @@ impl CubeWriteOptions {
     }
 }
 
-/// Writes a cube map with all its levels as `.ktx2` or `.dds`, as the extension says.
+/// Writes a cube map with all its levels as `.ktx2` or `.dds`, depending on the extension.
 ///
-/// Nothing half-written ever has the final name. What a channel cannot hold is moved to the nearest value that it can,
-/// and counted over all levels.
+/// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and
+/// counted over all levels.
 ///
 /// # Errors
 /// [`EnvError::Options`] for another extension, Zstandard in `.dds`, a format that is not written, or BC6H without the

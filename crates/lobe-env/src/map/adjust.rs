@@ -1,4 +1,4 @@
-//! Exposure and clamping.
+//! Exposure, clamping and blackening of negative texels.
 
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
@@ -37,10 +37,10 @@ pub fn scale_in_place(map: &mut MappedMap, factor: Rgb<f64>) -> Result<(), EnvEr
     Ok(())
 }
 
-/// What clamping took away.
+/// The report of clamping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClampReport {
-    /// How many texels were too bright.
+    /// The number of texels above the limit.
     pub texels: usize,
     /// The largest channel of any texel, before.
     pub largest: f32,
@@ -51,7 +51,7 @@ pub struct ClampReport {
 }
 
 impl ClampReport {
-    /// The part of the energy of each channel that is gone, from 0 to 1; 0 for a channel without any.
+    /// The fraction of the energy of each channel that is lost, from 0 to 1; 0 for a channel without any.
     #[must_use]
     pub fn removed(&self) -> Rgb<f64> {
         Rgb::from_channels(|c| {
@@ -61,7 +61,7 @@ impl ClampReport {
     }
 }
 
-/// Scales every texel with a channel above `limit` down until none is: the color keeps its hue, and light is lost.
+/// Scales every texel with a channel above `limit` down to it: the color keeps its hue, and energy is lost.
 ///
 /// The report says how much.
 ///
@@ -83,21 +83,23 @@ pub fn clamp_in_place(map: &mut MappedMap, limit: f32) -> Result<ClampReport, En
     Ok(ClampReport { texels, largest, mean_before, mean_after: map.mean() })
 }
 
-/// What making negative channels black added.
+/// The report of blackening negative channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlackenReport {
-    /// How many texels had a negative channel.
+    /// The number of texels with a negative channel.
     pub texels: usize,
     /// The lowest channel of any texel, before; 0 if none was negative.
     pub lowest: f32,
-    /// What the mean radiance gained.
+    /// The increase of the mean radiance.
     pub added: Rgb<f64>,
 }
 
-/// Makes every negative channel 0: light cannot be negative, but filters that resize pictures overshoot beside bright lights.
+/// Sets every negative channel to 0: light cannot be negative, but filters that resize pictures overshoot beside bright
+/// lights.
 ///
-/// That adds light: what the filter took there it gave to the bright light. Take a sun out first
-/// ([`extract_sun`](crate::extract_sun)), and what is negative beside it is taken from it. NaN stays as it is.
+/// That adds energy, which the filter moved to the bright light. If that light is a sun, extract it first
+/// ([`extract_sun`](crate::extract_sun)): the negative texels beside it are then subtracted from it. NaN is left
+/// unchanged.
 pub fn blacken_negative_in_place(map: &mut MappedMap) -> BlackenReport {
     let before = map.mean();
     let channel = |texel: &Rgb<f32>| texel.r.min(texel.g).min(texel.b);

@@ -1,4 +1,4 @@
-//! Cube maps in other sizes, each texel the mean of what it covers.
+//! Area averaging of cube maps to another size.
 
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
@@ -7,10 +7,10 @@ use crate::mapping::cube::{self, FACES};
 use crate::mapping::solid_angles::SolidAngles;
 use crate::{CubeMap, Mapping};
 
-/// A cube map in another size: each texel the mean of what it covers, weighted with solid angles.
+/// A cube map in another size: each texel the mean of the texels it covers, weighted with solid angles.
 ///
-/// A texel of the map that the border between two new ones cuts is shared by the solid angle of its parts, so the mean
-/// over the sphere stays what it was for every pair of sizes.
+/// A texel that the border between two new ones cuts is divided by the solid angle of its parts, so the mean over the
+/// sphere is kept for every pair of sizes.
 pub(crate) fn averaged_to(map: &CubeMap, size: usize) -> CubeMap {
     if map.size() == size {
         return map.clone();
@@ -25,11 +25,11 @@ pub(crate) fn averaged_to(map: &CubeMap, size: usize) -> CubeMap {
     }
 }
 
-/// How much of each texel of a face of `from` texels those of one of `to` texels cover; the same for all faces.
+/// The weights with which a face of `to` texels a side averages one of `from` texels a side; the same for all faces.
 struct Weights {
     from: usize,
     to: usize,
-    /// Of the texels that are not cut.
+    /// Solid angles of the texels that are not cut.
     whole: SolidAngles,
 }
 
@@ -38,7 +38,7 @@ impl Weights {
         Self { from, to, whole: SolidAngles::of(Mapping::Cube, from, FACES * from) }
     }
 
-    /// The mean of what texel `(x, y)` covers, on each face.
+    /// The mean of the texels that texel `(x, y)` covers, on each face.
     fn means(&self, map: &CubeMap, x: usize, y: usize) -> [Rgb<f32>; FACES] {
         let (mut sums, mut total): ([Rgb<f64>; FACES], f64) = ([Rgb::ZERO; FACES], 0.0);
         for (j, down) in covered(y, self.from, self.to) {
@@ -63,8 +63,8 @@ impl Weights {
     }
 }
 
-/// The texels of a row of `from` that texel `k` of a row of `to` covers, with where the part of each begins and ends, in
-/// units of which the row has `from · to`: a texel of the one has `to` of them, of the other `from`.
+/// The texels of a row of `from` that texel `k` of a row of `to` covers, with the extent of the covered part of each,
+/// in units of 1/(`from · to`) of the row: a texel of `from` has `to` of them, and the other way around.
 fn covered(k: usize, from: usize, to: usize) -> impl Iterator<Item = (usize, [usize; 2])> {
     let (start, end) = (k * from, (k + 1) * from);
     (start / to..end.div_ceil(to)).map(move |i| (i, [start.max(i * to), end.min((i + 1) * to)]))

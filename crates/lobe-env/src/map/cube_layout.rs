@@ -1,4 +1,4 @@
-//! The six faces of a cube in one picture, or in six, out and in.
+//! Layouts of the six faces of a cube in one picture or six, and their handedness.
 
 use lobe_image::Picture;
 use lobe_sh::Rgb;
@@ -6,11 +6,11 @@ use lobe_sh::Rgb;
 use crate::mapping::cube::FACES;
 use crate::{CubeMap, CubeMipChain, EnvError};
 
-/// In which world the faces are looked up.
+/// The handedness of the directions with which a cube map is looked up.
 ///
 /// Graphics interfaces define faces and their orientation once, for a direction `(X, Y, Z)` with Y up (see
-/// [`cube`](crate::cube)). Whether that direction is right- or left-handed is up to the program, and a cube made for one
-/// kind of program is the mirror image of the cube for the other.
+/// [`cube`](crate::cube)). Whether that direction is right- or left-handed is up to the program, and a cube made for
+/// one kind of program is the mirror image of the cube for the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CubeHandedness {
     /// For right-handed directions, `(X, Y, Z) = (x, z, -y)`: glTF, OpenGL, Vulkan, Filament. The faces are mirror

@@ -1,4 +1,4 @@
-//! The six pictures of everything around a point.
+//! Cube maps.
 
 use std::borrow::Cow;
 
@@ -39,7 +39,7 @@ impl CubeMap {
         Ok(Self(MappedMap::from_rows(Mapping::Cube, size, FACES * size, texels)))
     }
 
-    /// Whether there can be a cube of this size.
+    /// Fails if there can be no cube of this size.
     pub(crate) fn check_size(size: usize) -> Result<(), EnvError> {
         if size == 0 {
             return Err(EnvError::Options("a cube map needs texels, but its faces have a size of 0".to_owned()));
@@ -126,7 +126,7 @@ impl CubeMap {
 
     /// The radiance from direction `s`, interpolated bilinearly between texel centers, across edges and corners too.
     ///
-    /// Beyond its edge a face goes on with the first row of its neighbor; beyond a corner with the mean of the three
+    /// Beyond its edge a face continues with the first row of its neighbor; beyond a corner with the mean of the three
     /// texels that meet there. So the value is continuous over the whole sphere
     /// (test `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
     #[must_use]

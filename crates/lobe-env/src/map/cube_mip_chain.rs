@@ -1,15 +1,15 @@
-//! A cube map with its smaller versions.
+//! Mip chains of cube maps.
 
 use lobe_image::{mip_level_count, mip_level_size};
 
 use crate::map::cube_average::averaged_to;
 use crate::{CubeMap, EnvError};
 
-/// A cube map in falling sizes: level `k` has faces of `max(1, size >> k)` texels.
+/// A cube map with its mip levels: level `k` has faces of `max(1, size >> k)` texels.
 ///
-/// What the levels mean is the caller's business: [`CubeMipChain::averaged`] makes smaller and smaller means, a
-/// prefiltered map holds one roughness in each level. There may be any number of levels from one to the last, which
-/// has a size of 1.
+/// The meaning of the levels is the caller's: [`CubeMipChain::averaged`] makes area averages, a prefiltered map holds
+/// one roughness in each level. There may be any number of levels from one to the full chain, whose last has a size of
+/// 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubeMipChain {
     levels: Vec<CubeMap>,
@@ -44,10 +44,10 @@ impl CubeMipChain {
         Self { levels: vec![map] }
     }
 
-    /// The full chain down to a size of 1, each texel the mean of what it covers in the level before.
+    /// The full chain down to a size of 1, each texel the mean of the texels it covers in the level before.
     ///
-    /// Texels count with their solid angle, those of an odd size that are cut with that of each part, so the mean over the
-    /// sphere stays the same in every level.
+    /// Texels are weighted with solid angles, those that are cut with that of each part, so the mean over the sphere is
+    /// the same in every level.
     #[must_use]
     pub fn averaged(map: CubeMap) -> Self {
         let mut levels = vec![map];

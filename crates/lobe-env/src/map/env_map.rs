@@ -1,4 +1,4 @@
-//! The picture of everything around a point.
+//! Lat-long environment maps.
 
 use std::borrow::Cow;
 
@@ -13,8 +13,8 @@ use crate::{EnvError, MappedMap, Mapping};
 /// Row 0 is at the top, towards +z; the center column looks along +x; see [`lat_long`]. Linear light, Rec. 709
 /// primaries unless the file it came from says otherwise. The width is usually twice the height, but need not be.
 ///
-/// Texels may be negative, as ringing beside a small light in a real file is. They should be finite, as the readers see
-/// to: sums over a map with a single NaN or infinity are NaN or infinite too.
+/// Texels may be negative, as overshoot beside a small light in a real file is. They should be finite, as the readers
+/// ensure: sums over a map with a single NaN or infinity are NaN or infinite too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvMap(MappedMap);
 
@@ -97,7 +97,7 @@ impl EnvMap {
 
     /// The radiance from direction `s`, interpolated bilinearly between texel centers.
     ///
-    /// Columns wrap around. Beyond the first and the last row the map goes on with the same row, half a turn
+    /// Columns wrap around. Beyond the first and the last row the map continues with the same row, half a turn
     /// further: the neighbor across the pole. So the value is continuous along every path that does not touch a pole,
     /// and along every great circle through it.
     #[must_use]

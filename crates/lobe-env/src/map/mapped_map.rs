@@ -1,4 +1,4 @@
-//! The picture of everything around a point, in any mapping.
+//! Environment maps in any mapping.
 
 use std::borrow::Cow;
 
@@ -11,13 +11,14 @@ use crate::mapping::solid_angles::SolidAngles;
 use crate::mapping::taps::Grid;
 use crate::{EnvError, Mapping};
 
-/// 48 GiB of texels, and an index of 32 bits for each.
+/// The most texels of a map: 48 GiB, and an index of 32 bits for each.
 const MOST_TEXELS: usize = u32::MAX as usize;
 
 /// The radiance that arrives at a point from every direction, as a picture in any [`Mapping`].
 ///
-/// An [`EnvMap`](crate::EnvMap) and a [`CubeMap`](crate::CubeMap) become one without copying a texel, and back. Where a texel shows only a part of the
-/// sphere, at the rim of a disc, its value is that part's; what shows nothing counts nowhere.
+/// An [`EnvMap`](crate::EnvMap) and a [`CubeMap`](crate::CubeMap) become one without copying a texel, and back. The
+/// value of a texel that the rim of a disc cuts is that of its part inside; texels outside the discs are ignored
+/// everywhere.
 ///
 /// ```
 /// use lobe_env::{MappedMap, Mapping};
@@ -38,8 +39,8 @@ impl MappedMap {
     /// A map from its texels, row after row.
     ///
     /// # Errors
-    /// [`EnvError::Options`] if a side is 0, `texels` has any other length than `width * height` or a length of more than
-    /// `u32::MAX`, or a cube's picture is not six times as high as wide.
+    /// [`EnvError::Options`] if a side is 0, `texels` has any other length than `width * height` or a length of more
+    /// than `u32::MAX`, or a cube's picture is not six times as high as wide.
     pub fn new(mapping: Mapping, width: usize, height: usize, texels: Vec<Rgb<f32>>) -> Result<Self, EnvError> {
         Self::check(mapping, width, height)?;
         if width.checked_mul(height) != Some(texels.len()) {
@@ -49,8 +50,8 @@ impl MappedMap {
         Ok(Self { mapping, width, height, texels })
     }
 
-    /// The map whose texels have the value of `radiance` towards their centers; of a texel whose center shows nothing,
-    /// towards the middle of what it shows.
+    /// The map whose texels have the value of `radiance` towards their centers; of a texel whose center lies outside
+    /// the discs, towards the middle of the part inside.
     ///
     /// # Panics
     /// If a side is 0, or a cube's picture is not six times as high as wide.
@@ -70,7 +71,7 @@ impl MappedMap {
         Self { mapping, width, height, texels }
     }
 
-    /// Whether there can be a picture of this size.
+    /// Fails if there can be no picture of this size.
     pub(crate) fn check(mapping: Mapping, width: usize, height: usize) -> Result<(), EnvError> {
         if width == 0 || height == 0 {
             return Err(EnvError::Options(format!("an environment map needs texels, but {width} x {height} has none")));
@@ -92,7 +93,7 @@ impl MappedMap {
         Self { mapping, width, height, texels }
     }
 
-    /// How the picture shows the sphere.
+    /// The mapping of the picture.
     #[must_use]
     pub fn mapping(&self) -> Mapping {
         self.mapping
@@ -147,8 +148,8 @@ impl MappedMap {
         self.row(y)[x]
     }
 
-    /// The direction of the center of texel `(x, y)`; of a texel whose center shows nothing, the middle of what it
-    /// shows; `None` if it shows nothing at all.
+    /// The direction of the center of texel `(x, y)`; if that lies outside the discs, of the middle of the part inside;
+    /// `None` if the whole texel lies outside.
     #[must_use]
     pub fn dir(&self, x: usize, y: usize) -> Option<Dir> {
         center(self.mapping, self.width, self.height, x, y)
@@ -172,10 +173,10 @@ impl MappedMap {
 
     /// The radiance from direction `s`, interpolated bilinearly between texel centers and across every seam.
     ///
-    /// Beyond an edge the map goes on with the texels that are neighbors on the sphere: around the seam of the lat-long
-    /// picture, across its poles, along the folds of the octahedron, from face to face of a cube and from rim to rim of
-    /// the discs. So the value is continuous, except at the poles of the lat-long picture and in the one direction of
-    /// the rim of a ball or an angular map, and there along every great circle (test
+    /// Beyond an edge the map continues with the texels that are neighbors on the sphere: around the seam of the
+    /// lat-long picture, across its poles, along the folds of the octahedron, from face to face of a cube and from rim
+    /// to rim of the discs. So the value is continuous, except at the poles of the lat-long picture and in the one
+    /// direction of the rim of a ball or an angular map, and there along every great circle (test
     /// `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
@@ -192,7 +193,7 @@ impl MappedMap {
                 let mut sum: Rgb<f64> = Rgb::ZERO;
                 for (x, texel) in self.row(y).iter().enumerate() {
                     let solid_angle = solid_angles.get(x, y);
-                    // What shows nothing may hold anything.
+                    // Texels outside the discs may hold any value.
                     if solid_angle > 0.0 {
                         sum += texel.widen().scale(solid_angle);
                     }
@@ -240,7 +241,7 @@ impl From<MappedMap> for Cow<'_, MappedMap> {
     }
 }
 
-/// The direction of the center of a texel, or the middle of the part that shows something.
+/// The direction of the center of a texel, or of the middle of its part inside the discs.
 fn center(mapping: Mapping, width: usize, height: usize, x: usize, y: usize) -> Option<Dir> {
     let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
     mapping.dir_from_uv(u, v).or_else(|| {

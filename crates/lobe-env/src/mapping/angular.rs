@@ -1,4 +1,4 @@
-//! The angular map, the form of light probes: the radius is the angle to the center.
+//! Angular map, the mapping of light probes: the radius is proportional to the angle to the center.
 //!
 //! ```text
 //!   p = (θ/π) (cos ψ, sin ψ)       p = (2u - 1, 1 - 2v)
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! A picture of the world from inside, not mirrored. `dΩ = π sin(π|p|)/|p| dp`: the corners of the square around the
-//! disc hold nothing. The form is that of Debevec's light probes, with his forward direction -Z at our +x.
+//! disc are unused. The form is that of Debevec's light probes, with his forward direction -Z at our +x.
 
 use lobe_sh::Dir;
 
@@ -44,9 +44,9 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 
 /// The solid angle in steradian of texel `(x, y)` of a picture of `width` x `height` texels.
 ///
-/// A line integral around the texel, ten Gauss nodes on a quarter of the radius: within 1e-9 of quadrature over its area
-/// (test `solid_angles_equal_the_sum_of_quadrature_nodes`). Texels at the rim count with their part of the disc; the sum
-/// is `4π` to 1e-11 (test `solid_angles_of_every_mapping_and_size_sum_to_the_whole_sphere`).
+/// A line integral around the texel, ten Gauss nodes on a quarter of the radius: within 1e-9 of quadrature over its
+/// area (test `solid_angles_equal_the_sum_of_quadrature_nodes`). Texels at the rim have the solid angle of their part
+/// in the disc; the sum is `4π` to 1e-11 (test `solid_angles_of_every_mapping_and_size_sum_to_the_whole_sphere`).
 ///
 /// # Panics
 /// If there is no such texel.

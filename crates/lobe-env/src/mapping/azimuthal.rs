@@ -1,4 +1,4 @@
-//! Azimuthal mappings onto a disc: a direction becomes its angle to the center, as a radius, and its azimuth.
+//! Azimuthal projections onto a disc: the angle to the center becomes the radius, the azimuth is kept.
 
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ use crate::mapping::lat_long::sin_cos_pi;
 // from the center, and F(1) Δψ along the rim. Each edge is shared by two texels that see it from opposite sides, so the
 // sums over a picture telescope, and the rim is all that is left.
 
-/// How the radius depends on the angle to the center.
+/// The radius as a function of the angle to the center.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Profile {
     /// `r = sin(θ/2)`: a mirrored ball from far away.
@@ -31,8 +31,8 @@ pub(crate) enum Profile {
     Paraboloid,
 }
 
-/// How many of its sides a texel of a ball lies from the rim for Gauss-Legendre nodes to converge as fast as elsewhere:
-/// the error of q nodes falls like `(2·(2·4 + 1))^-2q`, the root being 4.5 sides from the middle.
+/// The distance of a ball's texel from the rim, in its sides, at which Gauss-Legendre nodes converge as fast as
+/// elsewhere: the error of q nodes falls like `(2·(2·4 + 1))^-2q`, the root being 4.5 sides from the middle.
 const BALL_MARGIN: f64 = 4.0;
 /// Gauss nodes on a quarter of the radius: `2 sin²(πr/2)/r²` and `1/(1+r²)` have all digits with fewer.
 const EDGE_NODES: usize = 10;
@@ -121,7 +121,7 @@ fn angular_g(c: f64, t: f64) -> f64 {
     if r > 0.0 { 2.0 * (sin / r) * (sin / r) } else { 0.5 * PI * PI }
 }
 
-/// The frame of a disc: the direction in its center, and where right and up lead from there.
+/// The frame of a disc: the direction in its center, and the directions to the right and upwards.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     pub(crate) center: [f64; 3],
@@ -162,7 +162,7 @@ impl Rect {
         nearest(self.x).hypot(nearest(self.y)) >= 1.0
     }
 
-    /// Whether the product rule serves: inside the disc and, for a ball, away from the root at its rim.
+    /// Whether the product rule converges fast: inside the disc and, for a ball, away from the root at its rim.
     pub(crate) fn is_far_from_rim(&self, profile: Profile) -> bool {
         let farthest = |[a, b]: [f64; 2]| a.abs().max(b.abs());
         let side = (self.x[1] - self.x[0]).max(self.y[1] - self.y[0]);

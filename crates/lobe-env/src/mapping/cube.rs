@@ -1,6 +1,6 @@
-//! The cube mapping: six square faces, each a central projection, stored as OpenGL, Vulkan, KTX2 and DDS store them.
+//! Cube mapping: six square faces, each a central projection, stored as OpenGL, Vulkan, KTX2 and DDS store them.
 //!
-//! Those interfaces look a cube up with y up. Lobe's z-up world enters by its one y-up rotation,
+//! Those interfaces look a cube up with y up. Lobe's z-up world is converted by its one y-up rotation,
 //!
 //! ```text
 //!   (X, Y, Z)_cube = (x, z, -y)_lobe          (x, y, z)_lobe = (X, -Z, Y)_cube
@@ -50,7 +50,7 @@ const AXES: [[[f64; 3]; 3]; FACES] = [
 
 /// The direction of the point `(s, t)` of a face, `s` to the right and `t` downwards, both in `[0, 1]`.
 ///
-/// Beyond `[0, 1]` the plane of the face goes on.
+/// Beyond `[0, 1]` the plane of the face continues.
 ///
 /// # Panics
 /// If `face >= 6`.
@@ -63,15 +63,15 @@ pub fn dir_from_face(face: usize, s: f64, t: f64) -> Dir {
 
 /// The face and the point `(s, t)` on it in the direction `d`.
 ///
-/// On an edge between faces the cube's X face wins over Y over Z.
+/// On an edge between faces X wins over Y over Z, in the cube's axes.
 #[must_use]
 pub fn face_from_dir(d: Dir) -> (usize, f64, f64) {
     let (face, major, a, b) = major_face(d.to_array());
     (face, 0.5 * (a / major) + 0.5, 0.5 * (b / major) + 0.5)
 }
 
-/// The face in the direction of a vector of any length, the size of the coordinate that decides it, and the two others along
-/// the axes of the face.
+/// The face in the direction of a vector of any length, the size of the coordinate that decides it, and the two others
+/// along the axes of the face.
 #[inline(always)]
 pub(crate) fn major_face<T: Real>([x, y, z]: [T; 3]) -> (usize, T, T, T) {
     let [ax, ay, az] = [x, y, z].map(|c| if c < T::ZERO { -c } else { c });
@@ -106,7 +106,7 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 
 /// The exact solid angle in steradian of texel `(x, y)` of a face of `size` x `size` texels.
 ///
-/// Two triangles whose corners are seen from the center of the cube: all but the last digits are right for every
+/// The sum of two triangles seen from the center of the cube: accurate but for the last digits for every
 /// size, and the sum over a face is `2π/3` (test `solid_angles_sum_to_the_whole_sphere`).
 ///
 /// # Panics

@@ -1,4 +1,4 @@
-//! The dual paraboloid mapping: two discs side by side, each half of the sphere as a parabolic mirror shows it.
+//! Dual paraboloid mapping: two discs side by side, each half of the sphere as a parabolic mirror shows it.
 //!
 //! ```text
 //!   front (u < 1/2, s·x >= 0):  p = (-y, z)/(1 + x)        p = (4u - 1, 1 - 2v)
@@ -13,7 +13,7 @@
 //!
 //! Each disc is a picture of the world from inside, not mirrored: the front as an eye sees it that looks along +x, the
 //! back after half a turn. They touch at -y; everywhere else a point of one rim belongs to its mirror image on the
-//! other. `dΩ = 4/(1 + |p|²)² dp`; what lies outside the discs holds nothing.
+//! other. `dΩ = 4/(1 + |p|²)² dp`; the area outside the discs is unused.
 //!
 //! Heidrich and Seidel 1998.
 

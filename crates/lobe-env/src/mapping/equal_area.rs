@@ -1,4 +1,4 @@
-//! The equal-area octahedral mapping: folded like the octahedral one, and every texel has the same solid angle.
+//! Equal-area octahedral mapping: folded like the octahedral one, and every texel has the same solid angle.
 //!
 //! ```text
 //!   z >= 0:  r = √(1 - |z|)    φ' = (2/π) atan(|y|/|x|)    |a| = r (1 - φ')    |b| = r φ'

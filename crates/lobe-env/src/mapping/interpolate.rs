@@ -1,4 +1,4 @@
-//! Radiance between the texel centers of any mapping, across its seams.
+//! Bilinear interpolation between the texel centers of any mapping, across its seams.
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 

@@ -1,4 +1,4 @@
-//! The lat-long mapping: longitude across, latitude down.
+//! Lat-long (equirectangular) mapping: longitude across, latitude down.
 //!
 //! ```text
 //!   u = 0 .. 1 from the left edge to the right      φ = π (1 - 2u)
@@ -19,8 +19,8 @@ use lobe_sh::Dir;
 
 /// The direction of the point `(u, v)` of the picture.
 ///
-/// `u` may be any finite number: it wraps around. `v` is clamped to `[0, 1]`. Exact on the axes: `v = 0` and `v = 1` are the
-/// poles whatever `u` is.
+/// `u` may be any finite number: it wraps around. `v` is clamped to `[0, 1]`. Exact on the axes: `v = 0` and `v = 1`
+/// are the poles whatever `u` is.
 ///
 /// ```
 /// use lobe_env::lat_long::dir_from_uv;
@@ -40,7 +40,7 @@ pub fn dir_from_uv(u: f64, v: f64) -> Dir {
 /// The point `(u, v)` of the picture in the direction `s`, `u` in `[0, 1)`, `v` in `[0, 1]`; `u = 1/2` at the poles.
 #[must_use]
 pub fn uv_from_dir(s: Dir) -> (f64, f64) {
-    // A zero without its sign: φ is 0 at both poles, and π on the whole seam.
+    // Remove the sign of zero: φ is 0 at both poles, and π on the whole seam.
     let u = 0.5 - 0.5 * FRAC_1_PI * (s.y() + 0.0).atan2(s.x() + 0.0);
     // Rounding may reach 1 from below.
     (if u < 1.0 { u } else { 0.0 }, (FRAC_1_PI * s.theta()).min(1.0))

@@ -1,4 +1,4 @@
-//! The ways to lay the sphere out as a picture.
+//! Mappings between directions and points of a picture.
 
 use lobe_sh::Dir;
 
@@ -11,9 +11,9 @@ use crate::mapping::lat_long;
 use crate::mapping::mirror_ball;
 use crate::mapping::octahedral;
 
-/// How a picture shows everything around a point. The module of each mapping has its unfolded figure.
+/// A mapping of the sphere to a picture. The module of each mapping has its unfolded figure.
 ///
-/// Each is the trio [`dir_from_uv`](Mapping::dir_from_uv), [`uv_from_dir`](Mapping::uv_from_dir) and
+/// Each consists of [`dir_from_uv`](Mapping::dir_from_uv), [`uv_from_dir`](Mapping::uv_from_dir) and
 /// [`solid_angle`](Mapping::solid_angle), with `u` from the left edge to the right and `v` from the top down.
 ///
 /// ```
@@ -92,7 +92,8 @@ impl Mapping {
         }
     }
 
-    /// The direction of the point `(u, v)` of the picture, both in `[0, 1]`; `None` where the picture shows nothing.
+    /// The direction of the point `(u, v)` of the picture, both in `[0, 1]`; `None` outside the discs of a round
+    /// picture.
     #[must_use]
     pub fn dir_from_uv(self, u: f64, v: f64) -> Option<Dir> {
         match self {
@@ -145,7 +146,7 @@ impl Mapping {
         }
     }
 
-    /// The solid angle per area `du dv` at the point `(u, v)`; meaningless where the picture shows nothing.
+    /// The solid angle per area `du dv` at the point `(u, v)`; meaningless outside the discs of a round picture.
     pub(crate) fn density(self, u: f64, v: f64) -> f64 {
         use std::f64::consts::PI;
         match self {

@@ -1,4 +1,4 @@
-//! The mirrored ball seen from far away: OpenGL's sphere map, and the photograph of a chrome ball.
+//! Mirror ball seen from far away: OpenGL's sphere map, and the photograph of a chrome ball.
 //!
 //! The picture is the square around the disc of the ball. Light from the direction `r` is seen where the ball's normal
 //! is halfway between `r` and the eye:
@@ -73,7 +73,7 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 
 /// The exact solid angle in steradian of texel `(x, y)` of a ball's picture of `width` x `height` texels.
 ///
-/// Texels at the rim count with the part on the ball; those beside it have 0. The sum is `4π`.
+/// Texels at the rim have the solid angle of their part on the ball, those outside have 0. The sum is `4π`.
 ///
 /// # Panics
 /// If there is no such texel.
@@ -82,7 +82,7 @@ pub fn solid_angle(width: usize, height: usize, x: usize, y: usize) -> f64 {
     azimuthal::solid_angle(Profile::Ball, &texel_rect(width, height, x, y))
 }
 
-/// How far outside the unit disc a point still counts as on its rim: what rounding can do to `|p|²`.
+/// The distance outside the unit disc within which a point still counts as on its rim: the rounding of `|p|²`.
 const RIM_ROUNDING: f64 = 1e-14;
 
 /// The direction of a point of the disc, `None` outside.

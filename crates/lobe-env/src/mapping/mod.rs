@@ -1,8 +1,8 @@
-//! From directions to places in a picture and back, one file for each way of unfolding the sphere.
+//! Mappings between directions and points of a picture: lat-long, cube, octahedral, mirror ball and others.
 //!
-//! Read first: [`mapping`], which lists them, then [`lat_long`] and [`cube`]. [`azimuthal`] has what the discs have in
-//! common, [`solid_angles`], [`texel_quadrature`] and [`polygon`] measure texels; [`taps`] numbers the texels of a
-//! picture, and finds those that a direction is interpolated from, across every seam. Uses no other room.
+//! Read first: [`mapping`], which lists them, then [`lat_long`] and [`cube`]. [`azimuthal`] is shared by the round
+//! pictures; [`solid_angles`], [`texel_quadrature`] and [`polygon`] measure texels; [`taps`] indexes the texels of a
+//! picture, and finds the taps of bilinear interpolation across every seam. Uses no other room.
 
 pub mod angular;
 pub(crate) mod azimuthal;

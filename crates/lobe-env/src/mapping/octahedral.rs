@@ -1,4 +1,4 @@
-//! The octahedral mapping: the sphere projected onto an octahedron, its lower half folded out to a square.
+//! Octahedral mapping: the sphere projected onto an octahedron, its lower half folded out to a square.
 //!
 //! ```text
 //!   (a, b) = (x, y)/(|x| + |y| + |z|)                                 z >= 0
@@ -94,7 +94,7 @@ pub(crate) fn pieces(width: usize, height: usize, x: usize, y: usize) -> Vec<Vec
 }
 
 fn piece_solid_angle(piece: &[Point]) -> f64 {
-    // The middle decides on which face the piece lies: its corners may lie on several.
+    // The centroid decides on which face the piece lies: its corners may lie on several.
     let count = piece.len() as f64;
     let middle = [0, 1].map(|k| piece.iter().map(|p| p[k]).sum::<f64>() / count);
     let face = Face::of(middle);

@@ -1,4 +1,4 @@
-//! Triangles and polygons: what a picture's texel is once it is cut along the folds of its mapping.
+//! Solid angles of triangles, and clipping of polygons: for texels cut along the folds of their mapping.
 
 use lobe_sh::vector::{cross, dot, sub};
 
@@ -62,7 +62,7 @@ mod tests {
     fn small_triangles_keep_their_digits() {
         let h = 1e-7;
         let small = triangle_solid_angle([0.3, 0.4, 1.0], [0.3 + h, 0.4, 1.0], [0.3, 0.4 + h, 1.0]);
-        // The density at the center of gravity, right to second order in h.
+        // The density at the centroid, accurate to second order in h.
         let (x, y) = (0.3_f64 + h / 3.0, 0.4_f64 + h / 3.0);
         let expected = 0.5 * h * h * (1.0 + x * x + y * y).powf(-1.5);
         assert!((small / expected - 1.0).abs() < 1e-8, "{small} against {expected}");

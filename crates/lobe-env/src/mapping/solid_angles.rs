@@ -1,4 +1,4 @@
-//! The solid angles of all texels of a picture, computed once.
+//! Table of the solid angles of all texels of a picture.
 
 use rayon::prelude::*;
 
@@ -6,13 +6,13 @@ use crate::Mapping;
 use crate::mapping::lat_long;
 use crate::mapping::taps::Grid;
 
-/// [`Mapping::solid_angle`] of every texel; only of a quarter of them, for every mapping is its own mirror image.
+/// [`Mapping::solid_angle`] of every texel; a quarter of them is stored, as every mapping is mirror-symmetric.
 pub(crate) struct SolidAngles {
-    /// Of the picture.
+    /// Columns of the picture.
     width: usize,
-    /// Of the table.
+    /// Columns of the table.
     columns: usize,
-    /// Where in the table each row of the picture is.
+    /// The first entry of each row of the picture in the table.
     rows: Vec<usize>,
     table: Vec<f64>,
 }
@@ -35,7 +35,7 @@ impl SolidAngles {
         Self { width, columns, rows, table }
     }
 
-    /// Of a picture of `width` x `height` texels.
+    /// For a picture of `width` x `height` texels.
     pub(crate) fn of(mapping: Mapping, width: usize, height: usize) -> Self {
         Self::new(Grid::new(mapping, width, height))
     }

@@ -1,4 +1,4 @@
-//! Which texels of a picture make up its value in one point, and how much each counts.
+//! Taps of bilinear interpolation: the texels and weights that make up a picture's value at a point.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -9,34 +9,34 @@ use crate::Mapping;
 use crate::mapping::cube;
 use crate::mapping::lat_long::sin_cos_pi;
 
-// Bilinear interpolation in θ gives the rows of a lat-long picture other solid angles than they have: 8 % more for the
-// first row, since between its center and the next one the sphere widens. Between the centers of two rows, at
+// Plain bilinear interpolation in θ gives the rows of a lat-long picture wrong solid angles: 8 % too much for the first
+// row, since between its center and the next one the sphere widens. Between the centers of two rows, at
 // θ = m + (t - 1/2) δ with m the edge between them and δ = π/h, the weight 1 - t of the upper row is therefore bent to
 //
 //     g(t) = 1 - t - β t (1 - t)      with β such that   ∫_0^1 g(t) sin θ dt = ∫_0^{1/2} sin θ dt
 //
-// so that either row gets its own half of the strip, and each row, with the strip at the pole, its solid angle. With
+// so that either row has its own half of the strip, and each row, with the strip at the pole, its solid angle. With
 // x = θ - m, sin θ = sin m cos x + cos m sin x and 1 - t = 1/2 - x/δ, all integrals are elementary:
 //
 //     β = cot m · ((1 - cos δ/2) - I₁)/(δ K)              I₁ = ∫ x sin x dt = (2/δ)(sin δ/2 - δ/2 cos δ/2)
 //     K = ∫ t(1-t) cos x dt = sin(δ/2)/(2δ) - J/δ²        J = ∫ x² cos x dt = (2/δ)(δ²/4 sin δ/2 + δ cos δ/2 - 2 sin δ/2)
 //
-// which is cot(m) δ/4 + O(δ³): 1/4 at the first edge, a hundredth of it 100 rows on. In place of g, the fraction t is bent:
-// t + β t (1 - t).
+// which is cot(m) δ/4 + O(δ³): 1/4 at the first edge, a hundredth of it 100 rows on. In place of g, the fraction t is
+// bent: t + β t (1 - t).
 
-/// Height of a row in radians from which on β is its first term: the rest is below `SMALL_STRIP²`, and the closed form loses
-/// as much to cancellation.
+/// Up to this height of a row, in radians, β is approximated by its first term: the error is below `SMALL_STRIP²`, and
+/// the closed form loses as much to cancellation.
 const SMALL_STRIP: f64 = 1e-3;
 
-/// Four texels on each side of a rim.
+/// The most taps: four texels on each side of a rim.
 const MAX_TAPS: usize = 8;
 
-/// A texel, by its number in the picture, and its weight.
+/// A tap: the index of a texel in the picture, and its weight.
 pub(crate) type Share = (u32, f32);
 
-/// Texels, by their number in the picture, with weights that sum to 1.
+/// Taps whose weights sum to 1.
 ///
-/// A texel may come twice. Pictures have fewer than 2³² texels: those would be 48 GiB.
+/// A texel may occur twice. Pictures have fewer than 2³² texels: those would be 48 GiB.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taps {
     list: [Share; MAX_TAPS],
@@ -101,7 +101,7 @@ impl Grid {
         [x, self.fair_row(y, self.cotangent_factor() * self.cotangent(row))]
     }
 
-    /// The row `y` between two centers, moved so that interpolation shares out the solid angle between them fairly.
+    /// The row `y` between two centers, bent so that each row has its solid angle in the interpolation.
     #[inline]
     pub(crate) fn fair_row(&self, y: f64, bend: f64) -> f64 {
         let t = (y - 0.5) - (y - 0.5).floor();
@@ -130,14 +130,14 @@ impl Grid {
         ((1.0 - cos) - i1) / (d * k)
     }
 
-    /// The number of the texel that contains the point.
+    /// The index of the texel that contains the point.
     #[inline]
     pub(crate) fn texel(&self, [x, y]: [f64; 2]) -> usize {
         (x as usize).min(self.width - 1) + self.width * (y as usize).min(self.height - 1)
     }
 
-    /// The part of the picture around the point `p` in which the four texels around each point are neighbors in the picture:
-    /// its columns and its rows; nothing in a picture with rims.
+    /// The range of columns and rows around the point `p` in which the four texels around each point are neighbors in
+    /// the picture; `None` in a picture with rims.
     pub(crate) fn inner_part(&self, p: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let (top, height) = match self.mapping {
             Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea => (0, self.height),
@@ -148,9 +148,9 @@ impl Grid {
         Some([between_centers(0, self.width), between_centers(top, height)])
     }
 
-    /// The texels whose bilinear mean is the value in the point `p`.
+    /// The taps of the value at the point `p`.
     ///
-    /// Beyond an edge the picture goes on with the texels that are neighbors on the sphere.
+    /// Beyond an edge the picture continues with the texels that are neighbors on the sphere.
     #[inline]
     pub(crate) fn taps(&self, p: [f64; 2]) -> Taps {
         match self.mapping {
@@ -162,7 +162,7 @@ impl Grid {
         }
     }
 
-    /// Columns wrap around; beyond the first and the last row follows the same row, half a turn further.
+    /// Columns wrap around; beyond the first and the last row comes the same row, half a turn further.
     #[inline]
     fn lat_long(&self, [x, y]: [f64; 2]) -> Taps {
         let (column, row) = (x - 0.5, y - 0.5);
@@ -196,7 +196,7 @@ impl Grid {
         taps
     }
 
-    /// Beyond an edge of a face follows its neighbor, beyond a corner the mean of the three texels that meet there.
+    /// Beyond an edge of a face comes its neighbor, beyond a corner the mean of the three texels that meet there.
     #[inline]
     fn cube(&self, [x, y]: [f64; 2]) -> Taps {
         let size = self.width as isize;
@@ -223,7 +223,7 @@ impl Grid {
         taps
     }
 
-    /// Beyond a side follows the same side, turned about its middle.
+    /// Beyond a side comes the same side, rotated about its middle.
     fn folded_square(&self, p: [f64; 2]) -> Taps {
         let (w, h) = (self.width as isize, self.height as isize);
         let mut taps = Taps::NONE;
@@ -256,7 +256,7 @@ impl Grid {
         self.across_rim(p, &disc(back), &disc(1 - back), [-p[0], p[1]])
     }
 
-    /// Blends over the last half texel before the rim: at the rim both sides count the same.
+    /// Blends over the last half texel before the rim: at the rim both sides have the same weight.
     fn across_rim(&self, p: [f64; 2], disc: &Disc, other: &Disc, beyond: [f64; 2]) -> Taps {
         let mut taps = Taps::NONE;
         let inner = (1.0 - 1.0 / disc.width.min(self.height as f64)).max(0.0);
@@ -272,7 +272,7 @@ impl Grid {
         taps
     }
 
-    /// Point `p` of a disc, bilinear between those of the four texels around it that show a part of the disc.
+    /// The taps of point `p` of a disc, among those of the four texels around it that touch the disc.
     fn on_disc(&self, p: [f64; 2], disc: &Disc, share: f64, taps: &mut Taps) {
         let height = self.height as f64;
         let corner = [disc.start + 0.5 * (p[0] + 1.0) * disc.width, 0.5 * (p[1] + 1.0) * height];
@@ -297,7 +297,7 @@ impl Grid {
     }
 }
 
-/// The square around a disc: where it begins, how wide it is, and the columns that show some of it.
+/// The square around a disc: its first column, its width, and the columns that touch the disc.
 struct Disc {
     start: f64,
     width: f64,

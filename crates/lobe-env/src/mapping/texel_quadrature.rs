@@ -1,4 +1,4 @@
-//! Quadrature over a texel of any mapping.
+//! Quadrature nodes over a texel of any mapping.
 
 use lobe_sh::Dir;
 
@@ -13,7 +13,7 @@ use crate::mapping::polygon::Point;
 /// Replaces `out` by directions in texel `(x, y)` with their solid angles, whose sum is the exact one of the texel.
 ///
 /// `rule` is a Gauss-Legendre rule on `[-1, 1]`. It is applied to each smooth piece of the texel: the mapping's folds,
-/// poles and rims lie between pieces. Empty for a texel that shows nothing.
+/// poles and rims lie between pieces. Empty for a texel outside the discs of a round picture.
 pub(crate) fn nodes_into(
     mapping: Mapping,
     [width, height]: [usize; 2],

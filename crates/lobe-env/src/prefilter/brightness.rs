@@ -1,4 +1,4 @@
-//! The brightness of each part of a map, relative to most of it.
+//! Relative brightness of the cells of a map, in octaves.
 
 use lobe_sh::Rgb;
 use rayon::prelude::*;
@@ -7,34 +7,35 @@ use crate::CubeMap;
 use crate::mapping::cube::FACES;
 use crate::prefilter::cell_tree::{children_of, place};
 
-// What an approximation leaves of the light of a lamp lies over dark parts of a filtered map too. If it shall not show
-// there, a cell a hundred times as bright as the dark ones has to be looked at with about a hundredth of the error.
+// The error left by a bright lamp spreads over dark parts of a filtered map too. For it not to show there, a cell a
+// hundred times as bright as the dark ones needs about a hundredth of the tolerance.
 
-/// What is up to this many times as bright as most of the map is no lamp. With 4 a third more points are looked at in the
-/// bundled sunset, and nothing is nearer to the truth.
+/// Cells up to this many times as bright as the median are no lamps. With 4, a third more points are evaluated in the
+/// bundled sunset, and nothing gets more accurate.
 const LAMP: f64 = 16.0;
 
-/// Beyond this many steps, each twice as bright as the one before, single precision ends: 16 · 2¹⁶ is a million.
+/// The number of octaves, at most: 16 · 2¹⁶ is a million, beyond which single precision ends.
 const MOST_STEPS: usize = 17;
 
-/// By what the error is divided that is allowed in a step: half of the most brightness in it, or 1 in step 0. A quarter lets
-/// errors of 3 % of dark texels' values pass beside the lamps of the bundled studio.
+/// The divisor of the tolerance in a step: half of the greatest brightness in it, or 1 in step 0. With a quarter,
+/// errors of 3 % of dark texels' values remain beside the lamps of the bundled studio.
 pub(crate) fn of_step(step: usize) -> f64 {
     if step == 0 { 1.0 } else { 0.5 * LAMP * (step as f64).exp2() }
 }
 
-/// The step of every cell of a cube map, down to some depth; see [`FilterTree`](crate::prefilter::cell_tree::FilterTree).
+/// The step of every cell of a cube map, down to some depth; see
+/// [`FilterTree`](crate::prefilter::cell_tree::FilterTree).
 pub(crate) struct Brightness {
     /// For each depth.
     cells: Vec<Vec<u8>>,
-    /// How many steps there are.
+    /// The number of steps.
     steps: usize,
 }
 
 impl Brightness {
-    /// Of a source with cells down to `depth`.
+    /// Measures a source with cells down to `depth`.
     ///
-    /// Brightness is the mean of the largest channel's absolute value, in parts of its median over the deepest cells.
+    /// Brightness is the mean of the largest channel's absolute value, relative to its median over the deepest cells.
     pub(crate) fn new(source: &CubeMap, depth: usize) -> Self {
         let deepest = (0..FACES << (2 * depth)).into_par_iter().map(|i| mean(source, i, depth));
         let mut levels = vec![deepest.collect::<Vec<f64>>()];
@@ -52,7 +53,7 @@ impl Brightness {
         let usual = deepest[deepest.len() / 2];
         let step = |brightness: &f64| {
             let steps = (brightness / (LAMP * usual)).log2().ceil();
-            // Where most is black, all light is a lamp's; what is no number is in step 0.
+            // Where the median is black, all light is a lamp's; NaN is in step 0.
             if steps > 0.0 { steps.min((MOST_STEPS - 1) as f64) as u8 } else { 0 }
         };
         let cells: Vec<Vec<u8>> = levels.iter().map(|level| level.iter().map(step).collect()).collect();

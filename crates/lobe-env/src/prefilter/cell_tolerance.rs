@@ -1,4 +1,4 @@
-//! The size of the cells of a source that a lobe may be summed over, for a given error.
+//! Error tables of a lobe: the largest cells of the source that its integral may use, for a tolerance.
 
 use std::f64::consts::PI;
 
@@ -9,30 +9,30 @@ use crate::prefilter::brightness;
 use crate::prefilter::cell_tree::{SIDE, lagrange, nodes};
 use crate::reflection::specular_lobe::{Kernel, integral};
 
-/// Angles from the axis at which the errors are tabulated; they crowd towards the axis, `θ = π (i/512)²`.
+/// Angles from the axis at which errors are tabulated, clustered towards the axis: `θ = π (i/512)²`.
 const BINS: usize = 512;
 
-/// Points between the nodes at which the error of the polynomial is measured.
+/// Points between the nodes at which the polynomial's error is measured.
 const PROBES: usize = 2 * SIDE + 1;
 
-/// Gauss-Legendre points along a texel, from which one is chosen.
+/// The choice of Gauss-Legendre rules along a texel, by their number of points.
 const RULES: [usize; 6] = [1, 2, 3, 4, 6, FilterCut::MOST_POINTS];
 
-/// Light this part of the tolerated error is left out.
+/// Light below this fraction of the tolerance is left out.
 const NEGLIGIBLE: f64 = 0.1;
 
-/// For each angle from the axis of a kernel, what approximations of the kernel are good enough there.
+/// For each angle from the axis of a kernel, the coarsest approximations of the kernel that are accurate enough there.
 ///
-/// An approximation is good enough for light `brightness` times as bright as most of the map where its error is at most
-/// `tolerance (K(θ) + floor/brightness)` everywhere. Brightness comes in [steps](crate::brightness).
+/// An approximation is accurate enough for light `brightness` times as bright as the median of the map where its error
+/// is at most `tolerance (K(θ) + floor/brightness)`. Brightness comes in [steps](crate::brightness).
 pub(crate) struct FilterCut {
-    /// For each class of sides.
+    /// For each class of cell sizes.
     cells: Vec<Limits>,
     /// For each of [`RULES`] on a texel.
     rules: Vec<Limits>,
-    /// The points along a texel where fewer do not suffice.
+    /// The points along a texel where no smaller rule suffices.
     most: usize,
-    /// For leaving out what is there.
+    /// For leaving light out.
     nothing: Limits,
 }
 
@@ -40,8 +40,7 @@ impl FilterCut {
     /// The most points along a texel.
     pub(crate) const MOST_POINTS: usize = 8;
 
-    /// Measures a kernel for cells down to the given depth, for texels of the given side, and for the given number of steps of
-    /// brightness.
+    /// Measures a kernel for cells down to `depth`, for texels of the side `texel` and for `steps` of brightness.
     pub(crate) fn new(kernel: &impl Kernel, tolerance: f64, depth: usize, texel: f64, steps: usize) -> Self {
         let value = |theta: f64| {
             // Beyond the axis and beyond the opposite point the angle falls again.
@@ -51,7 +50,7 @@ impl FilterCut {
             kernel.exact(2.0 * sin * sin)
         };
         let floor = tolerance * floor(kernel);
-        // The brightness for which twice the difference, along both sides of a cell, is just good enough.
+        // The brightness at which twice the error, along both sides of a cell, equals the tolerance.
         let limit = |found: f64, exact: f64| {
             let beyond = 2.0 * (found - exact).abs() - tolerance * exact.abs();
             if beyond > 0.0 { floor / beyond } else { f64::INFINITY }
@@ -66,7 +65,7 @@ impl FilterCut {
             for (t, factors) in &probes {
                 let found = factors.iter().zip(at_nodes).map(|(factor, value)| factor * value).sum();
                 least = least.min(limit(found, value(theta + 0.5 * side * t)));
-                // Bad for every light.
+                // Too inaccurate for any light.
                 if least < brightness::of_step(0) {
                     break;
                 }
@@ -93,30 +92,30 @@ impl FilterCut {
         }
     }
 
-    /// Whether a cell of some side may be replaced by its nodes, at all angles of a range from the axis.
+    /// Whether a cell of a size class may be replaced by its nodes, at all angles of a range from the axis.
     pub(crate) fn cell_is_good(&self, class: usize, step: usize, angles: [f64; 2]) -> bool {
         self.cells[class.min(self.cells.len() - 1)].allow(step, angles)
     }
 
-    /// Whether nothing needed lies at angles of this range.
+    /// Whether light at angles of this range may be left out.
     pub(crate) fn is_negligible(&self, step: usize, angles: [f64; 2]) -> bool {
         self.nothing.allow(step, angles)
     }
 
-    /// The points along a texel that suffice at angles of this range; the most there are if none do.
+    /// The points along a texel that suffice at angles of this range; the largest number if none do.
     pub(crate) fn texel_points(&self, step: usize, angles: [f64; 2]) -> usize {
         self.rules.iter().position(|rule| rule.allow(step, angles)).map_or(self.most, |i| RULES[i])
     }
 
-    /// The depth at which every cell is good everywhere, if not deeper than `last`.
+    /// The depth at which every cell is accurate enough everywhere, if not deeper than `last`.
     pub(crate) fn depth_needed(&self, steps: usize, last: usize) -> usize {
         (0..last).find(|depth| self.cell_is_good(2 * depth, steps - 1, [0.0, PI])).unwrap_or(last)
     }
 }
 
-/// Up to which brightness something is good enough, at each angle.
+/// The greatest brightness for which an approximation is accurate enough, at each angle.
 struct Limits {
-    /// For each step of brightness and each bin, in how many bins before it it is not.
+    /// For each step of brightness, prefix sums over the bins: the number of earlier bins in which it is not.
     bad: Vec<Vec<u32>>,
 }
 
@@ -136,7 +135,7 @@ impl Limits {
         Self { bad: (0..steps).map(counted).collect() }
     }
 
-    /// Whether it is good enough in all bins of a range.
+    /// Whether it is accurate enough in all bins of a range.
     fn allow(&self, step: usize, angles: [f64; 2]) -> bool {
         let bin = |angle: f64| (angle.clamp(0.0, PI) / PI).sqrt() * BINS as f64;
         let (first, last) = (bin(angles[0]).floor() as usize, bin(angles[1]).ceil() as usize);
@@ -145,30 +144,30 @@ impl Limits {
     }
 }
 
-/// The points along a texel that are enough at a kink, where no number of them would reach the tolerance.
+/// The points along a texel at a kink of the kernel, where no number of them would reach the tolerance.
 ///
-/// Between points a kink, whose slope is about the peak over the lobe's width, is missed by up to an eighth of what the
-/// kernel changes from point to point: 1/512 of the peak with 64 points across the width, and half of that on average.
+/// The integral misses a kink, whose slope is about the peak over the lobe's width, by up to an eighth of the kernel's
+/// change from point to point: 1/512 of the peak with 64 points across the width, and half of that on average.
 fn points_at_kinks(kernel: &impl Kernel, texel: f64) -> usize {
     let width = (integral(kernel).abs() / (PI * kernel.exact(0.0).abs())).sqrt();
     let points = (64.0 * texel / width).ceil() as usize;
     RULES.into_iter().find(|rule| *rule >= points).unwrap_or(FilterCut::MOST_POINTS)
 }
 
-/// The largest class whose cells are at least this wide.
+/// The largest class of cells at least this wide.
 pub(crate) fn class_of(side: f64) -> usize {
     (2.0 * (2.0 / side).log2() + 1e-9).floor().max(0.0) as usize
 }
 
-/// Classes are half octaves below the 2 rad of a face that was flat.
+/// The side of the cells of a class, in half octaves below the 2 rad of a flat face.
 fn class_side(class: usize) -> f64 {
     2.0 * (-0.5 * class as f64).exp2()
 }
 
 /// The geometric mean of the kernel's peak and its mean over the sphere.
 ///
-/// Compared with the peak alone the error would be small for a single light, but might show in a smooth sky under a
-/// narrow lobe; compared with the mean alone, far more cells would be looked at than anybody could see.
+/// Relative to the peak alone, the error would be small for a single light but might show in a smooth sky under a
+/// narrow lobe; relative to the mean alone, far more cells would be evaluated than anybody could see.
 fn floor(kernel: &impl Kernel) -> f64 {
     let mean = integral(kernel).abs() / (4.0 * PI);
     (mean * kernel.exact(0.0).abs()).sqrt()

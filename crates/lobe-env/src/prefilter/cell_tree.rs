@@ -1,4 +1,4 @@
-//! A cube map as a tree of cells, each with few points of light that stand for all its texels.
+//! Cell tree of a cube map: each cell holds Chebyshev nodes that carry the light of all its texels.
 
 use std::f64::consts::PI;
 
@@ -9,25 +9,25 @@ use crate::mapping::cube::{self, FACES};
 use crate::mapping::solid_angles::SolidAngles;
 use crate::{CubeMap, Mapping};
 
-// A smooth function K is, over a cell, nearly its polynomial through P x P nodes p_jk of that cell. So
+// A smooth function K is, over a cell, nearly its polynomial through the P x P nodes p_jk of that cell. So
 //
 //     ∫_cell L K ds  ≈  Σ_jk K(p_jk) m_jk        m_jk = ∫_cell L l_j(a) l_k(b) ds
 //
-// with the Lagrange polynomials l of the nodes: the light is handed to the nodes, exactly, once for all K (the black box
-// of Fong and Darve 2009). The error is that of the polynomial, and small as soon as the cell is smaller than K's
-// features, however rough L is: a sun between the nodes is as good as one on a node. As the l of the parent's nodes are
-// polynomials too, a parent takes the light of its children from their nodes and not from the texels.
+// with the Lagrange polynomials l of the nodes: the moments m are computed exactly, once for all K (the black-box fast
+// multipole method of Fong and Darve 2009). The error is that of the interpolation, and small as soon as the cell is
+// smaller than K's features, however rough L is: a sun between nodes is as accurate as one on a node. As the parent's l
+// are polynomials too, a parent's moments follow from those of its children and not from the texels.
 
-/// Nodes along the side of a cell. Eight cost least of 4, 6, 8 and 10 at an error of 1e-3.
+/// Nodes along the side of a cell. Of 4, 6, 8 and 10, eight is the fastest at an error of 1e-3.
 pub(crate) const SIDE: usize = 8;
 
 /// Nodes of a cell.
 pub(crate) const NODES: usize = SIDE * SIDE;
 
-/// Directions, solid angles and light of some points: `x`, `y`, `z`, area, area times red, green, blue.
+/// Planes of the nodes' data: `x`, `y`, `z`, area, area times red, green, blue.
 pub(crate) const PLANES: usize = 7;
 
-/// The points of a cell.
+/// The nodes of a cell.
 pub(crate) type Cell = [[f32; NODES]; PLANES];
 
 /// A part of a row of texels that lies in one cell.
@@ -35,9 +35,9 @@ pub(crate) type Cell = [[f32; NODES]; PLANES];
 pub(crate) struct Piece {
     /// The texel.
     pub(crate) texel: usize,
-    /// Where the piece is on the face, in `[0, 1]`.
+    /// Its extent on the face, in `[0, 1]`.
     pub(crate) range: [f64; 2],
-    /// What part of the texel it is.
+    /// The fraction of the texel's width.
     part: f64,
     /// The mean of every Lagrange polynomial over the piece.
     means: [f64; SIDE],
@@ -47,14 +47,14 @@ pub(crate) struct Piece {
 pub(crate) struct FilterTree<'a> {
     pub(crate) source: &'a CubeMap,
     solid_angles: SolidAngles,
-    /// For each column of the deepest cells, its texels.
+    /// For each column of the deepest cells, its pieces of texels.
     pub(crate) pieces: Vec<Vec<Piece>>,
     /// The cells of each depth, face after face, row after row.
     pub(crate) levels: Vec<Vec<Cell>>,
 }
 
 impl<'a> FilterTree<'a> {
-    /// The depth below which a cell would have fewer texels than nodes.
+    /// The greatest depth at which a cell has at least as many texels as nodes.
     pub(crate) fn last_depth(size: usize) -> usize {
         size.div_ceil(SIDE).next_power_of_two().ilog2() as usize
     }
@@ -78,7 +78,7 @@ impl<'a> FilterTree<'a> {
         self.levels.len() - 1
     }
 
-    /// The cells of the deepest level, from the texels.
+    /// The moments of the cells of the deepest level, from the texels.
     fn deepest(&self, depth: usize) -> Vec<Cell> {
         let side = 1 << depth;
         (0..FACES * side * side)
@@ -113,7 +113,8 @@ pub(crate) fn place(i: usize, depth: usize) -> (usize, usize, usize) {
     (i / (side * side), i % side, i / side % side)
 }
 
-/// The four quarters of cell `i` of a depth, among the cells of the next: upper left, upper right, lower left, lower right.
+/// The four quarters of cell `i` of a depth, among the cells of the next: upper left, upper right, lower left, lower
+/// right.
 pub(crate) fn children_of(i: usize, depth: usize) -> [usize; 4] {
     let (face, column, row) = place(i, depth);
     let side = 2 << depth;
@@ -131,7 +132,7 @@ fn spread(masses: &mut [[f64; NODES]; 4], line: &[[f64; SIDE]; 4], factors: &[f6
     }
 }
 
-/// The cells of depth `k` from those of the next.
+/// The moments of the cells of depth `k`, from those of the next depth.
 fn parents(children: &[Cell], k: usize) -> Vec<Cell> {
     let side = 1 << k;
     // Lagrange polynomials of the parent at the nodes of its left and of its right child.
@@ -161,7 +162,7 @@ fn parents(children: &[Cell], k: usize) -> Vec<Cell> {
         .collect()
 }
 
-/// Cell `i` of a depth with its nodes and their light.
+/// Cell `i` of a depth, with the directions and moments of its nodes.
 fn cell(i: usize, depth: usize, masses: &[[f64; NODES]; 4]) -> Cell {
     let (face, column, row) = place(i, depth);
     let nodes = nodes();
@@ -184,10 +185,10 @@ fn cell(i: usize, depth: usize, masses: &[[f64; NODES]; 4]) -> Cell {
     cell
 }
 
-/// The texels, or parts of them, in one of `columns` columns of cells.
+/// The texels, or pieces of them, in column `column` of `columns` columns of cells.
 fn pieces(size: usize, column: usize, columns: usize) -> Vec<Piece> {
     let rule = gauss_legendre(SIDE / 2);
-    // In units of 1/(size columns) of a face all ends are whole.
+    // In units of 1/(size columns) of a face all ends are integers.
     let (start, end) = (column * size, (column + 1) * size);
     (start / columns..end.div_ceil(columns))
         .map(|texel| {
@@ -221,7 +222,7 @@ pub(crate) fn lagrange(t: f64) -> [f64; SIDE] {
     })
 }
 
-/// The largest side, as an angle, of cell `i` of a depth, and the direction of its middle.
+/// The angular size of the longest side of cell `i` of a depth, and the direction of its center.
 ///
 /// A step `δ` on the plane of a face, in units of half its edge, is at most `δ/√(1 + r²)` wide seen from the center,
 /// `r` being the distance from the middle of the face.

@@ -1,4 +1,4 @@
-//! Averages of a cube map with a lobe, to a stated error.
+//! Zonal filtering of a cube map by hierarchical quadrature, to a given tolerance.
 
 use std::f64::consts::PI;
 
@@ -12,25 +12,26 @@ use crate::prefilter::cell_tolerance::{FilterCut, class_of};
 use crate::prefilter::cell_tree::{FilterTree, NODES, PLANES, Piece, children_of, extent, place};
 use crate::reflection::specular_lobe::{Kernel, integral};
 
-/// Points added up side by side: a register of AVX.
+/// Points summed side by side: a register of AVX.
 const LANES: usize = 8;
 
-/// Points taken together: those of a cell. First all their weights, then one sum at a time: with several at once the
-/// compiler finds no registers to do lanes in.
+/// Points processed together: those of a cell. All weights first, then one sum at a time: with several at once the
+/// compiler runs out of registers.
 const TOGETHER: usize = NODES;
 
-/// A lobe whose solid angle is this part of a texel's, or less, is a mirror: it sees the steps between texels only.
+/// A lobe whose solid angle is at most this fraction of a texel's is treated as a mirror: it resolves only the steps
+/// between texels.
 const MIRROR: f64 = 1.0 / 16.0;
 
-/// A source and a kernel, ready to be averaged about any direction.
+/// A source and a kernel, ready to be convolved.
 ///
 /// ```text
 ///   g(r) = Σ w K(|p - r|²/2) L / Σ w K(|p - r|²/2)
 /// ```
 ///
 /// The sum runs over the nodes of a cut through the tree of cells: large cells where the kernel is flat, small cells
-/// where it is steep, texels where no cell would do. The source is constant over each texel, and so is what is
-/// integrated. Both sums go through the same operations, so a map of 1 stays exactly 1.
+/// where it is steep, texels where no cell is accurate enough. The source is piecewise constant over texels. Both sums
+/// go through the same operations, so a map of 1 stays exactly 1.
 pub(crate) struct ZonalFilter<'a, K> {
     tree: &'a FilterTree<'a>,
     kernel: K,
@@ -42,7 +43,7 @@ pub(crate) struct ZonalFilter<'a, K> {
     shapes: &'a [Vec<Shape>],
 }
 
-/// Where a cell is.
+/// Center and extent of a cell.
 pub(crate) struct Shape {
     middle: Dir,
     radius: f64,
@@ -83,7 +84,7 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
         Self { tree, kernel, cut, brightness, rules, depth, shapes }
     }
 
-    /// The averages about some directions that are near each other, by the widest instructions of the machine.
+    /// The averages about directions that are near each other, by the widest instructions of the machine.
     pub(crate) fn towards(&self, targets: &[Dir]) -> Vec<Rgb<f32>> {
         #[cfg(target_arch = "x86_64")]
         if let Some(v3) = pulp::x86::V3::try_new() {
@@ -92,9 +93,10 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
         self.towards_by::<false>(targets)
     }
 
-    /// [`towards`](Self::towards), with products and sums in one operation or, `FUSED` being false, in two.
+    /// [`towards`](Self::towards), with fused multiply-adds or, `FUSED` being false, without.
     #[inline(always)]
     fn towards_by<const FUSED: bool>(&self, targets: &[Dir]) -> Vec<Rgb<f32>> {
+        // Bound the targets by a cone.
         let sum = targets.iter().fold([0.0; 3], |sum, r| [0, 1, 2].map(|k| sum[k] + r.to_array()[k]));
         let axis = Dir::new(sum).unwrap_or(targets[0]);
         let radius = targets.iter().map(|r| r.angle_to(axis)).fold(0.0, f64::max);
@@ -103,18 +105,22 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
         let mut open: Vec<(usize, usize)> = (0..FACES).rev().map(|face| (0, face)).collect();
         let mut points = Points::default();
         while let Some((depth, i)) = open.pop() {
+            // Bound the angles between the cell and the targets.
             let shape = &self.shapes[depth][i];
             let angle = axis.dot(shape.middle).clamp(-1.0, 1.0).acos();
             let around = |more: f64| [(angle - radius - more).max(0.0), (angle + radius + more).min(PI)];
             let step = self.brightness.step(i, depth);
+            // Skip a cell whose light is negligible.
             if self.cut.is_negligible(step, around(shape.radius)) {
                 continue;
             }
+            // Descend while the cell is too coarse for the kernel.
             let is_good = self.cut.cell_is_good(shape.class, step, around(0.0));
             if !is_good && depth < self.depth {
                 open.extend(children_of(i, depth).into_iter().rev().map(|child| (depth + 1, child)));
                 continue;
             }
+            // Add the nodes of the cell, or Gauss points of its texels where no cell is accurate enough.
             let count = if is_good { 1 } else { self.cut.texel_points(step, around(shape.radius)) };
             if count == 1 {
                 // The nodes of the cell are no worse than one point in each of its texels, even at a kink.
@@ -130,6 +136,7 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
                 accumulate::<FUSED, K>(&self.kernel, &points.planes.each_ref().map(Vec::as_slice), &singles, &mut sums);
             }
         }
+        // Normalize by the sum of the weights.
         sums.iter().map(|[weight, r, g, b]| Rgb::narrow(Rgb::new(r / weight, g / weight, b / weight))).collect()
     }
 }
@@ -152,7 +159,7 @@ impl<K: Kernel> pulp::NullaryFnOnce for Wide<'_, '_, K> {
 }
 
 impl Points {
-    /// The points of Gauss-Legendre rules over the texels of a deepest cell.
+    /// Fills in the points of Gauss-Legendre rules over the texels of a deepest cell.
     fn fill(&mut self, tree: &FilterTree<'_>, i: usize, depth: usize, rule: &[(f64, f64)]) {
         let (face, column, row) = place(i, depth);
         self.planes.iter_mut().for_each(Vec::clear);
@@ -188,7 +195,7 @@ impl Points {
     }
 }
 
-/// Adds to the four sums of every target the points, weighted with the kernel.
+/// Adds the points, weighted with the kernel, to the four sums of every target.
 ///
 /// `1 - cos θ` is half the square of the chord: no digits are lost near the axis.
 #[inline(always)]
@@ -198,7 +205,7 @@ fn accumulate<const FUSED: bool, K: Kernel>(
     targets: &[[f32; 3]],
     sums: &mut [[f64; 4]],
 ) {
-    // Without the instruction a fused operation is a call, so slow that two operations are better.
+    // Without the instruction a fused multiply-add is a slow call: use two operations.
     let add_product = |sum: f32, a: f32, b: f32| if FUSED { a.mul_add(b, sum) } else { sum + a * b };
     let [x, y, z, rest @ ..] = planes.map(|plane| plane.as_chunks::<TOGETHER>().0);
     for (target, sums) in targets.iter().zip(sums) {
@@ -215,7 +222,7 @@ fn accumulate<const FUSED: bool, K: Kernel>(
     }
 }
 
-/// The sum of products, in lanes.
+/// The dot product, in lanes.
 #[inline(always)]
 fn dot<const FUSED: bool>(weights: &[f32; TOGETHER], values: &[f32; TOGETHER]) -> f32 {
     let mut lanes = [0.0_f32; LANES];
@@ -228,19 +235,19 @@ fn dot<const FUSED: bool>(weights: &[f32; TOGETHER], values: &[f32; TOGETHER]) -
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// Whether a lobe is so narrow that a source of this size shows it as a mirror.
+/// Whether a lobe is too narrow for a source of this size to tell it from a mirror.
 pub(crate) fn is_mirror(kernel: &impl Kernel, size: usize) -> bool {
     let texel = 4.0 * PI / (FACES * size * size) as f64;
     // A kernel without a peak on its axis is no mirror.
     integral(kernel).abs() < MIRROR * texel * kernel.exact(0.0).abs()
 }
 
-/// The side of the largest texel, as an angle.
+/// The angular size of the side of the largest texel.
 pub(crate) fn texel_side(source: &CubeMap) -> f64 {
     2.0 / source.size() as f64
 }
 
-/// The side of the tiles of a cube, and each tile as its face and its first column and row.
+/// The side of the tiles of a cube, and each tile as its face, first column and first row.
 pub(crate) fn tiles(size: usize) -> (usize, Vec<[usize; 3]>) {
     // Directions that share a cut should be near each other compared with a lobe as wide as the map is small.
     let side = (size / 16).clamp(1, 8);

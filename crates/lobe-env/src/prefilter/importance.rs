@@ -1,4 +1,4 @@
-//! Averages of a cube map with a lobe, by samples drawn from the lobe.
+//! Importance sampling of a lobe, with filtered lookups into a mip chain of a cube map.
 
 use std::f64::consts::PI;
 
@@ -11,18 +11,18 @@ use crate::frame::frame;
 use crate::mapping::cube::{self, FACES};
 use crate::reflection::specular_lobe::{Kernel, integral};
 
-/// Places between which the share of the lobe within an angle is interpolated.
+/// The number of steps in the tabulated cumulative distribution of the lobe.
 const STEPS: usize = 4096;
 
 /// The golden angle, which spreads points evenly over a disc.
 const GOLDEN_ANGLE: f64 = PI * (3.0 - 2.236_067_977_499_79);
 
-/// Each sample is read where texels have this many times the solid angle for which it stands: 1 leaves gaps and overlaps
-/// between samples, in which a small light is too dark or too bright by a quarter, and more
-/// would blur narrow lobes.
+/// The footprint of a sample, in units of the solid angle it represents, decides its mip level: 1 leaves gaps and
+/// overlaps between samples, in which a small light is too dark or too bright by a quarter; larger footprints blur
+/// narrow lobes.
 const FOOTPRINT: f64 = 4.0;
 
-/// A source with its smaller versions, each face with a border of its neighbors' texels.
+/// The mip chain of a source, each face with a border of its neighbors' texels.
 pub(crate) struct ImportanceFilter {
     levels: Vec<Bordered>,
 }
@@ -32,15 +32,16 @@ struct Bordered {
     texels: Vec<[f32; 3]>,
 }
 
-/// A sample about the axis z: its direction, and the level it is read from in the middle of a face.
+/// A sample about the axis z: its direction, and its mip level in the middle of a face.
 pub(crate) struct Sample {
     s: [f32; 3],
     level: f32,
 }
 
 impl ImportanceFilter {
-    /// Each level is the next finer one under a hat of twice its width: means of 2 x 2 texels would move a small light to
-    /// the middle of the texel that holds it, by up to one and a half texels of the source in level 2.
+    /// Builds the mip chain: each level is the next finer one under a tent filter of twice its width. Means of 2 x 2
+    /// texels would move a small light to the middle of its texel, by up to one and a half texels of the source in
+    /// level 2.
     pub(crate) fn new(source: &CubeMap) -> Self {
         let mut levels = vec![Bordered::new(source)];
         for k in 1..mip_level_count(source.size()) {
@@ -50,11 +51,11 @@ impl ImportanceFilter {
         Self { levels }
     }
 
-    /// The samples for a kernel, which all weigh the same.
+    /// The samples for a kernel, all of the same weight.
     ///
-    /// Sample `i` of `N` is at the angle within which `(i + ½)/N` of the kernel lie. It stands for the solid angle
-    /// `1/(N p)`, `p = K/∫K`, and is read where texels are [`FOOTPRINT`] times as large. Towards `s` a texel of a cube has
-    /// the solid angle `4 m³/size²`, `m` the largest of `|x|`, `|y|`, `|z|`.
+    /// Sample `i` of `N` is at the angle within which the fraction `(i + ½)/N` of the kernel's integral lies. It
+    /// represents the solid angle `1/(N p)`, `p = K/∫K`, and is looked up where texels are [`FOOTPRINT`] times as
+    /// large. Towards `s` a texel of a cube has the solid angle `4 m³/size²`, `m` the largest of `|x|`, `|y|`, `|z|`.
     pub(crate) fn table(&self, kernel: &impl Kernel, samples: usize) -> Vec<Sample> {
         let base = self.levels[0].size as f64;
         let texel = 4.0 / (base * base);
@@ -108,12 +109,12 @@ struct Place {
     face: usize,
     s: f32,
     t: f32,
-    /// By how many levels texels are smaller here than in the middle of the face: `-3/2 log₂ m`.
+    /// The difference in mip level to the middle of the face: `-3/2 log₂ m`.
     finer: f32,
 }
 
 impl Place {
-    /// As [`cube::face_from_dir`], in single precision, of a unit vector.
+    /// As [`cube::face_from_dir`], in single precision, for a unit vector.
     #[inline(always)]
     fn new(v: [f32; 3]) -> Self {
         let (face, major, a, b) = cube::major_face(v);
@@ -153,7 +154,7 @@ impl Bordered {
         Self { size, texels }
     }
 
-    /// Every texel the mean of four places, between which hats along both axes weigh 1, 3, 3, 1.
+    /// Halves the map: every texel is the mean of four places, where tents along both axes weigh 1, 3, 3, 1.
     fn halved(&self, size: usize) -> CubeMap {
         let step = 1.0 / size as f32;
         let texel = |i: usize| {
@@ -189,7 +190,8 @@ impl Bordered {
     }
 }
 
-/// Pairs of `d` and the share of the kernel between the axis and `d`, from 0 to 1; `d` crowds towards the axis.
+/// The cumulative distribution of the kernel: pairs of `d` and the integral from the axis to `d`, from 0 to 1; `d` is
+/// clustered towards the axis.
 fn shares(kernel: &impl Kernel) -> Vec<(f64, f64)> {
     let at = |i: usize| 2.0 * (i as f64 / STEPS as f64).powi(6);
     let mut sum = 0.0;

@@ -1,4 +1,4 @@
-//! Environment maps filtered in advance for glossy reflection, by the split-sum approximation.
+//! Prefiltered environment maps for glossy reflection, by the split-sum approximation.
 //!
 //! # Derivation
 //!
@@ -8,22 +8,22 @@
 //!   L_o(v) = ∫ L(l) f(v, l) (n·l) dl
 //! ```
 //!
-//! which depends on `v` and `n`: four angles, and too many for a table. A rough mirror of microfacets has
-//! `f = D(h) F G / (4 (n·v)(n·l))`, `h` half-way between `v` and `l`. [Karis 2013] splits the integral into two factors,
-//! the mean of the light over the lobe, and what the surface reflects of uniform light:
+//! which depends on `v` and `n`: four angles, too many for a table. For GGX microfacets
+//! `f = D(h) F G / (4 (n·v)(n·l))`, with `h` half-way between `v` and `l`. [Karis 2013] splits the integral into two
+//! factors, the mean of the light over the lobe, and the reflectance in uniform light:
 //!
 //! ```text
 //!   L_o(v) ≈ g · R_A        g = ∫ L(l) w(l) dl / ∫ w(l) dl        R_A = ∫ f(v, l) (n·l) dl = F₀ A + B
 //! ```
 //!
-//! 1. For the first factor the surface is looked at along its normal: `v = n`, hence the mirrored view `r` is `n`, too.
-//!    The lobe is then round about `r`, and the factor a function of `r` and of the roughness alone.
-//! 2. Light is weighted as importance sampling of `D` weights it, by `n·l`. A facet normal `h` is drawn with the density
-//!    `D(h) (n·h)`, and `l` is `n` mirrored at `h`, with `dl = 4 (h·l) dh` and here `h·l = n·h`; so the density of `l`
-//!    is `D(h)/4`, and `w(l) = D(h) (n·l)`, up to a constant that the quotient cancels.
+//! 1. For the first factor assume a view along the normal: `v = n`, hence the reflected view `r` is `n`, too.
+//!    The lobe is then radially symmetric about `r`, and the factor a function of `r` and of the roughness alone.
+//! 2. Light is weighted as importance sampling of `D` weights it, by `n·l`. A facet normal `h` is drawn with the
+//!    density `D(h) (n·h)`, and `l` is `n` reflected at `h`, with `dl = 4 (h·l) dh` and here `h·l = n·h`; so the
+//!    density of `l` is `D(h)/4`, and `w(l) = D(h) (n·l)`, up to a constant that cancels.
 //! 3. The second factor needs no light: [`dfg()`](crate::dfg()) is a table of two numbers for each view and roughness.
 //!
-//! What is computed here, for each level of the chain with its `α`, is therefore
+//! For each level of the chain, with its `α`, the prefiltered radiance is therefore
 //!
 //! ```text
 //!                 ∫ L(l) D_α(h) max(r·l, 0) dl                r + l
@@ -31,7 +31,7 @@
 //!                   ∫ D_α(h) max(r·l, 0) dl                 |r + l|
 //! ```
 //!
-//! It is exact for uniform light, and for a surface seen along its normal but for the masking `G`.
+//! It is exact for uniform light, and for a surface seen along its normal except for the masking `G`.
 //!
 //! [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 
@@ -57,36 +57,38 @@ use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, Specula
 /// Tiles between two calls of a progress callback.
 const TILES_TOGETHER: usize = 64;
 
-/// The least tolerance: beyond, single precision shows.
+/// The least tolerance: below, errors of single precision dominate.
 const LEAST_TOLERANCE: f64 = 1e-6;
 
 /// The most samples: a thousand times as many as the default error needs, and a table of some tens of MiB.
 const MOST_SAMPLES: usize = 1 << 20;
 
-/// How a map is averaged with a lobe.
+/// The quadrature of the convolution with a lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PrefilterMethod {
-    /// A sum over all of the source, in cells as large as the lobe allows.
+    /// Hierarchical quadrature over all of the source, in cells as large as the lobe allows.
     ///
-    /// Wherever the lobe is replaced by a polynomial, it is wrong by at most `tolerance (K + √(K_peak K_mean)/b)`, except
+    /// Wherever the lobe is replaced by a polynomial, its error is at most `tolerance (K + √(K_peak K_mean)/b)`, except
     /// at a kink. `b` is 1 up to sixteen times the median of the map's brightness, and at least half of the brightness
-    /// beyond, up to 2²⁰ times the median: what is wrong about a lamp shall not show in the dark. A source of one small
-    /// light is then wrong by less than that; light everywhere by far less, because the polynomials' errors cancel.
+    /// beyond, up to 2²⁰ times the median: the error of a lamp must not show in the dark. For a source of one small
+    /// light the error is below that; for light everywhere far below, because the polynomials' errors cancel.
     ///
     /// Measured at the default, with suns of one and two texels over a sky and α from 1/16 to 1: below 3e-3 of the
-    /// brightest texel (test `both_methods_against_brute_force`); with lamps 10⁵ times as bright as most of the map, below
-    /// 3e-3 of a texel's own value, the darkest texels among those looked at (test `lamps_do_not_spoil_the_dark`).
+    /// brightest texel (test `both_methods_against_brute_force`); with lamps 10⁵ times as bright as most of the map,
+    /// below 3e-3 of a texel's own value, the darkest texels among those looked at (test
+    /// `lamps_do_not_spoil_the_dark`).
     Gather {
         /// In `[1e-6, 0.1]`; 0.02 by default.
         tolerance: f64,
     },
-    /// Samples drawn by the lobe itself, each read from the level of the source whose texels are four times as large as
-    /// the sample's share of the sphere, interpolated between texels and between levels ([Křivánek and Colbert 2008]).
+    /// Importance sampling of the lobe with filtered lookups: each sample is looked up in the mip level whose texels
+    /// are four times as large as the solid angle it represents, interpolated between texels and levels
+    /// ([Křivánek and Colbert 2008]).
     ///
-    /// All samples weigh the same: the angles from the axis divide the lobe, the cosine to the normal included, into
-    /// equal parts; the azimuths follow the golden angle. All texels use the same samples, turned to their own
-    /// direction. The error is that of the blurred levels, and bands where a small light passes between samples.
-    /// With 1024 of them it is below 0.04 of the brightest texel, there, beside it and at a few other texels, for α from
+    /// All samples have the same weight: their angles from the axis are stratified by the lobe, the cosine to the
+    /// normal included; their azimuths follow the golden angle. All texels use the same samples, rotated to their own
+    /// direction. The error is that of the blurred levels, and bands where a small light passes between samples. With
+    /// 1024 samples it is below 0.04 of the brightest texel, there, beside it and at a few other texels, for α from
     /// 1/16 to 1 and a sun of one texel as well as real maps (test `both_methods_against_brute_force`).
     ///
     /// [Křivánek and Colbert 2008]: https://doi.org/10.1111/j.1467-8659.2008.01252.x
@@ -117,9 +119,9 @@ impl PrefilterMethod {
     }
 }
 
-/// Which roughness each level of a prefiltered chain holds; `last` is the number of the last level.
+/// The roughness of each level of a prefiltered chain; `last` is the number of the last level.
 ///
-/// Roughness here is what artists set, `r = √α` in `[0, 1]`; level 0 is the mirror, the last level is `r = 1`.
+/// Roughness here is perceptual, `r = √α` in `[0, 1]`; level 0 is the mirror, the last level is `r = 1`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RoughnessLevels {
@@ -131,7 +133,7 @@ pub enum RoughnessLevels {
 }
 
 impl RoughnessLevels {
-    /// The roughness that `level` of `levels` holds; 0 if there is only one.
+    /// The roughness of `level` of `levels`; 0 if there is only one.
     ///
     /// # Panics
     /// If there is no such level.
@@ -148,7 +150,7 @@ impl RoughnessLevels {
         }
     }
 
-    /// The level, between levels too, that holds a roughness, which is clamped to `[0, 1]`.
+    /// The level, or fraction between levels, of a roughness, which is clamped to `[0, 1]`.
     #[must_use]
     pub fn level_for_roughness(self, roughness: f64, levels: usize) -> f64 {
         let r = roughness.clamp(0.0, 1.0);
@@ -160,7 +162,7 @@ impl RoughnessLevels {
     }
 }
 
-/// How to prefilter a map for rough mirrors.
+/// Options of prefiltering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PrefilterOptions {
@@ -168,9 +170,9 @@ pub struct PrefilterOptions {
     pub size: usize,
     /// The chain ends with the last level that is not smaller than this. Default: 16.
     pub last_size: usize,
-    /// Which level holds which roughness. Default: linear.
+    /// The roughness of each level. Default: linear.
     pub roughness: RoughnessLevels,
-    /// How. Default: gather to 0.02, see [`PrefilterMethod::Gather`].
+    /// The quadrature. Default: gather to 0.02, see [`PrefilterMethod::Gather`].
     pub method: PrefilterMethod,
 }
 
@@ -189,7 +191,7 @@ impl PrefilterOptions {
             .count()
     }
 
-    /// The width `α = r²` of the slopes in a level.
+    /// The GGX width `α = r²` of a level.
     ///
     /// # Panics
     /// If there is no such level.
@@ -203,9 +205,9 @@ impl PrefilterOptions {
         size: usize;
         /// Sets the size of the faces of the last level.
         last_size: usize;
-        /// Sets which roughness each level holds.
+        /// Sets the roughness of each level.
         roughness: RoughnessLevels;
-        /// Sets how the map is averaged with a lobe.
+        /// Sets the quadrature.
         method: PrefilterMethod;
     }
 
@@ -221,32 +223,33 @@ impl PrefilterOptions {
     }
 }
 
-/// A chain of cube maps averaged with the lobes of rougher and rougher GGX mirrors.
+/// Prefilters a cube map with GGX lobes of increasing roughness.
 ///
 /// ```text
 ///   level k:  g(r) = ∫ L(l) D(h) max(r·l, 0) dl / ∫ D(h) max(r·l, 0) dl        h half-way between r and l
 ///   r_k = level/(levels - 1), α = r_k²        (RoughnessLevels::Linear)
 /// ```
 ///
-/// This is the first sum of the **split-sum approximation** ([Karis 2013]): normal, view and mirrored view are taken to
-/// be one direction `r`, light counts with `n·l`, and the sum is divided by its weights, so the white furnace is 1 in
-/// every texel of every level (test `the_white_furnace_is_exactly_one`). A shader multiplies it by the second sum,
+/// This is the first sum of the **split-sum approximation** ([Karis 2013]): normal, view and reflected view are assumed
+/// to be one direction `r`, light is weighted with `n·l`, and the sum is divided by its weights, so the white furnace
+/// is 1 in every texel of every level (test `the_white_furnace_is_exactly_one`). A shader multiplies it by the second
+/// sum,
 ///
 /// ```text
 ///   reflected(v, n) ≈ g(r) (F₀ scale + bias)        r = 2 (n·v) n - v        scale, bias of `dfg`(n·v, α)
 /// ```
 ///
-/// which is exact where the environment is constant; elsewhere it differs most at grazing angles, where the true
-/// lobe is no longer round (test `the_split_sum_is_exact_in_even_light_and_near_it_elsewhere` has numbers).
+/// which is exact in uniform light; elsewhere the error is largest at grazing angles, where the true lobe is not
+/// radially symmetric (test `the_split_sum_is_exact_in_even_light_and_near_it_elsewhere` has numbers).
 ///
 /// Level 0 is the mirror: the source averaged over each texel. In every level the value of a texel is that of the
-/// direction of its center. Linear in the source up to the tolerance, the same bits for any number of threads.
+/// direction of its center. Linear in the source up to the tolerance; the same bits for any number of threads.
 ///
-/// The job is watched by texels of all levels, on the calling thread. It cannot be resumed.
+/// Progress counts texels of all levels, on the calling thread. The job cannot be resumed.
 ///
 /// # Errors
-/// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, a method out of its range, or
-/// a job with a checkpoint; [`EnvError::Cancelled`] if whoever watches said so.
+/// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, a method out of its
+/// range, or a job with a checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
 ///
 /// ```
 /// use lobe_env::{CubeMap, PrefilterOptions, prefilter_ggx};
@@ -287,13 +290,14 @@ pub fn prefilter_ggx(source: &CubeMap, options: &PrefilterOptions, mut job: Job<
     CubeMipChain::new(levels)
 }
 
-/// A cube map averaged with one lobe: for [`SpecularLobe::Phong`] and [`SpecularLobe::BlinnPhong`] a highlight map.
+/// Convolves a cube map with one lobe: for [`SpecularLobe::Phong`] and [`SpecularLobe::BlinnPhong`] a highlight map.
 ///
 /// The lobe integrates to 1, so a constant map stays the same; see [`SpecularLobe::integral`] for the other
 /// normalization. A lobe far narrower than the source's texels gives the source averaged over each texel.
 ///
 /// # Errors
-/// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, or there can be no cube of this size.
+/// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, or there can be no cube of this
+/// size.
 pub fn filter_lobe(
     source: &CubeMap,
     lobe: SpecularLobe,
@@ -308,18 +312,18 @@ pub fn filter_lobe(
     }
 }
 
-/// A cube map averaged with any function of the cosine to the texel's direction.
+/// Convolves a cube map with a radially symmetric kernel, a function of the cosine to the texel's direction.
 ///
 /// ```text
 ///   g(r) = ∫ L(s) k(r·s) ds / ∫ k(r·s) ds
 /// ```
 ///
-/// Gathered to `tolerance`; see [`PrefilterMethod::Gather`]. The kernel should be highest on its axis; steps and
-/// kinks cost time, away from the horizon digits of the normalization too.
+/// Integrated to `tolerance`; see [`PrefilterMethod::Gather`]. The kernel should be highest on its axis;
+/// discontinuities and kinks cost time, and away from the horizon digits of the normalization.
 ///
 /// # Errors
-/// [`EnvError::Options`] if there can be no cube of this size, the tolerance is out of its range, or the kernel has no positive integral or no
-/// positive value at 1.
+/// [`EnvError::Options`] if there can be no cube of this size, the tolerance is out of its range, or the kernel has no
+/// positive integral or no positive value at 1.
 pub fn filter_zonal(
     source: &CubeMap,
     size: usize,
@@ -335,10 +339,11 @@ pub fn filter_zonal(
     filter(source, || CustomKernel(&kernel), size, PrefilterMethod::Gather { tolerance })
 }
 
-/// A cube map averaged with a lobe, as a lat-long map of `width` x `height`; gathered to `tolerance`.
+/// Convolves a cube map with a lobe, as a lat-long map of `width` x `height`, integrated to `tolerance`.
 ///
 /// # Errors
-/// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, or there can be no picture of this size.
+/// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, or there can be no picture of
+/// this size.
 pub fn filter_lobe_lat_long(
     source: &CubeMap,
     lobe: SpecularLobe,
@@ -388,7 +393,7 @@ fn filter<K: Kernel>(
 /// Fills the given tiles of a map.
 type FillTiles<'a> = dyn Fn(&[[usize; 3]], &mut [Rgb<f32>]) + 'a;
 
-/// What all levels share.
+/// The acceleration structure that all levels share.
 enum Engine<'a> {
     Gather { tree: FilterTree<'a>, shapes: Vec<Vec<Shape>>, brightness: Brightness, tolerance: f64 },
     Importance { source: ImportanceFilter, base: &'a CubeMap, samples: usize },

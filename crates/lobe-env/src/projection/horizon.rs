@@ -1,22 +1,22 @@
-//! The texels of a lat-long map that the horizon of a surface cuts, with what its two sides see of them.
+//! Clipping of lat-long texels at the horizon of a surface: their irradiance on both of its sides.
 //!
-//! What both sides of the surface see is the integral `A` of
+//! The irradiance on both sides together is the integral `A` of
 //!
 //! ```text
 //!   |h sin θ + n_z cos θ| sin θ dθ dφ           n·s = h sin θ + n_z cos θ,   h = n_x cos φ + n_y sin φ
 //! ```
 //!
-//! and what one side sees is `∫ max(n·s, 0) ds = (A + n·V)/2`, with the exact `V = ∫ s ds`: so the two sides differ by
-//! `n·V` exactly, however good `A` is. One direction of `A` is done in closed form on both sides of the horizon, and the
-//! other by two Gauss nodes:
+//! and that on one side is `∫ max(n·s, 0) ds = (A + n·V)/2`, with the exact `V = ∫ s ds`: the two sides differ by
+//! `n·V` exactly, whatever the error of `A`. One dimension of `A` is integrated in closed form on both sides of the
+//! horizon, the other by two Gauss nodes:
 //!
 //! ```text
-//!   flat horizon     θ in closed form at two φ:   h (θ - sin θ cos θ)/2 + n_z sin²θ/2        to θ*, tan θ* = -n_z/h
-//!   steep horizon    φ in closed form at two θ:   sin θ (r sin θ sin ψ + n_z cos θ ψ)        to ψ*, cos ψ* = -n_z cot θ/r
+//!   flat horizon     θ in closed form at two φ:   h (θ - sin θ cos θ)/2 + n_z sin²θ/2     to θ*, tan θ* = -n_z/h
+//!   steep horizon    φ in closed form at two θ:   sin θ (r sin θ sin ψ + n_z cos θ ψ)     to ψ*, cos ψ* = -n_z cot θ/r
 //! ```
 //!
-//! `ψ = φ - φ_n`, `r² = n_x² + n_y²`. A column is flat if the horizon falls by no more than one row in it. What is
-//! integrated by nodes then has a continuous slope, and what is left is of the fourth order in the size of a texel.
+//! `ψ = φ - φ_n`, `r² = n_x² + n_y²`. A column is flat if the horizon falls by no more than one row in it. The
+//! integrand at the nodes then has a continuous slope, and the error is of fourth order in the size of a texel.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
@@ -28,7 +28,7 @@ use crate::mapping::lat_long::sin_cos_pi;
 /// Two-point Gauss quadrature in `[-1, 1]`; both weights are 1.
 const NODES: [f64; 2] = [-0.577_350_269_189_625_8, 0.577_350_269_189_625_8];
 
-/// A map's grid, prepared for any normal.
+/// The grid of a map, prepared for any normal.
 pub(crate) struct Horizon {
     width: usize,
     height: usize,
@@ -42,7 +42,7 @@ pub(crate) struct Horizon {
     row_nodes: Vec<[[f64; 2]; 2]>,
 }
 
-/// A place along a column, with the integrals from the pole to it.
+/// A latitude, with the integrals from the pole to it.
 #[derive(Clone, Copy)]
 struct Latitude {
     theta: f64,
@@ -59,7 +59,7 @@ impl Latitude {
 
     /// The horizon `θ*` where `n·s` is 0; it is positive above, towards +z, if `n_z >= 0`, and else below.
     fn of_horizon(h: f64, n_z: f64) -> Self {
-        // A zero without a sign: the angle of (0, -0) is π.
+        // Remove the sign of zero: the angle of (0, -0) is π.
         let (h, z) = if n_z < 0.0 { (-h + 0.0, -n_z) } else { (h + 0.0, n_z + 0.0) };
         let alpha = h.atan2(z);
         let r = h.hypot(z);
@@ -95,8 +95,8 @@ impl Horizon {
         }
     }
 
-    /// Calls `visit(x, y, both)` for every texel that the horizon of `n` cuts, and for some beside them, the same of `-n`,
-    /// with `both = ∫_texel |n·s| ds`.
+    /// Calls `visit(x, y, both)` for every texel that the horizon of `n` cuts, and for some next to them, the same for
+    /// `-n`, with `both = ∫_texel |n·s| ds`.
     pub(crate) fn for_each_cut(&self, n: Dir, mut visit: impl FnMut(usize, usize, f64)) {
         let [n_x, n_y, n_z] = n.to_array();
         let h = |[cos, sin]: [f64; 2]| n_x * cos + n_y * sin;
@@ -124,7 +124,7 @@ impl Horizon {
         }
     }
 
-    /// The rows of a column that the horizon cuts, if it runs between two latitudes there.
+    /// The rows that the horizon cuts in a column, if it runs between two latitudes there.
     fn rows(&self, n_z: f64, low: f64, high: f64) -> Range<usize> {
         let row = |theta: f64| ((theta * self.height as f64 / PI) as usize).min(self.height - 1);
         match (n_z == 0.0, low < high) {
@@ -135,7 +135,7 @@ impl Horizon {
         }
     }
 
-    /// Two columns of light at the nodes, each in closed form; `nodes` holds `h` and the horizon.
+    /// `∫_texel |n·s| ds` under a flat horizon: `θ` in closed form at two `φ`; `nodes` holds `h` and the horizon.
     fn flat_share(&self, n_z: f64, nodes: [(f64, Latitude); 2], y: usize) -> f64 {
         let (top, bottom) = (self.latitudes[y], self.latitudes[y + 1]);
         let share = |(h, horizon): (f64, Latitude)| {
@@ -151,7 +151,7 @@ impl Horizon {
         nodes.into_iter().map(share).sum::<f64>() * PI / self.width as f64
     }
 
-    /// Two rows of light at the nodes, each in closed form.
+    /// `∫_texel |n·s| ds` under a steep horizon: `φ` in closed form at two `θ`.
     fn steep_share(&self, r: f64, n_z: f64, column: &Column, y: usize) -> f64 {
         let Column { start, step, chord } = *column;
         let share = |[sin, cos]: [f64; 2]| {
@@ -167,7 +167,7 @@ impl Horizon {
     }
 }
 
-/// A column, seen from the azimuth of a normal.
+/// A column, in azimuths relative to that of a normal.
 struct Column {
     /// `ψ` of the lower end, in `[-π, π)`: light comes from around `ψ = 0` and, beyond the seam, around `2π`.
     start: f64,
@@ -188,7 +188,7 @@ impl Column {
 mod tests {
     use super::*;
 
-    /// What both sides see of a texel, by the midpoints of a fine grid.
+    /// `∫_texel |n·s| ds` by the midpoints of a fine grid.
     fn by_midpoints(n: Dir, (width, height): (usize, usize), x: usize, y: usize) -> f64 {
         const FINE: usize = 100;
         let mut sum = 0.0;
@@ -211,7 +211,7 @@ mod tests {
             let n = Dir::new(v).unwrap();
             horizon.for_each_cut(n, |x, y, both| {
                 let expected = by_midpoints(n, size, x, y);
-                // One side sees half of it and of the exact n·V.
+                // The irradiance of one side holds half of it and half of the exact n·V.
                 let error = 0.5 * (both - expected).abs() / texel;
                 assert!(error < 2e-3, "facing {n:?}, texel ({x}, {y}): {both} against {expected}");
             });

@@ -1,4 +1,4 @@
-//! Irradiance: what arrives at a small surface, for every direction it may face.
+//! Irradiance of a map for every normal, by spherical harmonics and by brute force.
 
 use std::f64::consts::PI;
 
@@ -22,13 +22,14 @@ const RUN: usize = 32;
 ///   E(n) = ∫ L(s) max(n·s, 0) ds  ≈  Σ_texels L max(n·V, 0)        V = ∫_texel s ds
 /// ```
 ///
-/// `V` is exact, so a texel that lies wholly above or below the horizon of `n` counts exactly. Of one that the horizon
-/// cuts, the part above it counts: half of `n·V` and of what both sides see, which is in closed form in one direction and
-/// by two Gauss nodes in the other. So `E(n) - E(-n)` is `n·e` of the [`vector_irradiance`](crate::vector_irradiance())
-/// but for rounding, however large the texels (`the_net_irradiance_is_the_difference_of_both_sides`). `E` of a constant sky is
-/// `π` to 5e-5 with 16 rows (test `brute_force_irradiance_of_a_constant_sky_is_pi`). `1/π` is not included.
+/// `V` is exact, so a texel wholly above or below the horizon of `n` counts exactly. A texel that the horizon cuts is
+/// clipped: its part above the horizon counts half of `n·V` and half of `∫ |n·s| ds`, which is in closed form in one
+/// dimension and by two Gauss nodes in the other. So `E(n) - E(-n)` is `n·e` of the
+/// [`vector_irradiance`](crate::vector_irradiance()) up to rounding, however large the texels
+/// (`the_net_irradiance_is_the_difference_of_both_sides`). `E` of a constant sky is `π` to 5e-5 with 16 rows (test
+/// `brute_force_irradiance_of_a_constant_sky_is_pi`). `1/π` is not included.
 ///
-/// The work is four multiply-adds and a maximum for each texel and normal: with
+/// The cost is four multiply-adds and a maximum for each texel and normal: with
 ///
 /// ```text
 ///   V = δ (a_y c cos φ_x, a_y c sin φ_x, b_y)
@@ -36,8 +37,8 @@ const RUN: usize = 32;
 /// ```
 ///
 /// `n·V` is `a_y h_x + n_z b_y δ`, where `h_x` depends on the normal and the column alone. Short runs of each row are
-/// summed in `f32` and added up in `f64`, which leaves less than 1e-6 of the result as rounding error (test
-/// `long_rows_lose_no_digits`). In parallel over the normals; the same bits for any number of threads.
+/// summed in `f32` and added up in `f64`, with a relative rounding error below 1e-6 (test `long_rows_lose_no_digits`).
+/// In parallel over the normals; the same bits for any number of threads.
 #[must_use]
 pub fn irradiance_at(map: &EnvMap, normals: &[Dir]) -> Vec<Rgb<f64>> {
     let texels = Texels::new(map);
@@ -46,7 +47,7 @@ pub fn irradiance_at(map: &EnvMap, normals: &[Dir]) -> Vec<Rgb<f64>> {
 
 /// The irradiance towards the texel centers of a map of `width` x `height`, by summing over all texels of `map`.
 ///
-/// The slow truth behind [`irradiance_map`]; see [`irradiance_at`].
+/// The slow reference for [`irradiance_map`]; see [`irradiance_at`].
 ///
 /// # Panics
 /// If a side is 0.
@@ -66,7 +67,7 @@ pub fn irradiance_map_brute_force(map: &EnvMap, width: usize, height: usize) -> 
 ///   E_lm = A_l L_lm        A = π, 2π/3, π/4, 0, -π/24, 0, ..
 /// ```
 ///
-/// From the map's own texels, in whatever mapping it is; see [`project_map`](crate::project_map()).
+/// From the map's own texels, in any mapping; see [`project_map`](crate::project_map()).
 #[must_use]
 pub fn irradiance_sh(map: &impl AsRef<MappedMap>, order: usize) -> ShVec<Rgb<f64>> {
     let mut f = project_map(map, order);
@@ -83,7 +84,7 @@ pub fn irradiance_map(map: &impl AsRef<MappedMap>, order: usize, width: usize, h
     reconstruct(&irradiance_sh(map, order), width, height)
 }
 
-/// The texels as planes, with what is needed for `n·V`.
+/// The texels as planes, with the factors of `n·V`.
 struct Texels {
     width: usize,
     /// `width` rounded up to [`LANES`]; the rest of each row is black.
@@ -128,7 +129,8 @@ impl Texels {
             sum += row_sum(scratch, row, a as f32, (n.z() * b) as f32);
         }
         debug_assert!(scratch.len() >= self.width, "the padding is black, whatever its cosine");
-        // The sum took a texel that the horizon cuts as if its light came from its mean direction.
+        // The sum took all light of a texel that the horizon cuts from the texel's mean direction: replace that by the
+        // clipped one.
         self.horizon.for_each_cut(n, |x, y, both| {
             let ((a, b), (cos, sin)) = (self.rows[y], self.columns[x]);
             let taken = a * (n.x() * cos + n.y() * sin) + n.z() * b;

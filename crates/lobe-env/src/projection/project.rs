@@ -1,4 +1,4 @@
-//! Projection of an environment onto spherical harmonics.
+//! Projection of a lat-long environment map onto spherical harmonics.
 
 use std::f64::consts::PI;
 
@@ -26,9 +26,9 @@ const MAX_CHUNKS: usize = 64;
 ///   c_m(x)  = ∫_column cos mφ dφ = (2/m) sin(mπ/w) cos mφ_x    (m > 0; sin mφ_x for -m; 2π/w for m = 0)
 /// ```
 ///
-/// The map is taken as constant over each texel, and that function is projected **exactly**: the basis is integrated
-/// over every texel, not sampled at its center. So the weights of the texels are their solid angles, a constant map
-/// of any size is its mean and nothing else, and a sun of one texel keeps its energy and its place wherever it is
+/// The map is piecewise constant over texels, and that function is projected **exactly**: the basis is integrated over
+/// every texel, not sampled at its center. So the weights of the texels are their solid angles, a constant map of any
+/// size has only a mean, and a sun of one texel keeps its energy and direction wherever it is
 /// (tests `a_constant_map_of_any_size_has_only_a_mean`, `a_sun_of_one_texel_keeps_its_energy_and_its_direction`).
 ///
 /// Order 0 has no coefficients. A texel that is not finite makes the coefficients NaN or infinite.
@@ -51,7 +51,7 @@ pub fn project_env(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
     project_rows(map.as_ref(), order)
 }
 
-/// [`project_env`] to the order and the type of coefficients of the type that is asked for.
+/// [`project_env`] with the order and coefficients of the type `E`.
 ///
 /// ```
 /// use lobe_env::{bundled, project_env_as};
@@ -117,7 +117,7 @@ fn column_factors(width: usize, order: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Adds what the rows `y` and `h - 1 - y` contribute, for all `y` in `pairs`.
+/// Adds the contributions of the rows `y` and `h - 1 - y`, for all `y` in `pairs`.
 fn add_pairs(
     map: &MappedMap,
     pairs: std::ops::Range<usize>,

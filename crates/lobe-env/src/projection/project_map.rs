@@ -1,4 +1,4 @@
-//! The expansion of a map of any mapping, from its own texels.
+//! Projection of a map in any mapping onto spherical harmonics, without resampling.
 
 use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, gauss_legendre, len};
 use rayon::prelude::*;
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::projection::project::project_rows;
 use crate::{MappedMap, Mapping};
 
-/// The error of a texel's integral of one basis function, in parts of its solid angle, that the number of nodes aims at.
+/// The target error of a texel's integral of one basis function, relative to its solid angle.
 const NODE_ERROR: f64 = 1e-10;
 /// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of two by two texels and order 64.
 const MAX_NODES: usize = 128;
@@ -15,17 +15,17 @@ const FLAT_SIDE: f64 = 2.9;
 /// Rows are summed in at most this many chunks, whatever the number of threads.
 const MAX_CHUNKS: usize = 64;
 
-/// The expansion of a map of any mapping, which is taken to be constant over each texel.
+/// Projects a map in any mapping, piecewise constant over texels, onto spherical harmonics.
 ///
 /// ```text
 ///   f_lm = Σ_texels L ∫_texel y_lm(s) ds
 /// ```
 ///
-/// No resampled copy comes in between. The integrals are Gauss-Legendre sums over each smooth piece of a texel, with as
-/// many nodes as keep the error of coefficients below 1e-9 of their norm (test
+/// No resampled copy comes in between. The integrals are Gauss-Legendre sums over each smooth piece of a texel, with
+/// enough nodes for an error of coefficients below 1e-9 of their norm (test
 /// `expansions_of_small_maps_are_right_to_the_stated_error`), and weights that sum to its exact solid angle: `f_0` is
-/// `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long map takes the exact separable way of [`project_env`](crate::project_env).
-/// In parallel over fixed chunks of rows; the same bits for any number of threads.
+/// `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long map is projected by the exact separable sums of
+/// [`project_env`](crate::project_env). In parallel over fixed chunks of rows; the same bits for any number of threads.
 ///
 /// ```
 /// use lobe_env::{MappedMap, Mapping, project_map};
@@ -67,7 +67,7 @@ pub fn project_map(map: &impl AsRef<MappedMap>, order: usize) -> ShVec<Rgb<f64>>
     sum
 }
 
-/// What one thread needs to add rows.
+/// The scratch space of one thread.
 struct Rows<'a> {
     map: &'a MappedMap,
     rule: &'a [(f64, f64)],
@@ -101,11 +101,12 @@ impl Rows<'_> {
 }
 
 // A function of band l over an interval of the angle h behaves like cos(l t), |t| <= h/2, at worst. The q-point rule
-// leaves about the first term of the series it does not integrate, (l h/2)^2q / (2q)!, times a number below 1.
+// has an error of about the first term of the series that it does not integrate, (l h/2)^2q / (2q)!, times a factor
+// below 1.
 //
 // The directions of a flat picture have complex singularities about as far from it as it is wide: where the square root
-// of the distance from the center of the cube vanishes. The q-point rule on a texel of half that width η leaves ρ^-2q,
-// ρ = (1 + √(1 + η²))/η.
+// of the distance from the center of the cube vanishes. The q-point rule on a texel of half that width η has the error
+// ρ^-2q, ρ = (1 + √(1 + η²))/η.
 //
 // Texels are not squares: their longest side is at most about twice the root of their mean solid angle for pictures of
 // natural proportions, and longer by the root of the stretch for others.

@@ -1,4 +1,4 @@
-//! The picture of an expansion.
+//! Reconstruction of a lat-long map from its coefficients.
 
 use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, index, len};
 use rayon::prelude::*;
@@ -14,10 +14,10 @@ use crate::projection::row_legendre::{Polar, for_each_column};
 /// ```
 ///
 /// Separable like [`project_env`](crate::project_env): `O(n²)` for each row, `O(n)` for each texel. An expansion of
-/// radiance can be negative where the light is not. The order 0 gives a black map.
+/// radiance may be negative in places. Order 0 gives a black map.
 ///
-/// Texels are values, not means, so projecting the map again gives band `l` back only up to about `l (l+1) Δ²/24` of it,
-/// with `Δ` the larger side of a texel in radians (test
+/// Texels are values, not means, so projecting the map again gives band `l` back only up to about `l (l+1) Δ²/24` of
+/// it, with `Δ` the larger side of a texel in radians (test
 /// `a_band_limited_map_has_its_coefficients_up_to_the_squared_texel_size`).
 ///
 /// # Panics
@@ -31,7 +31,7 @@ pub fn reconstruct(f: &ShVec<Rgb<f64>>, width: usize, height: usize) -> EnvMap {
     let mut texels = vec![Rgb::ZERO; width * height];
     texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
         let mut values = vec![0.0; len(order)];
-        // The value at the mirrored row has all its digits; parity does the rest.
+        // Evaluate in the upper half, which has all digits, and mirror by parity.
         let upper = y.min(height - 1 - y);
         polar.eval_into(upper, &mut values);
         let mut waves = vec![[Rgb::ZERO; 2]; order];

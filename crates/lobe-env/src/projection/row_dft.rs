@@ -1,4 +1,4 @@
-//! Fourier sums along the rows of a lat-long picture, and their inverse.
+//! Discrete Fourier transform along the rows of a lat-long picture, and its inverse.
 
 use lobe_sh::{Coefficient, Rgb};
 
@@ -18,8 +18,8 @@ use crate::mapping::lat_long::sin_cos_pi;
 //     cos, m even: (A+D) + (B+C)      cos, m odd: (A+D) - (B+C)
 //     sin, m even: (A-D) - (B-C)      sin, m odd: (A-D) + (B-C)
 //
-// and each of the 2n - 1 sums runs over a quarter of the columns. What cancels by symmetry cancels before it is
-// multiplied, so the sines of a constant row are 0 and not only small. Other widths use the whole row as every plane.
+// and each of the 2n - 1 sums runs over a quarter of the columns. Symmetric terms cancel before they are multiplied, so
+// the sines of a constant row are exactly 0. Other widths use the whole row as every plane.
 
 /// The planes of a folded row, in this order.
 const COS_EVEN: usize = 0;
@@ -53,7 +53,7 @@ pub(crate) struct Azimuth {
     sin: Vec<f64>,
 }
 
-/// The sums of one row or of several: `[cos, sin]` for every `m < order`.
+/// The sums of one or several rows: `[cos, sin]` for every `m < order`.
 pub(crate) type RowSums = [[Rgb<f64>; 2]];
 
 impl Azimuth {
@@ -76,7 +76,7 @@ impl Azimuth {
 
     /// Adds `Σ_x L(x) cos mφ_x` and `Σ_x L(x) sin mφ_x` of each row to its `order` sums in `sums`.
     ///
-    /// The tables pass once through the cache for all `rows`, so give several at a time.
+    /// The tables pass once through the cache for all `rows`, so pass several at a time.
     pub(crate) fn add_sums(&self, rows: &[&[Rgb<f32>]], sums: &mut RowSums) {
         let mut planes = [[[0.0; BLOCK]; 3]; PLANES];
         for start in (0..self.columns).step_by(BLOCK) {
@@ -169,7 +169,7 @@ impl Azimuth {
     }
 }
 
-/// Puts a color into column `k` of a plane.
+/// Writes a color to column `k` of a plane.
 #[inline(always)]
 fn store(plane: &mut [Plane; 3], k: usize, value: Rgb<f64>) {
     for (channel, value) in plane.iter_mut().zip(value.to_array()) {

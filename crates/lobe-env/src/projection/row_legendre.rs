@@ -1,4 +1,4 @@
-//! The normalized Legendre functions over the rows of a lat-long picture: integrated, or at the centers.
+//! Associated Legendre functions over the rows of a lat-long picture: integrated, or at the centers.
 
 use std::f64::consts::PI;
 
@@ -6,18 +6,18 @@ use lobe_sh::{Basis, gauss_legendre, index, len};
 
 use crate::mapping::lat_long::sin_cos_pi;
 
-/// The rest that a row integral may leave, for a wave of amplitude 1 over an interval of length 2: below the rounding
+/// The largest error of a row integral, for a wave of amplitude 1 over an interval of length 2: below the rounding
 /// error of the sum itself.
 const QUADRATURE_REST: f64 = 1e-17;
 
 // The basis function of band l and m >= 0 is P̃_l^m(cos θ) cos mφ (sin mφ for -m), with P̃ the associated Legendre
-// function, all normalization and the Condon-Shortley phase folded in. A texel sees it through
+// function, all normalization and the Condon-Shortley phase folded in. Its integral over a texel is
 //
 //     ∫∫ y_lm ds = ∫_row P̃_l^m(cos θ) sin θ dθ · ∫_column cos mφ dφ
 //
 // The first integrand is a trigonometric polynomial of degree l + 1 in θ. On a row, θ = θ_c + t π/(2h) with t in
 // [-1, 1], so it is a sum of waves e^{iαt} with |α| <= (l + 1) π/(2h). K Gauss-Legendre nodes integrate such a wave
-// but for
+// with the error
 //
 //     |rest| <= 2^{2K+1} K!⁴ / ((2K+1) (2K)!³) α^{2K}
 //

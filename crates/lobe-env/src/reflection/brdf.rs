@@ -1,4 +1,4 @@
-//! Reflection of light by a surface, and how much of even light it reflects.
+//! Reflectance models (BRDFs) and their directional albedo.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
@@ -7,20 +7,21 @@ use lobe_sh::{Dir, gauss_legendre};
 
 use crate::reflection::dfg::{dfg, towards_both_ends};
 
-/// Nodes for the one integral of [`Phong::directional_albedo`] on each piece: test `phong_reflects_what_brute_force_says`.
+/// Nodes for the one integral of [`Phong::directional_albedo`] on each piece: test
+/// `phong_reflects_what_brute_force_says`.
 const PHONG_NODES: usize = 48;
 
 /// An isotropic reflectance function `f(v, l)` in sr⁻¹ over a surface that faces +z.
 ///
-/// The **ambient reflectance** `R_A(v)` of a surface, what it sends towards `v` of light that comes evenly from
-/// everywhere, is its directional albedo:
+/// The **ambient reflectance** `R_A(v)` of a surface, its reflected radiance towards `v` in uniform light, is its
+/// directional albedo:
 ///
 /// ```text
 ///   B(v) = ∫ L f(v, l) l_z dl = L R_A(v)        R_A(v) = ∫_{l_z > 0} f(v, l) l_z dl
 /// ```
 ///
-/// So in a constant environment of radiance `L`, whose irradiance is `E = πL`, nothing else of the reflectance function
-/// is visible; in the white furnace, `L = 1`, a surface that loses nothing is invisible: `R_A = 1`.
+/// In a constant environment of radiance `L`, whose irradiance is `E = πL`, nothing else of the reflectance function is
+/// visible; in the white furnace, `L = 1`, a surface without absorption is invisible: `R_A = 1`.
 pub trait Brdf {
     /// `f(v, l)`; zero if either direction is below the surface.
     fn eval(&self, v: Dir, l: Dir) -> f64;
@@ -29,7 +30,7 @@ pub trait Brdf {
     fn directional_albedo(&self, cos_v: f64) -> f64;
 }
 
-/// A matte surface: `f = ρ/π`, `R_A = ρ`.
+/// A Lambertian surface: `f = ρ/π`, `R_A = ρ`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert {
     /// The albedo ρ in `[0, 1]`.
@@ -46,7 +47,7 @@ impl Brdf for Lambert {
     }
 }
 
-/// The Phong lobe about the mirrored view `r`, normalized so that it reflects all light seen along the normal.
+/// The Phong lobe about the reflected view `r`, normalized to reflect all light for a view along the normal.
 ///
 /// ```text
 ///   f = (s+2)/(2π) max(r·l, 0)^s                                        (Lafortune and Willems 1994)
@@ -103,7 +104,7 @@ impl Brdf for Phong {
     }
 }
 
-/// The rough mirror of GGX microfacets with Smith's height-correlated masking and Schlick's Fresnel factor.
+/// Rough specular reflection: GGX microfacets, Smith's height-correlated masking, Schlick's Fresnel factor.
 ///
 /// ```text
 ///   f = D(h) F(v·h) / (2 (l_z √(α² + (1-α²) v_z²) + v_z √(α² + (1-α²) l_z²)))        h = (v + l)/|v + l|
@@ -111,15 +112,15 @@ impl Brdf for Phong {
 ///   R_A = F₀ A + B                              of `dfg`
 /// ```
 ///
-/// `D` is [Walter et al. 2007] eq. 33, the masking [Heitz 2014] eq. 99. One scattering only: what bounces between the
-/// facets is lost, 69 % of the light for `α = 1` seen along the normal; [`Dfg::energy_compensation`] puts it back.
+/// `D` is [Walter et al. 2007] eq. 33, the masking [Heitz 2014] eq. 99. Single scattering: light that bounces between
+/// the facets is lost, 69 % for `α = 1` seen along the normal; [`Dfg::energy_compensation`] restores it.
 ///
 /// [Walter et al. 2007]: https://www.cs.cornell.edu/~srm/publications/EGSR07-btdf.pdf
 /// [Heitz 2014]: https://jcgt.org/published/0003/02/03/
 /// [`Dfg::energy_compensation`]: crate::Dfg::energy_compensation
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
-    /// The width α in `(0, 1]` of the slopes: the square of the roughness that artists set.
+    /// The GGX width α in `(0, 1]`: the square of the perceptual roughness.
     pub alpha: f64,
     /// The reflectance `F₀` along the normal in `[0, 1]`.
     pub f0: f64,
@@ -158,7 +159,7 @@ mod tests {
 
     use super::*;
 
-    /// `∫ f(v, l) l_z dl` over the hemisphere, in coordinates about the mirrored view.
+    /// `∫ f(v, l) l_z dl` over the hemisphere, in coordinates about the reflected view.
     fn by_brute_force(brdf: &impl Brdf, cos_v: f64, nodes: usize) -> f64 {
         let v = Dir::from_angles(cos_v.acos(), 0.0);
         let r = Dir::from_angles(cos_v.acos(), PI);

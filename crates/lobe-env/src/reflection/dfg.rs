@@ -1,4 +1,4 @@
-//! The two numbers that a rough mirror needs besides its prefiltered environment (the "BRDF table").
+//! DFG table: scale and bias of the split-sum approximation (the "BRDF lookup table").
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
@@ -6,31 +6,31 @@ use std::sync::OnceLock;
 use lobe_sh::{Coefficient, Rgb, gauss_legendre};
 use rayon::prelude::*;
 
-/// Nodes of each of the two integrals: three times as many change less than 5e-7 anywhere for `α >= 0.01`, and 1e-12 for
-/// `α >= 0.3`, `cos_v >= 0.02` (test `the_integrals_have_converged`).
+/// Nodes of each of the two integrals: three times as many change less than 5e-7 anywhere for `α >= 0.01`, and 1e-12
+/// for `α >= 0.3`, `cos_v >= 0.02` (test `the_integrals_have_converged`).
 const NODES: usize = 48;
 
 /// The least cosine of the view. At 0 the surface is seen edge-on and the masking has no limit that is reached.
 const LEAST_COSINE: f64 = 1e-6;
 
-/// Below this width the lobe counts as a perfect mirror: the integrals would lose their digits.
+/// Below this width the lobe is treated as a perfect mirror: the integrals would lose their digits.
 const LEAST_ALPHA: f64 = 1e-4;
 
-/// What a rough mirror of GGX reflects of even light, split by its reflectance `F₀`.
+/// The reflectance of rough GGX specular reflection in uniform light, split by `F₀`.
 ///
 /// ```text
 ///   R_A = F₀ scale + bias        scale = ∫ f₁ (1 - (1 - v·h)⁵) l_z dl        bias = ∫ f₁ (1 - v·h)⁵ l_z dl
 /// ```
 ///
-/// `f₁` is [`Ggx`](crate::Ggx) with `F = 1`. In the split-sum approximation ([Karis 2013]) the light of a rough mirror
-/// is the prefiltered environment times `F₀ scale + bias`.
+/// `f₁` is [`Ggx`](crate::Ggx) with `F = 1`. In the split-sum approximation ([Karis 2013]) the reflected light is the
+/// prefiltered environment times `F₀ scale + bias`.
 ///
 /// [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dfg {
     /// The factor of `F₀`, A in Karis' notes.
     pub scale: f64,
-    /// What is added, B in Karis' notes.
+    /// The summand, B in Karis' notes.
     pub bias: f64,
 }
 
@@ -41,7 +41,7 @@ impl Dfg {
         f0.scale(self.scale) + Rgb::splat(self.bias)
     }
 
-    /// The factor that puts back what is lost between the facets.
+    /// The factor that compensates the energy lost to single scattering.
     ///
     /// ```text
     ///   1 + F₀ (1/(scale + bias) - 1)
@@ -71,13 +71,13 @@ impl Dfg {
 //
 // an interval between two roots, inside the range of visible normals (at its end x = -C/S the left side is positive).
 // The roots meet where S² + C² (1 + T)(1 - α² T) = 0, which ends the range of ψ. So both integrals run to where the
-// integrand vanishes and are smooth inside: Gauss-Legendre nodes that crowd towards the ends converge fast.
+// integrand vanishes and are smooth inside: Gauss-Legendre nodes clustered towards the ends converge fast.
 
-/// The split for a view at the angle of cosine `cos_v` from the normal and the width `alpha` of the slopes.
+/// Scale and bias for a view at the angle of cosine `cos_v` from the normal and the GGX width `alpha`.
 ///
 /// `cos_v` is clamped to `[1e-6, 1]`, `alpha` to at most 1; below `α = 1e-4` it is the perfect mirror,
-/// `bias = (1 - cos_v)⁵`, `scale = 1 - bias`. By quadrature to 5e-7, to 1e-12 away from smooth and from grazing (test `the_integrals_have_converged`), without noise;
-/// the derivation is the block above the code.
+/// `bias = (1 - cos_v)⁵`, `scale = 1 - bias`. Deterministic quadrature, accurate to 5e-7, to 1e-12 away from smooth and
+/// from grazing (test `the_integrals_have_converged`); the derivation is above the code.
 ///
 /// ```
 /// use lobe_env::dfg;
@@ -122,7 +122,7 @@ fn integrate(cos_v: f64, alpha: f64, nodes: usize) -> Dfg {
     Dfg { scale: all - bias, bias }
 }
 
-/// The view and what depends on it alone.
+/// The view and the terms that depend on it alone.
 struct View {
     c: f64,
     s: f64,
@@ -242,7 +242,7 @@ fn mix(a: Dfg, b: Dfg, t: f64) -> Dfg {
     Dfg { scale: a.scale + t * (b.scale - a.scale), bias: a.bias + t * (b.bias - a.bias) }
 }
 
-/// The node `x` in `(-1, 1)` and its weight carried to an interval, crowded towards both ends as a square root needs.
+/// Maps the node `x` in `(-1, 1)` and its weight to an interval, clustered towards both ends as a square root needs.
 pub(crate) fn towards_both_ends(start: f64, end: f64, x: f64, weight: f64) -> (f64, f64) {
     let (sin, cos) = (FRAC_PI_2 * x).sin_cos();
     let half = 0.5 * (end - start);

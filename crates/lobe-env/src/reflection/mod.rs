@@ -1,5 +1,5 @@
-//! Reflection by surfaces: models ([`brdf`]), their lobes ([`specular_lobe`]), and what of uniform light
-//! they reflect ([`dfg`]), the second factor of the split-sum approximation.
+//! Reflectance: models ([`brdf`]), their lobes ([`specular_lobe`]), and their reflectance in uniform light ([`dfg`]),
+//! the second factor of the split-sum approximation.
 //!
 //! Read first: [`brdf`]. Uses no other room.
 

@@ -1,4 +1,4 @@
-//! The lobes that specular filters spread light by.
+//! Specular lobes: the radially symmetric kernels of prefiltered environment maps.
 
 use std::f64::consts::PI;
 
@@ -6,10 +6,10 @@ use lobe_sh::gauss_legendre;
 
 use crate::EnvError;
 
-/// A lobe about the mirrored view: what a filtered map averages the light around `r` with.
+/// A lobe about the reflected view: the kernel with which a prefiltered map averages the light around `r`.
 ///
-/// With the normal, the view and the mirrored view all the same direction `r` (the split sum's assumption), every lobe
-/// is a function of the angle `θ` between the light `l` and `r` alone. Up to the factor that makes the integral 1:
+/// With normal, view and reflected view assumed to be the same direction `r` (split-sum approximation), every lobe is a
+/// function of the angle `θ` between the light `l` and `r` alone. Up to the factor that makes the integral 1:
 ///
 /// ```text
 ///   Ggx         D(h) (n·l)   =  max(cos θ, 0) / (1 + (1/α² - 1)(1 - cos θ)/2)²      h half-way between r and l
@@ -17,29 +17,29 @@ use crate::EnvError;
 ///   BlinnPhong  (n·h)^s (n·l)  =  max(cos θ, 0) ((1 + cos θ)/2)^(s/2)
 /// ```
 ///
-/// `D` is that of [Walter et al. 2007] eq. 33. The density of half vectors drawn by `D` is `D(h) (n·h)/(4 (v·h)) = D(h)/4`
-/// over directions `l`, so the sum over such draws weighted with `n·l` ([Karis 2013]) is the same average. Phong's lobe
-/// is the one of highlight maps ([Miller and Hoffman 1984]), without a cosine.
+/// `D` is that of [Walter et al. 2007] eq. 33. The density of half vectors drawn by `D` is `D(h) (n·h)/(4 (v·h)) =
+/// D(h)/4` over directions `l`, so importance sampling weighted with `n·l` ([Karis 2013]) has the same average. Phong's
+/// lobe is the one of highlight maps ([Miller and Hoffman 1984]), without a cosine.
 ///
-/// Every lobe integrates to 1: a constant map stays as it is. A highlight map in Phong's own normalization, in which the
-/// lobe's peak is 1 (`∫ L (r·l)^s dl`), is this one times [`SpecularLobe::integral`].
+/// Every lobe integrates to 1: a constant map stays as it is. A highlight map in Phong's own normalization, in which
+/// the lobe's peak is 1 (`∫ L (r·l)^s dl`), is this one times [`SpecularLobe::integral`].
 ///
 /// [Walter et al. 2007]: https://www.cs.cornell.edu/~srm/publications/EGSR07-btdf.pdf
 /// [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 /// [Miller and Hoffman 1984]: https://www.pauldebevec.com/ReflectionMapping/IlluMAP84.html
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpecularLobe {
-    /// The GGX mirror seen along its normal.
+    /// GGX seen along the normal.
     Ggx {
-        /// The width `α` in `[0, 1]` of the slopes: the square of the roughness that artists set.
+        /// The GGX width `α` in `[0, 1]`: the square of the perceptual roughness.
         alpha: f64,
     },
-    /// The power of the cosine to the mirrored view.
+    /// A power of the cosine to the reflected view.
     Phong {
         /// The exponent `s >= 0`.
         exponent: f64,
     },
-    /// The power of the cosine between the normal and the half vector, seen along the normal.
+    /// A power of the cosine between the normal and the half vector, seen along the normal.
     BlinnPhong {
         /// The exponent `s >= 0`. Near its peak the lobe is as wide as Phong's of a quarter of the exponent.
         exponent: f64,
@@ -157,7 +157,7 @@ impl Kernel for PowerKernel {
     }
 }
 
-/// A function that a caller gave.
+/// A kernel given by the caller.
 pub(crate) struct CustomKernel<F>(pub(crate) F);
 
 impl<F: Fn(f64) -> f64 + Sync> Kernel for CustomKernel<F> {
@@ -171,7 +171,7 @@ impl<F: Fn(f64) -> f64 + Sync> Kernel for CustomKernel<F> {
     }
 }
 
-/// `∫ K ds = 2π ∫_0^2 K(d) dd`, in pieces that grow from the axis outwards by a factor of four.
+/// `∫ K ds = 2π ∫_0^2 K(d) dd`, in pieces that grow outwards from the axis by a factor of four.
 pub(crate) fn integral(kernel: &impl Kernel) -> f64 {
     pieces(|start, end, rule| {
         let half = 0.5 * (end - start);
@@ -182,7 +182,7 @@ pub(crate) fn integral(kernel: &impl Kernel) -> f64 {
     .sum()
 }
 
-/// Evaluates each piece of `[0, 2]`; returns where each ends and its value. The horizon `d = 1` lies between pieces.
+/// Evaluates each piece of `[0, 2]`; returns the end of each and its value. The horizon `d = 1` lies between pieces.
 pub(crate) fn pieces(mut value: impl FnMut(f64, f64, &[(f64, f64)]) -> f64) -> Vec<(f64, f64)> {
     const FIRST: f64 = 1.0 / (1_u64 << 40) as f64;
     let rule = gauss_legendre(24);
@@ -211,7 +211,7 @@ fn power_below_one(x: f32, s: f32) -> f32 {
     let ln = 2.0 * z * (1.0 + q * (1.0 / 3.0 + q * (0.2 + q * (1.0 / 7.0 + q * (1.0 / 9.0)))));
     let y = s * (ln * std::f32::consts::LOG2_E + e as f32);
     let y = if y > -126.0 { y } else { -126.0 };
-    // Adding 1.5 2²³ rounds to a whole number, which then stands in the lowest bits.
+    // Adding 1.5 2²³ rounds to an integer, which then stands in the lowest bits.
     const ROUND: f32 = 12_582_912.0;
     let shifted = y + ROUND;
     let whole = shifted.to_bits().wrapping_sub(ROUND.to_bits());

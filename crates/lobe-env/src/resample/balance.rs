@@ -1,4 +1,4 @@
-//! Weights between two maps that keep both constants and the energy of every texel.
+//! Balancing of resampling weights: constants and the energy of every source texel are kept.
 //!
 //! ```text
 //!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))           V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
@@ -14,35 +14,40 @@ use crate::resample::sample_points::Sampler;
 use crate::resample::undersampled;
 use crate::resample::weights::Weights;
 
-// W_ts = Σ_samples of t, weight × share of s in the interpolant there: a mean of the source over the target's texel. A
-// constant stays constant because the weights of a texel are normalized. The energy of a texel s in the target is
+// W_ts = Σ_samples of t, weight × bilinear weight of s at the sample: a mean of the source over the target's texel. The
+// weights of a texel are normalized by r_t, which keeps constants. The energy of source texel s in the target is
 //
 //     E_s = Σ_t Ω_t V_ts       and should be Ω_s
 //
-// and such factors c_s there are, unless texels share too little [Sinkhorn and Knopp 1967]. First, c_s is multiplied by
-// Ω_s/E_s a few times: that ends quickly where the samples merely beat against the texels, and slowly where energy has
-// to wander: at poles, rims and edges. So for those follow steps of Newton's method in a_s = ln c_s: E changes by
+// Factors c_s with E_s = Ω_s exist unless too few texels overlap [Sinkhorn and Knopp 1967]. They are found in two
+// phases.
+//
+// 1. Sinkhorn iteration: multiply c_s by Ω_s/E_s, twice. This removes the beating of samples against texels, but
+//    converges slowly where energy has to move far: at poles, rims and edges.
+// 2. Newton steps in a_s = ln c_s. The derivative of E is
 //
 //     M a,   (M a)_s = Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)
 //
-// a graph's Laplacian, symmetric and positive but for constants, and M a = Ω - E is solved by conjugate gradients, as far
-// as the light of the map at hand needs it [Brauer et al. 2017]. For large maps, in which the beats average out, nothing
-// of that is done. q_s = Ω_s/E_s - 1 is what then is missing. It is given to the texel itself as far as it is brighter
-// than the mean m_s of its neighbors: an even part of a map stays even, nothing becomes negative, and a sun, L_s >> m_s,
-// has
+//    a graph Laplacian, symmetric and positive definite up to constants. M a = Ω - E is solved by conjugate gradients,
+//    to the accuracy that the light of this map needs [Brauer et al. 2017].
+//
+// For large maps, in which the beats average out, neither phase is needed.
+//
+// The remaining deficit q_s = Ω_s/E_s - 1 is corrected at the texel itself, in proportion to its excess over the mean
+// m_s of its neighbors: a uniform region stays uniform, nothing becomes negative, and a sun, L_s >> m_s, has
 //
 //     E_s (L_s + q_s (L_s - m_s)) = Ω_s L_s - (Ω_s - E_s) m_s
 //
-// its energy but for a part q_s m_s/L_s. So what the mean of the map lacks is, exactly, Σ (Ω_s - E_s) min(L_s, m_s): the
-// error by which all these steps are measured.
+// its energy up to the fraction q_s m_s/L_s. The mean of the map then lacks exactly Σ (Ω_s - E_s) min(L_s, m_s): the
+// error by which convergence is judged.
 
-/// The most passes over all samples that find out what each texel of the source is given.
+/// The most passes over all samples, of both phases together.
 const MOST_PASSES: usize = 60;
-/// So many of them adjust each texel for itself.
+/// Passes of Sinkhorn iteration before the first Newton step.
 const OWN_PASSES: usize = 2;
-/// No more passes if the mean of no channel is off by more than this.
+/// The tolerance of convergence for the mean of each channel, relative to that mean.
 const MEAN_ENOUGH: f64 = 5e-6;
-/// And if it would not be off by more than this were the signs of what texels miss random: texels then have their energy.
+/// The same if the signs of the texels' deficits were random: within it each texel has its energy.
 const TEXELS_ENOUGH: f64 = 5e-5;
 /// No step changes a weight by more than this factor.
 const MOST_CHANGE: f32 = 2.0;
@@ -50,11 +55,11 @@ const MOST_CHANGE: f32 = 2.0;
 /// The weights between two maps, and what they are balanced against.
 pub(crate) struct Balance<'a> {
     weights: Weights<'a>,
-    /// Of the texels of the source.
+    /// Solid angles of the source's texels.
     solid_angles: SolidAngles,
 }
 
-/// What a texel of the source has in the target, and what it lacks there.
+/// The energy of a source texel in the target, and its deficit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Seen {
     /// `E_s`.
@@ -64,39 +69,45 @@ struct Seen {
 }
 
 impl<'a> Balance<'a> {
-    /// Before it is balanced.
+    /// Weights that are not balanced yet.
     fn new(sampler: &'a Sampler) -> Self {
         Self { weights: Weights::new(sampler), solid_angles: SolidAngles::new(sampler.source) }
     }
 
     /// Every texel of the target, from those of `map`, balanced as far as that map needs it.
     pub(crate) fn resample(sampler: &'a Sampler, mut map: MappedMap) -> Vec<Rgb<f32>> {
+        // Balance the weights.
         let mut balance = Self::new(sampler);
         let (energies, _) = balance.balance(&map);
-        // Those brighter than their neighbors with what they would lose.
+        // Brighten each texel that exceeds its neighbors by the energy it would lose.
         balance.even_light().add_excess(&mut map, |x, y| {
             let energy = balance.of_texel(&energies, x, y);
             if energy > 0.0 { (balance.solid_angles.get(x, y) / energy - 1.0) as f32 } else { 0.0 }
         });
         drop(energies);
+        // Gather each target texel with the balanced weights.
         balance.weights.gather(map.texels())
     }
 
-    /// Finds the factors; then `E_s` of every texel, and after how many passes.
+    /// Finds the factors `c_s`; returns `E_s` of every texel and the number of passes.
     fn balance(&mut self, map: &MappedMap) -> (Vec<f64>, usize) {
         let mut passes = 0;
         loop {
             passes += 1;
+            // Sum the energy that each source texel has in the target.
             let mut energies = self.weights.energies();
+            // Sample the texels that the target undersamples from the side of the source.
             if passes == 1 {
                 let extras = undersampled::find(self.weights.sampler(), &self.solid_angles, &energies);
                 self.weights.add_extras(extras, &mut energies);
             }
+            // Stop when the remaining deficits are below the limits.
             if passes >= MOST_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
                 return (energies, passes);
             }
             let seen = self.seen(&energies);
             drop(energies);
+            // Scale the factors: by Sinkhorn iteration at first, then by Newton steps.
             if passes <= OWN_PASSES {
                 self.weights.scale(|s| {
                     let Seen { energy, missing } = seen[s];
@@ -110,9 +121,9 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// `a` with `M a = Ω - E`, by conjugate gradients in which each texel's own part of M is divided out.
+    /// A Newton step: solves `M a = Ω - E` by conjugate gradients, preconditioned with the diagonal `E`.
     fn newton(&self, seen: &[Seen], map: &MappedMap, passes: &mut usize) -> Vec<f32> {
-        // What one texel lacks others have too much; rounding and unseen texels must not leave a rest.
+        // Make the right side orthogonal to constants: rounding and texels without samples leave a rest.
         let sum = |value: fn(&Seen) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
         let rest = sum(|s| s.missing) / sum(|s| s.energy);
         let mut residual: Vec<f32> =
@@ -121,16 +132,19 @@ impl<'a> Balance<'a> {
         let dot = |residual: &[f32]| -> f64 {
             residual.iter().enumerate().map(|(s, r)| f64::from(*r) * f64::from(divided(s, *r))).sum()
         };
+        // Start from zero, along the preconditioned residual.
         let mut found = vec![0.0_f32; seen.len()];
         let mut step: Vec<f32> = residual.iter().enumerate().map(|(s, r)| divided(s, *r)).collect();
         let mut size = dot(&residual);
         while *passes < MOST_PASSES && size > 0.0 {
             *passes += 1;
+            // Apply M to the search direction.
             let change = self.weights.changes(&step);
             let along: f64 = step.iter().zip(&change).map(|(a, b)| f64::from(*a) * b).sum();
             if along <= 0.0 {
                 break;
             }
+            // Minimize along the search direction.
             let length = (size / along) as f32;
             for (((found, residual), step), change) in found.iter_mut().zip(&mut residual).zip(&step).zip(&change) {
                 *found += length * step;
@@ -139,6 +153,7 @@ impl<'a> Balance<'a> {
             if self.is_enough(|x, y| f64::from(self.of_texel(&residual, x, y)), map) {
                 break;
             }
+            // Make the next search direction conjugate to the last.
             let next = dot(&residual);
             let kept = (next / size) as f32;
             for (s, (step, residual)) in step.iter_mut().zip(&residual).enumerate() {
@@ -149,18 +164,18 @@ impl<'a> Balance<'a> {
         found
     }
 
-    /// That of the value of each texel of the source which belongs to texel `(x, y)`.
+    /// The entry at texel `(x, y)` of `values`, one for each source texel.
     fn of_texel<T: Copy>(&self, values: &[T], x: usize, y: usize) -> T {
         values[y * self.weights.sampler().source.width + x]
     }
 
-    /// `Ω_s - E_s`; 0 if no sample sees the texel, which then shows so little that there is nothing to lose.
+    /// The deficit `Ω_s - E_s`; 0 for a texel that no sample hits: a sliver too small to matter.
     fn missing(&self, energies: &[f64], x: usize, y: usize) -> f64 {
         let energy = self.of_texel(energies, x, y);
         if energy > 0.0 { self.solid_angles.get(x, y) - energy } else { 0.0 }
     }
 
-    /// What each texel of the source has and lacks, with its energy in the target.
+    /// Energy and deficit of each source texel.
     fn seen(&self, energies: &[f64]) -> Vec<Seen> {
         let width = self.weights.sampler().source.width;
         let mut seen = vec![Seen::default(); energies.len()];
@@ -177,13 +192,14 @@ impl<'a> Balance<'a> {
         EvenLight::new(self.weights.sampler().source, &self.solid_angles)
     }
 
-    /// Whether even light has its energy, to the limits above, if texel `(x, y)` lacks the solid angle `missing(x, y)`.
+    /// Whether the uniform light of `map` has converged, to the limits above, if texel `(x, y)` has the deficit
+    /// `missing(x, y)`.
     fn is_enough(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> bool {
         let sums = self.even_light().of_rows(map, |y, even| {
             let (mut whole, mut net, mut squares): (Rgb<f64>, Rgb<f64>, f64) = (Rgb::ZERO, Rgb::ZERO, 0.0);
             for (x, light) in even.iter().enumerate() {
                 let solid_angle = self.solid_angles.get(x, y);
-                // What shows nothing may hold anything.
+                // Texels outside the discs of a round picture may hold any value.
                 if solid_angle > 0.0 {
                     let light = light.widen();
                     let lost = light.scale(missing(x, y));
@@ -208,10 +224,10 @@ mod tests {
     use crate::Mapping;
     use crate::mapping::taps::Grid;
 
-    /// The most that may be missing of a texel after the passes, in parts of the mean texel: what then is added to it
+    /// The largest deficit of a texel after the passes, relative to the mean texel: what the correction adds to it
     /// alone if it is bright. Of a sliver at the rim of a disc it may be more than half.
     const MOST_MISSING: f64 = 0.1;
-    /// And on average.
+    /// The same on average.
     const MEAN_MISSING: f64 = 0.005;
 
     fn grid(mapping: Mapping, texels: usize) -> Grid {
@@ -261,7 +277,7 @@ mod tests {
         }
     }
 
-    /// What the given number of threads finds through windows.
+    /// The texels and energies found through windows with the given number of threads.
     fn found_by(threads: usize, weights: &Weights<'_>, map: &MappedMap) -> (Vec<Rgb<f32>>, Vec<f64>) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| (weights.gather(map.texels()), weights.energies()))
@@ -269,7 +285,7 @@ mod tests {
 
     #[test]
     fn windows_show_what_is_there() {
-        // About as many texels, few for many, and many for few; coarse enough that what all see can be kept.
+        // About as many texels in source and target, many fewer, many more; coarse enough to keep all views.
         for (from, to) in [(500_000, 400_000), (2_000, 900_000), (900_000, 60_000)] {
             let sampler = Sampler::new(grid(Mapping::LatLong, from), grid(Mapping::Cube, to), None);
             let map = MappedMap::from_fn(Mapping::LatLong, sampler.source.width, sampler.source.height, |s| {
@@ -289,7 +305,7 @@ mod tests {
                 assert!(error.iter().all(|e| *e < 1e-6), "{from} to {to}, texel {k}: {found:?}, not {kept:?}");
                 assert!(found.g == 1.0, "{from} to {to}, texel {k}: a channel of 1 became {}", found.g);
             }
-            // Relative to a texel's solid angle; sums in single precision have errors, but no preference.
+            // Relative to a texel's solid angle; sums in single precision have errors but no bias.
             let texel = 4.0 * std::f64::consts::PI / energies.len() as f64;
             let errors = || sums.iter().zip(&energies).map(|(found, kept)| (found - kept) / texel);
             let worst = errors().map(f64::abs).fold(0.0, f64::max);

@@ -1,10 +1,10 @@
-//! The uniform part of a map's light: as much as the neighbors of each texel have.
+//! Uniform part of a map's light: each texel clamped to the mean of its neighbors.
 //!
 //! ```text
-//!   min(L_s, m_s)        m_s the mean of the up to eight neighbors of texel s in the picture that show something
+//!   min(L_s, m_s)        m_s the mean of the up to eight neighbors of texel s in the picture that have a solid angle
 //! ```
 //!
-//! It is found row by row where it is asked for: to hold it would take as much memory as the map.
+//! Computed row by row on demand: to hold it would take as much memory as the map.
 
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use crate::mapping::solid_angles::SolidAngles;
 use crate::mapping::taps::Grid;
 use crate::{MappedMap, Mapping};
 
-/// So many rows are changed together. The rows above and below each such part are copied before.
+/// Rows of a band that one thread changes in place. The rows above and below each band are copied first.
 const ROWS: usize = 32;
 
 /// A row of a picture between its neighbors.
@@ -24,19 +24,19 @@ struct Rows<'a> {
     below: Option<&'a [Rgb<f32>]>,
 }
 
-/// Finds the even light of maps of one shape.
+/// Computes the uniform light of maps of one shape.
 pub(crate) struct EvenLight<'a> {
     grid: Grid,
     solid_angles: &'a SolidAngles,
 }
 
 impl<'a> EvenLight<'a> {
-    /// Of pictures whose texels have these solid angles.
+    /// For pictures whose texels have these solid angles.
     pub(crate) fn new(grid: Grid, solid_angles: &'a SolidAngles) -> Self {
         Self { grid, solid_angles }
     }
 
-    /// `of_row(y, even light of row y)` for every row, from the top.
+    /// `of_row(y, uniform light of row y)` for every row, from the top.
     pub(crate) fn of_rows<T: Send>(&self, map: &MappedMap, of_row: impl Fn(usize, &[Rgb<f32>]) -> T + Sync) -> Vec<T> {
         let row = |y: usize| (y < self.grid.height).then(|| map.row(y));
         let of_row = |even: &mut Vec<Rgb<f32>>, y: usize| {
@@ -47,13 +47,15 @@ impl<'a> EvenLight<'a> {
         (0..self.grid.height).into_par_iter().map_init(|| vec![Rgb::ZERO; self.grid.width], of_row).collect()
     }
 
-    /// Adds to every texel `share(x, y)` of what it has above its even light.
+    /// Adds to every texel the fraction `share(x, y)` of its excess over the uniform light.
     pub(crate) fn add_excess(&self, map: &mut MappedMap, share: impl Fn(usize, usize) -> f32 + Sync) {
         let width = self.grid.width;
         let texels = map.texels_mut();
+        // Copy the rows that border each band.
         let row = |y: usize| texels.chunks_exact(width).nth(y).map(<[Rgb<f32>]>::to_vec);
         let starts = (0..self.grid.height).step_by(ROWS);
         let borders: Vec<_> = starts.map(|y| (y.checked_sub(1).and_then(row), row(y + ROWS))).collect();
+        // Change each band in place, row by row.
         texels.par_chunks_mut(ROWS * width).zip(borders).enumerate().for_each(|(part, (rows, (mut above, below)))| {
             let (mut even, mut kept) = (vec![Rgb::ZERO; width], Vec::new());
             let mut rest = rows;
@@ -66,16 +68,16 @@ impl<'a> EvenLight<'a> {
                 for (x, (texel, even)) in own.iter_mut().zip(&even).enumerate() {
                     *texel += (*texel - *even).scale(share(x, y));
                 }
-                // The next row shall see this one as it was.
+                // Keep the unchanged row for the row below.
                 std::mem::swap(above.get_or_insert_default(), &mut kept);
                 rest = next;
             }
         });
     }
 
-    /// Of row `y`: every texel, in each channel no brighter than the mean of its neighbors; without any, as it is.
+    /// Row `y` of the uniform light: each channel at most the mean of its neighbors; unchanged if there are none.
     fn row(&self, y: usize, rows: Rows<'_>, even: &mut [Rgb<f32>]) {
-        // Of a picture without rims every texel shows something.
+        // Without discs in the picture every texel has a solid angle.
         if matches!(self.grid.mapping, Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea | Mapping::Cube) {
             return even_row(rows, even);
         }
@@ -84,7 +86,7 @@ impl<'a> EvenLight<'a> {
         }
     }
 
-    /// The mean of the up to eight neighbors of a texel in the picture that show something; without any, that texel.
+    /// The mean of the up to eight neighbors in the picture that have a solid angle; without any, the texel itself.
     fn around(&self, rows: Rows<'_>, x: usize, y: usize) -> Rgb<f32> {
         let columns = x.saturating_sub(1)..self.grid.width.min(x + 2);
         let (mut sum, mut count) = (Rgb::ZERO, 0.0);
@@ -105,11 +107,11 @@ fn least(a: Rgb<f32>, b: Rgb<f32>) -> Rgb<f32> {
     Rgb::new(a.r.min(b.r), a.g.min(b.g), a.b.min(b.b))
 }
 
-/// A row of a picture in which every texel shows something: sums of columns, each used three times.
+/// A row of a picture without discs: column sums, each used three times.
 fn even_row(rows: Rows<'_>, even: &mut [Rgb<f32>]) {
     let (own, width) = (rows.own, rows.own.len());
     let beside = usize::from(rows.above.is_some()) + usize::from(rows.below.is_some());
-    // What is not there adds nothing, and is not counted.
+    // A neighbor beyond the border adds nothing and is not counted.
     let black = vec![Rgb::ZERO; if beside < 2 { width } else { 0 }];
     let [above, below] = [rows.above, rows.below].map(|row| row.unwrap_or(&black));
     let parts = |columns: usize| match columns * (beside + 1) + beside {
@@ -118,7 +120,7 @@ fn even_row(rows: Rows<'_>, even: &mut [Rgb<f32>]) {
     };
     let [single, at_end, inside] = [0, 1, 2].map(parts);
     let column = |x: usize| [own[x], above[x] + below[x]];
-    // Without the texel itself: nothing cancels next to a sun.
+    // Leave out the texel itself: nothing cancels next to a sun.
     let (mut left, mut here) = ([Rgb::ZERO; 2], column(0));
     for (x, even) in even.iter_mut().enumerate() {
         let right = if x + 1 < width { column(x + 1) } else { [Rgb::ZERO; 2] };
@@ -145,7 +147,7 @@ mod tests {
         MappedMap::from_rows(mapping, width, height, texels)
     }
 
-    /// Straight from the definition.
+    /// Directly from the definition.
     fn even_at(map: &MappedMap, x: usize, y: usize) -> f32 {
         let near = |a: usize, b: usize| a.abs_diff(b) <= 1;
         let around = (0..map.texels().len()).map(|i| (i % map.width(), i / map.width()));

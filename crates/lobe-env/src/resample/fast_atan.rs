@@ -1,4 +1,4 @@
-//! The angle of a point of the plane, quickly.
+//! Fast arctangent of two arguments, by a truncated Chebyshev series.
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 

@@ -1,4 +1,4 @@
-//! The footprint of a texel of one picture in another.
+//! Footprints: the texels of the source whose weighted mean is a texel of the target.
 
 use lobe_sh::{Coefficient, Rgb};
 
@@ -14,30 +14,30 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// Of one texel.
+    /// The block of one texel.
     pub(crate) fn of_texel([x, y]: [usize; 2]) -> Self {
         Self { x, y, width: 1, height: 1 }
     }
 
-    /// The number of its texels.
+    /// The number of texels.
     pub(crate) fn len(&self) -> usize {
         self.width * self.height
     }
 
-    /// The number of the first texel of each of its rows in a picture of `columns` columns.
+    /// The index of the first texel of each row, in a picture of `columns` columns.
     pub(crate) fn rows(&self, columns: usize) -> impl Iterator<Item = usize> {
         let Self { x, y, height, .. } = *self;
         (y..y + height).map(move |y| y * columns + x)
     }
 
-    /// The middle one of its texels, and those in its corners.
+    /// The middle texel and the four in the corners.
     pub(crate) fn landmarks(&self) -> [[usize; 2]; 5] {
         let Self { x, y, width, height } = *self;
         let (right, below) = (x + width - 1, y + height - 1);
         [[x + width / 2, y + height / 2], [x, y], [right, y], [x, below], [right, below]]
     }
 
-    /// Its four quarters; of one row or column, its halves.
+    /// The four quarters; the two halves of a single row or column.
     pub(crate) fn quarters(&self) -> impl Iterator<Item = Self> {
         let halves = |start: usize, length: usize| {
             let half = length.div_ceil(2);
@@ -51,7 +51,7 @@ impl Tile {
     }
 }
 
-/// Four texels that are neighbors in the picture: `first` and the one to its right, and the two below, with weights.
+/// A bilinear footprint: texel `first`, the one to its right and the two below, with weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quad {
     pub(crate) first: u32,
@@ -59,7 +59,7 @@ pub(crate) struct Quad {
 }
 
 impl Quad {
-    /// The numbers of the texels in a picture of `width` columns.
+    /// The indices of the texels in a picture of `width` columns.
     #[inline(always)]
     pub(crate) fn texels(&self, width: usize) -> [usize; 4] {
         let first = self.first as usize;
@@ -74,7 +74,7 @@ impl Quad {
     }
 }
 
-/// What a texel of the target sees; a texel of the source may come several times.
+/// The footprint of a target texel; a source texel may occur several times.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub(crate) quads: &'a [Quad],
@@ -91,7 +91,7 @@ impl View<'_> {
         quads + self.shares.iter().map(|(_, weight)| f64::from(*weight)).sum::<f64>()
     }
 
-    /// The sum of the light of all that is seen, times its weights, and that of these; rows of the source are so wide.
+    /// The weighted sum of the light in the footprint, and the sum of the weights; `width` is that of the source.
     #[inline(always)]
     pub(crate) fn total(&self, light: &[Rgb<f32>], width: usize) -> (Rgb<f64>, f64) {
         let mut total: Rgb<f64> = Rgb::ZERO;
@@ -106,7 +106,7 @@ impl View<'_> {
         (total, self.sum())
     }
 
-    /// Calls `each(texel of the source, weight)`; rows of the source are so wide.
+    /// Calls `each(source texel, weight)`; `width` is that of the source.
     #[inline(always)]
     pub(crate) fn for_each(&self, width: usize, mut each: impl FnMut(usize, f64)) {
         for quad in self.quads {
@@ -122,14 +122,14 @@ impl View<'_> {
     }
 }
 
-/// Two neighbors.
+/// Two horizontal neighbors.
 #[inline(always)]
 fn pair(light: &[Rgb<f32>], first: usize) -> &[Rgb<f32>; 2] {
     let Some(pair) = light[first..].first_chunk() else { unreachable!("a quad lies inside the picture") };
     pair
 }
 
-/// What several texels see.
+/// The footprints of several target texels.
 #[derive(Default)]
 pub(crate) struct Views {
     /// Column and row of each texel, and where its quads and its shares end.
@@ -139,7 +139,7 @@ pub(crate) struct Views {
 }
 
 impl Views {
-    /// Ends the texel that sees what was added to `quads` and `shares` since the last one.
+    /// Closes the footprint of texel `(x, y)`: the `quads` and `shares` added since the last one.
     pub(crate) fn end_texel(&mut self, [x, y]: [usize; 2]) {
         self.texels.push([x, y, self.quads.len(), self.shares.len()].map(|n| n as u32));
     }
@@ -150,7 +150,7 @@ impl Views {
         self.shares.clear();
     }
 
-    /// All that was added, as of one texel.
+    /// All footprints, as that of one texel.
     #[inline(always)]
     pub(crate) fn all(&self) -> View<'_> {
         View { quads: &self.quads, shares: &self.shares }

@@ -1,8 +1,8 @@
-//! Any mapping to any other: each texel of the new map is an integral over its footprint in the old one.
+//! Resampling between mappings: each texel of the target is an integral over its footprint in the source.
 //!
-//! Read first: [`resample`], which has the formula; then [`sample_points`] (where a texel is sampled), [`footprint`] and
-//! [`source_window`] (what of the source that touches), [`weights`] and [`balance`] (that no energy is lost). Uses map
-//! and mapping.
+//! Read first: [`resample`], which has the formula; then [`sample_points`] (where a texel is sampled), [`footprint`]
+//! and [`source_window`] (the texels of the source under those samples), [`weights`] and [`balance`] (conservation of
+//! energy). Uses map and mapping.
 
 pub(crate) mod balance;
 pub(crate) mod even_light;

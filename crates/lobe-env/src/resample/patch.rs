@@ -1,25 +1,26 @@
-//! The samples of a block of texels in the source, as a surface of the second degree.
+//! Quadratic patches: biquadratic interpolants of the sample positions of a block of target texels.
 
 use crate::mapping::taps::Grid;
 use crate::resample::footprint::{Quad, Tile, View, Views};
 
-/// By rounding, samples leave the range of their surface by less than this, in texels,
+/// The constant part of the rounding error by which samples leave the range of their patch, in texels.
 const MARGIN: f64 = 0.01;
-/// and this part R of the range of the control points. In single precision t is off by half a unit in its last place,
-/// which moves a parabola by up to 4R units; its coefficients, of up to R, 2R and 2R, add 5R, and four operations 7R: 16R/2²⁴.
+/// The part in proportion to the range R of the control points. In single precision t is off by half a unit in its last
+/// place, which moves a parabola by up to 4R units; its coefficients, of up to R, 2R and 2R, add 5R, and four
+/// operations 7R: 16R/2²⁴.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
-/// Windows of no more texels stay in a cache of 256 KiB.
+/// The most texels of a window: one of this size stays in a cache of 256 KiB.
 const MOST_IN_WINDOW: usize = 1 << 14;
-/// So many samples are computed together, in vectors of any length.
+/// Samples computed together, in vectors of any length.
 const LANES: usize = 16;
 
-/// A point of the source.
+/// A sample in the source.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
     /// In texels of the source from the upper left corner, always inside the picture and on the right face or disc.
     x: f32,
     y: f32,
-    /// The solid angle for which it stands.
+    /// The solid angle it represents.
     weight: f32,
 }
 
@@ -34,7 +35,7 @@ impl Sample {
         [f64::from(self.x), f64::from(self.y)]
     }
 
-    /// Adds what the sample sees.
+    /// Adds the footprint of the sample.
     pub(crate) fn look(&self, source: Grid, views: &mut Views) {
         let taps = source.taps(self.point());
         views.shares.extend(taps.iter().map(|(index, weight)| (index as u32, self.weight * weight)));
@@ -54,21 +55,21 @@ pub(crate) struct Limits {
 ///   f(t, v) = Σ_ij q_ij v^i t^j        i, j = 0 .. 2;  t and v from 0 to 1, from the first sample to the last
 /// ```
 ///
-/// A hundredth of the memory of the samples.
+/// It takes a hundredth of the memory of the samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Patch {
     tile: Tile,
-    /// How many columns and rows of samples each texel has.
+    /// Columns and rows of samples in each texel.
     cells: [usize; 2],
     /// `q_ij` for x, y and the weight.
     coefficients: [[[f64; 3]; 3]; 3],
     limits: Limits,
-    /// The texels of the source that may be seen, if all lie within the picture or the face.
+    /// The source texels in the footprints, if all lie within the picture or the face.
     window: Option<Tile>,
 }
 
 impl Patch {
-    /// Through the values at t, v = 0, 1/2 and 1, those of the same v in a row.
+    /// Interpolates the values at t, v = 0, 1/2 and 1, those of the same v in a row.
     pub(crate) fn through(
         tile: Tile,
         cells: [usize; 2],
@@ -98,7 +99,7 @@ impl Patch {
         self.tile
     }
 
-    /// The texels of the source that may be seen, if it is worth while to look at them together.
+    /// The source texels in the footprints, if a window onto them pays.
     pub(crate) fn window(&self) -> Option<Tile> {
         let samples = self.tile.len() * self.cells[0] * self.cells[1];
         self.window.filter(|window| window.len() <= (2 * samples).min(MOST_IN_WINDOW))
@@ -161,20 +162,20 @@ impl Patch {
         }
     }
 
-    /// How far samples are apart.
+    /// The step from one sample to the next, in t and in v.
     fn steps(&self) -> [f64; 2] {
         [self.tile.width * self.cells[0], self.tile.height * self.cells[1]].map(|n| 1.0 / (n - 1) as f64)
     }
 
-    /// What the samples of a row of texels see, texel after texel: quads of rows of the given number of columns, in which the texel
-    /// `corner` of the source has the number `first`.
+    /// The bilinear footprints of the samples in a row of texels, texel after texel: quads of rows of `columns`
+    /// columns, in which the source texel `corner` has the index `first`.
     #[inline(always)]
     fn find_quads(&self, y: usize, corner: [usize; 2], first: usize, columns: usize, quads: &mut Vec<Quad>) {
         let ([nx, ny], [step_t, step_v]) = (self.cells, self.steps());
         quads.resize(self.tile.width * nx * ny, Quad { first: 0, weights: [0.0; 4] });
         for j in 0..ny {
             let mut row = self.row((y * ny + j) as f64 * step_v);
-            // From the center of the corner.
+            // Measure from the center of the corner.
             row[0][0] -= corner[0] as f64 + 0.5;
             row[0][1] -= corner[1] as f64 + 0.5;
             let row = row.map(|values| values.map(|value| value as f32));
@@ -190,14 +191,14 @@ impl Patch {
     }
 }
 
-/// The quads of consecutive samples of a row, found together.
+/// Bilinear footprints of consecutive samples of a row, computed together.
 struct Lanes {
     firsts: [u32; LANES],
     weights: [[f32; LANES]; 4],
 }
 
 impl Lanes {
-    /// From sample `start` on; positions are those from the center of texel `first`.
+    /// From sample `start` on; positions are relative to the center of texel `first`.
     #[inline(always)]
     fn of([a, b, c]: &[[f32; 3]; 3], start: usize, step: f32, first: u32, width: u32) -> Self {
         let mut lanes = Self { firsts: [0; LANES], weights: [[0.0; LANES]; 4] };
@@ -224,24 +225,24 @@ impl Lanes {
     }
 }
 
-/// A number from 0 to 2^22 as a whole number and a rest from 0 to 1; which of the two counts where it is whole, is open.
+/// Splits a number from 0 to 2^22 into its integer part and a fraction from 0 to 1; an integer may be split either way.
 #[inline(always)]
 fn whole(x: f32) -> (u32, f32) {
-    // Floats of this size are whole, and their last bits the number.
+    // Floats of this size are integers, whose value is in their last bits.
     const SHIFT: f32 = 12_582_912.0;
     let shifted = (x - 0.5) + SHIFT;
     (shifted.to_bits().wrapping_sub(SHIFT.to_bits()), x - (shifted - SHIFT))
 }
 
-/// The texels that samples on a surface through the values may see, if all of them are within one picture or face.
+/// The source texels that samples of the patch through `values` may touch, if all are within one picture or face.
 fn window(values: &[[[f64; 3]; 3]; 3], source: Grid) -> Option<Tile> {
     let [x, y, _] = values[1][1];
     let part = source.inner_part([x, y])?;
-    // A surface of the second degree lies between its control points.
+    // A quadratic patch lies within the hull of its control points.
     let controls = values.map(controls);
     let column = |j: usize| self::controls([controls[0][j], controls[1][j], controls[2][j]]);
     let controls = [column(0), column(1), column(2)];
-    // The first texel, and how many.
+    // The first texel, and the number of texels.
     let texels = |k: usize| {
         let range = controls
             .iter()
@@ -291,7 +292,7 @@ mod tests {
     fn quads_found_together_are_those_of_each_sample() {
         let source = Grid::new(Mapping::LatLong, 64, 32);
         let tile = Tile { x: 3, y: 5, width: 7, height: 4 };
-        // Lowest between the nodes.
+        // The least value between the nodes.
         let value =
             |t: f64, v: f64| [20.0 + 9.0 * t - 2.0 * v * v + t * v, 14.0 - 16.0 * t * (1.5 - t) + v, 1.0 + 0.1 * t];
         let values = [0.0, 0.5, 1.0].map(|v| [0.0, 0.5, 1.0].map(|t| value(t, v)));

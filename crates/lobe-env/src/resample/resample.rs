@@ -1,4 +1,4 @@
-//! Any mapping to any other, at any size, turned by any rotation.
+//! Resampling of a map: to any mapping, at any size, turned by any rotation.
 
 use std::borrow::Cow;
 
@@ -9,69 +9,69 @@ use crate::resample::balance::Balance;
 use crate::resample::sample_points::Sampler;
 use crate::{EnvError, EnvMap, MappedMap, Mapping};
 
-/// How far apart centers of texels, in texels, may be rounding of a rotation by quarter turns.
+/// Two texel centers coincide if they are no farther apart than this, in texels: the rounding of a quarter turn.
 const SAME_POINT: f64 = 1e-6;
 
-/// What a map shall become.
+/// The target of a resampling.
 #[derive(Clone, Debug)]
 pub struct Resample {
-    /// The mapping of the new map.
+    /// The mapping of the target.
     pub mapping: Mapping,
-    /// Its number of columns.
+    /// The number of columns.
     pub width: usize,
-    /// Its number of rows.
+    /// The number of rows.
     pub height: usize,
-    /// How the surroundings are turned: the new map shows towards `R s` what the old one shows towards `s`.
+    /// The rotation `R` of the surroundings: the target shows towards `R s` what the source shows towards `s`.
     pub rotation: Option<Rotation>,
 }
 
 impl Resample {
-    /// To `width` x `height` texels of `mapping`, not turned.
+    /// To `width` x `height` texels of `mapping`, without rotation.
     #[must_use]
     pub fn to(mapping: Mapping, width: usize, height: usize) -> Self {
         Self { mapping, width, height, rotation: None }
     }
 
-    /// Turned by `rotation`.
+    /// With this rotation of the surroundings.
     #[must_use]
     pub fn rotated(self, rotation: Rotation) -> Self {
         Self { rotation: Some(rotation), ..self }
     }
 }
 
-/// The map in another mapping, of another size, or turned.
+/// Resamples a map: to another mapping or size, or turned.
 ///
 /// ```text
 ///   L'_t = (1/Ω_t) ∫_{texel t} L(R⁻¹ s) ds
 /// ```
 ///
-/// One rule for shrinking and enlarging: each texel is the mean of the source, interpolated bilinearly across every seam
-/// ([`MappedMap::radiance`]), over its solid angle Ω; and the weights are balanced so that each texel of the source keeps
-/// its energy wherever it lies:
+/// One rule for shrinking and enlarging: each texel is the mean of the source, interpolated bilinearly across every
+/// seam ([`MappedMap::radiance`]), over its solid angle Ω; and the weights are balanced so that each texel of the
+/// source keeps its energy wherever it lies:
 ///
 /// ```text
 ///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
 /// ```
 ///
-/// with the mean `m_s` of the texel's neighbors in the picture; V is the interpolation's weights, with rows and columns
-/// scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until what q leaves of the light is below 5e-6. So
+/// where `m_s` is the mean of the texel's neighbors in the picture and V the weights of the interpolation, with rows
+/// and columns scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until the loss beyond q is below 5e-6. So
 ///
 /// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
 /// * the mean of every channel is kept to 1e-4 through chains of ten and twelve conversions
 ///   (`the_mean_is_kept_through_chains_of_mappings`, `the_mean_is_kept_through_any_chain`);
-/// * a sun of one texel keeps its energy to 1 %, and stays within the texel: its center moves by no more than the
-///   farthest point of its texel, in the source or the target, lies from it
+/// * a sun of one texel keeps its energy to 1 %, and its place to a texel: its center moves by no more than the
+///   distance to the farthest point of its texel, in the source or the target
 ///   (`a_sun_of_one_texel_keeps_energy_and_place_through_every_pair_of_mappings`);
-/// * interpolation blurs: with texels of the width δ, band l loses about l(l+1) δ²/8 in each conversion, more at the rim
-///   of a ball, whose texels are long (`band_limited_maps_keep_their_coefficients_through_every_pair`).
+/// * interpolation blurs: with texels of the width δ, band l loses about l(l+1) δ²/8 in each conversion, more at the
+///   rim of a ball, whose texels are long (`band_limited_maps_keep_their_coefficients_through_every_pair`).
 ///
-/// Where the two grids coincide, texels are copied: a map of the same mapping and size that is not turned, a cube turned
+/// Where the two grids coincide, texels are copied: a map of the same mapping and size without rotation, a cube turned
 /// by quarter turns about its axes. In parallel over fixed chunks: the same bits for any number of threads
 /// (`any_number_of_threads_gives_the_same_bits`).
 ///
-/// A map that is given away, `resample(map, ..)`, is worked on in place; one that is lent, `resample(&map, ..)`, is copied.
+/// An owned map, `resample(map, ..)`, is changed in place; a borrowed one, `resample(&map, ..)`, is copied.
 ///
-/// Texels should be finite; one that is not spoils those it touches.
+/// Texels should be finite; one that is not spreads to those whose footprints touch it.
 ///
 /// ```
 /// use lobe_env::{Mapping, Resample, bundled, resample};
@@ -89,6 +89,7 @@ pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample) -> Result
     MappedMap::check(to.mapping, to.width, to.height)?;
     let (source, target) = (map.grid(), Grid::new(to.mapping, to.width, to.height));
     let sampler = Sampler::new(source, target, to.rotation.as_ref());
+    // Copy texels where the grids coincide; integrate over footprints elsewhere.
     let texels = match copied(&sampler, to.rotation.is_some()) {
         Some(numbers) => numbers.iter().map(|&k| map.texels()[k as usize]).collect(),
         None => Balance::resample(&sampler, map.into_owned()),
@@ -97,8 +98,8 @@ pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample) -> Result
 }
 
 impl MappedMap {
-    /// The number of rows, of a cube map the size of a face, at which a map of another mapping has about as many texels on
-    /// the sphere as this one; of a cube a power of two.
+    /// The number of rows at which a map of `mapping` has about as many texels on the sphere as this one; of a cube map
+    /// the size of a face, a power of two.
     #[must_use]
     pub fn size_like(&self, mapping: Mapping) -> usize {
         if self.mapping() == mapping {
@@ -124,7 +125,7 @@ impl MappedMap {
     }
 }
 
-/// The part of a picture that shows something: of a square the disc in it, or all.
+/// The fraction of a picture's area that shows the sphere: the inscribed discs, or all of it.
 fn shown(mapping: Mapping) -> f64 {
     match mapping {
         Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid => {
@@ -134,7 +135,7 @@ fn shown(mapping: Mapping) -> f64 {
     }
 }
 
-/// The map of the same mapping and size, turned: it shows towards `R s` what `map` shows towards `s`.
+/// Rotates a map, keeping mapping and size: the result shows towards `R s` what `map` shows towards `s`.
 #[must_use]
 pub fn rotate_map(map: &impl AsRef<MappedMap>, rotation: &Rotation) -> MappedMap {
     let map = map.as_ref();
@@ -142,7 +143,7 @@ pub fn rotate_map(map: &impl AsRef<MappedMap>, rotation: &Rotation) -> MappedMap
     resample(map, &to).unwrap_or_else(|error| unreachable!("the size is that of a map: {error}"))
 }
 
-/// The numbers of the texels of the source that are those of the target, one for one, where the two grids coincide.
+/// For each target texel the index of the source texel to copy, where the two grids coincide.
 fn copied(sampler: &Sampler, is_turned: bool) -> Option<Vec<u32>> {
     let grid = sampler.target;
     if sampler.source != grid {

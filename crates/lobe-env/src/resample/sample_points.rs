@@ -1,4 +1,4 @@
-//! The points of the source at which each texel of a new map is sampled.
+//! Sample placement: the points of the source at which each target texel is sampled, and their weights.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::Range;
@@ -12,20 +12,19 @@ use crate::resample::fast_atan::quick_atan2;
 use crate::resample::footprint::{Tile, View, Views};
 use crate::resample::patch::{Limits, Patch, Sample};
 
-/// How far samples are apart, in source texels.
+/// The distance of samples, in source texels.
 const SPACING: f64 = 1.0;
-/// The least density, in parts of the mean one, for which samples are set closer.
+/// The least density of source texels, relative to the mean, to which the distance of samples adapts.
 const THINNEST: f64 = 1.0 / 64.0;
 /// The most columns and rows of texels that share a patch.
 const TILE: usize = 16;
-/// Fewer samples are found sooner one by one than with a patch.
+/// A tile with fewer samples than this is sampled point by point: that is faster than a patch.
 const LEAST_SAMPLES: usize = 32;
-/// Where a patch is right, along each side of its tile.
+/// Where a patch interpolates, along each side of its tile.
 const NODES: [f64; 3] = [0.0, 0.5, 1.0];
-/// Where it is checked: near where a term of the third degree is farthest off.
+/// Where its error is measured: near the maxima of a cubic term.
 const CHECKS: [f64; 2] = [0.25, 0.75];
-/// How far samples may lie beside their place there, in heights of a texel of the source, and be off in weight, in parts
-/// of it.
+/// The largest error of a patch there: of a position in heights of a source texel, of a weight relatively.
 const OFF_PATCH: f64 = 0.005;
 /// The fewest samples along a side of a texel.
 const LEAST: usize = 2;
@@ -34,15 +33,15 @@ const LEAST: usize = 2;
 #[derive(Default)]
 pub(crate) struct Chunk {
     patches: Vec<Patch>,
-    /// The other texels, and how many samples each has.
+    /// The texels without a patch, and the number of samples of each.
     singles: Vec<([u32; 2], u32)>,
-    /// Theirs.
+    /// The samples of `singles`.
     samples: Vec<Sample>,
 }
 
 impl Chunk {
-    /// Calls `each` for every texel of which a tile is wanted, or for whole patches that have a window and may be looked at
-    /// through it, in no order that matters.
+    /// Calls `each` for every texel of the wanted tiles, or for whole patches that have a window and may be seen
+    /// through it. The order does not matter.
     #[inline(always)]
     pub(crate) fn for_each(
         &self,
@@ -71,23 +70,23 @@ impl Chunk {
     }
 }
 
-/// What part of the target sees what.
+/// Footprints of a part of the target.
 pub(crate) enum Sight<'a> {
-    /// A texel at a place in the picture.
+    /// The footprint of the texel at a place in the picture.
     Texel([usize; 2], View<'a>),
-    /// All texels of a patch see what is in a window of the source.
+    /// The footprints of all texels of a patch, within a window onto the source.
     Patch(&'a Patch, Tile),
 }
 
-/// A source and a target, and how the surroundings are turned between them.
+/// Source and target grids, and the rotation between them.
 pub(crate) struct Sampler {
     pub(crate) source: Grid,
     pub(crate) target: Grid,
-    /// What becomes of the axes on the way from the target to the source.
+    /// The matrix from target to source directions.
     turn: Option<[[f64; 3]; 3]>,
-    /// And back.
+    /// Its inverse.
     turn_back: Option<[[f64; 3]; 3]>,
-    /// Of the strips above the rows of a lat-long source, and of the one below the last.
+    /// The bends of the strips above the rows of a lat-long source, and of the one below the last.
     bends: Vec<f64>,
 }
 
@@ -100,18 +99,18 @@ impl Sampler {
         Self { source, target, turn, turn_back: rotation.map(axes), bends }
     }
 
-    /// The direction in the source of a direction in the target.
+    /// The source direction of a target direction.
     #[inline]
     pub(crate) fn to_source(&self, s: Dir) -> Dir {
         turned(self.turn.as_ref(), s)
     }
 
-    /// The direction in the target of a direction in the source.
+    /// The target direction of a source direction.
     pub(crate) fn to_target(&self, s: Dir) -> Dir {
         turned(self.turn_back.as_ref(), s)
     }
 
-    /// About how many samples all texels have together.
+    /// An estimate of the number of samples of all texels.
     pub(crate) fn estimate(&self) -> usize {
         (LEAST * LEAST * self.target.len()).max((self.source.len() as f64 / (SPACING * SPACING)) as usize)
     }
@@ -129,7 +128,7 @@ impl Sampler {
         chunk
     }
 
-    /// A patch, or patches for the quarters of the tile, or every texel for itself: at seams, poles and rims.
+    /// Adds one patch; else patches for the quarters of the tile; else, at seams, poles and rims, single texels.
     fn add_tile(&self, tile: Tile, chunk: &mut Chunk, nodes: &mut Vec<(Dir, f64)>) {
         let cells = self.cells_of_tile(tile);
         if let Some([nx, ny]) = cells
@@ -152,7 +151,7 @@ impl Sampler {
         }
     }
 
-    /// How many columns and rows of cells the texels of a tile need; nothing if one may lie on a rim.
+    /// Columns and rows of samples in each texel of a tile; `None` if one of its landmarks lies on a rim.
     fn cells_of_tile(&self, tile: Tile) -> Option<[usize; 2]> {
         tile.landmarks().into_iter().try_fold([0, 0], |[nx, ny], texel| {
             let [x, y] = if self.is_on_rim(texel) { None } else { self.cells(texel) }?;
@@ -160,8 +159,8 @@ impl Sampler {
         })
     }
 
-    /// A grid of cells for each texel of a tile, on a surface through nine of them; nothing where four others do not lie on
-    /// it.
+    /// The patch through nine samples of a tile, with a grid of samples in each texel; `None` if four other samples are
+    /// farther from it than allowed.
     fn patch(&self, tile: Tile, [nx, ny]: [usize; 2]) -> Option<Patch> {
         let Grid { mapping, width, height } = self.target;
         let area = 1.0 / (nx * ny * width * height) as f64;
@@ -175,15 +174,18 @@ impl Sampler {
             let [x, y] = self.source_point(self.to_source(s));
             Some([x, y, area * mapping.density_towards(s)])
         };
+        // Sample the tile at three times three nodes.
         let mut values = [[[0.0; 3]; 3]; 3];
         for (values, v) in values.iter_mut().zip(NODES) {
             for (value, t) in values.iter_mut().zip(NODES) {
                 *value = look(t, v)?;
             }
         }
+        // Interpolate them.
         let [x, y, _] = values[1][1];
         let patch = Patch::through(tile, [nx, ny], values, self.source, self.limits([x, y]));
         let aside = OFF_PATCH * self.texels_across(y);
+        // Compare the patch with samples between the nodes.
         for (t, v) in CHECKS.into_iter().flat_map(|v| CHECKS.map(|t| (t, v))) {
             let (found, expected) = (patch.at(t, v), look(t, v)?);
             let is_near = |k: usize, most: f64| (found[k] - expected[k]).abs() < most;
@@ -194,20 +196,21 @@ impl Sampler {
         Some(patch)
     }
 
-    /// How many texels of row `y` of the source are as wide as high: more than 1 towards the poles of a lat-long map.
+    /// The number of texels in row `y` of the source that are together as wide as one is high: above 1 towards the
+    /// poles of a lat-long map.
     fn texels_across(&self, y: f64) -> f64 {
         let Grid { mapping, height, .. } = self.source;
         if mapping == Mapping::LatLong { 1.0 / (PI * y / height as f64).sin().max(1.0 / height as f64) } else { 1.0 }
     }
 
-    /// How many columns and rows of cells a texel needs that shows something everywhere.
+    /// Columns and rows of samples of a texel that no rim cuts.
     fn cells(&self, texel: [usize; 2]) -> Option<[usize; 2]> {
         let (center, lengths) = axes(self.target, texel)?;
         let spacing = SPACING * self.source_pitch(center);
         Some(lengths.map(|length| ((length / spacing).ceil() as usize).max(LEAST)))
     }
 
-    /// A grid of cells, each looked at in its middle.
+    /// Adds a grid of samples, each in the middle of its cell.
     fn add_grid(&self, [x, y]: [usize; 2], samples: &mut Vec<Sample>) {
         let Grid { mapping, width, height } = self.target;
         let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
@@ -225,10 +228,11 @@ impl Sampler {
         }
     }
 
-    /// A texel that shows the rim of a disc: samples in the part that shows something, more of them along the radius,
-    /// where a ball's texels are long.
+    /// Adds samples of a texel that the rim of a disc cuts: in the part inside the disc, more of them along the radius,
+    /// where the texels of a ball are long.
     fn add_nodes(&self, texel: [usize; 2], nodes: &mut Vec<(Dir, f64)>, samples: &mut Vec<Sample>) {
         let Grid { mapping, width, height } = self.target;
+        // Measure the texel with few nodes.
         let few = midpoints(LEAST);
         crate::mapping::texel_quadrature::nodes_into(mapping, [width, height], texel, &few, nodes);
         let Some((first, _)) = nodes.first() else { return };
@@ -236,7 +240,7 @@ impl Sampler {
         let reach = nodes.iter().map(|(s, _)| s.angle_to(*first)).fold(0.0, f64::max) * LEAST as f64;
         let spacing = SPACING * nodes.iter().map(|(s, _)| self.source_pitch(*s)).fold(PI, f64::min);
         let across = nodes.iter().map(|(_, weight)| weight).sum::<f64>() / reach.max(spacing);
-        // The corners of a texel part it in two or more pieces.
+        // The corners divide a texel into two or more pieces.
         let [n_across, n_along] = [0.5 * across, reach].map(|length| ((length / spacing).ceil() as usize).max(LEAST));
         let rules = [midpoints(n_across), midpoints(n_along)];
         crate::mapping::texel_quadrature::nodes_of_rules_into(
@@ -246,6 +250,7 @@ impl Sampler {
             [&rules[0], &rules[1]],
             nodes,
         );
+        // Sample the source at the nodes of rules as fine as its texels.
         samples.extend(nodes.iter().map(|(s, weight)| self.sample(*s, *weight)));
     }
 
@@ -255,7 +260,7 @@ impl Sampler {
         Sample::new([p[0], p[1], weight], &self.limits(p))
     }
 
-    /// The root of the solid angle of a texel of the source.
+    /// The square root of the solid angle of a source texel.
     #[inline]
     fn source_pitch(&self, s: Dir) -> f64 {
         let density = self.source.mapping.density_towards(self.to_source(s)).max(4.0 * PI * THINNEST);
@@ -275,8 +280,8 @@ impl Sampler {
         [u * width as f64, self.source.fair_row(row, self.bends[(row + 0.5) as usize])]
     }
 
-    /// The least and the largest coordinates of the face or disc of the source that shows a point: rounding must not
-    /// lead to the next one.
+    /// The range of coordinates of the face or disc of the source that contains a point: rounding must not lead to the
+    /// next one.
     #[inline]
     fn limits(&self, p: [f64; 2]) -> Limits {
         let Grid { mapping, width, height } = self.source;
@@ -295,7 +300,7 @@ impl Sampler {
         Limits { x, y }
     }
 
-    /// Whether a part of the texel shows nothing, or it lies on two discs.
+    /// Whether the texel lies partly outside the discs, or on two of them.
     fn is_on_rim(&self, [x, y]: [usize; 2]) -> bool {
         let Grid { mapping, width, height } = self.target;
         let discs = match mapping {
@@ -313,8 +318,7 @@ impl Sampler {
     }
 }
 
-/// The direction of the center of a texel that shows something everywhere, and about how long its two axes are, in
-/// radians.
+/// The direction of the center of a texel that no rim cuts, and the approximate lengths of its two axes in radians.
 #[inline]
 pub(crate) fn axes(grid: Grid, [x, y]: [usize; 2]) -> Option<(Dir, [f64; 2])> {
     let Grid { mapping, width, height } = grid;

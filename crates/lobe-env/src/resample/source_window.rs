@@ -1,7 +1,7 @@
-//! The part of the source that a patch of the target sees, close together in memory.
+//! Source windows: the source texels under a patch of the target, copied to contiguous memory.
 //!
-//! Rows of a large picture are far apart: what the samples of a patch see lies on as many pages as it has rows. So light is
-//! copied into a window before it is looked at, and what samples give back is summed in one.
+//! Rows of a large picture are far apart in memory: the footprints of a patch touch as many pages as rows. So light is
+//! gathered from a copy, and energies are summed into a window before they are added to the picture.
 
 use lobe_sh::Rgb;
 
@@ -19,7 +19,7 @@ pub(crate) struct WindowLight {
 }
 
 impl WindowLight {
-    /// Takes that of a picture of `columns` columns.
+    /// Copies the window from a picture of `columns` columns.
     pub(crate) fn fill(&mut self, window: Tile, light: &[Rgb<f32>], columns: usize) {
         self.width = window.width;
         self.texels.clear();
@@ -29,7 +29,7 @@ impl WindowLight {
         }
     }
 
-    /// The sum of all that quads of the window see, times their weights, and that of these.
+    /// The weighted sum of the light in some quads of the window, and the sum of the weights.
     #[inline(always)]
     pub(crate) fn total(&self, quads: &[Quad]) -> (Rgb<f64>, f64) {
         let mut total = [0.0; 4];
@@ -44,7 +44,7 @@ impl WindowLight {
         (Rgb::new(r, g, b), weight)
     }
 
-    /// Two neighbors.
+    /// Two horizontal neighbors.
     #[inline(always)]
     fn pair(&self, first: usize) -> &[Light; 2] {
         let Some(pair) = self.texels[first..].first_chunk() else { unreachable!("a quad lies inside the window") };
@@ -52,27 +52,28 @@ impl WindowLight {
     }
 }
 
-/// What samples give to the texels of a window.
+/// Energies of the texels of a window.
 ///
-/// Up to 1024 samples of a patch, where a picture is enlarged, are added in single precision; the sum is off by 1e-6 or 2e-6
-/// of itself at random, by 2e-5 where all are equal.
+/// Where a picture is enlarged, up to 1024 samples of a patch are added in single precision; the relative error of a
+/// sum is 1e-6 or 2e-6 at random, 2e-5 where all terms are equal.
 #[derive(Default)]
 pub(crate) struct WindowSums {
-    /// For each texel what the quads that begin there give to their four texels: each addition is of one aligned vector.
+    /// For each texel the sums of the four weights of the quads that begin there: each addition is of one aligned
+    /// vector.
     quads: Vec<[f32; 4]>,
     width: usize,
     row: Vec<f64>,
 }
 
 impl WindowSums {
-    /// Begins with nothing.
+    /// Clears the sums.
     pub(crate) fn clear(&mut self, window: Tile) {
         self.width = window.width;
         self.quads.clear();
         self.quads.resize(window.len(), [0.0; 4]);
     }
 
-    /// Adds `scale` times the weights of quads of the window.
+    /// Adds the weights of some quads of the window, times `scale`.
     #[inline(always)]
     pub(crate) fn add(&mut self, quads: &[Quad], scale: f32) {
         for &Quad { first, weights } in quads {
@@ -84,7 +85,7 @@ impl WindowSums {
         }
     }
 
-    /// Adds all to the sums of the texels of a picture of `columns` columns.
+    /// Adds the sums to those of a picture of `columns` columns.
     pub(crate) fn add_to(&mut self, sums: &mut SparseSum, window: Tile, columns: usize) {
         let row = |j: usize| &self.quads[j * window.width..][..window.width];
         for (j, start) in window.rows(columns).enumerate() {
@@ -99,7 +100,7 @@ impl WindowSums {
     }
 }
 
-/// What the upper texels of quads, k = 0, or the lower ones, k = 2, give to a row.
+/// Adds the upper (k = 0) or lower (k = 2) halves of quads to a row.
 fn add_halves(row: &mut [f64], quads: &[[f32; 4]], k: usize) {
     for (x, quad) in quads.iter().enumerate() {
         row[x] += f64::from(quad[k]);
@@ -122,7 +123,7 @@ mod tests {
     const ROWS: usize = 9;
     const WINDOW: Tile = Tile { x: 250, y: 2, width: 13, height: 6 };
 
-    /// Quads of the window, and the same of the picture.
+    /// Random quads of the window, and the same quads in the picture.
     fn random_quads(random: &mut Random) -> (Vec<Quad>, Vec<Quad>) {
         let mut below = |n: usize| (random.unit() * n as f64) as usize;
         let places: Vec<[usize; 2]> = (0..200).map(|_| [below(WINDOW.width - 1), below(WINDOW.height - 1)]).collect();

@@ -1,15 +1,15 @@
-//! Sums for some of many places.
+//! Sparse array of sums, allocated block by block.
 
-/// Places that are held together.
+/// The number of entries in a block.
 pub(crate) const BLOCK: usize = 256;
 
-/// A sum for each place, held in blocks, only where there is one.
+/// An array of sums whose blocks are allocated when they are first added to.
 pub(crate) struct SparseSum {
     blocks: Vec<Option<Box<[f64; BLOCK]>>>,
 }
 
 impl SparseSum {
-    /// For `len` places.
+    /// Of `len` entries, all 0.
     pub(crate) fn new(len: usize) -> Self {
         Self { blocks: vec![None; len.div_ceil(BLOCK)] }
     }
@@ -19,7 +19,7 @@ impl SparseSum {
         self.block(index / BLOCK)[index % BLOCK] += value;
     }
 
-    /// Adds to two places, one after the other.
+    /// Adds to two consecutive entries.
     #[inline(always)]
     pub(crate) fn add_pair(&mut self, index: usize, [a, b]: [f64; 2]) {
         let at = index % BLOCK;
@@ -33,7 +33,7 @@ impl SparseSum {
         }
     }
 
-    /// Adds to places that follow one another.
+    /// Adds to consecutive entries.
     pub(crate) fn add_row(&mut self, mut index: usize, mut values: &[f64]) {
         while !values.is_empty() {
             let (at, (now, later)) = (index % BLOCK, values.split_at(values.len().min(BLOCK - index % BLOCK)));
@@ -49,7 +49,7 @@ impl SparseSum {
         self.blocks[number].get_or_insert_with(|| Box::new([0.0; BLOCK]))
     }
 
-    /// Adds the sums of one block to others.
+    /// Adds the sums of one block to `sums`.
     pub(crate) fn add_block(&self, block: usize, sums: &mut [f64]) {
         if let Some(block) = &self.blocks[block] {
             for (sum, value) in sums.iter_mut().zip(block.iter()) {

@@ -1,14 +1,14 @@
-//! Samples from the side of the source, where the target sees too little of it.
+//! Undersampled source texels: additional samples from the side of the source.
 
 use rayon::prelude::*;
 
 use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::sample_points::{Sampler, midpoints};
 
-/// A texel of the source of which more than this part is not seen is sampled from its own side too.
+/// A source texel that lacks at least this fraction of its energy in the target is sampled from its own side too.
 const HARDLY_SEEN: f64 = 0.5;
 
-/// A sample that belongs to a texel of the target and sees one texel of the source.
+/// An additional sample: one source texel in the footprint of a target texel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extra {
     pub(crate) target: u32,
@@ -16,7 +16,7 @@ pub(crate) struct Extra {
     pub(crate) weight: f32,
 }
 
-/// Those for texels of the source of the given solid angles, of which the target sees `energies`.
+/// The additional samples of source texels with the given solid angles that have `energies` in the target.
 pub(crate) fn find(sampler: &Sampler, solid_angles: &SolidAngles, energies: &[f64]) -> Vec<Extra> {
     let width = sampler.source.width;
     let of_row = |(y, energies): (usize, &[f64])| {
@@ -33,7 +33,7 @@ pub(crate) fn find(sampler: &Sampler, solid_angles: &SolidAngles, energies: &[f6
     found.concat()
 }
 
-/// `share` of a texel of the source, from four points in it.
+/// Adds four samples in a source texel, which together carry `share` of it.
 fn add(sampler: &Sampler, texel: [usize; 2], share: f64, extras: &mut Vec<Extra>) {
     let (source, target) = (sampler.source, sampler.target);
     let mut nodes = Vec::new();

@@ -1,7 +1,7 @@
-//! The weights with which the texels of one map make up those of another.
+//! Resampling weights between the texels of two maps.
 //!
 //! ```text
-//!   V_ts = r_t W_ts c_s        Σ_s V_ts = 1        W_ts = Σ_samples of t, weight × share of s in the interpolant there
+//!   V_ts = r_t W_ts c_s        Σ_s V_ts = 1        W_ts = Σ_samples of t, weight × bilinear weight of s at the sample
 //! ```
 
 use std::ops::Range;
@@ -16,18 +16,18 @@ use crate::resample::source_window::{WindowLight, WindowSums};
 use crate::resample::sparse_sum::{BLOCK, SparseSum};
 use crate::resample::undersampled::Extra;
 
-/// The target is worked on in about this many parts, whatever the number of threads.
+/// The target is divided into about this many chunks, whatever the number of threads.
 const CHUNKS: usize = 128;
-/// But none has fewer rows: what a part costs must not outweigh its samples.
+/// The fewest rows of a chunk: its fixed cost must not outweigh its samples.
 const LEAST_ROWS: usize = 8;
-/// The number of parts whose sums are held at once; waiting for the last of them costs little if they are many.
+/// The number of chunks whose sums are held at once; with many of them, waiting for the last one costs little.
 const CHUNKS_TOGETHER: usize = 32;
-/// Of more samples than this not what they see is kept from pass to pass, 20 bytes each, but where they lie.
+/// Footprints, 20 bytes per sample, are kept from pass to pass up to this number of samples.
 const MOST_VIEWS: usize = 1 << 22;
-/// And of more than this nothing is kept: up to 1.5 GiB, where no patches fit.
+/// Above it, sample positions are kept up to this number: up to 1.5 GiB, where no patches fit.
 const MOST_SAMPLES: usize = 1 << 27;
 
-/// What passes need not find again, for each chunk.
+/// The results of sampling that a chunk keeps for the next pass.
 enum Kept {
     Views(Vec<Views>),
     Samples(Vec<Chunk>),
@@ -37,11 +37,11 @@ enum Kept {
 /// The weights between two maps.
 pub(crate) struct Weights<'a> {
     sampler: &'a Sampler,
-    /// Of the texels of the target.
+    /// Solid angles of the target's texels.
     solid_angles: SolidAngles,
     kept: Kept,
     extras: Vec<Extra>,
-    /// `c_s`; nothing while all are 1.
+    /// `c_s`; empty while all are 1.
     factors: Vec<f32>,
 }
 
@@ -71,13 +71,13 @@ impl<'a> Weights<'a> {
         self.sampler
     }
 
-    /// Multiplies the factor of every texel of the source.
+    /// Multiplies each source texel's factor by `factor(s)`.
     pub(crate) fn scale(&mut self, factor: impl Fn(usize) -> f32 + Sync) {
         self.factors.resize(self.sampler.source.len(), 1.0);
         self.factors.par_iter_mut().enumerate().for_each(|(s, own)| *own *= factor(s));
     }
 
-    /// Every texel of the target, from the light of those of the source.
+    /// Every texel of the target, given the light of the source's texels.
     pub(crate) fn gather(&self, light: &[Rgb<f32>]) -> Vec<Rgb<f32>> {
         let (source, target) = (self.sampler.source, self.sampler.target);
         let mut out = vec![Rgb::ZERO; target.len()];
@@ -100,7 +100,7 @@ impl<'a> Weights<'a> {
         out
     }
 
-    /// For each texel of the source `E_s = Σ_t Ω_t V_ts`, its energy in the target.
+    /// The energy of each source texel in the target, `E_s = Σ_t Ω_t V_ts`.
     pub(crate) fn energies(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.sampler.source.len()];
         self.spread_onto(&mut sums, |chunk, sums| {
@@ -122,7 +122,8 @@ impl<'a> Weights<'a> {
         sums
     }
 
-    /// How the energies change with a change `a_s` of the logarithms of the factors: `Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)`.
+    /// The derivative of the energies along a change `a_s` of the logarithms of the factors:
+    /// `Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)`.
     pub(crate) fn changes(&self, a: &[f32]) -> Vec<f64> {
         let mut sums = vec![0.0; self.sampler.source.len()];
         let width = self.sampler.source.width;
@@ -142,7 +143,7 @@ impl<'a> Weights<'a> {
         sums
     }
 
-    /// Counts extras in, and corrects the energies that were found without them; no factor may have been changed.
+    /// Adds extra samples and corrects the energies that were summed without them; all factors must still be 1.
     pub(crate) fn add_extras(&mut self, mut extras: Vec<Extra>, energies: &mut [f64]) {
         debug_assert!(self.factors.is_empty() && self.extras.is_empty(), "extras come first, and once");
         if extras.is_empty() {
@@ -158,7 +159,7 @@ impl<'a> Weights<'a> {
         });
     }
 
-    /// Adds to the energies, times `sign`, what a texel of the target gives to all that it sees.
+    /// Adds to `sums`, times `sign`, the energies of the source texels in the footprint of a target texel.
     #[inline(always)]
     fn add_energy(&self, [x, y]: [usize; 2], view: View<'_>, sign: f64, sums: &mut SparseSum) {
         let (sum, width) = (view.sum(), self.sampler.source.width);
@@ -176,7 +177,7 @@ impl<'a> Weights<'a> {
         }
     }
 
-    /// Adds to the sums what `add(chunk, sums)` adds for every chunk.
+    /// Adds to `sums` what `add(chunk, sums)` adds for every chunk.
     fn spread_onto(&self, sums: &mut [f64], add: impl Fn(usize, &mut SparseSum) + Sync) {
         let spread = |&chunk: &usize| {
             let mut sums = SparseSum::new(self.sampler.source.len());
@@ -192,7 +193,7 @@ impl<'a> Weights<'a> {
         }
     }
 
-    /// How many rows of the target each chunk has.
+    /// The number of target rows in each chunk.
     fn chunk_rows(&self) -> usize {
         self.sampler.target.height.div_ceil(CHUNKS).max(LEAST_ROWS)
     }
@@ -211,7 +212,7 @@ impl<'a> Weights<'a> {
         self.for_each_balanced(chunk, false, only_texels(texel));
     }
 
-    /// Calls `each` for all texels of a chunk, for those of patches together where nothing but samples count.
+    /// Calls `each` for all texels of a chunk, for whole patches where no factors and no extras interfere.
     fn for_each_sight(&self, chunk: usize, each: impl FnMut(Sight<'_>)) {
         self.for_each_balanced(chunk, self.factors.is_empty(), each);
     }
@@ -247,7 +248,7 @@ impl<'a> Weights<'a> {
         );
     }
 
-    /// Calls `texel(place, view without its extras, view with them)` for the texels of a chunk that have any.
+    /// Calls `texel(place, view without its extras, view with them)` for the texels of a chunk that have extras.
     fn for_each_with_extras(&self, chunk: usize, mut texel: impl FnMut([usize; 2], View<'_>, View<'_>)) {
         let extras = self.extras_of(chunk);
         if extras.is_empty() {
@@ -271,8 +272,8 @@ impl<'a> Weights<'a> {
         );
     }
 
-    /// Calls `each` for the texels of the wanted tiles of a chunk with what their own samples see, or for whole patches whose
-    /// windows may be opened.
+    /// Calls `each` for the texels in the wanted tiles of a chunk, or for whole patches where windows may be used;
+    /// without extras.
     #[inline(always)]
     fn for_each_seen(
         &self,
@@ -289,7 +290,7 @@ impl<'a> Weights<'a> {
         }
     }
 
-    /// What the texels of a chunk see.
+    /// The footprints of the texels of a chunk.
     fn views(&self, chunk: usize) -> Views {
         let mut views = Views::default();
         let keep = only_texels(|place, view: View<'_>| {
@@ -301,20 +302,20 @@ impl<'a> Weights<'a> {
         views
     }
 
-    /// The extras of a chunk.
+    /// The extra samples of a chunk.
     fn extras_of(&self, chunk: usize) -> &[Extra] {
         let (rows, width) = (self.rows(chunk), self.sampler.target.width);
         extras_between(&self.extras, rows.start * width..rows.end * width)
     }
 
-    /// Of some extras those between the first and the last texel of a tile.
+    /// The extra samples between the first and the last texel of a tile.
     #[inline]
     fn extras_in<'e>(&self, extras: &'e [Extra], Tile { x, y, width, height }: Tile) -> &'e [Extra] {
         let first = y * self.sampler.target.width + x;
         extras_between(extras, first..first + (height - 1) * self.sampler.target.width + width)
     }
 
-    /// How many texels of the target are seen through windows.
+    /// The number of target texels that are sampled through windows.
     #[cfg(test)]
     pub(crate) fn texels_in_windows(&self) -> usize {
         let mut count = 0;
@@ -328,7 +329,7 @@ impl<'a> Weights<'a> {
         count
     }
 
-    /// Forgets what was kept, or keeps no more than where samples lie.
+    /// Forgets what was kept, or keeps only sample positions.
     #[cfg(test)]
     pub(crate) fn forget(&mut self, all: bool) {
         let samples = || (0..self.chunks()).map(|chunk| self.sampler.chunk(self.rows(chunk))).collect();
@@ -336,7 +337,7 @@ impl<'a> Weights<'a> {
     }
 }
 
-/// Does so where no window is opened.
+/// The callback for calls without windows.
 fn only_texels(mut texel: impl FnMut([usize; 2], View<'_>)) -> impl FnMut(Sight<'_>) {
     move |sight| match sight {
         Sight::Texel(place, view) => texel(place, view),
@@ -344,11 +345,11 @@ fn only_texels(mut texel: impl FnMut([usize; 2], View<'_>)) -> impl FnMut(Sight<
     }
 }
 
-/// Those of some texels of the target, among extras in the order of their targets.
+/// The extra samples, sorted by target, of a range of target texels.
 #[inline]
 fn extras_between(extras: &[Extra], targets: Range<usize>) -> &[Extra] {
     let (Some(first), Some(last)) = (extras.first(), extras.last()) else { return &[] };
-    // Of most chunks only a few rows have any.
+    // In most chunks only a few rows have extras.
     if targets.end <= first.target as usize || targets.start > last.target as usize {
         return &[];
     }

@@ -1,4 +1,4 @@
-//! The standard general skies of the CIE.
+//! CIE standard general skies (ISO 15469:2004).
 
 use std::f64::consts::FRAC_PI_2;
 

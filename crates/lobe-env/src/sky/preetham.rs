@@ -1,4 +1,4 @@
-//! The clear sky of Preetham, Shirley and Smits.
+//! Preetham sky model for clear skies.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 
 use crate::{EnvError, Sky};
 
-/// Turbidities the model is used for: from a very clear sky to haze.
+/// The range of turbidities of the model: from a very clear sky to haze.
 const TURBIDITIES: std::ops::RangeInclusive<f64> = 2.0..=10.0;
 
 /// The least cosine of the zenith angle that enters `e^{B/cos θ}`: the ratio has no limit at the horizon for `B > 0`,
@@ -23,9 +23,9 @@ const LEAST_COSINE: f64 = 0.01;
 /// ```
 ///
 /// `A` to `E` are linear in the turbidity `T`, the zenith chromaticities quadratic in `T` and cubic in `θ_sun`
-/// (appendix A.2 of the paper). `T = 2` is a very clear sky, 10 haze. `cos θ` is kept above 0.01. Luminance and
-/// chromaticity are turned into color with a white of D65; saturated blue may leave the gamut, a channel is then
-/// negative, and stays so: expansions are linear. For radiance in W m⁻² sr⁻¹ divide by 0.683 lm/mW.
+/// (appendix A.2 of the paper). `T = 2` is a very clear sky, 10 haze. `cos θ` is clamped to at least 0.01. Luminance
+/// and chromaticity are converted with the white D65; saturated blue may lie outside the gamut: a channel is then
+/// negative and is not clamped, because expansions are linear. For radiance in W m⁻² sr⁻¹ divide by 0.683 lm/mW.
 ///
 /// The model holds while the sun is above the horizon, and does not include its disc.
 ///
@@ -34,7 +34,7 @@ const LEAST_COSINE: f64 = 0.01;
 pub struct PreethamSky {
     sun: Dir,
     turbidity: f64,
-    /// Of `Y`, `x` and `y`.
+    /// Distributions of `Y`, `x` and `y`.
     distributions: [Distribution; 3],
     /// `zenith value / F(0, θ_sun)` of each.
     scales: [f64; 3],
@@ -94,7 +94,7 @@ impl Sky for PreethamSky {
     }
 }
 
-/// That the sun is not below the horizon.
+/// Fails if the sun is below the horizon.
 pub(crate) fn check_sun(sun: Dir) -> Result<(), EnvError> {
     // The rounding of π/2 may put a sun on the horizon a hair below it.
     if sun.z() < -1e-15 {
@@ -142,7 +142,7 @@ impl Distribution {
     }
 }
 
-/// `Y_z / F(0, θ_sun)`: what the luminance of every direction is proportional to.
+/// `Y_z / F(0, θ_sun)`: the factor of the luminance of every direction.
 pub(crate) fn luminance_scale(turbidity: f64, theta_sun: f64) -> f64 {
     zenith_luminance(turbidity, theta_sun) / Distribution::new(DISTRIBUTIONS[0], turbidity).value(1.0, theta_sun)
 }
@@ -218,8 +218,8 @@ mod tests {
 
     #[test]
     fn the_golden_sky_of_turbidity_three_has_its_coefficients() {
-        // The golden values were summed by a rule that is not known; they differ from ours by up to 1.02e-4, about as an
-        // impulse of 2e-4 at the sun would, while `the_projection_of_skies_has_converged` holds ours to 1e-8.
+        // The rule behind the golden values is not known; they differ from ours by up to 1.02e-4, about as an impulse
+        // of 2e-4 at the sun would, while `the_projection_of_skies_has_converged` holds ours to 1e-8.
         const TIP: f64 = 1.1e-4;
         const RED: [f64; 9] = [13.186399, 0.0, 10.085359, -6.232158, 0.0, 0.0, -2.461094, -6.069577, 2.947742];
         const GREEN: [f64; 9] = [17.031973, 0.0, 14.310098, -5.865224, 0.0, 0.0, -1.074418, -6.143088, 2.705840];

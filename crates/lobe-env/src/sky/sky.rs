@@ -1,4 +1,4 @@
-//! Skies: radiance over the upper hemisphere by a formula, and their expansions.
+//! Analytic skies: radiance over the upper hemisphere, and its expansion.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,25 +7,24 @@ use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, eval_basis_into, gauss_le
 use crate::{EnvMap, VectorIrradiance};
 
 /// Gauss-Legendre nodes on each panel of zenith angles and on the half circle of azimuths, before those that the order
-/// adds. The radiance has a tip at the sun; the panels meet there and their nodes crowd towards it. With these, the
-/// coefficients of the skies of this crate are right to 1e-8 of the largest (test
-/// `the_projection_of_skies_has_converged`).
+/// adds. The radiance has a cusp at the sun; panels meet there and their nodes cluster towards it. The coefficients of
+/// the skies of this crate are then accurate to 1e-8 of the largest (test `the_projection_of_skies_has_converged`).
 const NODES: usize = 32;
 
-/// Where panels also end, as cosines of the zenith angle: the factor `e^{b/cos θ}` of every sky changes fast there.
+/// Further ends of panels, as cosines of the zenith angle: the factor `e^{b/cos θ}` of every sky changes fast there.
 const HORIZON_PANELS: [f64; 2] = [0.04, 0.2];
 
-/// How the nodes crowd: the distance from the sun is this power of the parameter.
+/// The exponent of the clustering: the distance from the sun is this power of the parameter.
 const CROWDING: i32 = 3;
 
-/// The radiance of the sky as a formula: the sun's direction, and a value for every direction above the horizon.
+/// An analytic sky: the direction of the sun, and a radiance for every direction above the horizon.
 ///
 /// Every sky here is mirror-symmetric about the vertical plane through the sun. The disc of the sun is not part of it:
 /// add it as a light ([`SphereLight`](crate::SphereLight), or an impulse).
 ///
-/// Two are in this crate: [`PreethamSky`](crate::PreethamSky) in color for clear weather, [`CieSky`](crate::CieSky) for
-/// every weather in luminance. The model of Hosek and Wilkie (2012) is not: it is a table of some thousand fitted
-/// numbers, and no crate that carries them is being maintained (`hw-skymodel`, MIT, had its only two releases on one
+/// This crate has two: [`PreethamSky`](crate::PreethamSky), clear weather in color, and [`CieSky`](crate::CieSky),
+/// every weather in luminance. The model of Hosek and Wilkie (2012) is not included: it is a table of some thousand
+/// fitted numbers, and no crate that carries them is maintained (`hw-skymodel`, MIT, had its only two releases on one
 /// day of 2023). It would be one more implementation of this trait.
 pub trait Sky: Sync {
     /// The direction of the sun, not below the horizon.
@@ -40,13 +39,13 @@ pub trait Sky: Sync {
     }
 }
 
-/// What lies below the horizon: a matte plain that the sky and the sun light evenly.
+/// The ground below the horizon: a Lambertian plane lit by the sky and the sun.
 ///
 /// ```text
 ///   L = ρ (E_sky + E_sun)/π          E_sky = ∫_upper L cos θ ds = √(4π/3) f_10 of the sky alone
 /// ```
 ///
-/// The default is black.
+/// The default ground is black.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ground {
     /// The albedo ρ, each channel in `[0, 1]`.
@@ -86,15 +85,15 @@ impl Ground {
     }
 }
 
-/// The coefficients of a sky above its ground, by quadrature over the upper hemisphere alone.
+/// The coefficients of a sky and its ground, by quadrature over the upper hemisphere alone.
 ///
 /// ```text
 ///   f_lm = ∫_0^{π/2} P̃_lm(cos θ) sin θ ∫_0^{2π} L(θ, φ) cos m(φ - φ_sun) dφ dθ,  then turned about z by φ_sun
 /// ```
 ///
-/// The discontinuity at the horizon is an end of the interval, the tip of the radiance at the sun a corner shared by
-/// its panels, towards which the nodes crowd; so the result has no ringing of its own and no noise. In the frame of
-/// the sun's plane all sine coefficients vanish: half of the azimuths are enough.
+/// The discontinuity at the horizon is an end of the interval, the cusp at the sun a common corner of panels, towards
+/// which the nodes cluster: the result has no noise, and no ringing beyond that of the truncation. In the frame of the
+/// sun's plane all sine coefficients vanish: half of the azimuths are enough.
 #[must_use]
 pub fn sky_sh(sky: &impl Sky, ground: &Ground, order: usize) -> ShVec<Rgb<f64>> {
     let mut f = upper_sh(sky, order.max(2), NODES);
@@ -102,7 +101,7 @@ pub fn sky_sh(sky: &impl Sky, ground: &Ground, order: usize) -> ShVec<Rgb<f64>> 
     f.resized(order)
 }
 
-/// The picture of a sky above its ground, by the value at each texel's center.
+/// The picture of a sky and its ground, sampled at each texel's center.
 ///
 /// # Panics
 /// If a side is 0.
@@ -134,7 +133,7 @@ fn upper_sh(sky: &impl Sky, order: usize, nodes: usize) -> ShVec<Rgb<f64>> {
     let sun = sky.sun();
     let theta_sun = sun.theta().min(FRAC_PI_2);
     let rule = gauss_legendre(nodes + order);
-    // Azimuths from the sun's, on one side of it.
+    // Measure azimuths from the sun's, on one side of it.
     let azimuths: Vec<(f64, f64)> = rule.iter().map(|&(x, weight)| crowded(0.0, PI, x, weight)).collect();
     let waves: Vec<Vec<f64>> =
         azimuths.iter().map(|&(phi, w)| (0..order).map(|m| 2.0 * w * (m as f64 * phi).cos()).collect()).collect();
@@ -175,7 +174,7 @@ fn upper_sh(sky: &impl Sky, order: usize, nodes: usize) -> ShVec<Rgb<f64>> {
     f
 }
 
-/// The node `x` in `(-1, 1)` and its weight carried to the interval from `near` to `far`, crowded towards `near`.
+/// Maps the node `x` in `(-1, 1)` and its weight to the interval from `near` to `far`, clustered towards `near`.
 fn crowded(near: f64, far: f64, x: f64, weight: f64) -> (f64, f64) {
     let t = 0.5 * (1.0 + x);
     let slope = f64::from(CROWDING) * t.powi(CROWDING - 1);

@@ -1,4 +1,4 @@
-//! Polynomials from the sun's height and the turbidity to the expansion of a clear sky.
+//! Polynomial fit of a clear sky's coefficients, over the sun's height and the turbidity.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -15,7 +15,8 @@ const TURBIDITY: [f64; 2] = [2.0, 10.0];
 
 /// The size of a [`PreethamFit`].
 ///
-/// The default is that of Habel, Mustata and Wimmer: degree 13 in the sun's height, 7 in the turbidity, 112 terms, bands 0 to 6.
+/// The default is that of Habel, Mustata and Wimmer: degree 13 in the sun's height, 7 in the turbidity, 112 terms,
+/// bands 0 to 6.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SkyFitOptions {
@@ -44,17 +45,17 @@ impl SkyFitOptions {
     }
 }
 
-/// [`PreethamSky`] to spherical harmonics by polynomials instead of quadrature.
+/// A fit of [`PreethamSky`]: its coefficients by polynomials instead of quadrature.
 ///
 /// ```text
 ///   f_lm(θ_sun, T) = Y_z/F_Y(0, θ_sun) Σ_ij c_lmij T_i(x) T_j(y)        x = 4θ_sun/π - 1,  y = (T - 6)/4
 /// ```
 ///
 /// with Chebyshev polynomials `T_i`. The factor in front is that of the luminance in [`PreethamSky`]; it has most of
-/// the model's dependence on turbidity, and a pole close below `T = 2` that no polynomial follows. With the sun at
+/// the model's dependence on turbidity, and a pole just below `T = 2` that no polynomial follows. With the sun at
 /// azimuth 0 the sine coefficients vanish, so only `n(n+1)/2` coefficients of each channel are fitted; the result is
-/// then turned to the sun's azimuth, which is exact. The fit is the discrete Chebyshev expansion over twice as many
-/// nodes as it has terms: within a small factor of the best polynomial everywhere.
+/// then rotated to the sun's azimuth, which is exact. The fit is the discrete Chebyshev expansion over twice as many
+/// nodes as terms: within a small factor of the best uniform approximation.
 ///
 /// Error: root mean square over the sphere relative to that of the sky, order 7, suns from the zenith to the horizon,
 /// turbidities from 2 to 10 (bounded by test `the_fit_has_the_errors_of_its_table`); multiply-adds per evaluation:
@@ -66,7 +67,7 @@ impl SkyFitOptions {
 /// | 8, 4 | 45 | 0.79 % | 3.3 % | 3780 |
 /// | 6, 3 | 28 | 2.2 % | 8.8 % | 2352 |
 ///
-/// The idea of a polynomial fit is that of [Habel, Mustata and Wimmer 2008], who soften the ringing at the horizon with
+/// The polynomial fit is due to [Habel, Mustata and Wimmer 2008], who damp the ringing at the horizon with
 /// [`damp_zonal_in_place`]. The example `sky_fit` prints this table and the times.
 ///
 /// [Habel, Mustata and Wimmer 2008]: https://doi.org/10.2312/egs.20081036
@@ -78,7 +79,7 @@ pub struct PreethamFit {
 }
 
 impl PreethamFit {
-    /// Fits; in parallel, with the same bits for any number of threads.
+    /// Computes the fit, in parallel; the same bits for any number of threads.
     ///
     /// # Errors
     /// [`EnvError::Options`] if the order is 0.
@@ -114,7 +115,7 @@ impl PreethamFit {
         Ok(Self { options, terms })
     }
 
-    /// The options it was made with.
+    /// The options of the fit.
     #[must_use]
     pub fn options(&self) -> SkyFitOptions {
         self.options
@@ -122,7 +123,7 @@ impl PreethamFit {
 
     /// The expansion of the sky alone, black below the horizon; [`Ground::add_to`] adds the ground.
     ///
-    /// Turbidities outside `[2, 10]` and a sun below the horizon are moved to the nearest that the fit knows.
+    /// Turbidities and suns outside the range of the fit, `[2, 10]` and above the horizon, are clamped to it.
     #[must_use]
     pub fn eval(&self, turbidity: f64, sun: Dir) -> ShVec<Rgb<f64>> {
         let SkyFitOptions { order, sun_degree, turbidity_degree } = self.options;
@@ -149,14 +150,14 @@ impl PreethamFit {
     }
 }
 
-/// Softens the ringing of an expansion at the horizon by Lanczos factors on the zonal coefficients alone, in which that
-/// discontinuity lies.
+/// Damps the ringing of an expansion at the horizon by Lanczos factors on the zonal coefficients alone, which hold that
+/// discontinuity.
 ///
 /// ```text
 ///   f_l0 ← f_l0 sin(πl/n)/(πl/n)        f_lm unchanged for m ≠ 0
 /// ```
 ///
-/// As Habel, Mustata and Wimmer published it. Not rotation invariant: for skies with the horizon at `z = 0` only.
+/// As published by Habel, Mustata and Wimmer. Not rotation invariant: for skies with the horizon at `z = 0` only.
 ///
 /// # Panics
 /// If `coefficients` are not `n²`.

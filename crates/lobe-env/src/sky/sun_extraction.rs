@@ -1,4 +1,4 @@
-//! Taking the sun out of a map, as a directional light.
+//! Sun extraction: splits a map into a directional light and the rest.
 
 use std::f64::consts::PI;
 
@@ -9,37 +9,38 @@ use crate::mapping::texel_quadrature;
 use crate::setters::setters;
 use crate::{MappedMap, Mapping};
 
-// An expansion of low order cannot hold a sun: it rings. So the sun is taken out first and lights the scene by itself:
+// An expansion of low order rings at a sun. So the sun is extracted first and lights the scene by itself:
 //
 //     L = rest + sun        rest <= L, sun = L - rest >= 0 in a disc around the brightest texel, 0 elsewhere
 //
-// The rest is, inside the disc, a plane fitted to a ring around it, per channel, nowhere above L. What is taken is the
+// Inside the disc, the rest is a plane fitted to a ring around the disc, per channel, clamped to L. The sun is the
 // difference of the texels as they are stored, so the two parts always sum to the original.
 
-/// A texel belongs to the sun if it is at least this part as bright as the brightest: far above what surrounds a sun, far
-/// below what is left of it in a texel that it covers partly.
+/// A texel belongs to the sun if it is at least this fraction as bright as the brightest: far above the sun's
+/// surroundings, far below a texel that the sun covers partly.
 const EDGE: f64 = 0.05;
 
-/// The ring around the sun, in texels beyond its edge: the first holds what the picture's own filter spread of the sun.
+/// The ring around the sun, in texels beyond its edge: it begins outside the light that the picture's own filter
+/// spread.
 const RING: [f64; 2] = [1.5, 5.5];
 
-/// Of a texel that is longer than this many with the mean solid angle, the ring is no wider than of one of that length: a
-/// plane is no sky far around, and at the rim of a ball's picture texels are 17° long.
+/// Texels longer than this, in units of the root of the mean solid angle, do not widen the ring: a plane does not fit
+/// the sky far from the sun, and at the rim of a ball's picture texels are 17° long.
 const LONGEST: f64 = 2.5;
 
-/// A normal matrix whose determinant is this part of the product of its diagonal has too lopsided a ring behind it.
+/// The least determinant of a normal matrix, relative to the product of its diagonal: below, the ring is too lopsided.
 const LEAST_DETERMINANT: f64 = 1e-3;
 
-/// What counts as a sun.
+/// Criteria of a sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SunOptions {
-    /// The largest angle from the center to the edge of what may be a sun, in radians. Texels may make it larger: two
-    /// and a half of them always fit. Default: 2.5°.
+    /// The largest angle from the center to the edge of a sun, in radians; at least two and a half texels. Default:
+    /// 2.5°.
     pub max_radius: f64,
-    /// How many times as bright as the ring around it the brightest texel of a sun is at least. Default: 20.
+    /// The least luminance of a sun's brightest texel, relative to the ring around the sun. Default: 20.
     pub min_contrast: f64,
-    /// How many times as bright as the mean of the whole map the brightest texel of a sun is at least. Default: 100.
+    /// The least luminance of a sun's brightest texel, relative to the mean of the map. Default: 100.
     pub min_peak: f64,
 }
 
@@ -60,15 +61,15 @@ impl SunOptions {
     }
 }
 
-/// A sun: a directional light of a small size.
+/// A sun: a directional light of small angular size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
-    /// Towards the sun: the center of its light.
+    /// The direction towards the centroid of the sun's light.
     pub direction: Dir,
     /// `∫ (L - rest) ds` over its disc: the irradiance of a surface that faces it. Never includes `1/π`.
     pub irradiance: Rgb<f64>,
     /// The diameter, in radians, of the disc of constant radiance with the same `(∫ L)² / ∫ L²`, by luminance. Texels
-    /// limit it from below: a sun smaller than a texel seems as large as one.
+    /// limit it from below: a sun smaller than a texel appears as large as one.
     pub angular_diameter: f64,
     /// The number of texels that were changed.
     pub texels: usize,
@@ -90,34 +91,35 @@ impl Sun {
     }
 }
 
-/// A map's sun, and the map without it, in the same mapping and size.
+/// The sun of a map, and the map without it, in the same mapping and size.
 #[derive(Clone, Debug)]
 pub struct SunReport {
-    /// The light taken out.
+    /// The light extracted.
     pub sun: Sun,
-    /// The map with the sun's place filled from its surroundings, and black where it was negative beside the sun: the
-    /// traces of a filter that overshot, which count against the sun. All other texels are as they were. `4π` times its
-    /// mean plus the sun's irradiance is `4π` times the mean of the original (test `nothing_is_lost_when_a_sun_is_taken_out`).
+    /// The map with the sun replaced by its surroundings, and with negative texels beside the sun set to black: the
+    /// overshoot of a filter, which is subtracted from the sun. All other texels are unchanged. `4π` times its mean
+    /// plus the sun's irradiance is `4π` times the mean of the original (test
+    /// `nothing_is_lost_when_a_sun_is_taken_out`).
     pub rest: MappedMap,
 }
 
-/// Takes the brightest small light out of a map.
+/// Extracts the sun: the brightest small light of a map.
 ///
 /// `None` unless all of this holds, by luminance, of the brightest texel and of all texels near it that are at least a
 /// twentieth as bright:
 ///
-/// * they fit into a disc of [`SunOptions::max_radius`]: a window, a soft box or a bright cloud does not;
+/// * they fit into a disc of [`SunOptions::max_radius`]: a window, a softbox or a bright cloud does not;
 /// * the brightest is [`SunOptions::min_contrast`] times as bright as the ring around that disc: a bright place in a
 ///   bright sky is not;
 /// * it is [`SunOptions::min_peak`] times as bright as the mean of the map: nothing in an overcast sky is.
 ///
-/// Towards the rim of a ball's picture texels are long: `4/(N sin(δ/2))`, of `N` across, at the angle `δ` from the
-/// direction behind the ball, and where in a texel its light comes from is not known. The energy is right to 2 % everywhere;
-/// with 192 texels across the direction is right to 0.2° from `δ = 35°` on, to 1° at 25°, and to 5.6° nearer (test
-/// `behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long`). At the rims of the other round pictures
-/// suns are found as anywhere.
+/// Towards the rim of a ball's picture texels are long: `4/(N sin(δ/2))` with `N` texels across, at the angle `δ` from
+/// the direction behind the ball, and the origin of light within a texel is unknown. The energy is accurate to 2 %
+/// everywhere; with 192 texels across the direction is accurate to 0.2° from `δ = 35°` on, to 1° at 25°, and to 5.6°
+/// nearer (test `behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long`). At the rims of the other
+/// round pictures suns are found as anywhere.
 ///
-/// What remains may be a lamp: a small one in a dark room cannot be told from a sun. Call it again on the rest for the
+/// The rest may hold a lamp: a small one in a dark room cannot be told from a sun. Call it again on the rest for the
 /// next light.
 ///
 /// ```
@@ -131,6 +133,7 @@ pub struct SunReport {
 #[must_use]
 pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<SunReport> {
     let map = map.as_ref();
+    // Find the brightest texel.
     let peak = brightest(map)?;
     let light = peak.luminance();
     if light < options.min_peak * map.mean().luminance() {
@@ -138,15 +141,17 @@ pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<
     }
     let pitch = pitch(map, peak.at);
     let reach = options.max_radius.max(2.5 * pitch);
-    // The brightest texel may lie at the sun's edge, so look twice as far and start again from the middle.
+    // Collect the bright texels around it; it may lie at the sun's edge, so search twice as far.
     let near = texels_near(map, peak.center, 2.0 * reach + RING[1] * pitch);
     let bright: Vec<&Texel> = near.iter().filter(|texel| texel.luminance() >= EDGE * light).collect();
+    // Measure the disc around their centroid; reject one that is too large.
     let center = middle(&bright)?;
     let angle = |texel: &Texel| texel.center.angle_to(center);
     let radius = bright.iter().map(|texel| angle(texel)).fold(0.0, f64::max);
     if radius > reach {
         return None;
     }
+    // Fit a plane to the ring around the disc; reject what is not bright enough against it.
     let width = (RING[1] - RING[0]) * pitch.min(LONGEST * usual_pitch(map));
     let inner = radius + RING[0] * pitch;
     let in_ring = |texel: &&Texel| angle(texel) > inner && angle(texel) <= inner + width;
@@ -154,6 +159,7 @@ pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<
     if light < options.min_contrast * plane.at(center).luminance() {
         return None;
     }
+    // Replace the disc by the plane, and the overshoot around it by black.
     let (disc, around): (Vec<&Texel>, Vec<&Texel>) = near.iter().partition(|texel| angle(texel) <= inner);
     let mut rest = map.clone();
     let mut sun = take_out(&mut rest, &disc, &plane)?;
@@ -161,7 +167,7 @@ pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<
     Some(SunReport { sun, rest })
 }
 
-/// A texel and what is needed of it.
+/// A texel with its direction and solid angle.
 #[derive(Clone, Copy)]
 struct Texel {
     at: [usize; 2],
@@ -171,7 +177,7 @@ struct Texel {
 }
 
 impl Texel {
-    /// `None` for a texel that shows nothing.
+    /// `None` for a texel outside the discs of a round picture.
     fn new(map: &MappedMap, x: usize, y: usize) -> Option<Self> {
         let center = map.dir(x, y)?;
         let solid_angle = map.solid_angle(x, y);
@@ -188,7 +194,7 @@ fn brightest(map: &MappedMap) -> Option<Texel> {
     let (mut best, mut largest) = (None, 0.0);
     for (i, texel) in map.texels().iter().enumerate() {
         let luminance = texel.luminance();
-        // What shows nothing may hold anything.
+        // Texels outside the discs of a round picture may hold any value.
         if luminance > largest
             && let Some(texel) = Texel::new(map, i % map.width(), i / map.width())
         {
@@ -198,8 +204,8 @@ fn brightest(map: &MappedMap) -> Option<Texel> {
     best
 }
 
-/// The angle from one texel to the next in the longer direction, at a texel; at a rim that cuts it, that of a whole one
-/// next to it.
+/// The angle between neighboring texels in the longer direction; at a texel that a rim cuts, that of a whole texel next
+/// to it.
 fn pitch(map: &MappedMap, [x, y]: [usize; 2]) -> f64 {
     let [w, h] = [map.width() as f64, map.height() as f64];
     let middle = [x as f64 + 0.5, y as f64 + 0.5];
@@ -223,7 +229,7 @@ fn usual_pitch(map: &MappedMap) -> f64 {
     (4.0 * PI / (map.width() * map.height()) as f64).sqrt()
 }
 
-/// The way from a point of the picture, in texels, to the middle of its disc, of length 1; none in pictures without.
+/// The unit vector from a point of the picture, in texels, to the center of its disc; zero in pictures without discs.
 fn inwards(map: &MappedMap, p: [f64; 2]) -> [f64; 2] {
     let [w, h] = [map.width() as f64, map.height() as f64];
     let middle = match map.mapping() {
@@ -247,7 +253,7 @@ fn texels_near(map: &MappedMap, center: Dir, angle: f64) -> Vec<Texel> {
     (0..map.height()).into_par_iter().map(row).collect::<Vec<_>>().concat()
 }
 
-/// The middle of some texels, by solid angle.
+/// The centroid of some texels, weighted by solid angle.
 fn middle(texels: &[&Texel]) -> Option<Dir> {
     let sum = texels.iter().fold([0.0; 3], |sum, texel| {
         let s = texel.center.to_array();
@@ -281,7 +287,7 @@ impl Plane {
             }
             count += 1;
         }
-        // Around a small map's sun the ring may be too lopsided for a plane: then its mean must do.
+        // In a small map the ring may be too lopsided for a plane: then use its mean.
         let mean = [right[0].scale(1.0 / matrix[0][0]), Rgb::ZERO, Rgb::ZERO];
         (count >= 3).then(|| Self { axes, coefficients: solve(matrix, right).unwrap_or(mean) })
     }
@@ -311,8 +317,8 @@ fn solve(m: [[f64; 3]; 3], right: [Rgb<f64>; 3]) -> Option<[Rgb<f64>; 3]> {
     Some([0, 1, 2].map(|j| (0..3).fold(Rgb::ZERO, |sum, i| sum + right[i].scale(cofactor(i, j) / determinant))))
 }
 
-/// Makes what is negative around the disc black, and takes as much from the sun, which had it too much: a filter that
-/// resized the picture and overshot. A channel in which the sun has less than is missing stays as it is.
+/// Sets negative values around the disc to black and subtracts as much from the sun: the overshoot of a filter that
+/// resized the picture. A channel in which the sun has less than that is left unchanged.
 fn take_halo(rest: &mut MappedMap, around: &[&Texel], sun: &mut Sun) {
     let missing = around.iter().fold(Rgb::ZERO, |sum: Rgb<f64>, texel| {
         sum + Rgb::from_channels(|c| texel.solid_angle * f64::from(texel.value.channel(c).min(0.0)))
@@ -331,7 +337,7 @@ fn take_halo(rest: &mut MappedMap, around: &[&Texel], sun: &mut Sun) {
     sun.irradiance += Rgb::from_channels(|c| if is_paid[c] { missing.channel(c) } else { 0.0 });
 }
 
-/// Fills the disc, and adds up what was there beyond the fill.
+/// Replaces the disc by the plane, and sums the light above it.
 fn take_out(rest: &mut MappedMap, disc: &[&Texel], plane: &Plane) -> Option<Sun> {
     let (mapping, size) = (rest.mapping(), [rest.width(), rest.height()]);
     let rule = gauss_legendre(3);

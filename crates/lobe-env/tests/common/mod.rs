@@ -1,4 +1,4 @@
-//! What several test files share.
+//! Helpers of several test files.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub(crate) fn real_maps() -> Vec<(String, EnvMap)> {
 pub(crate) fn shared_maps() -> Vec<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets");
     let Ok(entries) = std::fs::read_dir(&folder) else {
-        // Past the capture of tests that pass: whoever runs them shall see it.
+        // Print past the capture of passing tests, so that the skip is seen.
         let _ =
             writeln!(std::io::stderr(), "skipped: {} is absent, only the bundled maps are tested", folder.display());
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Damaged cube maps and pictures: an error of one line, never a panic, never memory for lies.
+//! Damaged cube maps and pictures: an error of one line, no panic, no memory for false sizes.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ fn read(bytes: &[u8]) -> Result<(), EnvError> {
     read_env_file_bytes(bytes, "test", &MapReadOptions::default()).map(|_| ())
 }
 
-/// The message of an error that must come, in one line that begins with the file.
+/// The message of an expected error, in one line that begins with the file.
 fn message(bytes: &[u8], what: &str) -> String {
     let Err(error) = read(bytes) else { panic!("{what}: an error expected") };
     let message = error.to_string();
@@ -131,7 +131,7 @@ fn levels_that_overlap_or_have_a_wrong_size_are_errors() {
     for zstd in [false, true] {
         let bytes = ktx2(zstd);
         let entry = |level: usize| INDEX + 24 * level;
-        // Level 1 says that it lies where level 0 lies.
+        // Level 1 declares the place of level 0.
         let mut overlapping = bytes.clone();
         overlapping.copy_within(entry(0)..entry(0) + 8, entry(1));
         expect(&overlapping, "overlap");
@@ -195,7 +195,7 @@ fn a_bomb_of_zstandard_is_an_error_before_memory_is_taken() {
         file.extend(data);
         file
     };
-    // More than is promised, and promised more than is there.
+    // More bytes than declared, then fewer.
     expect(&bomb(1, 48, &zeros), "more than its 48 bytes");
     expect(&bomb(1, 32 << 20, &zeros), "needs 48 bytes");
     expect(&bomb(4096, (6 * 8) << 24, &zeros[..100]), "needs 805306368 bytes");

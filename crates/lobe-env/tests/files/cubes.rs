@@ -52,7 +52,7 @@ fn error_of(a: &CubeMap, b: &CubeMap) -> f32 {
     a.texels().iter().zip(b.texels()).map(error).fold(0.0, f32::max)
 }
 
-/// What is written, each with the error that its texels allow.
+/// The texel formats written, each with its error.
 pub(crate) fn formats() -> Vec<(TexelFormat, f32)> {
     let exact = [(TexelFormat::Rgba32F, 0.0), (TexelFormat::Rgba16F, 5e-4), (TexelFormat::Rgb9e5, 1.0 / 511.0)];
     let mut formats = exact.to_vec();

@@ -1,7 +1,7 @@
 //! The rules of KTX File Format 2.0 and of Khronos Data Format 1.3 for a cube map, from their texts alone: none of the
 //! code that writes or reads such files is used.
 
-/// What a format has by those texts.
+/// The properties of a format by those texts.
 pub(crate) struct Rules {
     pub(crate) vk_format: u32,
     pub(crate) type_size: u32,
@@ -33,7 +33,7 @@ fn rgba(vk_format: u32, bits: u8) -> Rules {
     Rules { vk_format, type_size: bytes, block: (1, 4 * bytes), model: 1, samples: channels.map(sample).collect() }
 }
 
-/// By the name that the format has here.
+/// The rules of a format by its name in Lobe.
 pub(crate) fn rules(format: &str) -> Rules {
     match format {
         "RGBA16F" => rgba(97, 16),
@@ -56,7 +56,7 @@ pub(crate) fn rules(format: &str) -> Rules {
     }
 }
 
-/// A part of a file with places in it.
+/// The bytes of a part of a file, read at offsets.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -119,8 +119,8 @@ fn verify_descriptor(dfd: &Bytes<'_>, format: &Rules) {
     assert_eq!([12, 13, 14, 15].map(|at| dfd.u8(at)), [format.model, 1, 1, 0], "model, primaries, transfer, flags");
     let side = format.block.0 as u8 - 1;
     assert_eq!([16, 17, 18, 19].map(|at| dfd.u8(at)), [side, side, 0, 0], "texelBlockDimension, each less 1");
-    // Of supercompressed data the first edition wanted 0 here. That was dropped, since it loses the size of a block, and
-    // the validator of Khronos warns of 0 since its version 4.4.
+    // The first edition required 0 here for supercompressed data. That was dropped, since it loses the size of a block,
+    // and the validator of Khronos warns of 0 since its version 4.4.
     let planes: Vec<u8> = (20..28).map(|at| dfd.u8(at)).collect();
     assert_eq!(planes, [format.block.1 as u8, 0, 0, 0, 0, 0, 0, 0], "bytesPlane");
     for (i, (offset, bits, channel, lower, upper)) in format.samples.iter().enumerate() {
@@ -151,7 +151,7 @@ fn verify_keys(mut entries: &[u8]) {
     assert_eq!(keys, ["KTXorientation", "KTXwriter"], "keys, in the order of their letters");
 }
 
-/// The index against what the size asks for; the smallest level lies first, without gaps but for alignment.
+/// Checks the index against the sizes of the levels; the smallest level lies first, without gaps except for alignment.
 fn verify_levels<'a>(
     bytes: &Bytes<'a>,
     format: &Rules,

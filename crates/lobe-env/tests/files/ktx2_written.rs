@@ -1,4 +1,4 @@
-//! KTX2 files as they are written, against the rules.
+//! KTX2 files that Lobe writes, checked against the rules of the format.
 
 use lobe_env::{CubeMap, CubeMipChain, TexelFormat};
 

@@ -1,4 +1,4 @@
-//! Files: every kind that is read and written, and what happens with damaged ones.
+//! Files: every format that is read and written, and damaged files.
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 #[path = "../common/mod.rs"]

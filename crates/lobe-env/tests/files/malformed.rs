@@ -18,7 +18,7 @@ fn read(bytes: &[u8]) -> Result<EnvMap, EnvError> {
     read_env_bytes(bytes, "test", &MapReadOptions::default()).map(|(map, _)| map)
 }
 
-/// The message of an error that must come, in one line that begins with the file.
+/// The message of an expected error, in one line that begins with the file.
 fn message(result: Result<EnvMap, EnvError>, what: &str) -> String {
     let message = match result {
         Err(error) => error.to_string(),

@@ -56,7 +56,7 @@ fn the_scale_of_a_portable_float_map_is_a_factor_and_noted() {
 #[test]
 fn png_and_jpeg_are_decoded_from_srgb() {
     let linear = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
-    // What 8 bits of JPEG lose at the default quality, and nothing.
+    // With tolerances: rounding for PNG, the loss at the default quality for JPEG.
     let cases: [(&str, Vec<u8>, FileFormat, f64); 5] = [
         ("8 bits", ldr(|p| p, ImageFormat::Png), FileFormat::Png, 1e-7),
         ("8 bits and alpha", ldr(|p| p.to_rgba8().into(), ImageFormat::Png), FileFormat::Png, 1e-7),
@@ -159,7 +159,7 @@ fn a_real_map_has_the_same_harmonics_through_every_format() {
             ("a.hdr", false, (0.0, f32::INFINITY), RGBE),
         ];
         for (file, half, (low, high), tolerance) in cases {
-            // What the format cannot hold is not its precision.
+            // Clamping is not an error of precision.
             let mut map = map.clone();
             for texel in map.texels_mut() {
                 *texel = Rgb::from(texel.to_array().map(|c| c.clamp(low, high)));

@@ -1,4 +1,4 @@
-//! OpenEXR files of every kind that Lobe reads, and those it refuses.
+//! OpenEXR files of every kind that Lobe reads or refuses.
 
 use exr::prelude::*;
 use lobe_env::{EnvError, EnvMap, FileFormat, MapReadOptions, MapReadReport, read_env_bytes};

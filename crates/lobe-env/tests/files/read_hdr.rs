@@ -1,4 +1,4 @@
-//! Radiance files of every kind that Lobe reads, and those it refuses.
+//! Radiance files of every kind that Lobe reads or refuses.
 
 use lobe_env::{EnvError, EnvMap, FileFormat, MapReadOptions, MapReadReport, read_env_bytes};
 use lobe_sh::Rgb;

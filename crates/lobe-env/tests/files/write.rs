@@ -1,4 +1,4 @@
-//! Writing and reading back.
+//! Round trips of written files.
 
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,6 @@
-//! Bytes put together by hand.
+//! Builders of malformed bytes.
 
-/// `bytes` with `value` in place of what lies at `at`.
+/// `bytes` with `value` written at the offset `at`.
 pub(crate) fn patched(bytes: &[u8], at: usize, value: &[u8]) -> Vec<u8> {
     let mut patched = bytes.to_vec();
     patched[at..at + value.len()].copy_from_slice(value);
@@ -13,7 +13,7 @@ pub(crate) fn replaced(bytes: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
     [&bytes[..at], to, &bytes[at + from.len()..]].concat()
 }
 
-/// Where `what` lies in `bytes`.
+/// The offset of `what` in `bytes`.
 pub(crate) fn find(bytes: &[u8], what: &[u8]) -> usize {
     bytes.windows(what.len()).position(|w| w == what).unwrap_or_else(|| panic!("{what:02x?} is not there"))
 }

@@ -1,8 +1,8 @@
-//! All files of the corpus, and the page that explains them.
+//! Corpus of malformed files, and the page that explains them.
 
 use crate::{dds, exr, hdr, jpg, ktx2, pfm, png, sh_json};
 
-/// A small file that is read.
+/// A small valid file.
 pub(crate) struct Good {
     pub(crate) name: String,
     /// Bytes of everything before the first texel or number.
@@ -16,15 +16,15 @@ impl Good {
     }
 }
 
-/// A file that is refused.
+/// A malformed file.
 pub(crate) struct Bad {
     pub(crate) name: String,
-    /// What is wrong with it.
+    /// Its defect.
     pub(crate) what: &'static str,
     pub(crate) bytes: Vec<u8>,
 }
 
-/// Files `EXTENSION-NAME.EXTENSION` from their names, what is wrong with them, and their bytes.
+/// Files `EXTENSION-NAME.EXTENSION` from their names, defects and bytes.
 pub(crate) fn bad(extension: &str, files: Vec<(&str, &'static str, Vec<u8>)>) -> Vec<Bad> {
     let first = extension.split('.').next().unwrap_or(extension);
     let name = |name| format!("{first}-{name}.{extension}");

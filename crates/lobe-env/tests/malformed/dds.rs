@@ -1,4 +1,4 @@
-//! DDS cube maps.
+//! Malformed DDS cube maps.
 
 use crate::bytes::{patched, words};
 use crate::corpus::{self, Bad, Good};

@@ -1,4 +1,4 @@
-//! OpenEXR pictures, from the layout of the file.
+//! Malformed OpenEXR pictures, from the layout of the file.
 
 use crate::bytes::{find, patched, replaced, words};
 use crate::corpus::{self, Bad, Good};
@@ -102,7 +102,7 @@ fn windows(data: [i32; 4], display: [i32; 4]) -> Vec<u8> {
 
 fn bad_headers() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let good = scan_lines();
-    // Where the value of an attribute lies.
+    // The offset of an attribute's value.
     let value =
         |name: &str, kind: &str| find(&good, format!("{name}\0{kind}\0").as_bytes()) + name.len() + kind.len() + 6;
     let list = value("channels", "chlist");

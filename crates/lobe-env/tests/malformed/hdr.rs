@@ -1,4 +1,4 @@
-//! Radiance pictures.
+//! Malformed Radiance pictures.
 
 use crate::bytes::{find, patched, replaced};
 use crate::corpus::{self, Bad, Good};

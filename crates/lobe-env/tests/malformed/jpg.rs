@@ -1,4 +1,4 @@
-//! JPEG pictures. Their tables take some hundred bytes, so an encoder writes the good one.
+//! Malformed JPEG pictures. Their tables take some hundred bytes, so an encoder writes the valid one.
 
 use std::io::Cursor;
 
@@ -15,7 +15,7 @@ fn small() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Where a segment begins with its mark.
+/// The offset of the segment with this marker.
 fn segment(bytes: &[u8], mark: u8) -> usize {
     find(bytes, &[0xff, mark])
 }

@@ -1,4 +1,4 @@
-//! KTX2 cube maps, from the specification.
+//! Malformed KTX2 cube maps, from the specification.
 
 use crate::bytes::{patched, words};
 use crate::corpus::{self, Bad, Good};

@@ -1,6 +1,7 @@
 //! A corpus of small malformed files of every format: each gives an error of one line, at once, and no panic.
 //!
-//! The files lie in `tests/corpus`; [`corpus`] makes them. A test binary of its own, so that its memory can be measured.
+//! The files lie in `tests/corpus`; [`corpus`] makes them. A test binary of its own, so that its memory can be
+//! measured.
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 mod bytes;
@@ -25,11 +26,11 @@ use lobe_sh::read_sh_json_bytes;
 
 use crate::corpus::{bad_files, good_files, readme};
 
-/// No file of some hundred bytes is worth more, in a test build on a busy machine.
+/// The time limit of a file of some hundred bytes, in a test build on a busy machine.
 const AT_ONCE: Duration = Duration::from_secs(2);
 
-/// What the whole test may have held at its worst. The tables and the code take some tens of MiB; what one of the
-/// files here promises takes hundreds and more.
+/// The limit of the peak memory of the whole test. The tables and the code take some tens of MiB; the sizes that a file
+/// here declares take hundreds and more.
 const MOST_MIB: u64 = 160;
 
 fn folder() -> PathBuf {

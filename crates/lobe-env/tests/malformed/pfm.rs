@@ -1,4 +1,4 @@
-//! Portable float maps.
+//! Malformed portable float maps.
 
 use crate::bytes::{patched, replaced};
 use crate::corpus::{self, Bad, Good};

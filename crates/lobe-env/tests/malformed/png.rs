@@ -1,4 +1,4 @@
-//! PNG pictures.
+//! Malformed PNG pictures.
 
 use crate::bytes::patched;
 use crate::corpus::{self, Bad, Good};

@@ -1,4 +1,4 @@
-//! Expansions in JSON.
+//! Malformed expansions in JSON.
 
 use crate::bytes::{find, replaced};
 use crate::corpus::{self, Bad, Good};

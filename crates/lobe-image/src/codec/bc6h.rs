@@ -1,4 +1,4 @@
-//! BC6H: blocks of 4 x 4 texels in 16 bytes, `half` without alpha.
+//! BC6H decoding and encoding: blocks of 4 x 4 texels in 16 bytes, `half` without alpha.
 
 use crate::pixel::{BLACK, Pixel};
 
@@ -11,7 +11,7 @@ pub(crate) const BLOCK_BYTES: usize = 16;
 /// Channels of a decoded block.
 const CHANNELS: usize = 3;
 
-/// Decodes one row of blocks: `size` columns and as many of its four rows as `rows` says, appended to `texels`.
+/// Decodes one row of blocks and appends the first `rows` of its four rows, of `size` columns each, to `texels`.
 pub(crate) fn decode_blocks(blocks: &[u8], size: usize, rows: usize, signed: bool, texels: &mut Vec<Pixel>) {
     let start = texels.len();
     texels.resize(start + size * rows, BLACK);
@@ -31,7 +31,7 @@ pub(crate) fn decode_blocks(blocks: &[u8], size: usize, rows: usize, signed: boo
 
 /// Encodes a square picture as unsigned BC6H; the channels must be finite and in `[0, 65504]`.
 ///
-/// A size that is not a multiple of four is filled up with copies of the last column and row. The encoder's setting
+/// A size that is not a multiple of four is padded with copies of the last column and row. The encoder's setting
 /// "fast" is a third of the time of "basic", and its error on a real sky is 6 % larger.
 #[cfg(feature = "bc6h")]
 pub(crate) fn encode(size: usize, texels: &[Pixel]) -> Vec<u8> {
@@ -58,7 +58,7 @@ pub(crate) fn encode(size: usize, texels: &[Pixel]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Mode 11: five bits of mode, then two ends of ten bits for each channel, then an index of four bits for each
+    /// Mode 11: five bits of mode, then two endpoints of ten bits for each channel, then an index of four bits for each
     /// texel, three for the first.
     fn one_region(ends: [[u32; 3]; 2], indices: [u32; 16]) -> [u8; BLOCK_BYTES] {
         let mut bits: u128 = 0b00011;

@@ -1,4 +1,4 @@
-//! The header of a DDS file: 32-bit numbers, the lowest byte first.
+//! DDS header fields: 32-bit little-endian numbers.
 
 /// The first four bytes.
 pub(crate) const MAGIC: [u8; 4] = *b"DDS ";
@@ -6,13 +6,13 @@ pub(crate) const MAGIC: [u8; 4] = *b"DDS ";
 /// Bytes up to the end of the first header.
 pub(crate) const HEADER: usize = 128;
 
-/// Bytes of the second header, which Direct3D 10 added.
+/// Bytes of the second header, added by Direct3D 10.
 pub(crate) const HEADER_DX10: usize = 20;
 
-/// The letters that say that the second header follows.
+/// The code that announces the second header.
 pub(crate) const DX10: u32 = u32::from_le_bytes(*b"DX10");
 
-/// The format is given by four letters.
+/// Flag: the format is given by a four-character code.
 pub(crate) const FOURCC_FLAG: u32 = 0x4;
 
 /// A cube map with all its faces, in [`Field::Caps2`].
@@ -42,7 +42,7 @@ pub(crate) enum Field {
     AlphaMode = 144,
 }
 
-/// A number of the headers, if the file is long enough.
+/// The value of a field, if the file is long enough.
 pub(crate) fn field(bytes: &[u8], field: Field) -> Option<u32> {
     bytes[(field as usize).min(bytes.len())..].first_chunk().map(|b| u32::from_le_bytes(*b))
 }

@@ -1,9 +1,9 @@
-//! Results of decoders, and the limits that are checked before memory is taken.
+//! Decoder results, and size limits that are checked before memory is allocated.
 
 use crate::pixel::Pixel;
 use crate::{ImageError, ReadOption, TexelFormat};
 
-/// Characters of a message; more are the file's own, repeated.
+/// The most characters of a message: decoders may repeat what a file contains.
 const MAX_MESSAGE: usize = 320;
 
 /// The values of the attribute `envmap` of OpenEXR.
@@ -15,7 +15,7 @@ pub enum EnvmapAttribute {
     Cube,
 }
 
-/// What is known of a picture before memory is taken for its texels.
+/// The properties of a picture that are known before memory is allocated for its texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PictureHead {
@@ -27,17 +27,17 @@ pub struct PictureHead {
     pub envmap: Option<EnvmapAttribute>,
 }
 
-/// A caller's judgment of a picture from its head.
+/// A caller's check of a picture by its header.
 pub(crate) type Accept<'a> = &'a dyn Fn(&PictureHead) -> Result<(), ImageError>;
 
-/// What a picture must be to be decoded.
+/// The limits on a picture to be decoded.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits<'a> {
     pub(crate) max_texels: usize,
     pub(crate) accept: Accept<'a>,
 }
 
-/// A picture as it comes out of a decoder.
+/// The result of a decoder.
 pub(crate) struct Decoded {
     pub(crate) width: usize,
     pub(crate) height: usize,
@@ -46,19 +46,19 @@ pub(crate) struct Decoded {
     pub(crate) envmap: Option<EnvmapAttribute>,
 }
 
-/// A cube texture as a file holds it: size and texels of each level, face after face (+X, -X, +Y, -Y, +Z, -Z), row after row,
-/// the largest level first.
+/// A cube texture as stored in a file: size and texels of each level, face after face (+X, -X, +Y, -Y, +Z, -Z), row
+/// after row, the largest level first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubeTexture {
-    /// How the texels were stored.
+    /// The texel format.
     pub format: TexelFormat,
     /// The size of a face of each level, and its texels.
     pub levels: Vec<(usize, Vec<Pixel>)>,
-    /// What a careful user should know.
+    /// Remarks for the caller.
     pub(crate) notes: Vec<String>,
 }
 
-/// Refuses a picture that is larger than the caller allows, or not what the caller wants, before memory is asked for.
+/// Refuses a picture larger than the caller allows, or one that the caller's check rejects, before memory is allocated.
 pub(crate) fn check_size(
     width: u64,
     height: u64,
@@ -100,7 +100,7 @@ pub(crate) fn unsupported(name: &str, message: String) -> ImageError {
     ImageError::Unsupported { place: name.into(), message: one_line(message) }
 }
 
-/// A message in one line of bounded length: decoders repeat what they find in a file.
+/// A message in one line of bounded length.
 fn one_line(message: String) -> String {
     if message.len() <= MAX_MESSAGE && !message.contains(char::is_control) {
         return message;
@@ -113,7 +113,7 @@ fn one_line(message: String) -> String {
     line
 }
 
-/// Refuses a cube larger than the caller allows, before memory is asked for.
+/// Refuses a cube larger than the caller allows, before memory is allocated.
 pub(crate) fn check_cube_size(size: u64, max_texels: usize, name: &str) -> Result<(), ImageError> {
     if size == 0 {
         return Err(invalid(name, "the cube map has no texels: its faces are 0 x 0".into()));
@@ -125,7 +125,7 @@ pub(crate) fn check_cube_size(size: u64, max_texels: usize, name: &str) -> Resul
     Ok(())
 }
 
-/// The size of level `k` below one of `size`: half of that before, rounded down, and at least 1.
+/// The size of mip level `k` of a texture: halved `k` times, rounded down, at least 1.
 #[must_use]
 pub fn mip_level_size(size: usize, k: usize) -> usize {
     size.checked_shr(k as u32).unwrap_or(0).max(1)

@@ -1,4 +1,4 @@
-//! Pictures of light as files.
+//! Encoders of HDR pictures: Radiance, OpenEXR and portable float map.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ const MAX_HDR_WIDTH: usize = 32767;
 /// The largest value of RGBE: mantissa 255/256, exponent 127.
 const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
 
-/// How to write a picture.
+/// Options of writing a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PictureWriteOptions {
@@ -34,22 +34,22 @@ impl PictureWriteOptions {
     }
 }
 
-/// What could not be stored as it was.
+/// The loss of writing a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PictureWriteReport {
-    /// Texels with a channel that the format cannot hold and that was moved to the nearest value that it can; NaN in
-    /// `.hdr` becomes 0.
+    /// Texels with a channel outside the range of the format, which was clamped to it; NaN in `.hdr` becomes 0.
     pub clamped: usize,
 }
 
-/// The bytes of a picture of rows of `width` pixels as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`,
-/// as the extension of the path says. Nothing is written.
+/// Encodes rows of `width` pixels as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on
+/// the extension of the path. Nothing is written.
 ///
 /// `.hdr` holds no negative numbers and two digits (the error of a channel is below 0.4 % of the largest channel of its
 /// texel, of either sign); `.exr` and `.pfm` hold `f32` exactly.
 ///
 /// # Errors
-/// [`ImageError::Options`] for another extension, or a picture too wide for `.hdr`; [`ImageError::Io`] if the encoder refuses.
+/// [`ImageError::Options`] for another extension, or a picture too wide for `.hdr`; [`ImageError::Io`] if the encoder
+/// refuses.
 ///
 /// # Panics
 /// If `width` is 0 or does not divide the number of pixels.
@@ -75,11 +75,11 @@ pub fn encode_picture(
     }
 }
 
-/// The pixels with every channel clamped, and how many were changed by it.
+/// The pixels with every channel clamped, and the number of pixels changed.
 fn clamped(pixels: &[impl IntoPixel], low: f32, high: f32) -> (Vec<Pixel>, PictureWriteReport) {
     let mut report = PictureWriteReport::default();
     let texels = pixels.iter().map(|texel| {
-        // A format with negative numbers has NaN too; there it is for the reader to refuse.
+        // A format with negative numbers has NaN too; refusing it is up to the reader.
         let channels = (*texel).into().map(|c| if c.is_nan() && low >= 0.0 { -1.0 } else { c });
         report.clamped += usize::from(channels.iter().any(|c| *c < low || *c > high));
         channels.map(|c| c.clamp(low, high))

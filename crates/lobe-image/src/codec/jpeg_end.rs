@@ -1,17 +1,17 @@
-//! The end of a JPEG picture, and whether all before it is there.
+//! Detection of truncated JPEG files.
 //!
-//! The decoder takes zeros for the bits that a scan lacks, and a picture that is cut off comes out gray where it ends. So it
-//! is given the picture with other bits behind the last scan: ones. No Huffman code is all ones (ITU-T T.81, C.2), so a
-//! decoder that needs them finds no code and says so, while one that has read every block never gets to them.
+//! The decoder replaces missing bits of a scan by zeros, so a truncated picture ends in gray. To detect this, the last
+//! scan is padded with ones. No Huffman code is all ones (ITU-T T.81, C.2): a decoder that reads the padding finds no
+//! code and reports an error, while one that has decoded every block never gets there.
 
-/// More bytes of ones than a decoder looks ahead, or takes for the longest code with its longest number.
+/// Bytes of padding: more than a decoder looks ahead, and more than the longest code with its longest number.
 const BEHIND: usize = 16;
 
 const START_OF_SCAN: u8 = 0xda;
 const END: u8 = 0xd9;
 
-/// The picture with ones behind its last scan and nothing behind its end, such as the second picture of a camera;
-/// `None` where it has no end. Pictures within a picture, such as a thumbnail, have ends of their own, which do not count.
+/// The picture with ones after its last scan and without trailing data, such as the second picture of a camera; `None`
+/// without an end marker. Markers of embedded pictures, such as a thumbnail, do not count.
 pub(crate) fn with_ones_behind(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut picture = bytes[..end(bytes)?].to_vec();
     picture.extend([0xff, 0].repeat(BEHIND));
@@ -19,17 +19,17 @@ pub(crate) fn with_ones_behind(bytes: &[u8]) -> Option<Vec<u8>> {
     Some(picture)
 }
 
-/// Where the mark of the end stands, from segment to segment.
+/// The offset of the end marker, found from segment to segment.
 fn end(bytes: &[u8]) -> Option<usize> {
-    // Behind the mark of the beginning.
+    // Skip the start marker.
     let mut at = 2;
     loop {
         let [0xff, mark] = *bytes.get(at..at + 2)? else { return None };
         match mark {
             END => return Some(at),
-            // A mark may be preceded by any number of these.
+            // A marker may be preceded by any number of these.
             0xff => at += 1,
-            // Marks without a segment.
+            // Markers without a segment.
             0x01 | 0xd0..=0xd8 => at += 2,
             _ => {
                 let length = usize::from(u16::from_be_bytes([*bytes.get(at + 2)?, *bytes.get(at + 3)?]));
@@ -45,7 +45,7 @@ fn end(bytes: &[u8]) -> Option<usize> {
     }
 }
 
-/// The bytes of a scan: up to a mark other than those of restarts. A byte of ones in the data is followed by a zero.
+/// The length of a scan: up to a marker other than a restart. A byte of ones in the data is followed by a zero.
 fn scan_length(bytes: &[u8]) -> Option<usize> {
     bytes.windows(2).position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff | 0xd0..=0xd7))
 }

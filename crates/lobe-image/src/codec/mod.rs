@@ -1,11 +1,11 @@
-//! Picture files and the bytes in them.
+//! Codecs of picture files.
 //!
-//! [`read`] tells what a file is from its first bytes, holds it to the caller's limits before memory is taken for it, and
-//! calls the reader of its kind (`read_*`); [`decoded`] is what those have in
-//! common; [`encode`] goes the other way. Cube textures (KTX2, DDS) have the six faces of
-//! each level as pictures ([`texture`]), whose texels lie in the file as a [`texel_format`] says.
+//! [`read`] detects the format from the first bytes, checks the caller's limits before memory is allocated, and calls
+//! the reader of the format (`read_*`); [`decoded`] is shared by those; [`encode`] chooses the writer. Cube textures
+//! (KTX2, DDS) hold the six faces of each level as pictures ([`texture`]), whose texels are stored in a
+//! [`texel_format`].
 //!
-//! Read first: `read`, then the reader of a format. Uses nothing of the other rooms but the picture itself.
+//! Read first: `read`, then the reader of a format. Of the other rooms it uses only the picture itself.
 
 pub(crate) mod bc6h;
 pub(crate) mod dds;

@@ -1,4 +1,4 @@
-//! Pictures from files of any kind.
+//! Picture reader: detects the format of a file and decodes it.
 
 use std::fmt;
 use std::fs::{self, File};
@@ -17,17 +17,17 @@ use crate::codec::read_pfm;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
 
-/// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory. While a
-/// Radiance picture is decoded it is there twice.
+/// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
+/// While a Radiance picture is decoded, two copies of it exist.
 const MAX_TEXELS: usize = 1 << 28;
 
-/// What a file can be, for messages.
+/// The formats that are read, for messages.
 const EXPECTED: &str = "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, PNG, JPEG, KTX2 or DDS";
 
-/// Bytes of an unknown file that a message shows; enough to tell what any file is.
+/// Bytes of an unknown file that a message shows; enough to identify any format.
 const SHOWN_BYTES: usize = 24;
 
-/// What to do with a texel that has a channel of NaN or infinity.
+/// The treatment of texels with a channel of NaN or infinity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Nonfinite {
     /// Refuse the file.
@@ -37,7 +37,7 @@ pub enum Nonfinite {
     Zero,
 }
 
-/// How to read a picture.
+/// Options of reading a picture.
 ///
 /// ```
 /// use lobe_image::{Nonfinite, PictureReadOptions};
@@ -48,7 +48,7 @@ pub enum Nonfinite {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PictureReadOptions {
-    /// What to do with NaN and infinity; by default the file is refused.
+    /// The treatment of NaN and infinity; by default the file is refused.
     pub nonfinite: Nonfinite,
     /// The largest picture, in texels, for which memory is asked for; by default 2²⁸.
     pub max_texels: usize,
@@ -61,7 +61,7 @@ impl Default for PictureReadOptions {
 }
 
 impl PictureReadOptions {
-    /// Sets what to do with NaN and infinity.
+    /// Sets the treatment of NaN and infinity.
     #[must_use]
     pub fn nonfinite(self, nonfinite: Nonfinite) -> Self {
         Self { nonfinite, ..self }
@@ -74,7 +74,7 @@ impl PictureReadOptions {
     }
 }
 
-/// The kind of a file, as its contents say, whatever its name.
+/// A file format, detected from the contents whatever the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FileFormat {
@@ -109,10 +109,10 @@ impl fmt::Display for FileFormat {
 }
 
 impl FileFormat {
-    /// The kind of file, from its first bytes; `name` stands for the file in messages.
+    /// Detects the format from the first bytes; `name` stands for the file in messages.
     ///
     /// # Errors
-    /// [`ImageError::Unsupported`] if it is a picture of another kind, [`ImageError::Invalid`] if it is none.
+    /// [`ImageError::Unsupported`] if it is a picture in another format, [`ImageError::Invalid`] if it is none.
     pub fn of_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
         const KINDS: [(&[u8], FileFormat); 9] = [
             (&[0x76, 0x2f, 0x31, 0x01], FileFormat::OpenExr),
@@ -123,7 +123,7 @@ impl FileFormat {
             (b"\xff\xd8\xff", FileFormat::Jpeg),
             (&ktx2::MAGIC, FileFormat::Ktx2),
             (&dds::MAGIC, FileFormat::Dds),
-            // A DDS file and a KTX2 file may be cut within these; then the decoder says so.
+            // A DDS or KTX2 file may be truncated within these; then the decoder reports it.
             (b"\xabKTX 2", FileFormat::Ktx2),
         ];
         let word_ends = |magic: &[u8]| !magic.starts_with(b"P") || bytes.get(2).is_none_or(u8::is_ascii_whitespace);
@@ -140,14 +140,15 @@ impl FileFormat {
         Err(invalid(name, format!("{EXPECTED} expected, found {}", describe(bytes))))
     }
 
-    /// Whether such a file holds a cube texture ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)) and no picture.
+    /// Whether files of this format hold cube textures ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)),
+    /// not pictures.
     #[must_use]
     pub fn is_texture(self) -> bool {
         matches!(self, Self::Ktx2 | Self::Dds)
     }
 }
 
-/// What was found while reading.
+/// The report of reading a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PictureReadReport {
@@ -159,7 +160,8 @@ pub struct PictureReadReport {
     pub levels: usize,
     /// The kind of file.
     pub format: FileFormat,
-    /// The attribute `envmap` of an OpenEXR file: an environment whose outer texels lie on the edges. It is not acted upon.
+    /// The attribute `envmap` of an OpenEXR file: an environment whose outer texels lie on the edges. It is reported
+    /// only.
     pub envmap: Option<EnvmapAttribute>,
     /// Texels with a NaN or infinite channel; they are black in the picture.
     pub nonfinite: usize,
@@ -167,13 +169,13 @@ pub struct PictureReadReport {
     pub first_nonfinite: Option<(usize, usize)>,
     /// Texels with a negative channel; they are kept.
     pub negative: usize,
-    /// What a careful user should know: channels chosen, parts of the file ignored, factors applied.
+    /// Remarks for the caller: channels chosen, parts of the file ignored, factors applied.
     pub notes: Vec<String>,
 }
 
 /// Reads a picture from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file.
 ///
-/// What the file is follows from its contents, not from its name.
+/// The format is detected from the file's contents, not from its name.
 ///
 /// * **Radiance**: flat, old and new run-length encoding. `EXPOSURE` and `COLORCORR` are divided out, so the values
 ///   are radiance; `PRIMARIES` is noted and not converted. Rows from the top and columns from the left
@@ -186,8 +188,8 @@ pub struct PictureReadReport {
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged, cut off or no such picture;
-/// [`ImageError::Refused`] if it is larger than [`PictureReadOptions::max_texels`], or has non-finite texels that the options
-/// do not allow; [`ImageError::Unsupported`] if it is a kind of picture that Lobe does not read.
+/// [`ImageError::Refused`] if it is larger than [`PictureReadOptions::max_texels`], or has non-finite texels that the
+/// options do not allow; [`ImageError::Unsupported`] if it is a kind of picture that Lobe does not read.
 pub fn read_picture(
     path: impl AsRef<Path>,
     options: &PictureReadOptions,
@@ -208,7 +210,7 @@ pub fn read_picture_bytes(
     read_picture_bytes_if(bytes, name, options, |_| Ok(()))
 }
 
-/// Reads a picture from the bytes of a file if `accept` finds no fault with its size, before memory is taken for it.
+/// Reads a picture from the bytes of a file if `accept` approves its header, before memory is allocated.
 ///
 /// # Errors
 /// As [`read_picture_bytes`], and those of `accept`.
@@ -238,7 +240,7 @@ pub fn read_picture_bytes_if(
     Ok((Picture::new(decoded.width, decoded.height, decoded.texels)?, report))
 }
 
-/// The name of a picture file for messages, and its bytes; what is no picture is refused by its beginning.
+/// The name of a picture file for messages, and its bytes; other files are refused by their first bytes.
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read, and the errors of [`FileFormat::of_bytes`].
@@ -247,7 +249,7 @@ pub fn read_picture_file(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), Im
     let name = path.display().to_string();
     let io = |source| ImageError::Io { place: name.clone(), source };
     let mut file = open_file(path).map_err(io)?;
-    // A device without end, or a film of many gigabytes, is refused by its beginning.
+    // Refuse an endless device, or a film of many gigabytes, by its first bytes.
     let mut bytes = Vec::new();
     file.by_ref().take(SHOWN_BYTES as u64).read_to_end(&mut bytes).map_err(io)?;
     FileFormat::of_bytes(&bytes, &name)?;
@@ -263,7 +265,7 @@ fn open_file(path: &Path) -> std::io::Result<File> {
     File::open(path)
 }
 
-/// Runs a decoder. None promises never to panic on damaged bytes; a panic is one more way to find the file invalid.
+/// Runs a decoder. None promises never to panic on damaged bytes; a panic means that the file is invalid.
 pub(crate) fn guarded<T>(
     format: FileFormat,
     name: &str,
@@ -273,7 +275,7 @@ pub(crate) fn guarded<T>(
         .unwrap_or_else(|_| Err(invalid(name, format!("the {format} data is damaged and cannot be decoded"))))
 }
 
-/// The name of another kind of picture that is easily mistaken for one of ours.
+/// The name of another picture format that is easily mistaken for a supported one.
 fn other_picture(bytes: &[u8]) -> Option<&'static str> {
     const KINDS: [(&[u8], &str); 5] = [
         (b"II*\0", "a TIFF picture"),
@@ -285,7 +287,7 @@ fn other_picture(bytes: &[u8]) -> Option<&'static str> {
     KINDS.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, kind)| *kind)
 }
 
-/// The beginning of an unknown file, in one line.
+/// The first bytes of an unknown file, in one line.
 fn describe(bytes: &[u8]) -> String {
     let start = &bytes[..bytes.len().min(SHOWN_BYTES)];
     let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
@@ -315,7 +317,7 @@ impl PictureReadReport {
     }
 }
 
-/// Counts, and makes black, what does not belong into a picture of radiance.
+/// Counts non-finite and negative texels, and sets non-finite ones to black.
 pub(crate) fn inspect(texels: &mut [Pixel], width: usize, report: &mut PictureReadReport) {
     let of_row = |(y, row): (usize, &mut [Pixel])| {
         let (mut first_nonfinite, mut nonfinite, mut negative) = (None, 0, 0);

@@ -1,4 +1,4 @@
-//! DDS cube maps.
+//! DDS cube map decoder.
 
 use crate::codec::dds::{CUBE_ALL_FACES, CUBE_MISC, DX10, FOURCC_FLAG, Field, HEADER, HEADER_DX10, field};
 use crate::codec::decoded::{CubeTexture, check_cube_size};
@@ -6,7 +6,7 @@ use crate::codec::decoded::{invalid, reserve, unsupported};
 use crate::codec::decoded::{mip_level_count, mip_level_size};
 use crate::{ImageError, TexelFormat};
 
-/// The codes of Direct3D 9, which stand in place of four letters.
+/// The codes of Direct3D 9, in place of a four-character code.
 const D3D9: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
 
 /// Decodes a DDS cube map; `name` stands for the file in messages.
@@ -46,7 +46,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
     faces(bytes.get(data..).ok_or_else(short)?, width as usize, levels, format, name)
 }
 
-/// Face after face, each with all its levels.
+/// Decodes face after face, each with all its levels.
 fn faces(data: &[u8], size: usize, levels: usize, format: TexelFormat, name: &str) -> Result<CubeTexture, ImageError> {
     if levels > mip_level_count(size) {
         let message = format!("a cube map of size {size} has at most {} levels, not {levels}", mip_level_count(size));

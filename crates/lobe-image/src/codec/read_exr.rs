@@ -1,4 +1,4 @@
-//! OpenEXR pictures.
+//! OpenEXR decoder.
 
 use std::collections::HashSet;
 use std::io::Cursor;
@@ -16,15 +16,15 @@ use crate::ImageError;
 use crate::codec::decoded::{Decoded, EnvmapAttribute, Limits, check_size, invalid, reserve, unsupported};
 use crate::pixel::{BLACK, Pixel};
 
-/// Blocks decoded at a time, in parallel. So many are held compressed, and twice as many decoded, besides the file and the
-/// picture.
+/// Blocks decoded at a time, in parallel. This many are held compressed, and twice as many decoded, besides the file
+/// and the picture.
 const BLOCKS_TOGETHER: usize = 32;
 
 /// The bit of the version field that says "at least one part is deep".
 const DEEP_FLAG: u32 = 0x800;
 
-/// The most bytes that one compressed byte can stand for. Deflate reaches 1032, and PXR24 stores three of four bytes;
-/// runs of PIZ's Huffman code reach 453; RLE 64; B44A 11.
+/// The largest compression ratio. Deflate reaches 1032, and PXR24 stores three of four bytes; runs of PIZ's Huffman
+/// code reach 453; RLE 64; B44A 11.
 const MOST_BYTES_PER_BYTE: u64 = 2048;
 
 /// The same for DWAA and DWAB: two bytes for an 8 x 8 block of one value in `float`, 256 bytes, before deflate.
@@ -33,13 +33,14 @@ const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
 /// A DWA chunk begins with eleven 64-bit numbers: its version, nine sizes, and a choice.
 const DWA_SIZES: std::ops::Range<usize> = 1..10;
 
-/// The most texels of a display window for each of the data window: more is damage, or memory taken for nothing.
+/// The most texels of a display window for each of the data window: more is damage, or a waste of memory.
 const MOST_BLACK: u64 = 4096;
 
-/// A display window of this many texels is shown whatever its data window is.
+/// A display window of up to this many texels is accepted with any data window.
 const ANY_BLACK: u64 = 1 << 20;
 
-/// Where windows are looked for before the headers are read; no picture that is not made to mislead has longer ones.
+/// The length within which windows are looked for before the headers are parsed; only crafted files have longer
+/// headers.
 const HEADERS: usize = 1 << 14;
 
 /// Decodes an OpenEXR picture; `name` stands for the file in messages.
@@ -86,7 +87,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Dec
     let mut texels = reserve(windows.width * windows.height, name)?;
     let (mut batch, mut decoded) = (read()?, Vec::new());
     while !batch.is_empty() {
-        // While blocks are decoded, those before them are put in their places, and those after them are read.
+        // Decode a batch of blocks while the one before is copied and the next one is read.
         let (blocks, next) = rayon::join(
             || batch.into_par_iter().map(decode).collect::<Result<_, _>>(),
             || {
@@ -102,7 +103,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Dec
     Ok(Decoded { width: windows.width, height: windows.height, texels, notes, envmap })
 }
 
-/// Refuses windows that end before they begin: the library would exchange the ends.
+/// Refuses windows that end before they begin: the library would swap the ends.
 fn check_windows(bytes: &[u8], name: &str) -> Result<(), ImageError> {
     let headers = &bytes[..bytes.len().min(HEADERS)];
     for attribute in ["dataWindow\0box2i\0\x10\0\0\0", "displayWindow\0box2i\0\x10\0\0\0"] {
@@ -122,7 +123,7 @@ fn check_windows(bytes: &[u8], name: &str) -> Result<(), ImageError> {
     Ok(())
 }
 
-/// Refuses a file that cannot even hold the table of its blocks, before anything is done for each of them.
+/// Refuses a file shorter than the table of its blocks, before any work for each of them.
 fn check_table(headers: &[Header], length: usize, name: &str) -> Result<(), ImageError> {
     let blocks = headers.iter().fold(0_u64, |sum, header| sum.saturating_add(header.chunk_count as u64));
     if blocks.saturating_mul(size_of::<u64>() as u64) > length as u64 {
@@ -132,7 +133,7 @@ fn check_table(headers: &[Header], length: usize, name: &str) -> Result<(), Imag
     Ok(())
 }
 
-/// Where in a part the color is.
+/// The color channels of a part.
 struct ColorChannels {
     /// Indices of red, green and blue in the list of channels; three times the same for luminance.
     rgb: [usize; 3],
@@ -166,7 +167,7 @@ fn color_channels(channels: &ChannelList) -> Option<ColorChannels> {
     Some(ColorChannels { rgb, names: shown.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ") })
 }
 
-/// Refuses what the chosen channels cannot be.
+/// Refuses unsupported types and subsampling of the chosen channels.
 fn check_channels(header: &Header, channels: &ColorChannels, name: &str) -> Result<(), ImageError> {
     let list = &header.channels.list;
     let has = |suffix: &str| list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some(suffix));
@@ -185,7 +186,7 @@ fn check_channels(header: &Header, channels: &ColorChannels, name: &str) -> Resu
     Ok(())
 }
 
-/// The rectangle of a file that holds data, seen from the display window that becomes the map.
+/// The data window relative to the display window, which becomes the map.
 struct Windows {
     width: usize,
     height: usize,
@@ -204,7 +205,7 @@ impl Windows {
         let display = header.shared_attributes.display_window;
         let data = header.data_window();
         let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, envmap, limits, name)?;
-        // A data window may be larger than the display, and a block larger than both: bound what decoding holds.
+        // A data window may be larger than the display, and a block larger than both: bound the memory of decoding.
         let block = header.max_block_pixel_size();
         let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
         let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
@@ -240,7 +241,7 @@ impl Windows {
             && overlaps(self.offset.1, block.pixel_position.1, block.pixel_size.1, self.height)
     }
 
-    /// Copies what the display window shows of some blocks; as many rows are added as they need.
+    /// Copies the part of some blocks inside the display window; rows are added as needed.
     fn blit(&self, blocks: &[Block], texels: &mut Vec<Pixel>) {
         for block in blocks {
             let left = self.offset.0 + block.x as i64;
@@ -263,7 +264,7 @@ impl Windows {
     }
 }
 
-/// What a careful user should know.
+/// Remarks for the caller.
 fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Windows) -> Vec<String> {
     let header = &headers[part];
     let mut notes = Vec::new();
@@ -288,15 +289,14 @@ fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Wi
     notes
 }
 
-/// Whether primaries and white are those of Rec. 709, to the digits that files give.
+/// Whether primaries and white are those of Rec. 709, to the digits found in files.
 fn is_rec_709(c: &Chromaticities) -> bool {
     let expected = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)];
     let near = |a: f32, b: f32| (a - b).abs() < 2e-3;
     [c.red, c.green, c.blue, c.white].iter().zip(expected).all(|(c, (x, y))| near(c.0, x) && near(c.1, y))
 }
 
-/// Checks that a block is one of those expected, the first time that it comes, and can hold what it says, before it is
-/// decoded.
+/// Checks before decoding that a block is expected, occurs for the first time, and can hold its claimed size.
 fn check_chunk(
     chunk: &Chunk,
     meta: &MetaData,
@@ -313,7 +313,7 @@ fn check_chunk(
     check_claims(header, &index, stored, name)
 }
 
-/// Checks that the bytes of a block can stand for as much as it claims; the library takes memory for its claims.
+/// Checks that the claimed size of a block is possible for its bytes; the library allocates what is claimed.
 fn check_claims(header: &Header, index: &BlockIndex, stored: &[u8], name: &str) -> Result<(), ImageError> {
     let damaged = |claimed: u64| {
         let message = format!("damaged: a block of {} bytes claims to hold {claimed}", stored.len());
@@ -338,10 +338,10 @@ fn check_claims(header: &Header, index: &BlockIndex, stored: &[u8], name: &str) 
     Ok(())
 }
 
-/// Where a chunk belongs, and its bytes.
+/// The position of a chunk, and its bytes.
 fn locate<'a>(chunk: &'a Chunk, header: &Header) -> Result<(BlockIndex, &'a [u8]), ExrError> {
     let tile = header.get_block_data_indices(&chunk.compressed_block)?;
-    // The library asserts on levels that are not there.
+    // The library asserts on missing levels.
     if tile.level_index.0 != 0 || tile.level_index.1 != 0 {
         return Err(ExrError::Invalid("a block of a smaller level where the largest belongs".into()));
     }
@@ -389,7 +389,7 @@ impl Block {
     }
 }
 
-/// Sets one channel of a row from a line of numbers, which the library gives as bytes in the machine's order.
+/// Sets one channel of a row from a line of numbers, which the library gives in native byte order.
 fn read_samples(line: &[u8], sample_type: SampleType, row: &mut [Pixel], set: impl Fn(&mut Pixel, f32)) {
     match sample_type {
         SampleType::F16 => {
@@ -403,7 +403,7 @@ fn read_samples(line: &[u8], sample_type: SampleType, row: &mut [Pixel], set: im
     }
 }
 
-/// An error of the library in our words.
+/// Translates an error of the library.
 fn explain(error: &ExrError, name: &str) -> ImageError {
     match error {
         ExrError::NotSupported(what) => unsupported(name, format!("this kind of OpenEXR file is not read: {what}")),

@@ -1,4 +1,4 @@
-//! Radiance pictures.
+//! Radiance (.hdr) decoder.
 
 use std::io::{Cursor, ErrorKind};
 
@@ -59,7 +59,7 @@ fn header_len(bytes: &[u8]) -> usize {
     end(end(0, b"\n\n"), b"\n")
 }
 
-/// Refuses a picture whose first row is said to have another width than the picture: the decoder does not look.
+/// Refuses a picture whose first row declares another width than the header: the decoder does not check.
 fn check_first_row(pixels: &[u8], width: usize, name: &str) -> Result<(), ImageError> {
     match *pixels {
         [2, 2, high, low, ..] if high < 128 && RUN_WIDTHS.contains(&width) => {
@@ -75,7 +75,7 @@ fn check_first_row(pixels: &[u8], width: usize, name: &str) -> Result<(), ImageE
     }
 }
 
-/// The fewest bytes that can hold a picture.
+/// The least number of bytes of a picture.
 ///
 /// The densest rows are those of the old encoding: one texel of four bytes, then one repeat count for each digit of
 /// `width - 1` in base 256, four bytes each.
@@ -89,7 +89,7 @@ fn least_bytes(width: usize, height: usize) -> u64 {
     4 * (1 + digits) * height as u64
 }
 
-/// What the stored values are multiplied with to be radiance: `1 / (EXPOSURE COLORCORR)`.
+/// The factor from stored values to radiance: `1 / (EXPOSURE COLORCORR)`.
 fn radiance_factor(metadata: &HdrMetadata, name: &str, notes: &mut Vec<String>) -> Result<Pixel, ImageError> {
     let exposure = metadata.exposure.unwrap_or(1.0);
     let (r, g, b) = metadata.color_correction.unwrap_or((1.0, 1.0, 1.0));
@@ -105,7 +105,7 @@ fn radiance_factor(metadata: &HdrMetadata, name: &str, notes: &mut Vec<String>) 
     Ok(factors)
 }
 
-/// Notes header lines that would matter to a careful user and are not acted upon.
+/// Adds remarks on header lines that are ignored.
 fn note_attributes(metadata: &HdrMetadata, notes: &mut Vec<String>) {
     for (key, value) in &metadata.custom_attributes {
         let numbers: Vec<f64> = value.split_whitespace().filter_map(|n| n.parse().ok()).collect();
@@ -121,7 +121,7 @@ fn note_attributes(metadata: &HdrMetadata, notes: &mut Vec<String>) {
     }
 }
 
-/// An error of the decoder in our words.
+/// Translates an error of the decoder.
 fn explain(error: &image::ImageError, name: &str) -> ImageError {
     match error {
         image::ImageError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {

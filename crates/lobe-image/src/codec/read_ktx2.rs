@@ -1,4 +1,4 @@
-//! KTX2 cube maps.
+//! KTX2 cube map decoder.
 
 use std::io::{self, Read};
 
@@ -11,10 +11,10 @@ use crate::codec::decoded::{invalid, reserve, unsupported};
 use crate::codec::decoded::{mip_level_count, mip_level_size};
 use crate::{ImageError, TexelFormat};
 
-/// The most bytes that one byte of Zstandard can stand for: a block of one repeated byte stores 128 KiB in four bytes.
+/// The largest compression ratio of Zstandard: a block of one repeated byte stores 128 KiB in four bytes.
 const MOST_BYTES_PER_BYTE: u64 = 1 << 15;
 
-/// Where the color model stands in the data format: after the total length and the head of the first block. The bytes
+/// The offset of the color model in the data format: after the total length and the head of the first block. The bytes
 /// of primaries and transfer function follow it.
 const DFD_MODEL: usize = 4 + 8;
 
@@ -49,7 +49,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
             );
             return Err(invalid(name, message));
         }
-        // The place was checked.
+        // The range was checked.
         let data = &bytes[level.byte_offset as usize..][..stored as usize];
         let mut texels = reserve(6 * side * side, name)?;
         let mut source = level_source(data, zstd).map_err(|e| damaged(k, &e, name))?;
@@ -99,7 +99,7 @@ fn texel_format(header: &Header, name: &str) -> Result<TexelFormat, ImageError> 
     }
 }
 
-/// Where the levels lie in the file, the largest level first.
+/// The positions of the levels in the file, the largest level first.
 fn level_index(bytes: &[u8], levels: usize, name: &str) -> Result<Vec<LevelIndex>, ImageError> {
     let entries = bytes[Header::LENGTH..].as_chunks::<{ LevelIndex::LENGTH }>().0;
     match entries.get(..levels) {
@@ -108,7 +108,7 @@ fn level_index(bytes: &[u8], levels: usize, name: &str) -> Result<Vec<LevelIndex
     }
 }
 
-/// Refuses parts of the file that share bytes, or lie outside it.
+/// Refuses parts of the file that overlap, or lie outside it.
 fn check_places(header: &Header, levels: &[LevelIndex], length: usize, name: &str) -> Result<(), ImageError> {
     let part = |what: &str, offset: u64, length: u64| (what.to_owned(), offset..offset.saturating_add(length));
     let index = &header.index;
@@ -132,12 +132,12 @@ fn check_places(header: &Header, levels: &[LevelIndex], length: usize, name: &st
     Ok(())
 }
 
-/// The bytes of a level as they come out of the supercompression.
+/// A reader of the decompressed bytes of a level.
 fn level_source(stored: &[u8], zstd: bool) -> io::Result<Box<dyn Read + '_>> {
     if zstd { Ok(Box::new(zstd::Decoder::with_buffer(stored)?)) } else { Ok(Box::new(stored)) }
 }
 
-/// What a careful user should know; refuses what would turn the picture around.
+/// Remarks for the caller; refuses an orientation that would turn the picture around.
 fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<Vec<String>, ImageError> {
     let mut notes = Vec::new();
     let keys = &bytes[header.index.kvd_byte_offset as usize..][..header.index.kvd_byte_length as usize];
@@ -160,7 +160,7 @@ fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<Vec<String>, Image
         notes.push("the file asks for smaller levels to be made; it holds one".into());
     }
     let format = &bytes[header.index.dfd_byte_offset as usize..][..header.index.dfd_byte_length as usize];
-    // The format number has said all but these two; a file without the descriptor is read all the same.
+    // The format number determines all but these two; a file without the descriptor is read all the same.
     let [primaries, transfer] = [1, 2].map(|at| format.get(DFD_MODEL + at).copied().unwrap_or(0));
     if let Some(primaries) = ColorPrimaries::new(primaries).filter(|p| *p != ColorPrimaries::BT709) {
         notes.push(format!("the primaries are {primaries:?}; they are not converted"));
@@ -178,7 +178,7 @@ fn damaged(level: usize, error: &io::Error, name: &str) -> ImageError {
     invalid(name, format!("level {level} is damaged: {error}"))
 }
 
-/// An error of the library in our words.
+/// Translates an error of the library.
 fn explain(error: &ParseError, name: &str) -> ImageError {
     match error {
         ParseError::BadMagic => invalid(name, "damaged KTX2 file: its first twelve bytes are wrong".into()),

@@ -1,4 +1,4 @@
-//! PNG and JPEG pictures: numbers of 8 or 16 bits that stand for light through the sRGB curve.
+//! PNG and JPEG decoders: 8 or 16 bits, sRGB-encoded.
 
 use std::io::Cursor;
 
@@ -16,7 +16,7 @@ use crate::codec::jpeg_end;
 use crate::pixel::Pixel;
 use crate::srgb_decode;
 
-/// Deflate makes at most 1032 bytes of one, and PNG stores at most eight texels in a byte.
+/// Deflate expands a byte to at most 1032, and PNG stores at most eight texels in a byte.
 const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 
 /// JPEG stores at least one bit for each block of 8 x 8 texels, in its densest form, a progressive picture of one
@@ -37,7 +37,7 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, limits: Limits<'_>) -> Resul
     let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
         return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
     };
-    // `image` decodes whatever is there, and fills the rest with gray.
+    // `image` decodes what it finds, and fills the rest with gray.
     let read = |decoder: JpegDecoder<_>, raw: &mut [u8]| {
         let colors = if decoder.color_type() == ColorType::L8 { ColorSpace::Luma } else { ColorSpace::RGB };
         let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(colors);
@@ -96,7 +96,7 @@ fn decode<D: ImageDecoder>(
     Ok(Decoded { width, height, texels, notes, envmap: None })
 }
 
-/// Whether a picture that was stored so has as many columns as rows when it is upright.
+/// Whether the orientation swaps columns and rows.
 fn is_lying(orientation: Orientation) -> bool {
     use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
     matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
@@ -110,7 +110,7 @@ fn upright(
     name: &str,
 ) -> Result<Vec<Pixel>, ImageError> {
     let (right, bottom) = (width - 1, height - 1);
-    // How many columns the stored picture has, and where a texel is in it.
+    // The number of stored columns, and the index of a texel among the stored ones.
     let columns = if is_lying(orientation) { height } else { width };
     let place = |x: usize, y: usize| match orientation {
         Orientation::NoTransforms => [x, y],
@@ -141,7 +141,7 @@ fn rgb<T>(texel: &[T], linear: impl Fn(&T) -> f32) -> Pixel {
     [linear(&texel[0]), linear(&texel[1]), linear(&texel[2])]
 }
 
-/// What a careful user should know.
+/// Remarks for the caller.
 fn notes(decoder: &mut impl ImageDecoder, kind: &str) -> Vec<String> {
     let bits = 8 * u32::from(decoder.color_type().bytes_per_pixel() / decoder.color_type().channel_count());
     let mut notes = vec![format!(
@@ -159,7 +159,7 @@ fn notes(decoder: &mut impl ImageDecoder, kind: &str) -> Vec<String> {
     notes
 }
 
-/// An error of the decoder in our words.
+/// Translates an error of the decoder.
 fn explain(error: &image::ImageError, kind: &str, name: &str) -> ImageError {
     match error {
         image::ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {

@@ -1,16 +1,16 @@
-//! Portable float maps.
+//! Portable float map decoder.
 
 use crate::ImageError;
 use crate::codec::decoded::{Decoded, Limits, check_size, invalid, reserve};
 
-/// The most bytes in which a header can end: three numbers and white space.
+/// The longest header: three numbers and white space.
 const MAX_HEADER: usize = 256;
 
 /// Decodes a portable float map, `PF` in color or `Pf` in gray; `name` stands for the file in messages.
 ///
-/// Three words follow the signature, each after white space: columns, rows, and a scale, whose sign says the order of
-/// the bytes (negative: the lowest first) and whose size is a factor. One byte of white space ends the header. The
-/// rows begin at the bottom.
+/// Three words follow the signature, each after white space: columns, rows, and a scale, whose sign gives the byte
+/// order (negative: little-endian) and whose magnitude is a factor. One byte of white space ends the header. The
+/// bottom row comes first.
 pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Decoded, ImageError> {
     let header = Header::parse(bytes, name)?;
     let (width, height) = check_size(header.width, header.height, None, limits, name)?;

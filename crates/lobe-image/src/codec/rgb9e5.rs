@@ -1,4 +1,4 @@
-//! Three colors with nine bits each and one exponent for all, in 32 bits.
+//! RGB9E5 texels: three colors of nine bits each and a shared exponent, in 32 bits.
 //!
 //! ```text
 //!   bits   31..27   26..18   17..9   8..0
@@ -12,7 +12,7 @@ use crate::pixel::Pixel;
 /// Bits of a mantissa.
 const MANTISSA_BITS: i32 = 9;
 
-/// What the exponent is stored with added to it.
+/// The bias of the stored exponent.
 const BIAS: i32 = 15;
 
 /// The largest value: `511/512 * 2^16`.

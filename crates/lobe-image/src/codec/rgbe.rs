@@ -1,16 +1,15 @@
-//! The texels that a Radiance picture can hold: eight bits for each color and one exponent for all.
+//! RGBE texels of Radiance pictures: rounding to eight bits for each color and a shared exponent.
 
 use crate::pixel::{BLACK, Pixel};
 
-/// What is added to a mantissa so that an encoder that cuts digits off arrives at it, whatever its rounding errors.
+/// Added to a mantissa so that a truncating encoder arrives at it, whatever its rounding errors.
 const SAFETY: f64 = 0.25;
 
-/// A texel that an encoder which cuts digits off stores as the nearest that the format holds.
+/// A texel that a truncating encoder stores as the nearest one of the format.
 ///
-/// Cutting makes every channel darker by half a step on average, 0.2 to 0.4 % of the largest channel: the sum over a
-/// map loses as much. Rounding to the nearest has no such bias, if ties go to the even one: an eighth of the values of a
-/// `half` picture are ties (test `a_real_map_has_the_same_harmonics_through_every_format`). Channels must be finite and
-/// not negative.
+/// Truncation makes every channel darker by half a step on average, 0.2 to 0.4 % of the largest channel, and so the sum
+/// over a map. Rounding to nearest has no such bias, if ties go to even: an eighth of the values of a `half` picture
+/// are ties (test `a_real_map_has_the_same_harmonics_through_every_format`). Channels must be finite and not negative.
 pub(crate) fn rounded(texel: Pixel) -> Pixel {
     let channels = texel.map(f64::from);
     let largest = channels[0].max(channels[1]).max(channels[2]);

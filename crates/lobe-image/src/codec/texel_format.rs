@@ -14,7 +14,7 @@ use crate::pixel::{IntoPixel, Pixel};
 /// The largest `half`.
 const MAX_HALF: f32 = 65504.0;
 
-/// How a texel of a cube map is stored in `.ktx2` and `.dds`.
+/// The texel format of a cube map in `.ktx2` and `.dds`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum TexelFormat {
@@ -78,7 +78,7 @@ impl TexelFormat {
         FORMATS.iter().find(|(.., d)| *d == dxgi).map(|(format, ..)| *format)
     }
 
-    /// Columns and rows, and bytes, of what is stored together: a texel, or a block.
+    /// Columns and rows, and bytes, of a storage unit: a texel, or a block.
     fn block(self) -> (usize, usize) {
         match self {
             Self::Rgba16F => (1, 8),
@@ -88,7 +88,7 @@ impl TexelFormat {
         }
     }
 
-    /// The bytes of a texel or a block: what levels in a KTX2 file are aligned to.
+    /// The bytes of a texel or a block: the alignment of levels in a KTX2 file.
     pub(crate) fn block_bytes(self) -> usize {
         self.block().1
     }
@@ -100,8 +100,8 @@ impl TexelFormat {
         across * across * bytes as u64
     }
 
-    /// Reads a square picture and appends it to `texels`, one row of texels or blocks at a time: memory is taken for
-    /// data that are there, not for data that are promised.
+    /// Reads a square picture and appends it to `texels`, one row of texels or blocks at a time: memory is allocated
+    /// for data that were read, not for data that are declared.
     pub(crate) fn read_face(self, size: usize, source: &mut dyn Read, texels: &mut Vec<Pixel>) -> io::Result<()> {
         let (side, bytes) = self.block();
         let mut row = vec![0; size.div_ceil(side) * bytes];
@@ -122,7 +122,7 @@ impl TexelFormat {
         Ok(())
     }
 
-    /// The bytes of a square picture, and how many texels had to be changed to fit the range of the format.
+    /// The bytes of a square picture, and the number of texels clamped to the range of the format.
     ///
     /// NaN stays NaN where the format has it, and becomes 0 elsewhere.
     pub(crate) fn encode_face(self, size: usize, texels: &[impl IntoPixel]) -> Result<(Vec<u8>, usize), String> {
@@ -135,7 +135,7 @@ impl TexelFormat {
         };
         let has_nan = matches!(self, Self::Rgba16F | Self::Rgba32F);
         let fits = |c: f32| (low..=high).contains(&c) || (has_nan && c.is_nan());
-        // Without branches, for vectors of texels.
+        // Branch-free, so that it is vectorized.
         let clamped = texels
             .iter()
             .map(|t| (*t).into())
@@ -145,7 +145,7 @@ impl TexelFormat {
         let mut bytes = Vec::with_capacity(self.face_bytes(size) as usize);
         match self {
             Self::Rgba16F => {
-                // A row at a time: vectors of numbers are converted by one instruction.
+                // Convert a row at a time: one instruction converts a vector of numbers.
                 let (mut floats, mut halves) = (Vec::with_capacity(size), vec![f16::ZERO; 4 * size]);
                 for row in texels.chunks_exact(size) {
                     floats.clear();

@@ -1,4 +1,4 @@
-//! Cube textures: six square faces in falling sizes, in a KTX2 or DDS file.
+//! Cube textures: six square faces with mip levels, in a KTX2 or DDS file.
 
 use std::path::Path;
 
@@ -21,8 +21,8 @@ const FACES: usize = 6;
 /// * **DDS**: the same formats, with the header of Direct3D 10 or, for RGBA16F and RGBA32F, without it.
 ///
 /// # Errors
-/// [`ImageError::Invalid`] if the file is damaged or cut off; [`ImageError::Refused`] if its largest level has more texels than
-/// [`PictureReadOptions::max_texels`], or there are non-finite texels that the options do not allow;
+/// [`ImageError::Invalid`] if the file is damaged or cut off; [`ImageError::Refused`] if its largest level has more
+/// texels than [`PictureReadOptions::max_texels`], or there are non-finite texels that the options do not allow;
 /// [`ImageError::Unsupported`] if it holds no cube, or one in a form that is not read.
 pub fn read_cube_texture_bytes(
     bytes: &[u8],
@@ -49,14 +49,15 @@ pub fn read_cube_texture_bytes(
     Ok((decoded, report))
 }
 
-/// Writes a cube texture as `.ktx2` or `.dds`, as the extension says: size and texels of each level, as in [`CubeTexture`].
+/// Writes a cube texture as `.ktx2` or `.dds`, depending on the extension: size and texels of each level, as in
+/// [`CubeTexture`].
 ///
-/// Nothing half-written ever has the final name. What a channel cannot hold is moved to the nearest value that it can,
-/// and counted over all levels. `zstd` compresses `.ktx2` without loss.
+/// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and
+/// counted over all levels. `zstd` compresses `.ktx2` without loss.
 ///
 /// # Errors
-/// [`ImageError::Options`] for another extension, Zstandard in `.dds`, a format that is not written, or BC6H without the
-/// feature `bc6h`; [`ImageError::Io`] if the file cannot be written.
+/// [`ImageError::Options`] for another extension, Zstandard in `.dds`, a format that is not written, or BC6H without
+/// the feature `bc6h`; [`ImageError::Io`] if the file cannot be written.
 pub fn write_cube_texture(
     path: impl AsRef<Path>,
     levels: &[(usize, &[impl IntoPixel])],
@@ -90,7 +91,7 @@ pub fn write_cube_texture(
     Ok(report)
 }
 
-/// The six faces of a level, encoded in parallel, and how many of its texels did not fit.
+/// The six faces of a level, encoded in parallel, and the number of its texels that were clamped.
 fn encode_level(
     size: usize,
     texels: &[impl IntoPixel],

@@ -1,19 +1,19 @@
-//! DDS cube maps, written with the header of Direct3D 10.
+//! DDS cube map writer, with the header of Direct3D 10.
 
 use crate::TexelFormat;
 use crate::codec::dds::{CUBE_ALL_FACES, CUBE_MISC, DX10, FOURCC_FLAG, Field, HEADER, HEADER_DX10, MAGIC};
 use crate::codec::decoded::mip_level_size;
 
-/// Flags that say which fields are set: capabilities, height, width, format, number of levels.
+/// Flags of the fields that are set: capabilities, height, width, format, number of levels.
 const FLAGS: u32 = 0x1 | 0x2 | 0x4 | 0x1000 | 0x2_0000;
 
-/// The pitch of a row is given.
+/// Flag: the pitch of a row is given.
 const FLAG_PITCH: u32 = 0x8;
 
-/// The bytes of the first face are given instead: blocks have no rows.
+/// Flag: the bytes of the first face are given instead, as blocks have no rows.
 const FLAG_LINEAR_SIZE: u32 = 0x8_0000;
 
-/// A texture of several surfaces with levels.
+/// Capabilities: a texture of several surfaces with levels.
 const CAPS: u32 = 0x8 | 0x1000 | 0x40_0000;
 
 /// A texture of two dimensions.
@@ -22,7 +22,7 @@ const DIMENSION_2D: u32 = 3;
 /// Alpha is opaque.
 const ALPHA_OPAQUE: u32 = 3;
 
-/// The pieces of the file, one after the other, from the encoded faces of all levels, the largest first.
+/// The pieces of the file in order, from the encoded faces of all levels, the largest first.
 pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>; 6]>) -> Vec<Vec<u8>> {
     let is_block = matches!(format, TexelFormat::Bc6h | TexelFormat::Bc6hSigned);
     let (flag, pitch) = if is_block {

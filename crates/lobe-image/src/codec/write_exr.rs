@@ -1,15 +1,15 @@
-//! OpenEXR pictures, written: the only place of the workspace that does.
+//! OpenEXR writer, the only one of the workspace.
 //!
-//! A picture of three channels is made of rows, compressed as ZIP, sixteen at a time ([`encode`]):
+//! A picture of three channels is stored in rows, compressed as ZIP, sixteen at a time ([`encode`]):
 //!
 //! ```text
 //!   of each row: all blue samples, all green, all red; little-endian
 //!   the bytes with even numbers, then those with odd ones; each as its difference to the one before, plus 128; zlib
 //! ```
 //!
-//! OpenEXR File Layout, "ZIP compression". The library would compress too: at a level that takes three times as long, for
-//! files 5 % smaller. Channels of any number and name ([`ExrLayers`]) are tiles of 64 x 64 texels, which the library
-//! compresses.
+//! OpenEXR File Layout, "ZIP compression". The library would compress too, at a level that takes three times as long
+//! for files 5 % smaller. Pictures of other channels ([`ExrLayers`]) are stored in tiles of 64 x 64 texels, which the
+//! library compresses.
 
 use std::io::Cursor;
 
@@ -28,13 +28,13 @@ use rayon::prelude::*;
 
 use crate::pixel::{IntoPixel, Pixel};
 
-/// How many rows are compressed together in this kind of file.
+/// The number of rows compressed together.
 const ROWS: usize = 16;
 
-/// Bytes of a block beside its pixels: its place in the table, its first row, its length.
+/// Bytes of a block besides its pixels: its entry in the table, its first row, its length.
 const BLOCK_HEADER: usize = 16;
 
-/// How hard zlib looks for repetitions, of which the low bits of floats have few.
+/// The effort of zlib; the low bits of floats rarely repeat.
 const ZLIB_LEVEL: u8 = 1;
 
 /// Encodes rows of `width` texels, as 16-bit `half` or 32-bit `float`.
@@ -54,7 +54,7 @@ pub(crate) fn encode(texels: &[impl IntoPixel], width: usize, half: bool) -> Res
             }
         })
         .collect();
-    // All of it at once, but for headers: a vector that grows holds up to three times as much for a while.
+    // Reserve the whole file except headers: a growing vector holds up to three times as much for a while.
     let mut file = Cursor::new(Vec::with_capacity(blocks.iter().map(|block| block.len() + BLOCK_HEADER).sum()));
     block::write(&mut file, [header].into_iter().collect(), true, |_, writer| {
         for (number, compressed_pixels_le) in blocks.into_iter().enumerate() {
@@ -66,7 +66,7 @@ pub(crate) fn encode(texels: &[impl IntoPixel], width: usize, half: bool) -> Res
     Ok(file.into_inner())
 }
 
-/// Some rows, compressed; as they are if that is no longer.
+/// Compresses some rows; returns them uncompressed if that is not longer.
 fn compressed<const N: usize>(rows: &[impl IntoPixel], width: usize, bytes: impl Fn(f32) -> [u8; N]) -> Vec<u8> {
     let mut raw = vec![0; 3 * N * rows.len()];
     for (row, line) in rows.chunks_exact(width).zip(raw.chunks_exact_mut(3 * N * width)) {
@@ -90,7 +90,7 @@ fn compressed<const N: usize>(rows: &[impl IntoPixel], width: usize, bytes: impl
     if compressed.len() < raw.len() { compressed } else { raw }
 }
 
-/// An OpenEXR picture of one part, whose channels are 32-bit floats and mean whatever they mean.
+/// An OpenEXR picture of one part with 32-bit float channels of any meaning.
 ///
 /// ```
 /// use lobe_image::{ExrAttribute, ExrLayers};
@@ -109,13 +109,13 @@ pub struct ExrLayers {
     attributes: Vec<(String, ExrAttribute)>,
 }
 
-/// What an attribute of [`ExrLayers`] can be.
+/// The value of an attribute of [`ExrLayers`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ExrAttribute {
     /// Text.
     Text(String),
-    /// A whole number.
+    /// An integer.
     Integer(i32),
 }
 
@@ -143,10 +143,10 @@ impl ExrLayers {
     /// The bytes of the file.
     ///
     /// # Errors
-    /// Why the format cannot hold the picture.
+    /// The reason why the format cannot hold the picture.
     pub fn into_bytes(self) -> std::result::Result<Vec<u8>, String> {
         let size = (self.width, self.height);
-        // As much as the numbers take: a vector that grows holds up to three times as much for a while.
+        // Reserve the size of the numbers: a growing vector holds up to three times as much for a while.
         let room = size_of::<f32>() * self.width * self.height * self.channels.len();
         let channels =
             self.channels.into_iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn pictures_of_every_height_come_back_bit_for_bit() {
         let mut random = Random::new(5);
-        // Noise, which does not become shorter, and something smooth.
+        // Noise, which does not compress, and smooth values.
         for (width, height, noise) in [(1, 1, 1.0), (7, 16, 1.0), (5, 17, 0.0), (64, 50, 1e-3), (3, 48, 0.0)] {
             let texels: Vec<Pixel> = (0..width * height)
                 .map(|i| [1.0, 2.0, 0.5].map(|c| (c * (i / width) as f64 + noise * random.unit()) as f32))

@@ -1,4 +1,4 @@
-//! KTX2 cube maps, written.
+//! KTX2 cube map writer.
 //!
 //! ```text
 //!   header                      80 bytes
@@ -17,10 +17,11 @@ use ktx2::{Header, Index, LevelIndex, SupercompressionScheme};
 
 use crate::TexelFormat;
 
-/// On a real sky in RGBA16F, 67 MB: level 1 makes 41 MB of it in 0.7 s, 3 makes 35 MB in 3.3 s, 9 makes 34 MB in 8 s.
+/// The level of Zstandard. On a real sky in RGBA16F, 67 MB: level 1 gives 41 MB in 0.7 s, 3 gives 35 MB in 3.3 s, 9
+/// gives 34 MB in 8 s.
 const ZSTD_LEVEL: i32 = 3;
 
-/// The pieces of the file, one after the other, from the encoded faces of all levels, the largest first.
+/// The pieces of the file in order, from the encoded faces of all levels, the largest first.
 pub(crate) fn pieces(
     size: usize,
     format: TexelFormat,
@@ -81,7 +82,7 @@ fn bytes_of(pieces: &[Vec<u8>]) -> u64 {
     pieces.iter().map(|piece| piece.len() as u64).sum()
 }
 
-/// The entries in the order of their keys, each with its length before it and filled up to four bytes.
+/// The entries in the order of their keys, each preceded by its length and padded to four bytes.
 fn keys_and_values() -> Vec<u8> {
     let writer = concat!("lobe ", env!("CARGO_PKG_VERSION"));
     let mut bytes = Vec::new();

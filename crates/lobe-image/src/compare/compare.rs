@@ -1,9 +1,9 @@
-//! Differences of two pictures in numbers: root mean square, relative error, peak signal-to-noise ratio.
+//! Error metrics of pictures: root mean square, relative error, peak signal-to-noise ratio.
 
 use crate::pixel::{IntoPixel, Pixel, widened};
 use crate::{ImageError, Picture, sequential};
 
-/// Numbers that say how far an image is from its reference, over all values and channels.
+/// Error metrics of an image against its reference, over all values and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorReport {
     /// The root of the mean squared difference, `√(mean (a - b)²)`, in the unit of the values.
@@ -21,9 +21,9 @@ pub struct ErrorReport {
 
 /// Compares an image `a` with its reference `b`, channel by channel.
 ///
-/// Values are summed in order in `f64`. Nothing to compare gives zero errors and an infinite PSNR. A NaN in either makes
-/// every number NaN, except the mean of a reference that has none. All pixels count alike: in a lat-long picture the
-/// poles weigh more than their solid angle.
+/// Values are summed in order in `f64`. Empty images have zero errors and an infinite PSNR. A NaN in either makes
+/// every number NaN, except the mean of a reference that has none. All pixels have the same weight: in a lat-long
+/// picture the poles weigh more than their solid angle.
 ///
 /// # Panics
 /// If the two differ in length.
@@ -59,8 +59,8 @@ fn report(image: impl Iterator<Item = f64>, reference: impl Iterator<Item = f64>
 ///   mean (a - b)² / (b² + 0.01 (mean |b|)²)
 /// ```
 ///
-/// The second term keeps black pixels from deciding alone; as a part of the mean it does not depend on the unit of the
-/// light. Equal images give 0; a reference that is black and an image that is not, infinity.
+/// The second term limits the weight of black pixels; relative to the mean, it does not depend on the unit of the
+/// light. Equal images give 0; a black reference and an image that is not, infinity.
 ///
 /// # Panics
 /// If the two differ in length.

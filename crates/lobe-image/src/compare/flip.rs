@@ -1,4 +1,4 @@
-//! FLIP: the perceived difference of two pictures when one flips between them.
+//! FLIP metric: the perceived difference of two pictures that alternate on a display.
 
 use std::f64::consts::PI;
 
@@ -8,17 +8,17 @@ use crate::{ImageError, Picture, sequential};
 
 type Vec3 = [f64; 3];
 
-/// The perceived difference of two pictures, FLIP: 0 where they look alike, 1 for the largest difference there is.
+/// The result of FLIP, the perceived difference of two pictures: 0 where they look alike, 1 for the largest difference.
 ///
-/// Made for pictures that replace each other on a display, seen at a given number of pixels per degree of the eye. Each pixel's
-/// error is
+/// The pictures alternate on a display, seen at a given number of pixels per degree of visual angle. The error of each
+/// pixel is
 ///
 /// ```text
 ///   ΔE = ΔE_c^(1 - ΔE_f)
 /// ```
 ///
-/// `ΔE_c` compares colors after the contrast sensitivity of the eye has blurred them (`HyAB` distance in L*a*b* with Hunt's
-/// adjustment), `ΔE_f` edges and points of the luminance ([Andersson et al. 2020]).
+/// `ΔE_c` compares colors after the contrast sensitivity of the eye has blurred them (`HyAB` distance in L*a*b* with
+/// Hunt's adjustment), `ΔE_f` edges and points of the luminance ([Andersson et al. 2020]).
 ///
 /// [Andersson et al. 2020]: https://research.nvidia.com/publication/2020-07_FLIP
 #[derive(Clone, Debug, PartialEq)]
@@ -28,23 +28,23 @@ pub struct Flip {
     errors: Vec<f64>,
 }
 
-/// A display 0.7 m wide with 3840 pixels, looked at from 0.7 m: the paper's default, in pixels per degree.
+/// A display 0.7 m wide with 3840 pixels, seen from 0.7 m: the paper's default, in pixels per degree.
 pub const FLIP_PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
 
-/// The pixels per degree that are taken: a picture of one degree a pixel has no detail left that an eye could blur, and at 1000
-/// the filters are some hundred pixels wide. Ours.
+/// The range of pixels per degree: at one pixel per degree a picture has no detail left to blur, and at 1000 the
+/// filters are some hundred pixels wide. Our choice.
 const PIXELS_PER_DEGREE: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
 /// The paper's exponent `q_c` of color differences.
 const COLOR_EXPONENT: f64 = 0.7;
 
-/// The paper's `p_c` and `p_t`: differences below this part of the largest one fill this part of the scale.
+/// The paper's `p_c` and `p_t`: differences below this fraction of the largest one fill this fraction of the scale.
 const KNEE: (f64, f64) = (0.4, 0.95);
 
-/// The paper's `w`: the width in degrees of a feature that is seen best.
+/// The paper's `w`: the width in degrees of the features to which the eye is most sensitive.
 const FEATURE_WIDTH: f64 = 0.082;
 
-/// The standard deviation of the paper's feature filters, as a part of that width.
+/// The standard deviation of the paper's feature filters, relative to that width.
 const SIGMA_OF_FEATURE: f64 = 0.5;
 
 /// The paper's exponent `q_f` of feature differences.
@@ -53,28 +53,29 @@ const FEATURE_EXPONENT: f64 = 0.5;
 /// The paper's bound of the difference of two features: each is the length of two filters' results of at most 1.
 const MOST_FEATURE: f64 = std::f64::consts::SQRT_2;
 
-/// Where the paper's filters end, blurs and features alike, in standard deviations.
+/// The radius of the paper's filters, blurs and features alike, in standard deviations.
 const REACH: f64 = 3.0;
 
-/// Contrast sensitivity as the spread of a point, `Σ a √(π/b) exp(-π² d²/b)`, `d` in degrees: `(a, b)` for luminance,
+/// Contrast sensitivity as a point spread function, `Σ a √(π/b) exp(-π² d²/b)`, `d` in degrees: `(a, b)` for luminance,
 /// red-green and blue-yellow (the paper's table 1).
 const SENSITIVITIES: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
 
-/// The largest `b` of [`SENSITIVITIES`], which decides how far all filters reach.
+/// The largest `b` of [`SENSITIVITIES`], which determines the radius of all filters.
 const WIDEST: f64 = 0.04;
 
-/// The paper's form of Hunt's effect: chroma is scaled by this for each unit of lightness, so that it is whole at white (100).
+/// The paper's form of Hunt's effect: chroma is scaled by this for each unit of lightness, thus by 1 at white (100).
 const HUNT: f64 = 0.01;
 
-/// The paper's largest color difference: that of these two, display values.
+/// The pair of display colors with the paper's largest color difference.
 const MOST_DIFFERENT: [Vec3; 2] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// L*a*b* of CIE 1976, with roots of X, Y and Z relative to white: `L* = 116 Y - 16`, `a* = 500 (X - Y)`, `b* = 200 (Y - Z)`.
+/// L*a*b* of CIE 1976, with roots of X, Y and Z relative to white: `L* = 116 Y - 16`, `a* = 500 (X - Y)`, `b* = 200 (Y
+/// - Z)`.
 const LIGHTNESS: (f64, f64) = (116.0, 16.0);
 const RED_GREEN: f64 = 500.0;
 const BLUE_YELLOW: f64 = 200.0;
 
-/// CIE 1976 has a line instead of a cube root below the cube of this.
+/// CIE 1976 replaces the cube root by a line below the cube of this.
 const LINE_BELOW: f64 = 6.0 / 29.0;
 
 /// XYZ of linear Rec. 709 colors, as ratios that follow from the primaries and D65 at (0.31271, 0.32902).
@@ -84,7 +85,7 @@ const XYZ_FROM_RGB: [Vec3; 3] = [
     [1425312.0 / 73733382.0, 8788810.0 / 73733382.0, 70074185.0 / 73733382.0],
 ];
 
-/// Compares a picture with its reference as a display shows them: linear light from 0 to 1, cut off there.
+/// Compares a picture with its reference as displayed: linear light, clamped to `[0, 1]`.
 ///
 /// # Errors
 /// [`ImageError::Options`] if the two differ in size or have no pixels, or `pixels_per_degree` is not 1 to 1000.
@@ -105,7 +106,7 @@ pub fn flip(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Res
     Ok(Flip { width: image.width(), height: image.height(), errors: errors.collect() })
 }
 
-/// Refuses what cannot be compared.
+/// Refuses pictures of different or empty size, and a resolution out of range.
 pub(crate) fn check(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Result<(), ImageError> {
     let ((w, h), (v, g)) = ((image.width(), image.height()), (reference.width(), reference.height()));
     if (w, h) != (v, g) {
@@ -141,7 +142,7 @@ impl Flip {
         Picture::from_fn(self.width, self.height, |x, y| sequential(self.errors[y * self.width + x]))
     }
 
-    /// The larger error at every pixel.
+    /// Replaces every error by the larger one of both.
     pub(crate) fn raise(&mut self, other: &Self) {
         for (error, other) in self.errors.iter_mut().zip(&other.errors) {
             *error = error.max(*other);
@@ -149,7 +150,7 @@ impl Flip {
     }
 }
 
-/// What an eye sees of a picture.
+/// The perceptual representation of a picture.
 struct Look {
     /// In L*a*b* with Hunt's adjustment, blurred.
     colors: Vec<Vec3>,
@@ -157,12 +158,13 @@ struct Look {
     features: [Vec<f64>; 2],
 }
 
-/// The filters of an eye at some distance from a display.
+/// The filters for a viewing distance.
 struct Eye {
     width: usize,
     /// For each opponent channel, kernels along one axis with their weights.
     blurs: [Vec<(f64, Vec<f64>)>; 3],
-    /// A bell of sum 1, its derivative and its second derivative, whose positive and negative parts sum to 1 and -1.
+    /// A Gaussian of sum 1, its derivative and its second derivative, whose positive and negative parts sum to 1 and
+    /// -1.
     bell: Vec<f64>,
     slope: Vec<f64>,
     bend: Vec<f64>,
@@ -174,7 +176,7 @@ struct Eye {
 
 impl Eye {
     fn new(width: usize, pixels_per_degree: f64) -> Self {
-        // exp(-π² d²/b) is a bell of the standard deviation √(b/2)/π.
+        // exp(-π² d²/b) is a Gaussian of the standard deviation √(b/2)/π.
         let reach = (REACH * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
         let blurs = SENSITIVITIES.map(|terms| blur(terms, reach, pixels_per_degree));
         let sigma = SIGMA_OF_FEATURE * FEATURE_WIDTH * pixels_per_degree;
@@ -258,7 +260,7 @@ impl Eye {
         std::array::from_fn(|k| xyz[k] / self.white[k])
     }
 
-    /// Filtered along rows and columns; beyond its edges a picture goes on with its outermost pixels.
+    /// Filters along rows and columns; the picture is extended by its outermost pixels.
     fn filtered(&self, plane: &[f64], across: &[f64], down: &[f64]) -> Vec<f64> {
         let (width, height) = (self.width, plane.len() / self.width);
         let at =
@@ -281,7 +283,7 @@ impl Eye {
     }
 }
 
-/// The kernels along one axis of a spread of points, and the weights with which their squares make it: its sum is 1.
+/// The kernels along one axis of a point spread function, and the weights of their products; it sums to 1.
 fn blur(terms: &[(f64, f64)], reach: i32, pixels_per_degree: f64) -> Vec<(f64, Vec<f64>)> {
     let kernel = |b: f64| -> Vec<f64> {
         (-reach..=reach).map(|i| (-(PI * f64::from(i) / pixels_per_degree).powi(2) / b).exp()).collect()
@@ -291,12 +293,12 @@ fn blur(terms: &[(f64, f64)], reach: i32, pixels_per_degree: f64) -> Vec<(f64, V
     parts.into_iter().map(|(weight, k)| (weight / whole, k)).collect()
 }
 
-/// The distance of two colors that suits large differences: city block in lightness, Euclidean in hue.
+/// The HyAB distance for large color differences: city block in lightness, Euclidean in chroma.
 fn hyab(a: Vec3, b: Vec3) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-/// Lightness and two differences of colors.
+/// L*a*b*: lightness and two color differences.
 fn lab([x, y, z]: Vec3) -> Vec3 {
     [LIGHTNESS.0 * y - LIGHTNESS.1, RED_GREEN * (x - y), BLUE_YELLOW * (y - z)]
 }

@@ -1,19 +1,19 @@
-//! HDR-FLIP: the perceived difference of two pictures of light, whatever their exposure.
+//! HDR-FLIP metric: the perceived difference of two HDR pictures over a series of exposures.
 
 use crate::compare::flip::{Flip, check, flip};
 use crate::pixel::{luminance, widened};
 use crate::{ImageError, Picture};
 
-/// The largest [`flip()`] error at each pixel over a series of exposures, from one where the brightest pixel of the reference
-/// is not yet white to one where half of it is ([Andersson et al. 2021]).
+/// The largest [`flip()`] error at each pixel over a series of exposures, from one where the brightest pixel of the
+/// reference is not yet white to one where half of it is ([Andersson et al. 2021]).
 ///
 /// ```text
 ///   c_start = log₂(x / max Y)      c_stop = log₂(x / median Y)      T(x) = 0.85
 ///   ⌈c_stop - c_start⌉ exposures, at least 2;  shown is T(2^c L)
 /// ```
 ///
-/// `T` is the curve of the Academy Color Encoding System as fitted by Narkowicz. Negative light is black. A black reference is
-/// compared at exposure 1.
+/// `T` is the curve of the Academy Color Encoding System as fitted by Narkowicz. Negative light is black. A black
+/// reference is compared at exposure 1.
 ///
 /// [Andersson et al. 2021]: https://research.nvidia.com/publication/2021-05_HDR-FLIP
 ///
@@ -36,10 +36,10 @@ pub fn hdr_flip(image: &Picture, reference: &Picture, pixels_per_degree: f64) ->
 /// Numerator and denominator of the curve, from the square down, exposed by 0.6 as the paper has it.
 const CURVE: [[f64; 3]; 2] = [[0.36 * 2.51, 0.6 * 0.03, 0.0], [0.36 * 2.43, 0.6 * 0.59, 0.14]];
 
-/// The paper's `t`: what is shown at the ends of the series.
+/// The paper's `t`: the displayed level at the ends of the series.
 const LEVEL: f64 = 0.85;
 
-/// No picture needs more; infinite and tiny luminances could.
+/// A bound for infinite and tiny luminances; no other picture needs as many.
 const MOST_EXPOSURES: usize = 64;
 
 /// The factors of the series.
@@ -48,7 +48,7 @@ fn exposures(reference: &Picture) -> Vec<f64> {
         reference.pixels().iter().map(|c| luminance(widened(*c))).filter(|y| y.is_finite() && *y >= 0.0).collect();
     luminances.sort_by(f64::total_cmp);
     let Some(&most) = luminances.last().filter(|y| **y > 0.0) else { return vec![1.0] };
-    // Where half of the picture is black, the least light there is stands for the median.
+    // Where half of the picture is black, use the least positive luminance for the median.
     let median = luminances[luminances.len() / 2];
     let median = if median > 0.0 { median } else { luminances.iter().copied().find(|y| *y > 0.0).unwrap_or(most) };
     let (start, stop) = ((level_input() / most).log2(), (level_input() / median).log2());
@@ -56,7 +56,7 @@ fn exposures(reference: &Picture) -> Vec<f64> {
     (0..count).map(|i| (start + (stop - start) * i as f64 / (count - 1) as f64).exp2()).collect()
 }
 
-/// The light that the curve shows as [`LEVEL`]: the larger root of a quadratic.
+/// The luminance that the curve maps to [`LEVEL`]: the larger root of a quadratic.
 fn level_input() -> f64 {
     let [a, b, c] = std::array::from_fn(|k| CURVE[0][k] - LEVEL * CURVE[1][k]);
     (-b + (b * b - 4.0 * a * c).sqrt() * a.signum()) / (2.0 * a)

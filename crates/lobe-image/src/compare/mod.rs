@@ -1,7 +1,7 @@
-//! Differences of pictures: in numbers, to the eye, and beyond chance.
+//! Comparison of pictures: error metrics, perceptual metrics and statistical tests.
 //!
-//! Read first: [`compare`] (root mean square and its relatives), then [`flip`] and [`hdr_flip`] for the eye, [`z_test`] for
-//! pictures made of random samples. Uses the room `picture`.
+//! Read first: [`compare`] (root mean square and its relatives), then [`flip`] and [`hdr_flip`] for perception,
+//! [`z_test`] for Monte Carlo pictures. Uses the room `picture`.
 
 pub(crate) mod compare;
 pub(crate) mod flip;

@@ -1,9 +1,9 @@
-//! A statistical test of whether two sampled pictures differ by more than chance.
+//! Statistical z-test of two Monte Carlo pictures for equal means.
 
 use crate::ImageError;
 use crate::pixel::{IntoPixel, Pixel};
 
-/// What is known of a set of means: the means, their variances, and how many differences those were estimated from.
+/// Estimated means with their variances, and the degrees of freedom of those.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured<'a, P = Pixel> {
     /// The means.
@@ -14,7 +14,7 @@ pub struct Measured<'a, P = Pixel> {
     pub degrees_of_freedom: f64,
 }
 
-/// Two sampled pictures compared by what chance allows.
+/// The result of a z-test of two Monte Carlo pictures.
 ///
 /// ```text
 ///   z = (a - b) / √(v_a + v_b)             each pixel
@@ -22,43 +22,43 @@ pub struct Measured<'a, P = Pixel> {
 ///   spread    s = Σ z² / (N E z²)              of mean 1; (s^⅓ - 1 + 1/9k) 3 √k is normal of variance 1, k = N (E z²)² / Var z²
 /// ```
 ///
-/// A sum of squares is skewed, the more the fewer there are. A gamma distribution of its mean and variance has shape k, and
-/// the cube root of one is nearly normal ([Wilson and Hilferty 1931]); a sum of few squares of normal numbers is called too
-/// large as often as it should (test `few_pixels_are_called_different_as_seldom_as_many`).
+/// A sum of squares is skewed, the more the fewer there are. A gamma distribution of its mean and variance has shape k,
+/// and the cube root of one is nearly normal ([Wilson and Hilferty 1931]): the false positive rate is right for few
+/// pixels as well as for many (test `few_pixels_are_called_different_as_seldom_as_many`).
 ///
-/// Where variances are estimated from `ν` differences, `z` is distributed after Student with as many degrees of freedom as
-/// Welch gives the pair, so `E z² = ν/(ν-2)` and `E z⁴ = 3ν²/((ν-2)(ν-4))`. Pixels that neither picture samples (both
-/// variances 0) count if they differ, and then as infinitely far.
+/// Where variances are estimated from `ν` differences, `z` is distributed after Student with as many degrees of freedom
+/// as Welch gives the pair, so `E z² = ν/(ν-2)` and `E z⁴ = 3ν²/((ν-2)(ν-4))`. Pixels that neither picture samples
+/// (both variances 0) count if they differ, and then as infinitely far.
 ///
-/// A bias shows in `mean_z` long before any pixel tells. Differences that cancel, and variances that are too small, show in
-/// `spread`; variances that are too large make it small, which is no failure.
+/// A bias is significant in `mean_z` long before it is in any pixel. Differences that cancel, and underestimated
+/// variances, raise `spread`; overestimated variances lower it, which is no failure.
 ///
-/// Means are taken for normal: those of few paths that seldom find a sun are not, and fail.
+/// Means are assumed to be normal: those of few paths that seldom find a sun are not, and fail.
 ///
 /// [Wilson and Hilferty 1931]: https://doi.org/10.1073/pnas.17.12.684
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZTest {
-    /// How many values of one channel were compared.
+    /// The number of values compared in one channel.
     pub pixels: usize,
     /// The mean of z for red, green and blue; 0 if there is no bias.
     pub mean_z: [f64; 3],
-    /// Probability of a mean that far from 0 by chance.
+    /// The probability of a mean that far from 0 by chance.
     pub p_bias: [f64; 3],
     /// The mean of z² as a multiple of its expectation; 1 if the variances are right.
     pub spread: [f64; 3],
-    /// Probability of a mean of z² that large by chance.
+    /// The probability of a mean of z² that large by chance.
     pub p_spread: [f64; 3],
 }
 
-/// Student's z² has no variance below this.
+/// The least degrees of freedom: the variance of Student's z² diverges at 4.
 const LEAST_FREEDOM: f64 = 4.5;
 
 impl ZTest {
     /// Compares two pictures pixel by pixel, two sets of receivers one by one.
     ///
     /// # Errors
-    /// [`ImageError::Options`] if the lengths differ, nothing is compared, a variance is no number of 0 or more, or there are
-    /// fewer than 5 degrees of freedom.
+    /// [`ImageError::Options`] if the lengths differ, nothing is compared, a variance is no number of 0 or more, or
+    /// there are fewer than 5 degrees of freedom.
     pub fn new<A: IntoPixel, B: IntoPixel>(a: &Measured<'_, A>, b: &Measured<'_, B>) -> Result<Self, ImageError> {
         let count = a.means.len();
         if count == 0 || [a.variances.len(), b.means.len(), b.variances.len()] != [count; 3] {
@@ -78,8 +78,8 @@ impl ZTest {
         Ok(test)
     }
 
-    /// Whether chance explains the differences at this level of significance, corrected for the six numbers looked at
-    /// (Šidák): all `p >= 1 - (1 - level)^(1/6)`.
+    /// Whether chance explains the differences at this level of significance, corrected for six tests (Šidák): all
+    /// `p >= 1 - (1 - level)^(1/6)`.
     #[must_use]
     pub fn passes(&self, level: f64) -> bool {
         let each = 1.0 - (1.0 - level).powf(1.0 / 6.0);
@@ -104,7 +104,7 @@ impl ZTest {
             squares += z * z;
             if va + vb > 0.0 {
                 let v = welch(va, a.degrees_of_freedom, vb, b.degrees_of_freedom);
-                // v/(v-2) and 3v²/((v-2)(v-4)) by their reciprocals, which serve infinity, too.
+                // v/(v-2) and 3v²/((v-2)(v-4)) by their reciprocals, which hold for infinity, too.
                 let r = v.recip();
                 let square = 1.0 / (1.0 - 2.0 * r);
                 expected += square;
@@ -130,7 +130,7 @@ fn nth<P: IntoPixel>(colors: &[P], i: usize, c: usize) -> f64 {
     f64::from(colors[i].into()[c])
 }
 
-/// Degrees of freedom of `v_a + v_b` after Welch and Satterthwaite.
+/// Degrees of freedom of `v_a + v_b` by Welch and Satterthwaite.
 fn welch(va: f64, da: f64, vb: f64, db: f64) -> f64 {
     let (part, sum) = (va / (va + vb), va + vb);
     debug_assert!(sum > 0.0, "variances {va} and {vb}");
@@ -236,8 +236,9 @@ mod tests {
 
     #[test]
     fn few_pixels_are_called_different_as_seldom_as_many() {
-        // Pairs that differ by chance alone: p below a hundredth comes in a hundredth of them, be there 16 pixels or 256. The
-        // normal approximation of a sum of 16 squares finds two and a half times as many, and thirty times below 1e-4.
+        // Pairs that differ by chance alone: p below a hundredth comes in a hundredth of them, be there 16 pixels or
+        // 256. The normal approximation of a sum of 16 squares finds two and a half times as many, and thirty times
+        // below 1e-4.
         for (pixels, pairs) in [(16, 1500), (256, 100)] {
             let sets = 16;
             let found = |seed: u64| {

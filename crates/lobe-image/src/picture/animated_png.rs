@@ -1,4 +1,4 @@
-//! Pictures that move.
+//! Animated PNG files.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,10 +8,10 @@ use lobe_io::write_atomically;
 use crate::picture::png::cannot_write;
 use crate::{ImageError, Picture, Tone};
 
-/// An animated PNG file that is written picture by picture: pictures are shown one after the other, again and again.
+/// A writer of an animated PNG file, picture by picture; the animation repeats forever.
 ///
-/// Programs that know no animation show the first picture. Unlike GIF it keeps all colors: a sky has no bands. Nothing is kept
-/// of a picture that was added.
+/// Programs without animation show the first picture. Unlike GIF it keeps all colors: a sky has no bands. Added
+/// pictures are not kept in memory.
 ///
 /// ```
 /// use lobe_image::{AnimatedPng, Picture, Tone};
@@ -34,8 +34,9 @@ impl<W: Write> AnimatedPng<W> {
     /// Begins a file of `pictures` pictures of one size, each shown for `seconds_per_picture`.
     ///
     /// # Errors
-    /// [`ImageError::Invalid`] if there are no pixels or too many for the format; [`ImageError::Options`] if there are no
-    /// pictures, or one would be shown for less than 1 ms or more than 65 s; [`ImageError::Output`] if `out` refuses.
+    /// [`ImageError::Invalid`] if there are no pixels or too many for the format; [`ImageError::Options`] if there are
+    /// no pictures, or one would be shown for less than 1 ms or more than 65 s; [`ImageError::Output`] if `out`
+    /// refuses.
     pub fn new(
         out: W,
         width: usize,
@@ -67,10 +68,12 @@ impl<W: Write> AnimatedPng<W> {
         Ok(Self { writer: begin().map_err(|error| refused(size, error))?, size })
     }
 
-    /// The next picture. `tone` is applied to it by itself; [`Tone::fixed_for`] one of them keeps the light steady.
+    /// Adds the next picture. `tone` is applied to it by itself; [`Tone::fixed_for`] one of them keeps the exposure
+    /// steady.
     ///
     /// # Errors
-    /// [`ImageError::Options`] if it is of another size, [`ImageError::Invalid`] if it is one too many; [`ImageError::Output`] if the file refuses.
+    /// [`ImageError::Options`] if it is of another size, [`ImageError::Invalid`] if it is one too many;
+    /// [`ImageError::Output`] if the file refuses.
     pub fn add(&mut self, picture: &Picture, tone: &Tone) -> Result<(), ImageError> {
         let ((width, height), (w, h)) = (self.size, (picture.width(), picture.height()));
         if (w, h) != (width, height) {
@@ -99,7 +102,7 @@ fn refused(size: (usize, usize), error: png::EncodingError) -> ImageError {
     }
 }
 
-/// The bytes of an [`AnimatedPng`] of pictures that are all there.
+/// The bytes of an [`AnimatedPng`] of the given pictures.
 ///
 /// # Errors
 /// As [`AnimatedPng`].
@@ -114,7 +117,7 @@ pub fn animated_png(frames: &[Picture], tone: &Tone, seconds_per_frame: f64) -> 
     Ok(bytes)
 }
 
-/// Writes [`animated_png`] as a file; nothing half-written ever has the final name.
+/// Writes [`animated_png`] as a file; no partial file ever has the final name.
 ///
 /// # Errors
 /// As [`animated_png`], and [`ImageError::Io`] if the file cannot be written.

@@ -1,9 +1,9 @@
-//! A legend for error maps.
+//! Color bar: the legend of an error map.
 
 use crate::pixel::IntoPixel;
 use crate::{Label, Picture, sequential};
 
-/// The distance of the numbers from the sides, as a part of the height.
+/// The distance of the numbers from the sides, relative to the height.
 const MARGIN: f64 = 0.15;
 
 /// A bar of the colors of [`sequential`] from 0 on the left to `full_scale` on the right, with both numbers below, on

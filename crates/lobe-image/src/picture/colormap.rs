@@ -1,4 +1,4 @@
-//! Colors for numbers.
+//! Color maps: sequential (cubehelix) and diverging.
 
 use std::f64::consts::PI;
 
@@ -7,14 +7,14 @@ use crate::srgb_decode;
 
 /// The weights of red, green and blue in perceived lightness that [`sequential`] is built on.
 const LIGHTNESS: [f64; 3] = [0.30, 0.59, 0.11];
-/// Where on the color circle [`sequential`] starts, in thirds of a turn from blue to red to green.
+/// The hue at which [`sequential`] starts, in thirds of a turn from blue to red to green.
 const START: f64 = 0.5;
-/// How many turns it makes from black to white; negative turns towards blue first.
+/// The turns from black to white; negative turns towards blue first.
 const TURNS: f64 = -1.5;
 
 /// The color of `t` in `[0, 1]` on a scale from black to white whose lightness grows in proportion to `t`.
 ///
-/// Linear light, like all pictures; `t` outside `[0, 1]` is held to it, NaN is white.
+/// Linear light, like all pictures; `t` is clamped to `[0, 1]`, NaN is white.
 ///
 /// ```text
 ///   V(t) = t + (t (1 - t) / 2) (p cos φ + q sin φ)      φ = 2π (START/3 + TURNS t)
@@ -59,7 +59,7 @@ const BLUE: [f64; 3] = [0.06, 0.20, 0.82];
 
 /// The color of `t` in `[-1, 1]`: red above zero, blue below, white at zero, NaN black.
 ///
-/// Linear light; the display values run straight from white to the end color, `t` outside is held to the ends.
+/// Linear light; the display values are interpolated linearly from white to the end color, `t` is clamped.
 #[must_use]
 pub fn diverging(t: f64) -> Pixel {
     if t.is_nan() {

@@ -1,7 +1,7 @@
-//! Pictures in linear light, and the way to the eye.
+//! Pictures in linear light, and their conversion for display.
 //!
-//! Read first: [`picture`], then [`tone`], which makes displayable bytes of light, and [`png`], which makes files of those
-//! ([`animated_png`] of several). [`resize`] and [`sheet`] make pictures of pictures; [`text`], [`colormap`] and
+//! Read first: [`picture`], then [`tone`], which maps light to displayable bytes, and [`png`], which writes those as
+//! files ([`animated_png`] several). [`resize`] and [`sheet`] derive pictures from pictures; [`text`], [`colormap`] and
 //! [`color_bar`] draw into them. Uses no other room.
 
 pub(crate) mod animated_png;

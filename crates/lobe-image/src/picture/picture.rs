@@ -1,4 +1,4 @@
-//! A picture in linear light.
+//! Picture: a rectangle of pixels in linear light.
 
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ impl Picture {
             let found = pixels.len();
             return Err(ImageError::Options(format!("a {width} x {height} picture cannot have {found} pixels")));
         }
-        // In place: the library's vector keeps its memory where the new items have the size of the old.
+        // In place: the vector keeps its memory where new and old items have the same size.
         Ok(Self { width, height, pixels: pixels.into_iter().map(Into::into).collect() })
     }
 
@@ -75,7 +75,7 @@ impl Picture {
         &mut self.pixels
     }
 
-    /// All pixels, row by row from the top, as any color that is made of three channels.
+    /// All pixels, row by row from the top, as any color of three channels.
     #[must_use]
     pub fn into_pixels<P: From<Pixel>>(self) -> Vec<P> {
         self.pixels.into_iter().map(P::from).collect()
@@ -104,8 +104,7 @@ impl Picture {
         scaled(sum, (self.pixels.len().max(1) as f64).recip())
     }
 
-    /// Copies `other` into this picture with its top left pixel at column `left`, row `top`; what lies outside is
-    /// left out.
+    /// Copies `other` into this picture with its top left pixel at column `left`, row `top`, clipped to this picture.
     pub fn paste(&mut self, other: &Self, left: isize, top: isize) {
         for y in 0..other.height {
             for x in 0..other.width {
@@ -116,7 +115,7 @@ impl Picture {
         }
     }
 
-    /// Covers the part `coverage` (0 to 1) of a pixel with `color`; pixels outside the picture are left out.
+    /// Covers the fraction `coverage` (0 to 1) of a pixel with `color`; pixels outside the picture are ignored.
     pub fn blend(&mut self, x: isize, y: isize, color: impl IntoPixel, coverage: f64) {
         if let Some(pixel) = self.pixel_mut(x, y) {
             *pixel = mix(*pixel, color, coverage);

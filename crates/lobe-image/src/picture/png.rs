@@ -1,4 +1,4 @@
-//! PNG files.
+//! PNG writer.
 
 use std::io;
 use std::path::Path;
@@ -47,7 +47,7 @@ impl Picture {
         ))
     }
 
-    /// Writes the picture as an 8-bit sRGB PNG file; nothing half-written ever has the final name.
+    /// Writes the picture as an 8-bit sRGB PNG file; no partial file ever has the final name.
     ///
     /// # Errors
     /// As [`Picture::to_png`], and [`ImageError::Io`] if the file cannot be written.
@@ -58,7 +58,7 @@ impl Picture {
     }
 }
 
-/// The refusal of a file to be written.
+/// The error of a file that cannot be written.
 pub(crate) fn cannot_write(path: &Path, error: &io::Error) -> ImageError {
     let source = io::Error::new(error.kind(), format!("cannot write the picture: {error}"));
     ImageError::Io { place: path.display().to_string(), source }

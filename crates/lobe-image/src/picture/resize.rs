@@ -1,4 +1,4 @@
-//! Resizing by area.
+//! Resizing by area averaging.
 
 use rayon::prelude::*;
 
@@ -31,13 +31,13 @@ impl Picture {
     }
 }
 
-/// For every new pixel the old ones below it, with the part of the new pixel that each covers.
+/// For every new pixel the old ones it overlaps, with the fraction of the new pixel that each covers.
 fn overlaps(old: usize, new: usize) -> Vec<Vec<(usize, f64)>> {
     assert!(old > 0 || new == 0, "an empty picture cannot be enlarged");
     let s = old as f64 / new as f64;
     (0..new)
         .map(|i| {
-            // The ends in units of 1/new are whole numbers, so neighbors share them exactly.
+            // The ends in units of 1/new are integers, so neighbors share them exactly.
             let (first, end) = (i * old / new, ((i + 1) * old).div_ceil(new));
             let (start, stop) = (i as f64 * s, (i + 1) as f64 * s);
             (first..end).map(|k| (k, (stop.min((k + 1) as f64) - start.max(k as f64)).max(0.0) / s)).collect()

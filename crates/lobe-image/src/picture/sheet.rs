@@ -1,14 +1,14 @@
-//! Several pictures on one sheet.
+//! Contact sheets: several pictures in a grid.
 
 use crate::Picture;
 use crate::pixel::Pixel;
 
 /// A contact sheet: pictures in rows of equal cells.
 ///
-/// Every cell is as large as the largest picture; smaller ones stand in the middle of theirs.
+/// Every cell is as large as the largest picture; smaller ones are centered.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheet {
-    /// Pictures a row.
+    /// Pictures in a row.
     pub columns: usize,
     /// Pixels between cells and around them.
     pub margin: usize,

@@ -1,4 +1,4 @@
-//! The transfer function of sRGB.
+//! sRGB transfer function.
 
 /// Encodes linear light in `[0, 1]` for display.
 ///
@@ -7,7 +7,7 @@
 ///   V = 1.055 L^(1/2.4) - 0.055     otherwise
 /// ```
 ///
-/// IEC 61966-2-1. The two pieces miss each other by 2e-8 at the joint. Outside `[0, 1]` the formula goes on; the
+/// IEC 61966-2-1. The two pieces differ by 2e-8 at the joint. Outside `[0, 1]` the formula is extended; the
 /// writer of files clamps.
 #[must_use]
 pub fn srgb_encode(linear: f64) -> f64 {

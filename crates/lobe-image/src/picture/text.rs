@@ -1,4 +1,4 @@
-//! Short labels in pictures.
+//! Text labels in pictures.
 
 use crate::Picture;
 use crate::pixel::{IntoPixel, Pixel};
@@ -63,7 +63,7 @@ impl Label {
     }
 }
 
-/// Draws straight lines with round ends, `width` pixels wide, as one shape: where they cross nothing is covered twice.
+/// Draws straight lines with round ends, `width` pixels wide, as one shape: crossings are covered once.
 pub fn draw_lines(picture: &mut Picture, lines: &[[[f64; 2]; 2]], width: f64, color: impl IntoPixel) {
     let reach = 0.5 * width + 1.0;
     let ends = || lines.iter().flatten();
@@ -84,7 +84,7 @@ pub fn draw_lines(picture: &mut Picture, lines: &[[[f64; 2]; 2]], width: f64, co
     }
 }
 
-/// The distance of a point from a line between two ends.
+/// The distance of a point from a line segment.
 #[must_use]
 pub fn distance_to_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);

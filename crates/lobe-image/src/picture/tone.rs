@@ -1,11 +1,11 @@
-//! From linear light to what a display shows.
+//! Tone mapping: from linear light to 8-bit display values.
 
 use rayon::prelude::*;
 
 use crate::pixel::{Pixel, luminance, narrowed, scaled, widened};
 use crate::{Picture, srgb_encode};
 
-/// How much a picture is brightened before it is shown.
+/// The exposure applied to a picture before display.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
     /// Multiply by this.
@@ -15,29 +15,29 @@ pub enum Exposure {
     /// Pixels that are black, negative or not finite are left out of the average. (Reinhard et al. 2002 add a small
     /// constant to every luminance instead, which makes the result depend on the unit of the light.)
     LogAverage {
-        /// The wanted log-average.
+        /// The target log-average.
         key: f64,
     },
-    /// Bring the luminance that the part `fraction` (0 to 1) of the pixels does not exceed to `level`.
+    /// Bring a percentile of the luminance to `level`.
     ///
     /// Pixels that are black, negative or not finite do not count.
     Percentile {
-        /// The part of the pixels that count.
+        /// The percentile, from 0 to 1.
         fraction: f64,
-        /// The wanted luminance.
+        /// The target luminance.
         level: f64,
     },
 }
 
-/// How exposed light is brought into `[0, 1]`.
+/// The curve from exposed light to `[0, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Curve {
-    /// Cut off at 0 and 1.
+    /// Clamp to 0 and 1.
     Clip,
-    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colors keep
-    /// their chromaticity until a channel is cut off at 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
+    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colors keep their
+    /// chromaticity until a channel is clamped to 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
     Reinhard {
-        /// The smallest luminance, after exposure, that is shown white.
+        /// The least luminance, after exposure, that is shown white.
         white: f64,
     },
 }
@@ -56,31 +56,30 @@ pub struct Tone {
 }
 
 impl Tone {
-    /// For pictures that already are what the display should show: exposure 1, cut off at 1.
+    /// For pictures that are already display-referred: exposure 1, clamped to 1.
     pub const PLAIN: Self = Self { exposure: Exposure::Fixed(1.0), curve: Curve::Clip };
 
     /// For photographs: middle gray at 0.18, highlights compressed up to 4 times white.
     pub const PHOTOGRAPH: Self =
         Self { exposure: Exposure::LogAverage { key: 0.18 }, curve: Curve::Reinhard { white: 4.0 } };
 
-    /// For lit objects, whose shading should be seen as it is: nothing compressed, one pixel in a hundred brighter than
-    /// 0.9.
+    /// For lit objects, whose shading should not be compressed: one pixel in a hundred is brighter than 0.9.
     pub const OBJECT: Self = Self { exposure: Exposure::Percentile { fraction: 0.99, level: 0.9 }, curve: Curve::Clip };
 
-    /// This tone mapping with the exposure that it finds for `picture`, to show other pictures alike.
+    /// This tone mapping with its exposure fixed to that of `picture`, to show other pictures alike.
     #[must_use]
     pub fn fixed_for(&self, picture: &Picture) -> Self {
         Self { exposure: Exposure::Fixed(self.exposure.factor(picture)), ..*self }
     }
 
-    /// The light that the display should send, in `[0, 1]`, still linear.
+    /// The display light in `[0, 1]`, still linear.
     #[must_use]
     pub fn apply(&self, picture: &Picture) -> Picture {
         let factor = self.exposure.factor(picture);
         picture.map(|c| narrowed(self.curve.apply(scaled(widened(c), factor))))
     }
 
-    /// Three bytes a pixel.
+    /// The display bytes, three for each pixel.
     #[must_use]
     pub fn to_bytes(&self, picture: &Picture) -> Vec<u8> {
         let factor = self.exposure.factor(picture);
@@ -95,7 +94,7 @@ fn byte(linear: f64) -> u8 {
 }
 
 impl Exposure {
-    /// The factor for `picture`; 1 where it has no pixel to judge by.
+    /// The factor for `picture`; 1 where no pixel counts.
     #[must_use]
     pub fn factor(&self, picture: &Picture) -> f64 {
         if let Self::Fixed(factor) = *self {

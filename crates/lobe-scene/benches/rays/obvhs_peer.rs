@@ -1,4 +1,4 @@
-//! The traversal of obvhs itself, in the form its own page recommends for speed.
+//! Comparison with the traversal of obvhs itself, in the form its documentation recommends for speed.
 
 use std::time::Duration;
 
@@ -24,7 +24,7 @@ impl Obvhs {
         Self { bvh, triangles }
     }
 
-    /// How many rays hit anything: `ray_traverse_miss` stops at the first.
+    /// The number of occluded rays: `ray_traverse_miss` stops at the first hit.
     pub(crate) fn occluded(&self, origin: [f32; 3], directions: &[[f32; 3]]) -> usize {
         let is_occluded = |d: &&[f32; 3]| {
             let ray = Ray::new_inf(Vec3A::from(origin), Vec3A::from(**d));

@@ -1,4 +1,4 @@
-//! Points on surfaces and rays from each, as a bake sends them.
+//! Benchmark workload: points on surfaces and rays from each, as in a bake.
 
 use std::f32::consts::TAU;
 
@@ -66,7 +66,7 @@ impl Workload {
         (origin, directions)
     }
 
-    /// The sum of what `trace` says of all points.
+    /// The sum of the results of `trace` over all points.
     pub(crate) fn count(&self, mut trace: impl FnMut([f32; 3], &[[f32; 3]]) -> usize) -> usize {
         self.points.iter().map(|(origin, directions)| trace(*origin, directions)).sum()
     }

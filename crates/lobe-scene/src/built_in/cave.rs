@@ -1,4 +1,4 @@
-//! A cave with openings.
+//! Cave scene with openings.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use crate::{Material, Scene};
 /// Half the length, width and height of the cave.
 const RADII: DVec3 = DVec3::new(6.0, 4.0, 3.0);
 
-/// How far its walls go in and out.
+/// The amplitude of its walls' roughness.
 const ROUGHNESS: f64 = 0.35;
 
 /// A cave: an ellipsoid of half axes 6, 4 and 3 about (0, 0, 1), its walls rough by 0.35, its floor flat at z = -0.5.
@@ -40,7 +40,7 @@ fn wall(s: DVec3) -> DVec3 {
         + 0.3 * wave(11.0, DVec3::new(0.2, 0.9, -0.6)) * wave(9.0, DVec3::new(0.9, 0.1, 0.5))
         + 0.2 * wave(23.0, DVec3::new(-0.8, 0.4, 0.5));
     let p = s * RADII * (1.0 + ROUGHNESS * rough / 3.0) + DVec3::Z;
-    // Below the floor the wall is pressed flat to a hundredth, which keeps its triangles' areas.
+    // Below the floor the wall is flattened to a hundredth, which keeps its triangles' areas positive.
     let floor = -0.5;
     if p.z < floor { DVec3::new(p.x, p.y, floor + 0.01 * (p.z - floor)) } else { p }
 }

@@ -1,4 +1,4 @@
-//! A hall of columns.
+//! Hall of columns.
 
 use glam::DVec3;
 
@@ -8,8 +8,8 @@ use crate::{Material, Scene};
 /// A hall: a floor of 8 × 14 × 0.25 below z = 0, two rows of five columns, and a roof of 7 × 13 × 0.5 on them.
 ///
 /// Columns are 4 high, of radius 0.4, at x = ±2 and y = -5, -2.5, 0, 2.5, 5. Floor and roof have `detail` cells to the
-/// meter, columns `2 detail` to the meter up and `8 detail` around. Floor (0.55, 0.5, 0.45), columns (0.75, 0.72, 0.65), roof
-/// (0.5, 0.3, 0.2).
+/// meter, columns `2 detail` to the meter up and `8 detail` around. Floor (0.55, 0.5, 0.45), columns (0.75, 0.72,
+/// 0.65), roof (0.5, 0.3, 0.2).
 ///
 /// # Panics
 /// If `detail` is zero.

@@ -1,8 +1,9 @@
-//! Scenes by formula: the same on every machine, each with a number of cells to choose.
+//! Built-in scenes by formula: the same on every machine, each at any number of cells.
 //!
 //! Lengths are meters. All vertices are used and every triangle has an area.
 
-// Read this file first, then `shapes`, of which all scenes are made, and a file for each of the larger ones. May use the scene.
+// Read this file first, then `shapes`, from which all scenes are made, and a file for each of the larger ones. May use
+// the scene.
 
 pub(crate) mod cave;
 pub(crate) mod columns_hall;
@@ -21,7 +22,7 @@ pub use crate::built_in::terrain::terrain;
 /// The names that [`named`] knows.
 pub const NAMES: [&str; 6] = ["ball", "columns", "cave", "terrain", "cornell", "furnace"];
 
-/// The built-in scene of a name, in cells that suit light at vertices; none if there is no such scene.
+/// The built-in scene of a name, in cells suitable for light at vertices; `None` if there is no such scene.
 #[must_use]
 pub fn named(name: &str) -> Option<Scene> {
     match name {
@@ -53,13 +54,13 @@ pub fn ball_over_ground(cells: usize) -> Scene {
     scene(vec![ground.into_mesh("ground", 0), ball.into_mesh("ball", 1)], materials)
 }
 
-/// A room after the box of Cornell: 2 × 2 × 2 around (0, 0, 1), open towards -y, with two blocks and a skylight.
+/// A Cornell box: 2 × 2 × 2 around (0, 0, 1), open towards -y, with two blocks and a skylight.
 ///
-/// The left wall (x = -1) is red (0.63, 0.065, 0.05), the right one green (0.14, 0.45, 0.091), all else is (0.725, 0.71,
-/// 0.68). The skylight in the ceiling, where the lamp would hang, is 0.5 × 0.5 about the z axis. The tall block is 0.6 × 0.6 × 1.2
-/// about (-0.35, 0.35), turned by 17°; the short one 0.6 × 0.6 × 0.6 about (0.35, -0.3), turned by -17°. Walls have
-/// `cells` × `cells` cells facing inwards, blocks a third as many. It has texture coordinates for a lightmap: each wall and
-/// each side of a block has a square of its own.
+/// The left wall (x = -1) is red (0.63, 0.065, 0.05), the right one green (0.14, 0.45, 0.091), all else is (0.725,
+/// 0.71, 0.68). The skylight in the ceiling, where the lamp would hang, is 0.5 × 0.5 about the z axis. The tall block
+/// is 0.6 × 0.6 × 1.2 about (-0.35, 0.35), turned by 17°; the short one 0.6 × 0.6 × 0.6 about (0.35, -0.3), turned by
+/// -17°. Walls have `cells` × `cells` cells facing inwards, blocks a third as many. It has texture coordinates for a
+/// lightmap: each wall and each side of a block has a square of its own.
 ///
 /// # Panics
 /// If `cells` is not a multiple of 8, whose edges the skylight needs.
@@ -114,9 +115,10 @@ pub fn cornell_box(cells: usize) -> Scene {
     scene(meshes, materials)
 }
 
-/// A closed cube of side 2 around the origin, white inside (albedo 1), with `cells` × `cells` cells a side facing inwards.
+/// A closed cube of side 2 around the origin, white inside (albedo 1), with `cells` × `cells` cells a side facing
+/// inwards.
 ///
-/// The furnace of tests: whatever its inside gives off, all of it comes back.
+/// The white furnace of tests: all light emitted inside returns.
 ///
 /// # Panics
 /// If `cells` is zero.

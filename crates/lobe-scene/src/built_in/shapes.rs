@@ -1,4 +1,4 @@
-//! Pieces that the built-in scenes are put together from.
+//! Primitive shapes for the built-in scenes.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::scene::vertex_normals::angle_weighted_normals;
 use crate::{Material, Mesh, MeshParts, Scene};
 
-/// The part of its square that stays free on each side of an unfolded surface: two texels of a lightmap 128 texels wide.
+/// The margin on each side of an unwrapped surface in its square: two texels of a lightmap 128 texels wide.
 const GAP: f64 = 1.0 / 16.0;
 
 /// Triangles under construction.
@@ -16,7 +16,7 @@ pub(crate) struct Shape {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
-    /// On which of the surfaces each vertex lies, and where on it; as many as there are vertices if all lie on one.
+    /// The surface of each vertex and its position on it; complete only if every vertex lies on a surface.
     charts: Vec<(usize, [f64; 2])>,
     surfaces: usize,
 }
@@ -28,7 +28,7 @@ impl Shape {
         (self.positions.len() - 1) as u32
     }
 
-    /// How many surfaces were added.
+    /// The number of surfaces added.
     pub(crate) fn surfaces(&self) -> usize {
         self.surfaces
     }
@@ -38,8 +38,8 @@ impl Shape {
         self.surface(cells, |u, v| (corner + a * u + b * v, a.cross(b).normalize()));
     }
 
-    /// The image of the unit square, of position and normal at (u, v), in `cells.0` × `cells.1` cells. Triangles run
-    /// counter-clockwise seen from the side that ∂u × ∂v points to.
+    /// The image of the unit square under `at`, which gives position and normal at (u, v), in `cells.0` × `cells.1`
+    /// cells. Triangles are counter-clockwise seen from the side of ∂u × ∂v.
     pub(crate) fn surface(&mut self, cells: (usize, usize), at: impl Fn(f64, f64) -> (DVec3, DVec3)) {
         let first = self.positions.len() as u32;
         let (m, n) = cells;
@@ -121,14 +121,14 @@ impl Shape {
         }
     }
 
-    /// The other side becomes the outside.
+    /// Flips the orientation of all triangles and normals.
     pub(crate) fn inside_out(mut self) -> Self {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         self.normals.iter_mut().for_each(|n| *n = n.map(|c| -c));
         self
     }
 
-    /// Leaves the triangles out whose center is in `hole`.
+    /// Removes the triangles whose center is in `hole`.
     pub(crate) fn without(mut self, hole: impl Fn(DVec3) -> bool) -> Self {
         let positions = &self.positions;
         let center =
@@ -137,7 +137,7 @@ impl Shape {
         self
     }
 
-    /// Moves every vertex, and makes the normals anew.
+    /// Moves every vertex, and recomputes the normals.
     pub(crate) fn moved(mut self, to: impl Fn(DVec3) -> DVec3) -> Self {
         for p in &mut self.positions {
             *p = to(DVec3::from(p.map(f64::from))).as_vec3().into();
@@ -146,7 +146,7 @@ impl Shape {
         self
     }
 
-    /// The vertices that are used, in their order: built-in scenes have no others.
+    /// Removes unused vertices and keeps the order of the others.
     fn compacted(self) -> Self {
         let mut place = vec![u32::MAX; self.positions.len()];
         self.triangles.as_flattened().iter().for_each(|&i| place[i as usize] = 0);
@@ -161,17 +161,17 @@ impl Shape {
         compact
     }
 
-    /// The mesh of a shape that has triangles.
+    /// The mesh of a shape with triangles.
     ///
     /// # Panics
-    /// If it has none or its numbers are none.
+    /// If it has none, or its numbers are not finite.
     pub(crate) fn into_mesh(self, name: &str, material: usize) -> Mesh {
         let shape = self.compacted();
         mesh(shape.into_parts(name, material))
     }
 
-    /// The mesh of a shape of surfaces only, each unfolded onto a square of its own of an atlas of `columns` × `columns`, from
-    /// square `first` on: texture coordinates that no two places share.
+    /// The mesh of a shape of surfaces only, each unwrapped onto a square of its own of an atlas of `columns` ×
+    /// `columns` squares, from square `first` on: no two points share texture coordinates.
     pub(crate) fn into_unfolded_mesh(self, name: &str, material: usize, first: usize, columns: usize) -> Mesh {
         let shape = self.compacted();
         let uv = |&(surface, place): &(usize, [f64; 2])| {
@@ -196,7 +196,7 @@ fn mesh(parts: MeshParts) -> Mesh {
     }
 }
 
-/// The scene of meshes whose materials are all there.
+/// The scene of meshes with all their materials.
 pub(crate) fn scene(meshes: Vec<Mesh>, materials: Vec<Material>) -> Scene {
     match Scene::new(meshes, materials, Vec::new()) {
         Ok(scene) => scene,

@@ -1,4 +1,4 @@
-//! Hills and valleys.
+//! Terrain of hills and valleys.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! The tree that rays go through.
+//! Bounding volume hierarchy with eight children per node (BVH8): construction and ray queries.
 
 use std::time::Duration;
 
@@ -16,10 +16,11 @@ use crate::bvh::wide_node::{Block, Node};
 use crate::scene::mesh::LARGEST_COORDINATE;
 use crate::{Bounds, Hit, Ray, Scene, Simd};
 
-/// A tree of boxes over triangles, eight to a node, that rays go through.
+/// A bounding volume hierarchy over triangles, eight children to a node (BVH8), for ray queries.
 ///
-/// It is watertight: no ray passes between two triangles that share an edge or a vertex, wherever it comes from.
-/// Triangles are hit from both sides. Hits do not depend on the machine: all of [`Simd`] find the same, bit by bit.
+/// Intersection is watertight: no ray passes between two triangles that share an edge or a vertex, wherever it comes
+/// from. Triangles are hit from both sides. Hits do not depend on the machine: all of [`Simd`] find the same, bit by
+/// bit.
 ///
 /// # Examples
 ///
@@ -40,23 +41,24 @@ pub struct Bvh {
     machine: Machine,
 }
 
-/// How far above a surface a ray has to start so as not to hit it, as a part of the largest coordinate of the scene.
+/// The height above a surface at which a ray has to start so as not to hit it, relative to the largest coordinate of
+/// the scene.
 ///
 /// Triangles are hit as if their corners were moved by 6 roundings of their distances to the ray's origin along two
-/// axes, which are at most twice the largest coordinate M: by 24 ε M, ε = 2⁻²⁴, along each of two axes, 34 ε M in all. The
-/// point itself, a corner or between corners, is off by another 2 ε M, its sum with the offset by as much. A ray that
-/// starts 64 ε M above a plane and does not go down therefore stays above all triangles in or below that plane as they
-/// are hit.
+/// axes, which are at most twice the largest coordinate M: by 24 ε M, ε = 2⁻²⁴, along each of two axes, 34 ε M in all.
+/// The point itself, a corner or between corners, is off by another 2 ε M, its sum with the offset by as much. A ray
+/// that starts 64 ε M above a plane and does not go down therefore stays above all triangles in or below that plane as
+/// they are hit.
 const OFFSET: f32 = 64.0 * ROUNDING;
 
 impl Bvh {
-    /// The tree of all triangles of a scene, by their numbers there.
+    /// The BVH of all triangles of a scene, with the scene's indices.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         Self::from_corners(&scene.corners().collect::<Vec<_>>())
     }
 
-    /// The tree of the triangles with these corners, by their places in the slice. Without triangles nothing is hit.
+    /// The BVH of the triangles with these corners, with their indices in the slice. Without triangles nothing is hit.
     ///
     /// # Panics
     /// If a coordinate is not finite or above 10¹⁵, or there are 2³¹ triangles or more.
@@ -85,8 +87,8 @@ impl Bvh {
         Self { nodes, blocks, bounds, triangles, machine }
     }
 
-    /// The same tree, gone through with other vector instructions than the widest, which are used otherwise; `None` if this
-    /// machine has not got them.
+    /// The same BVH, traversed with other vector instructions than the widest, which are the default; `None` if this
+    /// machine does not have them.
     #[must_use]
     pub fn with_simd(self, simd: Simd) -> Option<Self> {
         Some(Self { machine: Machine::new(simd)?, ..self })
@@ -104,27 +106,28 @@ impl Bvh {
         self.bounds
     }
 
-    /// Bytes of memory the tree takes.
+    /// The memory of the BVH in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<Block>()
     }
 
-    /// How far above a surface [`Bvh::origin_above`] lifts a point: 2⁻¹⁸ of the largest coordinate of all triangles. That is little
-    /// where they are those of [`Scene::near_origin`].
+    /// The height to which [`Bvh::origin_above`] lifts a point above a surface: 2⁻¹⁸ of the largest coordinate of all
+    /// triangles. That is little for the triangles of [`Scene::near_origin`].
     #[must_use]
     pub fn offset(&self) -> f32 {
         OFFSET * self.bounds.min.iter().chain(&self.bounds.max).fold(0.0, |most: f32, c| most.max(c.abs()))
     }
 
-    /// A point from which rays towards the side of `normal` do not hit the surface the point lies on.
+    /// An offset ray origin: rays from it towards the side of `normal` do not hit the surface on which `point` lies.
     ///
-    /// `normal` is the unit normal of the surface, on the side the rays go to: a surface within the plane through the
+    /// `normal` is the unit normal of the surface, on the side of the rays: a surface within the plane through the
     /// point, and everything behind that plane, is missed by all rays with `d · normal ≥ 0`. For a vertex, whose
-    /// triangles lie in several planes, it is the normal to shade with.
+    /// triangles lie in several planes, pass the shading normal.
     ///
     /// The lift is [`Bvh::offset`], derived from the error of the intersection, not tuned; the test
-    /// `grazing_rays_do_not_hit_the_surface_they_start_from` shows that none of 10⁵ rays hits, and that without it some do.
+    /// `grazing_rays_do_not_hit_the_surface_they_start_from` shows that none of 10⁵ rays hits, and that without it some
+    /// do.
     #[must_use]
     pub fn origin_above(&self, position: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
         let offset = f64::from(self.offset());
@@ -139,16 +142,16 @@ impl Bvh {
         self.is_occluded_where(ray, |_| true)
     }
 
-    /// Whether any hit is accepted: with [`Scene::is_solid`], holes of alpha masks let rays through.
+    /// Whether any hit is accepted: with [`Scene::is_solid`], rays pass through the holes of alpha masks.
     #[must_use]
     pub fn is_occluded_where(&self, ray: &Ray, accept: impl FnMut(Hit) -> bool) -> bool {
         self.machine.run(AnyHit { tree: self.tree(), ray, accept })
     }
 
-    /// For many half lines from one point, whether each hits anything: the same answers as [`Bvh::is_occluded`].
+    /// Occlusion of many half lines from one point: the same answers as [`Bvh::is_occluded`].
     ///
-    /// Rays that go the same way share the work, up to 256 that follow each other in the slice: the more rays in a call, the
-    /// less each takes.
+    /// Up to 256 consecutive rays of the slice are traversed together, and rays of similar direction share the work:
+    /// the more rays in a call, the less time for each.
     ///
     /// # Panics
     /// If the lengths differ.
@@ -157,7 +160,7 @@ impl Bvh {
         self.machine.run(RayStream { tree: self.tree(), origin, directions, occluded });
     }
 
-    /// The hit that is closest; of equally close ones that of the triangle with the smallest number.
+    /// The closest hit; of equally close ones that of the triangle with the smallest index.
     #[must_use]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         self.closest_where(ray, |_| true)
@@ -174,11 +177,11 @@ impl Bvh {
     }
 }
 
-/// Builds the binary tree and cuts it into a wide one.
+/// Builds the binary tree and collapses it into a wide one.
 fn build(corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, Vec<Block>) {
     let as_obvhs = |c: &[[f32; 3]; 3]| Triangle { v0: Vec3A::from(c[0]), v1: Vec3A::from(c[1]), v2: Vec3A::from(c[2]) };
     let triangles: Vec<Triangle> = corners.iter().map(as_obvhs).collect();
-    // Single triangles at the leaves leave every cut open to `collapse`; what splits triangles would name them twice.
+    // Single triangles at the leaves leave every cut open to `collapse`; pre-splitting would refer to triangles twice.
     let options = BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..BvhBuildParams::slow_build() };
     let binary = build_bvh2_from_tris(&triangles, options, &mut Duration::default());
     collapse(&binary, corners)

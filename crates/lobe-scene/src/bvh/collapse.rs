@@ -1,4 +1,4 @@
-//! From the binary tree that obvhs builds to one with eight children a node.
+//! Collapse of the binary tree built by obvhs into a BVH8.
 
 use std::cmp::Ordering;
 
@@ -8,7 +8,7 @@ use crate::Bounds;
 use crate::bvh::lanes::WIDTH;
 use crate::bvh::wide_node::{BLOCK_BIT, Block, Node};
 
-/// Cost of testing a block of triangles, in units of testing the eight boxes of a node: nine loads and three edge
+/// The cost of testing a block of triangles, in units of testing the eight boxes of a node: nine loads and three edge
 /// functions against six fused operations. An estimate from counting instructions, not tuned.
 const BLOCK_COST: f32 = 1.2;
 
@@ -20,17 +20,17 @@ const BLOCK_COST: f32 = 1.2;
 ///   D(n, i) = min over 0 < k < i of  C(left, k) + C(right, i - k)
 /// ```
 ///
-/// `C(n, i)` is the least cost of standing for the subtree n by at most i children of one wide node, after the surface
-/// area heuristic; `A_n` is the area of its box. The choice that gives `C(root, 1)` is the best wide tree that this
-/// binary one can be cut into [Ylitie, Karras and Laine 2017] section 3.
+/// `C(n, i)` is the least cost, by the surface area heuristic, of representing the subtree n by at most i children of
+/// one wide node; `A_n` is the area of its box. The choices behind `C(root, 1)` give the best wide tree to which this
+/// binary one can be collapsed [Ylitie, Karras and Laine 2017] section 3.
 pub(crate) fn collapse(binary: &Bvh2, corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, Vec<Block>) {
     let plan = Plan::new(binary);
     let mut wide = Wide { plan, corners, nodes: vec![Node::empty()], blocks: Vec::new() };
-    // Pairs of a binary node to be cut up and the wide node that holds its pieces.
+    // Pairs of a binary node to be collapsed and the wide node that receives its children.
     let mut open = vec![(0_usize, 0_usize)];
     while let Some((subtree, node)) = open.pop() {
         let mut pieces = Vec::with_capacity(WIDTH);
-        // The root alone may be one.
+        // Only the root may become a block here.
         if wide.plan.is_block(subtree) {
             pieces.push(subtree);
         } else {
@@ -45,17 +45,17 @@ pub(crate) fn collapse(binary: &Bvh2, corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, 
     (wide.nodes, wide.blocks)
 }
 
-/// What becomes one child of a wide node: a subtree, or several that share a block.
+/// A child of a wide node: a subtree, or several that share a block.
 #[derive(Clone, Debug)]
 struct Piece {
     subtrees: Vec<usize>,
     bounds: Bounds,
-    /// Number of triangles, if they become a block.
+    /// The number of triangles, if they become a block.
     in_block: Option<u32>,
 }
 
 impl Piece {
-    /// The block of two pieces, if they fit into one and it costs no more than theirs.
+    /// The two pieces merged into one block, if they fit and it costs no more.
     fn merged(&self, other: &Self) -> Option<Self> {
         let count = self.in_block? + other.in_block?;
         let (a, b) = (&self.bounds, &other.bounds);
@@ -69,7 +69,8 @@ impl Piece {
     }
 }
 
-/// Inner nodes before blocks, small before large: what lies behind is looked at first, and a large one is hit more often.
+/// Sorts inner nodes before blocks, and small before large: the last one is visited first, and a large one is hit more
+/// often.
 fn ordered(mut pieces: Vec<Piece>) -> Vec<Piece> {
     let is_first = |p: &Piece| (p.in_block.is_some(), half_area(&p.bounds));
     pieces.sort_by(|a, b| is_first(a).partial_cmp(&is_first(b)).unwrap_or(Ordering::Equal));
@@ -89,7 +90,7 @@ struct Wide<'a> {
 }
 
 impl Wide<'_> {
-    /// Makes the child that stands for a subtree: a block now, or a node to be filled later.
+    /// Creates the child for a piece: a block now, or a node to be filled later.
     fn child(&mut self, piece: &Piece, open: &mut Vec<(usize, usize)>) -> u32 {
         if piece.in_block.is_some() {
             let triangles = self.plan.triangles(&piece.subtrees);
@@ -115,7 +116,7 @@ impl<'a> Plan<'a> {
     fn new(binary: &'a Bvh2) -> Self {
         let count = binary.nodes.len();
         let mut plan = Self { binary, costs: vec![[0.0; WIDTH - 1]; count], counts: vec![0; count] };
-        // Parents before children; then the other way round.
+        // Order parents before children, then compute the costs in reverse.
         let (mut order, mut open) = (Vec::with_capacity(count), vec![0_usize]);
         while let Some(node) = open.pop() {
             order.push(node);
@@ -146,19 +147,19 @@ impl<'a> Plan<'a> {
         self.costs[node] = costs;
     }
 
-    /// How many of `i` children the left side gets, and `D(n, i)`.
+    /// The number of the `i` children that the left side gets, and `D(n, i)`.
     fn best_split(&self, node: usize, i: usize) -> (usize, f32) {
         let [left, right] = self.children(node);
         let cost = |k: usize| self.costs[left][k - 1] + self.costs[right][i - k - 1];
         (1..i).map(|k| (k, cost(k))).fold((1, cost(1)), |best, new| if new.1 < best.1 { new } else { best })
     }
 
-    /// The subtrees that stand for `node` in at most `i` children of one wide node.
+    /// Collects the subtrees that represent `node` by at most `i` children of one wide node.
     fn distribute(&self, node: usize, i: usize, pieces: &mut Vec<usize>) {
         let (k, _) = self.best_split(node, i);
         let [left, right] = self.children(node);
         for (side, share) in [(left, k), (right, i - k)] {
-            // The fewest children that are as cheap.
+            // The fewest children at the same cost.
             let costs = &self.costs[side];
             let share = (1..=share).find(|&j| costs[j - 1] <= costs[share - 1]).unwrap_or(share);
             if share == 1 || self.is_leaf(side) { pieces.push(side) } else { self.distribute(side, share, pieces) }
@@ -174,7 +175,7 @@ impl<'a> Plan<'a> {
         [first, first + 1]
     }
 
-    /// Whether the subtree as a single child is best a block.
+    /// Whether the subtree as a single child is cheapest as a block.
     fn is_block(&self, node: usize) -> bool {
         let area = self.binary.nodes[node].aabb().half_area();
         self.is_leaf(node) || (self.counts[node] as usize <= WIDTH && self.costs[node][0] >= area * BLOCK_COST)
@@ -185,7 +186,8 @@ impl<'a> Plan<'a> {
         Bounds { min: aabb.min.to_array(), max: aabb.max.to_array() }
     }
 
-    /// The pieces, blocks put together where that costs no more: what the binary tree cut apart need not stay apart.
+    /// The pieces, with blocks merged where that costs no more: triangles separated in the binary tree may share a
+    /// block.
     fn merged(&self, subtrees: &[usize]) -> Vec<Piece> {
         let piece = |&subtree: &usize| Piece {
             subtrees: vec![subtree],

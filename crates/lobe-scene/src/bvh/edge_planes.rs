@@ -1,4 +1,4 @@
-//! Eight triangles and many rays from one point.
+//! Edge-plane test of eight triangles against many rays from one point.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
 use crate::bvh::ray_bundle::{BundledRay, numbers};
@@ -12,14 +12,14 @@ use crate::bvh::ray_frame::ROUNDING;
 ///   the half line from o along d hits the triangle if U_A, U_B, U_C ≥ 0
 /// ```
 ///
-/// for `d = Σ U_i i / |V|` is then within the cone of A, B and C, and is not otherwise. The planes are computed once for
-/// all rays from the point; each ray costs nine fused operations a triangle. They decide only where rounding leaves no
-/// doubt about what [`ShearedRay::hit`](crate::bvh::watertight::ShearedRay::hit) answers:
+/// because `d = Σ U_i i / |V|` is then within the cone of A, B and C, and is not otherwise. The planes are computed
+/// once for all rays from the point; each ray costs nine fused operations a triangle. They decide only where rounding
+/// leaves no doubt about the result of [`ShearedRay::hit`](crate::bvh::watertight::ShearedRay::hit):
 ///
 /// ```text
-///   least U > τ                  hit for sure
-///   least U < -τ                 missed for sure
-///   else, or |V| ≤ τ m           unsure
+///   least U > τ                  certain hit
+///   least U < -τ                 certain miss
+///   else, or |V| ≤ τ m           uncertain
 ///   τ = 32 ε m²,   m = max(|A|, |B|, |C|)
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -28,33 +28,33 @@ pub(crate) struct EdgePlanes<L: Lanes> {
     normals: [[L::Vector; 3]; 3],
     /// `τ`.
     room: L::Vector,
-    /// Lanes whose `V` has a sign for sure.
+    /// Lanes whose `V` has a certain sign.
     certain: u32,
 }
 
-// Why these bounds, with ε = 2⁻²⁴, |d_x|, |d_y|, |d_z| ≤ 1 and one of them 1, and A, B, C the rounded differences that both
-// tests start from. Each line is for the worst order of operations, none fused.
+// Derivation of these bounds, with ε = 2⁻²⁴, |d_x|, |d_y|, |d_z| ≤ 1 and one of them 1, and A, B, C the rounded
+// differences from which both tests start. Each line is for the worst order of operations, none fused.
 //
-// What `hit` does. A'_x = A_x - S A_z rounds the product and the difference, by ε (|A_x| + 2 |A_z|) ≤ √5 ε |A| in all;
+// Error of `hit`. A'_x = A_x - S A_z rounds the product and the difference, by ε (|A_x| + 2 |A_z|) ≤ √5 ε |A| in all;
 // A'_y likewise. Its edge functions and V' of those corners are in `f64`: the signs of the former are right, the latter
 // is off by some 2⁻⁵⁰ m³. So it tests a triangle whose corners are moved by at most √10 ε m < 3.3 ε m:
 //     |U' - U| ≤ |d| (|B| 3.3 ε m + |C| 3.3 ε m) ≤ √3 · 6.6 ε m² < 11.5 ε m²
 //     |V' - V| ≤ 3 · 3.3 ε m · m² < 10 ε m³
-// What the planes do. Each component of B × C is off by ε (|B_i C_j| + |B_j C_i|) + ε |N_k| ≤ 2 ε m²; d · N adds up three
-// of them and rounds three times, A · N likewise:
+// Error of the planes. Each component of B × C is off by ε (|B_i C_j| + |B_j C_i|) + ε |N_k| ≤ 2 ε m²; d · N adds up
+// three of them and rounds three times, A · N likewise:
 //     U is off by 3 · 2 ε m² + 3 ε Σ |d_k N_k| ≤ (6 + 3 √3) ε m² < 11.3 ε m²
 //     V is off by √3 · 2 ε m³ + 3 ε m³ < 6.5 ε m³
-// Together 23 ε m² and 17 ε m³; with 32, the roundings of τ itself do not matter. Where numbers are so small that products
-// lose digits, or vanish, the bounds of TINY are larger than all that is lost.
+// Together 23 ε m² and 17 ε m³; with 32, the roundings of τ itself do not matter. Where numbers are so small that
+// products lose digits, or vanish, the bounds of TINY exceed the loss.
 //
-// A ray that is hit for sure is so for `hit`: U'_A, U'_B, U'_C have the sign of V', so they do not differ nor sum to 0, and
+// A certain hit is a hit for `hit`: U'_A, U'_B, U'_C have the sign of V', so they do not differ nor sum to 0, and
 // t = V' / (U'_A + U'_B + U'_C) / d_z is positive. It does not round to 0 either: V' > 15 ε m³ and the sum is at most
 // 3 √3 m², so the depth is above 2 ε m; V > TINY[1] needs m > 10⁻¹¹; and directions are no longer than LONGEST.
 
 /// `τ / m²`.
 const ROOM: f32 = 32.0 * ROUNDING;
 
-/// Least room of edge functions and of volumes.
+/// The least tolerance of edge functions and of volumes.
 const TINY: [f32; 2] = [1e-36, 1e-30];
 
 const ALL: u32 = (1 << WIDTH) - 1;
@@ -75,13 +75,13 @@ impl<L: Lanes> EdgePlanes<L> {
         let volume_room = lanes.mul_add(lanes.mul(most, lanes.sqrt(most)), factor, tiny_volume);
         let volume = dot(lanes, &a, &normals[0]);
         let size = lanes.copy_sign(volume, lanes.splat(1.0));
-        // An infinite one may have lost its sign on the way.
+        // An infinite one may have lost its sign.
         let certain = lanes.less(volume_room, size) & lanes.less(size, lanes.splat(f32::INFINITY));
         let sign = lanes.copy_sign(lanes.splat(1.0), volume);
         Self { normals: normals.map(|n| n.map(|c| lanes.mul(c, sign))), room, certain }
     }
 
-    /// Which rays of a set hit a triangle for sure, and for each triangle those that may hit it.
+    /// The rays of a set that certainly hit a triangle, and for each triangle the rays that may hit it.
     #[inline(always)]
     pub(crate) fn hits(&self, lanes: L, rays: &[BundledRay], set: u64) -> (u64, [u64; WIDTH]) {
         let below = lanes.sub(lanes.splat(0.0), self.room);
@@ -149,7 +149,7 @@ mod tests {
         [0; 3].map(|_| (scale * random.signed()) as f32)
     }
 
-    /// Directions from `origin` to corners, edges and insides of the triangles, to what lies near, and anywhere.
+    /// Directions from `origin` to corners, edges and interiors of the triangles, to points near them, and anywhere.
     fn directions(random: &mut Random, triangles: &[[[f32; 3]; 3]], origin: [f32; 3], scale: f64) -> Vec<[f32; 3]> {
         (0..64)
             .map(|i| {

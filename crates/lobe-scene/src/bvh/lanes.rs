@@ -1,12 +1,13 @@
-//! Eight numbers at once, with AVX-512 or AVX2 where the machine has it.
+//! Eight-wide SIMD arithmetic, with AVX-512 or AVX2 where the machine has it.
 //!
-//! All implementations round every operation alike but [`Lanes::mul_sub`] and [`Lanes::mul_add`]. Only what has room for
-//! their error uses them, boxes and planes through edges; what decides does not. So hits are the same bit by bit.
+//! All implementations round every operation alike except [`Lanes::mul_sub`] and [`Lanes::mul_add`]. These are used
+//! only where tolerances cover their error, for boxes and edge planes, never for decisions. So hits are the same bit by
+//! bit.
 
-/// How many boxes or triangles are tested at once.
+/// The number of boxes or triangles tested at once.
 pub(crate) const WIDTH: usize = 8;
 
-/// The set of each number alone. In memory, from where one load puts it into all lanes.
+/// The singleton set of each number, in memory, so that one load broadcasts it to all lanes.
 pub(crate) static ALONE: [u64; 64] = {
     let mut sets = [0; 64];
     let mut number = 0;
@@ -42,29 +43,29 @@ pub(crate) trait Lanes: Copy {
     fn less_or_equal(self, a: Self::Vector, b: Self::Vector) -> u32;
     /// Lanes where `a < b`; none where either is NaN.
     fn less(self, a: Self::Vector, b: Self::Vector) -> u32;
-    /// The values of the lanes in a mask, moved together to the front in their order; what follows them means nothing.
+    /// The values of the lanes in a mask, compacted to the front in their order; the rest is unspecified.
     fn compress(self, values: &[u32; WIDTH], mask: u32) -> [u32; WIDTH];
-    /// Sets with nothing in them.
+    /// Empty sets.
     fn empty_sets(self) -> Self::Sets;
     /// Puts a number into the sets of the lanes where `a ≤ b`.
     fn insert_where(self, sets: Self::Sets, a: Self::Vector, b: Self::Vector, number: usize) -> Self::Sets;
     fn store_sets(self, sets: Self::Sets) -> [u64; WIDTH];
-    /// Says that a value is needed soon.
+    /// Prefetches a value.
     fn prefetch<T>(self, value: &T);
-    /// Calls `work` where the compiler may use the instructions of these lanes.
+    /// Calls `work` compiled for the instructions of these lanes.
     fn run<W: Work>(self, work: W) -> W::Output;
 }
 
-/// Something to do with eight lanes.
+/// A computation with eight lanes.
 pub(crate) trait Work {
-    /// What comes out.
+    /// The result.
     type Output;
 
-    /// Does it. To be marked `#[inline(always)]`, or it is compiled without the instructions.
+    /// Runs the computation. Mark it `#[inline(always)]`, or it is compiled without the instructions.
     fn work<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
-/// The vector instructions of a machine that rays know to use. All find the same hits, bit by bit.
+/// The vector instructions with which rays are traced. All find the same hits, bit by bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Simd {
@@ -80,7 +81,7 @@ impl Simd {
     /// From narrow to wide.
     pub const ALL: [Self; 3] = [Self::Scalar, Self::Avx2, Self::Avx512];
 
-    /// The widest that this machine has.
+    /// The widest of this machine.
     #[must_use]
     pub fn widest() -> Self {
         Self::ALL.into_iter().rev().find(|simd| simd.is_available()).unwrap_or(Self::Scalar)
@@ -93,7 +94,7 @@ impl Simd {
     }
 }
 
-/// Lanes that this machine has.
+/// Lanes available on this machine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Machine {
     #[cfg(target_arch = "x86_64")]
@@ -134,7 +135,7 @@ impl Machine {
     }
 }
 
-/// Eight lanes one after the other.
+/// Eight lanes in scalar code.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scalar;
 

@@ -1,4 +1,4 @@
-//! Eight lanes by AVX2 and FMA.
+//! Eight-wide SIMD by AVX2 and FMA.
 
 use std::arch::x86_64::{__m256i, _CMP_LE_OQ, _CMP_LT_OQ};
 
@@ -6,7 +6,7 @@ use pulp::x86::V3;
 
 use crate::bvh::lanes::{ALONE, Lanes, WIDTH, Work};
 
-/// What both instruction sets compute alike, by AVX and FMA.
+/// The operations that both instruction sets share, by AVX and FMA.
 macro_rules! avx_arithmetic {
     () => {
         type Vector = std::arch::x86_64::__m256;
@@ -136,7 +136,7 @@ impl Lanes for V3 {
     }
 }
 
-/// For each mask, the numbers of its lanes in a row, a byte each.
+/// For each mask, the indices of its lanes in order, a byte each.
 static PLACES: [u64; 1 << WIDTH] = {
     let mut places = [0; 1 << WIDTH];
     let mut mask = 0;

@@ -1,4 +1,4 @@
-//! Eight lanes by AVX-512: comparisons give masks, and lanes move together by one instruction.
+//! Eight-wide SIMD by AVX-512: comparisons give masks, and one instruction compacts lanes.
 
 use std::arch::x86_64::{__m512i, _CMP_LE_OQ, _CMP_LT_OQ};
 

@@ -1,9 +1,10 @@
-//! Rays among triangles: a bounding volume hierarchy of eight children (BVH8), its traversal, and watertight intersection.
+//! Ray tracing: a bounding volume hierarchy with eight children per node (BVH8), its traversal, and watertight
+//! intersection of triangles.
 //!
-//! Read `bvh` first, the public type; then `collapse`, which makes nodes of eight from a binary tree, and `wide_node`, which
-//! says how they lie in memory; then `traverse`, one ray at a time: `ray_frame` prepares it, `watertight` intersects
-//! triangles. `ray_stream` traces many rays from one point at once: `ray_bundle`, `octant_slabs` for boxes, `edge_planes` for
-//! triangles. `lanes` are the vector instructions of all this. May use the scene.
+//! Read `bvh` first, the public type; then `collapse`, which makes wide nodes from a binary tree, and `wide_node`,
+//! their layout in memory; then `traverse`, one ray at a time: `ray_frame` prepares it, `watertight` intersects
+//! triangles. `ray_stream` traces many rays from one point at once: `ray_bundle`, `octant_slabs` for boxes,
+//! `edge_planes` for triangles. `lanes` has the vector instructions of all this. May use the scene.
 
 pub(crate) mod bvh;
 pub(crate) mod collapse;

@@ -1,22 +1,22 @@
-//! Eight boxes and many rays from one point whose directions have the same signs.
+//! Slab test of eight boxes against many rays from one point in the same octant.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
 use crate::bvh::ray_bundle::{BundledRay, numbers};
 use crate::bvh::ray_frame::RayOrigin;
 use crate::bvh::wide_node::{LARGEST, Node, SMALLEST};
 
-/// What rays of one octant from one point bring along to be tested against boxes.
+/// The slab test for rays of one octant from one point.
 ///
 /// ```text
 ///   t = (b - (o ± e)) r,   r = 1 / d
 /// ```
 ///
-/// The rays meet the same plane of each pair first, so the difference is taken once for all of them. `e` is the room of
-/// [`SlabRay`](crate::bvh::wide_node::SlabRay) for the ray whose axes have the largest; the difference, `r` and the product
-/// round once each, one time less than there.
+/// The rays meet the same plane of each pair first, so the difference is computed once for all of them. `e` is the
+/// margin of [`SlabRay`](crate::bvh::wide_node::SlabRay) for the ray with the largest one; the difference, `r` and the
+/// product round once each, one time less than there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OctantSlabs<L: Lanes> {
-    /// Rows of [`Node`] of the planes that are met first and last, and `o ± e` for them.
+    /// Rows of [`Node`] of the entry and exit planes, and `o ± e` for them.
     near_row: [usize; 3],
     far_row: [usize; 3],
     near_shift: [L::Vector; 3],

@@ -1,6 +1,6 @@
-//! Rays from one point that go through the tree together, and sets of them.
+//! Ray bundles: rays from one point that are traversed together, and bit sets of them.
 
-/// Most rays of a bundle: the bits of a set.
+/// The most rays of a bundle: the bits of a set.
 pub(crate) const BUNDLE: usize = 64;
 
 /// A ray in a bundle.
@@ -11,7 +11,7 @@ pub(crate) struct BundledRay {
     pub(crate) reciprocal: [f32; 3],
     /// With its longest component scaled to ±1.
     pub(crate) direction: [f32; 3],
-    /// Which of a batch it is.
+    /// The index in its batch.
     pub(crate) place: u32,
     pub(crate) key: u32,
 }

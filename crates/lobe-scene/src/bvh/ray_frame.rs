@@ -1,19 +1,19 @@
-//! The frame of a ray, computed once before it meets boxes and triangles.
+//! Ray frame: the quantities of a ray that are computed once for all boxes and triangles.
 
 use crate::{Bounds, Ray};
 
 /// Half a unit in the last place of 1: the relative error of one rounded operation on `f32`.
 pub(crate) const ROUNDING: f32 = 1.0 / 16_777_216.0;
 
-/// A ray's own frame, for [`ShearedRay`](crate::bvh::watertight::ShearedRay), and its numbers for slabs, for
+/// A ray's shear, for [`ShearedRay`](crate::bvh::watertight::ShearedRay), and its reciprocals, for
 /// [`SlabRay`](crate::bvh::wide_node::SlabRay).
 ///
-/// There is no branch in it: in a loop over rays the compiler makes all of it with vector instructions.
+/// Computed without branches, so that the compiler vectorizes a loop over rays.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RayFrame {
     /// The direction with its longest component scaled to ±1.
     pub(crate) direction: [f32; 3],
-    /// Length of the longest component of the ray's direction; 0 if the ray hits nothing.
+    /// The absolute value of the longest component of the ray's direction; 0 if the ray hits nothing.
     pub(crate) longest: f32,
     /// The axis of the longest component.
     pub(crate) kz: u32,
@@ -21,7 +21,7 @@ pub(crate) struct RayFrame {
     pub(crate) shear: [f32; 2],
     /// `r = 1 / d`.
     pub(crate) reciprocal: [f32; 3],
-    /// `c₊ = (o + e) r` and `c₋ = (o - e) r`, of the planes that the ray meets first and last.
+    /// `c₊ = (o + e) r` and `c₋ = (o - e) r`, for the entry and exit planes.
     pub(crate) shift: [[f32; 3]; 2],
 }
 
@@ -36,15 +36,15 @@ const BOX_ERROR: f32 = SHEAR_ERROR + 4.0 * ROUNDING;
 /// Error of a plane relative to the origin's coordinate: the rounding of `c`, twice.
 const ORIGIN_ERROR: f32 = 4.0 * ROUNDING;
 
-/// Components of a direction below this part of the longest count as this. Along the whole scene it moves a ray by less
-/// than the boxes are widened, and no reciprocal becomes infinite, whose products with 0 are no numbers.
+/// Components of a direction below this, relative to the longest, are replaced by it. Along the whole scene that moves
+/// a ray by less than the boxes are widened, and no reciprocal becomes infinite, whose products with 0 are NaN.
 const SMALLEST_COMPONENT: f32 = 1e-10;
 
-/// A point that rays start from.
+/// The origin of rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayOrigin {
     pub(crate) origin: [f32; 3],
-    /// Distance to the farther of the scene's planes along each axis.
+    /// The distance to the farther of the scene's planes along each axis.
     extent: [f32; 3],
     is_finite: bool,
 }
@@ -69,19 +69,19 @@ impl RayOrigin {
         self.room(axis, self.farthest())
     }
 
-    /// By how much boxes are widened along an axis, for the extent along the ray's longest axis.
+    /// The widening of boxes along an axis, for the extent along the ray's longest axis.
     #[inline(always)]
     fn room(&self, axis: usize, longest_extent: f32) -> f32 {
         BOX_ERROR * (self.extent[axis] + longest_extent) + ORIGIN_ERROR * self.origin[axis].abs()
     }
 
-    /// The frame of a ray from here. Its `longest` is 0 if the direction is 0 or anything is not a number.
+    /// The frame of a ray from here. Its `longest` is 0 if the direction is 0 or anything is NaN.
     #[inline(always)]
     pub(crate) fn frame(&self, d: [f32; 3]) -> RayFrame {
         let size = d.map(f32::abs);
         let is_x = size[0] >= size[1] && size[0] >= size[2];
         let is_y = !is_x & (size[1] >= size[2]);
-        // The component of an axis after kz, by how many axes after.
+        // The component of the axis `n` after kz.
         let after = |v: [f32; 3], n: usize| {
             let [x, y, z] = std::array::from_fn(|k| v[(k + n) % 3]);
             if is_x {
@@ -93,7 +93,7 @@ impl RayOrigin {
             }
         };
         let longest = after(size, 0);
-        // Not a number if any component is none, infinite if any is infinite.
+        // NaN if any component is NaN, infinite if any is infinite.
         let is_valid = self.is_finite & (longest > 0.0) & (size[0] + size[1] + size[2] < f32::INFINITY);
         let direction = d.map(|c| c / longest);
         // Division by ±1.
@@ -121,7 +121,7 @@ impl RayOrigin {
         frame
     }
 
-    /// The frame of a ray that starts here; none if it hits nothing.
+    /// The frame of a ray that starts here; `None` if it hits nothing.
     #[inline(always)]
     pub(crate) fn frame_of(&self, ray: &Ray) -> Option<RayFrame> {
         let frame = self.frame(ray.direction);

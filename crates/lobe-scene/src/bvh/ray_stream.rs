@@ -1,4 +1,4 @@
-//! Many rays from one point at once: each node and block is read once for all rays that come to it.
+//! Ray streams: many rays from one point, for which each node and block is read once.
 
 use crate::Ray;
 use crate::bvh::edge_planes::EdgePlanes;
@@ -10,21 +10,21 @@ use crate::bvh::traverse::{AnyHit, Stack, Tree};
 use crate::bvh::watertight::ShearedRay;
 use crate::bvh::wide_node::{BLOCK_BIT, Block};
 
-/// Which of many rays from one point hit anything.
+/// Finds which of many rays from one point are occluded.
 ///
 /// ```text
 ///   rays of the point ─ by the signs of their directions ─→ octants ─→ bundles of at most 64
-///   bundle: one way through the tree, each child on the stack with the set of rays that meet its box
+///   bundle: one traversal of the tree, each child on the stack with the set of rays that meet its box
 /// ```
 ///
-/// Sets of rays that go through the tree together are the streams of [Barringer and Akenine-Möller 2014]; that they have
-/// their origin in common is used here besides. Rays of an octant meet the planes of every box in the same order, so a node is prepared once for all of them; edge
-/// functions of triangles need three products each once the planes through the origin are known ([`EdgePlanes`]). The
-/// tests of the rays at a node do not wait for each other, as the nodes of one ray do.
+/// Sets of rays that traverse the tree together are the streams of [Barringer and Akenine-Möller 2014]; here they also
+/// have a common origin. Rays of an octant meet the planes of every box in the same order, so a node is prepared once
+/// for all of them; edge functions of triangles need three products each once the planes through the origin are known
+/// ([`EdgePlanes`]). The tests of different rays at a node are independent, unlike the successive nodes of one ray.
 ///
-/// A set is 64 bits. Rays that have hit leave all sets that wait on the stack. Boxes and planes err on the side of too many
-/// rays, and where planes cannot tell, [`ShearedRay::hit`] decides: the answers are those of one ray at a time, bit by
-/// bit, whatever the instructions and however rays are bundled.
+/// A set is 64 bits. Rays that have hit leave all sets that wait on the stack. Boxes and planes are conservative, and
+/// where planes are uncertain, [`ShearedRay::hit`] decides: the answers are those of one ray at a time, bit by bit,
+/// whatever the instructions and however rays are bundled.
 pub(crate) struct RayStream<'a, 'r> {
     pub(crate) tree: Tree<'a>,
     pub(crate) origin: [f32; 3],
@@ -32,18 +32,18 @@ pub(crate) struct RayStream<'a, 'r> {
     pub(crate) occluded: &'r mut [bool],
 }
 
-/// How many rays are sorted at once: 16 KiB of them.
+/// The number of rays sorted at once: 16 KiB of them.
 const BATCH: usize = 256;
 
-/// Keys are three bits of signs and two of the longest axis, so that the parts of a large octant are compact; the last key
-/// is of rays that have to go alone.
+/// Sort keys: three bits of signs and two of the longest axis, so that the parts of a large octant are compact; the
+/// last key marks rays that are traced alone.
 const KEYS: usize = 33;
 const SINGLE: u32 = KEYS as u32 - 1;
 
-/// Longer directions go alone: the depth of a hit that planes are sure of, over this, is above 0 in `f32` still.
+/// Longer directions are traced alone: the depth of a certain hit divided by this is still above 0 in `f32`.
 const LONGEST: f32 = 1e18;
 
-/// Origins farther from a part of the scene have their rays go alone: squares of larger numbers are infinite.
+/// Rays whose origin is farther from a part of the scene are traced alone: squares of larger numbers are infinite.
 const FARTHEST: f32 = 1e18;
 
 impl Work for RayStream<'_, '_> {
@@ -79,7 +79,7 @@ impl Work for RayStream<'_, '_> {
     }
 }
 
-/// Puts the rays in the order of their keys; where those of each key end.
+/// Sorts the rays by their keys; returns the end of each key.
 #[inline(always)]
 fn sort(start: &RayOrigin, directions: &[[f32; 3]], sorted: &mut [BundledRay; BATCH]) -> [usize; KEYS] {
     let mut rays = [BundledRay::default(); BATCH];
@@ -119,7 +119,7 @@ struct Bundle<'a, L: Lanes> {
 }
 
 impl<L: Lanes> Bundle<'_, L> {
-    /// The set of rays that hit anything.
+    /// The set of rays that are occluded.
     #[inline(always)]
     fn trace(&self, lanes: L, stack: &mut Stack<(u32, u64)>) -> u64 {
         let all = !0 >> (BUNDLE - self.rays.len());
@@ -129,7 +129,7 @@ impl<L: Lanes> Bundle<'_, L> {
         while let Some((item, set)) = next {
             let set = set & free;
             if set == 0 {
-                // All of them have hit something since.
+                // All of them have been found occluded since.
             } else if item & BLOCK_BIT == 0 {
                 let node = &self.tree.nodes[item as usize];
                 let sets = self.slabs.meets(lanes, node, self.rays, set);
@@ -148,7 +148,7 @@ impl<L: Lanes> Bundle<'_, L> {
         all & !free
     }
 
-    /// Which rays of a set hit a triangle of a block.
+    /// The rays of a set that hit a triangle of a block.
     #[inline(always)]
     fn hits(&self, lanes: L, block: &Block, set: u64) -> u64 {
         let planes = EdgePlanes::new(lanes, block.corners(), self.start.origin);

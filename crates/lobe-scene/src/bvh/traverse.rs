@@ -1,4 +1,4 @@
-//! The way of a ray through the tree.
+//! BVH8 traversal of one ray: closest hit and any hit.
 
 use crate::bvh::lanes::{Lanes, WIDTH, Work};
 use crate::bvh::ray_frame::{RayFrame, RayOrigin};
@@ -6,10 +6,10 @@ use crate::bvh::watertight::ShearedRay;
 use crate::bvh::wide_node::{BLOCK_BIT, Block, Node, SlabRay};
 use crate::{Bounds, Hit, Ray};
 
-/// Relative room for the rounding of a ray's end, and of the distance of a hit, beside boxes.
+/// The factor that covers the rounding of a ray's end, and of the distance of a hit, against boxes.
 const END_ROOM: f32 = 1.0 + 1e-6;
 
-/// The parts of a tree that rays meet.
+/// The parts of a tree needed for traversal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tree<'a> {
     pub(crate) nodes: &'a [Node],
@@ -17,7 +17,7 @@ pub(crate) struct Tree<'a> {
     pub(crate) bounds: &'a Bounds,
 }
 
-/// The children that wait to be looked at. Its first part needs no allocation.
+/// The stack of children to visit. Its first part needs no allocation.
 pub(crate) struct Stack<T> {
     near: [T; STACK],
     far: Vec<T>,
@@ -71,7 +71,7 @@ impl<T: Copy + Default> Stack<T> {
     }
 }
 
-/// Whether any hit is accepted.
+/// The query for any accepted hit.
 pub(crate) struct AnyHit<'a, 'r, F> {
     pub(crate) tree: Tree<'a>,
     pub(crate) ray: &'r Ray,
@@ -94,7 +94,7 @@ impl<F: FnMut(Hit) -> bool> Work for AnyHit<'_, '_, F> {
 
 /// Whether any hit is accepted.
 ///
-/// Blocks stand behind inner nodes in every node, so they come off the stack first: one hit is enough.
+/// In every node, blocks stand after inner nodes, so they come off the stack first: one hit is enough.
 #[inline(always)]
 fn any_hit<L: Lanes>(
     lanes: L,
@@ -111,6 +111,7 @@ fn any_hit<L: Lanes>(
     while let Some(item) = next {
         if item & BLOCK_BIT == 0 {
             let node = &tree.nodes[item as usize];
+            // Intersect the eight boxes, and push the children that are met.
             let (mask, _) = slabs.meets(lanes, node, t_max);
             stack.push_front(&lanes.compress(&node.children(), mask), mask.count_ones() as usize);
         } else if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, ray, &mut *accept) {
@@ -121,7 +122,7 @@ fn any_hit<L: Lanes>(
     false
 }
 
-/// The accepted hit that is closest; of equally close ones that of the triangle with the smallest number.
+/// The query for the closest accepted hit; of equally close ones that of the triangle with the smallest index.
 pub(crate) struct Closest<'a, 'r, F> {
     pub(crate) tree: Tree<'a>,
     pub(crate) ray: &'r Ray,
@@ -144,8 +145,9 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
         let mut next = Some((0.0, 0_u32));
         while let Some((enter, item)) = next {
             if enter > end {
-                // Something closer was found since.
+                // Skip a child behind the closest hit.
             } else if item & BLOCK_BIT != 0 {
+                // Intersect the triangles of a block, and shorten the ray at an accepted hit.
                 self.tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, &sheared, |hit| {
                     let is_closer = best.is_none_or(|best| (hit.t, hit.triangle) < (best.t, best.triangle));
                     if is_closer && (self.accept)(&hit) {
@@ -156,6 +158,7 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
                 });
             } else {
                 let node = &self.tree.nodes[item as usize];
+                // Intersect the eight boxes, and push the children that are met, the nearest on top.
                 let (mask, enters) = slabs.meets(lanes, node, lanes.splat(end));
                 push_farthest_first(node, mask, &lanes.store(enters), &mut stack);
             }
@@ -174,7 +177,7 @@ fn push_farthest_first(node: &Node, mask: u32, enters: &[f32; WIDTH], stack: &mu
     while mask != 0 {
         let slot = mask.trailing_zeros() as usize % WIDTH;
         mask &= mask - 1;
-        // Insertion from the far end: most masks have two or three children.
+        // Insertion sort, the farthest first: most masks have two or three children.
         let mut place = count;
         while place > 0 && sorted[place - 1].0 < enters[slot] {
             sorted[place] = sorted[place - 1];

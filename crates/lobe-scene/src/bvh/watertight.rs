@@ -1,11 +1,11 @@
-//! Watertight intersection of rays and triangles [Woop, Benthin and Wald 2013]: no ray falls between two triangles that share
-//! an edge.
+//! Watertight intersection of rays and triangles [Woop, Benthin and Wald 2013]: no ray falls between two triangles that
+//! share an edge.
 
 use crate::Hit;
 use crate::bvh::lanes::{Lanes, WIDTH};
 use crate::bvh::ray_frame::RayFrame;
 
-/// A ray seen from its own frame: the origin at 0, the direction along the axis it is longest on.
+/// A ray for watertight intersection: translated to the origin and sheared to the axis of its longest component.
 ///
 /// ```text
 ///   k_z = axis of the longest component of d, and k_x, k_y the two after it
@@ -16,18 +16,18 @@ use crate::bvh::ray_frame::RayFrame;
 ///   t = (U A_z + V B_z + W C_z) / (U + V + W) / d_z
 /// ```
 ///
-/// Two triangles with a common edge compute the same two corners in this frame, bit by bit, and of them the same edge
+/// Two triangles with a common edge compute the same two corners in this frame, bit by bit, and from them the same edge
 /// function up to its sign. Rounding is monotonic, so the sign of a difference of rounded products is right or the
-/// difference is 0; there, and for everything that is kept of a hit, products are taken in `f64`, where products of
-/// two `f32` are exact. So no ray falls between them [Woop, Benthin and Wald 2013]. No operation is fused, or the
+/// difference is 0; there, and for everything that is stored of a hit, products are computed in `f64`, where products
+/// of two `f32` are exact. So no ray falls between them [Woop, Benthin and Wald 2013]. No operation is fused, or the
 /// edge function would depend on the order of the corners.
 ///
-/// The corners themselves are off by a few roundings: the triangles hit are those of a world whose points are moved by
-/// at most [`SHEAR_ERROR`](crate::bvh::ray_frame::SHEAR_ERROR) · (`|A_x| + |A_z|`), each the same for all triangles that share it.
+/// The corners themselves are off by a few roundings: the triangles hit have their points moved by at most
+/// [`SHEAR_ERROR`](crate::bvh::ray_frame::SHEAR_ERROR) · (`|A_x| + |A_z|`), each alike for all triangles that share it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShearedRay {
     origin: [f32; 3],
-    /// `d_z`, whose size is the length of the longest component of the ray's direction.
+    /// `d_z`, the longest component of the ray's direction with its sign.
     longest: f32,
     kx: usize,
     ky: usize,
@@ -37,7 +37,7 @@ pub(crate) struct ShearedRay {
 }
 
 impl ShearedRay {
-    /// The ray of a frame, as far as `t_max`.
+    /// The ray of a frame, up to `t_max`.
     #[inline(always)]
     pub(crate) fn new(origin: [f32; 3], frame: &RayFrame, t_max: f32) -> Self {
         let kz = frame.kz as usize;
@@ -45,7 +45,7 @@ impl ShearedRay {
         Self { origin, longest, kx: (kz + 1) % 3, ky: (kz + 2) % 3, kz, shear: frame.shear, t_max }
     }
 
-    /// The lanes whose triangle may be hit, as far as the signs of rounded edge functions tell: never too few.
+    /// The lanes whose triangle may be hit, by the signs of rounded edge functions: conservative.
     #[inline(always)]
     pub(crate) fn candidates<L: Lanes>(&self, lanes: L, corners: &[[[f32; WIDTH]; 3]; 3]) -> u32 {
         let [kx, ky, kz] = [self.kx % 3, self.ky % 3, self.kz % 3];

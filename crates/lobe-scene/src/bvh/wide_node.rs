@@ -1,16 +1,17 @@
-//! The nodes of the tree: eight boxes, or up to eight triangles.
+//! BVH8 nodes: eight boxes, or up to eight triangles.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
 use crate::bvh::ray_frame::RayFrame;
 use crate::bvh::watertight::ShearedRay;
 use crate::{Bounds, Hit};
 
-/// What a node's child is: the index of a node, or of a [`Block`] with this bit set.
+/// A node's child is the index of a node, or with this bit set that of a [`Block`].
 pub(crate) const BLOCK_BIT: u32 = 1 << 31;
 
-/// Eight boxes and what lies in each. Rows are the smallest x, y, z, the largest x, y, z, the children as bits, and nothing.
+/// Eight boxes and their children. Rows are the smallest x, y, z, the largest x, y, z, the children as bits, and
+/// padding.
 ///
-/// One array of eight rows, so that a row's number needs three bits and no check.
+/// One array of eight rows, so that a row's index needs three bits and no bounds check.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
@@ -43,7 +44,7 @@ impl Node {
         self.rows[CHILDREN][slot] = f32::from_bits(child);
     }
 
-    /// Coordinates of one kind of all eight boxes.
+    /// One coordinate of all eight boxes.
     #[inline(always)]
     pub(crate) fn row<L: Lanes>(&self, lanes: L, row: usize) -> L::Vector {
         lanes.load(&self.rows[row & 7])
@@ -60,8 +61,8 @@ impl Node {
     }
 }
 
-/// Up to eight triangles: corners by corner, axis and lane. Lanes left over repeat the first triangle, which changes no
-/// answer and leaves the block at five cache lines.
+/// Up to eight triangles: corner by corner, axis and lane. Unused lanes repeat the first triangle, which changes no
+/// answer and keeps the block at five cache lines.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Block {
@@ -99,8 +100,8 @@ impl Block {
         ray.hit(corners, self.triangles[lane])
     }
 
-    /// Calls `found` with hits of the block's triangles, in no order, some of them twice, until it returns true; whether
-    /// it did.
+    /// Calls `found` with hits of the block's triangles, in no order, some of them twice, until it returns true;
+    /// returns whether it did.
     #[inline(always)]
     pub(crate) fn hits<L: Lanes>(&self, lanes: L, ray: &ShearedRay, mut found: impl FnMut(Hit) -> bool) -> bool {
         let mut mask = ray.candidates(lanes, &self.corners);
@@ -117,22 +118,23 @@ impl Block {
     }
 }
 
-/// What a ray brings along to be tested against eight boxes.
+/// The slab test of a ray against eight boxes.
 ///
-/// A box is passed between where the ray enters the last of three slabs and where it leaves the first:
+/// A ray is in a box from where it enters the last of three slabs to where it leaves the first:
 ///
 /// ```text
 ///   t = (b - o ∓ e) / d  =  b r - c_∓,      r = 1 / d,   c_∓ = (o ± e) r
 /// ```
 ///
-/// `e` widens each box by what rounding may do to either side: the sheared corners of a triangle are moved by
-/// [`SHEAR_ERROR`](crate::bvh::ray_frame::SHEAR_ERROR) · (`|A_i| + |A_z|`); `r`, the product and the difference add the rest. So whatever a ray hits lies in boxes that it meets, and the tree adds no gaps.
+/// The margin `e` widens each box by the rounding errors: the sheared corners of a triangle are moved by
+/// [`SHEAR_ERROR`](crate::bvh::ray_frame::SHEAR_ERROR) · (`|A_i| + |A_z|`); `r`, the product and the difference add the
+/// rest. So whatever a ray hits lies in boxes that it meets, and the tree adds no gaps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlabRay<L: Lanes> {
     reciprocal: [L::Vector; 3],
     near_shift: [L::Vector; 3],
     far_shift: [L::Vector; 3],
-    /// Rows of [`Node`] of the planes that the ray meets first and last.
+    /// Rows of [`Node`] of the entry and exit planes.
     near_row: [usize; 3],
     far_row: [usize; 3],
 }
@@ -151,7 +153,7 @@ impl<L: Lanes> SlabRay<L> {
         }
     }
 
-    /// The lanes whose box is met up to `t_max` (in lengths of the scaled direction), and where each is entered.
+    /// The lanes whose box is met up to `t_max` (in lengths of the scaled direction), and the entry distance of each.
     #[inline(always)]
     pub(crate) fn meets(&self, lanes: L, node: &Node, t_max: L::Vector) -> (u32, L::Vector) {
         let row = |r: usize| node.row(lanes, r);

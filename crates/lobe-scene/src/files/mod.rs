@@ -1,7 +1,8 @@
-//! Scenes from files: glTF, OBJ and PLY, and glTF files made of scenes.
+//! Scene files: readers of glTF, OBJ and PLY, and a writer of glTF.
 //!
-//! Read `read` first, which chooses by the name; then `source`, which every reader reads from and which keeps the limits; then
-//! `read_obj` and `read_ply`, a file each, and `read_gltf`, whose parts are in the folder `gltf`. May use the scene.
+//! Read `read` first, which chooses by the extension; then `source`, the input of every reader, which keeps the limits;
+//! then `read_obj` and `read_ply`, a file each, and `read_gltf`, whose parts are in the folder `gltf`. May use the
+//! scene.
 
 pub(crate) mod gltf;
 pub(crate) mod read;

@@ -1,4 +1,4 @@
-//! Scenes from files, whatever their format.
+//! Scene reader: chooses the format by the extension.
 
 use std::path::Path;
 
@@ -8,23 +8,24 @@ use crate::files::read_ply;
 use crate::files::source::{Source, folder_of, read_file};
 use crate::{Scene, SceneError, SceneReadOptions, SceneReadReport, Up};
 
-/// Reads a scene from a .gltf, .glb, .obj or .ply file, with the files it names: z up, in the file's unit of length.
+/// Reads a scene from a .gltf, .glb, .obj or .ply file, with the files it references: z up, in the file's unit of
+/// length.
 ///
 /// # Errors
-/// [`SceneError::Io`] if a file cannot be read, [`SceneError::Unsupported`] if it is of another kind or needs what
-/// Lobe does not read, [`SceneError::Invalid`] if it contradicts itself or holds no triangle with an area,
-/// [`SceneError::TooLarge`] if it unfolds to more than [`SceneReadOptions::limit`], [`SceneError::Options`] if to more than
-/// [`SceneReadOptions::texel_limit`].
+/// [`SceneError::Io`] if a file cannot be read, [`SceneError::Unsupported`] if it has another format or requires a
+/// feature that Lobe does not read, [`SceneError::Invalid`] if it contradicts itself or holds no triangle with an area,
+/// [`SceneError::TooLarge`] if it expands to more than [`SceneReadOptions::limit`], [`SceneError::Options`] if to more
+/// than [`SceneReadOptions::texel_limit`].
 pub fn read_scene(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Scene, SceneReadReport), SceneError> {
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
     read(&bytes, Source::new(&name, folder_of(path), options), options.up)
 }
 
-/// Reads a scene from the bytes of a file that names no other files; `name` decides the format and stands in messages.
+/// Reads a scene from the bytes of a file that references no other; `name` decides the format and stands in messages.
 ///
 /// # Errors
-/// As [`read_scene`], and [`SceneError::Unsupported`] if the bytes name other files.
+/// As [`read_scene`], and [`SceneError::Unsupported`] if the bytes reference other files.
 pub fn read_scene_bytes(
     bytes: &[u8],
     name: &str,

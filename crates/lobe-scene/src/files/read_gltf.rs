@@ -1,4 +1,4 @@
-//! Scenes from glTF 2.0.
+//! glTF 2.0 reader.
 
 use glam::{DMat3, DVec3};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
@@ -11,7 +11,7 @@ use crate::files::gltf::nodes::{self, Shown};
 use crate::files::source::Source;
 use crate::{MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
-/// One mesh for each primitive of each node that shows it, in Lobe's world.
+/// Reads one mesh for each instance of a primitive by a node, in Lobe's world.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<(Scene, GltfFile), SceneError> {
     let file = files::read(bytes, source)?;
     let (materials, textures) = materials::read(&file, source)?;
@@ -57,7 +57,7 @@ fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
     }
 }
 
-/// The primitive in its own y-up space; none if it has no triangles by nature.
+/// The primitive in its own y-up space; `None` for points and lines.
 fn read_primitive(
     file: &GltfFile,
     primitive: &Primitive,
@@ -112,7 +112,7 @@ fn optional<I, T>(index: Option<I>, read: impl FnOnce(I) -> Result<Vec<T>, Scene
     index.map_or_else(|| Ok(Vec::new()), read)
 }
 
-/// The triangles of a list, a strip, of which every other one is turned, or a fan.
+/// The triangles of a list, a strip, in which every other one is reversed, or a fan.
 fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleStrip => {
@@ -127,13 +127,13 @@ fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     }
 }
 
-/// Moves the parts to where the node shows them, and turns the y-up world into Lobe's.
+/// Applies the transform of the instance, and converts the y-up world to Lobe's.
 fn place_in_world(mut parts: MeshParts, shown: &Shown) -> MeshParts {
     let world = shown.world_from_mesh;
     let moved = |p: [f32; 3]| z_up_from_y_up(world.transform_point3(DVec3::from(p.map(f64::from))).as_vec3().into());
     parts.positions.iter_mut().for_each(|p| *p = moved(*p));
     let linear = DMat3::from_mat4(world);
-    // Normals stay perpendicular under the cofactors, which exist where the inverse does not.
+    // Transform normals by the cofactors, which exist where the inverse does not.
     let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
     let sign = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
@@ -141,7 +141,7 @@ fn place_in_world(mut parts: MeshParts, shown: &Shown) -> MeshParts {
         let turned = cofactors * DVec3::from(n.map(f64::from));
         *n = z_up_from_y_up(turned.normalize_or_zero().as_vec3().into());
     }
-    // A mirror turns the order in which corners run around.
+    // A mirror reverses the orientation of triangles.
     if sign < 0.0 {
         parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }

@@ -1,4 +1,4 @@
-//! Scenes from Wavefront OBJ, with the materials of its MTL files.
+//! Wavefront OBJ reader, with the materials of MTL files.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -11,10 +11,10 @@ use crate::files::source::Source;
 use crate::scene::texture::linear_from_srgb8;
 use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wrap};
 
-/// One mesh for each object, group and material.
+/// Reads one mesh for each object, group and material.
 ///
-/// OBJ counts positions, texture coordinates and normals apart. Each combination that a face uses becomes a vertex, in
-/// the order of first use.
+/// OBJ indexes positions, texture coordinates and normals separately. Each combination that a face uses becomes a
+/// vertex, in the order of first use.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
     let notes = RefCell::new(Vec::new());
     let options = LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
@@ -49,7 +49,7 @@ fn mesh_parts(model: tobj::Model, up: Up, source: &mut Source<'_>) -> Result<Mes
     let tobj::Model { mesh, name } = model;
     let count = mesh.positions.len() / 3;
     let triples = |values: &[f32]| values.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect::<Vec<_>>();
-    // Vertices without a texture coordinate or normal, beside others with one, leave the lists too short.
+    // If only some vertices have a texture coordinate or normal, the lists are too short.
     let mut complete = |what: &str, length: usize| {
         if length != 0 && length != count {
             source.note(format!("mesh `{name}` has {what} at some vertices only, which are not used"));
@@ -59,7 +59,7 @@ fn mesh_parts(model: tobj::Model, up: Up, source: &mut Source<'_>) -> Result<Mes
     let has_uvs = complete("texture coordinates", mesh.texcoords.len() / 2);
     let has_normals = complete("normals", mesh.normals.len() / 3);
     let has_colors = complete("colors", mesh.vertex_color.len() / 3);
-    // Programs write the colors of vertices as a screen shows them.
+    // Programs write sRGB-encoded vertex colors.
     let linear = |c: f32| linear_from_srgb8((c.clamp(0.0, 1.0) * 255.0).round() as u8);
     Ok(MeshParts {
         positions: triples(&mesh.positions).into_iter().map(|p| up.to_world(p)).collect(),
@@ -68,7 +68,7 @@ fn mesh_parts(model: tobj::Model, up: Up, source: &mut Source<'_>) -> Result<Mes
             .into_iter()
             .map(|n| up.to_world(n))
             .collect(),
-        // OBJ counts v upwards.
+        // In OBJ v points upwards.
         uvs: [
             if has_uvs { mesh.texcoords.chunks_exact(2).map(|t| [t[0], 1.0 - t[1]]).collect() } else { Vec::new() },
             Vec::new(),

@@ -1,18 +1,18 @@
-//! Options and reports of reading scenes.
+//! Options and report of the scene readers.
 
 use crate::Up;
 
-/// How a file is to be read.
+/// Options of reading a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SceneReadOptions {
-    /// Which axis points up in OBJ and PLY files. glTF is always y-up.
+    /// The up axis of OBJ and PLY files. glTF is always y-up.
     pub up: Up,
-    /// The most triangles, and the most vertices, that a file may unfold to. A small file can hold a mesh that a
-    /// thousand nodes show.
+    /// The most triangles, and the most vertices, to which a file may expand. A small file can hold a mesh with a
+    /// thousand instances.
     pub limit: usize,
-    /// The most texels that all textures together may unfold to, four bytes each. A small file can hold a large picture of
-    /// one color.
+    /// The most texels to which all textures together may expand, four bytes each. A small file can hold a large
+    /// picture of one color.
     pub texel_limit: usize,
 }
 
@@ -24,21 +24,21 @@ impl Default for SceneReadOptions {
 }
 
 impl SceneReadOptions {
-    /// The same options with another axis that points up.
+    /// Sets the up axis.
     #[must_use]
     pub fn up(mut self, up: Up) -> Self {
         self.up = up;
         self
     }
 
-    /// The same options with another limit of triangles and vertices.
+    /// Sets the limit of triangles and vertices.
     #[must_use]
     pub fn limit(mut self, limit: usize) -> Self {
         self.limit = limit;
         self
     }
 
-    /// The same options with another limit of texels.
+    /// Sets the limit of texels.
     #[must_use]
     pub fn texel_limit(mut self, texel_limit: usize) -> Self {
         self.texel_limit = texel_limit;
@@ -46,20 +46,20 @@ impl SceneReadOptions {
     }
 }
 
-/// What was read, and what was done to it.
+/// The report of reading a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SceneReadReport {
     /// Number of meshes of the scene.
     pub meshes: usize,
-    /// Number of vertices, as many as in the file for each time a mesh is shown.
+    /// Number of vertices, as many as in the file for each instance of a mesh.
     pub vertices: usize,
-    /// Number of triangles that are left.
+    /// Number of triangles that were kept.
     pub triangles: usize,
     /// Triangles without area, dropped.
     pub dropped_triangles: usize,
-    /// Vertices whose normal was missing or zero and was made.
+    /// Vertices whose normal was missing or zero and was computed.
     pub made_normals: usize,
-    /// What the file holds and Lobe does not use, a line each.
+    /// Features of the file that Lobe ignores, a line each.
     pub notes: Vec<String>,
 }

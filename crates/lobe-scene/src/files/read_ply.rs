@@ -1,4 +1,4 @@
-//! Scenes from PLY, ASCII or binary.
+//! PLY reader, ASCII and binary.
 
 use std::io::Cursor;
 
@@ -10,7 +10,7 @@ use crate::files::source::Source;
 use crate::scene::texture::linear_from_srgb8;
 use crate::{MeshParts, Scene, SceneError, Up};
 
-/// A row of the element `vertex`. What is not there is none.
+/// A row of the element `vertex`; missing properties are `None`.
 #[derive(Deserialize)]
 struct Vertex {
     x: f32,
@@ -36,14 +36,14 @@ struct Vertex {
     alpha: Option<f32>,
 }
 
-/// A row of the element `face`: a polygon, cut into a fan.
+/// A row of the element `face`: a polygon, triangulated as a fan.
 #[derive(Deserialize)]
 struct Face {
     #[serde(alias = "vertex_index")]
     vertex_indices: Vec<i64>,
 }
 
-/// One mesh: the element `vertex` in the order of the file, and the polygons of the element `face` as fans.
+/// Reads one mesh: the element `vertex` in the order of the file, and the polygons of the element `face` as fans.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
     if !bytes.starts_with(b"ply") {
         return Err(source.invalid("expected a PLY file, found another"));
@@ -78,14 +78,14 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     }
 }
 
-/// A row of an element that is not used.
+/// A row of an ignored element.
 #[derive(Deserialize)]
 struct IgnoredRow {
     #[serde(rename = " never a property")]
     _nothing: Option<IgnoredAny>,
 }
 
-/// Refuses a count of rows that the file is too short for, before memory is taken.
+/// Refuses a count of rows for which the file is too short, before memory is allocated.
 fn check_length(
     element: &ElementDef,
     format: PlyFormat,
@@ -121,10 +121,10 @@ fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut Mesh
     parts.positions = rows.iter().map(|row| up.to_world([row.x, row.y, row.z])).collect();
     let normals = rows.iter().map(|row| Some(up.to_world([row.nx?, row.ny?, row.nz?])));
     parts.normals = normals.collect::<Option<_>>().unwrap_or_default();
-    // PLY counts v upwards.
+    // In PLY v points upwards.
     let uvs = rows.iter().map(|row| Some([row.u?, 1.0 - row.v?]));
     parts.uvs[0] = uvs.collect::<Option<_>>().unwrap_or_default();
-    // Bytes are colors as a screen shows them, fractions are linear.
+    // Bytes are sRGB-encoded colors, floats are linear.
     let is_byte = element
         .get_property("red")
         .is_some_and(|red| matches!(red.property_type, PropertyType::Scalar(ScalarType::U8)));

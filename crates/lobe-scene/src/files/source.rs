@@ -1,14 +1,14 @@
-//! A file that is being read: its name for messages, its limits, the files beside it.
+//! Input of the scene readers: a file's name for messages, its limits, and the files it references.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use crate::{Mesh, MeshParts, Scene, SceneError, SceneReadOptions, SceneReadReport};
 
-/// A file that is being read.
+/// The file being read.
 pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
-    /// Where the files it names lie; none if only its bytes are known.
+    /// The folder of the files it references; `None` if only its bytes are known.
     folder: Option<PathBuf>,
     limit: usize,
     texel_limit: usize,
@@ -25,7 +25,7 @@ impl<'a> Source<'a> {
         Self { name, folder, limit, texel_limit, unfolded: (0, 0), texels: 0, report: SceneReadReport::default() }
     }
 
-    /// What was read and done, once the scene is there.
+    /// The report of the finished scene.
     pub(crate) fn into_report(self, scene: &Scene) -> SceneReadReport {
         let mut report = self.report;
         report.meshes = scene.meshes().len();
@@ -43,7 +43,7 @@ impl<'a> Source<'a> {
         SceneError::unsupported(self.name, message)
     }
 
-    /// Says once that something in the file is not used.
+    /// Adds a note on an ignored feature, once.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         let note = note.into();
         if !self.report.notes.contains(&note) {
@@ -51,7 +51,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// To be called before the memory for a mesh is taken.
+    /// Counts a mesh against the limits. Call it before the mesh is allocated.
     pub(crate) fn count(&mut self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
         let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));
         self.unfolded = (v, t);
@@ -63,7 +63,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// To be called before the memory for a texture is taken.
+    /// Counts a texture against the limits. Call it before the texture is allocated.
     pub(crate) fn count_texels(&mut self, width: u32, height: u32) -> Result<(), SceneError> {
         self.texels = (width as usize).saturating_mul(height as usize).saturating_add(self.texels);
         if self.texels > self.texel_limit {
@@ -76,7 +76,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// A number that its format keeps from 0 to 1; what lies outside is moved there and noted.
+    /// Clamps a number to the format's range of 0 to 1, with a note.
     pub(crate) fn unit(&mut self, value: f32, what: &str) -> f32 {
         let inside = value.clamp(0.0, 1.0);
         if inside != value {
@@ -85,11 +85,11 @@ impl<'a> Source<'a> {
         inside
     }
 
-    /// Makes a mesh; one whose triangles all lack area is noted and left out.
+    /// Creates a mesh; one whose triangles all lack area is noted and dropped.
     pub(crate) fn mesh(&mut self, parts: MeshParts) -> Result<Option<Mesh>, SceneError> {
         let in_file = parts.triangles.len();
         let has_area = |t: &[u32; 3]| {
-            // Indices out of range are `Mesh::new`'s to refuse.
+            // Indices out of range are refused by `Mesh::new`.
             let corner = |i: u32| parts.positions.get(i as usize).copied().unwrap_or([f32::NAN; 3]);
             crate::scene::mesh::double_area(t.map(corner)) != 0.0
         };
@@ -105,7 +105,7 @@ impl<'a> Source<'a> {
         Ok(Some(mesh))
     }
 
-    /// Moves colors into the range from 0 to 1, as glTF wants it; those that are no numbers are `Mesh::new`'s to refuse.
+    /// Clamps colors to the range of glTF, 0 to 1; non-finite ones are refused by `Mesh::new`.
     fn with_colors_in_range(&mut self, mut parts: MeshParts) -> MeshParts {
         let mut moved = 0;
         for color in &mut parts.colors {
@@ -129,7 +129,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The bytes of a file that the file names, relative to its own folder.
+    /// The bytes of a referenced file, relative to the file's own folder.
     pub(crate) fn neighbor(&self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let Some(folder) = &self.folder else {
             return Err(
@@ -151,7 +151,7 @@ pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
     }
 }
 
-/// The bytes of a file that ends: devices and pipes need not.
+/// The bytes of a regular file: devices and pipes may be endless.
 fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
     let kind = fs::metadata(path)?;
     if !(kind.is_file() || kind.is_dir()) {
@@ -160,7 +160,7 @@ fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
     fs::read(path)
 }
 
-/// Where the files lie that a file names.
+/// The folder of referenced files.
 pub(crate) fn folder_of(path: &Path) -> Option<PathBuf> {
     path.parent().map(Path::to_path_buf)
 }

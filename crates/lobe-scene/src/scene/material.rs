@@ -1,64 +1,64 @@
-//! Materials, as far as light transport here uses them.
+//! Materials: the metallic-roughness model of glTF 2.0.
 
-/// How a surface reflects: the metallic-roughness model of glTF 2.0, as far as Lobe uses it.
+/// The reflectance of a surface: the metallic-roughness model of glTF 2.0, as far as Lobe uses it.
 ///
-/// Emission is noted, not used: light comes from the environment.
+/// Emission is stored, not used: light comes from the environment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// What the material is called in its file.
+    /// The name in its file.
     pub name: String,
     /// Linear base color and alpha: the albedo of a surface that is no metal.
     pub base_color: [f32; 4],
-    /// A picture the base color is multiplied with.
+    /// A texture that multiplies the base color.
     pub base_color_texture: Option<TextureUse>,
-    /// Where the surface has holes.
+    /// The use of alpha.
     pub alpha: Alpha,
-    /// Whether both sides reflect. A surface that is not double-sided still stops light from both sides.
+    /// Whether both sides reflect. A surface that is not double-sided still blocks light from both sides.
     pub double_sided: bool,
     /// 0 for plastics and stone, 1 for metals.
     pub metallic: f32,
     /// Perceptual roughness; its square is the α of GGX.
     pub roughness: f32,
-    /// Radiance the file says the surface gives off. Not used.
+    /// Emitted radiance in the file. Not used.
     pub emissive: [f32; 3],
 }
 
-/// How the alpha of the base color is meant.
+/// The use of the base color's alpha.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Alpha {
-    /// Alpha says nothing.
+    /// Alpha is ignored.
     #[default]
     Opaque,
-    /// The surface is there where alpha is at least the cutoff.
+    /// The surface exists where alpha is at least the cutoff.
     Mask(f32),
-    /// Alpha is coverage. Lobe takes such a surface as opaque; the reader notes it.
+    /// Alpha is coverage. Lobe treats such a surface as opaque; the reader notes it.
     Blend,
 }
 
-/// A texture and how it is laid on.
+/// A texture and its mapping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureUse {
     /// Index into the textures of the scene.
     pub texture: usize,
-    /// Which of the mesh's sets of texture coordinates is used, 0 or 1.
+    /// The mesh's set of texture coordinates, 0 or 1.
     pub uv_set: usize,
-    /// Rows of the map from the mesh's coordinates to the picture's: `u' = r₀₀ u + r₀₁ v + r₀₂`, `v'` likewise.
+    /// Rows of the affine map from the mesh's coordinates to the picture's: `u' = r₀₀ u + r₀₁ v + r₀₂`, `v'` likewise.
     pub uv_map: [[f32; 3]; 2],
 }
 
 impl TextureUse {
-    /// The picture place of a mesh's texture coordinates.
+    /// The point of the picture at a mesh's texture coordinates.
     #[must_use]
     pub fn map([r0, r1]: [[f32; 3]; 2], [u, v]: [f32; 2]) -> [f32; 2] {
         [r0[0] * u + r0[1] * v + r0[2], r1[0] * u + r1[1] * v + r1[2]]
     }
 
-    /// The map that changes nothing.
+    /// The identity map.
     pub const UV_UNCHANGED: [[f32; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 }
 
 impl Material {
-    /// White, matte and double-sided: what a mesh without material is made of.
+    /// White, Lambertian and double-sided: the material of a mesh without one.
     pub const WHITE: Self = Self {
         name: String::new(),
         base_color: [1.0; 4],
@@ -70,7 +70,7 @@ impl Material {
         emissive: [0.0; 3],
     };
 
-    /// A matte double-sided surface of one color.
+    /// A Lambertian double-sided surface of one color.
     #[must_use]
     pub fn matte(name: &str, [r, g, b]: [f32; 3]) -> Self {
         Self { name: name.to_string(), base_color: [r, g, b, 1.0], ..Self::WHITE }

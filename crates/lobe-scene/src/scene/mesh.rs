@@ -1,32 +1,32 @@
-//! Triangles that share a material.
+//! Meshes: triangles that share a material.
 
 use glam::{DVec3, Vec3};
 
 use crate::SceneError;
 use crate::scene::vertex_normals::angle_weighted_normals;
 
-/// What a [`Mesh`] is made of. Vectors that are empty stand for attributes the mesh has not.
+/// The parts of a [`Mesh`]. Empty vectors stand for missing attributes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshParts {
-    /// What the mesh is called in messages.
+    /// The name in messages.
     pub name: String,
     /// Points in the world, z up.
     pub positions: Vec<[f32; 3]>,
     /// Three indices of `positions` for each triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Directions of any length, one for each position. Made from the angles at each vertex where missing or zero.
+    /// Directions of any length, one for each position. Computed from the triangles where missing or zero.
     pub normals: Vec<[f32; 3]>,
     /// Two sets of texture coordinates, one pair for each position; (0, 0) is the top left corner of a texture.
     pub uvs: [Vec<[f32; 2]>; 2],
     /// Linear color and alpha for each position, factors of the material's base color.
     pub colors: Vec<[f32; 4]>,
-    /// Index into the materials of the scene. Without one a mesh is white and seen from both sides.
+    /// Index into the materials of the scene. Without one a mesh is white and double-sided.
     pub material: Option<usize>,
-    /// Where in its file the mesh comes from.
+    /// The origin of the mesh in its file.
     pub source: Option<MeshSource>,
 }
 
-/// The place of a mesh in a glTF file: one primitive, as one node shows it.
+/// The origin of a mesh in a glTF file: one primitive, as one node shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshSource {
     /// Index of the node. A mesh that several nodes show becomes several meshes of the scene.
@@ -39,8 +39,8 @@ pub struct MeshSource {
 
 /// Triangles in the world that share a material. Everything is finite and every index in range.
 ///
-/// Vertices stay as they came, in number and order, duplicates and unused ones included, so that what is computed for
-/// them can be written back to where they came from. Triangles without area are dropped and counted.
+/// Vertices keep their number and order, duplicates and unused ones included, so that values computed for them can be
+/// written back to their file. Triangles without area are dropped and counted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     parts: MeshParts,
@@ -49,7 +49,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Checks the parts, drops triangles without area, makes missing normals and normalizes the others.
+    /// Checks the parts, drops triangles without area, computes missing normals and normalizes the others.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] if a number is not finite, an index out of range, an attribute not as long as the
@@ -74,7 +74,7 @@ impl Mesh {
         Ok(Self { parts, dropped, made_normals })
     }
 
-    /// What the mesh is called in messages.
+    /// The name in messages.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.parts.name
@@ -86,7 +86,7 @@ impl Mesh {
         &self.parts.positions
     }
 
-    /// A unit vector for each position, to shade with.
+    /// The shading normal of each position, a unit vector.
     #[must_use]
     pub fn normals(&self) -> &[[f32; 3]] {
         &self.parts.normals
@@ -125,19 +125,19 @@ impl Mesh {
         self.parts.material
     }
 
-    /// Where in its file the mesh comes from.
+    /// The origin of the mesh in its file.
     #[must_use]
     pub fn source(&self) -> Option<MeshSource> {
         self.parts.source
     }
 
-    /// How many triangles had no area and were dropped.
+    /// The number of triangles without area that were dropped.
     #[must_use]
     pub fn dropped_triangles(&self) -> usize {
         self.dropped
     }
 
-    /// How many normals were missing or zero and were made.
+    /// The number of normals that were missing or zero and were computed.
     #[must_use]
     pub fn made_normals(&self) -> usize {
         self.made_normals
@@ -159,7 +159,7 @@ impl Mesh {
         moved
     }
 
-    /// What the mesh is made of, to be changed and made into another mesh.
+    /// The parts of the mesh, to be changed and made into another mesh.
     #[must_use]
     pub fn into_parts(self) -> MeshParts {
         self.parts
@@ -173,7 +173,7 @@ fn place_of(parts: &MeshParts) -> String {
     if parts.name.is_empty() { "mesh".to_string() } else { format!("mesh `{}`", parts.name) }
 }
 
-/// Everything that has to hold before an index is used.
+/// Checks everything that must hold before an index is used.
 fn check(parts: &MeshParts) -> Result<(), String> {
     let count = parts.positions.len();
     if u32::try_from(count).is_err() {
@@ -215,7 +215,7 @@ pub(crate) fn double_area(corners: [[f32; 3]; 3]) -> f64 {
     (b - a).cross(c - a).length()
 }
 
-/// Makes missing normals and gives all of them unit length; how many were made.
+/// Computes missing normals and normalizes all of them; returns the number computed.
 fn complete_normals(parts: &mut MeshParts) -> usize {
     let unit = |n: [f32; 3]| Vec3::from(n).as_dvec3().try_normalize();
     let given: Vec<Option<DVec3>> = match parts.normals.len() {

@@ -1,22 +1,23 @@
-//! Scenes far from their origin, brought back to where `f32` is fine.
+//! Translation of scenes far from the origin to where `f32` is precise.
 
 use std::borrow::Cow;
 
 use crate::{Bounds, Mesh, Scene};
 
-/// A scene is moved along an axis where its middle is farther from the origin than this many times half its longest side.
+/// A scene is moved along an axis where its center is farther from the origin than this many times half its longest
+/// side.
 const FAR: f64 = 4.0;
 
 impl Scene {
-    /// The scene near the origin, if it is far from it, and the vector that leads from there to where it is, zero along axes it
-    /// was not moved along.
+    /// The scene moved near the origin, if it is far from it, and the vector back to its place, zero along axes along
+    /// which it was not moved.
     ///
-    /// Numbers of `f32` are coarse far from zero, and with them all that is lifted above a surface by a part of the largest
-    /// coordinate, such as [`Bvh::offset`](crate::Bvh::offset). To trace rays among the triangles of a scene that may be
-    /// anywhere, take those of this one. What light does to it does not depend on where it is.
+    /// Numbers of `f32` are coarse far from zero, and so are offsets above a surface relative to the largest
+    /// coordinate, such as [`Bvh::offset`](crate::Bvh::offset). To trace rays among the triangles of a scene that may
+    /// be anywhere, use those of this one. Its lighting does not depend on its place.
     ///
-    /// Nothing is rounded: the middle m is a number of `f32`, and all coordinates p along the axis are so near to it that
-    /// their difference is one too [Sterbenz 1974],
+    /// Nothing is rounded: the center m is a number of `f32`, and all coordinates p along the axis are so near to it
+    /// that their difference is one too [Sterbenz 1974],
     ///
     /// ```text
     ///   |m| > 4 e,  |p - m| ≤ e   ⟹   p/2 ≤ m ≤ 2p   ⟹   p - m is exact

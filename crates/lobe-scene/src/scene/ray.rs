@@ -1,22 +1,22 @@
-//! Rays and what they hit.
+//! Rays and hits.
 
-/// A half line from `origin` along `direction`, or a piece of it.
+/// A ray: a half line from `origin` along `direction`, or a segment of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where the ray starts. Nothing at the origin itself is hit.
+    /// The start of the ray. Nothing at the origin itself is hit.
     pub origin: [f32; 3],
-    /// Where it goes, of any length above zero.
+    /// Its direction, of any length above zero.
     pub direction: [f32; 3],
-    /// How far it goes, in lengths of `direction`; infinity for a half line.
+    /// Its end, in lengths of `direction`; infinity for a half line.
     pub t_max: f32,
 }
 
-/// A place on a triangle.
+/// A hit: a point on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// How far along the ray, in lengths of its direction.
+    /// The distance along the ray, in lengths of its direction.
     pub t: f32,
-    /// The number of the triangle.
+    /// The index of the triangle.
     pub triangle: u32,
     /// Weight of the triangle's second corner.
     pub u: f32,
@@ -31,7 +31,7 @@ impl Ray {
         Self { origin, direction, t_max: f32::INFINITY }
     }
 
-    /// The straight way from one point to another, both excluded.
+    /// The segment between two points, both excluded.
     #[must_use]
     pub fn between(from: [f32; 3], to: [f32; 3]) -> Self {
         Self { origin: from, direction: std::array::from_fn(|k| to[k] - from[k]), t_max: 1.0f32.next_down() }

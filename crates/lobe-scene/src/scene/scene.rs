@@ -1,22 +1,22 @@
-//! All triangles of a world, and what they are made of.
+//! Scene: all triangles with their materials and textures.
 
 use glam::{DVec3, Vec3};
 
 use crate::{Alpha, Hit, Material, Mesh, SceneError, Texture, TextureUse};
 
-/// All triangles of a world, and what they are made of. It has at least one triangle; every index is in range.
+/// A scene of meshes, materials and textures. It has at least one triangle; every index is in range.
 ///
-/// Triangles are counted through all meshes in their order: that number is what a [`Hit`] names.
+/// Triangles are counted through all meshes in their order: that index is stored in a [`Hit`].
 #[derive(Clone, Debug)]
 pub struct Scene {
     meshes: Vec<Mesh>,
     materials: Vec<Material>,
     textures: Vec<Texture>,
-    /// The number of the first triangle of each mesh, and of all triangles.
+    /// The index of the first triangle of each mesh, then the number of all triangles.
     starts: Vec<usize>,
 }
 
-/// A box along the axes.
+/// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The corner of the smallest coordinates.
@@ -25,14 +25,14 @@ pub struct Bounds {
     pub max: [f32; 3],
 }
 
-/// What a ray finds where it hits.
+/// The surface at a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// The point, from the corners of the triangle: more exact than along the ray.
+    /// The point, interpolated from the corners of the triangle: more precise than along the ray.
     pub position: [f32; 3],
     /// The unit normal of the triangle's plane, on the side from which its corners run counter-clockwise.
     pub geometric_normal: [f32; 3],
-    /// The unit normal to shade with, interpolated from the vertices.
+    /// The unit shading normal, interpolated from the vertices.
     pub shading_normal: [f32; 3],
     /// Linear color and alpha: base color, texture and vertex color multiplied.
     pub base_color: [f32; 4],
@@ -44,8 +44,8 @@ impl Scene {
     /// A scene of meshes. Their materials index `materials`, whose textures index `textures`.
     ///
     /// # Errors
-    /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, or if a base
-    /// color, metallic or roughness is not from 0 to 1.
+    /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, or if a
+    /// base color, metallic or roughness is not from 0 to 1.
     pub fn new(meshes: Vec<Mesh>, materials: Vec<Material>, textures: Vec<Texture>) -> Result<Self, SceneError> {
         let invalid = |message: String| Err(SceneError::invalid("scene", message));
         if meshes.is_empty() {
@@ -89,25 +89,25 @@ impl Scene {
         &self.meshes
     }
 
-    /// The materials the meshes index.
+    /// The materials, to which meshes refer by index.
     #[must_use]
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
 
-    /// The textures the materials index.
+    /// The textures, to which materials refer by index.
     #[must_use]
     pub fn textures(&self) -> &[Texture] {
         &self.textures
     }
 
-    /// Meshes, materials and textures, to be changed and made into another scene.
+    /// The meshes, materials and textures, to be changed and made into another scene.
     #[must_use]
     pub fn into_parts(self) -> (Vec<Mesh>, Vec<Material>, Vec<Texture>) {
         (self.meshes, self.materials, self.textures)
     }
 
-    /// The same scene with its meshes at another place.
+    /// The same scene with its meshes moved.
     pub(crate) fn with_moved_meshes(&self, meshes: Vec<Mesh>) -> Self {
         let (materials, textures, starts) = (self.materials.clone(), self.textures.clone(), self.starts.clone());
         Self { meshes, materials, textures, starts }
@@ -125,7 +125,7 @@ impl Scene {
         self.meshes.iter().map(|mesh| mesh.positions().len()).sum()
     }
 
-    /// The mesh that the triangle of this number belongs to, and its number there.
+    /// The mesh of the triangle with this index, and the triangle's index in it.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -136,7 +136,7 @@ impl Scene {
         (mesh, triangle - self.starts[mesh])
     }
 
-    /// The corners of all triangles, in the order of their numbers.
+    /// The corners of all triangles, in the order of their indices.
     pub fn corners(&self) -> impl Iterator<Item = [[f32; 3]; 3]> {
         self.meshes.iter().flat_map(|mesh| {
             let positions = mesh.positions();
@@ -144,7 +144,7 @@ impl Scene {
         })
     }
 
-    /// What a mesh is made of: white where the mesh does not say.
+    /// The material of a mesh: white where the mesh has none.
     ///
     /// # Panics
     /// If there is no such mesh.
@@ -175,7 +175,7 @@ impl Scene {
         self.base_color(self.material(mesh), [of(0), of(1)], color)
     }
 
-    /// What a ray finds where it hits.
+    /// The surface at a hit.
     ///
     /// # Panics
     /// If the hit is of another scene and its triangle does not exist here.
@@ -203,7 +203,7 @@ impl Scene {
         }
     }
 
-    /// Whether the surface is there at a hit: false in the holes of an alpha mask.
+    /// Whether the surface exists at a hit: false in the holes of an alpha mask.
     ///
     /// # Panics
     /// As [`Scene::surface`].
@@ -246,7 +246,7 @@ impl Scene {
     }
 }
 
-/// The value at barycentric weights, in `f64` until the end.
+/// Barycentric interpolation, in `f64` until the end.
 fn blend<const N: usize>(values: &[[f32; N]], indices: [usize; 3], weights: [f32; 3]) -> [f32; N] {
     std::array::from_fn(|k| {
         (0..3).map(|i| f64::from(values[indices[i]][k]) * f64::from(weights[i])).sum::<f64>() as f32

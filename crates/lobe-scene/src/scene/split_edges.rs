@@ -1,23 +1,23 @@
-//! Smaller triangles without cracks.
+//! Edge splitting: subdivision of triangles without cracks.
 
 use std::collections::{HashMap, HashSet};
 
 use crate::scene::mesh::double_area;
 use crate::{Mesh, MeshParts, Scene, SceneError};
 
-/// A scene may grow to this many triangles.
+/// The most triangles of a subdivided scene.
 const MOST_TRIANGLES: usize = 1 << 26;
 
 /// The end points of an edge, the one with the smaller coordinates first: the same for all triangles that have it.
 type Edge = ([f32; 3], [f32; 3]);
 
 impl Scene {
-    /// The scene with edges split until none is longer than `max_edge`, so that light at vertices has vertices enough.
+    /// Splits edges until none is longer than `max_edge`, so that light at vertices is resolved.
     ///
-    /// Longest edges are halved first. Whether an edge is split, and where, follows from its two end points alone, so it is
-    /// split alike in all triangles that have it, in other meshes too: no triangle's corner comes to lie on another's
-    /// edge, and what was watertight stays so. New vertices take the mean of all attributes; the first vertices of
-    /// each mesh are those it had, in their order.
+    /// Longest edges are halved first. Whether an edge is split, and where, depends on its two end points alone, so it
+    /// is split alike in all triangles that have it, in other meshes too: no triangle's corner comes to lie on
+    /// another's edge, and a watertight scene stays watertight. New vertices have the mean of all attributes; the first
+    /// vertices of each mesh are the old ones, in their order.
     ///
     /// # Errors
     /// [`SceneError::Options`] if `max_edge` is not above zero, or the scene would have more than 2²⁶ triangles.
@@ -34,10 +34,10 @@ impl Scene {
         self.split_where(&|edge| squared_length(edge) > limit, &format!("edges of at most {max_edge}"))
     }
 
-    /// The scene with chosen edges halved once, and those that have to go with them: the longest edge of each triangle that
-    /// loses another, so that triangles keep their shape however often they are split [Rivara 1984].
+    /// Halves chosen edges once, and with them the longest edge of each triangle that loses another edge, so that
+    /// triangles keep their shape however often they are split [Rivara 1984].
     ///
-    /// `is_chosen` is asked for each triangle's edges by mesh and vertices. What it chooses for one is done to all triangles
+    /// `is_chosen` is called for each triangle's edges by mesh and vertices. A chosen edge is halved in all triangles
     /// with an edge at that place, in other meshes too, as in [`Scene::split_edges`].
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl Scene {
         }
     }
 
-    /// `goal` says what takes too many triangles, if it does.
+    /// `goal` describes the cause of too many triangles.
     fn split_where(&self, is_to_be_split: &dyn Fn(Edge) -> bool, goal: &str) -> Result<Self, SceneError> {
         let mut budget = MOST_TRIANGLES;
         let mut meshes = Vec::new();
@@ -90,13 +90,13 @@ fn too_many(goal: &str) -> SceneError {
     SceneError::Options(format!("{goal} would take more than {MOST_TRIANGLES} triangles: allow longer ones"))
 }
 
-// Every triangle is cut at the middle of its longest edge among those to be split, and so are the two pieces, until none is
-// left. A middle belongs to an edge and not to a triangle: the squared length and the middle are computed from the end points
-// in an order that does not depend on the triangle. Cracks cannot appear: an edge is halved in all of its triangles or
-// in none. The only decision is whether it is to be split, which is a property of the edge, and a triangle is finished
-// only when all its edges say no. That the longest goes first decides the shape of the pieces alone. Of equally long edges
-// the one whose end points come first in order of their coordinates goes first, so that duplicates are cut alike.
-// None if the budget of triangles does not suffice.
+// Bisect every triangle at the middle of its longest edge among those to be split, and so on with the two halves, until
+// none is left. The middle belongs to the edge and not to a triangle: squared length and middle are computed from the
+// end points in an order that does not depend on the triangle. Cracks cannot appear: an edge is halved in all of its
+// triangles or in none, because whether it is to be split is a property of the edge, and a triangle is finished only
+// when none of its edges is to be split. The order of longest first affects the shape of the triangles alone. Of
+// equally long edges the one whose end points come first in order of their coordinates goes first, so that duplicates
+// are split alike. Returns `None` if the budget of triangles does not suffice.
 fn split(mut parts: MeshParts, is_to_be_split: &dyn Fn(Edge) -> bool, budget: &mut usize) -> Option<MeshParts> {
     let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
     let mut finished = Vec::with_capacity(parts.triangles.len());
@@ -123,7 +123,7 @@ fn split(mut parts: MeshParts, is_to_be_split: &dyn Fn(Edge) -> bool, budget: &m
     Some(parts)
 }
 
-/// Which edge of a triangle is to be split first: the longest of those that are to be split.
+/// The edge of a triangle to split first: the longest of those to be split.
 fn longest_edge(positions: &[[f32; 3]], triangle: [u32; 3], is_to_be_split: &dyn Fn(Edge) -> bool) -> Option<usize> {
     let mut best = None;
     for k in 0..3 {
@@ -146,7 +146,7 @@ fn squared_length((p, q): Edge) -> f64 {
     (0..3).map(|i| (f64::from(p[i]) - f64::from(q[i])).powi(2)).sum()
 }
 
-/// The coordinates of an edge as something to look up, -0 and 0 being one place.
+/// The coordinates of an edge as a hash key, -0 and 0 being the same.
 fn place((p, q): Edge) -> [u32; 6] {
     std::array::from_fn(|i| (if i < 3 { p[i] } else { q[i - 3] } + 0.0).to_bits())
 }
@@ -163,7 +163,7 @@ impl MeshParts {
     }
 }
 
-/// The mean of two values: addition of two numbers does not depend on their order.
+/// Appends the mean of two values: addition of two numbers does not depend on their order.
 fn push_mean<const N: usize>(values: &mut Vec<[f32; N]>, a: usize, b: usize) {
     if let (Some(p), Some(q)) = (values.get(a).copied(), values.get(b).copied()) {
         values.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));

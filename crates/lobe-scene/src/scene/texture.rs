@@ -1,19 +1,19 @@
-//! Pictures on surfaces.
+//! Textures with bilinear lookup.
 
 use std::sync::OnceLock;
 
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
-/// What a texture shows outside of the unit square.
+/// The continuation of a texture outside of the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The picture again.
+    /// Repeat the picture.
     #[default]
     Repeat,
-    /// The picture again, every other one mirrored.
+    /// Repeat the picture, every other one mirrored.
     Mirror,
-    /// The texels of the border.
+    /// Continue the texels of the border.
     Clamp,
 }
 
@@ -59,7 +59,7 @@ impl Texture {
         &self.texels
     }
 
-    /// What it shows outside of the unit square, along u and along v.
+    /// The continuation outside of the unit square, along u and along v.
     #[must_use]
     pub fn wrap(&self) -> [Wrap; 2] {
         self.wrap
@@ -87,7 +87,7 @@ impl Texture {
         self.texels.iter().all(|[r, g, b, _]| r == g && g == b)
     }
 
-    /// Linear color and alpha at a place, (0, 0) being the top left corner; between four texels in linear light.
+    /// Linear color and alpha at a point, (0, 0) being the top left corner; interpolated bilinearly in linear light.
     #[must_use]
     pub fn sample(&self, [u, v]: [f32; 2]) -> [f32; 4] {
         let (x0, x1, fx) = neighbors(u, self.width, self.wrap[0]);
@@ -104,10 +104,10 @@ impl Texture {
     }
 }
 
-/// The two texels on either side of a coordinate, and how far it lies towards the second.
+/// The two texels on either side of a coordinate, and the weight of the second.
 fn neighbors(coordinate: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
     let n = size as f64;
-    // Whole pictures away nothing changes, and the texel stays a small number.
+    // Remove whole periods, so that the texel index stays small.
     let u = match wrap {
         Wrap::Repeat => f64::from(coordinate).rem_euclid(1.0),
         Wrap::Mirror => f64::from(coordinate).rem_euclid(2.0),

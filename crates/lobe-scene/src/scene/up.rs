@@ -1,12 +1,12 @@
-//! The one rotation between worlds that call y up and Lobe's, which calls z up.
+//! Rotation between y-up worlds and Lobe's z-up world.
 
-/// Which axis of a file points up. glTF says y itself; OBJ and PLY leave it open.
+/// The up axis of a file. glTF defines y; OBJ and PLY leave it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Up {
-    /// +y is up, as in glTF and in most modeling programs: the scene is turned by [`z_up_from_y_up`].
+    /// +y is up, as in glTF and in most modeling programs: the scene is rotated by [`z_up_from_y_up`].
     #[default]
     Y,
-    /// +z is up, as in Lobe: nothing is turned.
+    /// +z is up, as in Lobe: nothing is rotated.
     Z,
 }
 

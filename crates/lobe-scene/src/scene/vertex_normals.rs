@@ -1,4 +1,4 @@
-//! Normals of vertices from the triangles around them.
+//! Vertex normals: the angle-weighted mean of the adjacent triangles' normals.
 
 use glam::{DVec3, Vec3};
 
@@ -8,8 +8,8 @@ use glam::{DVec3, Vec3};
 ///   n_v ∝ Σ_t  α_t n_t        α_t = angle of triangle t at v
 /// ```
 ///
-/// Weights by angle do not depend on how a flat face is cut into triangles [Thürmer and Wüthrich 1998]. Vertices are
-/// not merged: where a file has two at one point, the edge between them stays hard.
+/// Weights by angle do not depend on how a flat face is divided into triangles [Thürmer and Wüthrich 1998]. Vertices
+/// are not merged: where a file has two at one point, the edge between them stays hard.
 ///
 /// A vertex of no triangle, or one whose sum vanishes, gets +z.
 pub(crate) fn angle_weighted_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {

@@ -1,4 +1,4 @@
-//! Small files made up in memory.
+//! Builders of small files in memory.
 
 #![allow(dead_code, reason = "each file of tests uses what it needs")]
 

@@ -1,4 +1,4 @@
-//! Numbers from the buffers of a glTF file. Nothing is allocated before its length was found in a buffer.
+//! glTF accessors: arrays of numbers in buffers. Nothing is allocated before its length was checked against a buffer.
 
 use gltf_json::accessor::{Accessor, ComponentType, Type};
 use gltf_json::{Index, Root, buffer, validation::Checked};
@@ -7,7 +7,7 @@ use crate::SceneError;
 use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;
 
-/// An array within a buffer whose bytes are known to be there.
+/// An array within a buffer whose bytes are known to exist.
 struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -17,10 +17,10 @@ struct Elements<'a> {
     normalized: bool,
 }
 
-/// The numbers of accessors, with what to say where they are not there.
+/// The accessors of a file, with the place for error messages.
 pub(crate) struct Accessors<'a> {
     pub(crate) file: &'a GltfFile,
-    /// What is being read, for messages: `mesh 0, primitive 1`.
+    /// The place for messages: `mesh 0, primitive 1`.
     pub(crate) place: String,
 }
 
@@ -38,14 +38,14 @@ impl<'a> Accessors<'a> {
             .ok_or_else(|| self.invalid(source, &format!("uses accessor {}, but there are {count}", index.value())))
     }
 
-    /// How many elements an accessor says it has.
+    /// The number of elements of an accessor.
     pub(crate) fn count(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<usize, SceneError> {
         let accessor = self.accessor(index, source)?;
         // Checked against the buffer before anything of this size is allocated.
         self.elements(accessor, index.value(), source).map(|elements| elements.count)
     }
 
-    /// An attribute of `N` numbers for each vertex. Of a color three numbers will do: the fourth is 1.
+    /// An attribute of `N` numbers for each vertex. A color may have three: the fourth is then 1.
     pub(crate) fn vectors<const N: usize>(
         &self,
         what: &str,
@@ -109,7 +109,7 @@ impl<'a> Accessors<'a> {
         elements.map_err(|message| self.invalid(source, &format!("accessor {index}: {message}")))
     }
 
-    /// Puts the exceptions of a sparse accessor into `values`.
+    /// Writes the exceptions of a sparse accessor to `values`.
     fn overwrite<T>(
         &self,
         accessor: &Accessor,
@@ -141,7 +141,7 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// What an accessor says of its bytes.
+/// The layout of an accessor's bytes.
 struct Layout {
     component: ComponentType,
     components: usize,
@@ -227,7 +227,7 @@ impl Elements<'_> {
         }
     }
 
-    /// A component as glTF means it: whole numbers are fractions of their largest where normalized.
+    /// A component as a float: normalized integers are fractions of their largest value.
     fn float(&self, element: usize, component: usize) -> f32 {
         let (value, largest) = match self.component {
             ComponentType::F32 => return f32::from_le_bytes(self.bytes(element, component)),

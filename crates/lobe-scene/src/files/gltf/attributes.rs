@@ -1,4 +1,4 @@
-//! Attributes of vertices that glTF leaves to applications.
+//! Application-specific vertex attributes of glTF files.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::files::read_gltf;
 use crate::files::source::{Source, folder_of, read_file};
 use crate::{MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
 
-/// The attributes of a glTF file that its format leaves to applications, those whose names begin with `_`.
+/// The application-specific attributes of a glTF file, whose names begin with `_`.
 pub struct GltfAttributes {
     name: String,
     file: GltfFile,
@@ -36,14 +36,14 @@ pub fn read_scene_and_attributes(
 }
 
 impl GltfAttributes {
-    /// What the file says under `asset.extras`; null where it says nothing.
+    /// The value of `asset.extras`; null without one.
     #[must_use]
     pub fn asset_extras(&self) -> &Value {
         &self.file.asset_extras
     }
 
-    /// The attribute of this name, with `N` floats for each vertex, of the primitive that a mesh comes from; none where
-    /// it is not there.
+    /// The attribute of this name, with `N` floats for each vertex, of the primitive from which a mesh comes; `None`
+    /// without one.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] if it does not hold vectors of `N` floats, or its numbers are not in the file.

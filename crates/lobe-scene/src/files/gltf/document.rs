@@ -1,4 +1,4 @@
-//! A glTF file as a whole, to be written again with something added.
+//! glTF document: a whole file, to be extended and written again.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::{SceneError, SceneReadOptions};
 
 /// The JSON of a glTF file with all its members, and all its bytes in one buffer: what a .glb holds.
 ///
-/// Buffers and pictures that the file named have become parts of the buffer; nothing else has changed.
+/// Referenced buffers and pictures are embedded in the buffer; nothing else has changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GltfDocument {
     /// The JSON. Its one buffer is [`Self::bytes`], without a URI.
@@ -19,15 +19,15 @@ pub struct GltfDocument {
     pub bytes: Vec<u8>,
 }
 
-/// Extensions of buffer views that name a buffer by themselves.
+/// Extensions of buffer views that refer to a buffer themselves.
 const VIEW_EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 impl GltfDocument {
-    /// Reads a .gltf or .glb file with the files it names; and what could not be embedded, a line each.
+    /// Reads a .gltf or .glb file with the files it references; returns a note for each that could not be embedded.
     ///
     /// # Errors
-    /// As [`read_scene`](crate::read_scene) as far as the file and its buffers are concerned. A picture that is missing is
-    /// no error: its URI stays.
+    /// As [`read_scene`](crate::read_scene) for the file and its buffers. A missing picture is no error: its URI is
+    /// kept.
     pub fn read(path: impl AsRef<Path>) -> Result<(Self, Vec<String>), SceneError> {
         let path = path.as_ref();
         let (name, bytes) = read_file(path)?;
@@ -41,7 +41,7 @@ impl GltfDocument {
         Ok((document, notes))
     }
 
-    /// Adds bytes, at a multiple of four, and a buffer view of them; its index.
+    /// Adds bytes, at a multiple of four, and a buffer view of them; returns its index.
     pub(crate) fn push_view(&mut self, bytes: &[u8]) -> usize {
         self.align();
         let offset = self.bytes.len();
@@ -49,7 +49,7 @@ impl GltfDocument {
         push(&mut self.json, "bufferViews", json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}))
     }
 
-    /// Says in the JSON how long the buffer is.
+    /// Writes the length of the buffer to the JSON.
     pub(crate) fn declare_buffer(&mut self) {
         if self.bytes.is_empty() {
             return;
@@ -61,12 +61,12 @@ impl GltfDocument {
         self.json["buffers"] = json!([buffer]);
     }
 
-    /// Numbers of four bytes have to lie at multiples of four.
+    /// Pads the buffer to a multiple of four, as four-byte numbers need.
     fn align(&mut self) {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
     }
 
-    /// Puts the buffers one behind the other; of what their JSON says beside their bytes, the first's stays.
+    /// Concatenates the buffers; of their other JSON members, the first buffer's are kept.
     fn merge_buffers(&mut self, buffers: Vec<Vec<u8>>) -> Result<(), String> {
         let mut starts = Vec::new();
         for buffer in buffers {
@@ -120,7 +120,7 @@ fn items<'a>(json: &'a mut Value, array: &str) -> impl Iterator<Item = &'a mut V
     json.get_mut(array).and_then(Value::as_array_mut).into_iter().flatten()
 }
 
-/// Adds to an array of the file, which is made if it is not there; the new index.
+/// Appends to an array of the file, which is created if missing; returns the new index.
 pub(crate) fn push(json: &mut Value, array: &str, item: Value) -> usize {
     match &mut json[array] {
         Value::Array(items) => items.push(item),
@@ -137,7 +137,7 @@ fn move_view(view: &mut Value, starts: &[u64]) -> Option<()> {
     Some(())
 }
 
-/// What kind of picture it is, by its bytes, or else by what its URI says.
+/// The media type of a picture, by its bytes or else by its URI.
 fn media_type(uri: &str, bytes: &[u8]) -> Option<String> {
     let by_bytes = [
         (&b"\x89PNG"[..], "image/png"),

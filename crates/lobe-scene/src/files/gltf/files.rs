@@ -1,4 +1,4 @@
-//! The parts of a glTF file: its JSON, its buffers, and what it demands of a reader.
+//! glTF containers: JSON and buffers of .gltf and .glb files, and required extensions.
 
 use gltf_json::Root;
 use serde::Deserialize;
@@ -11,7 +11,7 @@ use crate::files::source::Source;
 /// Files with a higher one are refused.
 pub const LOBE_EXTRAS_VERSION: u64 = 1;
 
-/// JSON and buffers of a glTF file. Nothing in the JSON has been checked but its shape.
+/// JSON and buffers of a glTF file. Only the shape of the JSON has been checked.
 pub(crate) struct GltfFile {
     pub(crate) root: Root,
     pub(crate) buffers: Vec<Vec<u8>>,
@@ -24,11 +24,11 @@ const HEADER: usize = 12;
 const CHUNK_JSON: u32 = u32::from_le_bytes(*b"JSON");
 const CHUNK_BIN: u32 = u32::from_le_bytes(*b"BIN\0");
 
-/// Extensions a file may demand because Lobe reads them. Materials' and lights' are not used: shapes and base colors are
-/// the same without, but for [`OTHER_COLORS`].
+/// Required extensions that Lobe reads. Those of materials and lights are accepted and ignored: shapes and base colors
+/// are the same without them, except for [`OTHER_COLORS`].
 const READ_EXTENSIONS: [&str; 2] = ["KHR_texture_transform", "KHR_mesh_quantization"];
 
-/// The extension whose materials have their colors elsewhere.
+/// The extension whose materials store their colors elsewhere.
 const OTHER_COLORS: &str = "KHR_materials_pbrSpecularGlossiness";
 
 /// The parts of the JSON that decide whether the rest can be read.
@@ -51,7 +51,7 @@ struct Asset {
     extras: Value,
 }
 
-/// Reads JSON and buffers, from a .glb or a .gltf with the files it names.
+/// Reads JSON and buffers, from a .glb or from a .gltf with the files it references.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, SceneError> {
     let (json, blob) = split(bytes, source)?;
     let preamble: Preamble = from_json(json, source)?;
@@ -74,12 +74,12 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, Sc
     Ok(GltfFile { root, buffers, asset_extras: preamble.asset.extras })
 }
 
-/// The JSON of a file as it stands there, whatever its members.
+/// The unchecked JSON of a file with all its members.
 pub(crate) fn read_json(bytes: &[u8], source: &Source<'_>) -> Result<Value, SceneError> {
     from_json(split(bytes, source)?.0, source)
 }
 
-/// JSON and, in a .glb, the buffer that lies in the file itself.
+/// The JSON and, in a .glb, the embedded buffer.
 fn split<'a>(bytes: &'a [u8], source: &Source<'_>) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
     if bytes.starts_with(MAGIC) { split_glb(bytes, source) } else { Ok((bytes, None)) }
 }
@@ -136,7 +136,7 @@ fn check_preamble(preamble: &Preamble, source: &mut Source<'_>) -> Result<(), Sc
     Ok(())
 }
 
-/// What to tell someone whose file demands an extension.
+/// The message for a file that requires an extension.
 fn refusal(extension: &str) -> String {
     let advice = match extension {
         "KHR_draco_mesh_compression" => {
@@ -151,7 +151,7 @@ fn refusal(extension: &str) -> String {
     format!("the file requires {extension}, which Lobe does not read: {advice}")
 }
 
-/// The bytes behind a URI: of the URI itself, or of a file beside the glTF file.
+/// The bytes of a URI: embedded data, or a file beside the glTF file.
 pub(crate) fn read_uri(uri: &str, source: &Source<'_>) -> Result<Vec<u8>, SceneError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let shown: String = uri.chars().take(40).collect();
@@ -166,7 +166,7 @@ pub(crate) fn read_uri(uri: &str, source: &Source<'_>) -> Result<Vec<u8>, SceneE
     source.neighbor(&decode_percent(uri))
 }
 
-/// Bytes from base64 (RFC 4648), padded or not; none if a character is not of its alphabet.
+/// Decodes base64 (RFC 4648), padded or not; `None` if a character is not in its alphabet.
 fn decode_base64(text: &str) -> Option<Vec<u8>> {
     let text = text.trim_end_matches('=').as_bytes();
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 2);
@@ -190,7 +190,7 @@ fn decode_base64(text: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The file name behind a URI: `%20` is a space.
+/// Decodes the file name of a URI: `%20` is a space.
 fn decode_percent(uri: &str) -> String {
     let hex = |s: &[u8]| std::str::from_utf8(s).ok().and_then(|s| u8::from_str_radix(s, 16).ok());
     let bytes = uri.as_bytes();

@@ -1,4 +1,4 @@
-//! Scenes as glTF.
+//! glTF from a scene.
 
 use serde_json::{Map, Value, json};
 
@@ -13,8 +13,8 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 impl GltfDocument {
     /// The scene as glTF: a node and a mesh of one primitive for each of its meshes, in their order, y up.
     ///
-    /// Read again, it has the same triangles, vertices, colors and textures. Base colors and emission that leave the range of glTF,
-    /// which is 0 to 1, are clamped. What a file held beside a scene is not there.
+    /// Read again, it has the same triangles, vertices, colors and textures. Base colors and emission outside the range
+    /// of glTF, 0 to 1, are clamped. Anything else in the file of the scene is lost.
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {
         let count = scene.meshes().len();
@@ -31,7 +31,7 @@ impl GltfDocument {
             document.push_material(material);
         }
         if scene.meshes().iter().any(|mesh| mesh.material().is_none()) {
-            // What Lobe takes a mesh without material for; glTF would take it for a metal seen from one side.
+            // Lobe's material of a mesh without one; glTF's default is a single-sided metal.
             document.push_material(&Material { name: "white".to_string(), ..Material::WHITE });
         }
         for texture in scene.textures() {
@@ -114,7 +114,8 @@ impl GltfDocument {
         push(&mut self.json, "materials", json);
     }
 
-    /// `KHR_texture_transform` has translation · rotation · scale: the first column of the map is the scale along u turned.
+    /// `KHR_texture_transform` is translation · rotation · scale: the first column of the map is the rotated scale
+    /// along u.
     fn texture_info(&mut self, used: TextureUse) -> Value {
         let mut info = json!({"index": used.texture, "texCoord": used.uv_set});
         if used.uv_map == TextureUse::UV_UNCHANGED {

@@ -14,7 +14,7 @@ use crate::files::gltf::files::{GltfFile, read_uri};
 use crate::files::source::Source;
 use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
 
-/// All materials of the file, and the textures that their base colors use.
+/// Reads all materials of the file, and the textures of their base colors.
 pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Material>, Vec<Texture>), SceneError> {
     let mut materials = Vec::new();
     let mut textures = Textures { file, read: Vec::new(), places: HashMap::new() };
@@ -71,7 +71,7 @@ fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'
 struct Textures<'a> {
     file: &'a GltfFile,
     read: Vec<Texture>,
-    /// Where an image of the file, with a wrap, is among those read.
+    /// The index of the texture for an image of the file and a wrap mode.
     places: HashMap<(usize, [Wrap; 2]), usize>,
 }
 
@@ -101,7 +101,7 @@ impl Textures<'_> {
         Ok(TextureUse { texture, uv_set, uv_map })
     }
 
-    /// What a texture is made of: the index of an image that is there, and how it goes on beside the unit square.
+    /// The image of a texture, by its index, and its wrap modes.
     fn image_and_wrap(
         &self,
         index: usize,
@@ -153,7 +153,7 @@ fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     }
 }
 
-/// A texture from the bytes of a PNG or JPEG.
+/// Decodes a texture from a PNG or JPEG.
 pub(crate) fn decode(
     bytes: &[u8],
     name: &str,

@@ -1,7 +1,8 @@
-//! The parts of reading and making glTF.
+//! glTF reading and writing, in parts.
 //!
-//! Reading: `files` unpacks .glb, data URIs and files beside it; `accessor` reads numbers; `nodes` places meshes; `materials` reads
-//! colors and textures; `attributes` keeps what a bake has added. Writing: `document` is a file to add to, `from_scene` makes one.
+//! Reading: `files` opens .glb, data URIs and files beside it; `accessor` reads numbers; `nodes` places meshes;
+//! `materials` reads colors and textures; `attributes` keeps the results of a bake. Writing: `document` is a file to
+//! extend, `from_scene` creates one.
 
 pub(crate) mod accessor;
 pub(crate) mod attributes;

@@ -1,4 +1,4 @@
-//! The nodes of a glTF file: which meshes are shown, and where.
+//! glTF nodes: the meshes of the default scene and their transforms.
 
 use glam::{DMat4, DQuat, DVec3};
 use gltf_json::{Index, Node, Root};
@@ -6,15 +6,15 @@ use gltf_json::{Index, Node, Root};
 use crate::SceneError;
 use crate::files::source::Source;
 
-/// A mesh where a node shows it.
+/// An instance of a mesh by a node.
 pub(crate) struct Shown {
     pub(crate) node: usize,
     pub(crate) mesh: usize,
-    /// From the mesh's space to the file's world, which is y-up.
+    /// The transform from the mesh's space to the file's world, which is y-up.
     pub(crate) world_from_mesh: DMat4,
 }
 
-/// All meshes that the default scene shows, in the order of a walk from its roots.
+/// The mesh instances of the default scene, in depth-first order from its roots.
 ///
 /// glTF allows trees only. A node that is reached twice has two parents or is its own ancestor, and is refused.
 pub(crate) fn shown_meshes(root: &Root, source: &Source<'_>) -> Result<Vec<Shown>, SceneError> {
@@ -40,7 +40,7 @@ pub(crate) fn shown_meshes(root: &Root, source: &Source<'_>) -> Result<Vec<Shown
     Ok(shown)
 }
 
-/// The roots of the default scene; of the first where none is; the nodes without parent where there is no scene.
+/// The roots of the default scene; without a default, of the first scene; without any, the nodes without parent.
 fn roots(root: &Root, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
     let index = root.scene.map(|scene| scene.value());
     match (index, root.scenes.get(index.unwrap_or(0))) {
