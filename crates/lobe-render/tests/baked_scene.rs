@@ -56,7 +56,7 @@ fn lit(baked: &BakedScene, light: &ShVec<Rgb<f64>>, height: f64) -> LitPicture {
 
 fn assert_close(found: &Picture, expected: &Picture, what: &str) {
     for (i, (a, b)) in found.pixels().iter().zip(expected.pixels()).enumerate() {
-        let [a, b]: [[f32; 3]; 2] = [(*a).into(), (*b).into()];
+        let [a, b]: [[f32; 3]; 2] = [*a, *b];
         let off = |c: usize| f64::from((a[c] - b[c]).abs());
         assert!(
             (0..3).all(|c| off(c) <= ROUNDING * f64::from(b[c].abs().max(1.0))),
@@ -81,10 +81,7 @@ fn backs_are_black_until_they_are_baked_and_then_show_their_own_light() {
     for lobe in [None, Some(GlossyLobe::Phong(5.0))] {
         let mut baked = BakedScene::bake(square(), &options(Mode::Shadowed), lobe, Job::default()).unwrap();
         let light = light();
-        assert!(
-            lit(&baked, &light, -3.0).picture.pixels().iter().all(|p| <[f32; 3]>::from(*p) == [0.0; 3]),
-            "{lobe:?}: black"
-        );
+        assert!(lit(&baked, &light, -3.0).picture.pixels().iter().all(|p| *p == [0.0; 3]), "{lobe:?}: black");
         assert_eq!(
             baked.backs_in_view(&camera(3.0), &view(), Job::default()).unwrap(),
             Vec::<usize>::new(),

@@ -55,7 +55,7 @@ fn file(name: &str) -> std::path::PathBuf {
 
 /// Four skies, bundled with the program or kept as expansions.
 fn skies() -> Vec<(&'static str, ShVec<Rgb<f64>>)> {
-    let kept = |name: &str| read_sh_json(&file("tests/data").join(name)).unwrap().coefficients.to_rgb();
+    let kept = |name: &str| read_sh_json(file("tests/data").join(name)).unwrap().coefficients.to_rgb();
     vec![
         ("sunset", project_env(&bundled::sunset().map(), HIGHEST)),
         ("studio", project_env(&bundled::studio().map(), HIGHEST)),
@@ -285,7 +285,7 @@ fn transfer_and_paths_agree_in_the_cave() {
 #[test]
 fn the_expansions_kept_are_those_of_the_skies() {
     for name in ["venice", "lobby"] {
-        let kept = read_sh_json(&file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
+        let kept = read_sh_json(file("tests/data").join(format!("{name}.sh.json"))).unwrap().coefficients.to_rgb();
         assert!(kept.order() == HIGHEST && kept[0].luminance() > 0.0, "{name}: order {}", kept.order());
         let path = file("../../../shared/assets").join(format!("{name}.exr"));
         if !path.exists() {

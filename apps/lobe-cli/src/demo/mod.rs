@@ -183,7 +183,7 @@ impl Writer<'_> {
     fn write_expansion(&mut self, sky: &Sky) -> anyhow::Result<()> {
         let file = format!("{}.sh.json", sky.bundled.name);
         (self.progress)(&file);
-        write_sh_json(&self.folder.join(file), &ShFile::new(Quantity::Radiance, sky.radiance.clone()))?;
+        write_sh_json(self.folder.join(file), &ShFile::new(Quantity::Radiance, sky.radiance.clone()))?;
         Ok(())
     }
 }

@@ -156,7 +156,7 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
     let compressed = dir.baked("c.glb").compressed.unwrap();
     assert_eq!((compressed.table().components(), compressed.order()), (2, 2), "compressed");
     bake("scene.gltf -o c.safetensors --clusters 2");
-    let recipe = read_compressed_transfer(&dir.path("c.safetensors")).unwrap().1;
+    let recipe = read_compressed_transfer(dir.path("c.safetensors")).unwrap().1;
     assert_eq!((recipe.samples, recipe.clusters), (Some(8), Some(Some(2))), "{recipe:?}");
     assert!(recipe.scene_hash.is_some() && recipe.relative_error.is_some(), "{recipe:?}");
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");

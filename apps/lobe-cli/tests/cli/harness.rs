@@ -43,12 +43,12 @@ impl Dir {
 
     /// Writes an expansion.
     pub(crate) fn sh(&self, name: &str, quantity: Quantity, f: impl Into<FileCoefficients>) {
-        write_sh_json(&self.path(name), &ShFile::new(quantity, f)).unwrap();
+        write_sh_json(self.path(name), &ShFile::new(quantity, f)).unwrap();
     }
 
     /// Reads an expansion.
     pub(crate) fn read_sh(&self, name: &str) -> ShFile {
-        read_sh_json(&self.path(name)).unwrap()
+        read_sh_json(self.path(name)).unwrap()
     }
 
     /// Writes an environment map; the name's extension decides the format.

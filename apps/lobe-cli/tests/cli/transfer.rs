@@ -25,7 +25,7 @@ fn transfer_is_compressed_and_the_curve_falls() {
     write_transfer(dir.path("t.safetensors"), &ball(), &Recipe::default().seed(5).scene_hash("ab".to_owned())).unwrap();
     let args = "compress t.safetensors -o c.safetensors --clusters 16 --components 2 --weights 8 --curve --json";
     let found: Value = serde_json::from_str(&dir.lobe(args).stdout()).unwrap();
-    let (compressed, recipe) = read_compressed_transfer(&dir.path("c.safetensors")).unwrap();
+    let (compressed, recipe) = read_compressed_transfer(dir.path("c.safetensors")).unwrap();
     assert_eq!((recipe.seed, recipe.scene_hash.as_deref()), (Some(5), Some("ab")), "the recipe of the bake");
     assert_eq!((recipe.clusters, recipe.weights), (Some(Some(16)), Some(Some(8))), "and its own");
     assert_eq!(number(&found, "receivers"), 200.0, "receivers");
@@ -87,7 +87,7 @@ fn a_lobe_for_each_vertex_is_fitted() {
     let found: Value =
         serde_json::from_str(&dir.lobe("fit-lobes t.safetensors -o z.safetensors --json").stdout()).unwrap();
     assert!(number(&found, "worst_relative_error") < 1e-6, "unshadowed transfer is one lobe: {found}");
-    let (zonal, recipe) = read_zonal_transfer(&dir.path("z.safetensors")).unwrap();
+    let (zonal, recipe) = read_zonal_transfer(dir.path("z.safetensors")).unwrap();
     assert_eq!((recipe.seed, recipe.lobes), (Some(5), Some(1)), "the recipe of the bake, and its own");
     assert_eq!((zonal.receivers(), zonal.lobes()), (200, 1), "lobes");
 }

@@ -69,8 +69,8 @@ const HUNT: f64 = 0.01;
 /// The pair of display colors with the paper's largest color difference.
 const MOST_DIFFERENT: [Vec3; 2] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// L*a*b* of CIE 1976, with roots of X, Y and Z relative to white: `L* = 116 Y - 16`, `a* = 500 (X - Y)`, `b* = 200 (Y
-/// - Z)`.
+/// L*a*b* of CIE 1976, with roots of X, Y and Z relative to white:
+/// `L* = 116 Y - 16`, `a* = 500 (X - Y)`, `b* = 200 (Y - Z)`.
 const LIGHTNESS: (f64, f64) = (116.0, 16.0);
 const RED_GREEN: f64 = 500.0;
 const BLUE_YELLOW: f64 = 200.0;
@@ -293,7 +293,7 @@ fn blur(terms: &[(f64, f64)], reach: i32, pixels_per_degree: f64) -> Vec<(f64, V
     parts.into_iter().map(|(weight, k)| (weight / whole, k)).collect()
 }
 
-/// The HyAB distance for large color differences: city block in lightness, Euclidean in chroma.
+/// The `HyAB` distance for large color differences: city block in lightness, Euclidean in chroma.
 fn hyab(a: Vec3, b: Vec3) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
