@@ -24,7 +24,7 @@ const NEGLIGIBLE: f64 = 0.1;
 /// For each angle from the axis of a kernel, the coarsest approximations of the kernel that are accurate enough there.
 ///
 /// An approximation is accurate enough for light `brightness` times as bright as the median of the map where its error
-/// is at most `tolerance (K(θ) + floor/brightness)`. Brightness comes in [steps](crate::brightness).
+/// is at most `tolerance (K(θ) + floor/brightness)`. Brightness comes in [steps](crate::prefilter::brightness).
 pub(crate) struct FilterCut {
     /// For each class of cell sizes.
     cells: Vec<Limits>,

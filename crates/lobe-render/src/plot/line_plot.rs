@@ -58,7 +58,7 @@ impl LinePlot<'_> {
         self.drawing(curves).svg()
     }
 
-    /// The plot as a picture. Of the legend it has the lines only: [`Label`](crate::Label) has few letters.
+    /// The plot as a picture. Of the legend it has the lines only: [`Label`](lobe_image::Label) has few letters.
     #[must_use]
     pub fn picture(&self, curves: &[Curve2d<'_>]) -> Picture {
         self.drawing(curves).picture()

@@ -15,7 +15,7 @@ const NOTHING: f64 = 0.62;
 const LINE: f32 = 0.35;
 
 /// The figure of a mapping, `width` pixels wide: where every direction lies in its picture. Show it with
-/// [`Tone::PLAIN`](crate::Tone::PLAIN).
+/// [`Tone::PLAIN`](lobe_image::Tone::PLAIN).
 ///
 /// Fields of 15° between parallels and meridians have the color of the direction in their middle; where the mapping
 /// shows nothing it is gray; names stand where the six axes are. The cube, six times as high as wide, is laid in two

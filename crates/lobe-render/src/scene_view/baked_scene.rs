@@ -43,7 +43,7 @@ impl BakedScene {
     /// Reads a baked .glb or .gltf file.
     ///
     /// # Errors
-    /// [`RenderError::Prt`] with the errors of [`read_baked`](lobe_prt::read_baked).
+    /// [`RenderError::Prt`] with the errors of [`lobe_prt::read_baked`].
     pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Self, RenderError> {
         Ok(read_baked(path, options)?.into())
     }

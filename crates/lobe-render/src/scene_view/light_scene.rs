@@ -21,7 +21,7 @@ pub struct LitPicture {
     /// Radiance.
     pub picture: Picture,
     /// The part of the rays that hit a lit surface whose radiance is below zero in some channel, by more than 0.1 % of
-    /// the light's mean. This happens where the expansion of the light rings; see [`lobe_sh::dering`].
+    /// the light's mean. This happens where the expansion of the light rings; see [`lobe_sh::deringed`].
     pub below_zero: f64,
 }
 

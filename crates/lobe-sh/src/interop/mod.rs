@@ -1,7 +1,7 @@
 //! Conversions from and to other libraries, each behind a feature of its name.
 //!
-//! [`serde_values`] writes and reads public values, [`plain_bytes`] (`bytemuck`) lets colors and expansions be copied
-//! to buffers, [`glam_vectors`] and [`mint_vectors`] convert directions, colors and rotations. Uses all other rooms;
+//! `serde_values` writes and reads public values, `plain_bytes` (`bytemuck`) lets colors and expansions be copied
+//! to buffers, `glam_vectors` and `mint_vectors` convert directions, colors and rotations. Uses all other rooms;
 //! none uses it.
 
 #[cfg(feature = "glam")]

@@ -45,7 +45,7 @@ const HALF_TURN_ROUNDING: f64 = 1e-12;
 /// ```
 ///
 /// These numbers, rotated from that frame into the world and summed over the edges, are the coefficients: exact at
-/// every order, at the cost of one rotation for each edge. `P̄_l^m` is that of [`Basis`](crate::Basis); its derivative
+/// every order, at the cost of one rotation for each edge. `P̄_l^m` is that of [`Basis`]; its derivative
 /// at 0 vanishes for even `l - m`. `f_00` is the solid angle over `√(4π)`, from signed triangles (Van Oosterom and
 /// Strackee 1983). The same boundary integral, for zonal functions and from three recurrences, is in [Wang and
 /// Ramamoorthi 2018].
