@@ -89,18 +89,18 @@ impl<'a> Diffuse<'a> {
     fn interreflected(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
         let (sobol, frame, origin) = self.start(seed, receiver);
         let factors = self.factors(receiver);
-        let energy = |weight: [f32; 3]| (0..3).map(|c| f64::from(weight[c]) * factors[c]).sum::<f64>() / 3.0;
+        let energy = |throughput: [f32; 3]| (0..3).map(|c| f64::from(throughput[c]) * factors[c]).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
         for &index in &self.order {
             // Start a path in a cosine-weighted direction, and follow it to its end.
             let ray = Ray::new(origin, frame.cosine(sobol.point(index, 0)));
             match self.tracer.follow(ray, self.bounces, &sobol, index, &mut tally.rays) {
                 // Add the basis where the path escapes, times its throughput.
-                PathEnd::Escaped { direction, weight, bounce } => {
-                    scratch.sum.push(direction, weight);
-                    tally.energy[bounce] += energy(weight);
+                PathEnd::Escaped { direction, throughput, bounce } => {
+                    scratch.sum.push(direction, throughput);
+                    tally.energy[bounce] += energy(throughput);
                 }
-                PathEnd::Left { weight } => tally.left += energy(weight),
+                PathEnd::Left { throughput } => tally.left += energy(throughput),
                 PathEnd::Absorbed => {}
             }
         }

@@ -135,7 +135,7 @@ impl Matrices<'_> {
     /// The end of the path that starts along a ray.
     fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
         match self.options.mode {
-            Mode::Unshadowed => PathEnd::Escaped { direction: ray.direction, weight: [1.0; 3], bounce: 0 },
+            Mode::Unshadowed => PathEnd::Escaped { direction: ray.direction, throughput: [1.0; 3], bounce: 0 },
             Mode::Shadowed | Mode::Interreflected => self.tracer.follow(ray, self.bounces, sobol, index, rays),
         }
     }
@@ -172,7 +172,7 @@ impl Estimator for Matrices<'_> {
         let frame = normal.map(Frame::about);
         let origin = normal.map_or(position, |normal| self.tracer.origin_above(position, normal));
         let part = 1.0 / f64::from(self.options.samples);
-        let energy = |weight: [f32; 3]| part * weight.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
+        let energy = |throughput: [f32; 3]| part * throughput.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
         for &index in &self.order {
             // Start a path uniformly over the hemisphere, or over the sphere, and follow it to its end.
@@ -180,11 +180,11 @@ impl Estimator for Matrices<'_> {
             let first = frame.map_or_else(|| sphere(point), |frame| frame.hemisphere(point));
             match self.end(Ray::new(origin, first), &sobol, index, &mut tally.rays) {
                 // Add the basis at both ends of the path, times its throughput.
-                PathEnd::Escaped { direction, weight, bounce } => {
-                    sum.push(first, direction, weight);
-                    tally.energy[bounce] += energy(weight);
+                PathEnd::Escaped { direction, throughput, bounce } => {
+                    sum.push(first, direction, throughput);
+                    tally.energy[bounce] += energy(throughput);
                 }
-                PathEnd::Left { weight } => tally.left += energy(weight),
+                PathEnd::Left { throughput } => tally.left += energy(throughput),
                 PathEnd::Absorbed => {}
             }
         }

@@ -10,7 +10,7 @@ use crate::sampling::warp::Frame;
 ///
 /// Where a path meets a surface, the side is that of the geometric normal. A back side that is not double-sided
 /// reflects nothing. Otherwise both normals are turned to the side met, and the path goes on, cosine-weighted about the
-/// normal to shade with, from above the surface; a direction below the surface brings nothing. Its weight is multiplied
+/// normal to shade with, from above the surface; a direction below the surface brings nothing. Its throughput is multiplied
 /// by the albedo: density and cosine cancel,
 ///
 /// ```text
@@ -23,13 +23,13 @@ pub(crate) struct Tracer<'a> {
     has_masks: bool,
 }
 
-/// The end of a path. The weight is its throughput.
+/// The end of a path, with its throughput.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PathEnd {
-    /// It left the scene along `direction` after `bounce` reflections, by which its weight was multiplied.
-    Escaped { direction: [f32; 3], weight: [f32; 3], bounce: usize },
+    /// It left the scene along `direction` after `bounce` reflections, by which its throughput was multiplied.
+    Escaped { direction: [f32; 3], throughput: [f32; 3], bounce: usize },
     /// It met a surface after its last reflection.
-    Left { weight: [f32; 3] },
+    Left { throughput: [f32; 3] },
     /// It met a surface that reflects nothing.
     Absorbed,
 }
@@ -71,12 +71,12 @@ impl<'a> Tracer<'a> {
     /// Counts its rays.
     pub(crate) fn follow(&self, ray: Ray, bounces: usize, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
         let mut ray = ray;
-        let mut weight = [1.0; 3];
+        let mut throughput = [1.0; 3];
         for bounce in 0..bounces {
             // Find the first surface along the ray; without one the path escapes to the light.
             *rays += 1;
             let Some(hit) = self.closest(&ray) else {
-                return PathEnd::Escaped { direction: ray.direction, weight, bounce };
+                return PathEnd::Escaped { direction: ray.direction, throughput, bounce };
             };
             // End at back sides that reflect nothing.
             let surface = self.scene.surface(&hit);
@@ -85,13 +85,13 @@ impl<'a> Tracer<'a> {
                 return PathEnd::Absorbed;
             }
             // Multiply the throughput by the albedo.
-            (0..3).for_each(|c| weight[c] *= surface.base_color[c]);
+            (0..3).for_each(|c| throughput[c] *= surface.base_color[c]);
             // Sample the next direction about the shading normal, on the side that was met.
             let side = if towards < 0.0 { 1.0 } else { -1.0 };
             let geometric = surface.geometric_normal.map(|c| c * side);
             let shading = surface.shading_normal.map(|c| c * side);
             let direction = Frame::about(shading).cosine(sobol.point(index, bounce + 1));
-            if weight == [0.0; 3] || Vec3::from(direction).dot(Vec3::from(geometric)) <= 0.0 {
+            if throughput == [0.0; 3] || Vec3::from(direction).dot(Vec3::from(geometric)) <= 0.0 {
                 return PathEnd::Absorbed;
             }
             // Go on from above the surface.
@@ -100,9 +100,9 @@ impl<'a> Tracer<'a> {
         // After the last reflection only ask whether the path escapes.
         *rays += 1;
         if self.is_occluded(&ray) {
-            PathEnd::Left { weight }
+            PathEnd::Left { throughput }
         } else {
-            PathEnd::Escaped { direction: ray.direction, weight, bounce: bounces }
+            PathEnd::Escaped { direction: ray.direction, throughput, bounce: bounces }
         }
     }
 }
