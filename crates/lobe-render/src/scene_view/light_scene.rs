@@ -41,6 +41,7 @@ pub struct LitPicture {
 /// use lobe_io::Job;
 /// use lobe_prt::BakeOptions;
 /// use lobe_render::{BakedScene, Camera, View, ViewOptions, light_baked_scene};
+/// use lobe_sh::Coefficient as _;
 ///
 /// let options = BakeOptions::default().order(3).samples(16);
 /// let scene = lobe_scene::built_in::ball_over_ground(8);
@@ -51,8 +52,7 @@ pub struct LitPicture {
 /// let camera = Camera::framing([-1.5, -1.5, 0.0], [1.5, 1.5, 2.0], View::three_quarter(), 0.35);
 /// let view = ViewOptions::default().width(32).height(24);
 /// let lit = light_baked_scene(&baked, &light, &camera, &view, |s| sky.radiance(s).widen(), Job::default())?;
-/// assert!(lit.picture.pixels().iter().any(|pixel| pixel.g > 0.0), "{}", lit.below_zero);
-/// # use lobe_sh::Coefficient as _;
+/// assert!(lit.picture.pixels().iter().any(|pixel| pixel[1] > 0.0), "{}", lit.below_zero);
 /// # Ok::<(), lobe_render::RenderError>(())
 /// ```
 ///
