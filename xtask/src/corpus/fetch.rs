@@ -73,6 +73,9 @@ impl Package {
                 "npm" => run("tar", &["-xzf", &name], &folder)?,
                 _ => run("python3", &["-m", "zipfile", "-e", &name, "."], &folder)?,
             }
+            if self.from == "npm" {
+                run("node", &["-e", include_str!("unwrap.cjs"), "--", "unwrap.cjs", "."], &folder)?;
+            }
             fs::remove_file(&archive).map_err(|error| format!("{name}: {error}"))?;
         }
         fs::write(folder.join(COMPLETE), "").map_err(|error| format!("{}: {error}", folder.display()))

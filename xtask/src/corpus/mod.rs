@@ -3,6 +3,8 @@
 //! Packages are fetched by name into a cache outside the repository. Each model is baked, rendered as baked and path
 //! traced, and what was baked is validated; each map is described, projected and filtered. All that within limits of time
 //! and memory. A line on stderr with exit code 2 is a refusal and listed; any other end than success is a fault.
+//!
+//! This file goes through the files; `fetch` gets them, `step` runs the command on one. Uses no other room.
 
 mod fetch;
 mod step;
@@ -130,15 +132,18 @@ fn all_steps(program: &Path, input: &Path, validator: Option<&Validator>, folder
             return (end, seconds);
         }
     }
-    (validator.filter(|_| is_model).map_or(End::Done, |validator| validator.judge(&folder.join("baked.glb"))), seconds)
+    (
+        validator.filter(|_| is_model).map_or(End::Done, |validator| validator.judge(input, &folder.join("baked.glb"))),
+        seconds,
+    )
 }
 
 impl Validator {
-    /// The errors of a file; what it only warns of may have been in the model before.
-    fn judge(&self, file: &Path) -> End {
+    /// The errors of a file that was baked, beyond those of the model.
+    fn judge(&self, model: &Path, file: &Path) -> End {
         let output = Command::new("node")
             .args(["-e", include_str!("validate.cjs"), "--", "validate.cjs"])
-            .args([&self.0, file])
+            .args([&self.0, model, file])
             .output();
         match output {
             Ok(output) if output.status.success() && output.stdout.is_empty() => End::Done,
