@@ -36,8 +36,7 @@ fn striped_ball(alpha: Alpha) -> Scene {
 fn chosen(scene: &Scene) -> Receivers {
     let all = Receivers::at_vertices(scene).unwrap();
     let indices: Vec<usize> = (0..16).map(|k| (2 * k + 1) * all.len() / 32).collect();
-    let of = |values: &[[f32; 3]]| indices.iter().map(|&i| values[i]).collect();
-    Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap()
+    all.subset(&indices).unwrap()
 }
 
 #[test]
@@ -62,8 +61,7 @@ fn transfer_and_paths_agree_behind_stripes() {
     let tracer = PathTracer::new(&scene, &bvh, &light, options);
     let mut changed = 0;
     for v in 0..receivers.len() {
-        let albedo = Rgb::from(receivers.albedos()[v]);
-        let receiver = PathReceiver { position: receivers.positions()[v], normal: receivers.normals()[v], albedo };
+        let receiver = PathReceiver::of(&receivers, v);
         let truth = tracer.radiance_at(&receiver, v, &SampleCount { sets: SETS, per_set: 1024 });
         for c in 0..3 {
             let values: Vec<f64> = sets.iter().map(|set| f64::from(set[v].to_array()[c])).collect();

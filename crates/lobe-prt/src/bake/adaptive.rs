@@ -160,19 +160,16 @@ impl Known {
     /// Bakes the vertices that are not known yet; returns the number of rays traced.
     fn bake_new_vertices(&mut self, scene: &Scene, bake: &mut dyn FnMut(&Receivers) -> Round) -> Result<u64, PrtError> {
         let all = Receivers::at_vertices(scene)?;
-        let (mut positions, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new());
-        let mut counts = Vec::new();
+        let (mut which, mut counts) = (Vec::new(), Vec::new());
         let mut first = 0;
         for (mesh, rows) in scene.meshes().iter().zip(&self.rows) {
             let end = first + mesh.positions().len();
             let new = first + rows.len().checked_div(self.row).unwrap_or(0)..end;
             counts.push(new.len());
-            positions.extend_from_slice(&all.positions()[new.clone()]);
-            normals.extend_from_slice(&all.normals()[new.clone()]);
-            albedos.extend_from_slice(&all.albedos()[new]);
+            which.extend(new);
             first = end;
         }
-        let (transfer, rays) = bake(&Receivers::new(positions, normals, albedos)?)?;
+        let (transfer, rays) = bake(&all.subset(&which)?)?;
         self.row = transfer.order() * transfer.order() * transfer.channels().count();
         let mut rest = transfer.coefficients();
         for (rows, count) in self.rows.iter_mut().zip(counts) {

@@ -147,7 +147,7 @@ pub fn bake_neighborhood(
     job: Job<'_>,
 ) -> Result<(Neighborhood, BakeReport), PrtError> {
     let positions = grid.points();
-    let points = Points { positions: &positions, normals: None };
+    let points = Points { positions: &positions, receivers: None };
     let (matrices, report) = bake_points(scene, bvh, points, options, job)?;
     Ok((Neighborhood::new(*grid, matrices)?, report))
 }
@@ -164,6 +164,6 @@ pub fn bake_neighborhood_on_disk(
     job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
     let positions = grid.points();
-    let points = Points { positions: &positions, normals: None };
+    let points = Points { positions: &positions, receivers: None };
     bake_points_on_disk(scene, bvh, points, options, job)
 }
