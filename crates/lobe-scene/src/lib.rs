@@ -49,7 +49,7 @@ mod scene;
 
 pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
-pub use error::SceneError;
+pub use error::{SceneError, SceneLimit};
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::GltfDocument;
 pub use files::gltf::files::LOBE_EXTRAS_VERSION;

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
 use lobe::scene::{Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene};
 
+use crate::args::memory::MemoryLimit;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -26,6 +27,9 @@ pub(crate) struct SceneInput {
     /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
     #[arg(long, value_name = "N", value_parser = max_triangles)]
     max_triangles: Option<usize>,
+    /// The most texels that all textures of a file together may have [default: 268435456]
+    #[arg(long, value_name = "N", value_parser = max_texels)]
+    max_texels: Option<usize>,
 }
 
 /// The most triangles that rays can be traced among.
@@ -33,6 +37,10 @@ const MOST_TRIANGLES: usize = (1 << 31) - 1;
 
 fn max_triangles(text: &str) -> Result<usize, String> {
     values::whole(text, 1, MOST_TRIANGLES, "a number of triangles")
+}
+
+fn max_texels(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, usize::MAX >> 3, "a number of texels")
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -62,12 +70,16 @@ impl SceneInput {
     }
 
     /// Reads or makes the scene, and notes the findings.
-    pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<Scene> {
+    pub(crate) fn read(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Scene> {
         let name = self.name();
         self.check_up()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
-            if self.max_triangles.is_some() {
-                bail!("--max-triangles: only of scenes in files; leave the option out");
+            for (is_given, option) in
+                [(self.max_triangles.is_some(), "--max-triangles"), (self.max_texels.is_some(), "--max-texels")]
+            {
+                if is_given {
+                    bail!("{option}: only of scenes in files; leave the option out");
+                }
             }
             let Some(scene) = built_in::named(built_in_name) else {
                 let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
@@ -75,15 +87,15 @@ impl SceneInput {
             };
             return Ok(scene);
         }
-        let (scene, report) = read_scene(&self.path, &self.options())?;
+        let (scene, report) = read_scene(&self.path, &self.options(memory))?;
         tell(&report, &name, talk);
         Ok(scene)
     }
 
     /// Reads or makes the scene as [`SceneInput::read`], and with it the transfer that a baked glTF file holds.
-    pub(crate) fn read_or_baked(&self, talk: Talk) -> anyhow::Result<BakedOrScene> {
-        let Some(file) = self.gltf_file() else { return Ok(self.read(talk)?.into()) };
-        let read = read_baked_or_scene(file, &self.options())?;
+    pub(crate) fn read_or_baked(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedOrScene> {
+        let Some(file) = self.gltf_file() else { return Ok(self.read(memory, talk)?.into()) };
+        let read = read_baked_or_scene(file, &self.options(memory))?;
         match &read {
             BakedOrScene::Baked(baked) => {
                 let name = self.name();
@@ -105,11 +117,12 @@ impl SceneInput {
     }
 
     /// The options of reading a file.
-    fn options(&self) -> SceneReadOptions {
+    fn options(&self, memory: &MemoryLimit) -> SceneReadOptions {
         let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
-        options
+        options.texel_limit = self.max_texels.unwrap_or(options.texel_limit);
+        options.memory_limit(memory.bytes())
     }
 
     fn has_extension(&self, extensions: &[&str]) -> bool {

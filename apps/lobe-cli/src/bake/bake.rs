@@ -169,7 +169,7 @@ impl Bake {
         if !self.fresh {
             checkpoint.check_kind(self.splitting.is_adaptive())?;
         }
-        let scene = self.splitting.split_long(self.input.read(talk)?)?;
+        let scene = self.splitting.split_long(self.input.read(&self.memory, talk)?)?;
         if self.fresh {
             checkpoint.discard()?;
         }

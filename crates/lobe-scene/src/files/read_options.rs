@@ -14,12 +14,15 @@ pub struct SceneReadOptions {
     /// The most texels to which all textures together may expand, four bytes each. A small file can hold a large
     /// picture of one color.
     pub texel_limit: usize,
+    /// The most bytes that the scene may take with its tree for tracing rays, about 64 for each vertex and 320 for each
+    /// triangle of all instances, and four for each texel.
+    pub memory_limit: u64,
 }
 
 impl Default for SceneReadOptions {
-    /// y up, up to 2²⁶ triangles and vertices, and up to 2²⁸ texels: 1 GiB.
+    /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels, 1 GiB, and no limit for all together.
     fn default() -> Self {
-        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28 }
+        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28, memory_limit: u64::MAX }
     }
 }
 
@@ -42,6 +45,13 @@ impl SceneReadOptions {
     #[must_use]
     pub fn texel_limit(mut self, texel_limit: usize) -> Self {
         self.texel_limit = texel_limit;
+        self
+    }
+
+    /// Sets the limit of bytes.
+    #[must_use]
+    pub fn memory_limit(mut self, memory_limit: u64) -> Self {
+        self.memory_limit = memory_limit;
         self
     }
 }
