@@ -126,9 +126,8 @@ fn split(
     let mut limit = None;
     loop {
         // Bake the vertices that are new in this round.
-        let near = scene.near_origin().0;
         report.rays +=
-            known.bake_new_vertices(&near, &mut |receivers| bake_round(report.rounds, &near, receivers, &bake))?;
+            known.bake_new_vertices(&scene, &mut |receivers| bake_round(report.rounds, &scene, receivers, &bake))?;
         // Halve the edges along which transfer changes.
         let limit = *limit.get_or_insert_with(|| options.threshold * known.root_mean_square());
         let changes = |mesh, edge| known.distance(mesh, edge) > limit;

@@ -32,7 +32,7 @@ impl Default for ViewOptions {
 
 setters!(ViewOptions { width: usize, height: usize, rays: usize });
 
-/// A scene seen by a camera: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
+/// A scene seen by a camera in its world: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
 /// it escapes.
 ///
 /// The steps of `job` are pixels; it cannot be kept in a file.
@@ -61,7 +61,7 @@ pub fn scene_picture(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
     };
-    let has_masks = scene.has_masks();
+    let (camera, has_masks) = (camera.relative_to(scene.origin()), scene.has_masks());
     // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
         let hit = match has_masks {

@@ -2,11 +2,16 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::scene::near_origin::near_origin;
 use crate::{Alpha, Hit, Material, Mesh, SceneError, Texture, TextureUse};
 
 /// A scene of meshes, materials and textures. It has at least one triangle; every index is in range.
 ///
 /// Triangles are counted through all meshes in their order: that index is stored in a [`Hit`].
+///
+/// A scene far from the origin of its world is stored near its own, [`Scene::origin`], where numbers of `f32` are
+/// precise. All positions of its meshes, surfaces, rays and receivers count from there; cameras, grids and files are
+/// of the world.
 #[derive(Clone, Debug)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -14,6 +19,7 @@ pub struct Scene {
     textures: Vec<Texture>,
     /// The index of the first triangle of each mesh, then the number of all triangles.
     starts: Vec<usize>,
+    origin: [f64; 3],
 }
 
 /// An axis-aligned box.
@@ -42,6 +48,8 @@ pub struct Surface {
 
 impl Scene {
     /// A scene of meshes. Their materials index `materials`, whose textures index `textures`.
+    ///
+    /// If they are far from the origin, meshes are moved near it; [`Scene::origin`] is the way back.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, or if a
@@ -80,7 +88,9 @@ impl Scene {
         if u32::try_from(count).is_err() {
             return invalid(format!("expected fewer than 2^32 triangles, found {count}"));
         }
-        Ok(Self { meshes, materials, textures, starts })
+        let Bounds { min, max } = bounds_of(&meshes);
+        let (meshes, origin) = near_origin(meshes, min, max);
+        Ok(Self { meshes, materials, textures, starts, origin })
     }
 
     /// The meshes.
@@ -101,16 +111,27 @@ impl Scene {
         &self.textures
     }
 
-    /// The meshes, materials and textures, to be changed and made into another scene.
+    /// The point of the world from which positions of this scene count; zero unless it is far from there.
+    ///
+    /// Its lighting does not depend on its place: a scene moved as a whole has the same positions and the same light,
+    /// bit by bit, if its file moves it by a node.
+    #[must_use]
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// The same scene, moved in the world.
+    #[must_use]
+    pub fn moved(self, by: [f64; 3]) -> Self {
+        let origin = [0, 1, 2].map(|k| self.origin[k] + by[k]);
+        Self { origin, ..self }
+    }
+
+    /// The meshes, whose positions count from [`Scene::origin`], materials and textures, to be changed and made into
+    /// another scene.
     #[must_use]
     pub fn into_parts(self) -> (Vec<Mesh>, Vec<Material>, Vec<Texture>) {
         (self.meshes, self.materials, self.textures)
-    }
-
-    /// The same scene with its meshes moved.
-    pub(crate) fn with_moved_meshes(&self, meshes: Vec<Mesh>) -> Self {
-        let (materials, textures, starts) = (self.materials.clone(), self.textures.clone(), self.starts.clone());
-        Self { meshes, materials, textures, starts }
     }
 
     /// Number of triangles in all meshes.
@@ -157,11 +178,7 @@ impl Scene {
     /// The smallest box around all positions.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
-        let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &p in self.meshes.iter().flat_map(Mesh::positions) {
-            bounds = (bounds.0.min(p.into()), bounds.1.max(p.into()));
-        }
-        Bounds { min: bounds.0.into(), max: bounds.1.into() }
+        bounds_of(&self.meshes)
     }
 
     /// Linear color and alpha of a vertex: base color, texture and vertex color multiplied.
@@ -244,6 +261,14 @@ impl Scene {
         }
         product
     }
+}
+
+fn bounds_of(meshes: &[Mesh]) -> Bounds {
+    let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for &p in meshes.iter().flat_map(Mesh::positions) {
+        bounds = (bounds.0.min(p.into()), bounds.1.max(p.into()));
+    }
+    Bounds { min: bounds.0.into(), max: bounds.1.into() }
 }
 
 /// Barycentric interpolation, in `f64` until the end.
