@@ -350,6 +350,13 @@ fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_befo
 }
 
 #[test]
+fn glass_is_noted() {
+    let file = Gltf::square().with("/extensionsUsed", json!(["KHR_materials_transmission"]));
+    let (_, report) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default()).unwrap();
+    assert!(report.notes.iter().any(|note| note.contains("glass stops all light")), "{:?}", report.notes);
+}
+
+#[test]
 fn instances_count_against_the_limit_of_memory_before_they_are_read() {
     // Two triangles and four vertices, a million times.
     let count = 1_000_000;
