@@ -39,7 +39,7 @@
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | subdivision | [`Scene::split_edges`] |
 //! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`] |
-//! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::is_solid`] |
+//! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::stops`] |
 
 pub mod built_in;
 mod bvh;

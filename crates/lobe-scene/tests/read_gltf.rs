@@ -350,10 +350,21 @@ fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_befo
 }
 
 #[test]
-fn glass_is_noted() {
-    let file = Gltf::square().with("/extensionsUsed", json!(["KHR_materials_transmission"]));
-    let (_, report) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default()).unwrap();
-    assert!(report.notes.iter().any(|note| note.contains("glass stops all light")), "{:?}", report.notes);
+fn glass_and_blended_materials_let_light_through_if_asked_to_and_are_noted_if_not() {
+    let glass = json!({"name": "pane", "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.75}}});
+    let foil = json!({"name": "foil", "alphaMode": "BLEND"});
+    let file = Gltf::square()
+        .with("/materials", json!([glass, foil]))
+        .with("/extensionsUsed", json!(["KHR_materials_transmission"]));
+    for is_asked in [false, true] {
+        let options = SceneReadOptions::default().straight_through(is_asked);
+        let (scene, report) = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap();
+        let notes =
+            ["material `pane` is glass, and taken as opaque", "material `foil` is blended, and taken as opaque"];
+        assert_eq!(report.notes, if is_asked { vec![] } else { notes.map(String::from).to_vec() }, "notes");
+        let found: Vec<_> = scene.materials().iter().map(|m| (m.transmission, m.has_holes())).collect();
+        assert_eq!(found, [(0.75, is_asked), (0.0, is_asked)], "transmission, and whether light passes");
+    }
 }
 
 #[test]

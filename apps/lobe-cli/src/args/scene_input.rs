@@ -30,6 +30,10 @@ pub(crate) struct SceneInput {
     /// The most texels that all textures of a file together may have [default: 268435456]
     #[arg(long, value_name = "N", value_parser = max_texels)]
     max_texels: Option<usize>,
+    /// Let light straight through blended surfaces, by their alpha, and through glass (KHR_materials_transmission), by its
+    /// transmission; without this they are opaque
+    #[arg(long)]
+    transparency: bool,
 }
 
 /// The most triangles that rays can be traced among.
@@ -59,6 +63,11 @@ impl SceneInput {
         &self.path
     }
 
+    /// Whether light goes straight through glass and blended surfaces.
+    pub(crate) fn is_see_through(&self) -> bool {
+        self.transparency
+    }
+
     /// The name without its folders, which says the same on every machine.
     pub(crate) fn file_name(&self) -> String {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
@@ -74,9 +83,11 @@ impl SceneInput {
         let name = self.name();
         self.check_up()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
-            for (is_given, option) in
-                [(self.max_triangles.is_some(), "--max-triangles"), (self.max_texels.is_some(), "--max-texels")]
-            {
+            for (is_given, option) in [
+                (self.max_triangles.is_some(), "--max-triangles"),
+                (self.max_texels.is_some(), "--max-texels"),
+                (self.transparency, "--transparency"),
+            ] {
                 if is_given {
                     bail!("{option}: only of scenes in files; leave the option out");
                 }
@@ -97,6 +108,9 @@ impl SceneInput {
         let Some(file) = self.gltf_file() else { return Ok(self.read(memory, talk)?.into()) };
         let read = read_baked_or_scene(file, &self.options(memory))?;
         match &read {
+            BakedOrScene::Baked(_) if self.transparency => {
+                bail!("--transparency: {} is baked, with or without; bake its scene with the option", self.name());
+            }
             BakedOrScene::Baked(baked) => {
                 let name = self.name();
                 baked.report.notes.iter().for_each(|note| talk.note(&name, note));
@@ -122,7 +136,7 @@ impl SceneInput {
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
         options.texel_limit = self.max_texels.unwrap_or(options.texel_limit);
-        options.memory_limit(memory.bytes())
+        options.memory_limit(memory.bytes()).straight_through(self.transparency)
     }
 
     fn has_extension(&self, extensions: &[&str]) -> bool {

@@ -101,14 +101,14 @@ impl<'a> PathReceiver<'a> {
 ///
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
 /// turned to the side that is hit; it is shaded with the interpolated one, and directions below the triangle's plane
-/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through. Nothing is clamped, and
+/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through, and [`Scene::stops`] decides about glass. Nothing is clamped, and
 /// paths end at the last bounce, without Russian roulette: the mean is unbiased.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
     light: &'a DistantLight,
     options: PathOptions,
-    has_masks: bool,
+    has_holes: bool,
 }
 
 /// A point of a surface that a path visits.
@@ -168,7 +168,7 @@ impl<'a> PathTracer<'a> {
     /// Paths through `scene`, whose tree is `bvh`.
     #[must_use]
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, light: &'a DistantLight, options: PathOptions) -> Self {
-        Self { scene, bvh, light, options, has_masks: scene.has_masks() }
+        Self { scene, bvh, light, options, has_holes: scene.has_holes() }
     }
 
     /// The exit radiance of receiver number `place`, with its variance.
@@ -382,12 +382,16 @@ impl<'a> PathTracer<'a> {
     }
 
     fn closest(&self, ray: &Ray) -> Option<Hit> {
-        if self.has_masks { self.bvh.closest_where(ray, |hit| self.scene.is_solid(hit)) } else { self.bvh.closest(ray) }
+        if self.has_holes {
+            self.bvh.closest_where(ray, |hit| self.scene.stops(ray, hit))
+        } else {
+            self.bvh.closest(ray)
+        }
     }
 
     fn is_occluded(&self, ray: &Ray) -> bool {
-        if self.has_masks {
-            self.bvh.is_occluded_where(ray, |hit| self.scene.is_solid(&hit))
+        if self.has_holes {
+            self.bvh.is_occluded_where(ray, |hit| self.scene.stops(ray, &hit))
         } else {
             self.bvh.is_occluded(ray)
         }

@@ -61,11 +61,11 @@ pub fn scene_picture(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
     };
-    let (camera, has_masks) = (camera.relative_to(scene.origin()), scene.has_masks());
+    let (camera, has_holes) = (camera.relative_to(scene.origin()), scene.has_holes());
     // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
-        let hit = match has_masks {
-            true => bvh.closest_where(ray, |hit| scene.is_solid(hit)),
+        let hit = match has_holes {
+            true => bvh.closest_where(ray, |hit| scene.stops(ray, hit)),
             false => bvh.closest(ray),
         };
         let Some(hit) = hit else { return background(towards) };

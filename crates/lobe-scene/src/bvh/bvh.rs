@@ -136,7 +136,8 @@ impl Bvh {
         self.is_occluded_where(ray, |_| true)
     }
 
-    /// Whether any hit is accepted: with [`Scene::is_solid`], rays pass through the holes of alpha masks.
+    /// Whether any hit is accepted: with [`Scene::stops`], rays pass through the holes of alpha masks
+    /// and through glass.
     #[must_use]
     pub fn is_occluded_where(&self, ray: &Ray, accept: impl FnMut(Hit) -> bool) -> bool {
         self.machine.run(AnyHit { tree: self.tree(), ray, accept })

@@ -49,10 +49,6 @@ fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
             "EXT_mesh_gpu_instancing is not used: of instanced meshes only one is shown",
         ),
         (
-            root.extensions_used.iter().any(|name| name == "KHR_materials_transmission"),
-            "KHR_materials_transmission is not used: glass stops all light; leave it out of the scene to see through",
-        ),
-        (
             root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()),
             "morph targets are not used: meshes stand as they are without",
         ),

@@ -17,12 +17,14 @@ pub struct SceneReadOptions {
     /// The most bytes that the scene may take with its tree for tracing rays, about 64 for each vertex and 320 for each
     /// triangle of all instances, and four for each texel.
     pub memory_limit: u64,
+    /// Whether light goes straight through blended materials, by their alpha, and through glass, by its transmission.
+    pub straight_through: bool,
 }
 
 impl Default for SceneReadOptions {
     /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels, 1 GiB, and no limit for all together.
     fn default() -> Self {
-        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28, memory_limit: u64::MAX }
+        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28, memory_limit: u64::MAX, straight_through: false }
     }
 }
 
@@ -45,6 +47,13 @@ impl SceneReadOptions {
     #[must_use]
     pub fn texel_limit(mut self, texel_limit: usize) -> Self {
         self.texel_limit = texel_limit;
+        self
+    }
+
+    /// Lets light straight through, or not.
+    #[must_use]
+    pub fn straight_through(mut self, straight_through: bool) -> Self {
+        self.straight_through = straight_through;
         self
     }
 

@@ -20,6 +20,7 @@ pub(crate) struct Source<'a> {
     limit: usize,
     texel_limit: usize,
     memory_limit: u64,
+    pub(crate) straight_through: bool,
     /// Vertices and triangles so far.
     unfolded: (usize, usize),
     /// Texels so far.
@@ -29,9 +30,10 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
-        let SceneReadOptions { limit, texel_limit, memory_limit, .. } = *options;
+        let SceneReadOptions { limit, texel_limit, memory_limit, straight_through, .. } = *options;
         let report = SceneReadReport::default();
-        Self { name, folder, limit, texel_limit, memory_limit, unfolded: (0, 0), texels: 0, report }
+        let unfolded = (0, 0);
+        Self { name, folder, limit, texel_limit, memory_limit, straight_through, unfolded, texels: 0, report }
     }
 
     /// The report of the finished scene.
