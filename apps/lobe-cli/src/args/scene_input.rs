@@ -30,8 +30,8 @@ pub(crate) struct SceneInput {
     /// The most texels that all textures of a file together may have [default: 268435456]
     #[arg(long, value_name = "N", value_parser = max_texels)]
     max_texels: Option<usize>,
-    /// Let light straight through blended surfaces, by their alpha, and through glass (KHR_materials_transmission), by its
-    /// transmission; without this they are opaque
+    /// Let light straight through blended surfaces of a glTF file, by their alpha, and through glass, by its transmission;
+    /// without this they are opaque
     #[arg(long)]
     transparency: bool,
 }

@@ -25,6 +25,8 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
         let base_color = pbr.base_color_factor.0.map(|c| unit(c, "a base color factor"));
         let metallic = unit(pbr.metallic_factor.0, "a metallic factor");
         let roughness = unit(pbr.roughness_factor.0, "a roughness factor");
+        let transmission = material.extensions.as_ref().and_then(|extensions| extensions.transmission.as_ref());
+        let transmission = unit(transmission.map_or(0.0, |t| t.transmission_factor.0), "a transmission factor");
         let base_color_texture = match &pbr.base_color_texture {
             Some(info) => Some(textures.use_of(info, &name, source)?),
             None => None,
@@ -37,8 +39,6 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
                 return Err(source.invalid(format!("material `{name}` has an alpha mode that glTF does not know")));
             }
         };
-        let transmission = material.extensions.as_ref().and_then(|extensions| extensions.transmission.as_ref());
-        let transmission = unit(transmission.map_or(0.0, |t| t.transmission_factor.0), "a transmission factor");
         note_unused(material, &name, source);
         materials.push(Material {
             base_color,
