@@ -154,6 +154,13 @@ fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
         let (count, kept) = (report.dropped_triangles, report.triangles);
         talk.note(name, &format!("triangles without area: {count}, dropped; {kept} are left"));
     }
+    if report.coincident_triangles > 0 {
+        let (count, all) = (report.coincident_triangles, report.triangles);
+        talk.note(
+            name,
+            &format!("triangles at the place of others: {count} of {all}; leave duplicates out to save time"),
+        );
+    }
     if report.made_normals > 0 {
         let (made, all) = (report.made_normals, report.vertices);
         talk.note(

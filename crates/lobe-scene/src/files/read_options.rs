@@ -77,6 +77,8 @@ pub struct SceneReadReport {
     pub triangles: usize,
     /// Triangles without area, dropped.
     pub dropped_triangles: usize,
+    /// Triangles at the place of others, kept: see [`Scene::coincident_triangles`](crate::Scene::coincident_triangles).
+    pub coincident_triangles: usize,
     /// Vertices whose normal was missing or zero and was computed.
     pub made_normals: usize,
     /// Features of the file that Lobe ignores, a line each.

@@ -42,6 +42,7 @@ impl<'a> Source<'a> {
         report.meshes = scene.meshes().len();
         report.vertices = scene.vertex_count();
         report.triangles = scene.triangle_count();
+        report.coincident_triangles = scene.coincident_triangles();
         report.made_normals = scene.meshes().iter().map(Mesh::made_normals).sum();
         report
     }
