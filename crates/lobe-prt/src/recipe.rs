@@ -134,6 +134,8 @@ Recipe {
     adaptive: Option<f64>,
     /// Edges that are shorter were not split.
     min_edge: Option<f64>,
+    /// Whether light went straight through glass and blended surfaces.
+    straight_through: bool,
     /// Texels along a side of a lightmap.
     texels: Option<usize>,
     /// Points of a grid along its axes.

@@ -1,6 +1,5 @@
 //! `lobe bake`: the transfer of a scene at its vertices, its texels, or points in space.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
@@ -169,20 +168,19 @@ impl Bake {
         if !self.fresh {
             checkpoint.check_kind(self.splitting.is_adaptive())?;
         }
-        let scene = self.splitting.split_long(self.input.read(talk)?)?;
+        let scene = self.splitting.split_long(self.input.read(&self.memory, talk)?)?;
         if self.fresh {
             checkpoint.discard()?;
         }
         let scene = self.split_adaptively(scene, &checkpoint, talk)?;
-        let world = World::of(&scene);
         let (report, compression) = if let Some(counts) = self.grid {
-            (self.bake_grid(&world, counts, &checkpoint, talk)?, None)
+            (self.bake_grid(&scene, counts, &checkpoint, talk)?, None)
         } else if let Some(width) = self.texels {
-            (self.bake_texels(&world, width, &checkpoint, talk)?, None)
+            (self.bake_texels(&scene, width, &checkpoint, talk)?, None)
         } else if self.mode == ModeName::Glossy {
-            (self.bake_glossy(&world, &checkpoint, talk)?, None)
+            (self.bake_glossy(&scene, &checkpoint, talk)?, None)
         } else {
-            self.bake_vertices(&world, &checkpoint, talk)?
+            self.bake_vertices(&scene, &checkpoint, talk)?
         };
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -264,15 +262,15 @@ impl Bake {
 
     fn bake_vertices(
         &self,
-        world: &World<'_>,
+        scene: &Scene,
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
         // Prepare the output but for the transfer, so that its faults show before the bake.
-        let glb = if self.is_glb() { Some(self.glb(world.scene, talk)?) } else { None };
-        let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
+        let glb = if self.is_glb() { Some(self.glb(scene, talk)?) } else { None };
+        let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
         // Refuse an output that has no room, before the bake.
-        let channels = options.channels_for(&world.near, receivers.is_gray());
+        let channels = options.channels_for(scene, receivers.is_gray());
         let transfer = bytes(receivers.len(), self.order.pow(2), channels);
         if let Some(glb) = &glb {
             glb.check_size(self.order, channels)?;
@@ -282,11 +280,11 @@ impl Bake {
             glb.as_ref().map_or(transfer, |glb| glb.size(self.order, channels)),
             transfer,
         )?;
-        let bvh = Bvh::new(&world.near);
+        let bvh = Bvh::new(scene);
         // Bake, into the checkpoint.
         let (transfer, report) =
-            checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, &receivers, &options, job))?;
-        let recipe = self.recipe(world.scene, &report);
+            checkpoint.watched(talk, |job| bake_on_disk(scene, &bvh, &receivers, &options, job))?;
+        let recipe = self.recipe(scene, &report);
         // Write the transfer as it is, unless it is to be compressed.
         let Some(compression) = self.compression.options() else {
             write_watched(&transfer, talk, |transfer| match glb {
@@ -308,36 +306,36 @@ impl Bake {
         Ok((report, Some(saved)))
     }
 
-    fn bake_glossy(&self, world: &World<'_>, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
-        let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
-        let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(&world.near, receivers.is_gray()));
+    fn bake_glossy(&self, scene: &Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
+        let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
+        let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(scene, receivers.is_gray()));
         checkpoint.check_room(&self.output, bytes, bytes)?;
-        let bvh = Bvh::new(&world.near);
+        let bvh = Bvh::new(scene);
         let (matrices, report) =
-            checkpoint.watched(talk, |job| bake_matrices_on_disk(&world.near, &bvh, &receivers, &options, job))?;
-        let recipe = self.recipe(world.scene, &report);
+            checkpoint.watched(talk, |job| bake_matrices_on_disk(scene, &bvh, &receivers, &options, job))?;
+        let recipe = self.recipe(scene, &report);
         write_watched(&matrices, talk, |matrices| write_matrices(&self.output, matrices, &recipe))?;
         Ok(report)
     }
 
     fn bake_texels(
         &self,
-        world: &World<'_>,
+        scene: &Scene,
         width: usize,
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
-        self.check_memory(&world.near, width)?;
-        let texels = TexelReceivers::new(&world.near, width)?;
+        self.check_memory(scene, width)?;
+        let texels = TexelReceivers::new(scene, width)?;
         let options = self.bake_options();
-        let channels = options.channels_for(&world.near, texels.receivers().is_gray());
+        let channels = options.channels_for(scene, texels.receivers().is_gray());
         let [picture, receivers] =
             [width * width, texels.receivers().len()].map(|points| bytes(points, self.order.pow(2), channels));
         checkpoint.check_room(&self.output, picture, receivers)?;
-        let bvh = Bvh::new(&world.near);
+        let bvh = Bvh::new(scene);
         let (transfer, report) =
-            checkpoint.watched(talk, |job| bake_on_disk(&world.near, &bvh, texels.receivers(), &options, job))?;
-        let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(world.scene, &report));
+            checkpoint.watched(talk, |job| bake_on_disk(scene, &bvh, texels.receivers(), &options, job))?;
+        let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(scene, &report));
         write_watched(&picture, talk, |rows| match has_extension(&self.output, "exr") {
             true => write_lightmap(&self.output, rows, &recipe),
             false => write_transfer(&self.output, rows, &recipe),
@@ -356,38 +354,38 @@ impl Bake {
 
     fn bake_grid(
         &self,
-        world: &World<'_>,
+        scene: &Scene,
         counts: [usize; 3],
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<BakeReport> {
-        let grid = self.points_of_grid(world.scene, counts)?;
-        let near = world.grid(&grid)?;
+        let grid = self.points_of_grid(scene, counts)?;
         let options = self.bake_options();
-        let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(&world.near, true));
+        let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(scene, true));
         checkpoint.check_room(&self.output, bytes, bytes)?;
-        let bvh = Bvh::new(&world.near);
+        let bvh = Bvh::new(scene);
         let (matrices, report) =
-            checkpoint.watched(talk, |job| bake_neighborhood_on_disk(&world.near, &bvh, &near, &options, job))?;
-        let recipe = self.recipe(world.scene, &report);
+            checkpoint.watched(talk, |job| bake_neighborhood_on_disk(scene, &bvh, &grid, &options, job))?;
+        let recipe = self.recipe(scene, &report);
         write_watched(&matrices, talk, |matrices| write_neighborhood(&self.output, &grid, matrices, &recipe))?;
         Ok(report)
     }
 
     /// Points in the box asked for, or within that of the scene: not at its sides, where floors and walls are.
     fn points_of_grid(&self, scene: &Scene, counts: [usize; 3]) -> anyhow::Result<Grid> {
-        let bounds = match self.grid_box {
+        let [min, max] = match self.grid_box {
             Some(numbers) => {
-                let [a, b] = [0, 3].map(|first| [0, 1, 2].map(|k| numbers[first + k] as f32));
-                Bounds { min: [0, 1, 2].map(|k| a[k].min(b[k])), max: [0, 1, 2].map(|k| a[k].max(b[k])) }
+                let [a, b] = [0, 3].map(|first| [0, 1, 2].map(|k| numbers[first + k]));
+                [[0, 1, 2].map(|k| a[k].min(b[k])), [0, 1, 2].map(|k| a[k].max(b[k]))]
             }
             None => {
-                let Bounds { min, max } = scene.bounds();
+                let (Bounds { min, max }, origin) = (scene.bounds(), scene.origin());
                 let half = |k: usize| (max[k] - min[k]) / (2 * counts[k]) as f32;
-                Bounds { min: [0, 1, 2].map(|k| min[k] + half(k)), max: [0, 1, 2].map(|k| max[k] - half(k)) }
+                let in_world = |corner: [f32; 3]| [0, 1, 2].map(|k| f64::from(corner[k]) + origin[k]);
+                [in_world([0, 1, 2].map(|k| min[k] + half(k))), in_world([0, 1, 2].map(|k| max[k] - half(k)))]
             }
         };
-        Grid::new(bounds, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
+        Grid::between(min, max, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
     }
 
     fn glb(&self, scene: &Scene, talk: Talk) -> anyhow::Result<BakedGlb> {
@@ -411,7 +409,9 @@ impl Bake {
         let mut fingerprint = Fingerprint::of_kind(0);
         fingerprint_scene(&mut fingerprint, scene);
         let compression = self.compression.options();
-        Recipe::of_bake(&self.bake_options(), report)
+        let recipe = Recipe::of_bake(&self.bake_options(), report);
+        let recipe = if self.input.is_see_through() { recipe.straight_through(true) } else { recipe };
+        recipe
             .scene(self.input.file_name())
             .scene_hash(fingerprint.to_string())
             .mode(self.mode.in_recipe())
@@ -424,27 +424,6 @@ impl Bake {
             .clusters(compression.map(|options| options.clusters))
             .components(compression.map(|options| options.components))
             .weights(compression.map(|options| 8 * options.weights.bytes()))
-    }
-}
-
-/// A scene, and the same where rays are traced: near the origin.
-struct World<'a> {
-    scene: &'a Scene,
-    near: Cow<'a, Scene>,
-    shift: [f32; 3],
-}
-
-impl<'a> World<'a> {
-    fn of(scene: &'a Scene) -> Self {
-        let (near, shift) = scene.near_origin();
-        Self { scene, near, shift }
-    }
-
-    /// The points of a grid of the scene among the triangles near the origin.
-    fn grid(&self, grid: &Grid) -> anyhow::Result<Grid> {
-        let moved = |corner: [f32; 3]| [0, 1, 2].map(|k| corner[k] - self.shift[k]);
-        let Bounds { min, max } = grid.bounds();
-        Ok(Grid::new(Bounds { min: moved(min), max: moved(max) }, grid.counts())?)
     }
 }
 

@@ -212,7 +212,7 @@ impl Render {
         let light = self.light.read(talk)?;
         let (stage, camera) = match self.asked() {
             None => {
-                let scene = self.scene.read(talk)?;
+                let scene = self.scene.read(&self.memory, talk)?;
                 let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
                 (Stage::Plain(scene, bvh), camera)
             }

@@ -68,12 +68,13 @@ impl Asked {
         talk: Talk,
     ) -> anyhow::Result<(BakedScene, Option<String>)> {
         if let Some(file) = &self.file {
-            let baked = BakedScene::read_transfer(input.read(talk)?, file, self.lobe)?;
+            let baked = BakedScene::read_transfer(input.read(memory, talk)?, file, self.lobe)?;
             let name = file.display().to_string();
             return Ok((self.checked(baked, &name)?, Some(name)));
         }
         // A baked scene holds no matrices.
-        let scene = if self.lobe.is_some() { input.read(talk)?.into() } else { input.read_or_baked(talk)? };
+        let scene =
+            if self.lobe.is_some() { input.read(memory, talk)?.into() } else { input.read_or_baked(memory, talk)? };
         match scene {
             BakedOrScene::Baked(baked) => {
                 let baked = self.checked(BakedScene::from(*baked), &input.name())?;

@@ -9,7 +9,7 @@ use clap::error::ErrorKind;
 use lobe::env::{EnvError, MapReadOption};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
-use lobe::scene::SceneError;
+use lobe::scene::{SceneError, SceneLimit};
 use lobe::sh::ShError;
 
 /// The exit code for "compared and different".
@@ -98,8 +98,12 @@ fn plain(error: &anyhow::Error) -> String {
         Some(PrtError::Scene(scene)) => Some(scene),
         _ => error.downcast_ref(),
     };
-    if let Some(SceneError::TooLarge { message }) = scene {
-        return format!("{message}: raise it with --max-triangles");
+    if let Some(SceneError::TooLarge { message, limit }) = scene {
+        return match limit {
+            SceneLimit::Triangles => format!("{message}: raise it with --max-triangles"),
+            SceneLimit::Texels => format!("{message}: make the textures smaller, or raise it with --max-texels"),
+            _ => format!("{message}: make the scene smaller, or raise the limit with --max-memory"),
+        };
     }
     match refusal_of_system(error).and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
         Some(message) => message,

@@ -126,9 +126,8 @@ fn split(
     let mut limit = None;
     loop {
         // Bake the vertices that are new in this round.
-        let near = scene.near_origin().0;
         report.rays +=
-            known.bake_new_vertices(&near, &mut |receivers| bake_round(report.rounds, &near, receivers, &bake))?;
+            known.bake_new_vertices(&scene, &mut |receivers| bake_round(report.rounds, &scene, receivers, &bake))?;
         // Halve the edges along which transfer changes.
         let limit = *limit.get_or_insert_with(|| options.threshold * known.root_mean_square());
         let changes = |mesh, edge| known.distance(mesh, edge) > limit;
@@ -160,19 +159,16 @@ impl Known {
     /// Bakes the vertices that are not known yet; returns the number of rays traced.
     fn bake_new_vertices(&mut self, scene: &Scene, bake: &mut dyn FnMut(&Receivers) -> Round) -> Result<u64, PrtError> {
         let all = Receivers::at_vertices(scene)?;
-        let (mut positions, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new());
-        let mut counts = Vec::new();
+        let (mut which, mut counts) = (Vec::new(), Vec::new());
         let mut first = 0;
         for (mesh, rows) in scene.meshes().iter().zip(&self.rows) {
             let end = first + mesh.positions().len();
             let new = first + rows.len().checked_div(self.row).unwrap_or(0)..end;
             counts.push(new.len());
-            positions.extend_from_slice(&all.positions()[new.clone()]);
-            normals.extend_from_slice(&all.normals()[new.clone()]);
-            albedos.extend_from_slice(&all.albedos()[new]);
+            which.extend(new);
             first = end;
         }
-        let (transfer, rays) = bake(&Receivers::new(positions, normals, albedos)?)?;
+        let (transfer, rays) = bake(&all.subset(&which)?)?;
         self.row = transfer.order() * transfer.order() * transfer.channels().count();
         let mut rest = transfer.coefficients();
         for (rows, count) in self.rows.iter_mut().zip(counts) {

@@ -97,6 +97,7 @@ impl BakedScene {
     }
 
     fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Recipe) -> Self {
+        let scene = if recipe.straight_through == Some(true) { scene.with_straight_through(true) } else { scene };
         let (bvh, gloss) = (Bvh::new(&scene), lobe.map(Gloss::new));
         let options = recipe.bake_options().order(front.order());
         Self { scene, bvh, places, front, back: None, gloss, options, recipe }

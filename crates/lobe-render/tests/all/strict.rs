@@ -165,8 +165,7 @@ fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [V
     let tracer = PathTracer::new(scene, bvh, &none, options);
     let count = SampleCount { sets: SETS, per_set };
     let of_vertex = |v: usize| {
-        let albedo = Rgb::from(receivers.albedos()[v]);
-        let receiver = PathReceiver { position: receivers.positions()[v], normal: receivers.normals()[v], albedo };
+        let receiver = PathReceiver { planes: &[], ..PathReceiver::of(receivers, v) };
         let mut sums: [Vec<Escapes>; 2] = [0, 1].map(|_| vec![vec![Rgb::ZERO; HIGHEST * HIGHEST]; SETS]);
         let mut basis = [0.0; HIGHEST * HIGHEST];
         tracer.for_each_escape(&receiver, v, &count, |set, bounce, s, weight| {
