@@ -4,7 +4,7 @@
 //! exit radiance is their scalar product `B = Σᵢ Lᵢ Tᵢ`. Shadows and interreflections are in T: turning the light costs
 //! nothing.
 //!
-//! # Where to find what
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|
