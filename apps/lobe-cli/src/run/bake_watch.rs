@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, bail};
+use anyhow::{anyhow, bail};
 use lobe::io::{Job, Progress};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
@@ -99,7 +99,7 @@ impl Checkpoint {
     pub(crate) fn discard(&self) -> anyhow::Result<()> {
         let rounds = self.rounds();
         for path in [&self.path].into_iter().chain(rounds.iter().rev()).filter(|path| path.exists()) {
-            fs::remove_file(path).with_context(|| format!("{}: cannot be removed", path.display()))?;
+            fs::remove_file(path).map_err(|error| anyhow!("{}: cannot be removed: {error}", path.display()))?;
         }
         Ok(())
     }
