@@ -102,7 +102,7 @@ struct Disc {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
     dir: Dir,
     /// From the center to the edge, above 0 and up to 180 degrees
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(long, visible_alias = "angle", value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
     half_angle: f64,
     #[command(flatten)]
     color: Color,
@@ -115,7 +115,7 @@ struct Disc {
 #[group(required = true, multiple = false)]
 struct SphereSize {
     /// From its center to its edge as it is seen, above 0 and up to 90 degrees
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(long, visible_alias = "angle", value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
     half_angle: Option<f64>,
     /// The distance of its center, in the unit of --radius
     #[arg(long, value_name = "D", requires = "radius", allow_hyphen_values = true, value_parser = values::finite)]

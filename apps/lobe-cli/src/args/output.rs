@@ -105,6 +105,21 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string(value)? + "\n"))
 }
 
+/// The JSON of [`print_values`].
+#[derive(Serialize)]
+struct Values {
+    values: Vec<Vec<f64>>,
+}
+
+/// Prints numbers on stdout, those of a place as one line, or all as JSON.
+pub(crate) fn print_values(values: Vec<Vec<f64>>, as_json: bool) -> anyhow::Result<()> {
+    if as_json {
+        return print_json(&Values { values });
+    }
+    let line = |row: &Vec<f64>| row.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ") + "\n";
+    print(&values.iter().map(line).collect::<String>())
+}
+
 fn stdout_error(source: io::Error) -> anyhow::Error {
     ShError::Io { place: "stdout".to_owned(), source }.into()
 }

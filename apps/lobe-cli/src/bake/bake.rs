@@ -34,8 +34,8 @@ const MAX_BOUNCES: usize = 255;
 const TEXEL: u64 = 40 + 44;
 
 const NOTES: &str = "\
-Stopping: results are kept in OUT.checkpoint, those of --adaptive in OUT.checkpoint.split-0, -1 and so on. Ctrl-C ends the bake \
-with exit code 2 and leaves these files, and so does whatever kills it, at a cost of at most 10 s of rays. The same command \
+Stopping: results are kept in OUT.checkpoint, those of --adaptive in OUT.checkpoint.split-0, -1 and so on. Ctrl-C (or SIGTERM, SIGHUP) ends \
+the bake with exit code 2 and leaves these files, and so does whatever kills it, at a cost of at most 10 s of rays. The same command \
 reads the scene, splits it where that is known already, and goes on from there, to the same bytes; at the end the files are \
 removed. Compression begins anew.
 

@@ -134,10 +134,17 @@ fn a_baked_file_is_rendered_as_it_is() {
     dir.lobe(&format!("render baked.glb {common} -o d.exr")).arg("--quiet").stdout();
     dir.lobe(&format!("render built-in:cornell {common} --order 3 --bake-samples 64 -o e.exr")).arg("--quiet").stdout();
     alike("d.exr", "e.exr");
+    dir.lobe(&format!("render baked.glb {common} --bake-samples 64 -o f.exr")).arg("--quiet").stdout();
+    assert!(dir.bytes("f.exr") == dir.bytes("d.exr"), "an option that is as in the bake changes nothing");
+    dir.lobe("bake built-in:cornell --order 2 --samples 4 --bounces 2 -o light.glb --quiet").stdout();
+    let common = "render light.glb --env bundled:studio --mode interreflected --size 16x12 --quiet -o g.exr --bounces";
+    dir.lobe(&format!("{common} 2")).stdout();
+    let line = dir.lobe(&format!("{common} 3")).error();
+    assert!(line.starts_with("--bounces 3: light.glb is baked with 2; leave the option out"), "{line}");
     for (options, part) in [
         ("--mode interreflected", "--mode interreflected: baked.glb was baked as shadowed"),
         ("--mode shadowed --order 4", "--order 4: baked.glb was baked to order 3"),
-        ("--mode shadowed --bake-samples 4", "--bake-samples: baked.glb is baked already"),
+        ("--mode shadowed --bake-samples 4", "--bake-samples 4: baked.glb is baked with 64; leave the option out"),
     ] {
         let line =
             dir.lobe(&format!("render baked.glb --env bundled:studio {options} -o c.png")).arg("--quiet").error();
