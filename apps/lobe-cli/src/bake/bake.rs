@@ -7,8 +7,8 @@ use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
 use lobe::io::Fingerprint;
 use lobe::prt::{
-    BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Mode, Receivers, Recipe,
-    RecipeMode, TexelReceivers, Transfer, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk,
+    AlbedoMode, BakeOptions, BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Mode, Receivers,
+    Recipe, RecipeMode, TexelReceivers, Transfer, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk,
     fingerprint_scene, write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 use lobe::scene::{Bounds, Bvh, Scene};
@@ -72,6 +72,9 @@ pub(crate) struct Bake {
     /// The same seed gives the same bytes
     #[arg(long, value_name = "S", default_value = "0")]
     seed: u64,
+    /// Where the albedo of the surface itself is; not of --mode glossy and --grid, whose matrices never have it
+    #[arg(long, value_enum, default_value = "vertex")]
+    albedo: AlbedoName,
     #[command(flatten)]
     splitting: Splitting,
     /// Bake at the W × W texels of a lightmap instead of at vertices; scenes need texture coordinates that
@@ -107,6 +110,14 @@ enum ModeName {
     Interreflected,
     /// The same light before a vertex reflects it, as matrices: for glossy surfaces
     Glossy,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum AlbedoName {
+    /// In the transfer: what is shown has the detail of vertices
+    Vertex,
+    /// Nowhere: lobe render, or your shader, multiplies by the base color of each pixel, with the detail of textures
+    None,
 }
 
 impl ModeName {
@@ -206,6 +217,10 @@ impl Bake {
             (self.energy_stop.is_some() && !has_bounces, "--energy-stop: only of --mode interreflected and glossy"),
             (has_edges && is_elsewhere, "--max-edge and --adaptive: light is not at vertices with --texels and --grid"),
             (is_glossy && is_elsewhere, "--mode glossy: at vertices only; --grid bakes matrices by itself"),
+            (
+                self.albedo == AlbedoName::None && (is_glossy || self.grid.is_some()),
+                "--albedo none: matrices never have the albedo; leave it out",
+            ),
             (is_glossy && is_compressed, "--clusters, --components and --weights: not of --mode glossy"),
             (
                 self.is_glb() && (is_glossy || is_elsewhere),
@@ -240,6 +255,10 @@ impl Bake {
             .bounces(self.bounces.unwrap_or(defaults.bounces))
             .energy_stop(self.energy_stop.unwrap_or(defaults.energy_stop))
             .seed(self.seed)
+            .albedo(match self.albedo {
+                AlbedoName::Vertex => AlbedoMode::Vertex,
+                AlbedoName::None => AlbedoMode::None,
+            })
     }
 
     /// The scene with further vertices where transfer changes, if the options say so. Refuses work whose results could
@@ -256,8 +275,8 @@ impl Bake {
             checkpoint.check_room_to_split(&self.output, transfer, transfer, rows(2))?;
         }
         let (scene, report) = self.splitting.split_adaptively(scene, &options, checkpoint, talk)?;
-        if let Some(report) = report {
-            talk.note(&self.input.name(), &split::note_of(&report));
+        if let (Some(report), Some(threshold)) = (report, self.splitting.adaptive) {
+            talk.note(&self.input.name(), &split::note_of(&report, threshold));
         }
         Ok(scene)
     }

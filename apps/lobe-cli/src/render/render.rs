@@ -121,8 +121,10 @@ enum Mode {
 enum SurfaceModel {
     /// Lambert with the base color as albedo
     Matte,
-    /// The metallic-roughness model of glTF
+    /// The metallic-roughness model of glTF, Smith's masking height-correlated, as renderers have it
     Gltf,
+    /// The same with separable masking, as the specification of glTF prints it
+    GltfSeparable,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -233,6 +235,7 @@ impl Render {
         let surfaces = match self.surfaces {
             None | Some(SurfaceModel::Matte) => Surfaces::Matte,
             Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
+            Some(SurfaceModel::GltfSeparable) => Surfaces::MetallicRoughnessSeparable,
         };
         let bounces = self.bounces.unwrap_or(BOUNCES);
         PathOptions::default().bounces(bounces).surfaces(surfaces).seed(self.seed.unwrap_or(0))

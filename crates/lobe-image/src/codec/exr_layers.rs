@@ -73,7 +73,7 @@ impl ExrLayers {
     ///
     /// # Errors
     /// [`ImageError::Invalid`] if it is no OpenEXR file, is cut off, or claims more than its bytes can hold.
-    pub fn from_bytes(bytes: &[u8], name: &str) -> std::result::Result<Self, ImageError> {
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
         let broken = |error: exr::error::Error| invalid(name, format!("expected an OpenEXR picture: {error}"));
         // Check the claims before the library allocates what is claimed.
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
@@ -134,7 +134,7 @@ impl ExrLayers {
     ///
     /// # Errors
     /// The reason why the format cannot hold the picture.
-    pub fn into_bytes(self) -> std::result::Result<Vec<u8>, String> {
+    pub fn into_bytes(self) -> Result<Vec<u8>, String> {
         let size = (self.width, self.height);
         // Reserve the size of the numbers: a growing vector holds up to three times as much for a while.
         let room = size_of::<f32>() * self.width * self.height * self.channels.len();

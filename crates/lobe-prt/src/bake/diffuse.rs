@@ -8,7 +8,7 @@ use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
-use crate::{BakeOptions, Channels, Mode, Receivers};
+use crate::{AlbedoMode, BakeOptions, Channels, Mode, Receivers};
 
 /// The estimator of transfer vectors.
 ///
@@ -116,7 +116,10 @@ impl<'a> Diffuse<'a> {
     }
 
     fn albedo(&self, receiver: usize) -> [f64; 3] {
-        self.receivers.albedos()[receiver].map(f64::from)
+        match self.options.albedo {
+            AlbedoMode::Vertex => self.receivers.albedos()[receiver].map(f64::from),
+            AlbedoMode::None => [1.0; 3],
+        }
     }
 
     /// The factors of the sums over escaping paths, by channel.
