@@ -1,7 +1,7 @@
 //! `lobe bake`: the transfer of a scene at its vertices, its texels, or points in space.
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::{Args, ValueEnum};
@@ -15,7 +15,8 @@ use lobe::scene::{Bounds, Bvh, Scene};
 
 use crate::args::compression::Compression;
 use crate::args::memory::MemoryLimit;
-use crate::args::output;
+use crate::args::names::names;
+use crate::args::output::{self, has_extension};
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
 use crate::bake::report;
@@ -112,12 +113,13 @@ enum ModeName {
     Glossy,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum AlbedoName {
-    /// In the transfer: what is shown has the detail of vertices
-    Vertex,
-    /// Nowhere: lobe render, or your shader, multiplies by the base color of each pixel, with the detail of textures
-    None,
+names! {
+    enum AlbedoName for AlbedoMode {
+        /// In the transfer: what is shown has the detail of vertices
+        Vertex,
+        /// Nowhere: lobe render, or your shader, multiplies by the base color of each pixel, with the detail of textures
+        None,
+    }
 }
 
 impl ModeName {
@@ -174,8 +176,7 @@ fn part(text: &str) -> Result<f64, String> {
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
-        output::check_not_input(&self.output, self.input.path())?;
-        output::prepare_file(&self.output)?;
+        output::prepare_file(&self.output, &[self.input.path()])?;
         let checkpoint = Checkpoint::beside(&self.output);
         if !self.fresh {
             checkpoint.check_kind(self.splitting.is_adaptive())?;
@@ -255,10 +256,7 @@ impl Bake {
             .bounces(self.bounces.unwrap_or(defaults.bounces))
             .energy_stop(self.energy_stop.unwrap_or(defaults.energy_stop))
             .seed(self.seed)
-            .albedo(match self.albedo {
-                AlbedoName::Vertex => AlbedoMode::Vertex,
-                AlbedoName::None => AlbedoMode::None,
-            })
+            .albedo(self.albedo.into())
     }
 
     /// The scene with further vertices where transfer changes, if the options say so. Refuses work whose results could
@@ -470,8 +468,4 @@ impl<'a> World<'a> {
 /// The bytes of `points` with `numbers` for each channel.
 fn bytes(points: usize, numbers: usize, channels: Channels) -> u64 {
     (points as u64).saturating_mul((4 * numbers * channels.count()) as u64)
-}
-
-fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }

@@ -67,8 +67,7 @@ struct Point {
 impl Compress {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
-        output::check_not_input(&self.output, self.input.path())?;
-        output::prepare_file(&self.output)?;
+        output::prepare_file(&self.output, &[self.input.path()])?;
         let (transfer, recipe) = self.input.read()?;
         let options = self.compression.options_or_default();
         let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&transfer, &options, job))?;

@@ -95,7 +95,7 @@ impl Demo {
 fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> anyhow::Result<PathBuf> {
     fs::create_dir_all(folder).map_err(|source| io_error(folder, source))?;
     let index = folder.join("index.html");
-    output::prepare_file(&index)?;
+    output::prepare_file(&index, &[])?;
     let title = "Lobe: light as functions on the sphere";
     let (ball, picture) = if quick { (80, 256) } else { (160, 512) };
     let mut demo = Writer { folder, ball, picture, progress, page: Page::new(title) };

@@ -8,7 +8,7 @@ use lobe::env::{EnvMap, MapWriteOptions, write_env};
 use lobe::image::{Curve, Exposure, Picture, Tone};
 use lobe::render::{LitPicture, Truth};
 
-use crate::args::output;
+use crate::args::output::{self, has_extension};
 use crate::args::picture::note_clamped;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -79,12 +79,11 @@ impl Pictures {
         if self.exposure.is_some() && !self.is_png() && self.frames.is_none() {
             bail!("--exposure: only of .png pictures; leave the option out");
         }
-        if !self.is_png() && !self.has_extension("exr") {
+        if !self.is_png() && !has_extension(&self.output, "exr") {
             bail!("-o: expected a name that ends in .png or .exr, found {}", self.name());
         }
         for path in (0..self.count()).map(|k| self.path(k)).chain(self.animation_path()) {
-            inputs.iter().try_for_each(|input| output::check_not_input(&path, input))?;
-            output::prepare_file(&path)?;
+            output::prepare_file(&path, inputs)?;
         }
         Ok(())
     }
@@ -119,10 +118,6 @@ impl Pictures {
     }
 
     fn is_png(&self) -> bool {
-        self.has_extension("png")
-    }
-
-    fn has_extension(&self, extension: &str) -> bool {
-        self.output.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+        has_extension(&self.output, "png")
     }
 }

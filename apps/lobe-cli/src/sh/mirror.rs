@@ -1,9 +1,10 @@
 //! `lobe sh mirror`: reflection of an expansion along an axis.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::sh::{Axis, Expansion as _, FileCoefficients, ShFile, mirror_in_place};
 
 use crate::args::input::ShInput;
+use crate::args::names::names;
 use crate::args::output::ShOutput;
 
 #[derive(Args)]
@@ -19,22 +20,19 @@ pub(crate) struct ShMirror {
     output: ShOutput,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum AxisName {
-    X,
-    Y,
-    Z,
+names! {
+    enum AxisName for Axis {
+        X,
+        Y,
+        Z,
+    }
 }
 
 impl ShMirror {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         self.output.check()?;
         let ShFile { quantity, mut coefficients } = self.input.read()?;
-        let axis = match self.axis {
-            AxisName::X => Axis::X,
-            AxisName::Y => Axis::Y,
-            AxisName::Z => Axis::Z,
-        };
+        let axis = self.axis.into();
         match &mut coefficients {
             FileCoefficients::Scalar(f) => mirror_in_place(f.coefficients_mut(), axis),
             FileCoefficients::Rgb(f) => mirror_in_place(f.coefficients_mut(), axis),

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::sh::{FileCoefficients, Peak, PeakSearch, Rgb, local_maxima};
 use serde::Serialize;
 
 use crate::args::input::ShInput;
+use crate::args::names::names;
 use crate::args::output;
 
 #[derive(Args)]
@@ -22,12 +23,13 @@ pub(crate) struct ShPeaks {
     json: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Search {
-    /// At the high points of a fine grid, which finds all
-    Grid,
-    /// At the few points of Sloan 2008, up to order 6: faster, misses fewer than 1 %
-    Paper,
+names! {
+    enum Search for PeakSearch {
+        /// At the high points of a fine grid, which finds all
+        Grid,
+        /// At the few points of Sloan 2008, up to order 6: faster, misses fewer than 1 %
+        Paper,
+    }
 }
 
 /// The JSON of `--json`.
@@ -48,12 +50,8 @@ impl ShPeaks {
             FileCoefficients::Scalar(f) => f,
             FileCoefficients::Rgb(f) => f.map(Rgb::luminance),
         };
-        let search = match self.search {
-            Search::Grid => PeakSearch::Grid,
-            Search::Paper => PeakSearch::Paper,
-        };
         let found = |Peak { dir, value }: Peak| Found { dir: dir.to_array(), value };
-        let peaks = Peaks { peaks: local_maxima(&f, search).into_iter().map(found).collect() };
+        let peaks = Peaks { peaks: local_maxima(&f, self.search.into()).into_iter().map(found).collect() };
         if self.json { output::print_json(&peaks) } else { output::print(&peaks.text()) }
     }
 }

@@ -87,7 +87,7 @@ fn bash_completes_commands_and_options() {
     let Some([stdout, stderr]) = try_run(&dir, "bash", &["-c", completed]) else { return };
     assert_eq!(stderr, "", "stderr of bash");
     let lines: Vec<&str> = stdout.lines().collect();
-    assert!(lines[0].starts_with("complete -F _lobe") && lines[0].ends_with(" lobe"), "{stdout}");
+    assert!(lines[0].starts_with("complete ") && lines[0].ends_with(" -F _lobe lobe"), "{stdout}");
     assert_eq!(lines[1], "--dir", "{stdout}");
 }
 
