@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::args::values;
-use crate::bake::{bake, compress, fit_lobes};
+use crate::bake::{compress, fit_lobes, options};
 use crate::render::render;
 use crate::run::failure::Failure;
 use crate::run::talk::Talk;
@@ -60,7 +60,7 @@ enum Command {
     /// Write a light with a name as an expansion: sun, lamp, window, sky
     Light(light::LightCommand),
     /// Bake what a scene does to light, for any light to come
-    Bake(bake::Bake),
+    Bake(options::Bake),
     /// Render a scene under any light: by transfer at once, or path traced for reference
     Render(render::Render),
     /// Compare two pictures: RMSE, relative MSE, PSNR, FLIP; test whether chance explains the difference
