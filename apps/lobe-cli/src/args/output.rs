@@ -1,5 +1,6 @@
 //! Outputs: files and stdout, their checks, and the quantity of a result.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -112,16 +113,15 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string(value)? + "\n"))
 }
 
-/// The JSON of [`print_values`].
-#[derive(Serialize)]
-struct Values {
-    values: Vec<Vec<f64>>,
+/// Prints results on stdout as one line of JSON, an object with one member.
+pub(crate) fn print_json_list(member: &str, results: Vec<impl Serialize>) -> anyhow::Result<()> {
+    print_json(&BTreeMap::from([(member, results)]))
 }
 
 /// Prints numbers on stdout, those of a place as one line, or all as JSON.
 pub(crate) fn print_values(values: Vec<Vec<f64>>, as_json: bool) -> anyhow::Result<()> {
     if as_json {
-        return print_json(&Values { values });
+        return print_json_list("values", values);
     }
     let line = |row: &Vec<f64>| row.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ") + "\n";
     print(&values.iter().map(line).collect::<String>())

@@ -83,12 +83,6 @@ struct Lights {
     residual: Vec<f64>,
 }
 
-/// The JSON of `--json --per-channel`.
-#[derive(Serialize)]
-struct Channels {
-    channels: Vec<Lights>,
-}
-
 #[derive(Serialize)]
 struct Found {
     dir: [f64; 3],
@@ -120,7 +114,7 @@ impl ShLights {
             }
         };
         if self.json {
-            return output::print_json(&Channels { channels });
+            return output::print_json_list("channels", channels);
         }
         let names: &[&str] = if channels.len() == 1 { &[""] } else { &["red: ", "green: ", "blue: "] };
         output::print(&names.iter().zip(&channels).map(|(name, lights)| lights.text(name)).collect::<String>())

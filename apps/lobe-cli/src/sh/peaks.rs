@@ -1,7 +1,5 @@
 //! `lobe sh peaks`: all local maxima of an expansion.
 
-use std::fmt::Write as _;
-
 use clap::Args;
 use lobe::sh::{FileCoefficients, Peak, PeakSearch, Rgb, local_maxima};
 use serde::Serialize;
@@ -32,12 +30,7 @@ names! {
     }
 }
 
-/// The JSON of `--json`.
-#[derive(Serialize)]
-struct Peaks {
-    peaks: Vec<Found>,
-}
-
+/// A maximum in the JSON of `--json`.
 #[derive(Serialize)]
 struct Found {
     dir: [f64; 3],
@@ -51,20 +44,15 @@ impl ShPeaks {
             FileCoefficients::Rgb(f) => f.map(Rgb::luminance),
         };
         let found = |Peak { dir, value }: Peak| Found { dir: dir.to_array(), value };
-        let peaks = Peaks { peaks: local_maxima(&f, self.search.into()).into_iter().map(found).collect() };
-        if self.json { output::print_json(&peaks) } else { output::print(&peaks.text()) }
+        let peaks: Vec<Found> = local_maxima(&f, self.search.into()).into_iter().map(found).collect();
+        if self.json { output::print_json_list("peaks", peaks) } else { output::print(&text(&peaks)) }
     }
 }
 
-impl Peaks {
-    fn text(&self) -> String {
-        let mut text = String::new();
-        for Found { dir: [x, y, z], value } in &self.peaks {
-            let _ = writeln!(text, "{value:?} towards {x:.6} {y:.6} {z:.6}");
-        }
-        if self.peaks.is_empty() {
-            text += "no maximum: the same value everywhere\n";
-        }
-        text
+fn text(peaks: &[Found]) -> String {
+    if peaks.is_empty() {
+        return "no maximum: the same value everywhere\n".to_owned();
     }
+    let line = |Found { dir: [x, y, z], value }: &Found| format!("{value:?} towards {x:.6} {y:.6} {z:.6}\n");
+    peaks.iter().map(line).collect()
 }
