@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use anyhow::{anyhow, bail};
+use anyhow::anyhow;
 use lobe::io::Fingerprint;
 use lobe::prt::{
     BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Receivers, Recipe, TexelReceivers,
