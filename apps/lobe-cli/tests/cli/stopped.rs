@@ -74,6 +74,7 @@ fn being_asked_to_end_stops_as_ctrl_c_does() {
         let said = line(output);
         assert!(said.starts_with("lobe: stopped before the end; the same command goes on"), "{signal}: {said}");
         assert_eq!(dir.names(), ["out.exr.checkpoint"], "files after {signal}");
+        std::fs::remove_file(dir.path("out.exr.checkpoint")).unwrap();
     }
 }
 
