@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvError, FileFormat};
 use lobe::image::read_picture_bytes;
@@ -95,12 +94,8 @@ impl Compare {
     /// Whether the pictures are as close as the options ask for.
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<bool> {
         if let Some(path) = &self.output {
-            if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
-                bail!("-o: expected a name that ends in .png, found {}", path.display());
-            }
-            output::check_not_input(path, &self.image)?;
-            output::check_not_input(path, &self.reference)?;
-            output::prepare_file(path)?;
+            output::check_png(path)?;
+            output::prepare_file(path, &[&self.image, &self.reference])?;
         }
         let (image, reference) = (read(&self.image, talk)?, read(&self.reference, talk)?);
         let (a, b) = (&image.picture, &reference.picture);

@@ -51,10 +51,16 @@ impl ShInput {
 
     /// Reads two expansions, of which one at most can be stdin.
     pub(crate) fn read_two(a: &Self, b: &Self) -> anyhow::Result<(ShFile, ShFile)> {
-        if *a == Self::Stdin && *b == Self::Stdin {
-            bail!("stdin: both inputs are -, but stdin can be read only once; name a file for one of them");
-        }
+        Self::check_stdin_once([a, b])?;
         Ok((a.read()?, b.read()?))
+    }
+
+    /// Refuses two inputs from stdin.
+    pub(crate) fn check_stdin_once<'a>(inputs: impl IntoIterator<Item = &'a Self>) -> anyhow::Result<()> {
+        if inputs.into_iter().filter(|input| **input == Self::Stdin).count() > 1 {
+            bail!("stdin: two inputs are -, but stdin can be read only once; name a file for one of them");
+        }
+        Ok(())
     }
 }
 

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::env::{
     CubeHandedness, CubeLayout, EnvMap, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping, Nonfinite,
     cube_face_paths, face_files, read_map,
 };
 
 use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
+use crate::args::names::names;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -49,39 +50,25 @@ pub(crate) struct MapInput {
     nonfinite: NonfiniteOption,
 }
 
-/// A mapping on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum Form {
-    /// Longitude across, latitude down (Blinn and Newell)
-    LatLong,
-    /// Six faces
-    Cube,
-    /// The octahedron, unfolded
-    Octahedral,
-    /// The octahedron, unfolded so that all texels have the same solid angle
-    EqualArea,
-    /// The light probe: the distance from the middle is the angle
-    Angular,
-    /// OpenGL's sphere map
-    Sphere,
-    /// The photograph of a mirror ball
-    MirrorBall,
-    /// Two parabolic mirrors, side by side
-    DualParaboloid,
-}
-
-impl From<Form> for Mapping {
-    fn from(form: Form) -> Self {
-        match form {
-            Form::LatLong => Self::LatLong,
-            Form::Cube => Self::Cube,
-            Form::Octahedral => Self::Octahedral,
-            Form::EqualArea => Self::EqualArea,
-            Form::Angular => Self::Angular,
-            Form::Sphere => Self::Sphere,
-            Form::MirrorBall => Self::MirrorBall,
-            Form::DualParaboloid => Self::DualParaboloid,
-        }
+names! {
+    /// A mapping on the command line.
+    pub(crate) enum Form for Mapping {
+        /// Longitude across, latitude down (Blinn and Newell)
+        LatLong,
+        /// Six faces
+        Cube,
+        /// The octahedron, unfolded
+        Octahedral,
+        /// The octahedron, unfolded so that all texels have the same solid angle
+        EqualArea,
+        /// The light probe: the distance from the middle is the angle
+        Angular,
+        /// OpenGL's sphere map
+        Sphere,
+        /// The photograph of a mirror ball
+        MirrorBall,
+        /// Two parabolic mirrors, side by side
+        DualParaboloid,
     }
 }
 
@@ -194,6 +181,8 @@ pub(crate) fn is_texture(path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use clap::ValueEnum as _;
+
     use super::*;
 
     #[test]

@@ -11,6 +11,7 @@ use lobe::env::{
 };
 
 use crate::args::map_input::is_texture;
+use crate::args::names::names;
 use crate::args::output;
 use crate::args::picture::{PictureOutput, note_clamped};
 use crate::run::talk::Talk;
@@ -72,22 +73,12 @@ impl FromStr for MapFile {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum Layout {
-    HorizontalCross,
-    VerticalCross,
-    Row,
-    Column,
-}
-
-impl From<Layout> for CubeLayout {
-    fn from(layout: Layout) -> Self {
-        match layout {
-            Layout::HorizontalCross => Self::HorizontalCross,
-            Layout::VerticalCross => Self::VerticalCross,
-            Layout::Row => Self::Row,
-            Layout::Column => Self::Column,
-        }
+names! {
+    pub(crate) enum Layout for CubeLayout {
+        HorizontalCross,
+        VerticalCross,
+        Row,
+        Column,
     }
 }
 
@@ -171,15 +162,15 @@ impl MapOutput {
         }
         match &self.output {
             MapFile::Picture(picture) => picture.check(),
-            MapFile::Texture(path) => output::prepare_file(path),
+            MapFile::Texture(path) => output::prepare_file(path, &[]),
             MapFile::Faces { folder, extension } => {
                 // The folders that are missing are made when there is something to put into them.
                 let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
                 match folder.ancestors().take_while(is_missing).last() {
-                    Some(outermost) => output::prepare_file(outermost),
+                    Some(outermost) => output::prepare_file(outermost, &[]),
                     None => FACE_NAMES
                         .iter()
-                        .try_for_each(|name| output::prepare_file(&folder.join(format!("{name}.{extension}")))),
+                        .try_for_each(|name| output::prepare_file(&folder.join(format!("{name}.{extension}")), &[])),
                 }
             }
         }

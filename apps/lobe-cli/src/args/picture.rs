@@ -45,12 +45,12 @@ impl FromStr for PictureOutput {
 impl PictureOutput {
     /// Whether it can be of half floats.
     pub(crate) fn is_exr(&self) -> bool {
-        self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+        output::has_extension(&self.path, "exr")
     }
 
     /// Refuses an output that could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
-        output::prepare_file(&self.path)
+        output::prepare_file(&self.path, &[])
     }
 
     /// Writes the picture, and notes the values that the format could not hold.

@@ -2,10 +2,11 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, irradiance_at, irradiance_map};
-use lobe::sh::{Coefficient as _, Dir, Rgb};
+use lobe::env::{EnvMap, MappedMap, irradiance_at, irradiance_map, project_map};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::args::map_input::MapInput;
+use crate::args::output;
 use crate::args::picture::PictureOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -22,8 +23,14 @@ pub(crate) struct EnvIrradiance {
     input: MapInput,
     /// A lat-long picture of the irradiance E, not divided by π, for every direction that a surface may face: .exr, .hdr,
     /// .pfm, or .png tone-mapped for looking at
-    #[arg(short, long, value_name = "OUT")]
-    output: PictureOutput,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "dirs")]
+    output: Option<PictureOutput>,
+    /// Print the irradiance of a surface that faces this way, a vector of any length but 0; may be given many times
+    #[arg(long = "dir", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
+    dirs: Vec<Dir>,
+    /// With --dir: print {"values": [[one number per channel] per direction]} instead of one line per direction
+    #[arg(long, requires = "dirs")]
+    json: bool,
     /// The method of integration
     #[arg(long, value_enum, default_value = "sh")]
     method: Method,
@@ -48,15 +55,33 @@ impl EnvIrradiance {
         if self.order.is_some() && self.method == Method::BruteForce {
             bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
         }
-        self.output.check()?;
+        if let Some(output) = &self.output {
+            output.check()?;
+        }
         let map = self.input.read(talk)?;
+        let order = self.order.unwrap_or(DEFAULT_ORDER);
+        let lat_long = || self.input.to_lat_long(map.clone(), talk);
+        if !self.dirs.is_empty() {
+            let irradiance = match self.method {
+                Method::Sh => by_expansion(&map, order, &self.dirs),
+                Method::BruteForce => irradiance_at(&lat_long()?, &self.dirs),
+            };
+            output::print_values(irradiance.into_iter().map(|e| e.to_array().to_vec()).collect(), self.json)?;
+        }
+        let Some(output) = &self.output else { return Ok(()) };
         let (width, height) = (2 * self.size, self.size);
         let irradiance = match self.method {
-            Method::Sh => irradiance_map(&map, self.order.unwrap_or(DEFAULT_ORDER), width, height),
-            Method::BruteForce => brute_force(&self.input.to_lat_long(map, talk)?, width, height, talk),
+            Method::Sh => irradiance_map(&map, order, width, height),
+            Method::BruteForce => brute_force(&lat_long()?, width, height, talk),
         };
-        self.output.write(&irradiance, talk)
+        output.write(&irradiance, talk)
     }
+}
+
+/// The irradiance of surfaces that face `normals`.
+fn by_expansion(map: &MappedMap, order: usize, normals: &[Dir]) -> Vec<Rgb<f64>> {
+    let irradiance = convolved(&project_map(map, order), &Zonal::clamped_cosine(order));
+    normals.iter().map(|n| irradiance.eval(*n)).collect()
 }
 
 /// [`lobe::env::irradiance_map_brute_force`] with a bar.

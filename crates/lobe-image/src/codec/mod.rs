@@ -11,6 +11,7 @@ pub(crate) mod bc6h;
 pub(crate) mod dds;
 pub(crate) mod decoded;
 pub(crate) mod encode;
+pub(crate) mod exr_layers;
 pub(crate) mod jpeg_end;
 pub(crate) mod read;
 pub(crate) mod read_dds;
