@@ -8,6 +8,7 @@ use lobe::env::{
     CubeHandedness, CubeLayout, EnvMap, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping, Nonfinite,
     cube_face_paths, face_files, read_map,
 };
+use lobe::image::PictureReadOptions;
 
 use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
 use crate::args::values;
@@ -32,7 +33,7 @@ pub(crate) struct MapPath {
     from_left_handed: bool,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
     /// to as much again while a .hdr, .png or .jpg is decoded: 3.2 GB for the most that is read without this option
-    #[arg(long, value_name = "N", default_value_t = MapReadOptions::default().max_texels, value_parser = max_texels)]
+    #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
     max_texels: usize,
 }
 
@@ -88,7 +89,7 @@ impl From<Form> for Mapping {
 impl MapInput {
     /// The map at a path, whose mapping the file or its proportions tell.
     pub(crate) fn of(path: &Path) -> Self {
-        let max_texels = MapReadOptions::default().max_texels;
+        let max_texels = PictureReadOptions::default().max_texels;
         let map = MapPath { path: path.to_owned(), from: None, from_left_handed: false, max_texels };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }
@@ -153,8 +154,7 @@ impl MapPath {
         }
         let handedness = if self.from_left_handed { CubeHandedness::Left } else { CubeHandedness::Right };
         let options = MapReadOptions::default()
-            .nonfinite(nonfinite)
-            .max_texels(self.max_texels)
+            .picture(PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels))
             .mapping(self.from.map(Mapping::from))
             .handedness(handedness);
         let (map, report) = read_map(&self.path, &options).map_err(|error| explain(&self.path, error))?;
@@ -168,7 +168,7 @@ impl MapPath {
                     tell(face, &path.display().to_string(), talk);
                 }
             }
-            None => tell(&report, &name, talk),
+            None => tell(&report.picture, &name, talk),
         }
         Ok((map, report))
     }

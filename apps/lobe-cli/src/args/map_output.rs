@@ -6,9 +6,10 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, FACE_NAMES, MapWriteOptions,
-    MappedMap, Mapping, TexelFormat, face_files, write_cube, write_cube_faces,
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvMap, FACE_NAMES, MappedMap, Mapping, TexelFormat,
+    face_files, write_cube, write_cube_faces,
 };
+use lobe::image::{ImageError, PictureWriteOptions};
 
 use crate::args::map_input::is_texture;
 use crate::args::output;
@@ -187,7 +188,7 @@ impl MapOutput {
 
     /// Writes the map.
     pub(crate) fn write(&self, map: MappedMap, talk: Talk) -> anyhow::Result<()> {
-        let options = MapWriteOptions::default().half(self.half);
+        let options = PictureWriteOptions::default().half(self.half);
         match &self.output {
             MapFile::Picture(picture) if map.mapping() == Mapping::Cube => {
                 let layout = self.layout.unwrap_or(Layout::HorizontalCross).into();
@@ -206,7 +207,7 @@ impl MapOutput {
             MapFile::Faces { folder, extension } => {
                 let cube = map.into_cube_map()?;
                 std::fs::create_dir_all(folder)
-                    .map_err(|source| EnvError::Io { place: folder.display().to_string(), source })?;
+                    .map_err(|source| ImageError::Io { place: folder.display().to_string(), source })?;
                 let report = write_cube_faces(folder, extension, &cube, self.handedness(), &options)?;
                 note_clamped(&folder.display().to_string(), report, talk);
                 Ok(())

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, MapWriteOptions, write_env};
-use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
+use lobe::env::{EnvMap, write_env};
+use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, PictureWriteOptions, Tone};
 use lobe::io::{Job, Progress, StagedFile, StagedWriter, Watch};
 use lobe::render::{
     BakedScene, Camera, DistantLight, GlossyLobe, LitPicture, PathOptions, RenderError, SampleCount, Surfaces, Truth,
@@ -421,7 +421,7 @@ impl Render {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
             Rendered::Shaded(LitPicture { picture, .. }) => {
                 let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
-                note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
+                note_clamped(&name, write_env(&path, &pixels, &PictureWriteOptions::default())?, talk);
             }
         }
         Ok(())

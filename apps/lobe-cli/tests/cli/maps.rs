@@ -1,8 +1,8 @@
 //! `lobe env convert`, `rotate`, `adjust`, `sun`, `prefilter` and `show`: maps in, maps out.
 
 use lobe::env::{
-    CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvFile, MapReadOptions, MappedMap, Mapping, TexelFormat,
-    project_map, read_env, read_env_file, write_cube,
+    CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvMap, MapReadOptions, MappedMap, Mapping, TexelFormat,
+    project_map, read_map, write_cube,
 };
 use lobe::image::{PictureReadOptions, read_picture};
 use lobe::sh::{Expansion as _, FileCoefficients, Rgb, ShVec};
@@ -21,10 +21,7 @@ fn write_sky(dir: &Dir, name: &str) {
 }
 
 fn read_any(dir: &Dir, name: &str) -> MappedMap {
-    match read_env_file(dir.path(name), &MapReadOptions::default()).unwrap().0 {
-        EnvFile::LatLong(map) => map.into(),
-        EnvFile::Cube(chain) => chain.into_base().into(),
-    }
+    MappedMap::load(dir.path(name)).unwrap()
 }
 
 /// The largest difference of a coefficient, relative to the mean.
@@ -106,10 +103,7 @@ fn textures_are_read_and_written_for_either_hand() {
 }
 
 fn read_chain(dir: &Dir, name: &str) -> CubeMipChain {
-    match read_env_file(dir.path(name), &MapReadOptions::default()).unwrap().0 {
-        EnvFile::Cube(chain) => chain,
-        EnvFile::LatLong(_) => panic!("{name} is no cube"),
-    }
+    read_map(dir.path(name), &MapReadOptions::default()).unwrap().0.into_chain().unwrap()
 }
 
 #[test]
@@ -226,7 +220,7 @@ fn clamping_says_what_it_takes() {
     let clamped = &report["clamped"];
     assert_eq!((clamped["texels"].as_u64(), clamped["largest"].as_f64()), (Some(1), Some(200.0)), "{report}");
     assert!(report["blackened"].is_null(), "nobody asked for that: {report}");
-    let (map, _) = read_env(dir.path("dim.exr"), &MapReadOptions::default()).unwrap();
+    let map = EnvMap::load(dir.path("dim.exr")).unwrap();
     assert_eq!(map.texel(3, 1), Rgb::new(20.0, 10.0, 0.0), "the hue stays");
     assert_eq!(map.texel(0, 0), Rgb::new(2.0, 2.0, 2.0), "one stop");
     let line = dir.lobe("env adjust sun.exr -o dim.exr").error();
@@ -240,7 +234,7 @@ fn negative_texels_can_be_made_black_and_the_note_about_them_says_how() {
     let (stdout, stderr) = dir.lobe("env adjust rings.exr --non-negative -o clean.exr").succeeds();
     assert!(stdout.starts_with("blackened  1 texels, the lowest channel was -2.0"), "{stdout}");
     assert!(stderr.contains("lobe env adjust --non-negative"), "{stderr}");
-    let (map, _) = read_env(dir.path("clean.exr"), &MapReadOptions::default()).unwrap();
+    let map = EnvMap::load(dir.path("clean.exr")).unwrap();
     assert_eq!(map.texel(3, 1), Rgb::new(0.0, 5.0, 0.0), "the channel that is not negative stays");
     let (_, stderr) = dir.lobe("env info clean.exr").succeeds();
     assert_eq!(stderr, "", "no note any more");
@@ -280,12 +274,9 @@ fn an_even_sky_stays_even_however_rough_the_mirror() {
     dir.map("one.exr", 32, 16, |_, _| [1.0; 3]);
     for method in ["gather", "importance --samples 64"] {
         dir.lobe(&format!("env prefilter one.exr -o rough.ktx2 --size 16 --last-size 4 --method {method}")).stdout();
-        let (EnvFile::Cube(chain), _) = read_env_file(dir.path("rough.ktx2"), &MapReadOptions::default()).unwrap()
-        else {
-            panic!("no cube")
-        };
+        let chain = read_chain(&dir, "rough.ktx2");
         assert_eq!(chain.levels().len(), 3, "16, 8, 4");
-        let texels = chain.levels().iter().flat_map(CubeMap::texels);
+        let texels = chain.levels().iter().flat_map(|level| level.texels());
         assert!(texels.clone().all(|t| *t == Rgb::new(1.0, 1.0, 1.0)), "{method}: the white furnace");
     }
     dir.lobe("env prefilter one.exr -o highlights.exr --lobe phong:20 --size 8").stdout();

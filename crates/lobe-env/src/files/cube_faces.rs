@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use lobe_image::read_picture;
-use lobe_io::{StagedFile, check_writable};
-
-use crate::files::write;
-use crate::mapping::cube::FACES;
-use crate::{
-    CubeHandedness, CubeMap, EnvError, EnvMap, MapReadOptions, MapReadReport, MapWriteOptions, MapWriteReport,
+use lobe_image::{
+    ImageError, PictureReadReport, PictureWriteOptions, PictureWriteReport, encode_picture, read_picture,
 };
+use lobe_io::{StagedFile, check_writable};
+use lobe_sh::Rgb;
+
+use crate::mapping::cube::FACES;
+use crate::{CubeHandedness, CubeMap, EnvError, MapReadOptions};
 
 /// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files.
 pub const FACE_NAMES: [&str; FACES] = ["px", "nx", "py", "ny", "pz", "nz"];
@@ -40,33 +40,25 @@ pub fn cube_face_paths(folder: impl AsRef<Path>, extension: &str) -> [PathBuf; F
     OTHER_NAMES.iter().map(paths).find(|paths| paths[0].exists()).unwrap_or(own)
 }
 
-/// Reads a cube from the six files of a folder that [`cube_face_paths`] names, in any format of
-/// [`read_env`](crate::read_env); the reports are those of the faces.
-///
-/// # Errors
-/// As [`read_env`](crate::read_env); [`EnvError::Invalid`] if a face is not square, or not of the size of the first.
-pub fn read_cube_faces(
-    folder: impl AsRef<Path>,
+/// Reads a cube from the six files of a folder that [`cube_face_paths`] names, with the reports of the faces.
+pub(crate) fn read_cube_faces(
+    folder: &Path,
     extension: &str,
-    handedness: CubeHandedness,
     options: &MapReadOptions,
-) -> Result<(CubeMap, [MapReadReport; FACES]), EnvError> {
-    let mut faces = Vec::with_capacity(FACES);
-    let mut reports = Vec::with_capacity(FACES);
-    let mut size = 0;
+) -> Result<(CubeMap, Vec<PictureReadReport>), EnvError> {
+    let mut texels: Vec<Rgb<f32>> = Vec::new();
+    let mut reports: Vec<PictureReadReport> = Vec::with_capacity(FACES);
     for path in cube_face_paths(folder, extension) {
-        let (face, report) = read_picture(&path, &options.of_picture())?;
-        size = if faces.is_empty() { face.width() } else { size };
-        if (face.width(), face.height()) != (size, size) {
-            let (width, height) = (face.width(), face.height());
+        let (face, report) = read_picture(&path, &options.picture)?;
+        let (width, height, size) = (face.width(), face.height(), reports.first().map_or(face.width(), |r| r.width));
+        if (width, height) != (size, size) {
             let message = format!("a face of {size} x {size} expected, but this is {width} x {height}");
-            return Err(EnvError::Invalid { place: path.display().to_string(), message });
+            return Err(ImageError::Invalid { place: path.display().to_string(), message }.into());
         }
-        faces.push(face.into_pixels());
-        reports.push(report.into());
+        texels.extend(face.into_pixels::<Rgb<f32>>());
+        reports.push(report);
     }
-    let (Ok(faces), Ok(reports)) = (faces.try_into(), reports.try_into()) else { unreachable!("six files were read") };
-    Ok((CubeMap::from_handed_faces(size, &faces, handedness)?, reports))
+    Ok((CubeMap::new(reports[0].width, texels)?.of_handedness(options.handedness), reports))
 }
 
 /// Writes a cube as the files `px`, `nx`, `py`, `ny`, `pz` and `nz` of a folder, in a format of
@@ -81,18 +73,17 @@ pub fn write_cube_faces(
     extension: &str,
     cube: &CubeMap,
     handedness: CubeHandedness,
-    options: &MapWriteOptions,
-) -> Result<MapWriteReport, EnvError> {
-    let io = |path: &Path, source| EnvError::Io { place: path.display().to_string(), source };
+    options: &PictureWriteOptions,
+) -> Result<PictureWriteReport, ImageError> {
+    let io = |path: &Path, source| ImageError::Io { place: path.display().to_string(), source };
     let paths = FACE_NAMES.map(|name| folder.as_ref().join(format!("{name}.{extension}")));
     for path in &paths {
         check_writable(path).map_err(|e| io(path, e))?;
     }
-    let mut report = MapWriteReport::default();
+    let mut report = PictureWriteReport::default();
     let mut staged = Vec::with_capacity(FACES);
     for (path, face) in paths.iter().zip(cube.faces(handedness)) {
-        // The writer asks for a picture and does not look at directions.
-        let (bytes, found) = write::encode(path, &EnvMap::new(cube.size(), cube.size(), face)?, options)?;
+        let (bytes, found) = encode_picture(path, cube.size(), &face, options)?;
         report.clamped += found.clamped;
         staged.push(StagedFile::write(path, |file| file.write_all(&bytes)).map_err(|e| io(path, e))?);
     }
@@ -108,7 +99,7 @@ mod tests {
     use lobe_sh::Rgb;
 
     use super::*;
-    use crate::write_env;
+    use crate::{EnvMap, write_env};
 
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("lobe-cube-faces-{name}-{}", std::process::id()));
@@ -128,12 +119,13 @@ mod tests {
         let folder = folder("round-trip");
         let cube = CubeMap::from_fn(5, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
         for handedness in [CubeHandedness::Left, CubeHandedness::Right] {
-            let report = write_cube_faces(&folder, "exr", &cube, handedness, &MapWriteOptions::default()).unwrap();
+            let report = write_cube_faces(&folder, "exr", &cube, handedness, &PictureWriteOptions::default()).unwrap();
             assert_eq!(report.clamped, 0, "floats hold everything");
-            let (back, _) = read_cube_faces(&folder, "exr", handedness, &MapReadOptions::default()).unwrap();
+            let (back, _) = read_cube_faces(&folder, "exr", &MapReadOptions::default().handedness(handedness)).unwrap();
             assert!(back == cube, "{handedness:?}: the cube changed");
         }
-        let (other, _) = read_cube_faces(&folder, "exr", CubeHandedness::Left, &MapReadOptions::default()).unwrap();
+        let (other, _) =
+            read_cube_faces(&folder, "exr", &MapReadOptions::default().handedness(CubeHandedness::Left)).unwrap();
         assert!(other != cube, "faces written as right-handed are no left-handed ones");
         std::fs::remove_dir_all(folder).unwrap();
     }
@@ -142,9 +134,12 @@ mod tests {
     fn where_one_face_cannot_be_written_none_is() {
         let folder = folder("together");
         let cubes = [1.0, 2.0].map(|light| CubeMap::from_fn(4, |_| Rgb::new(light, light, light)));
-        let write = |cube| write_cube_faces(&folder, "exr", cube, CubeHandedness::Right, &MapWriteOptions::default());
-        let read =
-            || read_cube_faces(&folder, "exr", CubeHandedness::Right, &MapReadOptions::default()).map(|(cube, _)| cube);
+        let write =
+            |cube| write_cube_faces(&folder, "exr", cube, CubeHandedness::Right, &PictureWriteOptions::default());
+        let read = || {
+            read_cube_faces(&folder, "exr", &MapReadOptions::default().handedness(CubeHandedness::Right))
+                .map(|(cube, _)| cube)
+        };
         write(&cubes[0]).unwrap();
         // A folder in the place of the last face.
         std::fs::remove_file(folder.join("nz.exr")).unwrap();
@@ -166,11 +161,11 @@ mod tests {
         let cube = CubeMap::from_fn(4, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
         for (k, names) in OTHER_NAMES.iter().enumerate() {
             let folder = folder(&format!("names-{k}"));
-            write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Right, &MapWriteOptions::default()).unwrap();
+            write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Right, &PictureWriteOptions::default()).unwrap();
             for (own, other) in FACE_NAMES.iter().zip(names) {
                 std::fs::rename(folder.join(format!("{own}.pfm")), folder.join(format!("{other}.pfm"))).unwrap();
             }
-            let read = read_cube_faces(&folder, "pfm", CubeHandedness::Right, &MapReadOptions::default());
+            let read = read_cube_faces(&folder, "pfm", &MapReadOptions::default().handedness(CubeHandedness::Right));
             assert!(read.unwrap().0 == cube, "{names:?}");
             std::fs::remove_dir_all(folder).unwrap();
         }
@@ -180,13 +175,13 @@ mod tests {
     fn faces_of_another_size_or_none_are_errors_of_one_line() {
         let folder = folder("sizes");
         let cube = CubeMap::from_fn(4, |_| Rgb::new(1.0, 1.0, 1.0));
-        write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Left, &MapWriteOptions::default()).unwrap();
-        let read = || read_cube_faces(&folder, "pfm", CubeHandedness::Left, &MapReadOptions::default());
+        write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Left, &PictureWriteOptions::default()).unwrap();
+        let read = || read_cube_faces(&folder, "pfm", &MapReadOptions::default().handedness(CubeHandedness::Left));
         for (name, (w, h)) in [("py", (5, 5)), ("px", (4, 2)), ("nz", (2, 2))] {
             let path = folder.join(format!("{name}.pfm"));
             let kept = std::fs::read(&path).unwrap();
             let map = EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 1.0, 1.0));
-            write_env(&path, &map, &MapWriteOptions::default()).unwrap();
+            write_env(&path, &map, &PictureWriteOptions::default()).unwrap();
             let message = read().unwrap_err().to_string();
             let expected = format!("a face of 4 x 4 expected, but this is {w} x {h}");
             assert!(message.contains(&expected) && !message.contains('\n'), "{name}: {message}");
