@@ -55,12 +55,11 @@ mod error;
 mod picture;
 mod pixel;
 
-pub use codec::decoded::{CubeTexture, EnvmapAttribute, PictureHead, mip_level_count, mip_level_size};
+pub use codec::decoded::{CubeTexture, EnvmapAttribute, mip_level_count, mip_level_size};
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::read::{
-    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, read_picture, read_picture_bytes,
-    read_picture_bytes_if, read_picture_file,
+    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, read_picture, read_picture_bytes, read_picture_file,
 };
 pub use codec::texel_format::TexelFormat;
 pub use codec::texture::{read_cube_texture_bytes, write_cube_texture};

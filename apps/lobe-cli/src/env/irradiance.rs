@@ -1,9 +1,12 @@
 //! `lobe env irradiance`: the irradiance map of an environment, by spherical harmonics or by brute force.
 
+use std::ops::ControlFlow;
+
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, MappedMap, irradiance_at, irradiance_map, project_map};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal, convolved};
+use lobe::env::{EnvMap, MappedMap, irradiance_at, irradiance_map, irradiance_map_brute_force, project_map};
+use lobe::io::{Job, Progress};
+use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;
@@ -13,9 +16,6 @@ use crate::run::talk::Talk;
 
 /// The order where none is given: nine coefficients keep the irradiance to a few percent.
 const DEFAULT_ORDER: usize = 3;
-
-/// The steps of the progress bar, in each of which the picture is prepared for summing.
-const STEPS: usize = 32;
 
 #[derive(Args)]
 pub(crate) struct EnvIrradiance {
@@ -72,7 +72,7 @@ impl EnvIrradiance {
         let (width, height) = (2 * self.size, self.size);
         let irradiance = match self.method {
             Method::Sh => irradiance_map(&map, order, width, height),
-            Method::BruteForce => brute_force(&lat_long()?, width, height, talk),
+            Method::BruteForce => brute_force(&lat_long()?, width, height, talk)?,
         };
         output.write(&irradiance, talk)
     }
@@ -84,18 +84,14 @@ fn by_expansion(map: &MappedMap, order: usize, normals: &[Dir]) -> Vec<Rgb<f64>>
     normals.iter().map(|n| irradiance.eval(*n)).collect()
 }
 
-/// [`lobe::env::irradiance_map_brute_force`] with a bar.
-fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> EnvMap {
-    let mut out = EnvMap::from_fn(width, height, |_| Rgb::ZERO);
-    let normals: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
-    let step = normals.len().div_ceil(STEPS);
-    let bar = talk.bar("irradiance", normals.len() as u64);
-    for (texels, normals) in out.texels_mut().chunks_mut(step).zip(normals.chunks(step)) {
-        for (texel, irradiance) in texels.iter_mut().zip(irradiance_at(map, normals)) {
-            *texel = Rgb::narrow(irradiance);
-        }
-        bar.inc(normals.len() as u64);
-    }
+/// [`irradiance_map_brute_force`] with a bar.
+fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> anyhow::Result<EnvMap> {
+    let bar = talk.bar("irradiance", (width * height) as u64);
+    let mut watch = |progress: &Progress| {
+        bar.set_position(progress.done as u64);
+        ControlFlow::Continue(())
+    };
+    let irradiance = irradiance_map_brute_force(map, width, height, Job::default().watched_by(&mut watch))?;
     bar.finish_and_clear();
-    out
+    Ok(irradiance)
 }

@@ -2,13 +2,13 @@
 
 use std::f32::consts::PI;
 
-use lobe::env::{EnvMap, MapReadOptions, read_env};
+use lobe::env::EnvMap;
 use lobe::sh::{Quantity, Rgb, ShVec, project};
 
 use crate::harness::{Dir, ONE, flat_hdr};
 
 fn read(dir: &Dir, name: &str) -> EnvMap {
-    read_env(dir.path(name), &MapReadOptions::default()).unwrap().0
+    EnvMap::load(dir.path(name)).unwrap()
 }
 
 /// Asserts that every texel of `map` is `expected`, to a relative error.

@@ -8,7 +8,7 @@
 //! assert_eq!((sunset.name, map.width(), map.height()), ("sunset", 512, 256));
 //! ```
 
-use crate::{EnvError, EnvMap, MapReadOptions, read_env_bytes};
+use crate::{EnvError, EnvMap, MapReadOptions, read_map_bytes};
 
 /// The prefix of a bundled map's name where a path is expected.
 pub const PREFIX: &str = "bundled:";
@@ -28,8 +28,9 @@ impl Bundled {
     /// Decodes the map.
     #[must_use]
     pub fn map(&self) -> EnvMap {
-        match read_env_bytes(self.bytes, self.name, &MapReadOptions::default()) {
-            Ok((map, _)) => map,
+        let read = read_map_bytes(self.bytes, self.name, &MapReadOptions::default());
+        match read.and_then(|(map, _)| map.into_base().into_env_map()) {
+            Ok(map) => map,
             Err(error) => unreachable!("the test of the bundled maps reads this file: {error}"),
         }
     }

@@ -111,7 +111,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         let map = lobe_env::EnvMap::from_fn(4, 2, |_| Rgb::splat(1.0));
-        lobe_env::write_env(&path, &map, &lobe_env::MapWriteOptions::default()).unwrap();
+        lobe_env::write_env(&path, &map, &lobe_env::PictureWriteOptions::default()).unwrap();
         let found = read_variance(&std::fs::read(&path).unwrap(), "a.exr").unwrap_err().to_string();
         assert!(found.starts_with("a.exr: expected channels variance.R, .G and .B, found none"), "{found}");
         let found = read_variance(b"no picture", "b.exr").unwrap_err().to_string();
