@@ -101,7 +101,7 @@ pub(crate) enum Texels {
     Rgba32f,
     /// One exponent for three colors: half the size of rgba16f, to 65408
     Rgb9e5,
-    /// Blocks: an eighth of the size of rgba16f; only in programs built with cargo build -p lobe-cli --features bc6h
+    /// Blocks: an eighth of the size of rgba16f, two digits
     Bc6h,
 }
 

@@ -1,9 +1,11 @@
 //! `lobe env irradiance`: the irradiance map of an environment, by spherical harmonics or by brute force.
 
+use std::ops::ControlFlow;
+
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, irradiance_at, irradiance_map};
-use lobe::sh::{Coefficient as _, Dir, Rgb};
+use lobe::env::{EnvMap, irradiance_map, irradiance_map_brute_force};
+use lobe::io::{Job, Progress};
 
 use crate::args::map_input::MapInput;
 use crate::args::picture::PictureOutput;
@@ -12,9 +14,6 @@ use crate::run::talk::Talk;
 
 /// The order where none is given: nine coefficients keep the irradiance to a few percent.
 const DEFAULT_ORDER: usize = 3;
-
-/// The steps of the progress bar, in each of which the picture is prepared for summing.
-const STEPS: usize = 32;
 
 #[derive(Args)]
 pub(crate) struct EnvIrradiance {
@@ -53,24 +52,20 @@ impl EnvIrradiance {
         let (width, height) = (2 * self.size, self.size);
         let irradiance = match self.method {
             Method::Sh => irradiance_map(&map, self.order.unwrap_or(DEFAULT_ORDER), width, height),
-            Method::BruteForce => brute_force(&self.input.to_lat_long(map, talk)?, width, height, talk),
+            Method::BruteForce => brute_force(&self.input.to_lat_long(map, talk)?, width, height, talk)?,
         };
         self.output.write(&irradiance, talk)
     }
 }
 
-/// [`lobe::env::irradiance_map_brute_force`] with a bar.
-fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> EnvMap {
-    let mut out = EnvMap::from_fn(width, height, |_| Rgb::ZERO);
-    let normals: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
-    let step = normals.len().div_ceil(STEPS);
-    let bar = talk.bar("irradiance", normals.len() as u64);
-    for (texels, normals) in out.texels_mut().chunks_mut(step).zip(normals.chunks(step)) {
-        for (texel, irradiance) in texels.iter_mut().zip(irradiance_at(map, normals)) {
-            *texel = Rgb::narrow(irradiance);
-        }
-        bar.inc(normals.len() as u64);
-    }
+/// [`irradiance_map_brute_force`] with a bar.
+fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> anyhow::Result<EnvMap> {
+    let bar = talk.bar("irradiance", (width * height) as u64);
+    let mut watch = |progress: &Progress| {
+        bar.set_position(progress.done as u64);
+        ControlFlow::Continue(())
+    };
+    let irradiance = irradiance_map_brute_force(map, width, height, Job::default().watched_by(&mut watch))?;
     bar.finish_and_clear();
-    out
+    Ok(irradiance)
 }

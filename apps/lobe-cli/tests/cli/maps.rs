@@ -179,20 +179,12 @@ fn the_sun_of_a_cube_is_that_of_its_picture() {
 }
 
 #[test]
-fn bc6h_is_written_by_programs_that_are_built_with_it() {
+fn bc6h_is_written_by_every_program() {
     let dir = Dir::new();
     write_sky(&dir, "sky.exr");
-    let convert = dir.lobe("env convert sky.exr -o sky.ktx2 --size 32 --texels bc6h");
-    if cfg!(not(feature = "bc6h")) {
-        let line = convert.error();
-        assert!(line.contains("cargo build -p lobe-cli --features bc6h"), "{line}");
-        return;
-    }
-    convert.stdout();
-    let (info, _) = dir.lobe("env info sky.ktx2").succeeds();
-    assert!(info.starts_with("format     KTX2"), "{info}");
-    let (sky, cube) = (project_map(&read_any(&dir, "sky.exr"), 3), project_map(&read_any(&dir, "sky.ktx2"), 3));
-    assert!(difference(&sky, &cube) < 5e-3, "off by {}", difference(&sky, &cube));
+    dir.lobe("env convert sky.exr -o sky.ktx2 --size 32 --texels bc6h").stdout();
+    let (texture, sky) = (read_any(&dir, "sky.ktx2"), read_any(&dir, "sky.exr"));
+    assert!((texture.mean().g / sky.mean().g - 1.0).abs() < 0.02, "{:?}, was {:?}", texture.mean(), sky.mean());
 }
 
 #[test]

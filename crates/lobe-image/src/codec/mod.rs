@@ -8,6 +8,7 @@
 //! Read first: `read`, then the reader of a format. Of the other rooms it uses only the picture itself.
 
 pub(crate) mod bc6h;
+pub(crate) mod bc6h_encode;
 pub(crate) mod dds;
 pub(crate) mod decoded;
 pub(crate) mod encode;

@@ -26,7 +26,8 @@ pub enum TexelFormat {
     /// Nine bits for each color and one exponent for all, 4 bytes: the error is below 0.2 % of the largest channel of
     /// the texel; 0 to 65408.
     Rgb9e5,
-    /// BC6H without sign, blocks of 4 x 4 texels: 1 byte a texel, 0 to 65504. Written with the feature `bc6h` only.
+    /// BC6H without sign, blocks of 4 x 4 texels: 1 byte a texel, 0 to 65504. The feature `bc6h` chooses another encoder,
+    /// which is better where edges between colors cross blocks.
     Bc6h,
     /// BC6H with sign; read only.
     Bc6hSigned,
@@ -173,23 +174,12 @@ impl TexelFormat {
                 }
             }
             Self::Bc6h | Self::Bc6hSigned => {
-                bytes = encode_bc6h(size, &texels.iter().map(|t| fit((*t).into())).collect::<Vec<_>>())?;
+                let texels: Vec<Pixel> = texels.iter().map(|t| fit((*t).into())).collect();
+                bytes = bc6h::encode(size, &texels);
             }
         }
         Ok((bytes, clamped))
     }
-}
-
-#[cfg(feature = "bc6h")]
-fn encode_bc6h(size: usize, texels: &[Pixel]) -> Result<Vec<u8>, String> {
-    Ok(bc6h::encode(size, texels))
-}
-
-#[cfg(not(feature = "bc6h"))]
-fn encode_bc6h(_: usize, _: &[Pixel]) -> Result<Vec<u8>, String> {
-    Err("this build cannot compress to BC6H; build with the feature bc6h (cargo build -p lobe-cli --features bc6h), or choose \
-         RGB9E5 or RGBA16F"
-        .into())
 }
 
 fn half_texel(bytes: &[u8; 8]) -> Pixel {

@@ -56,8 +56,8 @@ pub fn read_cube_texture_bytes(
 /// counted over all levels. `zstd` compresses `.ktx2` without loss.
 ///
 /// # Errors
-/// [`ImageError::Options`] for another extension, Zstandard in `.dds`, a format that is not written, or BC6H without
-/// the feature `bc6h`; [`ImageError::Io`] if the file cannot be written.
+/// [`ImageError::Options`] for another extension, Zstandard in `.dds`, or a format that is not written;
+/// [`ImageError::Io`] if the file cannot be written.
 pub fn write_cube_texture(
     path: impl AsRef<Path>,
     levels: &[(usize, &[impl IntoPixel])],
