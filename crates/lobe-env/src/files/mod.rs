@@ -1,8 +1,8 @@
 //! Map files: the reader of any map ([`read_map`]), pictures, textures and the six faces of a cube ([`cube_faces`]), and
 //! the writers.
 //!
-//! Read first: [`read_options`], [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping
-//! and interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]). Uses map and mapping.
+//! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping
+//! and interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]). Uses `map` and `mapping`.
 
 pub mod bundled;
 pub(crate) mod cube_faces;

@@ -1,8 +1,7 @@
 //! Scene files: readers of glTF, OBJ and PLY, and a writer of glTF.
 //!
 //! Read `read` first, which chooses by the extension; then `source`, the input of every reader, which keeps the limits;
-//! then `read_obj` and `read_ply`, a file each, and `read_gltf`, whose parts are in the folder `gltf`. May use the
-//! scene.
+//! then `read_obj` and `read_ply`, a file each, and `read_gltf`, whose parts are in the folder `gltf`. Uses `scene`.
 
 pub(crate) mod gltf;
 pub(crate) mod read;

@@ -1,0 +1,10 @@
+//! The tests of the crate from outside, in one program, which is linked once: files of scenes and rays among triangles.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+mod damaged_files;
+mod rays;
+mod read_gltf;
+mod read_obj_ply;
+mod split_edges;
