@@ -189,7 +189,7 @@ fn extension(path: &Path) -> String {
 }
 
 pub(crate) fn is_texture(path: &Path) -> bool {
-    ["ktx2", "dds"].contains(&extension(path).as_str())
+    ["ktx2", "ktx", "dds"].contains(&extension(path).as_str())
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use crate::run::talk::Talk;
 /// A map to write.
 #[derive(Args)]
 pub(crate) struct MapOutput {
-    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2 or .dds, or as FOLDER/%.exr (or
+    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2, .dds or .ktx, or as FOLDER/%.exr (or
     /// another extension) for the six files px to nz
     #[arg(short, long, value_name = "OUT")]
     output: MapFile,
@@ -29,13 +29,13 @@ pub(crate) struct MapOutput {
     /// Of a cube: make its faces for left-handed directions, as Direct3D and three.js want them
     #[arg(long)]
     left_handed: bool,
-    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f]
+    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f; r11g11b10f in .ktx, which holds nothing else]
     #[arg(long, value_enum)]
     texels: Option<Texels>,
     /// Of .ktx2: compress with Zstandard
     #[arg(long)]
     zstd: bool,
-    /// Of .ktx2 and .dds: with all smaller levels, each the mean of the one before [default: none; by convert those of IN, where IN
+    /// Of .ktx2, .dds and .ktx: with all smaller levels, each the mean of the one before [default: none; by convert those of IN, where IN
     /// is a texture of the same size]
     #[arg(long)]
     mips: bool,
@@ -68,7 +68,7 @@ impl FromStr for MapFile {
         }
         match text.parse() {
             Ok(picture) => Ok(Self::Picture(picture)),
-            Err(_) => Err("expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2 or .dds".to_owned()),
+            Err(_) => Err("expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2, .dds or .ktx".to_owned()),
         }
     }
 }
@@ -101,6 +101,8 @@ pub(crate) enum Texels {
     Rgba32f,
     /// One exponent for three colors: half the size of rgba16f, to 65408
     Rgb9e5,
+    /// Floats of 11, 11 and 10 bits: two digits, half the size of rgba16f, to 64512; for Filament and PlayCanvas as .ktx
+    R11g11b10f,
     /// Blocks: an eighth of the size of rgba16f, two digits
     Bc6h,
 }
@@ -111,6 +113,7 @@ impl From<Texels> for TexelFormat {
             Texels::Rgba16f => Self::Rgba16F,
             Texels::Rgba32f => Self::Rgba32F,
             Texels::Rgb9e5 => Self::Rgb9e5,
+            Texels::R11g11b10f => Self::R11G11B10F,
             Texels::Bc6h => Self::Bc6h,
         }
     }
@@ -163,9 +166,9 @@ impl MapOutput {
             ),
             (self.left_handed && mapping != Mapping::Cube, "--left-handed: only of a cube"),
             (self.half && !is_exr, "--half: only of .exr"),
-            (self.texels.is_some() && !is_texture, "--texels: only of .ktx2 and .dds"),
+            (self.texels.is_some() && !is_texture, "--texels: only of .ktx2, .dds and .ktx"),
             (self.zstd && !is_texture, "--zstd: only of .ktx2"),
-            (self.mips && !is_texture, "--mips: only of .ktx2 and .dds"),
+            (self.mips && !is_texture, "--mips: only of .ktx2, .dds and .ktx"),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!("{message}; leave it out");
@@ -218,10 +221,11 @@ impl MapOutput {
     /// Writes all levels of a chain; only a texture holds them.
     pub(crate) fn write_chain(&self, chain: CubeMipChain, talk: Talk) -> anyhow::Result<()> {
         let MapFile::Texture(path) = &self.output else {
-            bail!("-o: a chain of levels is written as .ktx2 or .dds");
+            bail!("-o: a chain of levels is written as .ktx2, .dds or .ktx");
         };
-        let options =
-            CubeWriteOptions::default().texels(self.texels.map(TexelFormat::from).unwrap_or_default()).zstd(self.zstd);
+        let is_ktx1 = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx"));
+        let usual = if is_ktx1 { TexelFormat::R11G11B10F } else { TexelFormat::default() };
+        let options = CubeWriteOptions::default().texels(self.texels.map_or(usual, TexelFormat::from)).zstd(self.zstd);
         let report = write_cube(path, &chain.of_handedness(self.handedness()), &options)?;
         note_clamped(&path.display().to_string(), report, talk);
         Ok(())

@@ -128,7 +128,7 @@ mod tests {
             }
             for (a, b) in texels.iter().zip(&decoded) {
                 let error = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-                assert!(error < 0.25 * a[0].max(a[1]).max(a[2]), "{size}: {a:?} became {b:?}");
+                assert!(error < 0.3 * a[0].max(a[1]).max(a[2]), "{size}: {a:?} became {b:?}");
             }
         }
     }

