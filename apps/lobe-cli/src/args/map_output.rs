@@ -101,7 +101,7 @@ pub(crate) enum Texels {
     Rgba32f,
     /// One exponent for three colors: half the size of rgba16f, to 65408
     Rgb9e5,
-    /// Floats of 11, 11 and 10 bits: two digits, half the size of rgba16f, to 64512; for Filament and PlayCanvas as .ktx
+    /// Floats of 11, 11 and 10 bits: two digits, half the size of rgba16f, to 64512; as .ktx for Filament
     R11g11b10f,
     /// Blocks: an eighth of the size of rgba16f, two digits
     Bc6h,

@@ -15,7 +15,7 @@ pub(crate) const HEADER_DX10: usize = 20;
 pub(crate) const DX10: u32 = u32::from_le_bytes(*b"DX10");
 
 /// The codes of Direct3D 9, in place of a four-character code. Files with them need no second header, and more programs
-/// take them so (PlayCanvas).
+/// take them so (`PlayCanvas`).
 pub(crate) const D3D9: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
 
 /// Flag: the format is given by a four-character code.

@@ -49,7 +49,7 @@ pub fn read_cube_texture_bytes(
     Ok((decoded, report))
 }
 
-/// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and PlayCanvas; it is not
+/// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and `PlayCanvas`; it is not
 /// read), depending on the extension: size and texels of each level, as in [`CubeTexture`].
 ///
 /// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and

@@ -1,4 +1,4 @@
-//! KTX1 cube map writer, for Filament and PlayCanvas, which read no floats from KTX2.
+//! KTX1 cube map writer, for Filament and `PlayCanvas`, which read no floats from KTX2.
 //!
 //! ```text
 //!   identifier                  12 bytes
@@ -7,7 +7,7 @@
 //!   levels                      the largest first; in each the bytes of one face, then the faces +X, -X, +Y, -Y, +Z, -Z
 //! ```
 //!
-//! KTX File Format Specification 1.0. The texels are R11F_G11F_B10F. As type it has the number of the internal format, not
+//! KTX File Format Specification 1.0. The texels are R11G11B10F. As type it has the number of the internal format, not
 //! that of the packed type: Filament's own tool writes it so, and its reader takes nothing else.
 
 /// The first twelve bytes.
