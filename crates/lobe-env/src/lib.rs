@@ -49,7 +49,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | any map from any file | [`EnvMap::load`], [`MappedMap::load`], [`read_map`], [`LoadedMap`], [`MapReadOptions`], [`MapReadReport`] |
-//! | maps as files | [`write_env`]; cubes with levels [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; in six files [`write_cube_faces`] |
+//! | maps as files | [`write_env`]; cubes with levels [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; in six files [`FaceFiles`], [`write_cube_faces`] |
 //! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
 //! | cubes in pictures | [`CubeLayout`], [`CubeHandedness`] |
 //! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
@@ -99,7 +99,7 @@ pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
 pub use error::{EnvError, MapReadOption};
 pub use files::bundled;
-pub use files::cube_faces::{FACE_NAMES, cube_face_paths, face_files, write_cube_faces};
+pub use files::cube_faces::{FaceFiles, write_cube_faces};
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{MapReadOptions, MapReadReport};
 pub use files::write::{CubeWriteOptions, write_cube, write_env};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, EnvMap, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping, Nonfinite,
-    cube_face_paths, face_files, read_map,
+    CubeHandedness, CubeLayout, EnvMap, FaceFiles, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping,
+    Nonfinite, read_map,
 };
 use lobe::image::PictureReadOptions;
 
@@ -20,8 +20,9 @@ const MOST_TEXELS: usize = 1 << 35;
 /// Where a map is, and how it shows its surroundings.
 #[derive(Args)]
 pub(crate) struct MapPath {
-    /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/%.exr (or
-    /// another extension) for the six files px to nz, posx to negz, or right, left, top, bottom, front, back, or bundled:NAME
+    /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/PREFIX%.exr (or
+    /// another extension) for the six files px to nz or mz, posx to negz, right, left, top, bottom, front, back or rt, lf, up, dn,
+    /// ft, bk, or bundled:NAME
     #[arg(value_name = "IN")]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
@@ -162,9 +163,9 @@ impl MapPath {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&name, &text);
         }
-        match face_files(&self.path) {
-            Some((folder, extension)) => {
-                for (face, path) in report.faces.iter().zip(cube_face_paths(folder, &extension)) {
+        match FaceFiles::of(&self.path).and_then(|files| files.to_read()) {
+            Some(paths) => {
+                for (face, path) in report.faces.iter().zip(paths) {
                     tell(face, &path.display().to_string(), talk);
                 }
             }

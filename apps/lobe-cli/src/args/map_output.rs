@@ -6,8 +6,8 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvMap, FACE_NAMES, MappedMap, Mapping, TexelFormat,
-    face_files, write_cube, write_cube_faces,
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvMap, FaceFiles, MappedMap, Mapping, TexelFormat,
+    write_cube, write_cube_faces,
 };
 use lobe::image::{ImageError, PictureWriteOptions};
 
@@ -19,7 +19,7 @@ use crate::run::talk::Talk;
 /// A map to write.
 #[derive(Args)]
 pub(crate) struct MapOutput {
-    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2, .dds or .ktx, or as FOLDER/%.exr (or
+    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2, .dds or .ktx, or as FOLDER/PREFIX%.exr (or
     /// another extension) for the six files px to nz
     #[arg(short, long, value_name = "OUT")]
     output: MapFile,
@@ -49,7 +49,7 @@ pub(crate) struct MapOutput {
 enum MapFile {
     Picture(PictureOutput),
     Texture(PathBuf),
-    Faces { folder: PathBuf, extension: String },
+    Faces(FaceFiles),
 }
 
 impl FromStr for MapFile {
@@ -60,11 +60,11 @@ impl FromStr for MapFile {
         if is_texture(&path) {
             return Ok(Self::Texture(path));
         }
-        if let Some((folder, extension)) = face_files(&path) {
-            if !["exr", "hdr", "pfm"].contains(&extension.as_str()) {
-                return Err("expected %.exr, %.hdr or %.pfm for the six files of a cube".to_owned());
+        if let Some(files) = FaceFiles::of(&path) {
+            if !["exr", "hdr", "pfm", "png"].contains(&files.extension().as_str()) {
+                return Err("expected %.exr, %.hdr, %.pfm or %.png for the six files of a cube".to_owned());
             }
-            return Ok(Self::Faces { folder: folder.to_owned(), extension });
+            return Ok(Self::Faces(files));
         }
         match text.parse() {
             Ok(picture) => Ok(Self::Picture(picture)),
@@ -151,7 +151,7 @@ impl MapOutput {
         let is_picture = matches!(self.output, MapFile::Picture(_));
         let is_exr = match &self.output {
             MapFile::Picture(picture) => picture.is_exr(),
-            MapFile::Faces { extension, .. } => extension == "exr",
+            MapFile::Faces(files) => files.extension() == "exr",
             MapFile::Texture(_) => false,
         };
         if self.is_cube_only() && mapping != Mapping::Cube {
@@ -176,14 +176,13 @@ impl MapOutput {
         match &self.output {
             MapFile::Picture(picture) => picture.check(),
             MapFile::Texture(path) => output::prepare_file(path),
-            MapFile::Faces { folder, extension } => {
+            MapFile::Faces(files) => {
+                let folder = files.folder();
                 // The folders that are missing are made when there is something to put into them.
                 let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
                 match folder.ancestors().take_while(is_missing).last() {
                     Some(outermost) => output::prepare_file(outermost),
-                    None => FACE_NAMES
-                        .iter()
-                        .try_for_each(|name| output::prepare_file(&folder.join(format!("{name}.{extension}")))),
+                    None => files.to_write().iter().try_for_each(|path| output::prepare_file(path)),
                 }
             }
         }
@@ -207,12 +206,16 @@ impl MapOutput {
                 let chain = if self.mips { CubeMipChain::averaged(cube) } else { CubeMipChain::single(cube) };
                 self.write_chain(chain, talk)
             }
-            MapFile::Faces { folder, extension } => {
-                let cube = map.into_cube_map()?;
+            MapFile::Faces(files) => {
+                let (cube, folder) = (map.into_cube_map()?, files.folder());
                 std::fs::create_dir_all(folder)
                     .map_err(|source| ImageError::Io { place: folder.display().to_string(), source })?;
-                let report = write_cube_faces(folder, extension, &cube, self.handedness(), &options)?;
-                note_clamped(&folder.display().to_string(), report, talk);
+                let report = write_cube_faces(files, &cube, self.handedness(), &options)?;
+                let name = folder.display().to_string();
+                note_clamped(&name, report, talk);
+                if files.extension() == "png" {
+                    talk.note(&name, "tone-mapped for looking at, all faces alike; %.exr holds the values");
+                }
                 Ok(())
             }
         }
@@ -242,11 +245,11 @@ mod tests {
 
     #[test]
     fn names_say_what_kind_of_file_it_is() {
-        let faces = MapFile::Faces { folder: "sky".into(), extension: "exr".into() };
-        assert_eq!("sky/%.exr".parse(), Ok(faces), "six files");
+        assert!(matches!("sky/%.exr".parse(), Ok(MapFile::Faces(_))), "six files");
+        assert!(matches!("sky_%.png".parse(), Ok(MapFile::Faces(_))), "six files with a prefix");
         assert_eq!("a.KTX2".parse(), Ok(MapFile::Texture("a.KTX2".into())), "texture");
         assert!(matches!("a.exr".parse(), Ok(MapFile::Picture(_))), "picture");
-        for bad in ["a", "a.txt", "%.png", "%", ""] {
+        for bad in ["a", "a.txt", "%.jpg", "%", ""] {
             assert!(bad.parse::<MapFile>().is_err(), "{bad:?} was taken");
         }
     }

@@ -9,7 +9,7 @@ use lobe_image::{
 use lobe_sh::Rgb;
 
 use crate::files::bundled;
-use crate::files::cube_faces::{face_files, read_cube_faces};
+use crate::files::cube_faces::{FaceFiles, read_cube_faces};
 use crate::files::exr_envmap::{cube_from_edges, lat_long_from_edges};
 use crate::files::read_options::{MapReadOptions, MapReadReport};
 use crate::{CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping};
@@ -88,7 +88,7 @@ impl MappedMap {
 ///
 /// The format is detected from the file's contents, not from its name.
 ///
-/// * `FOLDER/%.EXT` stands for the six faces of a cube as [`cube_face_paths`](crate::cube_face_paths) names them,
+/// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them,
 ///   `bundled:NAME` for a map that is [part of the library](crate::bundled).
 /// * A texture (KTX2, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, and so is an OpenEXR picture
 ///   whose attribute `envmap` says so. Faces, their order and handedness are those of [`CubeMap`].
@@ -128,12 +128,12 @@ pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(Loa
         options.expect(Mapping::LatLong, &name, "lat-long")?;
         return read_map_bytes(bundled::named(bundled)?.bytes, &name, options);
     }
-    let Some((folder, extension)) = face_files(path) else {
+    let Some(files) = FaceFiles::of(path) else {
         let (name, bytes) = read_picture_file(path)?;
         return read_map_bytes(&bytes, &name, options);
     };
     options.expect(Mapping::Cube, &name, "a cube")?;
-    let (cube, faces) = read_cube_faces(folder, &extension, options)?;
+    let (cube, faces) = read_cube_faces(&files, options)?;
     Ok((LoadedMap::Single(cube.into()), MapReadReport { picture: faces[0].clone(), layout: None, faces }))
 }
 
