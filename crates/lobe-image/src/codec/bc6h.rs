@@ -29,18 +29,12 @@ pub(crate) fn decode_blocks(blocks: &[u8], size: usize, rows: usize, signed: boo
     }
 }
 
-#[cfg(feature = "bc6h")]
-pub(crate) use encode_by_ispc as encode;
-
-#[cfg(not(feature = "bc6h"))]
-pub(crate) use crate::codec::bc6h_encode::encode;
-
 /// Encodes a square picture as unsigned BC6H; the channels must be finite and in `[0, 65504]`.
 ///
 /// A size that is not a multiple of four is padded with copies of the last column and row. The encoder's setting
 /// "fast" is a third of the time of "basic", and its error on a real sky is 6 % larger.
 #[cfg(feature = "bc6h")]
-fn encode_by_ispc(size: usize, texels: &[Pixel]) -> Vec<u8> {
+pub(crate) fn encode(size: usize, texels: &[Pixel]) -> Vec<u8> {
     use exr::prelude::f16;
 
     /// Bytes of a texel for the encoder: four `half`.
@@ -113,6 +107,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "bc6h")]
     #[test]
     fn what_is_encoded_comes_back_nearly() {
         for size in [1, 2, 4, 5, 7, 32] {
@@ -128,7 +123,7 @@ mod tests {
             }
             for (a, b) in texels.iter().zip(&decoded) {
                 let error = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-                assert!(error < 0.3 * a[0].max(a[1]).max(a[2]), "{size}: {a:?} became {b:?}");
+                assert!(error < 0.25 * a[0].max(a[1]).max(a[2]), "{size}: {a:?} became {b:?}");
             }
         }
     }

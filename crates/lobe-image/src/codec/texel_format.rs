@@ -8,6 +8,10 @@ use half::slice::HalfFloatSliceExt;
 use ktx2::Format;
 
 use crate::codec::bc6h;
+#[cfg(feature = "bc6h")]
+use crate::codec::bc6h::encode as encode_bc6h;
+#[cfg(not(feature = "bc6h"))]
+use crate::codec::bc6h_encode::encode as encode_bc6h;
 use crate::codec::packed_float;
 use crate::codec::rgb9e5;
 use crate::pixel::{IntoPixel, Pixel};
@@ -191,7 +195,7 @@ impl TexelFormat {
             }
             Self::Bc6h | Self::Bc6hSigned => {
                 let texels: Vec<Pixel> = texels.iter().map(|t| fit((*t).into())).collect();
-                bytes = bc6h::encode(size, &texels);
+                bytes = encode_bc6h(size, &texels);
             }
         }
         Ok((bytes, clamped))
