@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use lobe::env::{EnvMap, MapWriteOptions, write_env};
-use lobe::image::{Curve, Exposure, Picture, Tone};
+use lobe::env::{EnvMap, write_env};
+use lobe::image::{Curve, Exposure, Picture, PictureWriteOptions, Tone};
 use lobe::render::{LitPicture, Truth};
 
 use crate::args::output::{self, has_extension};
@@ -111,7 +111,7 @@ impl Pictures {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
             Rendered::Shaded(LitPicture { picture, .. }) => {
                 let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
-                note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
+                note_clamped(&name, write_env(&path, &pixels, &PictureWriteOptions::default())?, talk);
             }
         }
         Ok(())
