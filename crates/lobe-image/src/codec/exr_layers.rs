@@ -186,7 +186,7 @@ mod tests {
             assert!(line.starts_with("a.exr: ") && !line.contains('\n'), "cut off after {length}: {line}");
         }
         let mut huge = bytes.clone();
-        let at = bytes.windows(10).position(|w| w == b"dataWindow").unwrap() + "dataWindow.box2i.....".len() - 1;
+        let at = bytes.windows(10).position(|w| w == b"dataWindow").unwrap() + "dataWindow.box2i.....".len();
         huge[at + 8..at + 12].copy_from_slice(&(1_i32 << 26).to_le_bytes());
         let line = refused(&huge);
         assert!(line.contains("claims to hold"), "{line}");
