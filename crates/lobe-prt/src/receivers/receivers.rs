@@ -25,7 +25,8 @@ pub struct Receivers {
 }
 
 impl Receivers {
-    /// Receivers with these positions, unit normals and linear albedos, on no triangles.
+    /// Receivers with these positions, unit normals and linear albedos, on no triangles. Positions count from
+    /// [`Scene::origin`].
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if there are none, the lengths differ, a number is not finite, a normal is not of unit
