@@ -9,7 +9,7 @@ use crate::job::chunks::{Estimator, Tally};
 use crate::receivers::planes::is_below;
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
-use crate::{BakeOptions, Channels, Mode, Receivers};
+use crate::{AlbedoMode, BakeOptions, Channels, Mode, Receivers};
 
 /// The estimator of transfer vectors.
 ///
@@ -130,7 +130,10 @@ impl<'a> Diffuse<'a> {
     }
 
     fn albedo(&self, receiver: usize) -> [f64; 3] {
-        self.receivers.albedos()[receiver].map(f64::from)
+        match self.options.albedo {
+            AlbedoMode::Vertex => self.receivers.albedos()[receiver].map(f64::from),
+            AlbedoMode::None => [1.0; 3],
+        }
     }
 
     /// The factors of the sums over escaping paths, by channel.

@@ -12,6 +12,7 @@ use crate::frame::tangents;
 use crate::options::setters;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
+use crate::path_tracer::ggx::Facets;
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
 use lobe_sh::vector::{Vec3, dot, normalized, scale};
 
@@ -62,8 +63,10 @@ pub enum Surfaces {
     /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse
     /// bake computes.
     Matte,
-    /// The metallic-roughness model of glTF 2.0.
+    /// The metallic-roughness model of glTF 2.0 with height-correlated masking, as renderers have it.
     MetallicRoughness,
+    /// The same with separable masking, as appendix B.3 of the specification prints it: rough metals are darker.
+    MetallicRoughnessSeparable,
 }
 
 /// A diffuse receiver, such as a vertex.
@@ -271,9 +274,11 @@ impl<'a> PathTracer<'a> {
         let interaction = (is_front || material.double_sided).then(|| {
             let bsdf = match self.options.surfaces {
                 Surfaces::Matte => Bsdf::matte(shading, base.widen()),
-                Surfaces::MetallicRoughness => {
-                    let (metallic, roughness) = (f64::from(material.metallic), f64::from(material.roughness));
-                    Bsdf::metallic_roughness(shading, base.widen(), metallic, roughness, scale(towards, -1.0 / length))
+                gltf => {
+                    let is_separable = gltf == Surfaces::MetallicRoughnessSeparable;
+                    let facets = Facets::of_roughness(material.roughness.into(), is_separable);
+                    let (metallic, view) = (material.metallic.into(), scale(towards, -1.0 / length));
+                    Bsdf::metallic_roughness(shading, base.widen(), metallic, facets, view)
                 }
             };
             let origin = self.bvh.origin_above(surface.position, plane.map(|c| c as f32));

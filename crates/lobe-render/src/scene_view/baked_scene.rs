@@ -4,7 +4,8 @@ use std::path::Path;
 
 use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer, read_baked, read_lightmap, read_matrices,
+    AlbedoMode, BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer, read_baked, read_lightmap,
+    read_matrices,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
@@ -206,7 +207,7 @@ impl LitScene<'_> {
     /// baked.
     #[must_use]
     pub fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
-        let BakedScene { scene, places, gloss, .. } = self.baked;
+        let BakedScene { scene, places, gloss, options, .. } = self.baked;
         let mut sum = Rgb::ZERO;
         for (place, weight) in places.around(scene, hit) {
             let of_receiver = match &self.back {
@@ -220,6 +221,7 @@ impl LitScene<'_> {
         }
         match gloss {
             Some(gloss) => gloss.albedo(hit) * sum,
+            None if options.albedo == AlbedoMode::None => hit.albedo * sum,
             None => sum,
         }
     }

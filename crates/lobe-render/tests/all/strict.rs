@@ -15,7 +15,7 @@
 
 use std::path::Path;
 
-use lobe_env::{MapReadOptions, bundled, project_env, read_env};
+use lobe_env::{EnvMap, bundled, project_env};
 use lobe_image::{Measured, ZTest, compare};
 use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
@@ -289,7 +289,7 @@ fn the_expansions_kept_are_those_of_the_skies() {
             lobe_testkit::skipped(&format!("the comparison with ../shared/assets/{name}.exr, which is absent"));
             continue;
         }
-        let found = project_env(&read_env(&path, &MapReadOptions::default()).unwrap().0, HIGHEST);
+        let found = project_env(&EnvMap::load(&path).unwrap(), HIGHEST);
         let error = (&found - &kept).coefficients().iter().map(|c| c.luminance().abs()).fold(0.0, f64::max);
         assert!(error < 1e-6 * found[0].luminance(), "{name}: {error}");
     }
