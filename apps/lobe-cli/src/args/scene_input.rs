@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
-use lobe::scene::{Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene};
+use lobe::scene::{
+    GltfDocument, Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene, read_scene_and_document,
+};
 
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -26,6 +28,10 @@ pub(crate) struct SceneInput {
     /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
     #[arg(long, value_name = "N", value_parser = max_triangles)]
     max_triangles: Option<usize>,
+    /// Trust the file: it may name buffers, materials and pictures outside of its folder, which are read and may be copied into
+    /// the output
+    #[arg(long)]
+    allow_outside: bool,
 }
 
 /// The most triangles that rays can be traced among.
@@ -56,18 +62,23 @@ impl SceneInput {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// The glTF file that the scene is read from, if it is one.
-    pub(crate) fn gltf_file(&self) -> Option<&Path> {
-        self.has_extension(&["glb", "gltf"]).then_some(self.path.as_path())
+    /// Whether the scene is read from a glTF file.
+    pub(crate) fn is_gltf(&self) -> bool {
+        self.has_extension(&["glb", "gltf"])
     }
 
     /// Reads or makes the scene, and notes the findings.
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<Scene> {
         let name = self.name();
-        self.check_up()?;
+        self.check_options()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
-            if self.max_triangles.is_some() {
-                bail!("--max-triangles: only of scenes in files; leave the option out");
+            for (is_given, option) in [
+                (self.max_triangles.is_some(), "--max-triangles"),
+                (self.allow_outside, "--allow-outside"),
+            ] {
+                if is_given {
+                    bail!("{option}: only of scenes in files; leave the option out");
+                }
             }
             let Some(scene) = built_in::named(built_in_name) else {
                 let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
@@ -80,24 +91,38 @@ impl SceneInput {
         Ok(scene)
     }
 
+    /// Reads or makes the scene as [`SceneInput::read`], and with it all that a glTF file holds.
+    pub(crate) fn read_with_document(&self, talk: Talk) -> anyhow::Result<(Scene, Option<GltfDocument>)> {
+        if !self.is_gltf() {
+            return Ok((self.read(talk)?, None));
+        }
+        self.check_options()?;
+        let (scene, report, document) = read_scene_and_document(&self.path, &self.options())?;
+        tell(&report, &self.name(), talk);
+        Ok((scene, Some(document)))
+    }
+
     /// Reads or makes the scene as [`SceneInput::read`], and with it the transfer that a baked glTF file holds.
     pub(crate) fn read_or_baked(&self, talk: Talk) -> anyhow::Result<BakedOrScene> {
-        let Some(file) = self.gltf_file() else { return Ok(self.read(talk)?.into()) };
-        let read = read_baked_or_scene(file, &self.options())?;
+        if !self.is_gltf() {
+            return Ok(self.read(talk)?.into());
+        }
+        let read = read_baked_or_scene(&self.path, &self.options())?;
         match &read {
             BakedOrScene::Baked(baked) => {
                 let name = self.name();
                 baked.report.notes.iter().for_each(|note| talk.note(&name, note));
             }
             BakedOrScene::Scene(_, report) => {
-                self.check_up()?;
+                self.check_options()?;
                 tell(report, &self.name(), talk);
             }
         }
         Ok(read)
     }
 
-    fn check_up(&self) -> anyhow::Result<()> {
+    /// Refuses options that would be ignored.
+    fn check_options(&self) -> anyhow::Result<()> {
         if self.up.is_some() && !self.has_extension(&["obj", "ply"]) {
             bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
         }
@@ -109,6 +134,7 @@ impl SceneInput {
         let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
+        options.allow_outside = self.allow_outside;
         options
     }
 

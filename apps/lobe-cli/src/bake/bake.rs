@@ -11,7 +11,7 @@ use lobe::prt::{
     RecipeMode, TexelReceivers, Transfer, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk,
     fingerprint_scene, write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
-use lobe::scene::{Bounds, Bvh, Scene};
+use lobe::scene::{Bounds, Bvh, GltfDocument, Scene};
 
 use crate::args::compression::Compression;
 use crate::args::memory::MemoryLimit;
@@ -169,7 +169,11 @@ impl Bake {
         if !self.fresh {
             checkpoint.check_kind(self.splitting.is_adaptive())?;
         }
-        let scene = self.splitting.split_long(self.input.read(talk)?)?;
+        // A .glb keeps what a glTF file holds beside the scene, unless the scene is changed.
+        let is_kept = self.is_glb() && !self.splitting.is_asked();
+        let (scene, document) =
+            if is_kept { self.input.read_with_document(talk)? } else { (self.input.read(talk)?, None) };
+        let scene = self.splitting.split_long(scene)?;
         if self.fresh {
             checkpoint.discard()?;
         }
@@ -182,7 +186,7 @@ impl Bake {
         } else if self.mode == ModeName::Glossy {
             (self.bake_glossy(&world, &checkpoint, talk)?, None)
         } else {
-            self.bake_vertices(&world, &checkpoint, talk)?
+            self.bake_vertices(&world, document, &checkpoint, talk)?
         };
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -265,11 +269,12 @@ impl Bake {
     fn bake_vertices(
         &self,
         world: &World<'_>,
+        document: Option<GltfDocument>,
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
         // Prepare the output but for the transfer, so that its faults show before the bake.
-        let glb = if self.is_glb() { Some(self.glb(world.scene, talk)?) } else { None };
+        let glb = if self.is_glb() { Some(self.glb(world.scene, document, talk)?) } else { None };
         let (receivers, options) = (Receivers::at_vertices(&world.near)?, self.bake_options());
         // Refuse an output that has no room, before the bake.
         let channels = options.channels_for(&world.near, receivers.is_gray());
@@ -390,20 +395,15 @@ impl Bake {
         Grid::new(bounds, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
     }
 
-    fn glb(&self, scene: &Scene, talk: Talk) -> anyhow::Result<BakedGlb> {
-        let is_split = self.splitting.is_asked();
-        let glb = match self.input.gltf_file() {
-            Some(file) if !is_split => BakedGlb::of_file(file, scene)?,
-            _ => BakedGlb::of_scene(scene),
-        };
-        for note in glb.notes() {
-            talk.note(&self.input.name(), note);
+    fn glb(&self, scene: &Scene, document: Option<GltfDocument>, talk: Talk) -> anyhow::Result<BakedGlb> {
+        if let Some(document) = document {
+            return Ok(BakedGlb::of_document(document, scene)?);
         }
-        if is_split && self.input.gltf_file().is_some() {
+        if self.input.is_gltf() {
             let text = "split, so what the file holds beside its triangles, base colors and their textures is left out";
             talk.note(&self.input.name(), text);
         }
-        Ok(glb)
+        Ok(BakedGlb::of_scene(scene))
     }
 
     /// The recipe: everything that decides the bytes of the output, and nothing that differs from run to run.

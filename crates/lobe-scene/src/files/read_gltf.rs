@@ -5,16 +5,15 @@ use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 
 use crate::files::gltf::accessor::Accessors;
-use crate::files::gltf::files::{self, GltfFile};
+use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::materials;
 use crate::files::gltf::nodes::{self, Shown};
 use crate::files::source::Source;
 use crate::{MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
-/// Reads one mesh for each instance of a primitive by a node, in Lobe's world.
-pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<(Scene, GltfFile), SceneError> {
-    let file = files::read(bytes, source)?;
-    let (materials, textures) = materials::read(&file, source)?;
+/// One mesh for each instance of a primitive by a node, in Lobe's world.
+pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
+    let (materials, textures) = materials::read(file, source)?;
     let mut meshes = Vec::new();
     for shown in nodes::shown_meshes(&file.root, source)? {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
@@ -24,24 +23,24 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<(Scene, Gltf
         let name = mesh.name.clone().unwrap_or_else(|| shown.mesh.to_string());
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let place = MeshSource { node: shown.node, mesh: shown.mesh, primitive: index };
-            if let Some(parts) = read_primitive(&file, primitive, &name, place, source)? {
+            if let Some(parts) = read_primitive(file, primitive, &name, place, source)? {
                 meshes.extend(source.mesh(place_in_world(parts, &shown))?);
             }
         }
     }
-    note_unused(&file, source);
+    note_unused(file, source);
     if meshes.is_empty() {
         return Err(source.no_triangles());
     }
-    let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
-    Ok((scene, file))
+    Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))
 }
 
 fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
     let root = &file.root;
+    let has = |member: &str| file.json[member].as_array().is_some_and(|items| !items.is_empty());
     for (is_there, what) in [
-        (!root.animations.is_empty(), "animations are not used: the scene stands as its nodes say"),
-        (!root.skins.is_empty(), "skins are not used: meshes stand as they were bound"),
+        (has("animations"), "animations are not used: the scene stands as its nodes say"),
+        (has("skins"), "skins are not used: meshes stand as they were bound"),
         (
             root.extensions_used.iter().any(|name| name == "EXT_mesh_gpu_instancing"),
             "EXT_mesh_gpu_instancing is not used: of instanced meshes only one is shown",

@@ -14,12 +14,15 @@ pub struct SceneReadOptions {
     /// The most texels to which all textures together may expand, four bytes each. A small file can hold a large
     /// picture of one color.
     pub texel_limit: usize,
+    /// Whether a file may name others outside of its folder: by an absolute path, by one that climbs out of the folder,
+    /// or by a link. Only of files that are trusted: what they name is read, and may be copied into what is written.
+    pub allow_outside: bool,
 }
 
 impl Default for SceneReadOptions {
-    /// y up, up to 2²⁶ triangles and vertices, and up to 2²⁸ texels: 1 GiB.
+    /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), and files within the folder only.
     fn default() -> Self {
-        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28 }
+        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28, allow_outside: false }
     }
 }
 
@@ -42,6 +45,13 @@ impl SceneReadOptions {
     #[must_use]
     pub fn texel_limit(mut self, texel_limit: usize) -> Self {
         self.texel_limit = texel_limit;
+        self
+    }
+
+    /// Sets whether a file may name others outside of its folder.
+    #[must_use]
+    pub fn allow_outside(mut self, allow_outside: bool) -> Self {
+        self.allow_outside = allow_outside;
         self
     }
 }

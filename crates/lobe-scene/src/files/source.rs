@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use crate::files::folder::find_within;
 use crate::{Mesh, MeshParts, Scene, SceneError, SceneReadOptions, SceneReadReport};
 
 /// The file being read.
@@ -10,6 +11,7 @@ pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
     /// The folder of the files it references; `None` if only its bytes are known.
     folder: Option<PathBuf>,
+    allow_outside: bool,
     limit: usize,
     texel_limit: usize,
     /// Vertices and triangles so far.
@@ -21,8 +23,9 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
-        let SceneReadOptions { limit, texel_limit, .. } = *options;
-        Self { name, folder, limit, texel_limit, unfolded: (0, 0), texels: 0, report: SceneReadReport::default() }
+        let SceneReadOptions { allow_outside, limit, texel_limit, .. } = *options;
+        let report = SceneReadReport::default();
+        Self { name, folder, allow_outside, limit, texel_limit, unfolded: (0, 0), texels: 0, report }
     }
 
     /// The report of the finished scene.
@@ -129,7 +132,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The bytes of a referenced file, relative to the file's own folder.
+    /// The bytes of a referenced file, relative to the file's own folder, which it may not leave unless that is allowed.
     pub(crate) fn neighbor(&self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let Some(folder) = &self.folder else {
             return Err(
@@ -137,8 +140,15 @@ impl<'a> Source<'a> {
             );
         };
         let path = folder.join(relative);
-        read_regular(&path)
-            .map_err(|source| SceneError::Io { place: format!("{}, named by {}", path.display(), self.name), source })
+        let found = if self.allow_outside { Ok(Some(path.clone())) } else { find_within(folder, Path::new(relative)) };
+        match found.and_then(|found| found.map(|file| read_regular(&file)).transpose()) {
+            Ok(Some(bytes)) => Ok(bytes),
+            Ok(None) => Err(self.unsupported(format!(
+                "names the file `{relative}`, which is outside of its folder: move it there, or trust the file with \
+                 --allow-outside (SceneReadOptions::allow_outside)"
+            ))),
+            Err(source) => Err(SceneError::Io { place: format!("{}, named by {}", path.display(), self.name), source }),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! glTF accessors: arrays of numbers in buffers. Nothing is allocated before its length was checked against a buffer.
 
 use gltf_json::accessor::{Accessor, ComponentType, Type};
-use gltf_json::{Index, Root, buffer, validation::Checked};
+use gltf_json::{Index, buffer, validation::Checked};
 
 use crate::SceneError;
 use crate::files::gltf::files::GltfFile;
@@ -186,7 +186,7 @@ impl Layout {
 
 /// The bytes of a buffer view.
 pub(crate) fn view_bytes(file: &GltfFile, view: Index<buffer::View>) -> Result<&[u8], String> {
-    let Root { buffer_views, .. } = &file.root;
+    let buffer_views = &file.root.buffer_views;
     let index = view.value();
     let Some(view) = buffer_views.get(index) else {
         return Err(format!("uses buffer view {index}, but there are {}", buffer_views.len()));

@@ -30,7 +30,8 @@ pub fn read_scene_and_attributes(
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
     let mut source = Source::new(&name, folder_of(path), options);
-    let (scene, file) = read_gltf::read(&bytes, &mut source)?;
+    let file = GltfFile::read(&bytes, &mut source)?;
+    let scene = read_gltf::scene_of(&file, &mut source)?;
     let report = source.into_report(&scene);
     Ok((scene, report, GltfAttributes { name, file }))
 }
@@ -39,7 +40,7 @@ impl GltfAttributes {
     /// The value of `asset.extras`; null without one.
     #[must_use]
     pub fn asset_extras(&self) -> &Value {
-        &self.file.asset_extras
+        &self.file.json["asset"]["extras"]
     }
 
     /// The attribute of this name, with `N` floats for each vertex, of the primitive from which a mesh comes; `None`

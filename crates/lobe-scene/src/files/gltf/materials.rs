@@ -10,7 +10,8 @@ use gltf_json::validation::Checked;
 use image::{ImageError, ImageReader};
 
 use crate::files::gltf::accessor::view_bytes;
-use crate::files::gltf::files::{GltfFile, read_uri};
+use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::uri::read_uri;
 use crate::files::source::Source;
 use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
 
@@ -113,18 +114,17 @@ impl Textures<'_> {
             source.invalid(format!("material `{material}` uses {what} {index}, but there are {count}"))
         };
         let texture = root.textures.get(index).ok_or_else(|| missing("texture", index, root.textures.len()))?;
-        let image = texture.source.value();
-        if image == u32::MAX as usize {
-            let message = format!("texture {index} has no PNG or JPEG: export the textures of the scene as such");
+        let Some(image) = texture.image() else {
+            let message = format!("texture {index} has no picture: export the textures of the scene as PNG or JPEG");
             return Err(source.unsupported(message));
-        }
+        };
         if image >= root.images.len() {
             return Err(missing("image", image, root.images.len()));
         }
         let wrap = match texture.sampler {
             None => [Wrap::Repeat; 2],
-            Some(sampler) => {
-                let (at, count) = (sampler.value(), root.samplers.len());
+            Some(at) => {
+                let count = root.samplers.len();
                 let sampler = root.samplers.get(at).ok_or_else(|| missing("sampler", at, count))?;
                 [wrap(sampler.wrap_s), wrap(sampler.wrap_t)]
             }
