@@ -54,7 +54,7 @@ pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::{GltfDocument, read_scene_and_document};
 pub use files::gltf::extensions::LOBE_EXTRAS_VERSION;
 pub use files::read::{read_scene, read_scene_bytes};
-pub use files::read_options::{SceneReadOptions, SceneReadReport};
+pub use files::read_options::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport};
 pub use scene::material::{Alpha, Material, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
 use lobe::scene::{
-    GltfDocument, Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene, read_scene_and_document,
+    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene, read_scene_and_document,
 };
 
 use crate::args::values;
@@ -32,6 +32,26 @@ pub(crate) struct SceneInput {
     /// the output
     #[arg(long)]
     allow_outside: bool,
+    /// The normals of meshes without any: of their triangles, which takes more vertices, or smooth [default: flat of glTF, as it
+    /// asks, and smooth of .obj and .ply]
+    #[arg(long, value_enum)]
+    missing_normals: Option<NormalsName>,
+    /// The material of glTF meshes without any: white, matte and double-sided, or glTF's, a single-sided white metal, on which
+    /// transfer is black [default: white]
+    #[arg(long, value_enum)]
+    default_material: Option<MaterialName>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum NormalsName {
+    Flat,
+    Smooth,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MaterialName {
+    White,
+    Gltf,
 }
 
 /// The most triangles that rays can be traced among.
@@ -75,6 +95,7 @@ impl SceneInput {
             for (is_given, option) in [
                 (self.max_triangles.is_some(), "--max-triangles"),
                 (self.allow_outside, "--allow-outside"),
+                (self.missing_normals.is_some(), "--missing-normals"),
             ] {
                 if is_given {
                     bail!("{option}: only of scenes in files; leave the option out");
@@ -126,6 +147,9 @@ impl SceneInput {
         if self.up.is_some() && !self.has_extension(&["obj", "ply"]) {
             bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
         }
+        if self.default_material.is_some() && !self.is_gltf() {
+            bail!("--default-material: only of glTF files, which say what a mesh without a material is; leave the option out");
+        }
         Ok(())
     }
 
@@ -135,6 +159,14 @@ impl SceneInput {
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
         options.allow_outside = self.allow_outside;
+        options.missing_normals = match self.missing_normals {
+            None => MissingNormals::AsFormat,
+            Some(NormalsName::Flat) => MissingNormals::Flat,
+            Some(NormalsName::Smooth) => MissingNormals::Smooth,
+        };
+        if matches!(self.default_material, Some(MaterialName::Gltf)) {
+            options.default_material = DefaultMaterial::AsFormat;
+        }
         options
     }
 

@@ -87,7 +87,8 @@ mod tests {
                 let (vector_area, area, count) = sums(&polygon);
                 let message = format!("turn {k} from corner {first}: {area} over {vector_area}");
                 assert!((vector_area.length() - area).abs() < 1e-6 && count == 3, "{message}");
-                let (x, y) = (DVec3::from(turn([1.0, 0.0]).map(f64::from)), DVec3::from(turn([0.0, 1.0]).map(f64::from)));
+                let (x, y) =
+                    (DVec3::from(turn([1.0, 0.0]).map(f64::from)), DVec3::from(turn([0.0, 1.0]).map(f64::from)));
                 // Twice 0.6 of the unit square; to the same side as it.
                 assert!((vector_area - 1.2 * x.cross(y)).length() < 1e-6, "{message}");
             }

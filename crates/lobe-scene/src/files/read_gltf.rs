@@ -3,30 +3,37 @@
 use glam::{DMat3, DVec3};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index};
 
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::materials;
 use crate::files::gltf::nodes::{self, Shown};
 use crate::files::source::Source;
-use crate::{MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
+use crate::{DefaultMaterial, Material, Mesh, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
 /// One mesh for each instance of a primitive by a node, in Lobe's world.
 pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
-    let (materials, textures) = materials::read(file, source)?;
-    let mut meshes = Vec::new();
+    let (mut materials, textures) = materials::read(file, source)?;
+    let mut meshes: Vec<Mesh> = Vec::new();
     for shown in nodes::shown_meshes(&file.root, source)? {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
             let (node, mesh, count) = (shown.node, shown.mesh, file.root.meshes.len());
             return Err(source.invalid(format!("node {node} shows mesh {mesh}, but there are {count}")));
         };
-        let name = mesh.name.clone().unwrap_or_else(|| shown.mesh.to_string());
+        let name = name_of(mesh, shown.mesh);
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let place = MeshSource { node: shown.node, mesh: shown.mesh, primitive: index };
-            if let Some(parts) = read_primitive(file, primitive, &name, place, source)? {
+            if let Some(mut parts) = read_primitive(file, primitive, &name, place, source)? {
+                if source.default_material() == DefaultMaterial::AsFormat {
+                    parts.material.get_or_insert(file.root.materials.len());
+                }
                 meshes.extend(source.mesh(place_in_world(parts, &shown))?);
             }
         }
+    }
+    if meshes.iter().any(|mesh| mesh.material() == Some(file.root.materials.len())) {
+        materials.push(Material { name: "default".into(), metallic: 1.0, double_sided: false, ..Material::WHITE });
     }
     note_unused(file, source);
     if meshes.is_empty() {
@@ -41,10 +48,6 @@ fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
     for (is_there, what) in [
         (has("animations"), "animations are not used: the scene stands as its nodes say"),
         (has("skins"), "skins are not used: meshes stand as they were bound"),
-        (
-            root.extensions_used.iter().any(|name| name == "EXT_mesh_gpu_instancing"),
-            "EXT_mesh_gpu_instancing is not used: of instanced meshes only one is shown",
-        ),
         (
             root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()),
             "morph targets are not used: meshes stand as they are without",
@@ -64,15 +67,14 @@ fn read_primitive(
     place: MeshSource,
     source: &mut Source<'_>,
 ) -> Result<Option<MeshParts>, SceneError> {
-    let accessors = Accessors { file, place: format!("mesh `{name}`, primitive {}", place.primitive) };
+    let accessors = Accessors { file, place: place_of(&file.root.meshes[place.mesh], place.mesh, place.primitive) };
     let invalid = |source: &Source<'_>, message: &str| source.invalid(format!("{}: {message}", accessors.place));
-    let mode = match primitive.mode {
-        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
-        Checked::Valid(_) => {
-            source.note(format!("{} has points or lines and was left out", accessors.place));
-            return Ok(None);
-        }
-        Checked::Invalid => return Err(invalid(source, "is of a mode that glTF does not know")),
+    if primitive.mode == Checked::Invalid {
+        return Err(invalid(source, "is of a mode that glTF does not know"));
+    }
+    let Some(mode) = is_of_triangles(primitive) else {
+        source.note(format!("{} has points or lines and was left out", accessors.place));
+        return Ok(None);
     };
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let Some(positions) = attribute(Semantic::Positions) else {
@@ -84,14 +86,7 @@ fn read_primitive(
         None => vertices,
     };
     source.count(vertices, if mode == Mode::Triangles { corners / 3 } else { corners })?;
-    let corners = match primitive.indices {
-        Some(indices) => accessors.indices(indices, source)?,
-        None => (0..vertices as u32).collect(),
-    };
-    if mode == Mode::Triangles && !corners.len().is_multiple_of(3) {
-        let found = corners.len();
-        return Err(invalid(source, &format!("expected three indices for each triangle, found {found}")));
-    }
+    let corners = corners_of(&accessors, primitive, positions, source)?;
     Ok(Some(MeshParts {
         name: if place.primitive == 0 { name.to_string() } else { format!("{name}.{}", place.primitive) },
         positions: accessors.vectors("POSITION", positions, source)?,
@@ -107,12 +102,47 @@ fn read_primitive(
     }))
 }
 
+fn name_of(mesh: &gltf_json::Mesh, index: usize) -> String {
+    mesh.name.clone().unwrap_or_else(|| index.to_string())
+}
+
+/// A primitive in messages.
+pub(crate) fn place_of(mesh: &gltf_json::Mesh, index: usize, primitive: usize) -> String {
+    format!("mesh `{}`, primitive {primitive}", name_of(mesh, index))
+}
+
+/// The mode of a primitive, unless it has points or lines.
+pub(crate) fn is_of_triangles(primitive: &Primitive) -> Option<Mode> {
+    match primitive.mode {
+        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => Some(mode),
+        _ => None,
+    }
+}
+
+/// The indices of a primitive's corners; without any, its vertices in their order.
+pub(crate) fn corners_of(
+    accessors: &Accessors<'_>,
+    primitive: &Primitive,
+    positions: Index<Accessor>,
+    source: &Source<'_>,
+) -> Result<Vec<u32>, SceneError> {
+    let corners = match primitive.indices {
+        Some(indices) => accessors.indices(indices, source)?,
+        None => (0..accessors.count(positions, source)? as u32).collect(),
+    };
+    if primitive.mode == Checked::Valid(Mode::Triangles) && !corners.len().is_multiple_of(3) {
+        let (place, found) = (&accessors.place, corners.len());
+        return Err(source.invalid(format!("{place}: expected three indices for each triangle, found {found}")));
+    }
+    Ok(corners)
+}
+
 fn optional<I, T>(index: Option<I>, read: impl FnOnce(I) -> Result<Vec<T>, SceneError>) -> Result<Vec<T>, SceneError> {
     index.map_or_else(|| Ok(Vec::new()), read)
 }
 
 /// The triangles of a list, a strip, in which every other one is reversed, or a fan.
-fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+pub(crate) fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleStrip => {
             let turned = |(i, t): (usize, &[u32])| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] };

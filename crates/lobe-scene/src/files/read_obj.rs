@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::mem;
 
-use crate::files::gltf::materials;
 use crate::files::obj::lines::{Line, for_each_line, text_of};
 use crate::files::obj::materials::{MtlMaterial, read_mtl};
+use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
 use crate::scene::texture::linear_from_srgb8;
@@ -147,7 +147,8 @@ impl Obj {
     /// Ends the model that is being read, unless it is empty; the next has the same name and material.
     fn finish_model(&mut self) {
         if !self.current.faces.is_empty() {
-            let next = Model { name: self.current.name.clone(), material: self.current.material.clone(), ..Model::default() };
+            let next =
+                Model { name: self.current.name.clone(), material: self.current.material.clone(), ..Model::default() };
             self.models.push(mem::replace(&mut self.current, next));
         }
     }
@@ -160,8 +161,7 @@ impl Obj {
         source: &mut Source<'_>,
     ) -> Result<MeshParts, SceneError> {
         let (corners, indices) = self.vertices(model, source)?;
-        let positions: Vec<[f32; 3]> =
-            corners.iter().map(|&[v, ..]| up.to_world(self.positions[v as usize])).collect();
+        let positions: Vec<[f32; 3]> = corners.iter().map(|&[v, ..]| up.to_world(self.positions[v as usize])).collect();
         source.count(positions.len(), indices.len() - 2 * model.faces.len())?;
         let mut triangles = Vec::with_capacity(indices.len() - 2 * model.faces.len());
         let mut start = 0;
@@ -267,7 +267,7 @@ fn read_materials(
                 Some(&texture) => texture,
                 None => {
                     let bytes = source.neighbor(file)?;
-                    textures.push(materials::decode(&bytes, file, [Wrap::Repeat; 2], source)?);
+                    textures.push(decode(&bytes, file, [Wrap::Repeat; 2], source)?);
                     places.insert(file, textures.len() - 1);
                     textures.len() - 1
                 }

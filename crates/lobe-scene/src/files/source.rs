@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use crate::files::folder::find_within;
-use crate::{Mesh, MeshParts, Scene, SceneError, SceneReadOptions, SceneReadReport};
+use crate::scene::flat::FlatMesh;
+use crate::{DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport};
 
 /// The file being read.
 pub(crate) struct Source<'a> {
@@ -14,6 +15,8 @@ pub(crate) struct Source<'a> {
     allow_outside: bool,
     limit: usize,
     texel_limit: usize,
+    missing_normals: MissingNormals,
+    default_material: DefaultMaterial,
     /// Vertices and triangles so far.
     unfolded: (usize, usize),
     /// Texels so far.
@@ -23,9 +26,19 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
-        let SceneReadOptions { allow_outside, limit, texel_limit, .. } = *options;
-        let report = SceneReadReport::default();
-        Self { name, folder, allow_outside, limit, texel_limit, unfolded: (0, 0), texels: 0, report }
+        let SceneReadOptions { allow_outside, limit, texel_limit, missing_normals, default_material, .. } = *options;
+        Self {
+            name,
+            folder,
+            allow_outside,
+            limit,
+            texel_limit,
+            missing_normals,
+            default_material,
+            unfolded: (0, 0),
+            texels: 0,
+            report: SceneReadReport::default(),
+        }
     }
 
     /// The report of the finished scene.
@@ -58,12 +71,36 @@ impl<'a> Source<'a> {
     pub(crate) fn count(&mut self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
         let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));
         self.unfolded = (v, t);
-        if v.max(t) > self.limit {
-            let (name, limit) = (self.name, self.limit);
-            let message = format!("{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more");
-            return Err(SceneError::TooLarge { message });
+        self.check_limit(v, t)
+    }
+
+    /// The most triangles, and the most vertices.
+    pub(crate) fn limit(&self) -> usize {
+        self.limit
+    }
+
+    /// Refuses numbers that are above the limits by themselves. Call it before as much is allocated.
+    pub(crate) fn check_limit(&self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
+        if vertices.max(triangles) <= self.limit {
+            return Ok(());
         }
-        Ok(())
+        let (name, limit) = (self.name, self.limit);
+        let found = format!("found {triangles} and {vertices} or more");
+        let message = format!("{name}: expected at most {limit} triangles and vertices, {found}");
+        Err(SceneError::TooLarge { message })
+    }
+
+    pub(crate) fn default_material(&self) -> DefaultMaterial {
+        self.default_material
+    }
+
+    /// Whether triangles of meshes without normals are flat, as glTF asks.
+    pub(crate) fn is_flat(&self, is_gltf: bool) -> bool {
+        match self.missing_normals {
+            MissingNormals::AsFormat => is_gltf,
+            MissingNormals::Flat => true,
+            MissingNormals::Smooth => false,
+        }
     }
 
     /// Counts a texture against the limits. Call it before the texture is allocated.
@@ -102,7 +139,11 @@ impl<'a> Source<'a> {
             self.note(format!("mesh `{}` has {what} and was left out", parts.name));
             return Ok(None);
         }
-        let parts = self.with_colors_in_range(parts);
+        let mut parts = self.with_colors_in_range(parts);
+        // The vertices of a glTF file were split when it was read.
+        if parts.source.is_none() && parts.normals.is_empty() && self.is_flat(false) {
+            FlatMesh::apply(&mut parts);
+        }
         let mesh = Mesh::new(parts).map_err(|error| error.within(self.name))?;
         self.report.dropped_triangles += mesh.dropped_triangles();
         Ok(Some(mesh))

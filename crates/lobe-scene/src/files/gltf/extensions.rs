@@ -11,7 +11,16 @@ pub const LOBE_EXTRAS_VERSION: u64 = 1;
 
 /// Required extensions that Lobe reads. Those of materials and lights are accepted and ignored: shapes and base colors
 /// are the same without them, except for [`OTHER_COLORS`].
-const READ_EXTENSIONS: [&str; 2] = ["KHR_texture_transform", "KHR_mesh_quantization"];
+const READ_EXTENSIONS: [&str; 8] = [
+    "KHR_texture_transform",
+    "KHR_mesh_quantization",
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
+    "KHR_texture_basisu",
+];
 
 /// The extension whose materials store their colors elsewhere.
 const OTHER_COLORS: &str = "KHR_materials_pbrSpecularGlossiness";
@@ -57,15 +66,9 @@ fn check_version(asset: &Value, source: &Source<'_>) -> Result<(), SceneError> {
 /// The message for a file that requires an extension.
 fn refusal(extension: &str) -> String {
     let advice = match extension {
-        "KHR_draco_mesh_compression" => {
-            "export it without Draco compression; Blender reads such a file and exports it plain by default"
-        }
-        "EXT_meshopt_compression" | "KHR_meshopt_compression" => "export it without meshopt compression",
-        "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => "export its textures as PNG or JPEG",
-        OTHER_COLORS => "convert its materials to metallic-roughness",
-        "EXT_mesh_gpu_instancing" => "export each instance as a node",
+        "EXT_texture_avif" => "convert its textures with `gltf-transform png IN OUT`",
+        OTHER_COLORS => "convert its materials with `gltf-transform metalrough IN OUT`",
         _ => "export it without",
     };
     format!("the file requires {extension}, which Lobe does not read: {advice}")
 }
-

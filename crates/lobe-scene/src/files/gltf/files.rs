@@ -1,11 +1,13 @@
 //! glTF files: JSON and buffers, with what they store compressed or leave to the reader made plain.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use crate::SceneError;
 use crate::files::gltf::root::Root;
 use crate::files::gltf::uri::read_uri;
-use crate::files::gltf::{container, extensions};
+use crate::files::gltf::{container, draco, extensions, flat, instancing, meshopt};
 use crate::files::source::Source;
 
 /// JSON and buffers of a glTF file. Only the shape of the JSON has been checked.
@@ -31,6 +33,12 @@ impl GltfFile {
         let root = Root::of(&json, source)?;
         let mut file = Self { json, root, buffers: Vec::new() };
         file.read_buffers(blob, source)?;
+        meshopt::decode(&mut file, source)?;
+        draco::decode(&mut file, source)?;
+        instancing::expand(&mut file, source)?;
+        if source.is_flat(true) {
+            flat::split_vertices(&mut file, source)?;
+        }
         Ok(file)
     }
 
@@ -46,6 +54,11 @@ impl GltfFile {
                 }
                 (Some(uri), _) => read_uri(uri, source)?,
                 (None, Some(blob)) if i == 0 => blob.to_vec(),
+                // Where the views of a buffer are compressed, it need not be there.
+                (None, _) if !used.contains(&i) && self.is_fallback(i) => {
+                    self.buffers.push(Vec::new());
+                    continue;
+                }
                 _ => return Err(source.invalid(format!("buffer {i} has neither a URI nor a chunk of a .glb"))),
             };
             let (expected, found) = (buffer.byte_length.0, data.len());
@@ -58,14 +71,41 @@ impl GltfFile {
         Ok(())
     }
 
-    /// The buffers that a buffer view names, be it in an extension.
-    fn used_buffers(&self) -> Vec<usize> {
+    /// The buffers that buffer views are read from: where one is compressed, the buffer of its extension.
+    fn used_buffers(&self) -> BTreeSet<usize> {
         let views = self.json["bufferViews"].as_array().into_iter().flatten();
-        let buffers = views.flat_map(|view| {
-            let compressed = VIEW_EXTENSIONS.map(|name| &view["extensions"][name]["buffer"]);
-            compressed.into_iter().chain([&view["buffer"]]).filter_map(Value::as_u64)
+        let buffers = views.filter_map(|view| {
+            let compressed = VIEW_EXTENSIONS.iter().find_map(|name| view["extensions"][name]["buffer"].as_u64());
+            compressed.or_else(|| view["buffer"].as_u64())
         });
         buffers.map(|buffer| buffer as usize).collect()
+    }
+
+    fn is_fallback(&self, buffer: usize) -> bool {
+        let extensions = &self.json["buffers"][buffer]["extensions"];
+        VIEW_EXTENSIONS.iter().any(|name| extensions[name]["fallback"] == true)
+    }
+
+    /// Empties the buffers that nothing uses any more.
+    pub(crate) fn drop_unused_buffers(&mut self) {
+        let used = self.used_buffers();
+        let buffers = self.buffers.iter_mut().enumerate();
+        buffers.filter(|(i, _)| !used.contains(i)).for_each(|(_, bytes)| *bytes = Vec::new());
+    }
+
+    /// Adds elements of `size` bytes, each at a multiple of four as attributes have to be; returns their view's index.
+    pub(crate) fn push_elements(&mut self, bytes: &[u8], size: usize) -> usize {
+        let stride = size.next_multiple_of(4);
+        let mut padded = Vec::with_capacity(bytes.len() / size.max(1) * stride);
+        for element in bytes.chunks(size.max(1)) {
+            padded.extend_from_slice(element);
+            padded.resize(padded.len().next_multiple_of(4), 0);
+        }
+        let view = self.push_view(padded);
+        if stride != size {
+            self.json["bufferViews"][view]["byteStride"] = json!(stride);
+        }
+        view
     }
 
     /// Adds a buffer of these bytes, and a buffer view of it; returns the view's index.
@@ -95,4 +135,29 @@ pub(crate) fn push(json: &mut Value, array: &str, item: Value) -> usize {
         missing => *missing = json!([item]),
     }
     json[array].as_array().map_or(0, |items| items.len() - 1)
+}
+
+/// Takes an extension off the lists of those that a file uses and requires.
+pub(crate) fn forget_extension(json: &mut Value, name: &str) {
+    let Value::Object(file) = json else { return };
+    for list in ["extensionsUsed", "extensionsRequired"] {
+        if let Some(Value::Array(names)) = file.get_mut(list) {
+            names.retain(|found| found != name);
+            // An empty list is not valid.
+            if names.is_empty() {
+                file.remove(list);
+            }
+        }
+    }
+}
+
+/// Takes an extension out of an object; `None` without it.
+pub(crate) fn take_extension(object: &mut Value, name: &str) -> Option<Value> {
+    let object = object.as_object_mut()?;
+    let extensions = object.get_mut("extensions")?.as_object_mut()?;
+    let found = extensions.remove(name);
+    if extensions.is_empty() {
+        object.remove("extensions");
+    }
+    found
 }

@@ -1,17 +1,15 @@
 //! Materials and textures of a glTF file.
 
 use std::collections::HashMap;
-use std::fmt::Display;
-use std::io::Cursor;
 
 use gltf_json::material::AlphaMode;
 use gltf_json::texture::{Info, WrappingMode};
 use gltf_json::validation::Checked;
-use image::{ImageError, ImageReader};
 
 use crate::files::gltf::accessor::view_bytes;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::uri::read_uri;
+use crate::files::picture::decode;
 use crate::files::source::Source;
 use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
 
@@ -151,28 +149,4 @@ fn wrap(mode: Checked<WrappingMode>) -> Wrap {
         Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
         Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
     }
-}
-
-/// Decodes a texture from a PNG or JPEG.
-pub(crate) fn decode(
-    bytes: &[u8],
-    name: &str,
-    wrap: [Wrap; 2],
-    source: &mut Source<'_>,
-) -> Result<Texture, SceneError> {
-    let file = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let invalid = |error: &dyn Display, source: &Source<'_>| {
-        source.invalid(format!("{name}: expected a PNG or JPEG, found {error}"))
-    };
-    let size = file().map_err(ImageError::from).and_then(ImageReader::into_dimensions);
-    let (width, height) = size.map_err(|error| invalid(&error, source))?;
-    source.count_texels(width, height)?;
-    let picture = file().map_err(ImageError::from).and_then(ImageReader::decode);
-    let picture = picture.map_err(|error| invalid(&error, source))?.into_rgba8();
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let texels: Vec<[u8; 4]> = picture.pixels().map(|pixel| pixel.0).collect();
-    if texels.is_empty() {
-        return Err(source.invalid(format!("{name}: a picture without texels")));
-    }
-    Ok(Texture::new(width, height, texels, wrap))
 }

@@ -66,7 +66,11 @@ mod tests {
         let text = "# c:\\\nv 1 2 \\\r\n  3\n\n\tf 1\\\n 2\\\n 3\r\nend";
         let mut found = Vec::new();
         let Ok(()) = for_each_line(text, |line| {
-            found.push((line.number, line.keyword.to_owned(), line.rest.split_whitespace().collect::<Vec<_>>().join(" ")));
+            found.push((
+                line.number,
+                line.keyword.to_owned(),
+                line.rest.split_whitespace().collect::<Vec<_>>().join(" "),
+            ));
             Ok::<(), std::convert::Infallible>(())
         });
         let found: Vec<_> = found.iter().map(|(number, keyword, rest)| (*number, &**keyword, &**rest)).collect();
