@@ -16,13 +16,28 @@ const CLIPPY: Step =
 /// The mathematics alone, without files.
 const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
-/// The mathematics on a target without an operating system: nothing of the standard library is used.
+/// Conversions from and to other libraries, which are no default.
+const INTEROP: Step =
+    Step { name: "interop", work: Work::Cargo("test --package lobe-sh --all-features --lib -- interop", &[]) };
+/// The facade hands every feature on.
+const FACADE: Step =
+    Step { name: "facade", work: Work::Cargo("check --package lobe --features serde,bytemuck,glam,mint", &[]) };
+/// The mathematics in a browser: nothing of the standard library is used.
+const WASM: Step = Step {
+    name: "wasm32",
+    work: Work::Where(
+        || toolchain::has_target("wasm32-unknown-unknown"),
+        "cargo",
+        "check --package lobe-sh --no-default-features --target wasm32-unknown-unknown",
+    ),
+};
+/// The same on a microcontroller, where there is no standard library, with all that converts.
 const NO_STD: Step = Step {
     name: "no-std",
     work: Work::Where(
-        toolchain::has_wasm32,
+        || toolchain::has_target("thumbv7em-none-eabihf"),
         "cargo",
-        "check --package lobe-sh --no-default-features --target wasm32-unknown-unknown",
+        "check --package lobe-sh --no-default-features --features serde,bytemuck,glam,mint --target thumbv7em-none-eabihf",
     ),
 };
 /// The oldest Rust that the Cargo.toml files promise.
@@ -62,13 +77,11 @@ const TEST_BC6H_CLI: Step = Step {
     work: Work::Cargo("test --package lobe-cli --features bc6h --test cli -- bc6h", &[]),
 };
 
-/// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++. Built as any program, they run without
-/// being guided by coverage; `cargo fuzz` adds that.
+/// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++. Checked, not linked: `cargo fuzz` builds them
+/// with what guides it.
 const FMT_FUZZ: Step = Step { name: "fmt-fuzz", work: Work::Cargo("fmt --manifest-path fuzz/Cargo.toml --check", &[]) };
-const FUZZ: Step = Step {
-    name: "fuzz",
-    work: Work::Cargo("build --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz", &[]),
-};
+const FUZZ: Step =
+    Step { name: "fuzz", work: Work::Cargo("check --locked --manifest-path fuzz/Cargo.toml --target-dir target", &[]) };
 
 /// The comparisons with peers, in workspaces of their own: they link with what nothing else needs. Checked, not linked.
 const FMT_PEERS: Step =
@@ -93,6 +106,9 @@ pub(crate) fn ci() -> Outcome {
         CLIPPY,
         PEERS,
         FEATURES,
+        FACADE,
+        INTEROP,
+        WASM,
         NO_STD,
         OLDEST_RUST,
         DOCS_PRIVATE,

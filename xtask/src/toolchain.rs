@@ -5,17 +5,14 @@ use std::process::Command;
 
 use crate::workspace;
 
-/// Whether the standard library of `wasm32-unknown-unknown` is there.
+/// Whether the libraries of a target are there.
 ///
 /// # Errors
 /// The reason why not.
-pub(crate) fn has_wasm32() -> Result<(), String> {
-    let folder = PathBuf::from(answer("rustc", &["--print", "sysroot"])?).join("lib/rustlib/wasm32-unknown-unknown");
-    if folder.is_dir() {
-        Ok(())
-    } else {
-        Err("this Rust has no target wasm32-unknown-unknown; rustup target add wasm32-unknown-unknown".into())
-    }
+pub(crate) fn has_target(target: &str) -> Result<(), String> {
+    let folder = PathBuf::from(answer("rustc", &["--print", "sysroot"])?).join("lib/rustlib").join(target);
+    let missing = || format!("this Rust has no target {target}; rustup target add {target}");
+    folder.is_dir().then_some(()).ok_or_else(missing)
 }
 
 /// Whether there is the oldest Rust that the workspace supports beside the one that checks everything.

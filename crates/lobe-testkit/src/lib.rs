@@ -1,6 +1,4 @@
-//! Test utilities for Lobe's tests only: directions over the whole sphere, golden values, statistics, a .glb validator.
-//!
-//! It depends on no other crate of Lobe, so that every crate's tests can use it.
+#![doc = include_str!("../README.md")]
 
 mod chi_square;
 mod directions;

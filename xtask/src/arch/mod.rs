@@ -1,19 +1,22 @@
 //! `arch`: checks that the code has the structure that ARCHITECTURE.md draws.
 //!
-//! Three things are checked: the arrows between crates (`crates`), the arrows between the rooms of a crate (`rooms`),
-//! and that no files of a crate use each other in a circle (`circles`). The last two rest on the arrows between files,
+//! Four things are checked: the arrows between crates (`crates`), the arrows between the rooms of a crate (`rooms`), that
+//! the first lines of a room name the rooms it uses (`heads`), and that no files of a crate use each other in a circle
+//! (`circles`). The last three rest on the arrows between files,
 //! which are read from the source: `modules` builds the tree of modules that rustc would, `resolve` finds the file that
 //! defines what a path names, `uses` walks through the code and collects the paths.
 //!
 //! A path is all that counts. Calling a method names no file, nor does a link in a comment.
 //!
-//! Read in this order: `blocks`, `crates`, `modules`, `resolve`, `uses`, `circles`, `rooms`, `draw`.
+//! Read in this order: `blocks`, `crates`, `modules`, `resolve`, `uses`, `circles`, `rooms`, `heads`, `draw`. Uses no
+//! other room.
 
 mod attributes;
 mod blocks;
 mod circles;
 mod crates;
 mod draw;
+mod heads;
 mod modules;
 mod resolve;
 mod rooms;
@@ -34,6 +37,7 @@ struct House {
     name: String,
     code: Code,
     plan: Plan,
+    head_faults: Vec<String>,
 }
 
 /// `arch` checks all; `arch --circles` only lists the circles between files; `arch --draw` prints the blocks of rooms.
@@ -67,6 +71,7 @@ pub(crate) fn check() -> Outcome {
 fn house_faults(house: &House, blocks: &[Block]) -> Vec<String> {
     let mut faults: Vec<String> = house.code.faults.iter().map(|fault| format!("{}: {fault}", house.name)).collect();
     faults.extend(circle_faults(house));
+    faults.extend(house.head_faults.iter().map(|fault| format!("{}: {fault}", house.name)));
     match blocks::only(blocks, &rooms::language(&house.name)) {
         Ok(block) => faults.extend(rooms::faults(&house.name, &house.plan, block)),
         Err(fault) => faults.push(fault),
@@ -131,5 +136,6 @@ fn house(package: &Package, paths: &[std::path::PathBuf]) -> Result<House, Strin
     }
     let code = uses::code(&sources).map_err(|fault| format!("{}: {fault}", package.name))?;
     let plan = rooms::plan(&code, &sources);
-    Ok(House { name: package.name.clone(), code, plan })
+    let head_faults = heads::faults(&plan, &sources);
+    Ok(House { name: package.name.clone(), code, plan, head_faults })
 }

@@ -1,7 +1,7 @@
 //! `tables`: generates the straight-line SH products of `lobe-sh`, or checks that they are up to date.
 //!
 //! It links the `lobe-sh` whose sources it writes, for the exact tensor of Gaunt coefficients; the products themselves
-//! it does not use, so that it can replace them whatever they contain, as long as they compile.
+//! it does not use, so that it can replace them whatever they contain, as long as they compile. Uses no other room.
 
 mod blocks;
 mod cover;

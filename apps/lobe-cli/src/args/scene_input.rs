@@ -6,7 +6,8 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
 use lobe::scene::{
-    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene, read_scene_and_document,
+    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene,
+    read_scene_and_document,
 };
 
 use crate::args::values;
@@ -148,7 +149,9 @@ impl SceneInput {
             bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
         }
         if self.default_material.is_some() && !self.is_gltf() {
-            bail!("--default-material: only of glTF files, which say what a mesh without a material is; leave the option out");
+            bail!(
+                "--default-material: only of glTF files, which say what a mesh without a material is; leave the option out"
+            );
         }
         Ok(())
     }

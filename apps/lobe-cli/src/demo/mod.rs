@@ -1,4 +1,4 @@
-//! `lobe demo`: everything that Lobe does, on built-in data, as one folder with a page.
+//! `lobe demo`: everything that Lobe does, on built-in data, as one folder with a page. Uses `args`, `run` and `sh`.
 
 mod basis;
 mod encodings;

@@ -1,6 +1,6 @@
 //! Area lights (spheres, discs and polygons), and the vector irradiance of a map.
 //!
-//! Read first: [`area_light`], the trait. Uses map and mapping.
+//! Read [`area_light`], the trait, first. Uses `map`, `mapping` and `projection`.
 
 pub(crate) mod area_light;
 pub(crate) mod disc_light;

@@ -1,8 +1,8 @@
 //! Map files: readers of lat-long pictures ([`read_env`]), of cube maps ([`read_cube`], [`cube_faces`]) and of any map
 //! ([`read_map`]), and the writers.
 //!
-//! Read first: [`read_options`], [`read_env`], [`read_map`]. Decoding and encoding belong to `lobe-image`; this room
-//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]). Uses map, mapping and resample.
+//! Read [`read_options`] first, then [`read_env`] and [`read_map`]. Decoding and encoding belong to `lobe-image`; this room
+//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]). Uses `map` and `mapping`.
 
 pub mod bundled;
 pub(crate) mod cube_faces;

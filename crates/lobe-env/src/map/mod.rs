@@ -1,8 +1,8 @@
 //! Environment maps in memory: in any mapping ([`mapped_map`]), lat-long ([`env_map`]) and cube ([`cube_map`], with mip
 //! levels [`cube_mip_chain`]).
 //!
-//! Read first: [`mapped_map`]. [`cube_layout`] puts the faces of a cube into a picture and takes them out, [`adjust`]
-//! changes exposure and clamps. Uses mapping.
+//! Read [`mapped_map`] first. [`cube_layout`] puts the faces of a cube into a picture and takes them out, [`adjust`]
+//! changes exposure and clamps. Uses `mapping`.
 
 pub(crate) mod adjust;
 pub(crate) mod cube_average;

@@ -1,6 +1,6 @@
 //! Mappings between directions and points of a picture: lat-long, cube, octahedral, mirror ball and others.
 //!
-//! Read first: [`mapping`], which lists them, then [`lat_long`] and [`cube`]. [`azimuthal`] is shared by the round
+//! Read [`mapping`] first, which lists them, then [`lat_long`] and [`cube`]. [`azimuthal`] is shared by the round
 //! pictures; [`solid_angles`], [`texel_quadrature`] and [`polygon`] measure texels; [`taps`] indexes the texels of a
 //! picture, and finds the taps of bilinear interpolation across every seam. Uses no other room.
 

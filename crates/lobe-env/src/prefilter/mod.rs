@@ -1,8 +1,8 @@
 //! Prefiltered environment maps for glossy reflection: a map convolved with a lobe for each roughness.
 //!
-//! Read first: [`prefilter`], which opens with the derivation. [`gather`] integrates over a tree of cells
+//! Read [`prefilter`] first, which opens with the derivation. [`gather`] integrates over a tree of cells
 //! ([`cell_tree`]), as coarse as [`cell_tolerance`] allows for the [`brightness`] of each; [`importance`] draws samples
-//! from the lobe. Uses map, mapping and reflection.
+//! from the lobe. Uses `map`, `mapping` and `reflection`.
 
 pub(crate) mod brightness;
 pub(crate) mod cell_tolerance;

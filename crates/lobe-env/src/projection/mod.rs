@@ -1,8 +1,8 @@
 //! Projection of maps onto spherical harmonics, reconstruction, and irradiance.
 //!
-//! Read first: [`project`]. A lat-long map is projected row by row: a Fourier transform along the row ([`row_dft`]),
+//! Read [`project`] first. A lat-long map is projected row by row: a Fourier transform along the row ([`row_dft`]),
 //! exact integrals of Legendre functions across it ([`row_legendre`]). [`irradiance`] is the light on a Lambertian
-//! surface, by coefficients and by brute force ([`horizon`]). Uses map and mapping.
+//! surface, by coefficients and by brute force ([`horizon`]). Uses `map` and `mapping`.
 
 pub(crate) mod horizon;
 pub(crate) mod irradiance;

@@ -1,7 +1,7 @@
 //! Reflectance: models ([`brdf`]), their lobes ([`specular_lobe`]), and their reflectance in uniform light ([`dfg`]),
 //! the second factor of the split-sum approximation.
 //!
-//! Read first: [`brdf`]. Uses no other room.
+//! Read [`brdf`] first. Uses no other room.
 
 pub(crate) mod brdf;
 pub(crate) mod dfg;

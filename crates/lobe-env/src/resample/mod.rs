@@ -1,8 +1,8 @@
 //! Resampling between mappings: each texel of the target is an integral over its footprint in the source.
 //!
-//! Read first: [`resample`], which has the formula; then [`sample_points`] (where a texel is sampled), [`footprint`]
-//! and [`source_window`] (the texels of the source under those samples), [`weights`] and [`balance`] (conservation of
-//! energy). Uses map and mapping.
+//! Read [`resample`] first, which has the formula; then [`sample_points`] (where a texel is sampled), [`footprint`] and
+//! [`source_window`] (the texels of the source under those samples), [`weights`] and [`balance`] (conservation of
+//! energy). Uses `map` and `mapping`.
 
 pub(crate) mod balance;
 pub(crate) mod even_light;

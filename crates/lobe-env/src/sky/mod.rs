@@ -1,7 +1,7 @@
 //! Skies by formula ([`preetham`], [`cie_sky`]), and the sun in a map ([`sun_extraction`]).
 //!
-//! Read first: [`sky`], the trait and the ground below. [`sky_fit`] is a sky whose coefficients are polynomials of the sun's
-//! height and the turbidity. Uses map, mapping and projection.
+//! Read [`sky`] first: the trait, and the ground below. [`sky_fit`] is a sky whose coefficients are polynomials of the
+//! sun's height and the turbidity. Uses `area_light`, `map` and `mapping`.
 
 pub(crate) mod cie_sky;
 pub(crate) mod preetham;

@@ -5,7 +5,7 @@
 //! (KTX2, DDS) hold the six faces of each level as pictures ([`texture`]), whose texels are stored in a
 //! [`texel_format`].
 //!
-//! Read first: `read`, then the reader of a format. Of the other rooms it uses only the picture itself.
+//! Read `read` first, then the reader of a format. Uses `picture`.
 
 pub(crate) mod bc6h;
 pub(crate) mod dds;

@@ -1,7 +1,7 @@
 //! Comparison of pictures: error metrics, perceptual metrics and statistical tests.
 //!
-//! Read first: [`compare`] (root mean square and its relatives), then [`flip`] and [`hdr_flip`] for perception,
-//! [`z_test`] for Monte Carlo pictures. Uses the room `picture`.
+//! Read [`compare`] (root mean square and its relatives) first, then [`flip`] and [`hdr_flip`] for perception,
+//! [`z_test`] for Monte Carlo pictures. Uses `picture`.
 
 pub(crate) mod compare;
 pub(crate) mod flip;

@@ -1,6 +1,6 @@
 //! Pictures in linear light, and their conversion for display.
 //!
-//! Read first: [`picture`], then [`tone`], which maps light to displayable bytes, and [`png`], which writes those as
+//! Read [`picture`] first, then [`tone`], which maps light to displayable bytes, and [`png`], which writes those as
 //! files ([`animated_png`] several). [`resize`] and [`sheet`] derive pictures from pictures; [`text`], [`colormap`] and
 //! [`color_bar`] draw into them. Uses no other room.
 

@@ -2,7 +2,7 @@
 //!
 //! Read `compress` first, the choice among solutions; then `cpca`, which clusters; `pca` finds the components of one
 //! cluster by `eigen`, the symmetric eigenvalue problem; `nearest` finds the cluster of a row. `compressed_table` is
-//! the result, `compressed_transfer` the same for transfer. May use transfer, job and sampling.
+//! the result, `compressed_transfer` the same for transfer. Uses `job`, `sampling` and `transfer`.
 
 pub(crate) mod compress;
 pub(crate) mod compressed_table;

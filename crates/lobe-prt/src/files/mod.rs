@@ -2,8 +2,8 @@
 //!
 //! Read `transfer_file` first, the simplest, on `tensor_file`, which all safetensors share; then `matrix_file`,
 //! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is. `baked_glb` writes scenes whose
-//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them. May use
-//! all other rooms.
+//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them. Uses
+//! `bake`, `compression`, `job`, `recipe`, `transfer` and `zonal`.
 
 pub(crate) mod any_transfer;
 pub(crate) mod baked_compressed;

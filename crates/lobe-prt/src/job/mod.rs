@@ -2,8 +2,8 @@
 //! stopped, killed and continued.
 //!
 //! Read `chunks` first, which does the work; then `row_layout`, `checkpoint` and `stored_rows`, which keep what it
-//! finds in a [`lobe_io::RecordFile`]; `fingerprint` identifies a bake; `meter` watches the searches of other
-//! rooms. Uses no other room.
+//! finds in a [`lobe_io::RecordFile`]; `fingerprint` identifies a bake; `meter` watches the searches of other rooms.
+//! Uses no other room.
 
 pub(crate) mod checkpoint;
 pub(crate) mod chunks;

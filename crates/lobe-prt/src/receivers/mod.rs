@@ -1,7 +1,7 @@
 //! Receivers, the points that transfer is baked for: vertices, and the texels of a lightmap.
 //!
 //! Read `receivers` first; `inset` moves those at borders into their meshes. `texel_receivers` are those of a lightmap,
-//! `texel_rows` their transfer as a picture, `lightmap` looks it up between texels. May use transfer.
+//! `texel_rows` their transfer as a picture, `lightmap` looks it up between texels. Uses `transfer`.
 
 pub(crate) mod inset;
 pub(crate) mod lightmap;

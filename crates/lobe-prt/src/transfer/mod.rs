@@ -1,7 +1,7 @@
 //! Transfer, and light applied to it: vectors of matte receivers, matrices of glossy ones.
 //!
 //! Read `transfer` first, then `transfer_matrices`; `transfer_rows` reads both a few receivers at a time. `dot_rows`
-//! applies a light, by the vector instructions of `simd4`. May use job, where rows stay on disk.
+//! applies a light, by the vector instructions of `simd4`. Uses `job`.
 
 pub(crate) mod dot_rows;
 pub(crate) mod simd4;

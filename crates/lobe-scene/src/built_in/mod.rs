@@ -2,8 +2,7 @@
 //!
 //! Lengths are meters. All vertices are used and every triangle has an area.
 
-// Read this file first, then `shapes`, from which all scenes are made, and a file for each of the larger ones. May use
-// the scene.
+// Read this file first, then `shapes`, from which all scenes are made, and a file for each of the larger ones. Uses `scene`.
 
 pub(crate) mod cave;
 pub(crate) mod columns_hall;

@@ -4,7 +4,7 @@
 //! Read `bvh` first, the public type; then `collapse`, which makes wide nodes from a binary tree, and `wide_node`,
 //! their layout in memory; then `traverse`, one ray at a time: `ray_frame` prepares it, `watertight` intersects
 //! triangles. `ray_stream` traces many rays from one point at once: `ray_bundle`, `octant_slabs` for boxes,
-//! `edge_planes` for triangles. `lanes` has the vector instructions of all this. May use the scene.
+//! `edge_planes` for triangles. `lanes` has the vector instructions of all this. Uses `scene`.
 
 pub(crate) mod bvh;
 pub(crate) mod collapse;

@@ -2,7 +2,7 @@
 //!
 //! Read `read` first, which chooses by the extension; then `source`, the input of every reader, which keeps the limits,
 //! and `folder`; then `read_ply`, a file of its own, and `read_obj` and `read_gltf`, whose parts are in the folders `obj`
-//! and `gltf`. `polygon` makes triangles of faces, `picture` textures of pictures. May use the scene.
+//! and `gltf`. `polygon` makes triangles of faces, `picture` textures of pictures. Uses `scene`.
 
 pub(crate) mod folder;
 pub(crate) mod gltf;

@@ -4,7 +4,7 @@
 //! is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and
 //! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`] and
 //! [`irradiance_matrix`] are order 3 rearranged; all others are approximations. [`irradiance_bands`] reads the low
-//! bands for them. Uses `projection`, `filter`, `solver`, `rotation` and what stands below them.
+//! bands for them. Uses `expansion`, `filter`, `projection`, `rotation`, `solver` and `sphere`.
 
 pub(crate) mod ahd;
 pub(crate) mod ambient_cube;

@@ -2,7 +2,7 @@
 //!
 //! Read [`expansion`] first: the trait that both kinds share. [`sh`] has the order in its type, [`sh_vec`] at run time,
 //! [`zonal`] one coefficient for each band; [`fixed_order`] is how functions return the first kind. [`gradient`] has
-//! slopes, [`quantity`] the physical meaning. Uses `basis`, `sphere` and `scalar`.
+//! slopes, [`quantity`] the physical meaning. Uses `basis` and `sphere`.
 
 pub(crate) mod expansion;
 pub(crate) mod fixed_order;

@@ -1,7 +1,7 @@
 //! Analytic lights as expansions.
 //!
 //! Read [`light`] first. [`cone`] and [`spherical_polygon`] have the shapes in closed form, [`normalization`] what the
-//! color of a light means. Uses `rotation`, `expansion` and what stands below them.
+//! color of a light means. Uses `basis`, `expansion`, `rotation` and `sphere`.
 
 pub(crate) mod cone;
 pub(crate) mod light;

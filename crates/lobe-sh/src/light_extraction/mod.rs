@@ -1,7 +1,7 @@
 //! Directional lights found in an expansion.
 //!
 //! Read [`extract`] first. It finds local maxima ([`peaks`]), solves for intensities ([`light_fit`]) and may improve
-//! both together ([`refine`], Levenberg-Marquardt). Uses `solver`, `light`, `expansion` and what stands below them.
+//! both together ([`refine`], Levenberg-Marquardt). Uses `basis`, `expansion`, `light`, `solver` and `sphere`.
 
 pub(crate) mod extract;
 pub(crate) mod light_fit;

@@ -2,7 +2,7 @@
 //!
 //! Read [`product`] first: it picks one of three routes, straight-line code ([`generated`], written by `cargo xtask
 //! tables`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`]. [`matrix`] multiplies many functions by
-//! one. Uses `expansion` and what stands below it.
+//! one. Uses `basis`, `expansion` and `sphere`.
 
 #[cfg(test)]
 pub(crate) mod cost;

@@ -2,8 +2,8 @@
 //!
 //! Read [`dering`] first. The least change comes from [`cutting_planes`] (Kelley's method) at any order and from
 //! [`quadratic_dering`] with [`quadratic_windows`] at order 3; [`sloan_table`] is the published way. [`content_window`]
-//! keeps the light as it is. [`outcome`] says how an attempt ended. Uses `extrema`, `filter`, `solver` and what stands
-//! below them.
+//! keeps the light as it is. [`outcome`] says how an attempt ended. Uses `basis`, `expansion`, `extrema`, `filter`,
+//! `rotation`, `solver` and `sphere`.
 
 pub(crate) mod content_window;
 pub(crate) mod cutting_planes;

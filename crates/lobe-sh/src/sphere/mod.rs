@@ -1,7 +1,7 @@
 //! The sphere itself: directions, points spread over it, triangles and quadrature rules.
 //!
 //! Read [`dir`] first, then [`quadrature`]; [`triangulation`] and [`point_sets`] are for searches, [`vector`] has the
-//! vector algebra that all rooms share. Uses `once` and `error` only.
+//! vector algebra that all rooms share. Uses no other room.
 
 pub(crate) mod dir;
 pub(crate) mod point_sets;

@@ -1,0 +1,122 @@
+//! Receivers at the texels of a lightmap.
+
+use crate::common::{baked, options};
+use lobe_prt::{Mode, TexelReceivers, Transfer};
+use lobe_scene::{Material, Mesh, MeshParts, Scene};
+
+/// A square of side 2 about the origin, facing up, whose picture fills the part `[from, to]²` of the unit square; x
+/// along u, y against v.
+fn square(from: f32, to: f32, set: usize, z: f32) -> MeshParts {
+    let mut parts = MeshParts {
+        name: "square".into(),
+        positions: vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        colors: vec![[0.0, 0.5, 0.5, 1.0], [1.0, 0.5, 0.5, 1.0], [1.0, 0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]],
+        ..MeshParts::default()
+    };
+    parts.uvs[set] = vec![[from, to], [to, to], [to, from], [from, from]];
+    parts
+}
+
+fn scene(parts: impl IntoIterator<Item = MeshParts>) -> Scene {
+    let meshes = parts.into_iter().map(|parts| Mesh::new(parts).unwrap()).collect();
+    Scene::new(meshes, Vec::<Material>::new(), vec![]).unwrap()
+}
+
+#[test]
+fn texels_lie_where_the_surface_is_unfolded() {
+    for set in [0, 1] {
+        let texels = TexelReceivers::new(&scene([square(0.25, 0.75, set, 0.0)]), 16).unwrap();
+        let receivers = texels.receivers();
+        // Eight texels have their center inside; their neighbors touch at most a corner.
+        let inside = receivers.positions().iter().filter(|p| p[0].abs() < 0.99 && p[1].abs() < 0.99).count();
+        assert_eq!(inside, 64, "set {set}");
+        for (i, &texel) in texels.texels().iter().enumerate() {
+            let (x, y) = (texel as usize % 16, texel as usize / 16);
+            let expected = [x, 15 - y].map(|k| ((k as f32 + 0.5) / 4.0 - 2.0).clamp(-1.0, 1.0));
+            let (found, albedo) = (receivers.positions()[i], receivers.albedos()[i]);
+            assert!(
+                (0..2).all(|k| (found[k] - expected[k]).abs() < 2e-5),
+                "texel {x}, {y}: {found:?}, not {expected:?}"
+            );
+            assert!((albedo[0] - (expected[0] + 1.0) / 2.0).abs() < 1e-5, "texel {x}, {y}: red {}", albedo[0]);
+            assert_eq!(receivers.normals()[i], [0.0, 0.0, 1.0], "normal of texel {x}, {y}");
+        }
+    }
+}
+
+#[test]
+fn every_texel_of_the_picture_shows_a_nearest_receiver() {
+    let texels = TexelReceivers::new(&scene([square(0.25, 0.5, 0, 0.0)]), 16).unwrap();
+    let values: Vec<f32> = (0..texels.receivers().len()).map(|i| i as f32).collect();
+    let transfer = Transfer::new(1, lobe_prt::Channels::Gray, values).unwrap();
+    let picture = texels.picture(&transfer).unwrap();
+    assert_eq!(picture.receivers(), 256, "texels");
+    let places: Vec<(i32, i32)> = texels.texels().iter().map(|&t| (t as i32 % 16, t as i32 / 16)).collect();
+    for (texel, &shown) in picture.coefficients().iter().enumerate() {
+        let (x, y) = (texel as i32 % 16, texel as i32 / 16);
+        let steps = |&(a, b): &(i32, i32)| (x - a).abs().max((y - b).abs());
+        let (found, least) = (steps(&places[shown as usize]), places.iter().map(steps).min().unwrap());
+        assert_eq!(found, least, "texel {x}, {y} shows {:?}", places[shown as usize]);
+    }
+    let wrong = texels.picture(&picture).unwrap_err().to_string();
+    assert!(wrong.starts_with("lightmap: expected transfer of "), "{wrong}");
+}
+
+#[test]
+fn transfer_at_texels_is_that_of_receivers_there() {
+    let scene = scene([square(0.0, 0.5, 1, 0.0), square(0.5, 1.0, 1, 1.0)]);
+    let texels = TexelReceivers::new(&scene, 8).unwrap();
+    let (transfer, _) = baked(&scene, texels.receivers(), &options(Mode::Shadowed, 2, 256));
+    for (i, position) in texels.receivers().positions().iter().enumerate() {
+        let [below, above] = [position[2] < 0.5, position[2] > 0.5];
+        let open = transfer.vector(i, 1)[0] / (0.5 * 0.5 / std::f32::consts::PI.sqrt());
+        assert!((above && open > 0.999) || (below && open < 0.9), "{position:?}: {open} of the sky");
+    }
+}
+
+#[test]
+fn unfoldings_that_cannot_hold_light_are_refused_in_one_line() {
+    let refusal = |scene: Scene, width| TexelReceivers::new(&scene, width).unwrap_err().to_string();
+    let mut bare = square(0.0, 1.0, 0, 0.0);
+    bare.uvs = [vec![], vec![]];
+    let cases = [
+        (refusal(scene([square(0.0, 1.0, 0, 0.0)]), 0), "expected a width of 1 to 16384 texels, found 0"),
+        (
+            refusal(scene([bare]), 8),
+            "mesh `square`: it has no texture coordinates for a lightmap; unfold it into a set of its own",
+        ),
+        (
+            refusal(scene([square(0.0, 0.5, 0, 0.0), square(0.25, 0.75, 0, 1.0)]), 8),
+            "mesh `square`: triangles overlap in the lightmap at texel 2, 2; unfold them apart",
+        ),
+        (
+            refusal(scene([square(0.5, 1.5, 0, 0.0)]), 8),
+            "mesh `square`: expected texture coordinates in the unit square, found [[0.5, 1.5], [1.5, 1.5], [1.5, 0.5]]",
+        ),
+    ];
+    for (found, expected) in cases {
+        assert_eq!(found, expected, "refusal");
+    }
+}
+
+#[test]
+fn texels_whose_center_is_on_an_edge_of_the_picture_do_not_see_behind_a_wall_there() {
+    // The edges of the floor's picture run through centers of texels, and a wall stands on one of them.
+    let floor = square(0.5 / 32.0, 15.5 / 32.0, 0, 0.0);
+    let mut wall = square(0.6, 0.9, 0, 0.0);
+    wall.positions = vec![[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];
+    let scene = scene([floor, wall]);
+    let texels = TexelReceivers::new(&scene, 32).unwrap();
+    let (transfer, _) = baked(&scene, texels.receivers(), &options(Mode::Shadowed, 1, 1024));
+    let mut beside_the_wall = 0;
+    for (i, position) in texels.receivers().positions().iter().enumerate() {
+        if position[0] > 0.999 && position[1].abs() < 0.8 && position[2] == 0.0 {
+            // A wall takes half of what arrives at its foot, whatever its height.
+            let open = transfer.vector(i, 1)[0] / (0.5 * 0.5 / std::f32::consts::PI.sqrt());
+            assert!((open - 0.5).abs() < 0.02, "{position:?}: {open} of the sky");
+            beside_the_wall += 1;
+        }
+    }
+    assert!(beside_the_wall >= 11, "{beside_the_wall} texels beside the wall");
+}

@@ -1,0 +1,12 @@
+//! The tests of the crate from outside, in one program, which is linked once: pictures against closed forms and against each other.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod baked_scene;
+mod environment_mapping;
+mod glossy;
+mod mapping_figures;
+mod masks;
+mod path_tracer;
+mod png;
+mod strict;

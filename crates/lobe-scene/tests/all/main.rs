@@ -1,0 +1,12 @@
+//! The tests of the crate from outside, in one program, which is linked once: files of scenes and rays among triangles.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+mod compressed;
+mod damaged_files;
+mod outside;
+mod rays;
+mod read_gltf;
+mod read_obj_ply;
+mod split_edges;

@@ -1,0 +1,17 @@
+//! The tests of the crate from outside, in one program, which is linked once: expansions, products, rotations, ringing and encodings.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod content_window;
+mod dering;
+mod encodings;
+mod lights_out;
+mod minimum;
+mod products;
+mod properties;
+mod published;
+mod rotation;
+#[cfg(feature = "json")]
+mod sh_json;
+mod spherical_polygon;
+mod windows;
