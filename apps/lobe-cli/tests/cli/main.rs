@@ -22,6 +22,7 @@ mod named_light;
 mod project;
 mod render;
 mod ringing;
+mod scene_options;
 mod sh;
 #[cfg(unix)]
 mod stopped;

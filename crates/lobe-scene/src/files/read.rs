@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::plain;
 use crate::files::read_gltf;
 use crate::files::read_obj;
 use crate::files::read_ply;
@@ -40,7 +40,7 @@ fn read(bytes: &[u8], source: Source<'_>, up: Up) -> Result<(Scene, SceneReadRep
     let extension = Path::new(source.name).extension().map(|e| e.to_string_lossy().to_lowercase());
     let scene = match extension.as_deref() {
         Some("gltf" | "glb") => {
-            let file = GltfFile::read(bytes, &mut source)?;
+            let file = plain::read(bytes, &mut source)?;
             read_gltf::scene_of(&file, &mut source)?
         }
         Some("obj") => read_obj::read(bytes, &mut source, up)?,

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use crate::error::one_line;
 use crate::files::folder::find_within;
 use crate::scene::flat::FlatMesh;
 use crate::{DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport};
@@ -61,7 +62,7 @@ impl<'a> Source<'a> {
 
     /// Adds a note on an ignored feature, once.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
-        let note = note.into();
+        let note = one_line(&note.into());
         if !self.report.notes.contains(&note) {
             self.report.notes.push(note);
         }

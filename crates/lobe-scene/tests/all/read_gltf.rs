@@ -436,3 +436,17 @@ fn accessors_without_a_buffer_view_are_zeros() {
     let many = file.with("/accessors/2/count", json!(1_u64 << 60));
     assert!(matches!(refusal(&many), SceneError::TooLarge { .. }), "no memory is taken");
 }
+
+#[test]
+fn names_with_line_ends_and_control_characters_stay_in_one_line() {
+    let named = Gltf::square().with("/meshes/0/name", json!("a\nb\u{1b}[2J"));
+    let found = refusal(&named.with("/accessors/0/count", json!(3))).to_string();
+    assert_eq!(found, "a.glb: mesh `a b [2J`: triangle 1 uses vertex 3, but there are 3 vertices", "an error");
+    let (_, report) = read(&named_points()).unwrap();
+    assert_eq!(report.notes, ["mesh `a b`, primitive 1 has points or lines and was left out"], "a note");
+}
+
+fn named_points() -> Gltf {
+    let points = json!({"attributes": {"POSITION": 0}, "mode": 0});
+    Gltf::square().with("/meshes/0/name", json!("a\nb")).with("/meshes/0/primitives/1", points)
+}

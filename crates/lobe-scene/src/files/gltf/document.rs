@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use crate::files::gltf::files::{GltfFile, VIEW_EXTENSIONS, items, push};
+use crate::files::gltf::plain;
 use crate::files::gltf::uri::read_uri;
 use crate::files::read_gltf;
 use crate::files::source::{Source, folder_of, read_file};
@@ -33,7 +34,7 @@ pub fn read_scene_and_document(
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
     let mut source = Source::new(&name, folder_of(path), options);
-    let mut file = GltfFile::read(&bytes, &mut source)?;
+    let mut file = plain::read(&bytes, &mut source)?;
     drop(bytes);
     embed_images(&mut file, &mut source)?;
     let scene = read_gltf::scene_of(&file, &mut source)?;

@@ -1,4 +1,4 @@
-//! glTF files: JSON and buffers, with what they store compressed or leave to the reader made plain.
+//! glTF files: JSON and buffers, and changes of both.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::SceneError;
 use crate::files::gltf::root::Root;
 use crate::files::gltf::uri::read_uri;
-use crate::files::gltf::{container, draco, extensions, flat, instancing, meshopt};
+use crate::files::gltf::{container, extensions};
 use crate::files::source::Source;
 
 /// JSON and buffers of a glTF file. Only the shape of the JSON has been checked.
@@ -33,12 +33,6 @@ impl GltfFile {
         let root = Root::of(&json, source)?;
         let mut file = Self { json, root, buffers: Vec::new() };
         file.read_buffers(blob, source)?;
-        meshopt::decode(&mut file, source)?;
-        draco::decode(&mut file, source)?;
-        instancing::expand(&mut file, source)?;
-        if source.is_flat(true) {
-            flat::split_vertices(&mut file, source)?;
-        }
         Ok(file)
     }
 

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::{GltfFile, push};
-use crate::files::read_gltf::{corners_of, is_of_triangles, place_of, triangles};
+use crate::files::gltf::primitive::{corners_of, is_of_triangles, place_of, triangles};
 use crate::files::source::Source;
 use crate::scene::flat::FlatMesh;
 

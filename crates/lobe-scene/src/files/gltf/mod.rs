@@ -2,8 +2,8 @@
 //!
 //! Reading: `files` is a file with its buffers, of a `container`, of `uri`s, of the `extensions` it needs and of `root`,
 //! the members that are used; `accessor` reads numbers; `nodes` places meshes; `materials` reads colors and textures;
-//! `attributes` keeps the results of a bake. `meshopt`, `draco`, `instancing` and `flat` make plain what a file stores
-//! otherwise, before the rest looks at it. Writing: `document` is a file to extend, `from_scene` creates one.
+//! `attributes` keeps the results of a bake. `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
+//! have made plain what it stores otherwise. Writing: `document` is a file to extend, `from_scene` creates one.
 
 pub(crate) mod accessor;
 pub(crate) mod attributes;
@@ -18,5 +18,7 @@ pub(crate) mod instancing;
 pub(crate) mod materials;
 pub(crate) mod meshopt;
 pub(crate) mod nodes;
+pub(crate) mod plain;
+pub(crate) mod primitive;
 pub(crate) mod root;
 pub(crate) mod uri;
