@@ -10,12 +10,12 @@ use crate::files::gltf::materials;
 use crate::files::gltf::nodes::{self, Shown};
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, name_of, place_of, triangles};
 use crate::files::source::Source;
-use crate::{DefaultMaterial, Material, Mesh, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
+use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
 /// One mesh for each instance of a primitive by a node, in Lobe's world.
 pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
     let (mut materials, textures) = materials::read(file, source)?;
-    let mut meshes: Vec<Mesh> = Vec::new();
+    let (mut meshes, mut needs_default) = (Vec::new(), false);
     for shown in nodes::shown_meshes(&file.root, source)? {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
             let (node, mesh, count) = (shown.node, shown.mesh, file.root.meshes.len());
@@ -25,14 +25,15 @@ pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let place = MeshSource { node: shown.node, mesh: shown.mesh, primitive: index };
             if let Some(mut parts) = read_primitive(file, primitive, &name, place, source)? {
-                if source.default_material() == DefaultMaterial::AsFormat {
-                    parts.material.get_or_insert(file.root.materials.len());
+                if parts.material.is_none() && source.default_material() == DefaultMaterial::AsFormat {
+                    parts.material = Some(file.root.materials.len());
+                    needs_default = true;
                 }
                 meshes.extend(source.mesh(place_in_world(parts, &shown))?);
             }
         }
     }
-    if meshes.iter().any(|mesh| mesh.material() == Some(file.root.materials.len())) {
+    if needs_default {
         materials.push(Material { name: "default".into(), metallic: 1.0, double_sided: false, ..Material::WHITE });
     }
     note_unused(file, source);
