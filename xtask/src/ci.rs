@@ -2,7 +2,7 @@
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
-use crate::{arch, documents, goldens, sizes, toolchain};
+use crate::{arch, corpus, documents, goldens, sizes, toolchain};
 
 const DENY_DOC_WARNINGS: &[(&str, &str)] = &[("RUSTDOCFLAGS", "-D warnings")];
 
@@ -91,6 +91,12 @@ const PEERS: Step = Step {
     work: Work::Cargo("check --locked --manifest-path peers/embree/Cargo.toml --target-dir target", &[]),
 };
 
+/// A few public models and maps, where they can be fetched.
+const CORPUS: Step = Step {
+    name: "corpus",
+    work: Work::Where(corpus::has_small_part, "cargo", "run --package xtask -- corpus --small"),
+};
+
 /// Everything, the cheap steps first.
 pub(crate) fn ci() -> Outcome {
     run_all(&[
@@ -117,6 +123,7 @@ pub(crate) fn ci() -> Outcome {
         TEST_BC6H,
         TEST_BC6H_CLI,
         FUZZ,
+        CORPUS,
     ])
 }
 

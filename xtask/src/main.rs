@@ -3,6 +3,7 @@
 mod arch;
 mod bench;
 mod ci;
+mod corpus;
 mod documents;
 mod goldens;
 mod outcome;
@@ -36,6 +37,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         tables::run(arguments.iter().any(|argument| argument == "--check"))
     }),
     ("outputs", "two builds of the command write the same bytes: PROGRAM-BEFORE PROGRAM-AFTER", outputs::run),
+    (
+        "corpus",
+        "the command on public models and maps, fetched into a cache: [PROGRAM] [--small] [FOLDER ..]",
+        corpus::run,
+    ),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];
 

@@ -75,6 +75,7 @@
 //! | rotate | [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
 //! | multiply functions | [`fn@product`], [`product_into`], [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
+//! | combine shadows | [`logarithm`], [`Zonal::sphere_logarithm`], [`Exponential`] |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
 //! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
@@ -109,6 +110,7 @@ mod basis;
 mod encoding;
 mod error;
 mod expansion;
+mod exponential;
 mod extrema;
 mod filter;
 mod interop;
@@ -153,6 +155,8 @@ pub use expansion::quantity::Quantity;
 pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use expansion::sh_vec::ShVec;
 pub use expansion::zonal::Zonal;
+pub use exponential::exponential::{ExpMethod, Exponential};
+pub use exponential::logarithm::{LOG_CLAMP, logarithm};
 pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
 pub use extrema::extremum::Extremum;
 pub use filter::convolve::{convolve_in_place, convolved};

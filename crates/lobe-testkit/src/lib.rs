@@ -5,9 +5,11 @@ mod directions;
 mod glb_faults;
 mod golden;
 mod random;
+mod skipped;
 
 pub use chi_square::ChiSquare;
 pub use directions::{directions, fibonacci_sphere};
 pub use glb_faults::glb_faults;
 pub use golden::{golden, golden_f64s};
 pub use random::Random;
+pub use skipped::skipped;

@@ -5,7 +5,7 @@ use lobe::sh::{Dir, Expansion as _, Light, Normalization, Rgb, ShVec, SphericalP
 
 use super::{Writer, digits};
 
-/// The size of plots of lines: they are drawn by the reader's program, so `--quick` does not make them smaller.
+/// The size of plots of lines: they are drawn by the reader's program, so `--quick` and `--full` do not change them.
 const PLOT: [f64; 2] = [480.0, 300.0];
 /// The width of polar plots.
 pub(super) const POLAR: f64 = 300.0;

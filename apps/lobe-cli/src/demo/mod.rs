@@ -32,7 +32,11 @@ use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear
 
 use crate::args::output;
 use crate::run::talk::Talk;
-use page::Page;
+use page::{Page, State};
+
+const PAGE: &str = "index.html";
+
+const TITLE: &str = "Lobe: light as functions on the sphere";
 
 /// The highest order of the sweep over orders, that of the figures in the papers.
 const SWEEP: usize = 6;
@@ -52,9 +56,27 @@ pub(crate) struct Demo {
     /// The folder to write into; it is made if need be
     #[arg(short, long, value_name = "DIR", default_value = "demo")]
     output: PathBuf,
-    /// Draw smaller pictures
+    /// Draw small pictures: half the width
     #[arg(long)]
     quick: bool,
+    /// Draw large pictures and trace more paths for the truth: three times the time
+    #[arg(long, conflicts_with = "quick")]
+    full: bool,
+}
+
+/// The size of pictures, which the number of paths and of rays follows.
+#[derive(Clone, Copy)]
+struct Detail {
+    /// Pixels across a ball.
+    ball: usize,
+    /// Pixels across a lat-long picture.
+    picture: usize,
+}
+
+impl Detail {
+    const QUICK: Self = Self { ball: 80, picture: 256 };
+    const USUAL: Self = Self { ball: 120, picture: 384 };
+    const FULL: Self = Self { ball: 160, picture: 512 };
 }
 
 /// The data that the figures of one photograph share.
@@ -74,6 +96,8 @@ struct Writer<'a> {
     ball: usize,
     /// Pixels across a lat-long picture.
     picture: usize,
+    /// The path of the page.
+    index: PathBuf,
     /// Called with the name of every piece of work that begins.
     progress: &'a mut dyn FnMut(&str),
     page: Page,
@@ -81,24 +105,30 @@ struct Writer<'a> {
 
 impl Demo {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let page = self.output.join(PAGE);
+        talk.note("demo", &format!("{} shows each section as soon as it is there", page.display()));
         let bar = talk.bar("demo", STEPS);
         let mut progress = |_: &str| bar.inc(1);
-        let index = write_demo(&self.output, self.quick, &mut progress)?;
+        let detail = match (self.quick, self.full) {
+            (true, _) => Detail::QUICK,
+            (_, true) => Detail::FULL,
+            _ => Detail::USUAL,
+        };
+        let index = write_demo(&self.output, detail, &mut progress)?;
         bar.finish_and_clear();
         output::print(&format!("{}\n", index.display()))
     }
 }
 
-/// Writes the demo into `folder`, which is made if need be; `quick` draws smaller pictures.
+/// Writes the demo into `folder`, which is made if need be.
 ///
-/// Returns the path of the page, which is written last, when everything else is complete.
-fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> anyhow::Result<PathBuf> {
+/// Returns the path of the page. It is written after every section, and says of itself whether it is complete.
+fn write_demo(folder: &Path, detail: Detail, progress: &mut dyn FnMut(&str)) -> anyhow::Result<PathBuf> {
     fs::create_dir_all(folder).map_err(|source| io_error(folder, source))?;
-    let index = folder.join("index.html");
+    let index = folder.join(PAGE);
     output::prepare_file(&index)?;
-    let title = "Lobe: light as functions on the sphere";
-    let (ball, picture) = if quick { (80, 256) } else { (160, 512) };
-    let mut demo = Writer { folder, ball, picture, progress, page: Page::new(title) };
+    let Detail { ball, picture } = detail;
+    let mut demo = Writer { folder, ball, picture, index, progress, page: Page::new(TITLE) };
     demo.page.text(
         "A photograph of everything around a point, turned into a handful of numbers that light a scene. Every \
          picture here was made by this program from the photographs it carries; the numbers beside them are measured, \
@@ -110,10 +140,13 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
         demo.environment(&sky)?;
         demo.write_expansion(&sky)?;
         demo.reconstruction(&sky)?;
+        demo.publish(State::Growing)?;
         let balls = demo.irradiance(&sky)?;
         demo.overview(&sky, &balls)?;
+        demo.publish(State::Growing)?;
         demo.encodings(&sky)?;
         demo.extraction(&sky)?;
+        demo.publish(State::Growing)?;
         if number == 1 {
             demo.ringing(&sky)?;
         }
@@ -125,19 +158,21 @@ fn write_demo(folder: &Path, quick: bool, progress: &mut dyn FnMut(&str)) -> any
             demo.projection(&sky);
             demo.mappings(&sky)?;
             demo.sun(&sky)?;
+            demo.publish(State::Growing)?;
             hall = Some(demo.transfer(&sky)?);
         }
+        demo.publish(State::Growing)?;
         demo.environment_mapping(&sky)?;
+        demo.publish(State::Growing)?;
     }
     demo.skies()?;
     demo.area_lights()?;
     demo.basis()?;
     demo.lights()?;
     demo.windows()?;
-    let html = demo.page.into_html(title);
-    write_atomically(&index, |file| file.write_all(html.as_bytes())).map_err(|source| io_error(&index, source))?;
-    (demo.progress)("index.html");
-    Ok(index)
+    demo.publish(State::Complete)?;
+    (demo.progress)(PAGE);
+    Ok(demo.index)
 }
 
 impl Sky {
@@ -165,6 +200,14 @@ fn io_error(path: &Path, source: io::Error) -> EnvError {
 }
 
 impl Writer<'_> {
+    /// Writes the page as far as it is.
+    fn publish(&self, state: State) -> anyhow::Result<()> {
+        let html = self.page.html(TITLE, state);
+        write_atomically(&self.index, |file| file.write_all(html.as_bytes()))
+            .map_err(|source| io_error(&self.index, source))?;
+        Ok(())
+    }
+
     fn write(&mut self, file: &str, picture: &Picture, tone: &Tone) -> anyhow::Result<()> {
         (self.progress)(file);
         picture.write_png(self.folder.join(file), tone)?;
@@ -231,9 +274,10 @@ mod tests {
     fn the_demo_writes_every_file_that_its_page_shows() {
         let folder = tempfile::tempdir().unwrap();
         let mut steps = 0;
-        let index = write_demo(folder.path(), true, &mut |_| steps += 1).unwrap();
+        let index = write_demo(folder.path(), Detail::QUICK, &mut |_| steps += 1).unwrap();
         assert_eq!(steps, STEPS, "the steps of the progress bar");
         let html = fs::read_to_string(index).unwrap();
+        assert!(!html.contains("http-equiv"), "a complete page does not ask to be loaded again");
         let shown: Vec<&str> = html.split("<img src=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         assert!(shown.len() > 20, "{} figures: {shown:?}", shown.len());
         for file in shown {

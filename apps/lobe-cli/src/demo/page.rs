@@ -23,6 +23,21 @@ code, pre { font: .9em ui-monospace, monospace; }
 pre { background: #8882; padding: .6rem 1rem; border-radius: 4px; overflow-x: auto; }
 ";
 
+/// Whether more will follow on a page.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    /// It says so, and the browser looks for more every few seconds.
+    Growing,
+    Complete,
+}
+
+/// Stands in the head of a page that grows.
+const LOAD_AGAIN: &str = "<meta http-equiv=\"refresh\" content=\"5\">\n";
+
+/// Stands at its end.
+const MORE: &str =
+    "<p>More is being made. If nothing has come for minutes, the program was stopped: run it again.</p>\n";
+
 impl Page {
     pub(super) fn new(title: &str) -> Self {
         let mut page = Self { body: String::new() };
@@ -66,12 +81,13 @@ impl Page {
         self.line("</table>");
     }
 
-    pub(super) fn into_html(self, title: &str) -> String {
+    pub(super) fn html(&self, title: &str, state: State) -> String {
         let title = escape(title);
+        let (load_again, more) = if state == State::Growing { (LOAD_AGAIN, MORE) } else { ("", "") };
         format!(
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n{load_again}\
              <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
-             <style>\n{STYLE}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+             <style>\n{STYLE}</style>\n</head>\n<body>\n{}{more}</body>\n</html>\n",
             self.body
         )
     }
@@ -100,7 +116,7 @@ mod tests {
         let mut page = Page::new("a < b & \"c\"");
         page.figure("x\".png", 10, "1 > 0");
         page.table(&["<h>"], &[vec!["<d>".into()]]);
-        let html = page.into_html("<t>");
+        let html = page.html("<t>", State::Complete);
         for expected in
             ["a &lt; b &amp; &quot;c&quot;", "x&quot;.png", "1 &gt; 0", "&lt;h&gt;", "&lt;d&gt;", "&lt;t&gt;"]
         {

@@ -1,6 +1,5 @@
 //! Helpers of several test files.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use lobe_env::{EnvMap, MapReadOptions, bundled, read_env};
@@ -20,9 +19,7 @@ pub(crate) fn real_maps() -> Vec<(String, EnvMap)> {
 pub(crate) fn shared_maps() -> Vec<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets");
     let Ok(entries) = std::fs::read_dir(&folder) else {
-        // Print past the capture of passing tests, so that the skip is seen.
-        let _ =
-            writeln!(std::io::stderr(), "skipped: {} is absent, only the bundled maps are tested", folder.display());
+        lobe_testkit::skipped(&format!("{} is absent, only the bundled maps are tested", folder.display()));
         return Vec::new();
     };
     let is_map = |path: &PathBuf| path.extension().is_some_and(|e| e == "hdr" || e == "exr");

@@ -287,7 +287,7 @@ fn the_expansions_kept_are_those_of_the_skies() {
         assert!(kept.order() == HIGHEST && kept[0].luminance() > 0.0, "{name}: order {}", kept.order());
         let path = file("../../../shared/assets").join(format!("{name}.exr"));
         if !path.exists() {
-            println!("skipped: the comparison with ../shared/assets/{name}.exr, which is absent");
+            lobe_testkit::skipped(&format!("the comparison with ../shared/assets/{name}.exr, which is absent"));
             continue;
         }
         let found = project_env(&read_env(&path, &MapReadOptions::default()).unwrap().0, HIGHEST);

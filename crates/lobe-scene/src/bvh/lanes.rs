@@ -283,7 +283,7 @@ mod tests {
             for simd in Simd::ALL {
                 match Machine::new(simd) {
                     Some(machine) => assert_eq!(machine.run(AllOperations([a, b])), expected, "{simd:?}"),
-                    None => println!("skipped: this machine has no {simd:?}"),
+                    None => lobe_testkit::skipped(&format!("this machine has no {simd:?}")),
                 }
             }
         }

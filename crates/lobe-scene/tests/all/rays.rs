@@ -72,7 +72,7 @@ fn by_each(bvh: &Bvh) -> Vec<(Simd, Bvh)> {
     let with = |simd| match bvh.clone().with_simd(simd) {
         Some(bvh) => Some((simd, bvh)),
         None => {
-            println!("skipped: this machine has no {simd:?}");
+            lobe_testkit::skipped(&format!("this machine has no {simd:?}"));
             None
         }
     };

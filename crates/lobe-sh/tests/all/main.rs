@@ -5,6 +5,7 @@
 mod content_window;
 mod dering;
 mod encodings;
+mod exponential;
 mod lights_out;
 mod minimum;
 mod products;

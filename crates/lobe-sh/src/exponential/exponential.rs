@@ -1,0 +1,166 @@
+//! The exponential of a function on the sphere, by five methods.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
+use crate::exponential::optimal_linear::{OptimalLinear, exponential_by_eigenvectors, isolate_mean};
+use crate::{Basis, Expansion, ShVec, SphereQuadrature, len, product_into, square_into};
+
+/// Methods of [`Exponential`]. All isolate the mean, `exp(f) = exp(f_0/√4π) exp(f̂)` with `f̂_0 = 0`, which is exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ExpMethod {
+    /// By the eigenvectors of the product matrix of `f̂`, `1 + R (e^D - 1)/D Rᵀ f̂`: what an endless series of
+    /// truncated products comes to. The reference: `n⁶` operations.
+    Eigen,
+    /// The first terms of that series, `Σ f̂^k/k!` for `k` up to this.
+    ProductSeries(usize),
+    /// `a 1 + b f̂`, where `a` and `b` depend on `‖f̂‖` and are best for one sphere.
+    OptimalLinear,
+    /// Halves `f̂` until its norm is at most `limit`, takes the optimal linear exponential, and squares as often: the
+    /// HYB of [Ren et al. 2006]. The smaller the limit, the nearer to [`Eigen`](Self::Eigen).
+    ///
+    /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
+    Hybrid {
+        /// The largest norm that is not halved.
+        limit: f64,
+    },
+    /// The values of `f̂` on a grid that is exact for products of three factors of its order, each raised, and projected.
+    /// No table and no truncated product; linear in the points of the grid.
+    Grid,
+}
+
+/// The exponential of functions of one order, by one method, with what that method prepares.
+///
+/// ```
+/// use lobe_sh::{Dir, Exponential, ExpMethod, Expansion as _, LOG_CLAMP, ShVec, Zonal};
+///
+/// // Two spheres in the sky: their logarithms add up, and the exponential is what both leave of it.
+/// let sphere = Zonal::sphere_logarithm(4, 0.4, LOG_CLAMP);
+/// let both = &sphere.towards(Dir::Z, 1.0) + &sphere.towards(Dir::X, 1.0);
+/// let visibility = Exponential::new(4, ExpMethod::Grid).of(&both);
+/// assert!(visibility.mean() < 1.0 && visibility.mean() > 0.9, "{}", visibility.mean());
+/// ```
+#[derive(Clone, Debug)]
+pub struct Exponential {
+    order: usize,
+    method: Prepared,
+}
+
+#[derive(Clone, Debug)]
+enum Prepared {
+    Eigen,
+    ProductSeries(usize),
+    OptimalLinear(OptimalLinear, f64),
+    Grid {
+        /// The basis at each point, one after the other.
+        basis: Vec<f64>,
+        weights: Vec<f64>,
+    },
+}
+
+impl Exponential {
+    /// Prepares a method for functions of an order; [`ExpMethod::OptimalLinear`] and [`ExpMethod::Hybrid`] compute their
+    /// table here.
+    ///
+    /// # Panics
+    /// If the limit of [`ExpMethod::Hybrid`] is not positive.
+    #[must_use]
+    pub fn new(order: usize, method: ExpMethod) -> Self {
+        let method = match method {
+            ExpMethod::Eigen => Prepared::Eigen,
+            ExpMethod::ProductSeries(terms) => Prepared::ProductSeries(terms),
+            ExpMethod::OptimalLinear => Prepared::OptimalLinear(OptimalLinear::new(order), f64::INFINITY),
+            ExpMethod::Hybrid { limit } => {
+                assert!(limit > 0.0, "the limit of the hybrid method is positive, it is not {limit}");
+                Prepared::OptimalLinear(OptimalLinear::new(order), limit)
+            }
+            ExpMethod::Grid => {
+                let rule = SphereQuadrature::of_degree(3 * order.saturating_sub(1));
+                let mut basis = vec![0.0; rule.len() * len(order)];
+                Basis::<f64>::with_shared(order, |evaluate| {
+                    for ((s, _), row) in rule.points().zip(basis.chunks_exact_mut(len(order).max(1))) {
+                        evaluate.eval_into(s.to_array(), row);
+                    }
+                });
+                Prepared::Grid { basis, weights: rule.points().map(|(_, weight)| weight).collect() }
+            }
+        };
+        Self { order, method }
+    }
+
+    /// The order of functions and of their exponentials.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// `exp(f)`.
+    ///
+    /// # Panics
+    /// If `f` has another order.
+    #[must_use]
+    pub fn of(&self, f: &impl Expansion<f64>) -> ShVec<f64> {
+        assert_eq!(f.order(), self.order, "the order of the function against that of the exponential");
+        let mut f_hat = ShVec::zero(self.order);
+        f_hat.coefficients_mut().copy_from_slice(f.coefficients());
+        let mean = isolate_mean(f_hat.coefficients_mut());
+        let mut result = match &self.method {
+            Prepared::Eigen => exponential_by_eigenvectors(&f_hat),
+            Prepared::ProductSeries(terms) => product_series(&f_hat, *terms),
+            Prepared::OptimalLinear(table, limit) => hybrid(&f_hat, table, *limit),
+            Prepared::Grid { basis, weights } => on_grid(&f_hat, basis, weights),
+        };
+        result *= mean.exp();
+        result
+    }
+}
+
+/// `Σ f^k/k!`, by truncated products.
+fn product_series(f: &ShVec<f64>, terms: usize) -> ShVec<f64> {
+    let mut sum = ShVec::constant(f.order(), 1.0);
+    let (mut term, mut next) = (sum.clone(), ShVec::zero(f.order()));
+    for k in 1..=terms {
+        product_into(term.coefficients(), f.coefficients(), next.coefficients_mut());
+        core::mem::swap(&mut term, &mut next);
+        term *= 1.0 / k as f64;
+        sum += &term;
+    }
+    sum
+}
+
+/// `(a 1 + b f/2^p)^(2^p)` with the least `p` that brings `‖f‖/2^p` to the limit.
+fn hybrid(f: &ShVec<f64>, table: &OptimalLinear, limit: f64) -> ShVec<f64> {
+    let norm = f.dot(f).sqrt();
+    let mut halvings = 0;
+    while norm * 0.5_f64.powi(halvings) > limit {
+        halvings += 1;
+    }
+    let scale = 0.5_f64.powi(halvings);
+    let (a, b) = table.factors(norm * scale);
+    let mut result = f.clone();
+    result *= b * scale;
+    result += &ShVec::constant(f.order(), a);
+    let mut squared = ShVec::zero(f.order());
+    for _ in 0..halvings {
+        square_into(result.coefficients(), squared.coefficients_mut());
+        core::mem::swap(&mut result, &mut squared);
+    }
+    result
+}
+
+/// `Σ_points w e^f(s) y_i(s)`.
+fn on_grid(f: &ShVec<f64>, basis: &[f64], weights: &[f64]) -> ShVec<f64> {
+    let mut result = ShVec::zero(f.order());
+    for (y, weight) in basis.chunks_exact(f.coefficients().len().max(1)).zip(weights) {
+        let value: f64 = y.iter().zip(f.coefficients()).map(|(y, f)| y * f).sum();
+        let value = weight * value.exp();
+        for (out, y) in result.coefficients_mut().iter_mut().zip(y) {
+            *out += value * y;
+        }
+    }
+    result
+}

@@ -1,0 +1,27 @@
+//! Functions of the product matrix of an expansion.
+
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use crate::product::matrix::ProductMatrix;
+use crate::{Expansion, ShVec};
+
+/// The eigenvalues and eigenvectors of the product matrix of `f` at its own order, `M = R D Rᵀ`.
+///
+/// `M` multiplies by `f`, so that `D` holds values of `f` as the basis sees them, and `R q(D) Rᵀ` multiplies by `q(f)`.
+pub(crate) fn spectrum(f: &impl Expansion<f64>) -> SymmetricEigen<f64, nalgebra::Dyn> {
+    let matrix = ProductMatrix::<f64>::new(f, f.order());
+    let n = f.coefficients().len();
+    SymmetricEigen::new(DMatrix::from_row_slice(n, n, matrix.entries()))
+}
+
+/// `R q(D) Rᵀ v`.
+pub(crate) fn apply(spectrum: &SymmetricEigen<f64, nalgebra::Dyn>, q: impl Fn(f64) -> f64, v: &[f64]) -> ShVec<f64> {
+    let mut turned = spectrum.eigenvectors.tr_mul(&DVector::from_row_slice(v));
+    for (c, d) in turned.iter_mut().zip(spectrum.eigenvalues.iter()) {
+        *c *= q(*d);
+    }
+    let result: Vec<f64> = (&spectrum.eigenvectors * turned).iter().copied().collect();
+    ShVec::from_vec(result).unwrap_or_else(|| unreachable!("as many coefficients as there were"))
+}
