@@ -10,6 +10,7 @@ use lobe::scene::{
     read_scene_and_document,
 };
 
+use crate::args::memory::MemoryLimit;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -41,6 +42,13 @@ pub(crate) struct SceneInput {
     /// transfer is black [default: white]
     #[arg(long, value_enum)]
     default_material: Option<MaterialName>,
+    /// The most texels that all textures of a file together may have [default: 268435456]
+    #[arg(long, value_name = "N", value_parser = max_texels)]
+    max_texels: Option<usize>,
+    /// Let light straight through blended surfaces of a glTF file, by their alpha, and through glass, by its transmission;
+    /// without this they are opaque
+    #[arg(long)]
+    transparency: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -62,6 +70,10 @@ fn max_triangles(text: &str) -> Result<usize, String> {
     values::whole(text, 1, MOST_TRIANGLES, "a number of triangles")
 }
 
+fn max_texels(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, usize::MAX >> 3, "a number of texels")
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum UpAxis {
     Y,
@@ -78,6 +90,11 @@ impl SceneInput {
         &self.path
     }
 
+    /// Whether light goes straight through glass and blended surfaces.
+    pub(crate) fn is_see_through(&self) -> bool {
+        self.transparency
+    }
+
     /// The name without its folders, which says the same on every machine.
     pub(crate) fn file_name(&self) -> String {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
@@ -89,7 +106,7 @@ impl SceneInput {
     }
 
     /// Reads or makes the scene, and notes the findings.
-    pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<Scene> {
+    pub(crate) fn read(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Scene> {
         let name = self.name();
         self.check_options()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
@@ -97,6 +114,8 @@ impl SceneInput {
                 (self.max_triangles.is_some(), "--max-triangles"),
                 (self.allow_outside, "--allow-outside"),
                 (self.missing_normals.is_some(), "--missing-normals"),
+                (self.max_texels.is_some(), "--max-texels"),
+                (self.transparency, "--transparency"),
             ] {
                 if is_given {
                     bail!("{option}: only of scenes in files; leave the option out");
@@ -108,29 +127,36 @@ impl SceneInput {
             };
             return Ok(scene);
         }
-        let (scene, report) = read_scene(&self.path, &self.options())?;
+        let (scene, report) = read_scene(&self.path, &self.options(memory))?;
         tell(&report, &name, talk);
         Ok(scene)
     }
 
     /// Reads or makes the scene as [`SceneInput::read`], and with it all that a glTF file holds.
-    pub(crate) fn read_with_document(&self, talk: Talk) -> anyhow::Result<(Scene, Option<GltfDocument>)> {
+    pub(crate) fn read_with_document(
+        &self,
+        memory: &MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<(Scene, Option<GltfDocument>)> {
         if !self.is_gltf() {
-            return Ok((self.read(talk)?, None));
+            return Ok((self.read(memory, talk)?, None));
         }
         self.check_options()?;
-        let (scene, report, document) = read_scene_and_document(&self.path, &self.options())?;
+        let (scene, report, document) = read_scene_and_document(&self.path, &self.options(memory))?;
         tell(&report, &self.name(), talk);
         Ok((scene, Some(document)))
     }
 
     /// Reads or makes the scene as [`SceneInput::read`], and with it the transfer that a baked glTF file holds.
-    pub(crate) fn read_or_baked(&self, talk: Talk) -> anyhow::Result<BakedOrScene> {
+    pub(crate) fn read_or_baked(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedOrScene> {
         if !self.is_gltf() {
-            return Ok(self.read(talk)?.into());
+            return Ok(self.read(memory, talk)?.into());
         }
-        let read = read_baked_or_scene(&self.path, &self.options())?;
+        let read = read_baked_or_scene(&self.path, &self.options(memory))?;
         match &read {
+            BakedOrScene::Baked(_) if self.transparency => {
+                bail!("--transparency: {} is baked, with or without; bake its scene with the option", self.name());
+            }
             BakedOrScene::Baked(baked) => {
                 let name = self.name();
                 baked.report.notes.iter().for_each(|note| talk.note(&name, note));
@@ -157,7 +183,7 @@ impl SceneInput {
     }
 
     /// The options of reading a file.
-    fn options(&self) -> SceneReadOptions {
+    fn options(&self, memory: &MemoryLimit) -> SceneReadOptions {
         let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
@@ -170,7 +196,8 @@ impl SceneInput {
         if matches!(self.default_material, Some(MaterialName::Gltf)) {
             options.default_material = DefaultMaterial::AsFormat;
         }
-        options
+        options.texel_limit = self.max_texels.unwrap_or(options.texel_limit);
+        options.memory_limit(memory.bytes()).straight_through(self.transparency)
     }
 
     fn has_extension(&self, extensions: &[&str]) -> bool {
@@ -187,6 +214,13 @@ fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
     if report.dropped_triangles > 0 {
         let (count, kept) = (report.dropped_triangles, report.triangles);
         talk.note(name, &format!("triangles without area: {count}, dropped; {kept} are left"));
+    }
+    if report.coincident_triangles > 0 {
+        let (count, all) = (report.coincident_triangles, report.triangles);
+        talk.note(
+            name,
+            &format!("triangles at the place of others: {count} of {all}; leave duplicates out to save time"),
+        );
     }
     if report.made_normals > 0 {
         let (made, all) = (report.made_normals, report.vertices);

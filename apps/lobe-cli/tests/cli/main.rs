@@ -24,6 +24,7 @@ mod render;
 mod ringing;
 mod scene_options;
 mod sh;
+mod sh_arithmetic;
 #[cfg(unix)]
 mod stopped;
 mod streams;

@@ -7,7 +7,8 @@ use gltf_json::validation::Checked;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::materials;
-use crate::files::gltf::nodes::{self, Shown};
+use crate::files::gltf::nodes::Shown;
+use crate::files::gltf::placement::shown_meshes;
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, name_of, place_of, triangles};
 use crate::files::source::Source;
 use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
@@ -16,7 +17,8 @@ use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError,
 pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
     let (mut materials, textures) = materials::read(file, source)?;
     let (mut meshes, mut needs_default) = (Vec::new(), false);
-    for shown in nodes::shown_meshes(&file.root, source)? {
+    let (all_shown, origin) = shown_meshes(file, source)?;
+    for shown in all_shown {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
             let (node, mesh, count) = (shown.node, shown.mesh, file.root.meshes.len());
             return Err(source.invalid(format!("node {node} shows mesh {mesh}, but there are {count}")));
@@ -40,7 +42,8 @@ pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene
     if meshes.is_empty() {
         return Err(source.no_triangles());
     }
-    Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))
+    let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
+    Ok(scene.moved(z_up_from_y_up(origin.to_array())))
 }
 
 fn note_unused(file: &GltfFile, source: &mut Source<'_>) {

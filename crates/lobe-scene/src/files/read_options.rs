@@ -21,6 +21,11 @@ pub struct SceneReadOptions {
     pub missing_normals: MissingNormals,
     /// The material of glTF meshes that have none.
     pub default_material: DefaultMaterial,
+    /// The most bytes that the scene may take with its tree for tracing rays, about 64 for each vertex and 320 for each
+    /// triangle of all instances, and four for each texel.
+    pub memory_limit: u64,
+    /// Whether light goes straight through blended materials, by their alpha, and through glass, by its transmission.
+    pub straight_through: bool,
 }
 
 /// The normals of meshes that have none.
@@ -50,8 +55,8 @@ pub enum DefaultMaterial {
 }
 
 impl Default for SceneReadOptions {
-    /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), files within the folder only, normals as the
-    /// format asks, and white where there is no material.
+    /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), no limit for all together, files within the
+    /// folder only, normals as the format asks, and white where there is no material.
     fn default() -> Self {
         Self {
             up: Up::Y,
@@ -60,6 +65,8 @@ impl Default for SceneReadOptions {
             allow_outside: false,
             missing_normals: MissingNormals::AsFormat,
             default_material: DefaultMaterial::White,
+            memory_limit: u64::MAX,
+            straight_through: false,
         }
     }
 }
@@ -106,6 +113,20 @@ impl SceneReadOptions {
         self.default_material = default_material;
         self
     }
+
+    /// Lets light straight through, or not.
+    #[must_use]
+    pub fn straight_through(mut self, straight_through: bool) -> Self {
+        self.straight_through = straight_through;
+        self
+    }
+
+    /// Sets the limit of bytes.
+    #[must_use]
+    pub fn memory_limit(mut self, memory_limit: u64) -> Self {
+        self.memory_limit = memory_limit;
+        self
+    }
 }
 
 /// The report of reading a scene.
@@ -120,6 +141,8 @@ pub struct SceneReadReport {
     pub triangles: usize,
     /// Triangles without area, dropped.
     pub dropped_triangles: usize,
+    /// Triangles at the place of others, kept: see [`Scene::coincident_triangles`](crate::Scene::coincident_triangles).
+    pub coincident_triangles: usize,
     /// Vertices whose normal was missing or zero and was computed.
     pub made_normals: usize,
     /// Features of the file that Lobe ignores, a line each.

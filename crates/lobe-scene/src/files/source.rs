@@ -6,7 +6,16 @@ use std::{fs, io};
 use crate::error::one_line;
 use crate::files::folder::find_within;
 use crate::scene::flat::FlatMesh;
-use crate::{DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport};
+use crate::{
+    DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions, SceneReadReport,
+};
+
+/// Bytes of a vertex: position, normal, color, two pairs of texture coordinates, and room for an edge list.
+const VERTEX: u64 = 64;
+
+/// Bytes of a triangle while a tree is built, which is the most: 36 for its corners, 24 for its box, 96 for the nodes of the
+/// binary tree, 108 for clusters and their partners, 64 for costs, or instead of those 100 for the wide tree.
+const TRIANGLE: u64 = 320;
 
 /// The file being read.
 pub(crate) struct Source<'a> {
@@ -18,6 +27,8 @@ pub(crate) struct Source<'a> {
     texel_limit: usize,
     missing_normals: MissingNormals,
     default_material: DefaultMaterial,
+    memory_limit: u64,
+    pub(crate) straight_through: bool,
     /// Vertices and triangles so far.
     unfolded: (usize, usize),
     /// Texels so far.
@@ -27,7 +38,16 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
-        let SceneReadOptions { allow_outside, limit, texel_limit, missing_normals, default_material, .. } = *options;
+        let SceneReadOptions {
+            allow_outside,
+            limit,
+            texel_limit,
+            missing_normals,
+            default_material,
+            memory_limit,
+            straight_through,
+            ..
+        } = *options;
         Self {
             name,
             folder,
@@ -36,6 +56,8 @@ impl<'a> Source<'a> {
             texel_limit,
             missing_normals,
             default_material,
+            memory_limit,
+            straight_through,
             unfolded: (0, 0),
             texels: 0,
             report: SceneReadReport::default(),
@@ -48,6 +70,7 @@ impl<'a> Source<'a> {
         report.meshes = scene.meshes().len();
         report.vertices = scene.vertex_count();
         report.triangles = scene.triangle_count();
+        report.coincident_triangles = scene.coincident_triangles();
         report.made_normals = scene.meshes().iter().map(Mesh::made_normals).sum();
         report
     }
@@ -68,11 +91,17 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Whether a mesh of so many vertices is within the limits, whatever else there is.
+    pub(crate) fn has_room(&self, vertices: usize) -> bool {
+        vertices <= self.limit
+    }
+
     /// Counts a mesh against the limits. Call it before the mesh is allocated.
     pub(crate) fn count(&mut self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
         let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));
         self.unfolded = (v, t);
-        self.check_limit(v, t)
+        self.check_limit(v, t)?;
+        self.check_memory()
     }
 
     /// The most triangles, and the most vertices.
@@ -88,7 +117,7 @@ impl<'a> Source<'a> {
         let (name, limit) = (self.name, self.limit);
         let found = format!("found {triangles} and {vertices} or more");
         let message = format!("{name}: expected at most {limit} triangles and vertices, {found}");
-        Err(SceneError::TooLarge { message })
+        Err(SceneError::TooLarge { message, limit: SceneLimit::Triangles })
     }
 
     pub(crate) fn default_material(&self) -> DefaultMaterial {
@@ -104,17 +133,33 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Refuses what would take more memory than allowed.
+    fn check_memory(&self) -> Result<(), SceneError> {
+        let (vertices, triangles) = self.unfolded;
+        let times = |count: usize, bytes: u64| (count as u64).saturating_mul(bytes);
+        let bytes = times(vertices, VERTEX).saturating_add(times(triangles, TRIANGLE));
+        let bytes = bytes.saturating_add(times(self.texels, 4));
+        if bytes <= self.memory_limit {
+            return Ok(());
+        }
+        let (name, limit) = (self.name, self.memory_limit);
+        let message = format!(
+            "{name}: expected a scene of at most {limit} bytes, found {triangles} triangles, {vertices} vertices and {} texels \
+             or more, each instance counted, which take {bytes}",
+            self.texels
+        );
+        Err(SceneError::TooLarge { message, limit: SceneLimit::Memory })
+    }
+
     /// Counts a texture against the limits. Call it before the texture is allocated.
     pub(crate) fn count_texels(&mut self, width: u32, height: u32) -> Result<(), SceneError> {
         self.texels = (width as usize).saturating_mul(height as usize).saturating_add(self.texels);
         if self.texels > self.texel_limit {
             let (name, limit, found) = (self.name, self.texel_limit, self.texels);
-            let advice = "make the textures smaller, or raise the limit";
-            return Err(SceneError::Options(format!(
-                "{name}: expected textures of at most {limit} texels, found {found} or more: {advice}"
-            )));
+            let message = format!("{name}: expected textures of at most {limit} texels, found {found} or more");
+            return Err(SceneError::TooLarge { message, limit: SceneLimit::Texels });
         }
-        Ok(())
+        self.check_memory()
     }
 
     /// Clamps a number to the format's range of 0 to 1, with a note.

@@ -1,7 +1,8 @@
 //! glTF reading and writing, in parts.
 //!
 //! Reading: `files` is a file with its buffers, of a `container`, of `uri`s, of the `extensions` it needs and of `root`,
-//! the members that are used; `accessor` reads numbers; `nodes` places meshes; `materials` reads colors and textures;
+//! the members that are used; `accessor` reads numbers; `nodes` places meshes, `placement`
+//! finds the origin that they count from; `materials` reads colors and textures;
 //! `attributes` keeps the results of a bake. `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
 //! have made plain what it stores otherwise. Writing: `document` is a file to extend, `from_scene` creates one.
 
@@ -18,6 +19,7 @@ pub(crate) mod instancing;
 pub(crate) mod materials;
 pub(crate) mod meshopt;
 pub(crate) mod nodes;
+pub(crate) mod placement;
 pub(crate) mod plain;
 pub(crate) mod primitive;
 pub(crate) mod root;
