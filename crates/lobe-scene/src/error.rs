@@ -69,19 +69,24 @@ impl SceneLimit {
 
 impl SceneError {
     pub(crate) fn invalid(place: &str, message: impl Into<String>) -> Self {
-        Self::Invalid { place: place.to_string(), message: message.into() }
+        Self::Invalid { place: one_line(place), message: one_line(&message.into()) }
     }
 
     pub(crate) fn unsupported(place: &str, message: impl Into<String>) -> Self {
-        Self::Unsupported { place: place.to_string(), message: message.into() }
+        Self::Unsupported { place: one_line(place), message: one_line(&message.into()) }
     }
 
     /// The same error, located in the file it was found in.
     pub(crate) fn within(self, file: &str) -> Self {
         match self {
-            Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },
-            Self::Unsupported { place, message } => Self::Unsupported { place: format!("{file}: {place}"), message },
+            Self::Invalid { place, message } => Self::invalid(&format!("{file}: {place}"), message),
+            Self::Unsupported { place, message } => Self::unsupported(&format!("{file}: {place}"), message),
             other => other,
         }
     }
+}
+
+/// A message without line ends and control characters, which names in a file may have: a terminal would obey them.
+pub(crate) fn one_line(message: &str) -> String {
+    message.replace(char::is_control, " ")
 }

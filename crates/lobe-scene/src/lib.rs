@@ -34,7 +34,7 @@
 //! |---|---|
 //! | scenes | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
 //! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`], [`SceneReadReport`] |
-//! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
+//! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`read_scene_and_document`], [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
 //! | built-in scenes | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | subdivision | [`Scene::split_edges`] |
@@ -51,10 +51,10 @@ pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
 pub use error::{SceneError, SceneLimit};
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
-pub use files::gltf::document::GltfDocument;
-pub use files::gltf::files::LOBE_EXTRAS_VERSION;
+pub use files::gltf::document::{GltfDocument, read_scene_and_document};
+pub use files::gltf::extensions::LOBE_EXTRAS_VERSION;
 pub use files::read::{read_scene, read_scene_bytes};
-pub use files::read_options::{SceneReadOptions, SceneReadReport};
+pub use files::read_options::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport};
 pub use scene::material::{Alpha, Material, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};

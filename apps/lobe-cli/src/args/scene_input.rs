@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
-use lobe::scene::{Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene};
+use lobe::scene::{
+    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene,
+    read_scene_and_document,
+};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
@@ -27,6 +30,18 @@ pub(crate) struct SceneInput {
     /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
     #[arg(long, value_name = "N", value_parser = max_triangles)]
     max_triangles: Option<usize>,
+    /// Trust the file: it may name buffers, materials and pictures outside of its folder, which are read and may be copied into
+    /// the output
+    #[arg(long)]
+    allow_outside: bool,
+    /// The normals of meshes without any: of their triangles, which takes more vertices, or smooth [default: flat of glTF, as it
+    /// asks, and smooth of .obj and .ply]
+    #[arg(long, value_enum)]
+    missing_normals: Option<NormalsName>,
+    /// The material of glTF meshes without any: white, matte and double-sided, or glTF's, a single-sided white metal, on which
+    /// transfer is black [default: white]
+    #[arg(long, value_enum)]
+    default_material: Option<MaterialName>,
     /// The most texels that all textures of a file together may have [default: 268435456]
     #[arg(long, value_name = "N", value_parser = max_texels)]
     max_texels: Option<usize>,
@@ -34,6 +49,18 @@ pub(crate) struct SceneInput {
     /// without this they are opaque
     #[arg(long)]
     transparency: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum NormalsName {
+    Flat,
+    Smooth,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MaterialName {
+    White,
+    Gltf,
 }
 
 /// The most triangles that rays can be traced among.
@@ -73,18 +100,20 @@ impl SceneInput {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// The glTF file that the scene is read from, if it is one.
-    pub(crate) fn gltf_file(&self) -> Option<&Path> {
-        self.has_extension(&["glb", "gltf"]).then_some(self.path.as_path())
+    /// Whether the scene is read from a glTF file.
+    pub(crate) fn is_gltf(&self) -> bool {
+        self.has_extension(&["glb", "gltf"])
     }
 
     /// Reads or makes the scene, and notes the findings.
     pub(crate) fn read(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Scene> {
         let name = self.name();
-        self.check_up()?;
+        self.check_options()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
             for (is_given, option) in [
                 (self.max_triangles.is_some(), "--max-triangles"),
+                (self.allow_outside, "--allow-outside"),
+                (self.missing_normals.is_some(), "--missing-normals"),
                 (self.max_texels.is_some(), "--max-texels"),
                 (self.transparency, "--transparency"),
             ] {
@@ -103,10 +132,27 @@ impl SceneInput {
         Ok(scene)
     }
 
+    /// Reads or makes the scene as [`SceneInput::read`], and with it all that a glTF file holds.
+    pub(crate) fn read_with_document(
+        &self,
+        memory: &MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<(Scene, Option<GltfDocument>)> {
+        if !self.is_gltf() {
+            return Ok((self.read(memory, talk)?, None));
+        }
+        self.check_options()?;
+        let (scene, report, document) = read_scene_and_document(&self.path, &self.options(memory))?;
+        tell(&report, &self.name(), talk);
+        Ok((scene, Some(document)))
+    }
+
     /// Reads or makes the scene as [`SceneInput::read`], and with it the transfer that a baked glTF file holds.
     pub(crate) fn read_or_baked(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedOrScene> {
-        let Some(file) = self.gltf_file() else { return Ok(self.read(memory, talk)?.into()) };
-        let read = read_baked_or_scene(file, &self.options(memory))?;
+        if !self.is_gltf() {
+            return Ok(self.read(memory, talk)?.into());
+        }
+        let read = read_baked_or_scene(&self.path, &self.options(memory))?;
         match &read {
             BakedOrScene::Baked(_) if self.transparency => {
                 bail!("--transparency: {} is baked, with or without; bake its scene with the option", self.name());
@@ -116,16 +162,22 @@ impl SceneInput {
                 baked.report.notes.iter().for_each(|note| talk.note(&name, note));
             }
             BakedOrScene::Scene(_, report) => {
-                self.check_up()?;
+                self.check_options()?;
                 tell(report, &self.name(), talk);
             }
         }
         Ok(read)
     }
 
-    fn check_up(&self) -> anyhow::Result<()> {
+    /// Refuses options that would be ignored.
+    fn check_options(&self) -> anyhow::Result<()> {
         if self.up.is_some() && !self.has_extension(&["obj", "ply"]) {
             bail!("--up: only .obj and .ply files leave open which axis points up; leave the option out");
+        }
+        if self.default_material.is_some() && !self.is_gltf() {
+            bail!(
+                "--default-material: only of glTF files, which say what a mesh without a material is; leave the option out"
+            );
         }
         Ok(())
     }
@@ -135,6 +187,15 @@ impl SceneInput {
         let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
+        options.allow_outside = self.allow_outside;
+        options.missing_normals = match self.missing_normals {
+            None => MissingNormals::AsFormat,
+            Some(NormalsName::Flat) => MissingNormals::Flat,
+            Some(NormalsName::Smooth) => MissingNormals::Smooth,
+        };
+        if matches!(self.default_material, Some(MaterialName::Gltf)) {
+            options.default_material = DefaultMaterial::AsFormat;
+        }
         options.texel_limit = self.max_texels.unwrap_or(options.texel_limit);
         options.memory_limit(memory.bytes()).straight_through(self.transparency)
     }

@@ -7,7 +7,7 @@ use lobe::prt::{
     bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, fingerprint_scene, write_compressed_transfer,
     write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
-use lobe::scene::{Bounds, Bvh, Scene};
+use lobe::scene::{Bounds, Bvh, GltfDocument, Scene};
 
 use crate::args::output::{self, has_extension};
 use crate::bake::options::{Bake, ModeName};
@@ -29,7 +29,14 @@ impl Bake {
         if !self.fresh {
             checkpoint.check_kind(self.splitting.is_adaptive())?;
         }
-        let scene = self.splitting.split_long(self.input.read(&self.memory, talk)?)?;
+        // A .glb keeps what a glTF file holds beside the scene, unless the scene is changed.
+        let is_kept = self.is_glb() && !self.splitting.is_asked();
+        let (scene, document) = if is_kept {
+            self.input.read_with_document(&self.memory, talk)?
+        } else {
+            (self.input.read(&self.memory, talk)?, None)
+        };
+        let scene = self.splitting.split_long(scene)?;
         if self.fresh {
             checkpoint.discard()?;
         }
@@ -41,7 +48,7 @@ impl Bake {
         } else if self.mode == ModeName::Glossy {
             (self.bake_glossy(&scene, &checkpoint, talk)?, None)
         } else {
-            self.bake_vertices(&scene, &checkpoint, talk)?
+            self.bake_vertices(&scene, document, &checkpoint, talk)?
         };
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -77,11 +84,12 @@ impl Bake {
     fn bake_vertices(
         &self,
         scene: &Scene,
+        document: Option<GltfDocument>,
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
         // Prepare the output but for the transfer, so that its faults show before the bake.
-        let glb = if self.is_glb() { Some(self.glb(scene, talk)?) } else { None };
+        let glb = if self.is_glb() { Some(self.glb(scene, document, talk)?) } else { None };
         let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
         // Refuse an output that has no room, before the bake.
         let channels = options.channels_for(scene, receivers.is_gray());
@@ -202,20 +210,15 @@ impl Bake {
         Grid::between(min, max, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
     }
 
-    fn glb(&self, scene: &Scene, talk: Talk) -> anyhow::Result<BakedGlb> {
-        let is_split = self.splitting.is_asked();
-        let glb = match self.input.gltf_file() {
-            Some(file) if !is_split => BakedGlb::of_file(file, scene)?,
-            _ => BakedGlb::of_scene(scene),
-        };
-        for note in glb.notes() {
-            talk.note(&self.input.name(), note);
+    fn glb(&self, scene: &Scene, document: Option<GltfDocument>, talk: Talk) -> anyhow::Result<BakedGlb> {
+        if let Some(document) = document {
+            return Ok(BakedGlb::of_document(document, scene)?);
         }
-        if is_split && self.input.gltf_file().is_some() {
+        if self.input.is_gltf() {
             let text = "split, so what the file holds beside its triangles, base colors and their textures is left out";
             talk.note(&self.input.name(), text);
         }
-        Ok(glb)
+        Ok(BakedGlb::of_scene(scene))
     }
 
     /// The recipe: everything that decides the bytes of the output, and nothing that differs from run to run.

@@ -22,6 +22,7 @@ mod named_light;
 mod project;
 mod render;
 mod ringing;
+mod scene_options;
 mod sh;
 mod sh_arithmetic;
 #[cfg(unix)]

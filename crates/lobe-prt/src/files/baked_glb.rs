@@ -35,7 +35,6 @@ pub struct BakedGlb {
     document: GltfDocument,
     /// For each mesh of the scene: the primitive that carries its transfer, and its number of vertices.
     places: Vec<Place>,
-    notes: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -46,20 +45,20 @@ struct Place {
 }
 
 impl BakedGlb {
-    /// The file a scene was read from, with all that it holds beside the scene.
+    /// The file a scene was read from, with all that it holds beside the scene: both come from
+    /// [`read_scene_and_document`](lobe_scene::read_scene_and_document).
     ///
     /// A mesh that several nodes show has different transfer at each: further nodes get a copy of the mesh that shares
     /// its data. Meshes that only nodes outside of the scene show stay without transfer, and transfer of an earlier
     /// bake is taken out.
     ///
     /// # Errors
-    /// [`PrtError::Scene`] if the file cannot be read as glTF, [`PrtError::Options`] if the scene is not this file's.
-    pub fn of_file(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, PrtError> {
-        let path = path.as_ref();
-        let (mut document, notes) = GltfDocument::read(path)?;
+    /// [`PrtError::Options`] if the scene is not this file's.
+    pub fn of_document(document: GltfDocument, scene: &Scene) -> Result<Self, PrtError> {
+        let mut document = document;
         let foreign = || {
-            let path = path.display();
-            PrtError::Options(format!("{path}: expected the file that the scene was read from; write the scene itself"))
+            let message = "expected the glTF document that the scene was read with; write the scene itself";
+            PrtError::Options(message.to_owned())
         };
         let sources: Option<Vec<MeshSource>> = scene.meshes().iter().map(Mesh::source).collect();
         let sources = sources.ok_or_else(foreign)?;
@@ -77,7 +76,7 @@ impl BakedGlb {
             }
             places.push(place);
         }
-        Ok(Self { document, places, notes })
+        Ok(Self { document, places })
     }
 
     /// A scene that is in no glTF file as it is: one that was split, made by a formula or read from another kind of
@@ -85,17 +84,7 @@ impl BakedGlb {
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {
         let place = |(i, mesh): (usize, &Mesh)| Place { mesh: i, primitive: 0, vertices: mesh.positions().len() };
-        Self {
-            document: GltfDocument::of_scene(scene),
-            places: scene.meshes().iter().enumerate().map(place).collect(),
-            notes: Vec::new(),
-        }
-    }
-
-    /// Notes on everything that could not be embedded, a line each.
-    #[must_use]
-    pub fn notes(&self) -> &[String] {
-        &self.notes
+        Self { document: GltfDocument::of_scene(scene), places: scene.meshes().iter().enumerate().map(place).collect() }
     }
 
     /// The size of the file in bytes, but for its JSON: a few hundred for each mesh and attribute.

@@ -7,7 +7,7 @@ use lobe_io::Job;
 use lobe_prt::{BakedGlb, Channels, CompressOptions, CompressedTransfer, Recipe, Transfer, WeightBits, read_baked};
 use lobe_scene::{
     Alpha, GltfDocument, LOBE_EXTRAS_VERSION, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse,
-    Wrap, built_in, read_scene,
+    Wrap, built_in, read_scene, read_scene_and_document,
 };
 use lobe_testkit::glb_faults;
 use serde_json::{Value, json};
@@ -21,6 +21,12 @@ fn transfer_of(scene: &Scene, order: usize, channels: Channels) -> Transfer {
 
 fn scene_of(path: &Path) -> Scene {
     read_scene(path, &SceneReadOptions::default()).unwrap().0
+}
+
+/// The output of a bake of a file, without its transfer.
+fn glb_of_file(path: &Path) -> BakedGlb {
+    let (scene, _, document) = read_scene_and_document(path, &SceneReadOptions::default()).unwrap();
+    BakedGlb::of_document(document, &scene).unwrap()
 }
 
 /// JSON and buffer of a .glb, which is checked by glTF's rules.
@@ -172,7 +178,8 @@ fn a_gltf_file_keeps_all_it_has_and_every_node_has_transfer_of_its_own() {
     let scene = scene_of(&input);
     assert_eq!(scene.meshes().len(), 3, "the ground and two balls");
     let transfer = transfer_of(&scene, 3, Channels::Rgb);
-    let baked = BakedGlb::of_file(&input, &scene).unwrap();
+    let (_, report, document) = read_scene_and_document(&input, &SceneReadOptions::default()).unwrap();
+    let baked = BakedGlb::of_document(document, &scene).unwrap();
     let path = folder.path().join("baked.glb");
     baked.write(&path, &transfer, &Recipe::default().seed(7)).unwrap();
 
@@ -182,8 +189,8 @@ fn a_gltf_file_keeps_all_it_has_and_every_node_has_transfer_of_its_own() {
         assert_eq!(a, b, "bit for bit");
     }
     assert_eq!(found.transfer, transfer, "transfer of all nodes");
-    assert_eq!(baked.notes().len(), 1, "{:?}", baked.notes());
-    assert!(baked.notes()[0].starts_with("image 1 stays outside of the file: "), "{:?}", baked.notes());
+    assert_eq!(report.notes.len(), 1, "{:?}", report.notes);
+    assert!(report.notes[0].starts_with("image 1 stays outside of the file: "), "{:?}", report.notes);
 
     let (json, _) = parts_of(&path);
     let nodes = &json["nodes"];
@@ -220,7 +227,7 @@ fn baking_again_replaces_the_transfer_and_adds_nothing() {
     let [first, second, third] = ["1.glb", "2.glb", "3.glb"].map(|name| folder.path().join(name));
     let write = |from: &Path, to: &Path, order| {
         let transfer = transfer_of(&scene, order, Channels::Rgb);
-        BakedGlb::of_file(from, &scene_of(from)).unwrap().write(to, &transfer, &Recipe::default()).unwrap();
+        glb_of_file(from).write(to, &transfer, &Recipe::default()).unwrap();
     };
     write(&input, &first, 3);
     write(&first, &second, 5);
@@ -236,15 +243,12 @@ fn compressed_transfer_comes_back_bit_for_bit() {
     let scene = scene_of(&input);
     let transfer = transfer_of(&scene, 3, Channels::Rgb);
     let [first, second, plain] = ["1.glb", "2.glb", "3.glb"].map(|name| folder.path().join(name));
-    BakedGlb::of_file(&input, &scene).unwrap().write(&plain, &transfer, &Recipe::default()).unwrap();
+    glb_of_file(&input).write(&plain, &transfer, &Recipe::default()).unwrap();
     for (components, weights) in [(5, WeightBits::F32), (4, WeightBits::U16), (3, WeightBits::U8), (0, WeightBits::U8)]
     {
         let options = CompressOptions::default().clusters(7).components(components).weights(weights);
         let (compressed, _) = CompressedTransfer::new(&transfer, &options, Job::default()).unwrap();
-        BakedGlb::of_file(&input, &scene)
-            .unwrap()
-            .write_compressed(&first, &compressed, &Recipe::default().scene("r".to_owned()))
-            .unwrap();
+        glb_of_file(&input).write_compressed(&first, &compressed, &Recipe::default().scene("r".to_owned())).unwrap();
         parts_of(&first);
         let found = read_baked(&first, &SceneReadOptions::default()).unwrap();
         assert_eq!(found.compressed.as_ref(), Some(&compressed), "{components} components, {weights:?}");
@@ -255,7 +259,7 @@ fn compressed_transfer_comes_back_bit_for_bit() {
             "the rest"
         );
         // Baked again without compression, nothing of it is left.
-        BakedGlb::of_file(&first, &scene_of(&first)).unwrap().write(&second, &transfer, &Recipe::default()).unwrap();
+        glb_of_file(&first).write(&second, &transfer, &Recipe::default()).unwrap();
         assert!(parts_of(&second) == parts_of(&plain), "{components} components, {weights:?}: left over");
     }
 }
@@ -357,13 +361,14 @@ fn what_does_not_belong_together_is_not_written() {
     let input = rich_file(&folder);
     let scene = scene_of(&input);
     let other = built_in::ball_over_ground(8);
-    let error = BakedGlb::of_file(&input, &other).unwrap_err().to_string();
-    assert!(error.ends_with("expected the file that the scene was read from; write the scene itself"), "{error}");
+    let document = || read_scene_and_document(&input, &SceneReadOptions::default()).unwrap().2;
+    let error = BakedGlb::of_document(document(), &other).unwrap_err().to_string();
+    assert_eq!(error, "expected the glTF document that the scene was read with; write the scene itself", "another");
     let split = scene.split_edges(0.3).unwrap();
-    assert!(BakedGlb::of_file(&input, &split).is_err(), "a scene that was split");
+    assert!(BakedGlb::of_document(document(), &split).is_err(), "a scene that was split");
     let path = folder.path().join("baked.glb");
     let transfer = transfer_of(&other, 2, Channels::Gray);
-    let error = BakedGlb::of_file(&input, &scene).unwrap().write(&path, &transfer, &Recipe::default()).unwrap_err();
+    let error = glb_of_file(&input).write(&path, &transfer, &Recipe::default()).unwrap_err();
     let (expected, found) = (scene.vertex_count(), other.vertex_count());
     let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
     assert_eq!(error.to_string(), message, "fewer receivers");
@@ -377,7 +382,7 @@ fn suzi_comes_back_vertex_for_vertex() {
     let scene = scene_of(&path);
     let transfer = transfer_of(&scene, 4, Channels::Rgb);
     let out = folder.path().join("suzi.glb");
-    BakedGlb::of_file(&path, &scene).unwrap().write(&out, &transfer, &Recipe::default()).unwrap();
+    glb_of_file(&path).write(&out, &transfer, &Recipe::default()).unwrap();
     parts_of(&out);
     let found = read_baked(&out, &SceneReadOptions::default()).unwrap();
     assert_eq!(found.scene.meshes(), scene.meshes(), "meshes, bit for bit");

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::files::gltf::plain;
 use crate::files::read_gltf;
 use crate::files::read_obj;
 use crate::files::read_ply;
@@ -38,7 +39,10 @@ fn read(bytes: &[u8], source: Source<'_>, up: Up) -> Result<(Scene, SceneReadRep
     let mut source = source;
     let extension = Path::new(source.name).extension().map(|e| e.to_string_lossy().to_lowercase());
     let scene = match extension.as_deref() {
-        Some("gltf" | "glb") => read_gltf::read(bytes, &mut source)?.0,
+        Some("gltf" | "glb") => {
+            let file = plain::read(bytes, &mut source)?;
+            read_gltf::scene_of(&file, &mut source)?
+        }
         Some("obj") => read_obj::read(bytes, &mut source, up)?,
         Some("ply") => read_ply::read(bytes, &mut source, up)?,
         _ => return Err(source.unsupported("expected a file named .gltf, .glb, .obj or .ply")),

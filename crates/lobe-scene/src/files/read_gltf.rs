@@ -5,49 +5,53 @@ use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 
 use crate::files::gltf::accessor::Accessors;
-use crate::files::gltf::files::{self, GltfFile};
+use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::materials;
 use crate::files::gltf::nodes::Shown;
 use crate::files::gltf::placement::shown_meshes;
+use crate::files::gltf::primitive::{corners_of, is_of_triangles, name_of, place_of, triangles};
 use crate::files::source::Source;
-use crate::{MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
+use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
-/// Reads one mesh for each instance of a primitive by a node, in Lobe's world.
-pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<(Scene, GltfFile), SceneError> {
-    let file = files::read(bytes, source)?;
-    let (materials, textures) = materials::read(&file, source)?;
-    let mut meshes = Vec::new();
-    let (all_shown, origin) = shown_meshes(&file, source)?;
+/// One mesh for each instance of a primitive by a node, in Lobe's world.
+pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
+    let (mut materials, textures) = materials::read(file, source)?;
+    let (mut meshes, mut needs_default) = (Vec::new(), false);
+    let (all_shown, origin) = shown_meshes(file, source)?;
     for shown in all_shown {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
             let (node, mesh, count) = (shown.node, shown.mesh, file.root.meshes.len());
             return Err(source.invalid(format!("node {node} shows mesh {mesh}, but there are {count}")));
         };
-        let name = mesh.name.clone().unwrap_or_else(|| shown.mesh.to_string());
+        let name = name_of(mesh, shown.mesh);
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let place = MeshSource { node: shown.node, mesh: shown.mesh, primitive: index };
-            if let Some(parts) = read_primitive(&file, primitive, &name, place, source)? {
+            if let Some(mut parts) = read_primitive(file, primitive, &name, place, source)? {
+                if parts.material.is_none() && source.default_material() == DefaultMaterial::AsFormat {
+                    parts.material = Some(file.root.materials.len());
+                    needs_default = true;
+                }
                 meshes.extend(source.mesh(place_in_world(parts, &shown))?);
             }
         }
     }
-    note_unused(&file, source);
+    if needs_default {
+        materials.push(Material { name: "default".into(), metallic: 1.0, double_sided: false, ..Material::WHITE });
+    }
+    note_unused(file, source);
     if meshes.is_empty() {
         return Err(source.no_triangles());
     }
     let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
-    Ok((scene.moved(z_up_from_y_up(origin.to_array())), file))
+    Ok(scene.moved(z_up_from_y_up(origin.to_array())))
 }
 
 fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
     let root = &file.root;
+    let has = |member: &str| file.json[member].as_array().is_some_and(|items| !items.is_empty());
     for (is_there, what) in [
-        (!root.animations.is_empty(), "animations are not used: the scene stands as its nodes say"),
-        (!root.skins.is_empty(), "skins are not used: meshes stand as they were bound"),
-        (
-            root.extensions_used.iter().any(|name| name == "EXT_mesh_gpu_instancing"),
-            "EXT_mesh_gpu_instancing is not used: of instanced meshes only one is shown",
-        ),
+        (has("animations"), "animations are not used: the scene stands as its nodes say"),
+        (has("skins"), "skins are not used: meshes stand as they were bound"),
         (
             root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()),
             "morph targets are not used: meshes stand as they are without",
@@ -67,15 +71,14 @@ fn read_primitive(
     place: MeshSource,
     source: &mut Source<'_>,
 ) -> Result<Option<MeshParts>, SceneError> {
-    let accessors = Accessors { file, place: format!("mesh `{name}`, primitive {}", place.primitive) };
+    let accessors = Accessors { file, place: place_of(&file.root.meshes[place.mesh], place.mesh, place.primitive) };
     let invalid = |source: &Source<'_>, message: &str| source.invalid(format!("{}: {message}", accessors.place));
-    let mode = match primitive.mode {
-        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
-        Checked::Valid(_) => {
-            source.note(format!("{} has points or lines and was left out", accessors.place));
-            return Ok(None);
-        }
-        Checked::Invalid => return Err(invalid(source, "is of a mode that glTF does not know")),
+    if primitive.mode == Checked::Invalid {
+        return Err(invalid(source, "is of a mode that glTF does not know"));
+    }
+    let Some(mode) = is_of_triangles(primitive) else {
+        source.note(format!("{} has points or lines and was left out", accessors.place));
+        return Ok(None);
     };
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let Some(positions) = attribute(Semantic::Positions) else {
@@ -87,14 +90,7 @@ fn read_primitive(
         None => vertices,
     };
     source.count(vertices, if mode == Mode::Triangles { corners / 3 } else { corners })?;
-    let corners = match primitive.indices {
-        Some(indices) => accessors.indices(indices, source)?,
-        None => (0..vertices as u32).collect(),
-    };
-    if mode == Mode::Triangles && !corners.len().is_multiple_of(3) {
-        let found = corners.len();
-        return Err(invalid(source, &format!("expected three indices for each triangle, found {found}")));
-    }
+    let corners = corners_of(&accessors, primitive, positions, source)?;
     Ok(Some(MeshParts {
         name: if place.primitive == 0 { name.to_string() } else { format!("{name}.{}", place.primitive) },
         positions: accessors.vectors("POSITION", positions, source)?,
@@ -112,21 +108,6 @@ fn read_primitive(
 
 fn optional<I, T>(index: Option<I>, read: impl FnOnce(I) -> Result<Vec<T>, SceneError>) -> Result<Vec<T>, SceneError> {
     index.map_or_else(|| Ok(Vec::new()), read)
-}
-
-/// The triangles of a list, a strip, in which every other one is reversed, or a fan.
-fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
-    match mode {
-        Mode::TriangleStrip => {
-            let turned = |(i, t): (usize, &[u32])| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] };
-            corners.windows(3).enumerate().map(turned).collect()
-        }
-        Mode::TriangleFan => match corners {
-            [] => Vec::new(),
-            [hub, rim @ ..] => rim.windows(2).map(|t| [*hub, t[0], t[1]]).collect(),
-        },
-        _ => corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-    }
 }
 
 /// Applies the transform of the instance, and converts the y-up world to Lobe's.
@@ -148,17 +129,4 @@ fn place_in_world(mut parts: MeshParts, shown: &Shown) -> MeshParts {
         parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     parts
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn strips_and_fans_run_around_the_same_way_as_lists() {
-        assert_eq!(triangles(Mode::TriangleStrip, &[0, 1, 2, 3]), [[0, 1, 2], [2, 1, 3]], "strip");
-        assert_eq!(triangles(Mode::TriangleFan, &[0, 1, 2, 3]), [[0, 1, 2], [0, 2, 3]], "fan");
-        assert_eq!(triangles(Mode::Triangles, &[0, 1, 2, 3, 4, 5]), [[0, 1, 2], [3, 4, 5]], "list");
-        assert!(triangles(Mode::TriangleFan, &[]).is_empty(), "an empty fan");
-    }
 }

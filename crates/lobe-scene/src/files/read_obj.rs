@@ -1,12 +1,12 @@
 //! Wavefront OBJ reader, with the materials of MTL files.
 
-use std::cell::RefCell;
 use std::collections::HashMap;
-use std::io::Cursor;
+use std::mem;
 
-use tobj::LoadOptions;
-
-use crate::files::gltf::materials;
+use crate::files::obj::lines::{Line, for_each_line, text_of};
+use crate::files::obj::materials::{MtlMaterial, read_mtl};
+use crate::files::picture::decode;
+use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
 use crate::scene::texture::linear_from_srgb8;
 use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wrap};
@@ -16,75 +16,245 @@ use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wra
 /// OBJ indexes positions, texture coordinates and normals separately. Each combination that a face uses becomes a
 /// vertex, in the order of first use.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
-    let notes = RefCell::new(Vec::new());
-    let options = LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
-    let load_mtl = |path: &std::path::Path| {
-        let found = source.neighbor(&path.to_string_lossy()).map_err(|error| error.to_string());
-        let read =
-            found.and_then(|bytes| tobj::load_mtl_buf(&mut Cursor::new(bytes)).map_err(|error| error.to_string()));
-        read.map_err(|error| {
-            notes.borrow_mut().push(format!("materials are missing, their surfaces are white: {error}"));
-            tobj::LoadError::OpenFileFailed
-        })
-    };
-    let (models, materials) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, load_mtl)
-        .map_err(|error| source.invalid(format!("expected an OBJ file, found an error: {error}")))?;
-    notes.into_inner().into_iter().for_each(|note| source.note(note));
-    let materials = materials.unwrap_or_default();
+    let mut obj = Obj::default();
+    obj.current.name = UNNAMED.to_owned();
+    for_each_line(&text_of(bytes), |line| obj.read_line(&line, source))?;
+    obj.finish_model();
+    let mut triangulator = Triangulator::new();
     let mut meshes = Vec::new();
-    for model in models {
-        source.count(model.mesh.positions.len() / 3, model.mesh.indices.len() / 3)?;
-        let mut parts = mesh_parts(model, up, source)?;
-        parts.material = parts.material.filter(|&index| index < materials.len());
+    for model in &obj.models {
+        let parts = obj.mesh_parts(model, up, &mut triangulator, source)?;
         meshes.extend(source.mesh(parts)?);
     }
     if meshes.is_empty() {
         return Err(source.no_triangles());
     }
-    let (materials, textures) = read_materials(&materials, source)?;
+    let (materials, textures) = read_materials(&obj.materials, source)?;
     Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))
 }
 
-fn mesh_parts(model: tobj::Model, up: Up, source: &mut Source<'_>) -> Result<MeshParts, SceneError> {
-    let tobj::Model { mesh, name } = model;
-    let count = mesh.positions.len() / 3;
-    let triples = |values: &[f32]| values.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect::<Vec<_>>();
-    // If only some vertices have a texture coordinate or normal, the lists are too short.
-    let mut complete = |what: &str, length: usize| {
-        if length != 0 && length != count {
-            source.note(format!("mesh `{name}` has {what} at some vertices only, which are not used"));
+/// The name of a mesh that has none in its file.
+const UNNAMED: &str = "unnamed_object";
+
+/// The index of a texture coordinate or normal that a corner does not have.
+const NONE: u32 = u32::MAX;
+
+/// Indices of position, texture coordinate and normal.
+type Corner = [u32; 3];
+
+/// The content of a file.
+#[derive(Default)]
+struct Obj {
+    positions: Vec<[f32; 3]>,
+    /// Colors of positions; those at the end may be missing.
+    colors: Vec<Option<[f32; 3]>>,
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    materials: Vec<MtlMaterial>,
+    models: Vec<Model>,
+    /// The model that is being read.
+    current: Model,
+}
+
+/// The faces of an object or a group that are of one material.
+#[derive(Default)]
+struct Model {
+    name: String,
+    /// The name of the material.
+    material: Option<String>,
+    corners: Vec<Corner>,
+    /// For each face the end of its corners, and its line.
+    faces: Vec<(usize, usize)>,
+}
+
+impl Obj {
+    fn read_line(&mut self, line: &Line<'_>, source: &mut Source<'_>) -> Result<(), SceneError> {
+        let invalid = |source: &Source<'_>, what: &str| {
+            let Line { number, keyword, rest } = line;
+            Err(source.invalid(format!("line {number}: expected {what} after {keyword}, found `{rest}`")))
+        };
+        match line.keyword {
+            "v" => match line.numbers().as_deref() {
+                Some(&[x, y, z]) => self.positions.push([x, y, z]),
+                // A weight divides, as in the renderers that heed it.
+                Some(&[x, y, z, w]) if w != 0.0 => self.positions.push([x, y, z].map(|c: f32| c / w)),
+                Some(&[x, y, z, r, g, b, ..]) => {
+                    self.positions.push([x, y, z]);
+                    self.colors.resize(self.positions.len() - 1, None);
+                    self.colors.push(Some([r, g, b]));
+                }
+                _ => return invalid(source, "three coordinates, and a weight or a color"),
+            },
+            "vt" => match line.numbers().as_deref() {
+                Some(&[u, v, ..]) => self.uvs.push([u, v]),
+                Some(&[u]) => self.uvs.push([u, 0.0]),
+                _ => return invalid(source, "two texture coordinates"),
+            },
+            "vn" => match line.numbers().as_deref() {
+                Some(&[x, y, z, ..]) => self.normals.push([x, y, z]),
+                _ => return invalid(source, "three coordinates"),
+            },
+            "f" => self.read_face(line, source)?,
+            "o" | "g" => {
+                self.finish_model();
+                self.current.name = if line.rest.is_empty() { UNNAMED } else { line.rest }.to_owned();
+            }
+            "usemtl" => {
+                let material = Some(line.rest.to_owned());
+                if self.current.material != material {
+                    self.finish_model();
+                    self.current.material = material;
+                }
+            }
+            "mtllib" => self.read_mtl(&line.rest.replace('\\', "/"), source),
+            "curv" | "curv2" | "surf" => source.note("free-form curves and surfaces are not used"),
+            _ => {}
         }
-        length == count
-    };
-    let has_uvs = complete("texture coordinates", mesh.texcoords.len() / 2);
-    let has_normals = complete("normals", mesh.normals.len() / 3);
-    let has_colors = complete("colors", mesh.vertex_color.len() / 3);
-    // Programs write sRGB-encoded vertex colors.
-    let linear = |c: f32| linear_from_srgb8((c.clamp(0.0, 1.0) * 255.0).round() as u8);
-    Ok(MeshParts {
-        positions: triples(&mesh.positions).into_iter().map(|p| up.to_world(p)).collect(),
-        triangles: mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-        normals: if has_normals { triples(&mesh.normals) } else { Vec::new() }
-            .into_iter()
-            .map(|n| up.to_world(n))
-            .collect(),
+        Ok(())
+    }
+
+    fn read_face(&mut self, line: &Line<'_>, source: &mut Source<'_>) -> Result<(), SceneError> {
+        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
+        let before = self.current.corners.len();
+        for word in line.words() {
+            let Some(corner) = corner_of(word, counts) else {
+                let message = format!("line {}: expected corners such as 1, 1/2 or 1//3, found `{word}`", line.number);
+                return Err(source.invalid(message));
+            };
+            self.current.corners.push(corner);
+        }
+        if self.current.corners.len() < before + 3 {
+            self.current.corners.truncate(before);
+            source.note("faces of fewer than three corners are left out");
+        } else {
+            self.current.faces.push((self.current.corners.len(), line.number));
+        }
+        Ok(())
+    }
+
+    /// Reads a file of materials. A missing one, and what is not understood of it, is no error: shapes are known without.
+    fn read_mtl(&mut self, file: &str, source: &mut Source<'_>) {
+        match source.neighbor(file) {
+            Ok(bytes) => {
+                let (materials, notes) = read_mtl(&bytes, file);
+                notes.into_iter().for_each(|note| source.note(note));
+                self.materials.extend(materials);
+            }
+            Err(error) => source.note(format!("materials are missing, their surfaces are white: {error}")),
+        }
+    }
+
+    /// Ends the model that is being read, unless it is empty; the next has the same name and material.
+    fn finish_model(&mut self) {
+        if !self.current.faces.is_empty() {
+            let next =
+                Model { name: self.current.name.clone(), material: self.current.material.clone(), ..Model::default() };
+            self.models.push(mem::replace(&mut self.current, next));
+        }
+    }
+
+    fn mesh_parts(
+        &self,
+        model: &Model,
+        up: Up,
+        triangulator: &mut Triangulator,
+        source: &mut Source<'_>,
+    ) -> Result<MeshParts, SceneError> {
+        let (corners, indices) = self.vertices(model, source)?;
+        let positions: Vec<[f32; 3]> = corners.iter().map(|&[v, ..]| up.to_world(self.positions[v as usize])).collect();
+        source.count(positions.len(), indices.len() - 2 * model.faces.len())?;
+        let mut triangles = Vec::with_capacity(indices.len() - 2 * model.faces.len());
+        let mut start = 0;
+        for &(end, _) in &model.faces {
+            triangulator.push(&indices[start..end], &positions, &mut triangles);
+            start = end;
+        }
+        let name = &model.name;
+        // Programs write sRGB-encoded vertex colors.
+        let linear = |c: f32| linear_from_srgb8((c.clamp(0.0, 1.0) * 255.0).round() as u8);
+        let color = |v: u32| self.colors.get(v as usize).copied().flatten();
+        let colors = |[v, ..]: &Corner| color(*v).map(|[r, g, b]| [linear(r), linear(g), linear(b), 1.0]);
         // In OBJ v points upwards.
-        uvs: [
-            if has_uvs { mesh.texcoords.chunks_exact(2).map(|t| [t[0], 1.0 - t[1]]).collect() } else { Vec::new() },
-            Vec::new(),
-        ],
-        colors: if has_colors { triples(&mesh.vertex_color) } else { Vec::new() }
-            .into_iter()
-            .map(|c| [linear(c[0]), linear(c[1]), linear(c[2]), 1.0])
-            .collect(),
-        material: mesh.material_id,
-        source: None,
-        name,
-    })
+        let uvs = |[_, vt, _]: &Corner| self.uvs.get(*vt as usize).map(|&[u, v]| [u, 1.0 - v]);
+        let normals = |[.., vn]: &Corner| self.normals.get(*vn as usize).map(|&n| up.to_world(n));
+        Ok(MeshParts {
+            positions,
+            triangles,
+            normals: complete(&corners, normals, name, "normals", source),
+            uvs: [complete(&corners, uvs, name, "texture coordinates", source), Vec::new()],
+            colors: complete(&corners, colors, name, "colors", source),
+            material: model
+                .material
+                .as_ref()
+                .and_then(|name| self.materials.iter().rposition(|material| material.name == *name)),
+            source: None,
+            name: name.clone(),
+        })
+    }
+
+    /// The distinct corners of a model in the order of first use, and for each corner of its faces the index of its own.
+    fn vertices(&self, model: &Model, source: &Source<'_>) -> Result<(Vec<Corner>, Vec<u32>), SceneError> {
+        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
+        let (mut distinct, mut places) = (Vec::new(), HashMap::new());
+        let mut indices = Vec::with_capacity(model.corners.len());
+        let mut start = 0;
+        for &(end, line) in &model.faces {
+            for &corner in &model.corners[start..end] {
+                for (k, what) in ["vertex", "texture coordinate", "normal"].iter().enumerate() {
+                    let (found, count) = (u64::from(corner[k]) + 1, counts[k]);
+                    if found > count as u64 && (k == 0 || corner[k] != NONE) {
+                        let message = format!("line {line}: the face uses {what} {found}, but there are {count}");
+                        return Err(source.invalid(message));
+                    }
+                }
+                indices.push(*places.entry(corner).or_insert_with(|| {
+                    distinct.push(corner);
+                    distinct.len() as u32 - 1
+                }));
+            }
+            start = end;
+        }
+        Ok((distinct, indices))
+    }
+}
+
+/// An attribute of all corners; empty, with a note, if only some have it.
+fn complete<T>(
+    corners: &[Corner],
+    attribute: impl Fn(&Corner) -> Option<T>,
+    mesh: &str,
+    what: &str,
+    source: &mut Source<'_>,
+) -> Vec<T> {
+    let values: Vec<T> = corners.iter().filter_map(attribute).collect();
+    if values.len() == corners.len() {
+        return values;
+    }
+    if !values.is_empty() {
+        source.note(format!("mesh `{mesh}` has {what} at some vertices only, which are not used"));
+    }
+    Vec::new()
+}
+
+/// A corner `v`, `v/vt`, `v//vn` or `v/vt/vn`. Numbers begin at 1; negative ones count from the end so far.
+fn corner_of(word: &str, counts: [usize; 3]) -> Option<Corner> {
+    let mut corner = [NONE; 3];
+    let mut parts = word.split('/');
+    for (k, count) in counts.iter().enumerate() {
+        let Some(part) = parts.next() else { break };
+        if part.is_empty() && k > 0 {
+            continue;
+        }
+        let number: i64 = part.parse().ok()?;
+        let index = if number < 0 { number.checked_add(*count as i64)? } else { number - 1 };
+        // The last number stands for none.
+        corner[k] = u32::try_from(index).ok().filter(|&index| index != NONE)?;
+    }
+    (parts.next().is_none() && corner[0] != NONE).then_some(corner)
 }
 
 fn read_materials(
-    materials: &[tobj::Material],
+    materials: &[MtlMaterial],
     source: &mut Source<'_>,
 ) -> Result<(Vec<Material>, Vec<Texture>), SceneError> {
     let (mut read, mut textures, mut places) = (Vec::new(), Vec::new(), HashMap::new());
@@ -96,20 +266,20 @@ fn read_materials(
             let texture = match places.get(file) {
                 Some(&texture) => texture,
                 None => {
-                    let bytes = source.neighbor(&file.replace('\\', "/"))?;
-                    textures.push(materials::decode(&bytes, file, [Wrap::Repeat; 2], source)?);
-                    places.insert(file.clone(), textures.len() - 1);
+                    let bytes = source.neighbor(file)?;
+                    textures.push(decode(&bytes, file, [Wrap::Repeat; 2], source)?);
+                    places.insert(file, textures.len() - 1);
                     textures.len() - 1
                 }
             };
             result.base_color_texture = Some(TextureUse { texture, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED });
         }
-        if material.dissolve.is_some_and(|dissolve| dissolve < 1.0) || material.dissolve_texture.is_some() {
+        if material.is_transparent {
             source.note(format!("material `{name}` is transparent, and taken as opaque"));
         }
-        if let Some(emissive) = material.emissive.filter(|emissive| *emissive != [0.0; 3]) {
+        if material.emissive != [0.0; 3] {
             source.note(format!("material `{name}` is emissive, which is not used: light comes from the environment"));
-            result.emissive = emissive;
+            result.emissive = material.emissive;
         }
         read.push(result);
     }

@@ -14,6 +14,13 @@ pub struct SceneReadOptions {
     /// The most texels to which all textures together may expand, four bytes each. A small file can hold a large
     /// picture of one color.
     pub texel_limit: usize,
+    /// Whether a file may name others outside of its folder: by an absolute path, by one that climbs out of the folder,
+    /// or by a link. Only of files that are trusted: what they name is read, and may be copied into what is written.
+    pub allow_outside: bool,
+    /// The normals of meshes that have none.
+    pub missing_normals: MissingNormals,
+    /// The material of glTF meshes that have none.
+    pub default_material: DefaultMaterial,
     /// The most bytes that the scene may take with its tree for tracing rays, about 64 for each vertex and 320 for each
     /// triangle of all instances, and four for each texel.
     pub memory_limit: u64,
@@ -21,10 +28,46 @@ pub struct SceneReadOptions {
     pub straight_through: bool,
 }
 
+/// The normals of meshes that have none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum MissingNormals {
+    /// Flat triangles in glTF, which asks for them; smooth ones in OBJ and PLY, which do not say.
+    #[default]
+    AsFormat,
+    /// The normals of the triangles. Vertices are added where triangles of different planes share one.
+    Flat,
+    /// The mean of the normals around each vertex, weighted by the angles there.
+    Smooth,
+}
+
+/// The material of glTF meshes that have none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum DefaultMaterial {
+    /// [`Material::WHITE`](crate::Material::WHITE), white on both sides: a mesh without a material is one of which
+    /// nothing is known but its shape.
+    #[default]
+    White,
+    /// What glTF says: a white metal of roughness 1, seen from the front only. Metals reflect no diffuse light, so that
+    /// transfer is black on it.
+    AsFormat,
+}
+
 impl Default for SceneReadOptions {
-    /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels, 1 GiB, and no limit for all together.
+    /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), no limit for all together, files within the
+    /// folder only, normals as the format asks, and white where there is no material.
     fn default() -> Self {
-        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28, memory_limit: u64::MAX, straight_through: false }
+        Self {
+            up: Up::Y,
+            limit: 1 << 26,
+            texel_limit: 1 << 28,
+            allow_outside: false,
+            missing_normals: MissingNormals::AsFormat,
+            default_material: DefaultMaterial::White,
+            memory_limit: u64::MAX,
+            straight_through: false,
+        }
     }
 }
 
@@ -47,6 +90,27 @@ impl SceneReadOptions {
     #[must_use]
     pub fn texel_limit(mut self, texel_limit: usize) -> Self {
         self.texel_limit = texel_limit;
+        self
+    }
+
+    /// Sets whether a file may name others outside of its folder.
+    #[must_use]
+    pub fn allow_outside(mut self, allow_outside: bool) -> Self {
+        self.allow_outside = allow_outside;
+        self
+    }
+
+    /// Sets the normals of meshes that have none.
+    #[must_use]
+    pub fn missing_normals(mut self, missing_normals: MissingNormals) -> Self {
+        self.missing_normals = missing_normals;
+        self
+    }
+
+    /// Sets the material of glTF meshes that have none.
+    #[must_use]
+    pub fn default_material(mut self, default_material: DefaultMaterial) -> Self {
+        self.default_material = default_material;
         self
     }
 

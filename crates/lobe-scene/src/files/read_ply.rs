@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 
+use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
 use crate::scene::texture::linear_from_srgb8;
 use crate::{MeshParts, Scene, SceneError, Up};
@@ -36,14 +37,15 @@ struct Vertex {
     alpha: Option<f32>,
 }
 
-/// A row of the element `face`: a polygon, triangulated as a fan.
+/// A row of the element `face`: a polygon.
 #[derive(Deserialize)]
 struct Face {
     #[serde(alias = "vertex_index")]
     vertex_indices: Vec<i64>,
 }
 
-/// Reads one mesh: the element `vertex` in the order of the file, and the polygons of the element `face` as fans.
+/// Reads one mesh: the element `vertex` in the order of the file, and the polygons of the element `face` as triangles.
+/// The elements may come in any order.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
     if !bytes.starts_with(b"ply") {
         return Err(source.invalid("expected a PLY file, found another"));
@@ -53,6 +55,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let mut reader = PlyReader::from_reader(&mut data).map_err(|error| source.invalid(broken(error)))?;
     let mut parts = MeshParts { name: "ply".into(), ..MeshParts::default() };
     let format = reader.header().format;
+    let mut faces: Vec<Face> = Vec::new();
     while let Some(element) = reader.current_element().cloned() {
         check_length(&element, format, bytes.len(), source)?;
         match element.name.as_str() {
@@ -64,7 +67,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
             "face" => {
                 source.count(0, element.count)?;
                 let rows: Vec<Face> = reader.next_element().map_err(|error| source.invalid(broken(error)))?;
-                read_faces(&rows, &mut parts, source)?;
+                faces.extend(rows);
             }
             other => {
                 source.note(format!("the element `{other}` is not used"));
@@ -72,6 +75,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
             }
         }
     }
+    read_faces(&faces, &mut parts, source)?;
     match source.mesh(parts)? {
         Some(mesh) => Scene::new(vec![mesh], Vec::new(), Vec::new()).map_err(|error| error.within(source.name)),
         None => Err(source.no_triangles()),
@@ -137,12 +141,15 @@ fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut Mesh
 }
 
 fn read_faces(rows: &[Face], parts: &mut MeshParts, source: &mut Source<'_>) -> Result<(), SceneError> {
+    let corners: usize = rows.iter().map(|row| row.vertex_indices.len()).sum();
+    source.count(0, corners.saturating_sub(3 * rows.len()))?;
+    let mut triangulator = Triangulator::new();
     for (face, row) in rows.iter().enumerate() {
         let corners: Option<Vec<u32>> = row.vertex_indices.iter().map(|&i| u32::try_from(i).ok()).collect();
         let Some(corners) = corners else {
             return Err(source.invalid(format!("face {face} uses a vertex index below zero or above 2^32")));
         };
-        parts.triangles.extend((1..corners.len().max(2) - 1).map(|k| [corners[0], corners[k], corners[k + 1]]));
+        triangulator.push(&corners, &parts.positions, &mut parts.triangles);
     }
-    source.count(0, parts.triangles.len().saturating_sub(rows.len()))
+    Ok(())
 }

@@ -3,7 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::{Mesh, MeshParts, Scene, SceneError, SceneLimit, SceneReadOptions, SceneReadReport};
+use crate::error::one_line;
+use crate::files::folder::find_within;
+use crate::scene::flat::FlatMesh;
+use crate::{
+    DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions, SceneReadReport,
+};
 
 /// Bytes of a vertex: position, normal, color, two pairs of texture coordinates, and room for an edge list.
 const VERTEX: u64 = 64;
@@ -17,8 +22,11 @@ pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
     /// The folder of the files it references; `None` if only its bytes are known.
     folder: Option<PathBuf>,
+    allow_outside: bool,
     limit: usize,
     texel_limit: usize,
+    missing_normals: MissingNormals,
+    default_material: DefaultMaterial,
     memory_limit: u64,
     pub(crate) straight_through: bool,
     /// Vertices and triangles so far.
@@ -30,10 +38,30 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
-        let SceneReadOptions { limit, texel_limit, memory_limit, straight_through, .. } = *options;
-        let report = SceneReadReport::default();
-        let unfolded = (0, 0);
-        Self { name, folder, limit, texel_limit, memory_limit, straight_through, unfolded, texels: 0, report }
+        let SceneReadOptions {
+            allow_outside,
+            limit,
+            texel_limit,
+            missing_normals,
+            default_material,
+            memory_limit,
+            straight_through,
+            ..
+        } = *options;
+        Self {
+            name,
+            folder,
+            allow_outside,
+            limit,
+            texel_limit,
+            missing_normals,
+            default_material,
+            memory_limit,
+            straight_through,
+            unfolded: (0, 0),
+            texels: 0,
+            report: SceneReadReport::default(),
+        }
     }
 
     /// The report of the finished scene.
@@ -57,7 +85,7 @@ impl<'a> Source<'a> {
 
     /// Adds a note on an ignored feature, once.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
-        let note = note.into();
+        let note = one_line(&note.into());
         if !self.report.notes.contains(&note) {
             self.report.notes.push(note);
         }
@@ -72,12 +100,37 @@ impl<'a> Source<'a> {
     pub(crate) fn count(&mut self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
         let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));
         self.unfolded = (v, t);
-        if v.max(t) > self.limit {
-            let (name, limit) = (self.name, self.limit);
-            let message = format!("{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more");
-            return Err(SceneError::TooLarge { message, limit: SceneLimit::Triangles });
-        }
+        self.check_limit(v, t)?;
         self.check_memory()
+    }
+
+    /// The most triangles, and the most vertices.
+    pub(crate) fn limit(&self) -> usize {
+        self.limit
+    }
+
+    /// Refuses numbers that are above the limits by themselves. Call it before as much is allocated.
+    pub(crate) fn check_limit(&self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
+        if vertices.max(triangles) <= self.limit {
+            return Ok(());
+        }
+        let (name, limit) = (self.name, self.limit);
+        let found = format!("found {triangles} and {vertices} or more");
+        let message = format!("{name}: expected at most {limit} triangles and vertices, {found}");
+        Err(SceneError::TooLarge { message, limit: SceneLimit::Triangles })
+    }
+
+    pub(crate) fn default_material(&self) -> DefaultMaterial {
+        self.default_material
+    }
+
+    /// Whether triangles of meshes without normals are flat, as glTF asks.
+    pub(crate) fn is_flat(&self, is_gltf: bool) -> bool {
+        match self.missing_normals {
+            MissingNormals::AsFormat => is_gltf,
+            MissingNormals::Flat => true,
+            MissingNormals::Smooth => false,
+        }
     }
 
     /// Refuses what would take more memory than allowed.
@@ -132,7 +185,11 @@ impl<'a> Source<'a> {
             self.note(format!("mesh `{}` has {what} and was left out", parts.name));
             return Ok(None);
         }
-        let parts = self.with_colors_in_range(parts);
+        let mut parts = self.with_colors_in_range(parts);
+        // The vertices of a glTF file were split when it was read.
+        if parts.source.is_none() && parts.normals.is_empty() && self.is_flat(false) {
+            FlatMesh::apply(&mut parts);
+        }
         let mesh = Mesh::new(parts).map_err(|error| error.within(self.name))?;
         self.report.dropped_triangles += mesh.dropped_triangles();
         Ok(Some(mesh))
@@ -162,7 +219,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The bytes of a referenced file, relative to the file's own folder.
+    /// The bytes of a referenced file, relative to the file's own folder, which it may not leave unless that is allowed.
     pub(crate) fn neighbor(&self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let Some(folder) = &self.folder else {
             return Err(
@@ -170,8 +227,15 @@ impl<'a> Source<'a> {
             );
         };
         let path = folder.join(relative);
-        read_regular(&path)
-            .map_err(|source| SceneError::Io { place: format!("{}, named by {}", path.display(), self.name), source })
+        let found = if self.allow_outside { Ok(Some(path.clone())) } else { find_within(folder, Path::new(relative)) };
+        match found.and_then(|found| found.map(|file| read_regular(&file)).transpose()) {
+            Ok(Some(bytes)) => Ok(bytes),
+            Ok(None) => Err(self.unsupported(format!(
+                "names the file `{relative}`, which is outside of its folder: move it there, or trust the file with \
+                 --allow-outside (SceneReadOptions::allow_outside)"
+            ))),
+            Err(source) => Err(SceneError::Io { place: format!("{}, named by {}", path.display(), self.name), source }),
+        }
     }
 }
 

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
+mod compressed;
 mod damaged_files;
+mod outside;
 mod rays;
 mod read_gltf;
 mod read_obj_ply;

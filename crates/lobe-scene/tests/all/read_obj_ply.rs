@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use lobe_scene::{Scene, SceneError, SceneReadOptions, SceneReadReport, Up, read_scene, read_scene_bytes};
+use lobe_scene::{
+    MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, read_scene, read_scene_bytes,
+};
 
 fn read(name: &str, text: &str) -> Result<(Scene, SceneReadReport), SceneError> {
     read_scene_bytes(text.as_bytes(), name, &SceneReadOptions::default())
@@ -19,7 +21,7 @@ fn refusal(name: &str, bytes: &[u8]) -> String {
 const SQUARE_OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 
 #[test]
-fn an_obj_is_turned_unless_z_is_up_and_polygons_become_fans() {
+fn an_obj_is_turned_unless_z_is_up_and_convex_polygons_become_fans() {
     let (scene, report) = read("a.obj", SQUARE_OBJ).unwrap();
     let mesh = &scene.meshes()[0];
     assert_eq!(mesh.positions()[2], [1.0, 0.0, 1.0], "y up");
@@ -68,16 +70,20 @@ fn broken_obj_files_are_refused_in_one_line() {
     for (text, expected) in [
         ("", "a.obj: expected triangles, found none"),
         ("v 0 0 0\n", "a.obj: expected triangles, found none"),
-        (
-            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
-            "a.obj: expected an OBJ file, found an error: face vertex index out of bounds",
-        ),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj: line 4: the face uses vertex 9, but there are 3"),
         (
             "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n",
             "a.obj: mesh `unnamed_object`: expected finite positions, found [NaN, -0.0, 1.0] at vertex 2",
         ),
         ("v 0 0 0\nv 1 0 0\nf 1 2 2\n", "a.obj: expected triangles with an area, found 1 without"),
-        ("v 0 0\nf 1 1 1\n", "a.obj: expected an OBJ file, found an error: position parse error"),
+        ("v 0 0\nf 1 1 1\n", "a.obj: line 1: expected three coordinates, and a weight or a color after v, found `0 0`"),
+        (
+            "v 0 0 0\n\n# x\nvt 0 \\\n0\nf 1/2 1 1\n",
+            "a.obj: line 6: the face uses texture coordinate 2, but there are 1",
+        ),
+        ("v 0 0 0\nf 1 2/x 3\n", "a.obj: line 2: expected corners such as 1, 1/2 or 1//3, found `2/x`"),
+        ("v 0 0 0\nf 0 1 1\n", "a.obj: line 2: expected corners such as 1, 1/2 or 1//3, found `0`"),
+        ("v 0 0 0\nf 1 -2 1\n", "a.obj: line 2: expected corners such as 1, 1/2 or 1//3, found `-2`"),
     ] {
         assert_eq!(refusal("a.obj", text.as_bytes()), expected, "{text:?}");
     }
@@ -173,4 +179,77 @@ fn the_real_bunny_is_read_vertex_for_vertex() {
     let found = (report.vertices, report.triangles, report.dropped_triangles, report.made_normals);
     assert_eq!(found, (1839, 3674, 0, 1839), "vertices, triangles, dropped, made normals");
     assert_eq!(scene.meshes().len(), 1, "one mesh");
+}
+
+fn area(scene: &Scene) -> f64 {
+    scene
+        .meshes()
+        .iter()
+        .flat_map(|mesh| (0..mesh.triangles().len()).map(|t| mesh.corners(t)))
+        .map(|[a, b, c]| {
+            let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k])));
+            let cross = [0, 1, 2].map(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+            0.5 * cross.iter().map(|c| c * c).sum::<f64>().sqrt()
+        })
+        .sum()
+}
+
+#[test]
+fn dented_polygons_keep_their_dent() {
+    let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0.2 0\nv 0 1 0\nf 1 2 3 4 5\n";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+               0 0 0\n1 0 0\n1 1 0\n0.5 0.2 0\n0 1 0\n5 0 1 2 3 4\n";
+    for (name, text) in [("a.obj", obj), ("a.ply", ply)] {
+        let found = area(&read(name, text).unwrap().0);
+        assert!((found - 0.6).abs() < 1e-6, "{name}: an area of {found}, expected 0.6");
+    }
+}
+
+#[test]
+fn faces_of_a_ply_may_come_before_its_vertices() {
+    let (head, body) = SQUARE_PLY.split_once("end_header\n").unwrap();
+    let (vertices, faces) = head.split_once("element face").unwrap();
+    let (start, vertices) = vertices.split_once("element vertex").unwrap();
+    let (rows, face) = body.split_at(body.find("4 0 1 2 3").unwrap());
+    let turned = format!("{start}element face{faces}element vertex{vertices}end_header\n{face}{rows}");
+    let [a, b] = [SQUARE_PLY, &turned].map(|text| read("a.ply", text).unwrap().0.meshes().to_vec());
+    assert_eq!(a, b, "either order");
+}
+
+#[test]
+fn an_obj_in_latin_1_with_continued_lines_and_a_nameless_material_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    fs::write(folder.path().join("a.mtl"), b"# caf\xE9\nnewmtl\nKd 0.25 \\\n0.5 1\nnewmtl stra\xDFe\nKd 0.75\n")
+        .unwrap();
+    let obj = b"# \xE4 c:\\\nmtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 \\\r\n 0\nusemtl\nf 1 \\\n2 3 # a comment\n\
+                usemtl stra\xDFe\nf 3 2 1\n";
+    fs::write(&path, obj).unwrap();
+    let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
+    assert_eq!(report.notes, Vec::<String>::new(), "nothing to note");
+    assert_eq!(scene.vertex_base_color(0, 0), [0.25, 0.5, 1.0, 1.0], "the material without a name");
+    assert_eq!(scene.vertex_base_color(1, 0), [0.75, 0.75, 0.75, 1.0], "one number for three");
+}
+
+/// A roof: two squares that share an edge.
+const ROOF_OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nf 1 2 3 4\nf 2 1 5 6\n";
+
+#[test]
+fn missing_normals_of_an_obj_are_smooth_unless_asked_to_be_flat() {
+    let read = |normals| {
+        let options = SceneReadOptions::default().up(Up::Z).missing_normals(normals);
+        read_scene_bytes(ROOF_OBJ.as_bytes(), "a.obj", &options).unwrap().0
+    };
+    let smooth = read(MissingNormals::AsFormat);
+    assert_eq!(smooth.meshes(), read(MissingNormals::Smooth).meshes(), "OBJ does not say");
+    let half = 0.5_f32.sqrt();
+    assert_eq!(smooth.meshes()[0].normals()[0], [0.0, half, half], "the mean of both sides");
+    let flat = read(MissingNormals::Flat);
+    let mesh = &flat.meshes()[0];
+    assert_eq!(mesh.positions().len(), 8, "the edge has two vertices at each end");
+    for t in mesh.triangles() {
+        let [a, b, c] = t.map(|i| mesh.normals()[i as usize]);
+        assert!(a == b && b == c, "one normal for each triangle: {a:?} {b:?} {c:?}");
+    }
 }

@@ -1,7 +1,7 @@
 //! glTF accessors: arrays of numbers in buffers. Nothing is allocated before its length was checked against a buffer.
 
 use gltf_json::accessor::{Accessor, ComponentType, Type};
-use gltf_json::{Index, Root, buffer, validation::Checked};
+use gltf_json::{Index, buffer, validation::Checked};
 
 use crate::SceneError;
 use crate::files::gltf::files::GltfFile;
@@ -16,6 +16,9 @@ struct Elements<'a> {
     components: usize,
     normalized: bool,
 }
+
+/// The one element of an accessor without a buffer view: at most sixteen floats.
+static ZEROS: [u8; 64] = [0; 64];
 
 /// The accessors of a file, with the place for error messages.
 pub(crate) struct Accessors<'a> {
@@ -57,7 +60,7 @@ impl<'a> Accessors<'a> {
         let is_quantized = self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
         let is_ours = what.starts_with('_');
         let is_whole_by_nature =
-            ["TEXCOORD", "COLOR", "_CLUSTER", "_WEIGHTS"].iter().any(|name| what.starts_with(name));
+            ["TEXCOORD", "COLOR", "ROTATION", "_CLUSTER", "_WEIGHTS"].iter().any(|name| what.starts_with(name));
         let may_be_whole = (is_quantized && !is_ours) || is_whole_by_nature;
         let has_default = N == 4 && elements.components == 3 && !is_ours;
         let is_float = elements.component == ComponentType::F32;
@@ -93,14 +96,25 @@ impl<'a> Accessors<'a> {
         Ok(values)
     }
 
+    /// The bytes of all elements side by side, and of one.
+    pub(crate) fn packed(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<(Vec<u8>, usize), SceneError> {
+        let accessor = self.accessor(index, source)?;
+        let elements = self.elements(accessor, index.value(), source)?;
+        let mut values: Vec<&[u8]> = (0..elements.count).map(|i| elements.raw(i)).collect();
+        self.overwrite(accessor, &mut values, &elements, source, Elements::raw)?;
+        Ok((values.concat(), elements.size()))
+    }
+
     /// The bytes of an accessor.
     fn elements(&self, accessor: &Accessor, index: usize, source: &Source<'_>) -> Result<Elements<'a>, SceneError> {
         let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
             return Err(self.invalid(source, &format!("accessor {index} is of no type that glTF knows")));
         };
         let Some(view) = accessor.buffer_view else {
-            let message = format!("{}: accessor {index} has no buffer view, which Lobe does not read", self.place);
-            return Err(source.unsupported(message));
+            let (count, components) = (accessor.count.0 as usize, components_of(kind));
+            source.check_limit(count, 0)?;
+            let (component, normalized) = (component.0, accessor.normalized);
+            return Ok(Elements { bytes: &ZEROS, stride: 0, count, component, components, normalized });
         };
         let offset = accessor.byte_offset.unwrap_or_default().0;
         let layout =
@@ -186,7 +200,7 @@ impl Layout {
 
 /// The bytes of a buffer view.
 pub(crate) fn view_bytes(file: &GltfFile, view: Index<buffer::View>) -> Result<&[u8], String> {
-    let Root { buffer_views, .. } = &file.root;
+    let buffer_views = &file.root.buffer_views;
     let index = view.value();
     let Some(view) = buffer_views.get(index) else {
         return Err(format!("uses buffer view {index}, but there are {}", buffer_views.len()));
@@ -213,7 +227,16 @@ fn components_of(kind: Type) -> usize {
     }
 }
 
-impl Elements<'_> {
+impl<'a> Elements<'a> {
+    /// The bytes of an element.
+    fn size(&self) -> usize {
+        self.component.size() * self.components
+    }
+
+    fn raw(&self, element: usize) -> &'a [u8] {
+        &self.bytes[element * self.stride..][..self.size()]
+    }
+
     fn bytes<const N: usize>(&self, element: usize, component: usize) -> [u8; N] {
         let start = element * self.stride + component * N;
         std::array::from_fn(|k| self.bytes[start + k])

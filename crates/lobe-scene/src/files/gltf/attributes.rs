@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::files::gltf::accessor::{Accessors, view_bytes};
 use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::plain;
 use crate::files::read_gltf;
 use crate::files::source::{Source, folder_of, read_file};
 use crate::{MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
@@ -30,7 +31,8 @@ pub fn read_scene_and_attributes(
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
     let mut source = Source::new(&name, folder_of(path), options);
-    let (scene, file) = read_gltf::read(&bytes, &mut source)?;
+    let file = plain::read(&bytes, &mut source)?;
+    let scene = read_gltf::scene_of(&file, &mut source)?;
     let report = source.into_report(&scene);
     Ok((scene, report, GltfAttributes { name, file }))
 }
@@ -39,7 +41,7 @@ impl GltfAttributes {
     /// The value of `asset.extras`; null without one.
     #[must_use]
     pub fn asset_extras(&self) -> &Value {
-        &self.file.asset_extras
+        &self.file.json["asset"]["extras"]
     }
 
     /// The attribute of this name, with `N` floats for each vertex, of the primitive from which a mesh comes; `None`

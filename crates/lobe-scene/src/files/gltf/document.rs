@@ -4,9 +4,12 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use crate::files::gltf::files;
+use crate::files::gltf::files::{GltfFile, VIEW_EXTENSIONS, items, push};
+use crate::files::gltf::plain;
+use crate::files::gltf::uri::read_uri;
+use crate::files::read_gltf;
 use crate::files::source::{Source, folder_of, read_file};
-use crate::{SceneError, SceneReadOptions};
+use crate::{Scene, SceneError, SceneReadOptions, SceneReadReport};
 
 /// The JSON of a glTF file with all its members, and all its bytes in one buffer: what a .glb holds.
 ///
@@ -19,26 +22,34 @@ pub struct GltfDocument {
     pub bytes: Vec<u8>,
 }
 
-/// Extensions of buffer views that refer to a buffer themselves.
-const VIEW_EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+/// Reads a scene from a .gltf or .glb file as [`read_scene`](crate::read_scene), and with it the whole file: read once,
+/// they belong together whatever happens to the file. The report notes each picture that could not be embedded.
+///
+/// # Errors
+/// As [`read_scene`](crate::read_scene). A missing picture that the scene does not use is no error: its URI is kept.
+pub fn read_scene_and_document(
+    path: impl AsRef<Path>,
+    options: &SceneReadOptions,
+) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
+    let path = path.as_ref();
+    let (name, bytes) = read_file(path)?;
+    let mut source = Source::new(&name, folder_of(path), options);
+    let mut file = plain::read(&bytes, &mut source)?;
+    drop(bytes);
+    embed_images(&mut file, &mut source)?;
+    let scene = read_gltf::scene_of(&file, &mut source)?;
+    let document = GltfDocument::of_file(file, &source)?;
+    let report = source.into_report(&scene);
+    Ok((scene, report, document))
+}
 
 impl GltfDocument {
-    /// Reads a .gltf or .glb file with the files it references; returns a note for each that could not be embedded.
-    ///
-    /// # Errors
-    /// As [`read_scene`](crate::read_scene) for the file and its buffers. A missing picture is no error: its URI is
-    /// kept.
-    pub fn read(path: impl AsRef<Path>) -> Result<(Self, Vec<String>), SceneError> {
-        let path = path.as_ref();
-        let (name, bytes) = read_file(path)?;
-        let mut source = Source::new(&name, folder_of(path), &SceneReadOptions::default());
-        let buffers = files::read(&bytes, &mut source)?.buffers;
-        let json = files::read_json(&bytes, &source)?;
-        let mut document = Self { json, bytes: Vec::new() };
-        document.merge_buffers(buffers).map_err(|message| source.invalid(message))?;
-        let notes = document.embed_images(&source);
+    /// The file with its buffers put together.
+    fn of_file(file: GltfFile, source: &Source<'_>) -> Result<Self, SceneError> {
+        let mut document = Self { json: file.json, bytes: Vec::new() };
+        document.merge_buffers(file.buffers).map_err(|message| source.invalid(message))?;
         document.declare_buffer();
-        Ok((document, notes))
+        Ok(document)
     }
 
     /// Adds bytes, at a multiple of four, and a buffer view of them; returns its index.
@@ -72,7 +83,8 @@ impl GltfDocument {
         for buffer in buffers {
             self.align();
             starts.push(self.bytes.len() as u64);
-            self.bytes.extend(buffer);
+            // The first is moved: it is often the only one, and large.
+            if self.bytes.is_empty() { self.bytes = buffer } else { self.bytes.extend(buffer) }
         }
         for (i, view) in items(&mut self.json, "bufferViews").enumerate() {
             move_view(view, &starts).ok_or_else(|| format!("buffer view {i} lies in no buffer of the file"))?;
@@ -88,45 +100,31 @@ impl GltfDocument {
         }
         Ok(())
     }
+}
 
-    fn embed_images(&mut self, source: &Source<'_>) -> Vec<String> {
-        let mut notes = Vec::new();
-        for i in 0..items(&mut self.json, "images").count() {
-            let Some(Value::String(uri)) = self.json["images"][i].get("uri").cloned() else { continue };
-            let bytes = match files::read_uri(&uri, source) {
-                Ok(bytes) => bytes,
-                Err(error) => {
-                    notes.push(format!("image {i} stays outside of the file: {error}"));
-                    continue;
-                }
-            };
-            let Some(kind) = media_type(&uri, &bytes) else {
-                notes.push(format!("image {i} stays outside of the file: it is of no known kind"));
+/// Makes pictures beside the file part of its buffers, with a note on each that is kept by its URI.
+fn embed_images(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), SceneError> {
+    for i in 0..file.root.images.len() {
+        let Some(uri) = file.root.images[i].uri.clone() else { continue };
+        let bytes = match read_uri(&uri, source) {
+            Ok(bytes) => bytes,
+            Err(error) => {
+                source.note(format!("image {i} stays outside of the file: {error}"));
                 continue;
-            };
-            let view = self.push_view(&bytes);
-            if let Value::Object(image) = &mut self.json["images"][i] {
-                image.remove("uri");
-                image.insert("mimeType".to_string(), json!(kind));
-                image.insert("bufferView".to_string(), json!(view));
             }
+        };
+        let Some(kind) = media_type(&uri, &bytes) else {
+            source.note(format!("image {i} stays outside of the file: it is of no known kind"));
+            continue;
+        };
+        let view = file.push_view(bytes);
+        if let Value::Object(image) = &mut file.json["images"][i] {
+            image.remove("uri");
+            image.insert("mimeType".to_string(), json!(kind));
+            image.insert("bufferView".to_string(), json!(view));
         }
-        notes
     }
-}
-
-/// The objects of an array of the file; none if it has no such array.
-fn items<'a>(json: &'a mut Value, array: &str) -> impl Iterator<Item = &'a mut Value> {
-    json.get_mut(array).and_then(Value::as_array_mut).into_iter().flatten()
-}
-
-/// Appends to an array of the file, which is created if missing; returns the new index.
-pub(crate) fn push(json: &mut Value, array: &str, item: Value) -> usize {
-    match &mut json[array] {
-        Value::Array(items) => items.push(item),
-        missing => *missing = json!([item]),
-    }
-    json[array].as_array().map_or(0, |items| items.len() - 1)
+    file.update(source)
 }
 
 fn move_view(view: &mut Value, starts: &[u64]) -> Option<()> {

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::files::gltf::document::push;
+use crate::files::gltf::files::push;
 use crate::{Alpha, GltfDocument, Material, Mesh, Scene, TextureUse, Wrap, y_up_from_z_up};
 
 const FLOAT: u32 = 5126;

@@ -1,16 +1,15 @@
 //! Materials and textures of a glTF file.
 
 use std::collections::HashMap;
-use std::fmt::Display;
-use std::io::Cursor;
 
 use gltf_json::material::AlphaMode;
 use gltf_json::texture::{Info, WrappingMode};
 use gltf_json::validation::Checked;
-use image::{ImageError, ImageReader};
 
 use crate::files::gltf::accessor::view_bytes;
-use crate::files::gltf::files::{GltfFile, read_uri};
+use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::uri::read_uri;
+use crate::files::picture::decode;
 use crate::files::source::Source;
 use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
 
@@ -125,18 +124,17 @@ impl Textures<'_> {
             source.invalid(format!("material `{material}` uses {what} {index}, but there are {count}"))
         };
         let texture = root.textures.get(index).ok_or_else(|| missing("texture", index, root.textures.len()))?;
-        let image = texture.source.value();
-        if image == u32::MAX as usize {
-            let message = format!("texture {index} has no PNG or JPEG: export the textures of the scene as such");
+        let Some(image) = texture.image() else {
+            let message = format!("texture {index} has no picture: export the textures of the scene as PNG or JPEG");
             return Err(source.unsupported(message));
-        }
+        };
         if image >= root.images.len() {
             return Err(missing("image", image, root.images.len()));
         }
         let wrap = match texture.sampler {
             None => [Wrap::Repeat; 2],
-            Some(sampler) => {
-                let (at, count) = (sampler.value(), root.samplers.len());
+            Some(at) => {
+                let count = root.samplers.len();
                 let sampler = root.samplers.get(at).ok_or_else(|| missing("sampler", at, count))?;
                 [wrap(sampler.wrap_s), wrap(sampler.wrap_t)]
             }
@@ -163,28 +161,4 @@ fn wrap(mode: Checked<WrappingMode>) -> Wrap {
         Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
         Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
     }
-}
-
-/// Decodes a texture from a PNG or JPEG.
-pub(crate) fn decode(
-    bytes: &[u8],
-    name: &str,
-    wrap: [Wrap; 2],
-    source: &mut Source<'_>,
-) -> Result<Texture, SceneError> {
-    let file = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let invalid = |error: &dyn Display, source: &Source<'_>| {
-        source.invalid(format!("{name}: expected a PNG or JPEG, found {error}"))
-    };
-    let size = file().map_err(ImageError::from).and_then(ImageReader::into_dimensions);
-    let (width, height) = size.map_err(|error| invalid(&error, source))?;
-    source.count_texels(width, height)?;
-    let picture = file().map_err(ImageError::from).and_then(ImageReader::decode);
-    let picture = picture.map_err(|error| invalid(&error, source))?.into_rgba8();
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let texels: Vec<[u8; 4]> = picture.pixels().map(|pixel| pixel.0).collect();
-    if texels.is_empty() {
-        return Err(source.invalid(format!("{name}: a picture without texels")));
-    }
-    Ok(Texture::new(width, height, texels, wrap))
 }

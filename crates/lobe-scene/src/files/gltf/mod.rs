@@ -1,15 +1,26 @@
 //! glTF reading and writing, in parts.
 //!
-//! Reading: `files` opens .glb, data URIs and files beside it; `accessor` reads numbers; `nodes` places meshes,
-//! `placement` finds the origin they count from;
-//! `materials` reads colors and textures; `attributes` keeps the results of a bake. Writing: `document` is a file to
-//! extend, `from_scene` creates one.
+//! Reading: `files` is a file with its buffers, of a `container`, of `uri`s, of the `extensions` it needs and of `root`,
+//! the members that are used; `accessor` reads numbers; `nodes` places meshes, `placement`
+//! finds the origin that they count from; `materials` reads colors and textures;
+//! `attributes` keeps the results of a bake. `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
+//! have made plain what it stores otherwise. Writing: `document` is a file to extend, `from_scene` creates one.
 
 pub(crate) mod accessor;
 pub(crate) mod attributes;
+pub(crate) mod container;
 pub(crate) mod document;
+pub(crate) mod draco;
+pub(crate) mod extensions;
 pub(crate) mod files;
+pub(crate) mod flat;
 pub(crate) mod from_scene;
+pub(crate) mod instancing;
 pub(crate) mod materials;
+pub(crate) mod meshopt;
 pub(crate) mod nodes;
 pub(crate) mod placement;
+pub(crate) mod plain;
+pub(crate) mod primitive;
+pub(crate) mod root;
+pub(crate) mod uri;

@@ -1,9 +1,10 @@
 //! glTF nodes: the meshes of the default scene and their transforms, composed in `f64`.
 
 use glam::{DMat4, DQuat, DVec3};
-use gltf_json::{Index, Node, Root};
+use gltf_json::Node;
 
 use crate::SceneError;
+use crate::files::gltf::root::Root;
 use crate::files::source::Source;
 
 /// An instance of a mesh by a node.
@@ -69,9 +70,9 @@ pub(crate) fn walk(root: &Root, origin: &Origin, source: &Source<'_>) -> Result<
 
 /// The roots of the default scene; without a default, of the first scene; without any, the nodes without parent.
 fn roots(root: &Root, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
-    let index = root.scene.map(|scene| scene.value());
+    let index = root.scene;
     match (index, root.scenes.get(index.unwrap_or(0))) {
-        (_, Some(scene)) => Ok(scene.nodes.iter().map(Index::value).collect()),
+        (_, Some(scene)) => Ok(scene.nodes.clone()),
         (Some(index), None) => Err(source.invalid(format!("shows scene {index}, but there are {}", root.scenes.len()))),
         (None, None) => {
             let mut has_parent = vec![false; root.nodes.len()];

@@ -1,0 +1,18 @@
+//! glTF files made plain: what they store compressed or in arrays, or leave to the reader, stands in buffers and nodes.
+
+use crate::SceneError;
+use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::{draco, flat, instancing, meshopt};
+use crate::files::source::Source;
+
+/// Reads a file and makes it plain, in the order in which the parts may depend on each other.
+pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, SceneError> {
+    let mut file = GltfFile::read(bytes, source)?;
+    meshopt::decode(&mut file, source)?;
+    draco::decode(&mut file, source)?;
+    instancing::expand(&mut file, source)?;
+    if source.is_flat(true) {
+        flat::split_vertices(&mut file, source)?;
+    }
+    Ok(file)
+}

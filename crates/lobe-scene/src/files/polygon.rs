@@ -1,0 +1,117 @@
+//! Polygons of OBJ and PLY files as triangles.
+
+use earcut::Earcut;
+use earcut::utils3d::project3d_to_2d;
+use glam::DVec3;
+
+/// Divides polygons into triangles of their own corners; keeps its memory from one polygon to the next.
+///
+/// A polygon that all its first corner's diagonals divide, such as a convex one, becomes the fan of these. Any other is
+/// projected along its normal and its ears are cut off [Eberly 1998], so that dents stay open.
+pub(crate) struct Triangulator {
+    earcut: Earcut<f64>,
+    corners: Vec<[f64; 3]>,
+    flat: Vec<[f64; 2]>,
+    ears: Vec<u32>,
+}
+
+impl Triangulator {
+    pub(crate) fn new() -> Self {
+        Self { earcut: Earcut::new(), corners: Vec::new(), flat: Vec::new(), ears: Vec::new() }
+    }
+
+    /// Adds the triangles of a polygon to `triangles`. Where a corner has no position, which whoever makes a mesh of
+    /// the triangles refuses, they are a fan.
+    pub(crate) fn push(&mut self, polygon: &[u32], positions: &[[f32; 3]], triangles: &mut Vec<[u32; 3]>) {
+        let fan = (1..polygon.len().max(2) - 1).map(|k| [0, k, k + 1]);
+        let corners = polygon.iter().map_while(|&i| Some(positions.get(i as usize)?.map(f64::from)));
+        self.corners.clear();
+        self.corners.extend(corners);
+        let has_dent = polygon.len() > 3 && self.corners.len() == polygon.len() && !self.is_divided_by(fan.clone());
+        self.ears.clear();
+        if has_dent && project3d_to_2d(&self.corners, polygon.len(), &mut self.flat) {
+            self.earcut.earcut_slice(&self.flat, &[], &mut self.ears);
+        }
+        if self.ears.is_empty() {
+            triangles.extend(fan.map(|t| t.map(|k| polygon[k])));
+            return;
+        }
+        let is_turned = self.ears.chunks_exact(3).map(|t| self.signed_area(t)).sum::<f64>() < 0.0;
+        let ears = self.ears.chunks_exact(3).map(|t| if is_turned { [t[0], t[2], t[1]] } else { [t[0], t[1], t[2]] });
+        triangles.extend(ears.map(|t| t.map(|k| polygon[k as usize])));
+    }
+
+    /// Whether no triangle faces away from the normal of the polygon, the sum of theirs: they overlap nowhere then.
+    fn is_divided_by(&self, triangles: impl Iterator<Item = [usize; 3]> + Clone) -> bool {
+        let normal_of = |t: [usize; 3]| {
+            let [a, b, c] = t.map(|k| DVec3::from(self.corners[k]));
+            (b - a).cross(c - a)
+        };
+        let normal: DVec3 = triangles.clone().map(normal_of).sum();
+        triangles.map(normal_of).all(|n| n.dot(normal) >= 0.0)
+    }
+
+    /// The doubled area of a triangle in the plane, negative if it runs clockwise.
+    fn signed_area(&self, t: &[u32]) -> f64 {
+        let [a, b, c] = [0, 1, 2].map(|k| self.flat[t[k] as usize]);
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sum of the triangles' normals, of twice their area, and the sum of these areas.
+    fn sums(polygon: &[[f32; 3]]) -> (DVec3, f64, usize) {
+        let indices: Vec<u32> = (0..polygon.len() as u32).collect();
+        let mut triangles = Vec::new();
+        Triangulator::new().push(&indices, polygon, &mut triangles);
+        let normals = triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|i| DVec3::from(polygon[i as usize].map(f64::from)));
+            (b - a).cross(c - a)
+        });
+        let normals: Vec<DVec3> = normals.collect();
+        (normals.iter().sum(), normals.iter().map(|n| n.length()).sum(), triangles.len())
+    }
+
+    /// In the plane the vector area of a polygon has the length of its area only if nothing is covered twice.
+    #[test]
+    fn dented_polygons_are_covered_once_wherever_they_begin_and_whichever_way_they_face() {
+        let dented = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.2], [0.0, 1.0]];
+        let turns: [fn([f32; 2]) -> [f32; 3]; 4] =
+            [|[x, y]| [x, y, 0.0], |[x, y]| [y, x, 0.0], |[x, y]| [0.0, x, y], |[x, y]| [x + y, x - y, 2.0 * x]];
+        for (k, turn) in turns.iter().enumerate() {
+            for first in 0..5 {
+                let polygon: Vec<[f32; 3]> = (0..5).map(|i| turn(dented[(first + i) % 5])).collect();
+                let (vector_area, area, count) = sums(&polygon);
+                let message = format!("turn {k} from corner {first}: {area} over {vector_area}");
+                assert!((vector_area.length() - area).abs() < 1e-6 && count == 3, "{message}");
+                let (x, y) =
+                    (DVec3::from(turn([1.0, 0.0]).map(f64::from)), DVec3::from(turn([0.0, 1.0]).map(f64::from)));
+                // Twice 0.6 of the unit square; to the same side as it.
+                assert!((vector_area - 1.2 * x.cross(y)).length() < 1e-6, "{message}");
+            }
+        }
+    }
+
+    #[test]
+    fn faces_that_are_not_planar_keep_their_boundary_and_their_dent() {
+        // A dented pentagon bent along its middle: from above it covers 0.6 of the unit square.
+        let bent = [[0.0, 0.0, 0.3], [1.0, 0.0, 0.3], [1.0, 1.0, 0.3], [0.5, 0.2, 0.0], [0.0, 1.0, 0.3]];
+        for first in 0..5 {
+            let polygon: Vec<[f32; 3]> = (0..5).map(|i| bent[(first + i) % 5]).collect();
+            let (vector_area, _, count) = sums(&polygon);
+            assert!((vector_area.z - 1.2).abs() < 1e-6 && count == 3, "from corner {first}: {vector_area}");
+        }
+    }
+
+    #[test]
+    fn polygons_without_area_or_positions_become_fans() {
+        assert_eq!(sums(&[[0.0; 3]; 5]).2, 3, "one point");
+        assert_eq!(sums(&[[0.0; 3], [1.0, 0.0, 0.0]]).2, 0, "an edge");
+        let mut triangles = Vec::new();
+        Triangulator::new().push(&[0, 1, 2, 9], &[[0.0; 3]; 3], &mut triangles);
+        assert_eq!(triangles, [[0, 1, 2], [0, 2, 9]], "a corner that is not there");
+    }
+}

@@ -1,0 +1,79 @@
+//! Flat meshes: triangles that share a vertex only where they lie in one plane.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use crate::MeshParts;
+
+/// Triangles whose vertices have one normal each.
+#[derive(Debug, PartialEq)]
+pub(crate) struct FlatMesh {
+    /// The vertices that stand behind the given ones: for each the one that it is a copy of.
+    pub(crate) added: Vec<u32>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+impl FlatMesh {
+    /// Adds vertices where triangles around a vertex have different normals. The first triangle at a vertex keeps it;
+    /// one without area keeps all.
+    pub(crate) fn new(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+        let mut first = vec![None; positions.len()];
+        let mut others = HashMap::new();
+        let mut added = Vec::new();
+        let mut flat = triangles.to_vec();
+        for triangle in &mut flat {
+            let Some(normal) = unit_normal(positions, *triangle) else { continue };
+            for vertex in triangle {
+                if *first[*vertex as usize].get_or_insert(normal) != normal {
+                    *vertex = *others.entry((*vertex, normal)).or_insert_with(|| {
+                        added.push(*vertex);
+                        (positions.len() + added.len() - 1) as u32
+                    });
+                }
+            }
+        }
+        Self { added, triangles: flat }
+    }
+
+    /// Makes a mesh flat; its normals are to be made anew.
+    pub(crate) fn apply(parts: &mut MeshParts) {
+        let flat = Self::new(&parts.positions, &parts.triangles);
+        fn extend<T: Copy>(values: &mut Vec<T>, added: &[u32]) {
+            if !values.is_empty() {
+                values.extend(added.iter().map(|&i| values[i as usize]).collect::<Vec<_>>());
+            }
+        }
+        extend(&mut parts.positions, &flat.added);
+        parts.uvs.iter_mut().for_each(|uvs| extend(uvs, &flat.added));
+        extend(&mut parts.colors, &flat.added);
+        parts.triangles = flat.triangles;
+    }
+}
+
+/// The bits of a triangle's unit normal, rounded; `None` without area or where an index is out of range.
+fn unit_normal(positions: &[[f32; 3]], triangle: [u32; 3]) -> Option<[u32; 3]> {
+    let corner = |i: u32| positions.get(i as usize).map(|&p| Vec3::from(p).as_dvec3());
+    let [a, b, c] = triangle.map(corner);
+    let (a, b, c) = (a?, b?, c?);
+    // Neighbors in one plane differ by a rounding, which is more than the last bits of `f32` after the sum.
+    let normal = (b - a).cross(c - a).try_normalize()?.as_vec3() + 2.0;
+    Some(normal.to_array().map(f32::to_bits))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_are_added_where_planes_meet_and_nowhere_else() {
+        // A square in two triangles, folded along its diagonal or not.
+        let square = |z: f32| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, z]];
+        let triangles = [[0, 1, 2], [0, 2, 3], [0, 0, 1]];
+        let even = FlatMesh::new(&square(0.0), &triangles);
+        assert_eq!(even, FlatMesh { added: vec![], triangles: triangles.to_vec() }, "one plane");
+        let folded = FlatMesh::new(&square(0.5), &triangles);
+        let expected = FlatMesh { added: vec![0, 2], triangles: vec![[0, 1, 2], [4, 5, 3], [0, 0, 1]] };
+        assert_eq!(folded, expected, "two planes");
+    }
+}
