@@ -8,7 +8,9 @@
 //! assert_eq!((sunset.name, map.width(), map.height()), ("sunset", 512, 256));
 //! ```
 
-use crate::{EnvError, EnvMap, MapReadOptions, read_map_bytes};
+use lobe_image::{PictureReadOptions, read_picture_bytes};
+
+use crate::{EnvError, EnvMap};
 
 /// The prefix of a bundled map's name where a path is expected.
 pub const PREFIX: &str = "bundled:";
@@ -28,9 +30,8 @@ impl Bundled {
     /// Decodes the map.
     #[must_use]
     pub fn map(&self) -> EnvMap {
-        let read = read_map_bytes(self.bytes, self.name, &MapReadOptions::default());
-        match read.and_then(|(map, _)| map.into_base().into_env_map()) {
-            Ok(map) => map,
+        match read_picture_bytes(self.bytes, self.name, &PictureReadOptions::default()) {
+            Ok((picture, _)) => EnvMap::from_rows(picture.width(), picture.height(), picture.into_pixels()),
             Err(error) => unreachable!("the test of the bundled maps reads this file: {error}"),
         }
     }
