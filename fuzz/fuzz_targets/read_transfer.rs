@@ -4,6 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use lobe_prt::{PrtError, read_any_transfer_bytes, read_lightmap_bytes, read_matrices_bytes, read_neighborhood_bytes};
+use lobe_sh::Rgb;
 
 fn check<T>(result: Result<T, PrtError>) {
     if let Err(error) = result {
@@ -14,7 +15,7 @@ fn check<T>(result: Result<T, PrtError>) {
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok((transfer, _)) = read_any_transfer_bytes(bytes, "fuzz") {
-        let light = vec![lobe_sh::Rgb::splat(1.0); transfer.order() * transfer.order()];
+        let light = vec![Rgb::new(1.0, 1.0, 1.0); transfer.order() * transfer.order()];
         assert_eq!(transfer.exit_radiance(&light).len(), transfer.receivers(), "every receiver can be lit");
     }
     check(read_any_transfer_bytes(bytes, "fuzz"));
