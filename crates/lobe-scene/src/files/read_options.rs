@@ -1,9 +1,10 @@
 //! Options and report of the scene readers.
 
 use crate::Up;
+use derive_setters::Setters;
 
 /// Options of reading a scene.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Setters)]
 #[non_exhaustive]
 pub struct SceneReadOptions {
     /// The up axis of OBJ and PLY files. glTF is always y-up.
@@ -68,64 +69,6 @@ impl Default for SceneReadOptions {
             memory_limit: u64::MAX,
             straight_through: false,
         }
-    }
-}
-
-impl SceneReadOptions {
-    /// Sets the up axis.
-    #[must_use]
-    pub fn up(mut self, up: Up) -> Self {
-        self.up = up;
-        self
-    }
-
-    /// Sets the limit of triangles and vertices.
-    #[must_use]
-    pub fn limit(mut self, limit: usize) -> Self {
-        self.limit = limit;
-        self
-    }
-
-    /// Sets the limit of texels.
-    #[must_use]
-    pub fn texel_limit(mut self, texel_limit: usize) -> Self {
-        self.texel_limit = texel_limit;
-        self
-    }
-
-    /// Sets whether a file may name others outside of its folder.
-    #[must_use]
-    pub fn allow_outside(mut self, allow_outside: bool) -> Self {
-        self.allow_outside = allow_outside;
-        self
-    }
-
-    /// Sets the normals of meshes that have none.
-    #[must_use]
-    pub fn missing_normals(mut self, missing_normals: MissingNormals) -> Self {
-        self.missing_normals = missing_normals;
-        self
-    }
-
-    /// Sets the material of glTF meshes that have none.
-    #[must_use]
-    pub fn default_material(mut self, default_material: DefaultMaterial) -> Self {
-        self.default_material = default_material;
-        self
-    }
-
-    /// Lets light straight through, or not.
-    #[must_use]
-    pub fn straight_through(mut self, straight_through: bool) -> Self {
-        self.straight_through = straight_through;
-        self
-    }
-
-    /// Sets the limit of bytes.
-    #[must_use]
-    pub fn memory_limit(mut self, memory_limit: u64) -> Self {
-        self.memory_limit = memory_limit;
-        self
     }
 }
 
