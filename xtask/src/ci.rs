@@ -66,7 +66,7 @@ const DOCS_PRIVATE: Step = Step {
 const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-deps", DENY_DOC_WARNINGS) };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
-/// Compression into BC6H, which links a C++ library and is therefore no default: the tests of files.
+/// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 const TEST_BC6H: Step = Step {
     name: "test-bc6h",
     work: Work::Cargo("test --package lobe-env --features bc6h --lib --test files --test malformed", &[]),

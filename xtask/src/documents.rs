@@ -11,6 +11,9 @@ use crate::workspace;
 
 const BIBLIOGRAPHY: &str = "REFERENCES.bib";
 
+/// The chapters of the guide. Its book is built in a folder as deep as this one, so that links to other files hold there.
+const BOOK: &str = "docs/guide/src/";
+
 /// Checks every Markdown file, and the comments of every Rust file.
 pub(crate) fn check() -> Outcome {
     let one = |fault| vec![fault];
@@ -22,6 +25,11 @@ pub(crate) fn check() -> Outcome {
         let folder = path.parent().unwrap_or(workspace::root());
         for link in broken_links(&text, folder) {
             faults.push(format!("{name}: nothing lies where the link `{link}` points"));
+        }
+        for link in if name.starts_with(BOOK) { links_lost_in_book(&text) } else { Vec::new() } {
+            faults.push(format!(
+                "{name}: the book turns the link `{link}` into .html, which is not there; name the file"
+            ));
         }
         faults.extend(unknown_citations(&text, &keys).map(|label| not_in_bibliography(&name, &label)));
     }
@@ -102,6 +110,13 @@ fn broken_links(text: &str, folder: &Path) -> Vec<String> {
     broken
 }
 
+/// Links to Markdown that is no chapter: the book makes `.html` of every `.md`.
+fn links_lost_in_book(text: &str) -> Vec<&str> {
+    let is_lost =
+        |link: &&str| link.contains("../") && link.split('#').next().is_some_and(|file| file.ends_with(".md"));
+    targets(text, "](", ')').filter(is_lost).collect()
+}
+
 /// The texts between `open` and `close` in a row.
 fn targets<'a>(row: &'a str, open: &'static str, close: char) -> impl Iterator<Item = &'a str> {
     row.split(open).skip(1).filter_map(move |rest| Some(rest.split_once(close)?.0))
@@ -116,6 +131,12 @@ mod tests {
         let text = "See [a](Cargo.toml#x), [b](https://example.org/x), [c](#here) and [d](no/such.md).\n\
                     <img src=\"no.png\">\n```text\n[e](neither.md)\n```\n";
         assert_eq!(broken_links(text, workspace::root()), ["no/such.md", "no.png"], "two planted faults");
+    }
+
+    #[test]
+    fn planted_links_that_a_book_would_lose_are_found() {
+        let text = "[a](formats.md#x), [b](../../../README.md), [c](../read.py), [d](../x.md#y)";
+        assert_eq!(links_lost_in_book(text), ["../../../README.md", "../x.md#y"], "two planted faults");
     }
 
     #[test]

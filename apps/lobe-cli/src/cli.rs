@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::args::values;
-use crate::bake::{bake, compress, fit_lobes};
+use crate::bake::{compress, fit_lobes, options};
 use crate::render::render;
 use crate::run::failure::Failure;
 use crate::run::talk::Talk;
@@ -27,7 +27,7 @@ Examples:
 bundled:sunset and bundled:studio name the two environment maps that come with the program.
 Directions are right-handed with +z up; \"order n\" means n bands, n² coefficients.
 Exit code: 0 done, 1 compared and different, 2 error, or stopped in order by
-Ctrl-C; a command without an order to keep ends by the signal (130).";
+Ctrl-C, SIGTERM or SIGHUP; a command without an order to keep ends by the signal (130).";
 
 /// Light from everywhere in a few numbers: spherical-harmonic expansions of environment maps.
 #[derive(Parser)]
@@ -60,7 +60,7 @@ enum Command {
     /// Write a light with a name as an expansion: sun, lamp, window, sky
     Light(light::LightCommand),
     /// Bake what a scene does to light, for any light to come
-    Bake(bake::Bake),
+    Bake(options::Bake),
     /// Render a scene under any light: by transfer at once, or path traced for reference
     Render(render::Render),
     /// Compare two pictures: RMSE, relative MSE, PSNR, FLIP; test whether chance explains the difference
@@ -89,6 +89,12 @@ enum ShCommand {
     Eval(sh::eval::ShEval),
     /// Turn an expansion
     Rotate(sh::rotate::ShRotate),
+    /// Add expansions
+    Add(sh::add::ShAdd),
+    /// Multiply an expansion by a number or a color
+    Scale(sh::scale::ShScale),
+    /// Mirror an expansion along an axis
+    Mirror(sh::mirror::ShMirror),
     /// Multiply two functions given as expansions
     Product(sh::product::ShProduct),
     /// Convolve an expansion with a kernel that is symmetric about its axis
@@ -201,6 +207,9 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,
+        Command::Sh(ShCommand::Add(args)) => args.run()?,
+        Command::Sh(ShCommand::Scale(args)) => args.run()?,
+        Command::Sh(ShCommand::Mirror(args)) => args.run()?,
         Command::Sh(ShCommand::Product(args)) => args.run()?,
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Window(args)) => args.run(talk)?,

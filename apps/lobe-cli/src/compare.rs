@@ -3,13 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvError, FileFormat};
+use lobe::env::FileFormat;
 use lobe::image::read_picture_bytes;
 use lobe::image::{
-    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, Measured, Picture, PictureReadOptions, Tone, ZTest, compare, flip,
-    hdr_flip, relative_mse,
+    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, ImageError, Measured, Picture, PictureReadOptions, Tone, ZTest, compare,
+    flip, hdr_flip, relative_mse,
 };
 use lobe::render::read_variance;
 use serde::Serialize;
@@ -95,12 +94,8 @@ impl Compare {
     /// Whether the pictures are as close as the options ask for.
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<bool> {
         if let Some(path) = &self.output {
-            if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
-                bail!("-o: expected a name that ends in .png, found {}", path.display());
-            }
-            output::check_not_input(path, &self.image)?;
-            output::check_not_input(path, &self.reference)?;
-            output::prepare_file(path)?;
+            output::check_png(path)?;
+            output::prepare_file(path, &[&self.image, &self.reference])?;
         }
         let (image, reference) = (read(&self.image, talk)?, read(&self.reference, talk)?);
         let (a, b) = (&image.picture, &reference.picture);
@@ -169,11 +164,11 @@ const TO_DO: [&str; 2] = ["scale both down", "only numbers can be compared"];
 
 fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
     let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| EnvError::Io { place: name.clone(), source })?;
+    let bytes = fs::read(path).map_err(|source| ImageError::Io { place: name.clone(), source })?;
     let read = read_picture_bytes(&bytes, &name, &PictureReadOptions::default());
-    let (picture, report) = read.map_err(|error| without_options(EnvError::from(error).into(), TO_DO))?;
+    let (picture, report) = read.map_err(|error| without_options(error.into(), TO_DO))?;
     let is_display = matches!(report.format, FileFormat::Png | FileFormat::Jpeg);
-    tell(&report.into(), &name, talk);
+    tell(&report, &name, talk);
     Ok(Read { picture, bytes, is_display })
 }
 

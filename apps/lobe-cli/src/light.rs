@@ -1,8 +1,9 @@
 //! `lobe light`: analytic lights (directional, sphere, cone, polygon, gradients) as expansions.
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use lobe::sh::{Dir, Light, Normalization, Quantity, Rgb, ShFile, SphericalPolygon};
 
+use crate::args::names::names;
 use crate::args::output::ShOutput;
 use crate::args::values;
 
@@ -102,7 +103,7 @@ struct Disc {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
     dir: Dir,
     /// From the center to the edge, above 0 and up to 180 degrees
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(long, visible_alias = "angle", value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
     half_angle: f64,
     #[command(flatten)]
     color: Color,
@@ -115,7 +116,7 @@ struct Disc {
 #[group(required = true, multiple = false)]
 struct SphereSize {
     /// From its center to its edge as it is seen, above 0 and up to 90 degrees
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(long, visible_alias = "angle", value_name = "DEG", allow_hyphen_values = true, value_parser = values::finite)]
     half_angle: Option<f64>,
     /// The distance of its center, in the unit of --radius
     #[arg(long, value_name = "D", requires = "radius", allow_hyphen_values = true, value_parser = values::finite)]
@@ -142,14 +143,15 @@ struct Common {
     output: ShOutput,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Normalize {
-    /// A white surface that faces the light, lit by the expansion, sends back exactly 1
-    Projected,
-    /// A white surface that faces the light itself sends back exactly 1
-    Analytic,
-    /// Radiance 1 inside the shape; irradiance 1 for a directional light
-    None,
+names! {
+    enum Normalize for Normalization {
+        /// A white surface that faces the light, lit by the expansion, sends back exactly 1
+        Projected,
+        /// A white surface that faces the light itself sends back exactly 1
+        Analytic,
+        /// Radiance 1 inside the shape; irradiance 1 for a directional light
+        None,
+    }
 }
 
 /// The vertices of one polygon; a type of its own, so that they are one value of the option.
@@ -164,12 +166,7 @@ impl LightCommand {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         let (light, common) = self.shape.light()?;
         common.output.check()?;
-        let normalization = match common.normalize {
-            Normalize::Projected => Normalization::Projected,
-            Normalize::Analytic => Normalization::Analytic,
-            Normalize::None => Normalization::None,
-        };
-        let f = light.project(common.order, normalization)?;
+        let f = light.project(common.order, common.normalize.into())?;
         common.output.write(&ShFile::new(Quantity::Radiance, f))
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
+use anyhow::anyhow;
 use clap::{Args, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
@@ -36,7 +36,7 @@ impl ManPages {
     pub(crate) fn run(&self, lobe: Command) -> anyhow::Result<()> {
         let pages = pages(lobe)?;
         let Some(folder) = &self.output else { return output::print(&pages[0].roff) };
-        fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
+        fs::create_dir_all(folder).map_err(|error| anyhow!("{}: cannot be made: {error}", folder.display()))?;
         pages.iter().try_for_each(|page| page.write(folder))
     }
 }
@@ -45,7 +45,7 @@ impl Page {
     fn write(&self, folder: &Path) -> anyhow::Result<()> {
         let path = folder.join(&self.file);
         write_atomically(&path, |file| file.write_all(self.roff.as_bytes()))
-            .with_context(|| format!("{}: cannot be written", path.display()))
+            .map_err(|error| anyhow!("{}: cannot be written: {error}", path.display()))
     }
 }
 

@@ -3,7 +3,9 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_env::{EnvMap, Mapping, Resample, bundled, irradiance_at, project_env, reconstruct, resample};
+use lobe_env::{
+    EnvMap, MappedMap, Mapping, Resample, bundled, irradiance_at, project_env, project_map, reconstruct, resample,
+};
 use lobe_sh::{Dir, Rgb};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -41,6 +43,20 @@ fn project(c: &mut Criterion) {
     }
 }
 
+/// Each with a lat-long map of as many texels, to compare with.
+fn project_planes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("project-order-8");
+    group.sample_size(10);
+    for (mapping, width) in
+        [(Mapping::LatLong, 3548), (Mapping::Cube, 1024), (Mapping::LatLong, 1448), (Mapping::Octahedral, 1024)]
+    {
+        let height = mapping.height_for(width);
+        let map = MappedMap::from_fn(mapping, width, height, |s| Rgb::new(1.0 + s.x() as f32, 2.0 + s.y() as f32, 0.5));
+        group.throughput(Throughput::Elements((width * height) as u64));
+        group.bench_function(BenchmarkId::new(mapping.name(), width), |b| b.iter(|| project_map(black_box(&map), 8)));
+    }
+}
+
 fn irradiance(c: &mut Criterion) {
     let map = bundled::studio().map();
     let normals: Vec<Dir> = (0..NORMALS).map(|k| Dir::from_angles(0.012 * k as f64, k as f64)).collect();
@@ -70,6 +86,7 @@ fn convert(c: &mut Criterion) {
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     project(&mut criterion);
+    project_planes(&mut criterion);
     irradiance(&mut criterion);
     convert(&mut criterion);
     criterion.final_summary();

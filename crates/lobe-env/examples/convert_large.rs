@@ -9,8 +9,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use lobe_env::{
-    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, MapReadOptions,
-    MapWriteOptions, Mapping, Resample, read_env, resample, write_cube, write_env,
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, Mapping,
+    PictureWriteOptions, Resample, resample, write_cube, write_env,
 };
 use lobe_sh::Rgb;
 
@@ -24,7 +24,7 @@ const FACE: usize = 1024;
 fn main() -> Result<(), EnvError> {
     let mut files = std::env::args().skip(1);
     let map = match files.next() {
-        Some(file) => timed(&format!("read {file}"), || read_env(&file, &MapReadOptions::default()))?.0,
+        Some(file) => timed(&format!("read {file}"), || EnvMap::load(&file))?,
         None => {
             EnvMap::from_fn(WIDTH, WIDTH / 2, |s| Rgb::new(1.0 + s.x() as f32, 2.0 + s.y() as f32, 1.5 + s.z() as f32))
         }
@@ -54,10 +54,7 @@ fn write(file: &Path, cube: &CubeMap) -> Result<(), EnvError> {
         return Ok(());
     }
     let picture = cube.to_picture(CubeLayout::HorizontalCross, CubeHandedness::Right);
-    write_env(
-        file,
-        &EnvMap::new(picture.width(), picture.height(), picture.into_pixels())?,
-        &MapWriteOptions::default(),
-    )?;
+    let map = EnvMap::new(picture.width(), picture.height(), picture.into_pixels())?;
+    write_env(file, &map, &PictureWriteOptions::default())?;
     Ok(())
 }

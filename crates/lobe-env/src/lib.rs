@@ -5,11 +5,11 @@
 //! Read a map and look up a direction:
 //!
 //! ```no_run
-//! use lobe_env::{MapReadOptions, read_env};
+//! use lobe_env::EnvMap;
 //! use lobe_sh::Dir;
 //!
-//! let (sky, report) = read_env("sky.exr", &MapReadOptions::default())?;
-//! println!("{} x {}, straight up: {:?}", report.width, report.height, sky.radiance(Dir::Z));
+//! let sky = EnvMap::load("sky.exr")?;
+//! println!("{} x {}, straight up: {:?}", sky.width(), sky.height(), sky.radiance(Dir::Z));
 //! # Ok::<(), lobe_env::EnvError>(())
 //! ```
 //!
@@ -30,7 +30,7 @@
 //! Rotate the expansion of a photograph by a quarter turn and reconstruct a picture of it:
 //!
 //! ```
-//! use lobe_env::{MapWriteOptions, bundled, project_env, reconstruct, write_env};
+//! use lobe_env::{PictureWriteOptions, bundled, project_env, reconstruct, write_env};
 //! use lobe_sh::{Dir, Expansion, Rotation};
 //!
 //! let light = project_env(&bundled::sunset().map(), 6);
@@ -40,7 +40,7 @@
 //! let picture = reconstruct(&turned, 64, 32);
 //! # let folder = tempfile::tempdir()?;
 //! # let path = folder.path().join("turned.exr");
-//! write_env(path, &picture, &MapWriteOptions::default())?;
+//! write_env(path, &picture, &PictureWriteOptions::default())?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -48,11 +48,10 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | any map from any file | [`EnvMap::load`], [`MappedMap::load`], [`read_map`], [`LoadedMap`] |
-//! | files of one kind | [`read_env`], [`read_env_bytes`], [`MapReadOptions`], [`MapReadReport`]; [`write_env`], [`MapWriteOptions`], [`MapWriteReport`] |
-//! | cube maps as files | [`read_cube()`], [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; whichever the file holds: [`read_env_file`] |
+//! | any map from any file | [`EnvMap::load`], [`MappedMap::load`], [`read_map`], [`LoadedMap`], [`MapReadOptions`], [`MapReadReport`] |
+//! | maps as files | [`write_env`]; cubes with levels [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; in six files [`FaceFiles`], [`write_cube_faces`] |
 //! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
-//! | cubes in pictures and in six files | [`CubeLayout`], [`CubeHandedness`]; [`read_cube_faces`], [`write_cube_faces`] |
+//! | cubes in pictures | [`CubeLayout`], [`CubeHandedness`] |
 //! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
 //! | lat-long maps | [`EnvMap`]; two in the library: [`bundled`] |
 //! | directions and points of a lat-long map | [`lat_long`] |
@@ -91,7 +90,6 @@ mod prefilter;
 mod projection;
 mod reflection;
 mod resample;
-mod setters;
 mod sky;
 
 pub use area_light::area_light::{Approximations, AreaLight, ParallelBeam, PointLight, compare_approximations};
@@ -101,14 +99,11 @@ pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
 pub use error::{EnvError, MapReadOption};
 pub use files::bundled;
-pub use files::cube_faces::{FACE_NAMES, cube_face_paths, face_files, read_cube_faces, write_cube_faces};
-pub use files::read_cube::{EnvFile, read_cube, read_cube_bytes, read_env_file, read_env_file_bytes};
-pub use files::read_env::{read_env, read_env_bytes};
+pub use files::cube_faces::{FaceFiles, write_cube_faces};
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{MapReadOptions, MapReadReport};
-pub use files::write::{MapWriteOptions, MapWriteReport, write_env};
-pub use files::write_cube::{CubeWriteOptions, write_cube};
-pub use lobe_image::{FileFormat, Nonfinite, TexelFormat};
+pub use files::write::{CubeWriteOptions, write_cube, write_env};
+pub use lobe_image::{FileFormat, Nonfinite, PictureWriteOptions, TexelFormat};
 pub use map::adjust::{
     BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,
 };

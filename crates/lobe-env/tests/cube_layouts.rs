@@ -4,7 +4,7 @@
 
 use lobe_env::{
     CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, MapReadOptions, MappedMap, Mapping, Resample,
-    TexelFormat, read_cube, resample, write_cube,
+    TexelFormat, read_map, resample, write_cube,
 };
 use lobe_image::Picture;
 use lobe_sh::{Dir, Rgb};
@@ -138,7 +138,7 @@ fn textures_of_either_hand_come_back_with_all_levels() {
     for name in ["letters.ktx2", "letters.dds"] {
         let path = folder.path().join(name);
         write_cube(&path, &chain.clone().of_handedness(CubeHandedness::Left), &options).unwrap();
-        let (written, _) = read_cube(&path, &MapReadOptions::default()).unwrap();
+        let written = read_map(&path, &MapReadOptions::default()).unwrap().0.into_chain().unwrap();
         // The file holds what six files for left-handed directions hold: each face by itself.
         for (level, original) in written.levels().iter().zip(chain.levels()) {
             let faces = original.faces(CubeHandedness::Left);
@@ -158,7 +158,8 @@ fn textures_of_either_hand_come_back_with_all_levels() {
 fn textures_of_another_tool_are_read_the_right_way_round() {
     let folder = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data");
     for name in ["letters-rgba16f.ktx2", "letters-rgb9e5.ktx2"] {
-        let (chain, report) = read_cube(folder.join(name), &MapReadOptions::default()).unwrap();
+        let (map, report) = read_map(folder.join(name), &MapReadOptions::default()).unwrap();
+        let (chain, report) = (map.into_chain().unwrap(), report.picture);
         assert!(*chain.base() == lettered_cube(), "{name}: other letters");
         assert_eq!((report.width, report.levels), (SIZE, 3), "{name}: size and levels");
         for level in &chain.levels()[1..] {

@@ -2,8 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 
-use lobe_env::{EnvMap, bundled, irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh, lat_long};
+use lobe_env::{
+    EnvError, EnvMap, bundled, irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh, lat_long,
+};
+use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb};
 use lobe_testkit::directions;
 
@@ -95,7 +99,8 @@ fn brute_force_agrees_with_a_high_order_of_the_same_texels() {
 fn irradiance_pictures_of_a_real_map_agree_within_the_error_of_order_3() {
     for bundled in bundled::all() {
         let map = bundled.map();
-        let (slow, fast) = (irradiance_map_brute_force(&map, 32, 16), irradiance_map(&map, 3, 32, 16));
+        let (slow, fast) =
+            (irradiance_map_brute_force(&map, 32, 16, Job::default()).unwrap(), irradiance_map(&map, 3, 32, 16));
         let brightest = slow.texels().iter().map(|t| t.luminance()).fold(0.0, f32::max);
         for (i, (a, b)) in slow.texels().iter().zip(fast.texels()).enumerate() {
             // The cosine kernel of order 3 is off by at most 3/32 of its height at one place.
@@ -125,4 +130,19 @@ fn irradiance_is_linear_in_the_light() {
     for (a, b) in irradiance_at(&map, &n).iter().zip(irradiance_at(&twice, &n)) {
         assert!((b.r - 2.0 * a.r).abs() <= 1e-12 * a.r.abs(), "{a:?} and {b:?}");
     }
+}
+
+#[test]
+fn brute_force_reports_its_progress_and_stops_when_told() {
+    let map = bundled::sunset().map();
+    let mut seen = Vec::new();
+    let mut watch = |progress: &Progress| {
+        seen.push((progress.done, progress.total));
+        if seen.len() < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let stopped = irradiance_map_brute_force(&map, 128, 64, Job::default().watched_by(&mut watch));
+    assert!(matches!(stopped, Err(EnvError::Cancelled)), "told to stop");
+    assert_eq!(seen, [(0, 8192), (1024, 8192), (2048, 8192)], "texels that were done");
+    let refused = irradiance_map_brute_force(&map, 0, 64, Job::default());
+    assert!(matches!(refused, Err(EnvError::Options(_))), "no texels");
 }

@@ -91,7 +91,7 @@ fn nothing_is_lost_when_a_sun_is_taken_out() {
         let sun = found.sun;
         let degrees = sun.angular_diameter.to_degrees();
         println!("{name}: {:?}, {:?}, {degrees:.2}°, {} texels", sun.direction, sun.irradiance, sun.texels);
-        assert_kept(&name, map.as_ref(), &found);
+        assert_kept(&name, &map, &found);
     }
 }
 
@@ -248,7 +248,7 @@ fn the_sun_of_the_sunset_is_a_small_warm_light_over_the_horizon() {
     assert!(sun.irradiance.r > sun.irradiance.b && sun.irradiance.b > 0.0, "{:?}", sun.irradiance);
     assert!(sun.angular_diameter.to_degrees() < 3.0, "{}", sun.angular_diameter.to_degrees());
     let brightest = |map: &MappedMap| map.texels().iter().map(|t| t.luminance()).fold(0.0, f32::max);
-    assert!(brightest(&rest) < 0.2 * brightest(map.as_ref()), "{} of {}", brightest(&rest), brightest(map.as_ref()));
+    assert!(brightest(&rest) < 0.2 * brightest(&map), "{} of {}", brightest(&rest), brightest(&map));
     assert!((sun.irradiance_at(sun.direction).g - sun.irradiance.g).abs() < 1e-12, "a surface that faces it");
     assert!(sun.irradiance_at(-sun.direction).g == 0.0, "a surface that faces away");
 }
@@ -277,7 +277,7 @@ fn what_a_filter_took_below_zero_beside_a_sun_is_taken_from_the_sun() {
         }
         let name = format!("a sun towards {place:?} with {negative} negative texels");
         let found = extract_sun(&map, &SunOptions::default()).unwrap_or_else(|| panic!("{name}: not found"));
-        assert_kept(&name, map.as_ref(), &found);
+        assert_kept(&name, &map, &found);
         let least = found.rest.texels().iter().map(|t| t.r.min(t.g).min(t.b)).fold(f32::INFINITY, f32::min);
         assert!(negative > 0 && least >= 0.0, "{name}: {least} is left");
         // A hole in the sky beside the sun is no part of it: what is filled is black there, not blue.

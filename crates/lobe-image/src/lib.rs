@@ -34,7 +34,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | pictures | [`Picture`], [`Sheet`], [`Label`], [`color_bar()`]; colors for numbers: [`sequential`], [`diverging`] |
-//! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; what a file is: [`FileFormat`] |
+//! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; OpenEXR of any channels: [`ExrLayers`]; what a file is: [`FileFormat`] |
 //! | writing light | [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
 //! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | cube textures | [`read_cube_texture_bytes`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
@@ -55,15 +55,14 @@ mod error;
 mod picture;
 mod pixel;
 
-pub use codec::decoded::{CubeTexture, EnvmapAttribute, PictureHead, mip_level_count, mip_level_size};
+pub use codec::decoded::{CubeTexture, EnvmapAttribute, mip_level_count, mip_level_size};
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture};
+pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::read::{
-    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, read_picture, read_picture_bytes,
-    read_picture_bytes_if, read_picture_file,
+    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, read_picture, read_picture_bytes, read_picture_file,
 };
 pub use codec::texel_format::TexelFormat;
 pub use codec::texture::{read_cube_texture_bytes, write_cube_texture};
-pub use codec::write_exr::{ExrAttribute, ExrLayers};
 pub use compare::compare::{ErrorReport, compare, error_map, error_of, relative_mse};
 pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
 pub use compare::hdr_flip::hdr_flip;

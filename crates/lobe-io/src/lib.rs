@@ -13,6 +13,7 @@ mod error;
 mod fingerprint;
 mod job;
 mod records;
+mod setters;
 mod staged;
 
 pub use error::IoError;

@@ -157,7 +157,11 @@ impl Target {
                 let message = "this is the name of a folder; give the name of a file";
                 Err(io::Error::new(io::ErrorKind::InvalidInput, message))
             }
-            Err(_) => Ok(Self::Replace(path.to_owned())),
+            Err(error) => match path.read_link() {
+                // A link to what is not there yet is followed like any other. One in a circle is replaced.
+                Ok(target) if error.kind() == io::ErrorKind::NotFound => Self::of(&folder_of(path).join(target)),
+                _ => Ok(Self::Replace(path.to_owned())),
+            },
         }
     }
 }
@@ -313,6 +317,15 @@ mod tests {
         assert_eq!(fs::read_to_string(&plain).unwrap(), "through", "the link's file");
         assert!(link.is_symlink(), "the link is still a link");
         assert_eq!(mode(&plain) & 0o777, 0o640, "a replaced file keeps its permissions");
+
+        let [missing, dangling, circle] = ["missing", "dangling", "circle"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("missing", &dangling).unwrap();
+        std::os::unix::fs::symlink("circle", &circle).unwrap();
+        for link in [&dangling, &dangling, &circle] {
+            write_atomically(link, |w| w.write_all(b"followed")).unwrap();
+        }
+        assert_eq!(fs::read_to_string(&missing).unwrap(), "followed", "what a dangling link names");
+        assert_eq!((dangling.is_symlink(), circle.is_symlink()), (true, false), "links, and one that names itself");
 
         let null = Path::new("/dev/null");
         write_atomically(null, |w| w.write_all(b"gone")).unwrap();

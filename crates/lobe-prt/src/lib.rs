@@ -4,14 +4,14 @@
 //! exit radiance is their scalar product `B = Σᵢ Lᵢ Tᵢ`. Shadows and interreflections are in T: turning the light costs
 //! nothing.
 //!
-//! # Where to find what
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|
 //! | transfer vectors | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
-//! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`Mode`], [`BakeReport`] |
+//! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`Mode`], [`AlbedoMode`], [`BakeReport`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
@@ -45,7 +45,7 @@ mod zonal;
 pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
 pub use bake::bake::{bake, bake_on_disk};
 pub use bake::glossy::{bake_matrices, bake_matrices_on_disk};
-pub use bake::options::{BakeOptions, BakeReport, Mode};
+pub use bake::options::{AlbedoMode, BakeOptions, BakeReport, Mode};
 pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_on_disk};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,

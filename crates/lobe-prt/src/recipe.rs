@@ -6,7 +6,10 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::{BakeOptions, BakeReport, Mode};
+use crate::{AlbedoMode, BakeOptions, BakeReport, Mode};
+
+/// The name of [`AlbedoMode::None`] in a recipe.
+const DEMODULATED: &str = "none";
 
 /// The light paths of the transfer in a file, as its recipe names them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -127,6 +130,9 @@ Recipe {
     energy_stop: f64,
     /// The seed of the random directions.
     seed: u64,
+    /// `none` if transfer has to be multiplied by the base color where it is shown, see [`AlbedoMode::None`]. Without it
+    /// the albedo of the receivers is part of their transfer.
+    albedo: String,
     /// The longest edge that was left when triangles were split.
     max_edge: Option<f64>,
     /// The change of transfer along an edge that was split, see
@@ -134,6 +140,8 @@ Recipe {
     adaptive: Option<f64>,
     /// Edges that are shorter were not split.
     min_edge: Option<f64>,
+    /// Whether light went straight through glass and blended surfaces.
+    straight_through: bool,
     /// Texels along a side of a lightmap.
     texels: Option<usize>,
     /// Points of a grid along its axes.
@@ -169,7 +177,8 @@ impl Recipe {
     /// The recipe of a bake: its options, and what its report says that the same arguments lead to again.
     #[must_use]
     pub fn of_bake(options: &BakeOptions, report: &BakeReport) -> Self {
-        Self::default()
+        let albedo = (options.albedo == AlbedoMode::None).then(|| DEMODULATED.to_owned());
+        Self { albedo, ..Self::default() }
             .mode(options.mode.into())
             .order(options.order)
             .samples(options.samples)
@@ -199,6 +208,7 @@ impl Recipe {
             energy_stop: self.energy_stop.unwrap_or(defaults.energy_stop),
             seed: self.seed.unwrap_or(defaults.seed),
             channels: None,
+            albedo: if self.albedo.as_deref() == Some(DEMODULATED) { AlbedoMode::None } else { AlbedoMode::Vertex },
         }
     }
 }

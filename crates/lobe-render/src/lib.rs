@@ -44,7 +44,7 @@
 //! # Ok::<(), lobe_render::RenderError>(())
 //! ```
 //!
-//! # Where to find what
+//! # Index
 //!
 //! | purpose | item |
 //! |---|---|

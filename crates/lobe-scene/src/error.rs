@@ -27,12 +27,13 @@ pub enum SceneError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The scene has more triangles or vertices than [`SceneReadOptions::limit`](crate::SceneReadOptions::limit)
-    /// allows.
-    #[error("{message}: raise SceneReadOptions::limit")]
+    /// The scene has more of something than a limit among [`SceneReadOptions`](crate::SceneReadOptions) allows.
+    #[error("{message}: raise SceneReadOptions::{}", limit.name())]
     TooLarge {
         /// The file, the limit, and what was found.
         message: String,
+        /// The limit.
+        limit: SceneLimit,
     },
     /// The operating system refused.
     #[error("{place}: {source}")]
@@ -42,6 +43,28 @@ pub enum SceneError {
         /// The refusal.
         source: io::Error,
     },
+}
+
+/// The limits of reading a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SceneLimit {
+    /// Of triangles and of vertices: [`SceneReadOptions::limit`](crate::SceneReadOptions::limit).
+    Triangles,
+    /// [`SceneReadOptions::texel_limit`](crate::SceneReadOptions::texel_limit).
+    Texels,
+    /// [`SceneReadOptions::memory_limit`](crate::SceneReadOptions::memory_limit).
+    Memory,
+}
+
+impl SceneLimit {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Triangles => "limit",
+            Self::Texels => "texel_limit",
+            Self::Memory => "memory_limit",
+        }
+    }
 }
 
 impl SceneError {

@@ -39,7 +39,7 @@
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | subdivision | [`Scene::split_edges`] |
 //! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`] |
-//! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::is_solid`] |
+//! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::stops`] |
 
 pub mod built_in;
 mod bvh;
@@ -49,7 +49,7 @@ mod scene;
 
 pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
-pub use error::SceneError;
+pub use error::{SceneError, SceneLimit};
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::GltfDocument;
 pub use files::gltf::files::LOBE_EXTRAS_VERSION;

@@ -5,7 +5,7 @@
 use std::error::Error;
 
 use lobe::env::{
-    CubeMipChain, CubeWriteOptions, MapReadOptions, Mapping, Resample, bundled, project_map, read_cube, resample,
+    CubeMipChain, CubeWriteOptions, MapReadOptions, Mapping, Resample, bundled, project_map, read_map, resample,
     write_cube,
 };
 
@@ -30,7 +30,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let cube = resample(&sky, &Resample::to(Mapping::Cube, 64, 6 * 64))?.into_cube_map()?;
     let path = std::env::temp_dir().join("lobe-example-06.ktx2");
     write_cube(&path, &CubeMipChain::averaged(cube), &CubeWriteOptions::default())?;
-    let (chain, _) = read_cube(&path, &MapReadOptions::default())?;
+    let chain = read_map(&path, &MapReadOptions::default())?.0.into_chain()?;
     println!("{}: {} levels", path.display(), chain.levels().len());
     assert_eq!(chain.levels().len(), 7, "64, 32, .. 1");
     Ok(())

@@ -4,8 +4,8 @@
 //! exit codes and every file that they leave are compared, byte by byte. So a change of structure can be shown to
 //! change nothing, and a change of behavior to change what it is meant to.
 //!
-//! With one program, the second run has one thread instead of all: results do not depend on the number of threads. Uses
-//! no other room.
+//! One program is run again with as many threads, and with one, two and three: the same arguments give the same bytes.
+//! Uses no other room.
 
 mod words;
 
@@ -33,20 +33,31 @@ struct Left {
 
 /// Runs one program or two and compares what they leave.
 pub(crate) fn run(arguments: &[String]) -> Outcome {
-    let (before, after, threads) = match arguments {
-        [before, after] => (before, after, None),
-        [program] => (program, program, Some("1")),
+    let (before, after, threads): (_, _, &[_]) = match arguments {
+        [before, after] => (before, after, &[None]),
+        [program] => (program, program, &[None, Some("1"), Some("2"), Some("3")]),
         _ => return Err(vec!["usage: cargo xtask outputs PROGRAM-BEFORE [PROGRAM-AFTER]".into()]),
     };
     let folder = std::env::temp_dir().join(format!("lobe-outputs-{}", std::process::id()));
-    let compared = run_in(&folder.join("before"), before, None)
-        .and_then(|before| Ok((before, run_in(&folder.join("after"), after, threads)?)));
+    let compared = compare(&folder, before, after, threads);
     // Remove the files; a failure to do so is no fault of the programs.
     let _ = fs::remove_dir_all(&folder);
-    let (before, after) = compared.map_err(|fault| vec![fault])?;
-    let faults = differences(&before, &after);
-    println!("{} commands, {} files, {} differences", before.printed.len(), before.files.len(), faults.len());
+    let faults = compared.map_err(|fault| vec![fault])?;
     if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The differences between a run of one program and those of the other, one for each number of threads.
+fn compare(folder: &Path, before: &str, after: &str, threads: &[Option<&str>]) -> Result<Vec<String>, String> {
+    let first = run_in(&folder.join("before"), before, None)?;
+    let mut faults = Vec::new();
+    for count in threads {
+        let name = count.unwrap_or("all");
+        let found = differences(&first, &run_in(&folder.join(name), after, *count)?);
+        let (commands, files) = (first.printed.len(), first.files.len());
+        println!("{name} threads: {commands} commands, {files} files, {} differences", found.len());
+        faults.extend(found.into_iter().map(|fault| format!("{name} threads: {fault}")));
+    }
+    Ok(faults)
 }
 
 /// The command lines, without comments.

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvError, MapReadOption, MapReadReport, Nonfinite};
+use lobe::env::{EnvError, Nonfinite};
+use lobe::image::{ImageError, PictureReadReport, ReadOption};
 use lobe::sh::{ShFile, read_sh_json, read_sh_json_from};
 
+use crate::run::failure::image_error;
 use crate::run::talk::Talk;
 
 /// The files that are read as environment maps.
@@ -51,10 +53,16 @@ impl ShInput {
 
     /// Reads two expansions, of which one at most can be stdin.
     pub(crate) fn read_two(a: &Self, b: &Self) -> anyhow::Result<(ShFile, ShFile)> {
-        if *a == Self::Stdin && *b == Self::Stdin {
-            bail!("stdin: both inputs are -, but stdin can be read only once; name a file for one of them");
-        }
+        Self::check_stdin_once([a, b])?;
         Ok((a.read()?, b.read()?))
+    }
+
+    /// Refuses two inputs from stdin.
+    pub(crate) fn check_stdin_once<'a>(inputs: impl IntoIterator<Item = &'a Self>) -> anyhow::Result<()> {
+        if inputs.into_iter().filter(|input| **input == Self::Stdin).count() > 1 {
+            bail!("stdin: two inputs are -, but stdin can be read only once; name a file for one of them");
+        }
+        Ok(())
     }
 }
 
@@ -104,11 +112,11 @@ pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
 /// A refusal of a picture that is too large or has texels which are no numbers, in a command without options for that,
 /// and what to do instead of either.
 pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&str; 2]) -> anyhow::Error {
-    match error.downcast_ref() {
-        Some(EnvError::Refused { place, message, option: MapReadOption::MaxTexels }) => {
+    match image_error(&error) {
+        Some(ImageError::Refused { place, message, option: ReadOption::MaxTexels }) => {
             anyhow::anyhow!("{place}: {message}; {too_large}")
         }
-        Some(EnvError::Refused { place, message, option: MapReadOption::Nonfinite }) => {
+        Some(ImageError::Refused { place, message, option: ReadOption::Nonfinite }) => {
             anyhow::anyhow!("{place}: {message}; {nonfinite}")
         }
         _ => error,
@@ -124,7 +132,7 @@ fn holds_expansion(path: &Path) -> bool {
 }
 
 /// Notes the findings of reading a file.
-pub(crate) fn tell(report: &MapReadReport, name: &str, talk: Talk) {
+pub(crate) fn tell(report: &PictureReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);
     }

@@ -3,13 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::env::{
-    CubeHandedness, CubeLayout, EnvMap, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping, Nonfinite,
-    cube_face_paths, face_files, read_map,
+    CubeHandedness, CubeLayout, EnvMap, FaceFiles, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping,
+    Nonfinite, read_map,
 };
+use lobe::image::PictureReadOptions;
 
 use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
+use crate::args::names::names;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -19,8 +21,9 @@ const MOST_TEXELS: usize = 1 << 35;
 /// Where a map is, and how it shows its surroundings.
 #[derive(Args)]
 pub(crate) struct MapPath {
-    /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/%.exr (or
-    /// another extension) for the six files px to nz, posx to negz, or right, left, top, bottom, front, back, or bundled:NAME
+    /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/PREFIX%.exr (or
+    /// another extension) for the six files px to nz or mz, posx to negz, right, left, top, bottom, front, back or rt, lf, up, dn,
+    /// ft, bk, or bundled:NAME
     #[arg(value_name = "IN")]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
@@ -32,7 +35,7 @@ pub(crate) struct MapPath {
     from_left_handed: bool,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
     /// to as much again while a .hdr, .png or .jpg is decoded: 3.2 GB for the most that is read without this option
-    #[arg(long, value_name = "N", default_value_t = MapReadOptions::default().max_texels, value_parser = max_texels)]
+    #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
     max_texels: usize,
 }
 
@@ -49,46 +52,32 @@ pub(crate) struct MapInput {
     nonfinite: NonfiniteOption,
 }
 
-/// A mapping on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum Form {
-    /// Longitude across, latitude down (Blinn and Newell)
-    LatLong,
-    /// Six faces
-    Cube,
-    /// The octahedron, unfolded
-    Octahedral,
-    /// The octahedron, unfolded so that all texels have the same solid angle
-    EqualArea,
-    /// The light probe: the distance from the middle is the angle
-    Angular,
-    /// OpenGL's sphere map
-    Sphere,
-    /// The photograph of a mirror ball
-    MirrorBall,
-    /// Two parabolic mirrors, side by side
-    DualParaboloid,
-}
-
-impl From<Form> for Mapping {
-    fn from(form: Form) -> Self {
-        match form {
-            Form::LatLong => Self::LatLong,
-            Form::Cube => Self::Cube,
-            Form::Octahedral => Self::Octahedral,
-            Form::EqualArea => Self::EqualArea,
-            Form::Angular => Self::Angular,
-            Form::Sphere => Self::Sphere,
-            Form::MirrorBall => Self::MirrorBall,
-            Form::DualParaboloid => Self::DualParaboloid,
-        }
+names! {
+    /// A mapping on the command line.
+    pub(crate) enum Form for Mapping {
+        /// Longitude across, latitude down (Blinn and Newell)
+        LatLong,
+        /// Six faces
+        Cube,
+        /// The octahedron, unfolded
+        Octahedral,
+        /// The octahedron, unfolded so that all texels have the same solid angle
+        EqualArea,
+        /// The light probe: the distance from the middle is the angle
+        Angular,
+        /// OpenGL's sphere map
+        Sphere,
+        /// The photograph of a mirror ball
+        MirrorBall,
+        /// Two parabolic mirrors, side by side
+        DualParaboloid,
     }
 }
 
 impl MapInput {
     /// The map at a path, whose mapping the file or its proportions tell.
     pub(crate) fn of(path: &Path) -> Self {
-        let max_texels = MapReadOptions::default().max_texels;
+        let max_texels = PictureReadOptions::default().max_texels;
         let map = MapPath { path: path.to_owned(), from: None, from_left_handed: false, max_texels };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }
@@ -153,8 +142,7 @@ impl MapPath {
         }
         let handedness = if self.from_left_handed { CubeHandedness::Left } else { CubeHandedness::Right };
         let options = MapReadOptions::default()
-            .nonfinite(nonfinite)
-            .max_texels(self.max_texels)
+            .picture(PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels))
             .mapping(self.from.map(Mapping::from))
             .handedness(handedness);
         let (map, report) = read_map(&self.path, &options).map_err(|error| explain(&self.path, error))?;
@@ -162,13 +150,13 @@ impl MapPath {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&name, &text);
         }
-        match face_files(&self.path) {
-            Some((folder, extension)) => {
-                for (face, path) in report.faces.iter().zip(cube_face_paths(folder, &extension)) {
+        match FaceFiles::of(&self.path).and_then(|files| files.to_read()) {
+            Some(paths) => {
+                for (face, path) in report.faces.iter().zip(paths) {
                     tell(face, &path.display().to_string(), talk);
                 }
             }
-            None => tell(&report, &name, talk),
+            None => tell(&report.picture, &name, talk),
         }
         Ok((map, report))
     }
@@ -189,11 +177,13 @@ fn extension(path: &Path) -> String {
 }
 
 pub(crate) fn is_texture(path: &Path) -> bool {
-    ["ktx2", "dds"].contains(&extension(path).as_str())
+    ["ktx2", "ktx", "dds"].contains(&extension(path).as_str())
 }
 
 #[cfg(test)]
 mod tests {
+    use clap::ValueEnum as _;
+
     use super::*;
 
     #[test]

@@ -6,11 +6,13 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, FACE_NAMES, MapWriteOptions,
-    MappedMap, Mapping, TexelFormat, face_files, write_cube, write_cube_faces,
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvMap, FaceFiles, MappedMap, Mapping, TexelFormat,
+    write_cube, write_cube_faces,
 };
+use lobe::image::{ImageError, PictureWriteOptions};
 
 use crate::args::map_input::is_texture;
+use crate::args::names::names;
 use crate::args::output;
 use crate::args::picture::{PictureOutput, note_clamped};
 use crate::run::talk::Talk;
@@ -18,7 +20,7 @@ use crate::run::talk::Talk;
 /// A map to write.
 #[derive(Args)]
 pub(crate) struct MapOutput {
-    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2 or .dds, or as FOLDER/%.exr (or
+    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2, .dds or .ktx, or as FOLDER/PREFIX%.exr (or
     /// another extension) for the six files px to nz
     #[arg(short, long, value_name = "OUT")]
     output: MapFile,
@@ -28,13 +30,13 @@ pub(crate) struct MapOutput {
     /// Of a cube: make its faces for left-handed directions, as Direct3D and three.js want them
     #[arg(long)]
     left_handed: bool,
-    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f]
+    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f; r11g11b10f in .ktx, which holds nothing else]
     #[arg(long, value_enum)]
     texels: Option<Texels>,
     /// Of .ktx2: compress with Zstandard
     #[arg(long)]
     zstd: bool,
-    /// Of .ktx2 and .dds: with all smaller levels, each the mean of the one before [default: none; by convert those of IN, where IN
+    /// Of .ktx2, .dds and .ktx: with all smaller levels, each the mean of the one before [default: none; by convert those of IN, where IN
     /// is a texture of the same size]
     #[arg(long)]
     mips: bool,
@@ -48,7 +50,7 @@ pub(crate) struct MapOutput {
 enum MapFile {
     Picture(PictureOutput),
     Texture(PathBuf),
-    Faces { folder: PathBuf, extension: String },
+    Faces(FaceFiles),
 }
 
 impl FromStr for MapFile {
@@ -59,35 +61,25 @@ impl FromStr for MapFile {
         if is_texture(&path) {
             return Ok(Self::Texture(path));
         }
-        if let Some((folder, extension)) = face_files(&path) {
-            if !["exr", "hdr", "pfm"].contains(&extension.as_str()) {
-                return Err("expected %.exr, %.hdr or %.pfm for the six files of a cube".to_owned());
+        if let Some(files) = FaceFiles::of(&path) {
+            if !["exr", "hdr", "pfm", "png"].contains(&files.extension().as_str()) {
+                return Err("expected %.exr, %.hdr, %.pfm or %.png for the six files of a cube".to_owned());
             }
-            return Ok(Self::Faces { folder: folder.to_owned(), extension });
+            return Ok(Self::Faces(files));
         }
         match text.parse() {
             Ok(picture) => Ok(Self::Picture(picture)),
-            Err(_) => Err("expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2 or .dds".to_owned()),
+            Err(_) => Err("expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2, .dds or .ktx".to_owned()),
         }
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum Layout {
-    HorizontalCross,
-    VerticalCross,
-    Row,
-    Column,
-}
-
-impl From<Layout> for CubeLayout {
-    fn from(layout: Layout) -> Self {
-        match layout {
-            Layout::HorizontalCross => Self::HorizontalCross,
-            Layout::VerticalCross => Self::VerticalCross,
-            Layout::Row => Self::Row,
-            Layout::Column => Self::Column,
-        }
+names! {
+    pub(crate) enum Layout for CubeLayout {
+        HorizontalCross,
+        VerticalCross,
+        Row,
+        Column,
     }
 }
 
@@ -100,7 +92,9 @@ pub(crate) enum Texels {
     Rgba32f,
     /// One exponent for three colors: half the size of rgba16f, to 65408
     Rgb9e5,
-    /// Blocks: an eighth of the size of rgba16f; only in programs built with cargo build -p lobe-cli --features bc6h
+    /// Floats of 11, 11 and 10 bits: two digits, half the size of rgba16f, to 64512; as .ktx for Filament
+    R11g11b10f,
+    /// Blocks: an eighth of the size of rgba16f, two digits
     Bc6h,
 }
 
@@ -110,6 +104,7 @@ impl From<Texels> for TexelFormat {
             Texels::Rgba16f => Self::Rgba16F,
             Texels::Rgba32f => Self::Rgba32F,
             Texels::Rgb9e5 => Self::Rgb9e5,
+            Texels::R11g11b10f => Self::R11G11B10F,
             Texels::Bc6h => Self::Bc6h,
         }
     }
@@ -147,7 +142,7 @@ impl MapOutput {
         let is_picture = matches!(self.output, MapFile::Picture(_));
         let is_exr = match &self.output {
             MapFile::Picture(picture) => picture.is_exr(),
-            MapFile::Faces { extension, .. } => extension == "exr",
+            MapFile::Faces(files) => files.extension() == "exr",
             MapFile::Texture(_) => false,
         };
         if self.is_cube_only() && mapping != Mapping::Cube {
@@ -162,24 +157,23 @@ impl MapOutput {
             ),
             (self.left_handed && mapping != Mapping::Cube, "--left-handed: only of a cube"),
             (self.half && !is_exr, "--half: only of .exr"),
-            (self.texels.is_some() && !is_texture, "--texels: only of .ktx2 and .dds"),
+            (self.texels.is_some() && !is_texture, "--texels: only of .ktx2, .dds and .ktx"),
             (self.zstd && !is_texture, "--zstd: only of .ktx2"),
-            (self.mips && !is_texture, "--mips: only of .ktx2 and .dds"),
+            (self.mips && !is_texture, "--mips: only of .ktx2, .dds and .ktx"),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!("{message}; leave it out");
         }
         match &self.output {
             MapFile::Picture(picture) => picture.check(),
-            MapFile::Texture(path) => output::prepare_file(path),
-            MapFile::Faces { folder, extension } => {
+            MapFile::Texture(path) => output::prepare_file(path, &[]),
+            MapFile::Faces(files) => {
+                let folder = files.folder();
                 // The folders that are missing are made when there is something to put into them.
                 let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
                 match folder.ancestors().take_while(is_missing).last() {
-                    Some(outermost) => output::prepare_file(outermost),
-                    None => FACE_NAMES
-                        .iter()
-                        .try_for_each(|name| output::prepare_file(&folder.join(format!("{name}.{extension}")))),
+                    Some(outermost) => output::prepare_file(outermost, &[]),
+                    None => files.to_write().iter().try_for_each(|path| output::prepare_file(path, &[])),
                 }
             }
         }
@@ -187,7 +181,7 @@ impl MapOutput {
 
     /// Writes the map.
     pub(crate) fn write(&self, map: MappedMap, talk: Talk) -> anyhow::Result<()> {
-        let options = MapWriteOptions::default().half(self.half);
+        let options = PictureWriteOptions::default().half(self.half);
         match &self.output {
             MapFile::Picture(picture) if map.mapping() == Mapping::Cube => {
                 let layout = self.layout.unwrap_or(Layout::HorizontalCross).into();
@@ -203,12 +197,16 @@ impl MapOutput {
                 let chain = if self.mips { CubeMipChain::averaged(cube) } else { CubeMipChain::single(cube) };
                 self.write_chain(chain, talk)
             }
-            MapFile::Faces { folder, extension } => {
-                let cube = map.into_cube_map()?;
+            MapFile::Faces(files) => {
+                let (cube, folder) = (map.into_cube_map()?, files.folder());
                 std::fs::create_dir_all(folder)
-                    .map_err(|source| EnvError::Io { place: folder.display().to_string(), source })?;
-                let report = write_cube_faces(folder, extension, &cube, self.handedness(), &options)?;
-                note_clamped(&folder.display().to_string(), report, talk);
+                    .map_err(|source| ImageError::Io { place: folder.display().to_string(), source })?;
+                let report = write_cube_faces(files, &cube, self.handedness(), &options)?;
+                let name = folder.display().to_string();
+                note_clamped(&name, report, talk);
+                if files.extension() == "png" {
+                    talk.note(&name, "tone-mapped for looking at, all faces alike; %.exr holds the values");
+                }
                 Ok(())
             }
         }
@@ -217,10 +215,11 @@ impl MapOutput {
     /// Writes all levels of a chain; only a texture holds them.
     pub(crate) fn write_chain(&self, chain: CubeMipChain, talk: Talk) -> anyhow::Result<()> {
         let MapFile::Texture(path) = &self.output else {
-            bail!("-o: a chain of levels is written as .ktx2 or .dds");
+            bail!("-o: a chain of levels is written as .ktx2, .dds or .ktx");
         };
-        let options =
-            CubeWriteOptions::default().texels(self.texels.map(TexelFormat::from).unwrap_or_default()).zstd(self.zstd);
+        let is_ktx1 = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx"));
+        let usual = if is_ktx1 { TexelFormat::R11G11B10F } else { TexelFormat::default() };
+        let options = CubeWriteOptions::default().texels(self.texels.map_or(usual, TexelFormat::from)).zstd(self.zstd);
         let report = write_cube(path, &chain.of_handedness(self.handedness()), &options)?;
         note_clamped(&path.display().to_string(), report, talk);
         Ok(())
@@ -237,11 +236,11 @@ mod tests {
 
     #[test]
     fn names_say_what_kind_of_file_it_is() {
-        let faces = MapFile::Faces { folder: "sky".into(), extension: "exr".into() };
-        assert_eq!("sky/%.exr".parse(), Ok(faces), "six files");
+        assert!(matches!("sky/%.exr".parse(), Ok(MapFile::Faces(_))), "six files");
+        assert!(matches!("sky_%.png".parse(), Ok(MapFile::Faces(_))), "six files with a prefix");
         assert_eq!("a.KTX2".parse(), Ok(MapFile::Texture("a.KTX2".into())), "texture");
         assert!(matches!("a.exr".parse(), Ok(MapFile::Picture(_))), "picture");
-        for bad in ["a", "a.txt", "%.png", "%", ""] {
+        for bad in ["a", "a.txt", "%.jpg", "%", ""] {
             assert!(bad.parse::<MapFile>().is_err(), "{bad:?} was taken");
         }
     }

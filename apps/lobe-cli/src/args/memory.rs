@@ -8,15 +8,22 @@ use crate::args::values;
 /// Bytes of a gibibyte.
 const GIB: f64 = (1_u64 << 30) as f64;
 
-/// `--max-memory`. The default leaves the most common machines, of 8 GiB, half of it for the scene and everything else.
+/// `--max-memory`. The default leaves the most common machines, of 8 GiB, half of it for everything else. The scene is held
+/// against it when it is read, and the other work when that is known, each alone.
 #[derive(Args)]
 pub(crate) struct MemoryLimit {
-    /// Refuse work that takes more memory than this, in GiB, beside the scene and the light
+    /// Refuse a scene, with its instances and the tree over its triangles, and work beside it that takes more memory than
+    /// this, in GiB
     #[arg(long, value_name = "GIB", default_value = "4", value_parser = values::positive)]
     max_memory: f64,
 }
 
 impl MemoryLimit {
+    /// The limit in bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        (self.max_memory * GIB) as u64
+    }
+
     /// Refuses the work `what`, which takes at most `bytes`, if that is above the limit or the system does not give it;
     /// `instead` is what a user can ask for then.
     pub(crate) fn check(&self, what: &str, bytes: u64, instead: &str) -> anyhow::Result<()> {

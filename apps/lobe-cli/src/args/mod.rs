@@ -1,13 +1,15 @@
 //! Arguments that several commands share: inputs, outputs, numbers and limits, with their checks.
 //!
 //! `values` parses numbers. `input`, `map_input`, `scene_input` and `transfer_input` open files, `output`, `map_output`
-//! and `picture` check and write them; `compression`, `memory` and `turn` are options. Uses `run`.
+//! and `picture` check and write them; `compression`, `memory` and `turn` are options, `names` declares the values of
+//! others. Uses `run`.
 
 pub(crate) mod compression;
 pub(crate) mod input;
 pub(crate) mod map_input;
 pub(crate) mod map_output;
 pub(crate) mod memory;
+pub(crate) mod names;
 pub(crate) mod output;
 pub(crate) mod picture;
 pub(crate) mod scene_input;

@@ -1,5 +1,6 @@
 //! Outputs: files and stdout, their checks, and the quantity of a result.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -29,10 +30,9 @@ impl ShOutput {
         match self {
             Self::Stdout => Ok(()),
             Self::File(path) => {
-                prepare_file(path)?;
-                let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+                prepare_file(path, &[])?;
                 // A device or a pipe has no extension.
-                if !is_json && (path.is_file() || !path.exists()) {
+                if !has_extension(path, "json") && (path.is_file() || !path.exists()) {
                     bail!("-o: {}: an expansion is written as .sh.json, or to stdout with -", path.display());
                 }
                 Ok(())
@@ -69,27 +69,35 @@ impl QuantityOption {
     }
 }
 
-/// Refuses a file that could not be written. Clears away what killed commands have left in its folder.
-pub(crate) fn prepare_file(path: &Path) -> anyhow::Result<()> {
+/// Refuses a file that could not be written, or that is one of the inputs, which would be lost. Clears away what killed
+/// commands have left in its folder.
+pub(crate) fn prepare_file(path: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
+    let output = path.canonicalize();
+    if inputs.iter().any(|input| matches!((&output, input.canonicalize()), (Ok(out), Ok(input)) if *out == input)) {
+        bail!("-o: {} is an input, which would be lost; give another name", path.display());
+    }
     check_writable(path).map_err(|source| ShError::Io { place: path.display().to_string(), source })?;
     remove_abandoned(path);
     Ok(())
 }
 
-/// Refuses to replace an input by something else.
-pub(crate) fn check_not_input(output: &Path, input: &Path) -> anyhow::Result<()> {
-    match (output.canonicalize(), input.canonicalize()) {
-        (Ok(out), Ok(input)) if out == input => {
-            bail!("-o: {} is an input, which would be lost; give another name", output.display())
-        }
-        _ => Ok(()),
-    }
+/// Whether a file has this extension, in letters of any case.
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
 /// Refuses another extension than that of safetensors.
 pub(crate) fn check_safetensors(path: &Path) -> anyhow::Result<()> {
-    if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("safetensors")) {
+    if !has_extension(path, "safetensors") {
         bail!("-o: {}: this is written as .safetensors", path.display());
+    }
+    Ok(())
+}
+
+/// Refuses another extension than that of PNG.
+pub(crate) fn check_png(path: &Path) -> anyhow::Result<()> {
+    if !has_extension(path, "png") {
+        bail!("-o: expected a name that ends in .png, found {}", path.display());
     }
     Ok(())
 }
@@ -103,6 +111,20 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
 /// Prints a result on stdout as one line of JSON.
 pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string(value)? + "\n"))
+}
+
+/// Prints results on stdout as one line of JSON, an object with one member.
+pub(crate) fn print_json_list(member: &str, results: Vec<impl Serialize>) -> anyhow::Result<()> {
+    print_json(&BTreeMap::from([(member, results)]))
+}
+
+/// Prints numbers on stdout, those of a place as one line, or all as JSON.
+pub(crate) fn print_values(values: Vec<Vec<f64>>, as_json: bool) -> anyhow::Result<()> {
+    if as_json {
+        return print_json_list("values", values);
+    }
+    let line = |row: &Vec<f64>| row.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ") + "\n";
+    print(&values.iter().map(line).collect::<String>())
 }
 
 fn stdout_error(source: io::Error) -> anyhow::Error {

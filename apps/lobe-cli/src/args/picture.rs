@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lobe::env::{EnvMap, MapWriteOptions, MapWriteReport, write_env};
-use lobe::image::{Picture, Tone};
+use lobe::env::{EnvMap, write_env};
+use lobe::image::{Picture, PictureWriteOptions, PictureWriteReport, Tone};
 use lobe::io::write_atomically;
 use lobe::sh::ShError;
 
@@ -45,21 +45,21 @@ impl FromStr for PictureOutput {
 impl PictureOutput {
     /// Whether it can be of half floats.
     pub(crate) fn is_exr(&self) -> bool {
-        self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+        output::has_extension(&self.path, "exr")
     }
 
     /// Refuses an output that could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
-        output::prepare_file(&self.path)
+        output::prepare_file(&self.path, &[])
     }
 
     /// Writes the picture, and notes the values that the format could not hold.
     pub(crate) fn write(&self, map: &EnvMap, talk: Talk) -> anyhow::Result<()> {
-        self.write_with(map, &MapWriteOptions::default(), talk)
+        self.write_with(map, &PictureWriteOptions::default(), talk)
     }
 
     /// Writes the picture with these options, and notes the values that the format could not hold.
-    pub(crate) fn write_with(&self, map: &EnvMap, options: &MapWriteOptions, talk: Talk) -> anyhow::Result<()> {
+    pub(crate) fn write_with(&self, map: &EnvMap, options: &PictureWriteOptions, talk: Talk) -> anyhow::Result<()> {
         let name = self.path.display().to_string();
         match self.kind {
             Kind::Light => note_clamped(&name, write_env(&self.path, map, options)?, talk),
@@ -78,7 +78,7 @@ impl PictureOutput {
 }
 
 /// Notes the number of texels that a format could not hold as they were.
-pub(crate) fn note_clamped(name: &str, report: MapWriteReport, talk: Talk) {
+pub(crate) fn note_clamped(name: &str, report: PictureWriteReport, talk: Talk) {
     if report.clamped > 0 {
         let texels = texels_are(report.clamped);
         let instead = if name.ends_with(".exr") { "without --half it" } else { ".exr" };

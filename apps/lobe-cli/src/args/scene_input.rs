@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
 use lobe::scene::{Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene};
 
+use crate::args::memory::MemoryLimit;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -26,6 +27,13 @@ pub(crate) struct SceneInput {
     /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
     #[arg(long, value_name = "N", value_parser = max_triangles)]
     max_triangles: Option<usize>,
+    /// The most texels that all textures of a file together may have [default: 268435456]
+    #[arg(long, value_name = "N", value_parser = max_texels)]
+    max_texels: Option<usize>,
+    /// Let light straight through blended surfaces of a glTF file, by their alpha, and through glass, by its transmission;
+    /// without this they are opaque
+    #[arg(long)]
+    transparency: bool,
 }
 
 /// The most triangles that rays can be traced among.
@@ -33,6 +41,10 @@ const MOST_TRIANGLES: usize = (1 << 31) - 1;
 
 fn max_triangles(text: &str) -> Result<usize, String> {
     values::whole(text, 1, MOST_TRIANGLES, "a number of triangles")
+}
+
+fn max_texels(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, usize::MAX >> 3, "a number of texels")
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -51,6 +63,11 @@ impl SceneInput {
         &self.path
     }
 
+    /// Whether light goes straight through glass and blended surfaces.
+    pub(crate) fn is_see_through(&self) -> bool {
+        self.transparency
+    }
+
     /// The name without its folders, which says the same on every machine.
     pub(crate) fn file_name(&self) -> String {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
@@ -62,12 +79,18 @@ impl SceneInput {
     }
 
     /// Reads or makes the scene, and notes the findings.
-    pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<Scene> {
+    pub(crate) fn read(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Scene> {
         let name = self.name();
         self.check_up()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
-            if self.max_triangles.is_some() {
-                bail!("--max-triangles: only of scenes in files; leave the option out");
+            for (is_given, option) in [
+                (self.max_triangles.is_some(), "--max-triangles"),
+                (self.max_texels.is_some(), "--max-texels"),
+                (self.transparency, "--transparency"),
+            ] {
+                if is_given {
+                    bail!("{option}: only of scenes in files; leave the option out");
+                }
             }
             let Some(scene) = built_in::named(built_in_name) else {
                 let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
@@ -75,16 +98,19 @@ impl SceneInput {
             };
             return Ok(scene);
         }
-        let (scene, report) = read_scene(&self.path, &self.options())?;
+        let (scene, report) = read_scene(&self.path, &self.options(memory))?;
         tell(&report, &name, talk);
         Ok(scene)
     }
 
     /// Reads or makes the scene as [`SceneInput::read`], and with it the transfer that a baked glTF file holds.
-    pub(crate) fn read_or_baked(&self, talk: Talk) -> anyhow::Result<BakedOrScene> {
-        let Some(file) = self.gltf_file() else { return Ok(self.read(talk)?.into()) };
-        let read = read_baked_or_scene(file, &self.options())?;
+    pub(crate) fn read_or_baked(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedOrScene> {
+        let Some(file) = self.gltf_file() else { return Ok(self.read(memory, talk)?.into()) };
+        let read = read_baked_or_scene(file, &self.options(memory))?;
         match &read {
+            BakedOrScene::Baked(_) if self.transparency => {
+                bail!("--transparency: {} is baked, with or without; bake its scene with the option", self.name());
+            }
             BakedOrScene::Baked(baked) => {
                 let name = self.name();
                 baked.report.notes.iter().for_each(|note| talk.note(&name, note));
@@ -105,11 +131,12 @@ impl SceneInput {
     }
 
     /// The options of reading a file.
-    fn options(&self) -> SceneReadOptions {
+    fn options(&self, memory: &MemoryLimit) -> SceneReadOptions {
         let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.limit = self.max_triangles.unwrap_or(options.limit);
-        options
+        options.texel_limit = self.max_texels.unwrap_or(options.texel_limit);
+        options.memory_limit(memory.bytes()).straight_through(self.transparency)
     }
 
     fn has_extension(&self, extensions: &[&str]) -> bool {
@@ -126,6 +153,13 @@ fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
     if report.dropped_triangles > 0 {
         let (count, kept) = (report.dropped_triangles, report.triangles);
         talk.note(name, &format!("triangles without area: {count}, dropped; {kept} are left"));
+    }
+    if report.coincident_triangles > 0 {
+        let (count, all) = (report.coincident_triangles, report.triangles);
+        talk.note(
+            name,
+            &format!("triangles at the place of others: {count} of {all}; leave duplicates out to save time"),
+        );
     }
     if report.made_normals > 0 {
         let (made, all) = (report.made_normals, report.vertices);

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use lobe::prt::{Recipe, Transfer, read_baked, read_transfer};
 use lobe::scene::SceneReadOptions;
 
+use crate::args::output::has_extension;
+
 /// A file that carries transfer: a baked scene, or `.safetensors`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TransferInput(PathBuf);
@@ -23,13 +25,10 @@ impl TransferInput {
 
     /// Reads it, of a scene the transfer of its vertices, mesh by mesh; and the recipe of its bake.
     pub(crate) fn read(&self) -> anyhow::Result<(Transfer, Recipe)> {
-        let is_tensors = self.0.extension().is_some_and(|e| e.eq_ignore_ascii_case("safetensors"));
-        let (transfer, recipe) = if is_tensors {
-            read_transfer(&self.0)?
-        } else {
-            let baked = read_baked(&self.0, &SceneReadOptions::default())?;
-            (baked.transfer, baked.recipe)
-        };
-        Ok((transfer, recipe))
+        if has_extension(&self.0, "safetensors") {
+            return Ok(read_transfer(&self.0)?);
+        }
+        let baked = read_baked(&self.0, &SceneReadOptions::default())?;
+        Ok((baked.transfer, baked.recipe))
     }
 }

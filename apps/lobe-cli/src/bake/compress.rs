@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use lobe::prt::{
-    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, WeightBits, error_curve,
-    write_compressed_transfer,
+    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, error_curve, write_compressed_transfer,
 };
 use serde::Serialize;
 
-use crate::args::compression;
+use crate::args::compression::Compression;
 use crate::args::output;
 use crate::args::transfer_input::TransferInput;
 use crate::run::bake_watch::{tell_if_too_late, watched};
@@ -29,15 +28,8 @@ pub(crate) struct Compress {
     /// The compressed transfer, a .safetensors file
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Clusters, 1 to 65536; 1 gives ordinary principal components
-    #[arg(long, value_name = "K", default_value = "64", value_parser = compression::clusters)]
-    clusters: usize,
-    /// Components of each cluster, 0 to 192; 0 gives vector quantization
-    #[arg(long, value_name = "C", default_value = "8", value_parser = compression::components)]
-    components: usize,
-    /// Bits of a weight: 8 or 16 in steps of its range, or 32
-    #[arg(long, value_name = "BITS", default_value = "16", value_parser = compression::weight_bits)]
-    weights: WeightBits,
+    #[command(flatten)]
+    compression: Compression,
     /// Print also the error with other numbers of clusters and components, up to these
     #[arg(long)]
     curve: bool,
@@ -75,19 +67,17 @@ struct Point {
 impl Compress {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
-        output::check_not_input(&self.output, self.input.path())?;
-        output::prepare_file(&self.output)?;
+        output::prepare_file(&self.output, &[self.input.path()])?;
         let (transfer, recipe) = self.input.read()?;
-        let options =
-            CompressOptions::default().clusters(self.clusters).components(self.components).weights(self.weights);
+        let options = self.compression.options_or_default();
         let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&transfer, &options, job))?;
         let Ok((compressed, report)) = compressed else {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
         let recipe = recipe
-            .clusters(Some(self.clusters))
-            .components(Some(self.components))
-            .weights(Some(8 * self.weights.bytes()))
+            .clusters(Some(options.clusters))
+            .components(Some(options.components))
+            .weights(Some(8 * options.weights.bytes()))
             .relative_error(report.relative_error)
             .compressed_by(env!("CARGO_PKG_VERSION").to_owned());
         write_compressed_transfer(&self.output, &compressed, &recipe)?;
@@ -106,8 +96,8 @@ impl Compress {
             let below = steps.iter().copied().filter(|n| *n < most);
             below.chain([most]).collect::<Vec<usize>>()
         };
-        let clusters = up_to(&CURVE_CLUSTERS, self.clusters);
-        let components = up_to(&CURVE_COMPONENTS, self.components);
+        let clusters = up_to(&CURVE_CLUSTERS, options.clusters);
+        let components = up_to(&CURVE_COMPONENTS, options.components);
         let points = watched(talk, "curve", |job| error_curve(transfer, &clusters, &components, options, job))?;
         points.or_else(|_| bail!("stopped before the curve was complete; {} is written", self.output.display()))
     }

@@ -51,8 +51,7 @@ struct Printed {
 impl FitLobes {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
-        output::check_not_input(&self.output, self.input.path())?;
-        output::prepare_file(&self.output)?;
+        output::prepare_file(&self.output, &[self.input.path()])?;
         let (transfer, recipe) = self.input.read()?;
         let options = ZonalFitOptions::default().lobes(self.lobes).optimize(!self.closed_form);
         let fitted = watched(talk, "fit", |job| fit_zonal(&transfer, &options, job))?;

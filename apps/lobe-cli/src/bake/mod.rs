@@ -1,10 +1,11 @@
 //! Commands that make transfer: `lobe bake`, `lobe compress`, `lobe fit-lobes`.
 //!
-//! `bake` has the options and the work, `split` adds vertices before it, `report` prints the report. `compress` and
-//! `fit_lobes` are commands of their own. Uses `args` and `run`.
+//! `options` has the options of `bake`, which does the work; `split` adds vertices before it, `report` prints the report.
+//! `compress` and `fit_lobes` are commands of their own. Uses `args` and `run`.
 
 pub(crate) mod bake;
 pub(crate) mod compress;
 pub(crate) mod fit_lobes;
+pub(crate) mod options;
 pub(crate) mod report;
 pub(crate) mod split;

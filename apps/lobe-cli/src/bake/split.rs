@@ -59,12 +59,17 @@ impl Splitting {
     }
 }
 
-/// The report of adaptive splitting, as a note.
-pub(crate) fn note_of(report: &AdaptiveReport) -> String {
-    let AdaptiveReport { vertices_before, vertices, rounds, unresolved, .. } = report;
-    let mut text = format!("{vertices} vertices after {rounds} rounds of splitting, {vertices_before} before");
-    if *unresolved > 0 {
-        text += &format!("; {unresolved} edges still differ by more and are too short to be split");
+/// The report of adaptive splitting, as a note: its outcome.
+pub(crate) fn note_of(report: &AdaptiveReport, threshold: f64) -> String {
+    let AdaptiveReport { vertices_before, vertices, rounds, unresolved, largest_change, .. } = report;
+    let text = format!("{vertices} vertices after {rounds} rounds of splitting, {vertices_before} before");
+    match unresolved {
+        0 => format!(
+            "{text}; transfer changes by {largest_change:.3} along any edge at most, --adaptive {threshold} is reached"
+        ),
+        _ => format!(
+            "{text}; --adaptive {threshold} is not reached on {unresolved} edges, too short to be split, where transfer changes \
+             by up to {largest_change:.3}; a smaller --min-edge splits them too"
+        ),
     }
-    text
 }

@@ -2,6 +2,7 @@
 
 use lobe::env::{irradiance_at, irradiance_map_brute_force};
 use lobe::image::{Picture, Tone, color_bar, compare, error_map};
+use lobe::io::Job;
 use lobe::render::{Ball, View};
 use lobe::sh::{Dir, Rgb, Zonal, convolved};
 
@@ -41,7 +42,7 @@ impl Writer<'_> {
         let difference = error_map(&claim, &truth, report.max_abs)?;
         self.write(&file, &with_bar(&difference, report.max_abs), &Tone::PLAIN)?;
         self.page.figure(&file, width, "difference of the radiance they leave, and its scale");
-        self.irradiance_table(sky);
+        self.irradiance_table(sky)?;
         self.page.command(&format!(
             "lobe env irradiance bundled:{name} --order 3 -o {name}-irradiance.exr\n\
              lobe env irradiance bundled:{name} --method brute-force -o {name}-truth.exr"
@@ -49,9 +50,9 @@ impl Writer<'_> {
         Ok([tone.apply(&claim), tone.apply(&truth), difference])
     }
 
-    fn irradiance_table(&mut self, sky: &Sky) {
+    fn irradiance_table(&mut self, sky: &Sky) -> anyhow::Result<()> {
         (self.progress)("irradiance over the whole sphere, orders 1 to 6");
-        let truth = irradiance_map_brute_force(&sky.map, 2 * GRID, GRID);
+        let truth = irradiance_map_brute_force(&sky.map, 2 * GRID, GRID, Job::default())?;
         let peak = truth.texels().iter().flat_map(|c| c.to_array()).fold(0.0, f32::max);
         let rows: Vec<Vec<String>> = (1..=SWEEP)
             .map(|order| {
@@ -74,6 +75,7 @@ impl Writer<'_> {
             "Measured towards all normals, not only those that the picture shows. Order 4 equals order 3 because the clamped \
              cosine has no band 3. A lowest irradiance below zero is ringing.",
         );
+        Ok(())
     }
 }
 

@@ -25,8 +25,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lobe::env::bundled::{self, Bundled};
-use lobe::env::{EnvError, EnvMap, project_env};
-use lobe::image::{Exposure, Picture, Tone};
+use lobe::env::{EnvMap, project_env};
+use lobe::image::{Exposure, ImageError, Picture, Tone};
 use lobe::io::write_atomically;
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, optimal_linear_direction, write_sh_json};
 
@@ -126,7 +126,7 @@ impl Demo {
 fn write_demo(folder: &Path, detail: Detail, progress: &mut dyn FnMut(&str)) -> anyhow::Result<PathBuf> {
     fs::create_dir_all(folder).map_err(|source| io_error(folder, source))?;
     let index = folder.join(PAGE);
-    output::prepare_file(&index)?;
+    output::prepare_file(&index, &[])?;
     let Detail { ball, picture } = detail;
     let mut demo = Writer { folder, ball, picture, index, progress, page: Page::new(TITLE) };
     demo.page.text(
@@ -195,8 +195,8 @@ impl Sky {
     }
 }
 
-fn io_error(path: &Path, source: io::Error) -> EnvError {
-    EnvError::Io { place: path.display().to_string(), source }
+fn io_error(path: &Path, source: io::Error) -> ImageError {
+    ImageError::Io { place: path.display().to_string(), source }
 }
 
 impl Writer<'_> {

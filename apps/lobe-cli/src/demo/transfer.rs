@@ -4,11 +4,11 @@ use lobe::image::{Picture, Pixel, Tone, compare, error_map, write_animated_png};
 use lobe::io::Job;
 use lobe::prt::{BakeOptions, BakeReport, Mode, Receivers, Transfer, bake};
 use lobe::render::{
-    Camera, DistantLight, PathOptions, SampleCount, SceneHit, Truth, TruthOptions, ViewOptions, render_truth,
-    scene_picture,
+    Camera, DistantLight, PathOptions, RenderError, SampleCount, SceneHit, Truth, TruthOptions, ViewOptions,
+    render_truth, scene_picture,
 };
 use lobe::scene::{Bvh, Scene, built_in};
-use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Window, windowed};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Window, windowed};
 
 use super::{SWEEP, Sky, Writer, digits};
 
@@ -171,19 +171,19 @@ impl Hall {
     /// The hall under the turned light, the turned photograph behind it.
     pub(super) fn picture(&self, sky: &Sky, turn: &Rotation, light: &ShVec<Rgb<f64>>) -> anyhow::Result<Picture> {
         let behind = DistantLight::from_map(sky.map.clone()).turned(turn);
-        let lit = self.transfer.exit_radiance(turn.rotated(light).coefficients());
+        Ok(self.lit(&turn.rotated(light), |s| behind.radiance(s))?)
+    }
+
+    fn lit(
+        &self,
+        light: &ShVec<Rgb<f64>>,
+        background: impl Fn(Dir) -> Rgb<f64> + Sync,
+    ) -> Result<Picture, RenderError> {
+        let lit = self.transfer.exit_radiance(light.coefficients());
         let [width, height] = self.size;
         let options = ViewOptions::default().width(width).height(height).rays(RAYS);
-        let background = |s: Dir| behind.radiance(s);
-        Ok(scene_picture(
-            &self.scene,
-            &self.bvh,
-            &self.camera,
-            &options,
-            background,
-            |hit| hit.at_corners(&lit),
-            Job::default(),
-        )?)
+        let radiance = |hit: &SceneHit<'_>| hit.at_corners(&lit);
+        scene_picture(&self.scene, &self.bvh, &self.camera, &options, background, radiance, Job::default())
     }
 
     pub(super) fn truth(&self, sky: &Sky, turn: &Rotation) -> anyhow::Result<Truth> {
@@ -207,14 +207,7 @@ impl Hall {
 
     /// All pixels that show nothing but the hall.
     pub(super) fn seen(&self, light: &ShVec<Rgb<f64>>, degrees: f64, truth: &Truth) -> Vec<Pixel> {
-        let [width, height] = self.size;
-        let options = ViewOptions::default().width(width).height(height).rays(RAYS);
-        let lit = self.transfer.exit_radiance(about_z(degrees).rotated(light).coefficients());
-        let black = |_: Dir| Rgb::new(0.0, 0.0, 0.0);
-        let radiance = |hit: &SceneHit<'_>| hit.at_corners(&lit);
-        let Ok(picture) =
-            scene_picture(&self.scene, &self.bvh, &self.camera, &options, black, radiance, Job::default())
-        else {
+        let Ok(picture) = self.lit(&about_z(degrees).rotated(light), |_| Rgb::ZERO) else {
             unreachable!("the picture has pixels and rays, and nobody stops it")
         };
         covered(truth, &picture).collect()

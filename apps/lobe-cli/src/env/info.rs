@@ -40,16 +40,16 @@ impl EnvInfo {
         let (levels, report) = self.input.read_with(Nonfinite::Zero, talk)?;
         let map = levels.base();
         let info = Info {
-            format: report.format.to_string(),
+            format: report.picture.format.to_string(),
             width: map.width(),
             height: map.height(),
-            levels: report.levels,
+            levels: report.picture.levels,
             mapping: map.mapping().name(),
             mean: map.mean(),
             min: fold_channels(map, f32::INFINITY, f32::min),
             max: fold_channels(map, f32::NEG_INFINITY, f32::max),
-            nonfinite: report.nonfinite,
-            negative: report.negative,
+            nonfinite: report.picture.nonfinite,
+            negative: report.picture.negative,
         };
         if self.json {
             return output::print_json(&info);

@@ -1,11 +1,15 @@
 //! `lobe env irradiance`: the irradiance map of an environment, by spherical harmonics or by brute force.
 
+use std::ops::ControlFlow;
+
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, irradiance_at, irradiance_map};
-use lobe::sh::{Coefficient as _, Dir, Rgb};
+use lobe::env::{EnvMap, MappedMap, irradiance_at, irradiance_map, irradiance_map_brute_force, project_map};
+use lobe::io::{Job, Progress};
+use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::args::map_input::MapInput;
+use crate::args::output;
 use crate::args::picture::PictureOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -13,17 +17,20 @@ use crate::run::talk::Talk;
 /// The order where none is given: nine coefficients keep the irradiance to a few percent.
 const DEFAULT_ORDER: usize = 3;
 
-/// The steps of the progress bar, in each of which the picture is prepared for summing.
-const STEPS: usize = 32;
-
 #[derive(Args)]
 pub(crate) struct EnvIrradiance {
     #[command(flatten)]
     input: MapInput,
     /// A lat-long picture of the irradiance E, not divided by π, for every direction that a surface may face: .exr, .hdr,
     /// .pfm, or .png tone-mapped for looking at
-    #[arg(short, long, value_name = "OUT")]
-    output: PictureOutput,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "dirs")]
+    output: Option<PictureOutput>,
+    /// Print the irradiance of a surface that faces this way, a vector of any length but 0; may be given many times
+    #[arg(long = "dir", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
+    dirs: Vec<Dir>,
+    /// With --dir: print {"values": [[one number per channel] per direction]} instead of one line per direction
+    #[arg(long, requires = "dirs")]
+    json: bool,
     /// The method of integration
     #[arg(long, value_enum, default_value = "sh")]
     method: Method,
@@ -48,29 +55,43 @@ impl EnvIrradiance {
         if self.order.is_some() && self.method == Method::BruteForce {
             bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
         }
-        self.output.check()?;
+        if let Some(output) = &self.output {
+            output.check()?;
+        }
         let map = self.input.read(talk)?;
+        let order = self.order.unwrap_or(DEFAULT_ORDER);
+        let lat_long = || self.input.to_lat_long(map.clone(), talk);
+        if !self.dirs.is_empty() {
+            let irradiance = match self.method {
+                Method::Sh => by_expansion(&map, order, &self.dirs),
+                Method::BruteForce => irradiance_at(&lat_long()?, &self.dirs),
+            };
+            output::print_values(irradiance.into_iter().map(|e| e.to_array().to_vec()).collect(), self.json)?;
+        }
+        let Some(output) = &self.output else { return Ok(()) };
         let (width, height) = (2 * self.size, self.size);
         let irradiance = match self.method {
-            Method::Sh => irradiance_map(&map, self.order.unwrap_or(DEFAULT_ORDER), width, height),
-            Method::BruteForce => brute_force(&self.input.to_lat_long(map, talk)?, width, height, talk),
+            Method::Sh => irradiance_map(&map, order, width, height),
+            Method::BruteForce => brute_force(&lat_long()?, width, height, talk)?,
         };
-        self.output.write(&irradiance, talk)
+        output.write(&irradiance, talk)
     }
 }
 
-/// [`lobe::env::irradiance_map_brute_force`] with a bar.
-fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> EnvMap {
-    let mut out = EnvMap::from_fn(width, height, |_| Rgb::ZERO);
-    let normals: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
-    let step = normals.len().div_ceil(STEPS);
-    let bar = talk.bar("irradiance", normals.len() as u64);
-    for (texels, normals) in out.texels_mut().chunks_mut(step).zip(normals.chunks(step)) {
-        for (texel, irradiance) in texels.iter_mut().zip(irradiance_at(map, normals)) {
-            *texel = Rgb::narrow(irradiance);
-        }
-        bar.inc(normals.len() as u64);
-    }
+/// The irradiance of surfaces that face `normals`.
+fn by_expansion(map: &MappedMap, order: usize, normals: &[Dir]) -> Vec<Rgb<f64>> {
+    let irradiance = convolved(&project_map(map, order), &Zonal::clamped_cosine(order));
+    normals.iter().map(|n| irradiance.eval(*n)).collect()
+}
+
+/// [`irradiance_map_brute_force`] with a bar.
+fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> anyhow::Result<EnvMap> {
+    let bar = talk.bar("irradiance", (width * height) as u64);
+    let mut watch = |progress: &Progress| {
+        bar.set_position(progress.done as u64);
+        ControlFlow::Continue(())
+    };
+    let irradiance = irradiance_map_brute_force(map, width, height, Job::default().watched_by(&mut watch))?;
     bar.finish_and_clear();
-    out
+    Ok(irradiance)
 }

@@ -27,7 +27,7 @@ pub(crate) struct EnvPrefilter {
     input: MapInput,
     #[command(flatten)]
     output: MapOutput,
-    /// ggx: a chain of levels from the mirror to roughness 1, as .ktx2 or .dds; phong:E and blinn-phong:E: a highlight map for
+    /// ggx: a chain of levels from the mirror to roughness 1, as .ktx2, .dds or .ktx; phong:E and blinn-phong:E: a highlight map for
     /// this exponent, any kind of file. All are divided by their weights: an even map stays as it is
     #[arg(long, value_name = "ggx|phong:E|blinn-phong:E", default_value = "ggx")]
     lobe: Lobe,
@@ -118,7 +118,7 @@ impl EnvPrefilter {
                 is_chain && self.output.makes_levels(),
                 "--mips: the levels of the chain of --lobe ggx are its own; leave it out",
             ),
-            (is_chain && !self.output.is_texture(), "-o: the chain of --lobe ggx is written as .ktx2 or .dds"),
+            (is_chain && !self.output.is_texture(), "-o: the chain of --lobe ggx is written as .ktx2, .dds or .ktx"),
         ];
         match ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             Some((_, message)) => bail!(message),

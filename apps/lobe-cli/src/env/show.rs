@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::Args;
 use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
 use lobe::image::Tone;
@@ -39,10 +38,8 @@ fn size(text: &str) -> Result<usize, String> {
 
 impl EnvShow {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        if self.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
-            bail!("-o: expected a name that ends in .png, found {}", self.output.display());
-        }
-        output::prepare_file(&self.output)?;
+        output::check_png(&self.output)?;
+        output::prepare_file(&self.output, &[])?;
         let map: MappedMap = self.input.read(talk)?;
         let [fine, size, last_size] = CHAIN;
         let cube = resample(&map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;

@@ -3,14 +3,17 @@
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{Sun, SunOptions, SunReport, extract_sun};
-use lobe::sh::Rgb;
+use lobe::sh::{Light, Normalization, Quantity, Rgb, ShFile};
 use serde::Serialize;
 
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
-use crate::args::output;
+use crate::args::output::{self, ShOutput};
 use crate::args::values;
 use crate::run::talk::Talk;
+
+/// The order of `lobe project` without --order.
+const DEFAULT_ORDER: usize = 3;
 
 #[derive(Args)]
 pub(crate) struct EnvSun {
@@ -27,6 +30,13 @@ pub(crate) struct EnvSun {
     /// How many times as bright as the mean of the map the brightest texel of a sun is at least
     #[arg(long, value_name = "X", default_value = "100", value_parser = values::positive)]
     min_peak: f64,
+    /// Write the sun as an expansion, too, a .sh.json file: lobe sh add makes the light of the whole map of it and the
+    /// expansion of OUT
+    #[arg(long, value_name = "P")]
+    light: Option<ShOutput>,
+    /// With --light: the order (number of bands), 1 to 64 [default: 3]
+    #[arg(long, value_name = "N", value_parser = values::order, requires = "light")]
+    order: Option<usize>,
     /// Print {"direction", "irradiance", "radiance", "diameter", "texels"} instead of text; the diameter is in degrees
     #[arg(long)]
     json: bool,
@@ -58,6 +68,9 @@ impl EnvSun {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let map = self.input.read(talk)?;
         self.output.check(map.mapping())?;
+        if let Some(light) = &self.light {
+            light.check()?;
+        }
         let mut options = SunOptions::default();
         options.max_radius = self.max_radius.to_radians();
         (options.min_contrast, options.min_peak) = (self.min_contrast, self.min_peak);
@@ -69,6 +82,12 @@ impl EnvSun {
             );
         };
         self.output.write(rest, talk)?;
+        if let Some(output) = &self.light {
+            let (dir, half_angle) = (sun.direction, 0.5 * sun.angular_diameter);
+            let disc = Light::Cone { dir, half_angle, color: sun.radiance() };
+            let f = disc.project(self.order.unwrap_or(DEFAULT_ORDER), Normalization::None)?;
+            output.write(&ShFile::new(Quantity::Radiance, f))?;
+        }
         self.print(&Found::from(sun))
     }
 

@@ -1,36 +1,30 @@
 //! `lobe render`: a scene under distant light, by transfer or by path tracing.
 
 use std::path::PathBuf;
-use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{EnvMap, MapWriteOptions, write_env};
-use lobe::image::{AnimatedPng, Curve, Exposure, ImageError, Picture, Tone};
-use lobe::io::{Job, Progress, StagedFile, StagedWriter, Watch};
+use lobe::io::Job;
 use lobe::render::{
-    BakedScene, Camera, DistantLight, GlossyLobe, LitPicture, PathOptions, RenderError, SampleCount, Surfaces, Truth,
-    TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth,
+    BakedScene, Camera, DistantLight, GlossyLobe, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions,
+    ViewOptions, light_baked_scene, light_by_irradiance, render_truth,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 
 use crate::args::memory::MemoryLimit;
-use crate::args::output;
-use crate::args::picture::note_clamped;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
+use crate::render::frames::Frames;
 use crate::render::light::{LightInput, ReadLight};
+use crate::render::pictures::{Pictures, Rendered};
 use crate::render::transfer::{Asked, parse_lobe};
 use crate::render::view::ViewInput;
-use crate::run::bake_watch::Checkpoint;
-use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
 /// Limits of the options. Larger numbers are taken for typing errors.
 const MAX_SAMPLES: usize = 1 << 20;
 const MAX_BOUNCES: usize = 255;
-const MAX_FRAMES: usize = 1000;
 
 /// Samples of a pixel without --samples: paths of the truth, rays of all else.
 const PATHS: usize = 64;
@@ -45,17 +39,11 @@ const IRRADIANCE_ORDER: usize = 3;
 /// The lobe without --lobe: about the sharpest that order 4 can show.
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 
-/// A turn of 36 frames takes three seconds.
-const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
-
 /// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers
 /// four times: traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers
 /// five times: twice as they are, compressed in blocks and as a file, and some room.
 const TRACED_PIXEL: u64 = 4 * 14 * 4;
 const SHADED_PIXEL: u64 = 4 * 3 * 5;
-
-/// Steps of one picture in the line of progress.
-const STEPS: usize = 1000;
 
 const NOTES: &str = "\
 Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
@@ -75,10 +63,8 @@ pub(crate) struct Render {
     /// The method that makes the picture
     #[arg(long, value_enum)]
     mode: Mode,
-    /// The picture: .png tone-mapped for looking at, .exr with the values; of the truth with variance, albedo, normal, depth and
-    /// coverage
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    #[command(flatten)]
+    pictures: Pictures,
     #[command(flatten)]
     view: ViewInput,
     /// Paths (truth) or rays (else) for each pixel [default: 64, 4]
@@ -108,13 +94,6 @@ pub(crate) struct Render {
     /// the same --order [default: env]
     #[arg(long, value_enum)]
     background: Option<Background>,
-    /// Multiply the light of a .png by this before it is tone-mapped [default: as suits the picture, with --frames the first one]
-    #[arg(long, value_name = "X", value_parser = values::positive)]
-    exposure: Option<f64>,
-    /// Turn the light once around in this many pictures: OUT-000.png (or .exr) and on, and all of them as an animation in
-    /// OUT.png
-    #[arg(long, value_name = "N", value_parser = frames)]
-    frames: Option<usize>,
     #[command(flatten)]
     memory: MemoryLimit,
     /// truth: start anew, even if there is a checkpoint of a picture that was stopped
@@ -142,8 +121,10 @@ enum Mode {
 enum SurfaceModel {
     /// Lambert with the base color as albedo
     Matte,
-    /// The metallic-roughness model of glTF
+    /// The metallic-roughness model of glTF, Smith's masking height-correlated, as renderers have it
     Gltf,
+    /// The same with separable masking, as the specification of glTF prints it
+    GltfSeparable,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -160,25 +141,6 @@ fn samples(text: &str) -> Result<usize, String> {
 
 fn bounces(text: &str) -> Result<usize, String> {
     values::whole(text, 0, MAX_BOUNCES, "a number of reflections")
-}
-
-fn frames(text: &str) -> Result<usize, String> {
-    values::whole(text, 2, MAX_FRAMES, "a number of pictures")
-}
-
-/// A picture, with all its channels if it was traced.
-enum Rendered {
-    Traced(Box<Truth>),
-    Shaded(LitPicture),
-}
-
-impl Rendered {
-    fn picture(&self) -> &Picture {
-        match self {
-            Self::Traced(truth) => &truth.mean,
-            Self::Shaded(shaded) => &shaded.picture,
-        }
-    }
 }
 
 /// The scene, with transfer where the mode needs it.
@@ -199,20 +161,13 @@ struct Work<'a> {
 impl Render {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
-        let frames = self.frames.unwrap_or(1);
         self.check_memory()?;
-        for path in (0..frames).map(|k| self.frame_path(k)).chain(self.animation_path()) {
-            for input in
-                [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref()].into_iter().flatten()
-            {
-                output::check_not_input(&path, input)?;
-            }
-            output::prepare_file(&path)?;
-        }
+        let inputs = [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref()];
+        self.pictures.check(&inputs.into_iter().flatten().collect::<Vec<_>>())?;
         let light = self.light.read(talk)?;
         let (stage, camera) = match self.asked() {
             None => {
-                let scene = self.scene.read(talk)?;
+                let scene = self.scene.read(&self.memory, talk)?;
                 let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
                 (Stage::Plain(scene, bvh), camera)
             }
@@ -226,114 +181,13 @@ impl Render {
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
         let expansion = is_expansion.then(|| self.light.expansion(&light, order));
         let work = Work { stage, camera, light: &light, expansion };
-        self.render_all(&work, frames, talk)
+        let is_kept = self.mode == Mode::Truth;
+        let frames = Frames { pictures: &self.pictures, size: self.view.size(), is_kept, talk };
+        let count = self.pictures.count();
+        frames.render(self.fresh, &mut |k, job| self.render(&work, &self.light.turn(k, count), job))
     }
 
-    fn render_all(&self, work: &Work<'_>, frames: usize, talk: Talk) -> anyhow::Result<()> {
-        let checkpoints: Vec<_> = (0..frames).map(|k| Checkpoint::beside(&self.frame_path(k))).collect();
-        if self.fresh {
-            checkpoints.iter().try_for_each(Checkpoint::discard)?;
-        }
-        ctrl_c::watch();
-        match self.animation_path() {
-            None => self.render_frames(work, &checkpoints, talk, &mut |_, _| Ok(()))?,
-            Some(path) => {
-                let io = |source| RenderError::Io { place: path.display().to_string(), source };
-                let in_file = |error| match error {
-                    ImageError::Output(source) => io(source),
-                    other => other.into(),
-                };
-                let mut file = StagedWriter::new(&path).map_err(io)?;
-                let (width, height) = self.view.size();
-                let mut animation =
-                    AnimatedPng::new(&mut file, width, height, frames, SECONDS_PER_FRAME).map_err(in_file)?;
-                self.render_frames(work, &checkpoints, talk, &mut |picture, tone| {
-                    animation.add(picture, tone).map_err(in_file)
-                })?;
-                animation.finish().map_err(in_file)?;
-                file.finish().and_then(StagedFile::publish).map_err(io)?;
-            }
-        }
-        checkpoints.iter().for_each(Checkpoint::finish);
-        Ok(())
-    }
-
-    /// Renders and writes all pictures, one after the other; each is handed to `animate` and dropped.
-    fn render_frames(
-        &self,
-        work: &Work<'_>,
-        checkpoints: &[Checkpoint],
-        talk: Talk,
-        animate: &mut dyn FnMut(&Picture, &Tone) -> Result<(), RenderError>,
-    ) -> anyhow::Result<()> {
-        let frames = checkpoints.len();
-        let (line, total, begin) = (talk.progress("render"), frames * STEPS, Instant::now());
-        let mut resumed = 0;
-        let mut tone = None;
-        for (k, checkpoint) in checkpoints.iter().enumerate() {
-            let turn = self.light.turn(k, frames);
-            let mut is_told = false;
-            let rendered = self.render(work, &turn, checkpoint, &mut |progress| {
-                let part = progress.done as f64 / progress.total as f64;
-                let steps = (part * STEPS as f64) as usize;
-                if !is_told && progress.resumed > 0 {
-                    let text = format!("found; going on from {:.0} %", 100.0 * part);
-                    talk.note(&checkpoint.path().display().to_string(), &text);
-                    resumed += steps;
-                }
-                is_told = true;
-                let elapsed = begin.elapsed();
-                let all = Progress { done: k * STEPS + steps, total, resumed, elapsed, ..Progress::default() };
-                line.show(all.done, total, None, all.seconds_left());
-                ctrl_c::go_on()
-            });
-            let rendered = match rendered {
-                Err(RenderError::Cancelled) => bail!(self.stopped(k, frames)),
-                other => other?,
-            };
-            let tone = *tone.get_or_insert_with(|| self.tone(rendered.picture()));
-            self.write(&rendered, &tone, k, talk)?;
-            if let (0, Rendered::Shaded(shaded)) = (k, &rendered) {
-                self.note_ringing(shaded.below_zero, talk);
-            }
-            animate(rendered.picture(), &tone)?;
-        }
-        Ok(())
-    }
-
-    /// Notes where the picture is below zero because the expansion of the light rings.
-    fn note_ringing(&self, below: f64, talk: Talk) {
-        if below > 0.0 {
-            let text = format!(
-                "{:.2} % of what is seen of the scene is below zero, because the light rings; --window, or a light from \
-                 lobe sh dering, stops that",
-                100.0 * below
-            );
-            talk.note(&self.output.display().to_string(), &text);
-        }
-    }
-
-    /// The message when picture `k` was not finished: the files that are left.
-    fn stopped(&self, k: usize, frames: usize) -> String {
-        let complete =
-            if self.frames.is_some() { format!("after {k} of {frames} pictures") } else { "before the end".into() };
-        match self.mode {
-            Mode::Truth => {
-                format!("stopped {complete}; the same command goes on from there, --fresh starts anew")
-            }
-            _ if k > 0 => format!("stopped {complete}, which are kept; the same command starts anew"),
-            _ => format!("stopped {complete}; nothing is kept, and the same command starts anew"),
-        }
-    }
-
-    fn render(
-        &self,
-        work: &Work<'_>,
-        turn: &Rotation,
-        checkpoint: &Checkpoint,
-        watch: Watch<'_>,
-    ) -> Result<Rendered, RenderError> {
-        let job = Job::default().watched_by(watch);
+    fn render(&self, work: &Work<'_>, turn: &Rotation, job: Job<'_>) -> Result<Rendered, RenderError> {
         match (&work.stage, &work.expansion) {
             (Stage::Plain(scene, bvh), expansion) if self.mode == Mode::Truth => {
                 let light = match expansion {
@@ -341,7 +195,6 @@ impl Render {
                     None => work.light.as_it_is(),
                 };
                 let (light, options) = (light.turned(turn), self.truth_options());
-                let job = job.kept_in(checkpoint.path());
                 let truth = render_truth(scene, bvh, &work.camera, &light, &options, job)?;
                 Ok(Rendered::Traced(Box::new(truth)))
             }
@@ -382,6 +235,7 @@ impl Render {
         let surfaces = match self.surfaces {
             None | Some(SurfaceModel::Matte) => Surfaces::Matte,
             Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
+            Some(SurfaceModel::GltfSeparable) => Surfaces::MetallicRoughnessSeparable,
         };
         let bounces = self.bounces.unwrap_or(BOUNCES);
         PathOptions::default().bounces(bounces).surfaces(surfaces).seed(self.seed.unwrap_or(0))
@@ -398,33 +252,6 @@ impl Render {
         let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
         let (order, samples, file) = (self.light.order(), self.bake_samples, self.transfer.clone());
         Some(Asked { mode, order, samples, bounces: self.bounces, lobe, file })
-    }
-
-    fn tone(&self, first: &Picture) -> Tone {
-        match self.exposure {
-            Some(exposure) => Tone { exposure: Exposure::Fixed(exposure), ..Tone::PHOTOGRAPH },
-            None => Tone::PHOTOGRAPH.fixed_for(first),
-        }
-    }
-
-    fn write(&self, rendered: &Rendered, tone: &Tone, k: usize, talk: Talk) -> anyhow::Result<()> {
-        let path = self.frame_path(k);
-        let name = path.display().to_string();
-        if self.is_png() {
-            rendered.picture().write_png(&path, tone)?;
-            if let (0, Exposure::Fixed(exposure), Curve::Reinhard { .. }) = (k, tone.exposure, tone.curve) {
-                talk.note(&name, &format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values"));
-            }
-            return Ok(());
-        }
-        match rendered {
-            Rendered::Traced(truth) => truth.write_exr(&path)?,
-            Rendered::Shaded(LitPicture { picture, .. }) => {
-                let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
-                note_clamped(&name, write_env(&path, &pixels, &MapWriteOptions::default())?, talk);
-            }
-        }
-        Ok(())
     }
 
     /// Refuses a picture that takes too much memory.
@@ -449,36 +276,10 @@ impl Render {
             (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
             (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
             (self.fresh && !is_truth, "--fresh: only --mode truth keeps a checkpoint"),
-            (self.exposure.is_some() && !self.is_png() && self.frames.is_none(), "--exposure: only of .png pictures"),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!("{message}; leave the option out");
         }
-        if !self.is_png() && !self.has_extension("exr") {
-            bail!("-o: expected a name that ends in .png or .exr, found {}", self.output.display());
-        }
         Ok(())
-    }
-
-    fn is_png(&self) -> bool {
-        self.has_extension("png")
-    }
-
-    fn has_extension(&self, extension: &str) -> bool {
-        self.output.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
-    }
-
-    /// The path of picture `k`.
-    fn frame_path(&self, k: usize) -> PathBuf {
-        if self.frames.is_none() {
-            return self.output.clone();
-        }
-        let stem = self.output.file_stem().unwrap_or_default().to_string_lossy();
-        let extension = if self.is_png() { "png" } else { "exr" };
-        self.output.with_file_name(format!("{stem}-{k:03}.{extension}"))
-    }
-
-    fn animation_path(&self) -> Option<PathBuf> {
-        self.frames.map(|_| self.output.with_extension("png"))
     }
 }

@@ -68,12 +68,13 @@ impl Asked {
         talk: Talk,
     ) -> anyhow::Result<(BakedScene, Option<String>)> {
         if let Some(file) = &self.file {
-            let baked = BakedScene::read_transfer(input.read(talk)?, file, self.lobe)?;
+            let baked = BakedScene::read_transfer(input.read(memory, talk)?, file, self.lobe)?;
             let name = file.display().to_string();
             return Ok((self.checked(baked, &name)?, Some(name)));
         }
         // A baked scene holds no matrices.
-        let scene = if self.lobe.is_some() { input.read(talk)?.into() } else { input.read_or_baked(talk)? };
+        let scene =
+            if self.lobe.is_some() { input.read(memory, talk)?.into() } else { input.read_or_baked(memory, talk)? };
         match scene {
             BakedOrScene::Baked(baked) => {
                 let baked = self.checked(BakedScene::from(*baked), &input.name())?;
@@ -85,9 +86,16 @@ impl Asked {
 
     /// Refuses options that cannot be had of transfer that was baked before.
     fn checked(&self, baked: BakedScene, name: &str) -> anyhow::Result<BakedScene> {
-        for (option, is_given) in [("--bake-samples", self.samples.is_some()), ("--bounces", self.bounces.is_some())] {
-            if is_given {
-                bail!("{option}: {name} is baked already; leave the option out, or render the scene it was baked from");
+        let recipe = baked.recipe();
+        for (option, asked, found) in [
+            ("--bake-samples", self.samples, recipe.samples.map(|samples| samples as usize)),
+            ("--bounces", self.bounces, recipe.bounces),
+        ] {
+            if let Some(asked) = asked.filter(|asked| found != Some(*asked)) {
+                let baked = found.map_or("already".to_owned(), |found| format!("with {found}"));
+                bail!(
+                    "{option} {asked}: {name} is baked {baked}; leave the option out, or render the scene it was baked from"
+                );
             }
         }
         let wanted = if self.lobe.is_some() { "glossy" } else { mode_name(self.mode) };

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, bail};
+use anyhow::{anyhow, bail};
 use lobe::io::{Job, Progress};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
@@ -60,10 +60,15 @@ pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     }
 }
 
-/// Shows the progress of a bake, or of other work, which traces no rays.
+/// Shows the progress of a bake, or of other work, which traces no rays. Of splitting also how many edges changed too
+/// much in the last round, each of which has a new vertex.
 fn show(line: &ProgressLine, progress: &Progress) {
-    let pace = (progress.rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
-    line.show(progress.done, progress.total, pace.as_deref(), progress.seconds_left());
+    let Progress { done, total, rays, round, .. } = *progress;
+    let pace = (rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
+    let edges = (round > 0).then(|| format!("round {round}: {total} edges changed too much"));
+    let parts: Vec<String> = edges.into_iter().chain(pace).collect();
+    let text = (!parts.is_empty()).then(|| parts.join(", "));
+    line.show(done, total, text.as_deref(), progress.seconds_left());
 }
 
 /// The checkpoint of a bake, beside its output. Splitting before it has files of its own, one for each round.
@@ -99,7 +104,7 @@ impl Checkpoint {
     pub(crate) fn discard(&self) -> anyhow::Result<()> {
         let rounds = self.rounds();
         for path in [&self.path].into_iter().chain(rounds.iter().rev()).filter(|path| path.exists()) {
-            fs::remove_file(path).with_context(|| format!("{}: cannot be removed", path.display()))?;
+            fs::remove_file(path).map_err(|error| anyhow!("{}: cannot be removed: {error}", path.display()))?;
         }
         Ok(())
     }

@@ -47,43 +47,31 @@ impl<T: ?Sized> WatchedRows<'_, T> {
     }
 }
 
-impl<T: TransferRows + ?Sized> TransferRows for WatchedRows<'_, T> {
-    fn order(&self) -> usize {
-        self.rows.order()
-    }
+macro_rules! watched_rows {
+    ($rows:ident, $count:ident) => {
+        impl<T: $rows + ?Sized> $rows for WatchedRows<'_, T> {
+            fn order(&self) -> usize {
+                self.rows.order()
+            }
 
-    fn channels(&self) -> Channels {
-        self.rows.channels()
-    }
+            fn channels(&self) -> Channels {
+                self.rows.channels()
+            }
 
-    fn receivers(&self) -> usize {
-        self.rows.receivers()
-    }
+            fn $count(&self) -> usize {
+                self.rows.$count()
+            }
 
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
-        self.count(rows.len() / self.row_len(), self.receivers())?;
-        self.rows.read_rows(first, rows)
-    }
+            fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
+                self.count(rows.len() / self.row_len(), self.$count())?;
+                self.rows.read_rows(first, rows)
+            }
+        }
+    };
 }
 
-impl<T: MatrixRows + ?Sized> MatrixRows for WatchedRows<'_, T> {
-    fn order(&self) -> usize {
-        self.rows.order()
-    }
-
-    fn channels(&self) -> Channels {
-        self.rows.channels()
-    }
-
-    fn points(&self) -> usize {
-        self.rows.points()
-    }
-
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
-        self.count(rows.len() / self.row_len(), self.points())?;
-        self.rows.read_rows(first, rows)
-    }
-}
+watched_rows!(TransferRows, receivers);
+watched_rows!(MatrixRows, points);
 
 /// Writes rows with a line of progress. Ctrl-C ends it, and leaves the checkpoint and no output.
 pub(crate) fn write_watched<T: ?Sized>(

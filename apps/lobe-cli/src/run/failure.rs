@@ -7,9 +7,10 @@ use std::sync::Mutex;
 
 use clap::error::ErrorKind;
 use lobe::env::{EnvError, MapReadOption};
+use lobe::image::{ImageError, ReadOption};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
-use lobe::scene::SceneError;
+use lobe::scene::{SceneError, SceneLimit};
 use lobe::sh::ShError;
 
 /// The exit code for "compared and different".
@@ -83,8 +84,11 @@ pub(crate) fn report_panic() -> ExitCode {
 /// The message of an error; what the system says about files that everybody meets is said in plain words, and what the
 /// options of reading keep out by the names that they have here.
 fn plain(error: &anyhow::Error) -> String {
-    if let Some(EnvError::Refused { place, message, option }) = error.downcast_ref() {
+    if let Some(ImageError::Refused { place, message, option }) = image_error(error) {
         return format!("{place}: {message}; {}", in_flags(*option));
+    }
+    if let Some(EnvError::UnknownMapping { place, message }) = error.downcast_ref() {
+        return format!("{place}: {message}; say what it is with --from");
     }
     if let Some(EnvError::Contradiction { place, found, option }) = error.downcast_ref() {
         return match option {
@@ -98,8 +102,12 @@ fn plain(error: &anyhow::Error) -> String {
         Some(PrtError::Scene(scene)) => Some(scene),
         _ => error.downcast_ref(),
     };
-    if let Some(SceneError::TooLarge { message }) = scene {
-        return format!("{message}: raise it with --max-triangles");
+    if let Some(SceneError::TooLarge { message, limit }) = scene {
+        return match limit {
+            SceneLimit::Triangles => format!("{message}: raise it with --max-triangles"),
+            SceneLimit::Texels => format!("{message}: make the textures smaller, or raise it with --max-texels"),
+            _ => format!("{message}: make the scene smaller, or raise the limit with --max-memory"),
+        };
     }
     match refusal_of_system(error).and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
         Some(message) => message,
@@ -108,12 +116,19 @@ fn plain(error: &anyhow::Error) -> String {
 }
 
 /// Advice on a picture that an option of reading keeps out, where the command has that option.
-fn in_flags(option: MapReadOption) -> String {
+fn in_flags(option: ReadOption) -> String {
     match option {
-        MapReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
-        MapReadOption::Nonfinite => "--nonfinite zero reads them as black".to_owned(),
-        MapReadOption::Mapping => "say what it is with --from".to_owned(),
+        ReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
+        ReadOption::Nonfinite => "--nonfinite zero reads them as black".to_owned(),
         option => option.to_string(),
+    }
+}
+
+/// An error of a picture, met alone or as that of a map.
+pub(crate) fn image_error(error: &anyhow::Error) -> Option<&ImageError> {
+    match error.downcast_ref() {
+        Some(EnvError::Image(error)) => Some(error),
+        _ => error.downcast_ref(),
     }
 }
 
@@ -127,7 +142,7 @@ fn prt_error(error: &anyhow::Error) -> Option<&PrtError> {
 
 /// The file and the refusal, if an error is one of the system.
 fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
-    if let Some(EnvError::Io { place, source }) = error.downcast_ref() {
+    if let Some(ImageError::Io { place, source }) = image_error(error) {
         return Some((place, source));
     }
     if let Some(ShError::Io { place: file, source }) = error.downcast_ref() {
@@ -192,7 +207,7 @@ mod tests {
 
     #[test]
     fn refusals_of_the_system_are_said_in_plain_words() {
-        let said = |source: io::Error| plain(&EnvError::Io { place: "a.exr".into(), source }.into());
+        let said = |source: io::Error| plain(&ImageError::Io { place: "a.exr".into(), source }.into());
         assert_eq!(
             said(io::Error::from_raw_os_error(2)),
             "a.exr: no such file; check the name and the folder",

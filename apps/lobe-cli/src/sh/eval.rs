@@ -2,7 +2,6 @@
 
 use clap::Args;
 use lobe::sh::{Coefficient, Dir, Expansion, FileCoefficients};
-use serde::Serialize;
 
 use crate::args::input::ShInput;
 use crate::args::output;
@@ -21,27 +20,13 @@ pub(crate) struct ShEval {
     json: bool,
 }
 
-/// The JSON of `--json`.
-#[derive(Serialize)]
-struct Values {
-    values: Vec<Vec<f64>>,
-}
-
 impl ShEval {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         let values = match self.input.read()?.coefficients {
             FileCoefficients::Scalar(f) => values_towards(&f, &self.dirs),
             FileCoefficients::Rgb(f) => values_towards(&f, &self.dirs),
         };
-        if self.json {
-            return output::print_json(&Values { values });
-        }
-        let mut text = String::new();
-        for channels in values {
-            text += &channels.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(" ");
-            text.push('\n');
-        }
-        output::print(&text)
+        output::print_values(values, self.json)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::sh::{
     Coefficient, Expansion as _, FileCoefficients, LightChoice, LightFit, LightMetric, LightOptions, Quantity, ShVec,
     directional_normalization, extract_light, extract_lights,
@@ -11,6 +11,7 @@ use lobe::sh::{
 use serde::Serialize;
 
 use crate::args::input::ShInput;
+use crate::args::names::names;
 use crate::args::output;
 use crate::args::values;
 
@@ -52,20 +53,22 @@ pub(crate) struct ShLights {
     json: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Metric {
-    /// What diffuse surfaces reflect
-    Irradiance,
-    /// The radiance itself
-    Radiance,
+names! {
+    enum Metric for LightMetric {
+        /// What diffuse surfaces reflect
+        Irradiance,
+        /// The radiance itself
+        Radiance,
+    }
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Choose {
-    /// One after the other, that with the least residual
-    Residual,
-    /// The highest
-    Height,
+names! {
+    enum Choose for LightChoice {
+        /// One after the other, that with the least residual
+        Residual,
+        /// The highest
+        Height,
+    }
 }
 
 fn count(text: &str) -> Result<usize, String> {
@@ -78,12 +81,6 @@ struct Lights {
     lights: Vec<Found>,
     ambient: Vec<f64>,
     residual: Vec<f64>,
-}
-
-/// The JSON of `--json --per-channel`.
-#[derive(Serialize)]
-struct Channels {
-    channels: Vec<Lights>,
 }
 
 #[derive(Serialize)]
@@ -117,7 +114,7 @@ impl ShLights {
             }
         };
         if self.json {
-            return output::print_json(&Channels { channels });
+            return output::print_json_list("channels", channels);
         }
         let names: &[&str] = if channels.len() == 1 { &[""] } else { &["red: ", "green: ", "blue: "] };
         output::print(&names.iter().zip(&channels).map(|(name, lights)| lights.text(name)).collect::<String>())
@@ -137,15 +134,11 @@ impl ShLights {
     }
 
     fn options(&self) -> LightOptions {
-        let metric = match self.metric {
-            Metric::Irradiance => LightMetric::Irradiance,
-            Metric::Radiance => LightMetric::Radiance,
-        };
-        let choice = match self.choose {
-            Choose::Residual => LightChoice::Residual,
-            Choose::Height => LightChoice::Height,
-        };
-        LightOptions::default().count(self.count).refine(self.refine).metric(metric).choice(choice)
+        LightOptions::default()
+            .count(self.count)
+            .refine(self.refine)
+            .metric(self.metric.into())
+            .choice(self.choose.into())
     }
 }
 

@@ -30,12 +30,7 @@ pub(crate) struct ShMin {
     json: bool,
 }
 
-/// The JSON of `--json`.
-#[derive(Serialize)]
-struct Minima {
-    channels: Vec<Channel>,
-}
-
+/// A channel of the JSON of `--json`.
 #[derive(Serialize)]
 struct Channel {
     min: f64,
@@ -44,12 +39,7 @@ struct Channel {
     dir: [f64; 3],
 }
 
-/// The JSON of `--bound --json`.
-#[derive(Serialize)]
-struct Bounds {
-    channels: Vec<Bound>,
-}
-
+/// A channel of the JSON of `--bound --json`.
 #[derive(Serialize)]
 struct Bound {
     bound: f64,
@@ -75,7 +65,7 @@ impl ShMin {
             FileCoefficients::Scalar(f) => self.find(&f),
             FileCoefficients::Rgb(f) => self.find(&f),
         };
-        if self.json { output::print_json(&minima) } else { output::print(&minima.text()) }
+        if self.json { output::print_json_list("channels", minima) } else { output::print(&text(&minima)) }
     }
 
     fn print_bounds<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>) -> anyhow::Result<()> {
@@ -85,34 +75,29 @@ impl ShMin {
         let bound = |c: usize| conservative_minimum(f.map(|value| value.channel(c)).coefficients());
         let bounds: Vec<f64> = (0..T::CHANNELS).map(bound).collect();
         if self.json {
-            return output::print_json(&Bounds { channels: bounds.into_iter().map(|bound| Bound { bound }).collect() });
+            return output::print_json_list("channels", bounds.into_iter().map(|bound| Bound { bound }).collect());
         }
         let line = |(name, bound): (&&str, &f64)| format!("{name} {bound:?} or above, by the closed bound\n");
         output::print(&channel_names(bounds.len()).iter().zip(&bounds).map(line).collect::<String>())
     }
 
-    fn find<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>) -> Minima {
+    fn find<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>) -> Vec<Channel> {
         let channel = |c: usize| {
             let channel = f.map(|value| value.channel(c));
             let Extremum { lo, hi, dir } = certified_minimum(channel.coefficients(), self.tolerance);
             // The interval allows for more rounding than this one sum has.
             Channel { min: channel.eval(dir).clamp(lo, hi), lo, hi, dir: dir.to_array() }
         };
-        Minima { channels: (0..T::CHANNELS).map(channel).collect() }
+        (0..T::CHANNELS).map(channel).collect()
     }
 }
 
-impl Minima {
-    fn text(&self) -> String {
-        let mut text = String::new();
-        let names = channel_names(self.channels.len());
-        for (name, Channel { min, lo, dir: [x, y, z], .. }) in names.iter().zip(&self.channels) {
-            let below = min - lo;
-            let _ = writeln!(
-                text,
-                "{name} {min:?} towards {x:.6} {y:.6} {z:.6}, proven: nothing more than {below:.1e} below"
-            );
-        }
-        text
+fn text(channels: &[Channel]) -> String {
+    let mut text = String::new();
+    for (name, Channel { min, lo, dir: [x, y, z], .. }) in channel_names(channels.len()).iter().zip(channels) {
+        let below = min - lo;
+        let _ =
+            writeln!(text, "{name} {min:?} towards {x:.6} {y:.6} {z:.6}, proven: nothing more than {below:.1e} below");
     }
+    text
 }

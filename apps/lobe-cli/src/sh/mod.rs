@@ -1,5 +1,6 @@
 //! `lobe sh`: commands on expansions in .sh.json files, a file each. Uses `args` and `run`.
 
+pub(crate) mod add;
 pub(crate) mod convolve;
 pub(crate) mod dering;
 pub(crate) mod encode;
@@ -8,8 +9,10 @@ pub(crate) mod eval;
 pub(crate) mod info;
 pub(crate) mod lights;
 pub(crate) mod min;
+pub(crate) mod mirror;
 pub(crate) mod peaks;
 pub(crate) mod plot;
 pub(crate) mod product;
 pub(crate) mod rotate;
+pub(crate) mod scale;
 pub(crate) mod window;

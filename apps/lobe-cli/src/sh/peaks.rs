@@ -1,12 +1,11 @@
 //! `lobe sh peaks`: all local maxima of an expansion.
 
-use std::fmt::Write as _;
-
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::sh::{FileCoefficients, Peak, PeakSearch, Rgb, local_maxima};
 use serde::Serialize;
 
 use crate::args::input::ShInput;
+use crate::args::names::names;
 use crate::args::output;
 
 #[derive(Args)]
@@ -22,20 +21,16 @@ pub(crate) struct ShPeaks {
     json: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Search {
-    /// At the high points of a fine grid, which finds all
-    Grid,
-    /// At the few points of Sloan 2008, up to order 6: faster, misses fewer than 1 %
-    Paper,
+names! {
+    enum Search for PeakSearch {
+        /// At the high points of a fine grid, which finds all
+        Grid,
+        /// At the few points of Sloan 2008, up to order 6: faster, misses fewer than 1 %
+        Paper,
+    }
 }
 
-/// The JSON of `--json`.
-#[derive(Serialize)]
-struct Peaks {
-    peaks: Vec<Found>,
-}
-
+/// A maximum in the JSON of `--json`.
 #[derive(Serialize)]
 struct Found {
     dir: [f64; 3],
@@ -48,25 +43,16 @@ impl ShPeaks {
             FileCoefficients::Scalar(f) => f,
             FileCoefficients::Rgb(f) => f.map(Rgb::luminance),
         };
-        let search = match self.search {
-            Search::Grid => PeakSearch::Grid,
-            Search::Paper => PeakSearch::Paper,
-        };
         let found = |Peak { dir, value }: Peak| Found { dir: dir.to_array(), value };
-        let peaks = Peaks { peaks: local_maxima(&f, search).into_iter().map(found).collect() };
-        if self.json { output::print_json(&peaks) } else { output::print(&peaks.text()) }
+        let peaks: Vec<Found> = local_maxima(&f, self.search.into()).into_iter().map(found).collect();
+        if self.json { output::print_json_list("peaks", peaks) } else { output::print(&text(&peaks)) }
     }
 }
 
-impl Peaks {
-    fn text(&self) -> String {
-        let mut text = String::new();
-        for Found { dir: [x, y, z], value } in &self.peaks {
-            let _ = writeln!(text, "{value:?} towards {x:.6} {y:.6} {z:.6}");
-        }
-        if self.peaks.is_empty() {
-            text += "no maximum: the same value everywhere\n";
-        }
-        text
+fn text(peaks: &[Found]) -> String {
+    if peaks.is_empty() {
+        return "no maximum: the same value everywhere\n".to_owned();
     }
+    let line = |Found { dir: [x, y, z], value }: &Found| format!("{value:?} towards {x:.6} {y:.6} {z:.6}\n");
+    peaks.iter().map(line).collect()
 }

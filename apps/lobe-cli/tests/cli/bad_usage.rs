@@ -78,7 +78,7 @@ fn a_rotation_is_given_in_exactly_one_way() {
 #[test]
 fn stdin_is_read_only_once() {
     let dir = Dir::new();
-    let line = "stdin: both inputs are -, but stdin can be read only once; name a file for one of them";
+    let line = "stdin: two inputs are -, but stdin can be read only once; name a file for one of them";
     assert_eq!(dir.lobe("sh product - - -o c.sh.json").error(), line, "product");
     assert_eq!(dir.lobe("sh convolve - --kernel - -o c.sh.json").error(), line, "convolve");
     let line = dir.lobe("project - -o p.sh.json").error();

@@ -172,15 +172,15 @@ fn points_of_a_grid_are_off_the_floor_or_where_they_are_asked_for() {
     let bake = "bake built-in:ball --grid 3,3,4 --mode shadowed --order 1 --samples 256 --quiet -o";
     dir.lobe(&format!("{bake} a.safetensors")).stdout();
     let (found, recipe) = read_neighborhood(dir.path("a.safetensors")).unwrap();
-    for (point, place) in found.grid().points().into_iter().enumerate() {
+    for (point, place) in found.grid().points([0.0; 3]).into_iter().enumerate() {
         // The ground takes the lower half of what arrives, but for what passes its ends.
         let open = found.matrices().matrix(point, 0)[0];
         assert!(open < 0.85, "{open} of the sky arrives at {place:?}");
     }
     assert_eq!(recipe.grid, Some(Some([3, 3, 4])), "{recipe:?}");
     dir.lobe(&format!("{bake} b.safetensors --grid-box 1,1,9,-1,-1,5")).stdout();
-    let bounds = read_neighborhood(dir.path("b.safetensors")).unwrap().0.grid().bounds();
-    assert_eq!((bounds.min, bounds.max), ([-1.0, -1.0, 5.0], [1.0, 1.0, 9.0]), "the box asked for");
+    let corners = read_neighborhood(dir.path("b.safetensors")).unwrap().0.grid().corners();
+    assert_eq!(corners, [[-1.0, -1.0, 5.0], [1.0, 1.0, 9.0]], "the box asked for");
 }
 
 #[test]
@@ -262,6 +262,10 @@ fn the_most_triangles_are_what_the_option_says() {
         assert_eq!(line, expected, "{command}");
     }
     dir.lobe("bake scene.gltf -o out.glb --max-triangles 4 --samples 4 --quiet").stdout();
+    let line = dir.lobe("bake scene.gltf -o out.glb --max-memory 0.0000001").error();
+    let expected = "scene.gltf: expected a scene of at most 107 bytes, found 2 triangles, 4 vertices and 0 texels or more, each \
+                    instance counted, which take 896: make the scene smaller, or raise the limit with --max-memory";
+    assert_eq!(line, expected, "memory");
     let line = dir.lobe("bake built-in:ball -o out.glb --max-triangles 4").error();
     assert_eq!(line, "--max-triangles: only of scenes in files; leave the option out", "built-in");
     let line = dir.lobe("bake scene.gltf -o out.glb --max-triangles 0").error();

@@ -2,13 +2,13 @@
 
 use std::f32::consts::PI;
 
-use lobe::env::{EnvMap, MapReadOptions, read_env};
+use lobe::env::EnvMap;
 use lobe::sh::{Quantity, Rgb, ShVec, project};
 
 use crate::harness::{Dir, ONE, flat_hdr};
 
 fn read(dir: &Dir, name: &str) -> EnvMap {
-    read_env(dir.path(name), &MapReadOptions::default()).unwrap().0
+    EnvMap::load(dir.path(name)).unwrap()
 }
 
 /// Asserts that every texel of `map` is `expected`, to a relative error.
@@ -62,6 +62,25 @@ fn both_methods_give_pi_under_a_constant_sky() {
     dir.lobe("env irradiance one.hdr -o sum.exr --size 4 --method brute-force").stdout();
     assert_constant(&read(&dir, "sum.exr"), PI, 2.5e-3, "brute force");
     assert_eq!((read(&dir, "sh.exr").width(), read(&dir, "sh.exr").height()), (8, 4), "size");
+}
+
+#[test]
+fn the_irradiance_of_given_normals_is_printed_and_is_that_of_the_picture() {
+    let dir = Dir::new();
+    dir.map("sky.exr", 64, 32, |_, y| if y < 16 { [1.0, 2.0, 0.0] } else { [0.0; 3] });
+    for method in ["--order 9", "--method brute-force"] {
+        let args = format!("env irradiance sky.exr --dir 0,0,5 --dir 1,0,0 {method}");
+        let values = |text: &str| text.split_whitespace().map(|x| x.parse::<f64>().unwrap()).collect::<Vec<_>>();
+        let printed = values(&dir.lobe(&args).stdout());
+        let expected = [PI, 2.0 * PI, 0.0, 0.5 * PI, PI, 0.0].map(f64::from);
+        for (found, expected) in printed.iter().zip(expected) {
+            assert!((found - expected).abs() < 0.02, "{method}: {printed:?}, expected {expected:?}");
+        }
+        let json = dir.lobe(&format!("{args} --json -o e.exr")).stdout();
+        assert!(json.starts_with("{\"values\":[[") && printed.len() == 6, "{json}");
+        assert_eq!(read(&dir, "e.exr").height(), 64, "the picture, too");
+    }
+    assert!(dir.lobe("env irradiance sky.exr").error().contains("--output"), "nothing to do");
 }
 
 #[test]

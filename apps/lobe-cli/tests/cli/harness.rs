@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
-use lobe::env::{EnvMap, MapWriteOptions, write_env};
+use lobe::env::{EnvMap, PictureWriteOptions, write_env};
 use lobe::prt::{Baked, read_baked};
 use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, read_sh_json, write_sh_json};
 use lobe_testkit::glb_faults;
@@ -55,7 +55,7 @@ impl Dir {
     pub(crate) fn map(&self, name: &str, width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 3]) {
         let texels = (0..width * height).map(|i| Rgb::from(texel(i % width, i / width))).collect();
         let map = EnvMap::new(width, height, texels).unwrap();
-        write_env(self.path(name), &map, &MapWriteOptions::default()).unwrap();
+        write_env(self.path(name), &map, &PictureWriteOptions::default()).unwrap();
     }
 
     /// The names of all files, in order.

@@ -23,6 +23,7 @@ mod project;
 mod render;
 mod ringing;
 mod sh;
+mod sh_arithmetic;
 #[cfg(unix)]
 mod stopped;
 mod streams;

@@ -1,5 +1,7 @@
 //! `lobe man` and `lobe completions`.
 
+use std::process::Command;
+
 use crate::harness::Dir;
 
 /// The commands that `lobe --help` lists, or those of another command.
@@ -39,6 +41,50 @@ fn every_command_has_a_page_that_names_its_options() {
     assert!(files == all.len() && files > 30, "{files} pages for {} commands", all.len());
     assert!(page("lobe-sh-eval").contains("\\-\\-dir"), "options are named");
     assert_eq!(dir.lobe("man").stdout(), page("lobe"), "the page of lobe itself goes to stdout");
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_refused_with_the_reason() {
+    let dir = Dir::new();
+    dir.file("file", "");
+    assert_eq!(dir.lobe("man -o file/x").error(), "file/x: cannot be made: Not a directory (os error 20)", "said");
+}
+
+/// Runs a program of the system; what it printed, stdout and stderr, or none where it is not installed.
+fn try_run(dir: &Dir, program: &str, args: &[&str]) -> Option<[String; 2]> {
+    match Command::new(program).args(args).current_dir(dir.path("")).output() {
+        Ok(output) => Some([output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned())),
+        Err(_) => {
+            println!("SKIPPED: {program} is not installed");
+            None
+        }
+    }
+}
+
+#[test]
+fn man_shows_the_pages_without_a_warning() {
+    let dir = Dir::new();
+    dir.lobe("man -o pages").stdout();
+    let pages =
+        dir.path("pages").read_dir().unwrap().map(|page| format!("pages/{}", page.unwrap().file_name().display()));
+    let pages: Vec<String> = pages.collect();
+    let args: Vec<&str> = ["--warnings", "-Tutf8", "-l"].into_iter().chain(pages.iter().map(String::as_str)).collect();
+    let Some([shown, warnings]) = try_run(&dir, "man", &args) else { return };
+    assert_eq!(warnings, "", "warnings of man");
+    assert!(shown.contains("lobe-sh-eval"), "{} bytes shown", shown.len());
+}
+
+#[test]
+fn bash_completes_commands_and_options() {
+    let dir = Dir::new();
+    dir.file("lobe.bash", dir.lobe("completions bash").stdout());
+    let completed = "source lobe.bash; complete -p lobe; COMP_WORDS=(lobe sh eval --d); COMP_CWORD=3; _lobe lobe --d eval; \
+                     echo \"${COMPREPLY[@]}\"";
+    let Some([stdout, stderr]) = try_run(&dir, "bash", &["-c", completed]) else { return };
+    assert_eq!(stderr, "", "stderr of bash");
+    let lines: Vec<&str> = stdout.lines().collect();
+    assert!(lines[0].starts_with("complete ") && lines[0].ends_with(" -F _lobe lobe"), "{stdout}");
+    assert_eq!(lines[1], "--dir", "{stdout}");
 }
 
 #[test]

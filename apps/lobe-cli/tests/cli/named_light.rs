@@ -52,6 +52,15 @@ fn a_facing_white_surface_leaves_the_color_of_every_light() {
 }
 
 #[test]
+fn the_half_angle_of_a_light_may_be_called_its_angle() {
+    let dir = Dir::new();
+    for shape in ["cone", "soft-cone", "sphere"] {
+        let [a, b] = ["--angle", "--half-angle"].map(|option| light(&dir, &format!("{shape} --dir 0,0,1 {option} 20")));
+        assert_eq!(a, b, "{shape}");
+    }
+}
+
+#[test]
 fn without_normalization_shapes_have_radiance_one() {
     let dir = Dir::new();
     let hemisphere = "hemisphere --sky 1,1,1 --ground 0,0,0 --normalize none";

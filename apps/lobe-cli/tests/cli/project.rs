@@ -54,7 +54,7 @@ fn the_whole_way_from_a_photograph_to_irradiance_through_pipes() {
     let values = dir.lobe("sh eval - --dir 0,0,1").stdin(e).stdout();
     let values: Vec<f64> = values.split_whitespace().map(|v| v.parse().unwrap()).collect();
     dir.lobe("env irradiance bundled:studio -o e.exr --method brute-force --size 32 --quiet").stdout();
-    let (map, _) = lobe::env::read_env(dir.path("e.exr"), &lobe::env::MapReadOptions::default()).unwrap();
+    let map = lobe::env::EnvMap::load(dir.path("e.exr")).unwrap();
     for (c, value) in values.iter().enumerate() {
         let truth = f64::from(map.texel(0, 0).to_array()[c]);
         // Nine coefficients keep irradiance to a few percent; the first row looks 3 degrees past +z.

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe::image::{PictureReadOptions, read_picture};
-use lobe::prt::{Channels, Recipe, Transfer, write_lightmap};
+use lobe::image::{Picture, PictureReadOptions, Tone, read_picture};
+use lobe::prt::{Channels, Recipe, Transfer, read_transfer, write_lightmap};
 use lobe::sh::{Quantity, Rgb, ShVec};
 use serde_json::Value;
 
@@ -134,10 +134,17 @@ fn a_baked_file_is_rendered_as_it_is() {
     dir.lobe(&format!("render baked.glb {common} -o d.exr")).arg("--quiet").stdout();
     dir.lobe(&format!("render built-in:cornell {common} --order 3 --bake-samples 64 -o e.exr")).arg("--quiet").stdout();
     alike("d.exr", "e.exr");
+    dir.lobe(&format!("render baked.glb {common} --bake-samples 64 -o f.exr")).arg("--quiet").stdout();
+    assert!(dir.bytes("f.exr") == dir.bytes("d.exr"), "an option that is as in the bake changes nothing");
+    dir.lobe("bake built-in:cornell --order 2 --samples 4 --bounces 2 -o light.glb --quiet").stdout();
+    let common = "render light.glb --env bundled:studio --mode interreflected --size 16x12 --quiet -o g.exr --bounces";
+    dir.lobe(&format!("{common} 2")).stdout();
+    let line = dir.lobe(&format!("{common} 3")).error();
+    assert!(line.starts_with("--bounces 3: light.glb is baked with 2; leave the option out"), "{line}");
     for (options, part) in [
         ("--mode interreflected", "--mode interreflected: baked.glb was baked as shadowed"),
         ("--mode shadowed --order 4", "--order 4: baked.glb was baked to order 3"),
-        ("--mode shadowed --bake-samples 4", "--bake-samples: baked.glb is baked already"),
+        ("--mode shadowed --bake-samples 4", "--bake-samples 4: baked.glb is baked with 64; leave the option out"),
     ] {
         let line =
             dir.lobe(&format!("render baked.glb --env bundled:studio {options} -o c.png")).arg("--quiet").error();
@@ -172,6 +179,35 @@ fn write_shaded_square(dir: &Dir) {
         );
     }
     dir.file("square.obj", format!("{vertices}{faces}f 290/290 291/291 292/292 293/293\n"));
+}
+
+#[test]
+fn demodulated_transfer_shows_the_texture_that_vertices_lose_and_says_so_in_its_recipe() {
+    let dir = Dir::new();
+    // One square with a texture of 4 x 4 cells.
+    let cell = |x: usize, y: usize| if (x / 4 + y / 4).is_multiple_of(2) { [1.0, 0.5, 0.0] } else { [0.0, 0.5, 1.0] };
+    Picture::from_fn(16, 16, cell).write_png(dir.path("cells.png"), &Tone::PLAIN).unwrap();
+    dir.file("square.mtl", "newmtl cells\nKd 1 1 1\nmap_Kd cells.png\n");
+    let corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+    dir.file("square.obj", format!("mtllib square.mtl\n{corners}usemtl cells\nf 1/1 2/2 3/3 4/4\n"));
+    let common = "--env bundled:studio --size 32x24 --eye 0,-0.1,4 --target 0,0,0 --quiet";
+    for albedo in ["vertex", "none"] {
+        let bake =
+            format!("bake square.obj --up z --mode unshadowed --order 3 --albedo {albedo} -o {albedo}.safetensors");
+        dir.lobe(&bake).arg("--quiet").stdout();
+        let transfer = format!("--transfer {albedo}.safetensors -o {albedo}.exr");
+        dir.lobe(&format!("render square.obj --up z --mode unshadowed {common} {transfer}")).stdout();
+    }
+    dir.lobe(&format!("render square.obj --up z --mode irradiance {common} -o open.exr")).stdout();
+    let recipe = |name: &str| read_transfer(dir.path(name)).unwrap().1.albedo;
+    let recipes = [recipe("vertex.safetensors"), recipe("none.safetensors")];
+    assert_eq!(recipes, [None, Some("none".to_owned())], "recipes");
+    // Unshadowed transfer of order 3 is irradiance, by its formula.
+    let rmse = |name: &str| compared(&dir, name, "open.exr")["rmse"].as_f64().unwrap();
+    let (vertex, none) = (rmse("vertex.exr"), rmse("none.exr"));
+    assert!(none < 1e-5 && vertex > 0.02, "the root mean square error is {none}, with the albedo of vertices {vertex}");
+    let line = dir.lobe("bake square.obj --mode glossy --albedo none -o m.safetensors").error();
+    assert!(line.contains("matrices never have the albedo"), "{line}");
 }
 
 #[test]

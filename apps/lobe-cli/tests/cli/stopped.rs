@@ -13,12 +13,17 @@ pub(crate) fn started(dir: &Dir, args: &str) -> Child {
 }
 
 /// Presses Ctrl-C as soon as a file is there; the output of the command, or none if it was done before.
-pub(crate) fn stopped(dir: &Dir, mut child: Child, file: &str) -> Option<Output> {
+pub(crate) fn stopped(dir: &Dir, child: Child, file: &str) -> Option<Output> {
+    signaled(dir, child, file, "-INT")
+}
+
+/// Sends a signal as soon as a file is there; the output of the command, or none if it was done before.
+fn signaled(dir: &Dir, mut child: Child, file: &str, signal: &str) -> Option<Output> {
     while !dir.path(file).exists() && child.try_wait().unwrap().is_none() {
         sleep(Duration::from_millis(5));
     }
     sleep(Duration::from_millis(50));
-    Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+    Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
     let output = child.wait_with_output().unwrap();
     (!output.status.success()).then_some(output)
 }
@@ -58,6 +63,41 @@ fn a_truth_that_was_stopped_goes_on_to_the_same_bytes() {
         return;
     }
     panic!("the picture was done before it could be stopped");
+}
+
+#[test]
+fn being_asked_to_end_stops_as_ctrl_c_does() {
+    let dir = Dir::new();
+    let args = "render built-in:ball --env bundled:studio --mode truth --samples 65536 --quiet -o out.exr";
+    for signal in ["-TERM", "-HUP"] {
+        let output = signaled(&dir, started(&dir, args), "out.exr.checkpoint", signal).unwrap();
+        let said = line(output);
+        assert!(said.starts_with("lobe: stopped before the end; the same command goes on"), "{signal}: {said}");
+        assert_eq!(dir.names(), ["out.exr.checkpoint"], "files after {signal}");
+        std::fs::remove_file(dir.path("out.exr.checkpoint")).unwrap();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_was_started_with_nohup_does_not_hear_that_the_terminal_is_gone() {
+    let dir = Dir::new();
+    let lobe = env!("CARGO_BIN_EXE_lobe");
+    let args = "render built-in:ball --env bundled:studio --mode truth --samples 65536 --quiet -o out.exr";
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("trap '' HUP; exec {lobe} {args}")]).current_dir(dir.path("")).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    while !dir.path("out.exr.checkpoint").exists() {
+        sleep(Duration::from_millis(5));
+    }
+    let kill = |signal: &str, child: &Child| {
+        Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    };
+    kill("-HUP", &child);
+    sleep(Duration::from_millis(500));
+    assert!(child.try_wait().unwrap().is_none(), "it goes on after SIGHUP");
+    kill("-TERM", &child);
+    assert!(line(child.wait_with_output().unwrap()).starts_with("lobe: stopped before the end"), "after SIGTERM");
 }
 
 #[test]

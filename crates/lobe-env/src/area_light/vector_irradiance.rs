@@ -127,8 +127,7 @@ impl VectorIrradiance<Rgb<f64>> {
 /// direction (test `even_light_flows_nowhere`); in a round picture, whose rim cuts texels, uniform light is uniform
 /// only to the error of the quadrature over the parts of those texels.
 #[must_use]
-pub fn vector_irradiance(map: &impl AsRef<MappedMap>) -> VectorIrradiance {
-    let map = map.as_ref();
+pub fn vector_irradiance(map: &MappedMap) -> VectorIrradiance {
     let e = match map.mapping() {
         Mapping::LatLong => vector_of_rows(map),
         _ => VectorIrradiance::from_radiance_sh(&project_map(map, 2)),

@@ -8,7 +8,9 @@
 //! assert_eq!((sunset.name, map.width(), map.height()), ("sunset", 512, 256));
 //! ```
 
-use crate::{EnvError, EnvMap, MapReadOptions, read_env_bytes};
+use lobe_image::{Picture, PictureReadOptions, read_picture_bytes};
+
+use crate::{EnvError, EnvMap};
 
 /// The prefix of a bundled map's name where a path is expected.
 pub const PREFIX: &str = "bundled:";
@@ -28,8 +30,10 @@ impl Bundled {
     /// Decodes the map.
     #[must_use]
     pub fn map(&self) -> EnvMap {
-        match read_env_bytes(self.bytes, self.name, &MapReadOptions::default()) {
-            Ok((map, _)) => map,
+        let read = read_picture_bytes(self.bytes, self.name, &PictureReadOptions::default());
+        let lat_long = |picture: Picture| EnvMap::new(picture.width(), picture.height(), picture.into_pixels());
+        match read.map_err(EnvError::from).and_then(|(picture, _)| lat_long(picture)) {
+            Ok(map) => map,
             Err(error) => unreachable!("the test of the bundled maps reads this file: {error}"),
         }
     }

@@ -2,98 +2,134 @@
 
 use std::path::{Path, PathBuf};
 
-use lobe_image::read_picture;
-use lobe_io::{StagedFile, check_writable};
-
-use crate::files::write;
-use crate::mapping::cube::FACES;
-use crate::{
-    CubeHandedness, CubeMap, EnvError, EnvMap, MapReadOptions, MapReadReport, MapWriteOptions, MapWriteReport,
+use lobe_image::{
+    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, Tone, encode_picture, read_picture,
 };
+use lobe_io::{StagedFile, check_writable};
+use lobe_sh::Rgb;
 
-/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files.
-pub const FACE_NAMES: [&str; FACES] = ["px", "nx", "py", "ny", "pz", "nz"];
+use crate::mapping::cube::FACES;
+use crate::{CubeHandedness, CubeLayout, CubeMap, EnvError, MapReadOptions};
 
-/// The names that other programs give to the same faces; they are read, not written.
-const OTHER_NAMES: [[&str; FACES]; 2] =
-    [["posx", "negx", "posy", "negy", "posz", "negz"], ["right", "left", "top", "bottom", "front", "back"]];
+/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files. The first ones are written, all are read.
+const NAMES: [[&str; FACES]; 5] = [
+    ["px", "nx", "py", "ny", "pz", "nz"],
+    ["px", "mx", "py", "my", "pz", "mz"],
+    ["posx", "negx", "posy", "negy", "posz", "negz"],
+    ["right", "left", "top", "bottom", "front", "back"],
+    ["rt", "lf", "up", "dn", "ft", "bk"],
+];
 
 /// The placeholder for the names of the faces in a path.
-const ANY_FACE: &str = "%";
+const ANY_FACE: char = '%';
 
-/// The folder and the extension of `FOLDER/%.EXT`, which stands for the six files of a cube.
-#[must_use]
-pub fn face_files(path: &Path) -> Option<(&Path, String)> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    (path.file_stem()? == ANY_FACE).then(|| (path.parent().unwrap_or(Path::new("")), extension))
+/// The six files of a cube that a path with a percent sign stands for: `sky/%.exr`, `sky_%.png`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FaceFiles {
+    folder: PathBuf,
+    before: String,
+    after: String,
 }
 
-/// The file of each of the faces +X, -X, +Y, -Y, +Z, -Z of a cube in a folder: `px` to `nz` with the given extension,
-/// or `posx` to `negz`, or `right`, `left`, `top`, `bottom`, `front` and `back`, whichever has its first file there.
-#[must_use]
-pub fn cube_face_paths(folder: impl AsRef<Path>, extension: &str) -> [PathBuf; FACES] {
-    let paths = |names: &[&str; FACES]| names.map(|name| folder.as_ref().join(format!("{name}.{extension}")));
-    let own = paths(&FACE_NAMES);
-    if own[0].exists() {
-        return own;
+impl FaceFiles {
+    /// The files of a path; none if its last part has no percent sign or several, or there is a file of that name.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let (before, after) = path.file_name()?.to_str()?.split_once(ANY_FACE)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let files = Self { folder, before: before.to_owned(), after: after.to_owned() };
+        (!after.contains(ANY_FACE) && !path.exists()).then_some(files)
     }
-    OTHER_NAMES.iter().map(paths).find(|paths| paths[0].exists()).unwrap_or(own)
+
+    /// The folder of the files.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The extension of the files, in lower case.
+    #[must_use]
+    pub fn extension(&self) -> String {
+        self.after.rsplit_once('.').map_or(String::new(), |(_, extension)| extension.to_ascii_lowercase())
+    }
+
+    fn named(&self, names: &[&str; FACES]) -> [PathBuf; FACES] {
+        names.map(|name| self.folder.join(format!("{}{name}{}", self.before, self.after)))
+    }
+
+    /// The files of the faces +X, -X, +Y, -Y, +Z, -Z that are written: `px` to `nz` in the place of the percent sign.
+    #[must_use]
+    pub fn to_write(&self) -> [PathBuf; FACES] {
+        self.named(&NAMES[0])
+    }
+
+    /// The files of the faces that are read: those of `px` to `nz`, `px` to `mz`, `posx` to `negz`, `right`, `left`, `top`,
+    /// `bottom`, `front` and `back`, or `rt`, `lf`, `up`, `dn`, `ft` and `bk`, of which most are there; none if none is.
+    #[must_use]
+    pub fn to_read(&self) -> Option<[PathBuf; FACES]> {
+        let there = |paths: &[PathBuf; FACES]| paths.iter().filter(|path| path.exists()).count();
+        // Of several with as many files, the first.
+        let best = NAMES.iter().rev().map(|names| self.named(names)).max_by_key(there)?;
+        (there(&best) > 0).then_some(best)
+    }
 }
 
-/// Reads a cube from the six files of a folder that [`cube_face_paths`] names, in any format of
-/// [`read_env`](crate::read_env); the reports are those of the faces.
-///
-/// # Errors
-/// As [`read_env`](crate::read_env); [`EnvError::Invalid`] if a face is not square, or not of the size of the first.
-pub fn read_cube_faces(
-    folder: impl AsRef<Path>,
-    extension: &str,
-    handedness: CubeHandedness,
+/// Reads a cube from [six files](FaceFiles::to_read), with the reports of the faces.
+pub(crate) fn read_cube_faces(
+    files: &FaceFiles,
     options: &MapReadOptions,
-) -> Result<(CubeMap, [MapReadReport; FACES]), EnvError> {
-    let mut faces = Vec::with_capacity(FACES);
-    let mut reports = Vec::with_capacity(FACES);
-    let mut size = 0;
-    for path in cube_face_paths(folder, extension) {
-        let (face, report) = read_picture(&path, &options.of_picture())?;
-        size = if faces.is_empty() { face.width() } else { size };
-        if (face.width(), face.height()) != (size, size) {
-            let (width, height) = (face.width(), face.height());
+) -> Result<(CubeMap, Vec<PictureReadReport>), EnvError> {
+    let invalid = |path: &Path, message| ImageError::Invalid { place: path.display().to_string(), message };
+    let Some(paths) = files.to_read() else {
+        let pattern = files.folder.join(format!("{}{ANY_FACE}{}", files.before, files.after));
+        let tried = NAMES.map(|names| names.join(" ")).join(", or ");
+        return Err(invalid(&pattern, format!("none of the six files is there; tried for {ANY_FACE}: {tried}")).into());
+    };
+    let mut texels: Vec<Rgb<f32>> = Vec::new();
+    let mut reports: Vec<PictureReadReport> = Vec::with_capacity(FACES);
+    for path in paths {
+        let (face, report) = read_picture(&path, &options.picture)?;
+        let (width, height, size) = (face.width(), face.height(), reports.first().map_or(face.width(), |r| r.width));
+        if (width, height) != (size, size) {
             let message = format!("a face of {size} x {size} expected, but this is {width} x {height}");
-            return Err(EnvError::Invalid { place: path.display().to_string(), message });
+            return Err(invalid(&path, message).into());
         }
-        faces.push(face.into_pixels());
-        reports.push(report.into());
+        texels.extend(face.into_pixels::<Rgb<f32>>());
+        reports.push(report);
     }
-    let (Ok(faces), Ok(reports)) = (faces.try_into(), reports.try_into()) else { unreachable!("six files were read") };
-    Ok((CubeMap::from_handed_faces(size, &faces, handedness)?, reports))
+    Ok((CubeMap::new(reports[0].width, texels)?.of_handedness(options.handedness), reports))
 }
 
-/// Writes a cube as the files `px`, `nx`, `py`, `ny`, `pz` and `nz` of a folder, in a format of
-/// [`write_env`](crate::write_env); the report counts over all faces.
+/// Writes a cube as [six files](FaceFiles::to_write), in a format of [`write_env`](crate::write_env), or as `.png`, tone-mapped
+/// for looking at with one exposure for all faces; the report counts over all faces.
 ///
 /// The files are renamed into place when all six are on the disk: where one cannot be written, none is.
 ///
 /// # Errors
 /// As [`write_env`](crate::write_env).
 pub fn write_cube_faces(
-    folder: impl AsRef<Path>,
-    extension: &str,
+    files: &FaceFiles,
     cube: &CubeMap,
     handedness: CubeHandedness,
-    options: &MapWriteOptions,
-) -> Result<MapWriteReport, EnvError> {
-    let io = |path: &Path, source| EnvError::Io { place: path.display().to_string(), source };
-    let paths = FACE_NAMES.map(|name| folder.as_ref().join(format!("{name}.{extension}")));
+    options: &PictureWriteOptions,
+) -> Result<PictureWriteReport, ImageError> {
+    let io = |path: &Path, source| ImageError::Io { place: path.display().to_string(), source };
+    let paths = files.to_write();
     for path in &paths {
         check_writable(path).map_err(|e| io(path, e))?;
     }
-    let mut report = MapWriteReport::default();
+    let is_shown = files.extension() == "png";
+    let tone = is_shown.then(|| Tone::PHOTOGRAPH.fixed_for(&cube.to_picture(CubeLayout::Row, handedness)));
+    let mut report = PictureWriteReport::default();
     let mut staged = Vec::with_capacity(FACES);
     for (path, face) in paths.iter().zip(cube.faces(handedness)) {
-        // The writer asks for a picture and does not look at directions.
-        let (bytes, found) = write::encode(path, &EnvMap::new(cube.size(), cube.size(), face)?, options)?;
-        report.clamped += found.clamped;
+        let bytes = if let Some(tone) = &tone {
+            Picture::new(cube.size(), cube.size(), face)?.to_png(tone)?
+        } else {
+            let (bytes, found) = encode_picture(path, cube.size(), &face, options)?;
+            report.clamped += found.clamped;
+            bytes
+        };
         staged.push(StagedFile::write(path, |file| file.write_all(&bytes)).map_err(|e| io(path, e))?);
     }
     for (path, file) in paths.iter().zip(staged) {
@@ -108,7 +144,7 @@ mod tests {
     use lobe_sh::Rgb;
 
     use super::*;
-    use crate::write_env;
+    use crate::{EnvMap, write_env};
 
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("lobe-cube-faces-{name}-{}", std::process::id()));
@@ -116,11 +152,54 @@ mod tests {
         folder
     }
 
+    fn files(folder: &Path, extension: &str) -> FaceFiles {
+        FaceFiles::of(&folder.join(format!("%.{extension}"))).unwrap()
+    }
+
     #[test]
     fn six_files_are_named_by_a_percent_sign() {
-        assert_eq!(face_files(Path::new("sky/%.exr")), Some((Path::new("sky"), "exr".to_owned())), "in a folder");
-        assert_eq!(face_files(Path::new("%.hdr")), Some((Path::new(""), "hdr".to_owned())), "here");
-        assert_eq!(face_files(Path::new("100%.exr")), None, "a name that ends so");
+        let named = |path: &str| FaceFiles::of(Path::new(path)).map(|files| files.to_write()[3].display().to_string());
+        assert_eq!(named("sky/%.exr").as_deref(), Some("sky/ny.exr"), "in a folder");
+        assert_eq!(named("%.hdr").as_deref(), Some("ny.hdr"), "here");
+        assert_eq!(named("a/sky_%_0.EXR").as_deref(), Some("a/sky_ny_0.EXR"), "with a prefix");
+        assert_eq!(named("sky.exr"), None, "a file");
+        assert_eq!(named("100%/sky.exr"), None, "a folder of that name");
+        let folder = folder("percent");
+        std::fs::write(folder.join("100%.exr"), "").unwrap();
+        assert_eq!(FaceFiles::of(&folder.join("100%.exr")), None, "a file that is there");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn faces_are_found_by_prefix_and_any_names_and_the_names_that_were_tried_are_told() {
+        let cube = CubeMap::from_fn(4, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
+        let folder = folder("prefix");
+        let files = FaceFiles::of(&folder.join("sky_%.pfm")).unwrap();
+        let message = read_cube_faces(&files, &MapReadOptions::default()).unwrap_err().to_string();
+        assert!(
+            message.contains("sky_%.pfm") && message.contains("px mx py") && message.contains("rt lf up"),
+            "{message}"
+        );
+        write_cube_faces(&files, &cube, CubeHandedness::Right, &PictureWriteOptions::default()).unwrap();
+        for axis in ["x", "y", "z"] {
+            let name = |sign: &str| folder.join(format!("sky_{sign}{axis}.pfm"));
+            std::fs::rename(name("n"), name("m")).unwrap();
+        }
+        assert!(read_cube_faces(&files, &MapReadOptions::default()).unwrap().0 == cube, "px to mz");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn pictures_for_looking_at_share_one_exposure() {
+        let light = |s: lobe_sh::Dir| if s.z() > 0.9 { Rgb::new(4.0, 4.0, 4.0) } else { Rgb::new(0.1, 0.1, 0.1) };
+        let folder = folder("png");
+        let files = files(&folder, "png");
+        write_cube_faces(&files, &CubeMap::from_fn(8, light), CubeHandedness::Right, &PictureWriteOptions::default())
+            .unwrap();
+        let (back, _) = read_cube_faces(&files, &MapReadOptions::default()).unwrap();
+        assert!(back.texel(2, 4, 4).g > 3.0 * back.texel(3, 4, 4).g, "up is brighter than down");
+        assert_eq!(back.texel(3, 4, 4), back.texel(0, 4, 4), "dark faces look alike");
+        std::fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
@@ -128,12 +207,16 @@ mod tests {
         let folder = folder("round-trip");
         let cube = CubeMap::from_fn(5, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
         for handedness in [CubeHandedness::Left, CubeHandedness::Right] {
-            let report = write_cube_faces(&folder, "exr", &cube, handedness, &MapWriteOptions::default()).unwrap();
+            let report =
+                write_cube_faces(&files(&folder, "exr"), &cube, handedness, &PictureWriteOptions::default()).unwrap();
             assert_eq!(report.clamped, 0, "floats hold everything");
-            let (back, _) = read_cube_faces(&folder, "exr", handedness, &MapReadOptions::default()).unwrap();
+            let (back, _) =
+                read_cube_faces(&files(&folder, "exr"), &MapReadOptions::default().handedness(handedness)).unwrap();
             assert!(back == cube, "{handedness:?}: the cube changed");
         }
-        let (other, _) = read_cube_faces(&folder, "exr", CubeHandedness::Left, &MapReadOptions::default()).unwrap();
+        let (other, _) =
+            read_cube_faces(&files(&folder, "exr"), &MapReadOptions::default().handedness(CubeHandedness::Left))
+                .unwrap();
         assert!(other != cube, "faces written as right-handed are no left-handed ones");
         std::fs::remove_dir_all(folder).unwrap();
     }
@@ -142,9 +225,13 @@ mod tests {
     fn where_one_face_cannot_be_written_none_is() {
         let folder = folder("together");
         let cubes = [1.0, 2.0].map(|light| CubeMap::from_fn(4, |_| Rgb::new(light, light, light)));
-        let write = |cube| write_cube_faces(&folder, "exr", cube, CubeHandedness::Right, &MapWriteOptions::default());
-        let read =
-            || read_cube_faces(&folder, "exr", CubeHandedness::Right, &MapReadOptions::default()).map(|(cube, _)| cube);
+        let write = |cube| {
+            write_cube_faces(&files(&folder, "exr"), cube, CubeHandedness::Right, &PictureWriteOptions::default())
+        };
+        let read = || {
+            read_cube_faces(&files(&folder, "exr"), &MapReadOptions::default().handedness(CubeHandedness::Right))
+                .map(|(cube, _)| cube)
+        };
         write(&cubes[0]).unwrap();
         // A folder in the place of the last face.
         std::fs::remove_file(folder.join("nz.exr")).unwrap();
@@ -164,13 +251,15 @@ mod tests {
     #[test]
     fn other_names_of_faces_are_read() {
         let cube = CubeMap::from_fn(4, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
-        for (k, names) in OTHER_NAMES.iter().enumerate() {
+        for (k, names) in NAMES[2..].iter().enumerate() {
             let folder = folder(&format!("names-{k}"));
-            write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Right, &MapWriteOptions::default()).unwrap();
-            for (own, other) in FACE_NAMES.iter().zip(names) {
+            write_cube_faces(&files(&folder, "pfm"), &cube, CubeHandedness::Right, &PictureWriteOptions::default())
+                .unwrap();
+            for (own, other) in NAMES[0].iter().zip(names) {
                 std::fs::rename(folder.join(format!("{own}.pfm")), folder.join(format!("{other}.pfm"))).unwrap();
             }
-            let read = read_cube_faces(&folder, "pfm", CubeHandedness::Right, &MapReadOptions::default());
+            let read =
+                read_cube_faces(&files(&folder, "pfm"), &MapReadOptions::default().handedness(CubeHandedness::Right));
             assert!(read.unwrap().0 == cube, "{names:?}");
             std::fs::remove_dir_all(folder).unwrap();
         }
@@ -180,13 +269,14 @@ mod tests {
     fn faces_of_another_size_or_none_are_errors_of_one_line() {
         let folder = folder("sizes");
         let cube = CubeMap::from_fn(4, |_| Rgb::new(1.0, 1.0, 1.0));
-        write_cube_faces(&folder, "pfm", &cube, CubeHandedness::Left, &MapWriteOptions::default()).unwrap();
-        let read = || read_cube_faces(&folder, "pfm", CubeHandedness::Left, &MapReadOptions::default());
+        write_cube_faces(&files(&folder, "pfm"), &cube, CubeHandedness::Left, &PictureWriteOptions::default()).unwrap();
+        let read =
+            || read_cube_faces(&files(&folder, "pfm"), &MapReadOptions::default().handedness(CubeHandedness::Left));
         for (name, (w, h)) in [("py", (5, 5)), ("px", (4, 2)), ("nz", (2, 2))] {
             let path = folder.join(format!("{name}.pfm"));
             let kept = std::fs::read(&path).unwrap();
             let map = EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 1.0, 1.0));
-            write_env(&path, &map, &MapWriteOptions::default()).unwrap();
+            write_env(&path, &map, &PictureWriteOptions::default()).unwrap();
             let message = read().unwrap_err().to_string();
             let expected = format!("a face of 4 x 4 expected, but this is {w} x {h}");
             assert!(message.contains(&expected) && !message.contains('\n'), "{name}: {message}");

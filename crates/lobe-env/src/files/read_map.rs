@@ -3,17 +3,16 @@
 use std::path::Path;
 
 use lobe_image::{
-    EnvmapAttribute, FileFormat, Picture, PictureReadReport, read_cube_texture_bytes, read_picture_bytes,
+    EnvmapAttribute, FileFormat, ImageError, Picture, PictureReadReport, read_cube_texture_bytes, read_picture_bytes,
     read_picture_file,
 };
 use lobe_sh::Rgb;
 
 use crate::files::bundled;
-use crate::files::cube_faces::{face_files, read_cube_faces};
-use crate::files::read_cube::{cube_of_edges, cube_of_texture};
-use crate::files::read_env::{lat_long, read_env_bytes};
+use crate::files::cube_faces::{FaceFiles, read_cube_faces};
+use crate::files::exr_envmap::{cube_from_edges, lat_long_from_edges};
 use crate::files::read_options::{MapReadOptions, MapReadReport};
-use crate::{CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, MapReadOption, MappedMap, Mapping};
+use crate::{CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping};
 
 /// A map as a file holds it.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +29,7 @@ impl LoadedMap {
     pub fn base(&self) -> &MappedMap {
         match self {
             Self::Single(map) => map,
-            Self::Chain(chain) => chain.base().as_ref(),
+            Self::Chain(chain) => chain.base(),
         }
     }
 
@@ -40,6 +39,17 @@ impl LoadedMap {
         match self {
             Self::Single(map) => map,
             Self::Chain(chain) => chain.into_base().into(),
+        }
+    }
+
+    /// The cube with its levels; of a cube in a picture or in six files, that one level.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if it is no cube.
+    pub fn into_chain(self) -> Result<CubeMipChain, EnvError> {
+        match self {
+            Self::Single(map) => map.into_cube_map().map(CubeMipChain::single),
+            Self::Chain(chain) => Ok(chain),
         }
     }
 }
@@ -76,45 +86,61 @@ impl MappedMap {
 
 /// Reads a map of any mapping from a file of any kind, or from six.
 ///
-/// * `FOLDER/%.EXT` stands for the six faces of a cube as [`cube_face_paths`](crate::cube_face_paths) names them,
+/// The format is detected from the file's contents, not from its name.
+///
+/// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them,
 ///   `bundled:NAME` for a map that is [part of the library](crate::bundled).
-/// * A texture (KTX2, DDS) is a cube map, and so is an OpenEXR picture whose attribute `envmap` says so.
-/// * Another picture is in the mapping of [`MapReadOptions::mapping`]. By default it follows from the proportions:
-///   lat-long if the picture is twice as wide as high, a cube if it is a cross, a row or a column of six faces, which
-///   [`MapReadReport::layout`] reports.
+/// * A texture (KTX2, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, and so is an OpenEXR picture
+///   whose attribute `envmap` says so. Faces, their order and handedness are those of [`CubeMap`].
+/// * Another picture ([`lobe_image::read_picture`] lists the formats) is in the mapping of [`MapReadOptions::mapping`]. By
+///   default it follows from the proportions: lat-long if the picture is twice as wide as high, a cube if it is a cross, a
+///   row or a column of six faces, which [`MapReadReport::layout`] reports.
+/// * With the attribute `envmap` of OpenEXR the outer texels lie on the edges of the picture, or of the faces of its cube,
+///   as the format defines it: unless a mapping is asked for, the map is moved to Lobe's centers by interpolation.
 ///
 /// A file is opened and decoded once.
 ///
+/// ```
+/// use lobe_env::{CubeMap, CubeMipChain, CubeWriteOptions, MapReadOptions, read_map, write_cube};
+/// use lobe_sh::Rgb;
+///
+/// let path = std::env::temp_dir().join(format!("lobe-read-map-{}.ktx2", std::process::id()));
+/// let sky = CubeMipChain::averaged(CubeMap::from_fn(8, |s| Rgb::new(0.5, 0.5, 1.0 + s.z() as f32)));
+/// write_cube(&path, &sky, &CubeWriteOptions::default())?;
+/// let (read, report) = read_map(&path, &MapReadOptions::default())?;
+/// std::fs::remove_file(path).ok();
+/// assert_eq!((report.picture.width, report.picture.levels), (8, 4));
+/// // RGBA16F keeps three digits.
+/// let (read, up) = (read.into_chain()?, lobe_sh::Dir::Z);
+/// assert!((read.base().radiance(up).b / sky.base().radiance(up).b - 1.0).abs() < 1e-3);
+/// # Ok::<(), lobe_env::EnvError>(())
+/// ```
+///
 /// # Errors
-/// Those of [`read_env`](crate::read_env) and [`read_cube`](crate::read_cube()), except for the shape;
-/// [`EnvError::Refused`] with [`MapReadOption::Mapping`] if neither the file nor its proportions determine the mapping;
+/// [`EnvError::Image`] if the file cannot be read, is damaged, or is kept out by [`MapReadOptions::picture`];
+/// [`EnvError::UnknownMapping`] if neither the file nor its proportions determine the mapping;
 /// [`EnvError::Contradiction`] if options and file contradict each other; [`EnvError::Options`] if the picture cannot
 /// be a map of the requested mapping, or there is no bundled map of the name.
 pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(LoadedMap, MapReadReport), EnvError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    let read = if let Some(bundled) = name.strip_prefix(bundled::PREFIX) {
+    if let Some(bundled) = name.strip_prefix(bundled::PREFIX) {
         options.expect(Mapping::LatLong, &name, "lat-long")?;
-        let found = bundled::named(bundled)?;
-        let (map, report) = read_env_bytes(found.bytes, found.name, options)?;
-        (LoadedMap::Single(map.into()), report)
-    } else if let Some((folder, extension)) = face_files(path) {
-        options.expect(Mapping::Cube, &name, "a cube")?;
-        let (cube, faces) = read_cube_faces(folder, &extension, options.handedness, options)?;
-        let report = MapReadReport { faces: faces.to_vec(), ..faces[0].clone() };
-        (LoadedMap::Single(cube.into()), report)
-    } else {
+        return read_map_bytes(bundled::named(bundled)?.bytes, &name, options);
+    }
+    let Some(files) = FaceFiles::of(path) else {
         let (name, bytes) = read_picture_file(path)?;
         return read_map_bytes(&bytes, &name, options);
     };
-    options.check_handedness(read.0.base().mapping(), &name)?;
-    Ok(read)
+    options.expect(Mapping::Cube, &name, "a cube")?;
+    let (cube, faces) = read_cube_faces(&files, options)?;
+    Ok((LoadedMap::Single(cube.into()), MapReadReport { picture: faces[0].clone(), layout: None, faces }))
 }
 
 /// Reads a map of any mapping from the bytes of a file; `name` stands for the file in messages.
 ///
 /// # Errors
-/// As [`read_map`], except [`EnvError::Io`].
+/// As [`read_map`].
 pub fn read_map_bytes(
     bytes: &[u8],
     name: &str,
@@ -122,20 +148,51 @@ pub fn read_map_bytes(
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
     let read = if FileFormat::of_bytes(bytes, name)?.is_texture() {
         options.expect(Mapping::Cube, name, "a cube map")?;
-        let (texture, report) = read_cube_texture_bytes(bytes, name, &options.of_picture())?;
-        (LoadedMap::Chain(cube_of_texture(texture)?.of_handedness(options.handedness)), report.into())
+        let (texture, report) = read_cube_texture_bytes(bytes, name, &options.picture)?;
+        let levels = texture.levels.into_iter();
+        let levels = levels.map(|(size, texels)| CubeMap::new(size, texels.into_iter().map(Rgb::from).collect()));
+        let chain = CubeMipChain::new(levels.collect::<Result<_, _>>()?)?;
+        (LoadedMap::Chain(chain.of_handedness(options.handedness)), report.into())
     } else {
-        let (picture, report) = read_picture_bytes(bytes, name, &options.of_picture())?;
-        match options.mapping {
-            Some(mapping) => (map_of(mapping, picture, name, options)?, report.into()),
-            None => map_as_told(picture, report, name, options)?,
+        let (picture, report) = read_picture_bytes(bytes, name, &options.picture)?;
+        match (options.mapping, report.envmap) {
+            (Some(mapping), _) => (map_of(mapping, picture, name, options)?, report.into()),
+            (None, Some(envmap)) => map_of_edges(envmap, picture, report, name, options)?,
+            (None, None) => map_as_told(picture, report, name, options)?,
         }
     };
     options.check_handedness(read.0.base().mapping(), name)?;
     Ok(read)
 }
 
-/// The map of a picture whose mapping the file or its proportions determine.
+/// The map of a picture with the attribute `envmap`.
+fn map_of_edges(
+    envmap: EnvmapAttribute,
+    picture: Picture,
+    mut report: PictureReadReport,
+    name: &str,
+    options: &MapReadOptions,
+) -> Result<(LoadedMap, MapReadReport), EnvError> {
+    let (width, height) = (picture.width(), picture.height());
+    let (is_right, shape) = match envmap {
+        EnvmapAttribute::LatLong => (width == 2 * height, "a lat-long map is twice as wide as high"),
+        EnvmapAttribute::Cube => (height == 6 * width, "a cube map is six times as high as wide"),
+    };
+    if !is_right {
+        let message = format!("{shape}, but this picture, by its attribute envmap, is {width} x {height}");
+        return Err(ImageError::Invalid { place: name.into(), message }.into());
+    }
+    report.notes.push("by the attribute envmap the outer texels lie on the edges; the map is interpolated".into());
+    if envmap == EnvmapAttribute::LatLong {
+        let map = lat_long_from_edges(&EnvMap::from_rows(width, height, picture.into_pixels()));
+        return Ok((LoadedMap::Single(map.into()), report.into()));
+    }
+    report.height = width;
+    let map = cube_from_edges(width, &picture.into_pixels::<Rgb<f32>>())?;
+    Ok((LoadedMap::Chain(CubeMipChain::single(map.of_handedness(options.handedness))), report.into()))
+}
+
+/// The map of a picture whose mapping its proportions determine.
 fn map_as_told(
     picture: Picture,
     report: PictureReadReport,
@@ -143,20 +200,13 @@ fn map_as_told(
     options: &MapReadOptions,
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
     let (width, height) = (picture.width(), picture.height());
-    let is_cube = report.envmap == Some(EnvmapAttribute::Cube);
-    if is_cube && height == 6 * width {
-        let report = MapReadReport::of_map(report);
-        let chain = cube_of_edges(picture)?.of_handedness(options.handedness);
-        return Ok((LoadedMap::Chain(chain), MapReadReport { height: width, ..report }));
-    }
-    if !is_cube && width == 2 * height {
-        let report = MapReadReport::of_map(report);
-        return Ok((LoadedMap::Single(lat_long(picture, &report).into()), report));
+    if width == 2 * height {
+        return Ok((map_of(Mapping::LatLong, picture, name, options)?, report.into()));
     }
     let Ok(layout) = CubeLayout::of_picture(width, height) else {
         let message =
             format!("a picture of {width} x {height} is neither lat-long (2:1) nor a cube (4:3, 3:4, 6:1 or 1:6)");
-        return Err(EnvError::Refused { place: name.into(), message, option: MapReadOption::Mapping });
+        return Err(EnvError::UnknownMapping { place: name.into(), message });
     };
     let report = MapReadReport { layout: Some(layout), ..report.into() };
     Ok((map_of(Mapping::Cube, picture, name, options)?, report))

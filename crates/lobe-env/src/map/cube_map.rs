@@ -1,16 +1,16 @@
 //! Cube maps.
 
-use std::borrow::Cow;
-
 use lobe_sh::{Dir, Rgb};
 
+use crate::map::mapped_map::of_one_mapping;
 use crate::mapping::cube::{self, FACES};
 use crate::{EnvError, MappedMap, Mapping};
 
 /// The radiance from every direction, as the six square faces of a cube.
 ///
 /// Faces, order and handedness are those of OpenGL, Vulkan, KTX2 and DDS, looked up with the y-up direction
-/// `(x, z, -y)`; [`cube`] has the table. Linear light, like [`EnvMap`](crate::EnvMap).
+/// `(x, z, -y)`; [`cube`] has the table. Linear light, like [`EnvMap`](crate::EnvMap). It is a [`MappedMap`], and lends
+/// itself as one: the texels of all faces, the radiance from a direction (continuous across edges and corners), the mean.
 ///
 /// ```
 /// use lobe_env::CubeMap;
@@ -77,24 +77,6 @@ impl CubeMap {
         self.0.width()
     }
 
-    /// All texels, face after face, row after row.
-    #[must_use]
-    pub fn texels(&self) -> &[Rgb<f32>] {
-        self.0.texels()
-    }
-
-    /// All texels, to change.
-    #[must_use]
-    pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
-        self.0.texels_mut()
-    }
-
-    /// All texels, as a vector.
-    #[must_use]
-    pub fn into_texels(self) -> Vec<Rgb<f32>> {
-        self.0.into_texels()
-    }
-
     /// The texels of a face, row after row.
     ///
     /// # Panics
@@ -123,23 +105,9 @@ impl CubeMap {
     pub fn dir(&self, face: usize, x: usize, y: usize) -> Dir {
         cube::dir_from_face(face, (x as f64 + 0.5) / self.size() as f64, (y as f64 + 0.5) / self.size() as f64)
     }
-
-    /// The radiance from direction `s`, interpolated bilinearly between texel centers, across edges and corners too.
-    ///
-    /// Beyond its edge a face continues with the first row of its neighbor; beyond a corner with the mean of the three
-    /// texels that meet there. So the value is continuous over the whole sphere
-    /// (test `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
-    #[must_use]
-    pub fn radiance(&self, s: Dir) -> Rgb<f32> {
-        self.0.radiance(s)
-    }
-
-    /// The mean over the sphere, every texel weighted with its solid angle.
-    #[must_use]
-    pub fn mean(&self) -> Rgb<f64> {
-        self.0.mean()
-    }
 }
+
+of_one_mapping!(CubeMap);
 
 impl MappedMap {
     /// The cube map of the same texels.
@@ -149,29 +117,5 @@ impl MappedMap {
     pub fn into_cube_map(self) -> Result<CubeMap, EnvError> {
         self.expect(Mapping::Cube)?;
         Ok(CubeMap(self))
-    }
-}
-
-impl AsRef<MappedMap> for CubeMap {
-    fn as_ref(&self) -> &MappedMap {
-        &self.0
-    }
-}
-
-impl From<CubeMap> for MappedMap {
-    fn from(map: CubeMap) -> Self {
-        map.0
-    }
-}
-
-impl<'a> From<&'a CubeMap> for Cow<'a, MappedMap> {
-    fn from(map: &'a CubeMap) -> Self {
-        Self::Borrowed(map.as_ref())
-    }
-}
-
-impl From<CubeMap> for Cow<'_, MappedMap> {
-    fn from(map: CubeMap) -> Self {
-        Self::Owned(map.into())
     }
 }

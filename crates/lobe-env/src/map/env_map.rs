@@ -1,17 +1,17 @@
 //! Lat-long environment maps.
 
-use std::borrow::Cow;
-
 use lobe_image::Picture;
 use lobe_sh::{Dir, Rgb};
 
+use crate::map::mapped_map::of_one_mapping;
 use crate::mapping::lat_long;
 use crate::{EnvError, MappedMap, Mapping};
 
 /// The radiance that arrives at a point from every direction, as a lat-long picture.
 ///
 /// Row 0 is at the top, towards +z; the center column looks along +x; see [`lat_long`]. Linear light, Rec. 709
-/// primaries unless the file it came from says otherwise. The width is usually twice the height, but need not be.
+/// primaries unless the file it came from says otherwise. The width is usually twice the height, but need not be. It is a
+/// [`MappedMap`], and lends itself as one: size, texels, the radiance from a direction, the mean.
 ///
 /// Texels may be negative, as overshoot beside a small light in a real file is. They should be finite, as the readers
 /// ensure: sums over a map with a single NaN or infinity are NaN or infinite too.
@@ -41,76 +41,14 @@ impl EnvMap {
         Self(MappedMap::from_rows(Mapping::LatLong, width, height, texels))
     }
 
-    /// The number of columns, at least 1.
-    #[must_use]
-    pub fn width(&self) -> usize {
-        self.0.width()
-    }
-
-    /// The number of rows, at least 1.
-    #[must_use]
-    pub fn height(&self) -> usize {
-        self.0.height()
-    }
-
-    /// All texels, row after row from the top.
-    #[must_use]
-    pub fn texels(&self) -> &[Rgb<f32>] {
-        self.0.texels()
-    }
-
-    /// All texels, to change.
-    #[must_use]
-    pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
-        self.0.texels_mut()
-    }
-
-    /// All texels, as a vector.
-    #[must_use]
-    pub fn into_texels(self) -> Vec<Rgb<f32>> {
-        self.0.into_texels()
-    }
-
-    /// The texels of row `y`.
-    ///
-    /// # Panics
-    /// If `y >= height`.
-    #[must_use]
-    pub fn row(&self, y: usize) -> &[Rgb<f32>] {
-        self.0.row(y)
-    }
-
-    /// The texel in column `x` of row `y`.
-    ///
-    /// # Panics
-    /// If there is no such texel.
-    #[must_use]
-    pub fn texel(&self, x: usize, y: usize) -> Rgb<f32> {
-        self.0.texel(x, y)
-    }
-
     /// The direction of the center of texel `(x, y)`.
     #[must_use]
     pub fn dir(&self, x: usize, y: usize) -> Dir {
         lat_long::dir_from_uv((x as f64 + 0.5) / self.width() as f64, (y as f64 + 0.5) / self.height() as f64)
     }
-
-    /// The radiance from direction `s`, interpolated bilinearly between texel centers.
-    ///
-    /// Columns wrap around. Beyond the first and the last row the map continues with the same row, half a turn
-    /// further: the neighbor across the pole. So the value is continuous along every path that does not touch a pole,
-    /// and along every great circle through it.
-    #[must_use]
-    pub fn radiance(&self, s: Dir) -> Rgb<f32> {
-        self.0.radiance(s)
-    }
-
-    /// The mean over the sphere, every texel weighted with its solid angle.
-    #[must_use]
-    pub fn mean(&self) -> Rgb<f64> {
-        self.0.mean()
-    }
 }
+
+of_one_mapping!(EnvMap);
 
 impl MappedMap {
     /// The lat-long map of the same texels.
@@ -120,30 +58,6 @@ impl MappedMap {
     pub fn into_env_map(self) -> Result<EnvMap, EnvError> {
         self.expect(Mapping::LatLong)?;
         Ok(EnvMap(self))
-    }
-}
-
-impl AsRef<MappedMap> for EnvMap {
-    fn as_ref(&self) -> &MappedMap {
-        &self.0
-    }
-}
-
-impl From<EnvMap> for MappedMap {
-    fn from(map: EnvMap) -> Self {
-        map.0
-    }
-}
-
-impl<'a> From<&'a EnvMap> for Cow<'a, MappedMap> {
-    fn from(map: &'a EnvMap) -> Self {
-        Self::Borrowed(map.as_ref())
-    }
-}
-
-impl From<EnvMap> for Cow<'_, MappedMap> {
-    fn from(map: EnvMap) -> Self {
-        Self::Owned(map.into())
     }
 }
 

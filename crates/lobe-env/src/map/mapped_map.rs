@@ -223,12 +223,6 @@ impl MappedMap {
     }
 }
 
-impl AsRef<Self> for MappedMap {
-    fn as_ref(&self) -> &Self {
-        self
-    }
-}
-
 impl<'a> From<&'a MappedMap> for Cow<'a, MappedMap> {
     fn from(map: &'a MappedMap) -> Self {
         Self::Borrowed(map)
@@ -240,6 +234,53 @@ impl From<MappedMap> for Cow<'_, MappedMap> {
         Self::Owned(map)
     }
 }
+
+/// The ways of a map of one mapping to a [`MappedMap`], which it wraps: lent, changed, given away.
+macro_rules! of_one_mapping {
+    ($map:ty) => {
+        impl $map {
+            /// All texels, to change.
+            #[must_use]
+            pub fn texels_mut(&mut self) -> &mut [Rgb<f32>] {
+                self.0.texels_mut()
+            }
+
+            /// All texels, as a vector.
+            #[must_use]
+            pub fn into_texels(self) -> Vec<Rgb<f32>> {
+                self.0.into_texels()
+            }
+        }
+
+        impl std::ops::Deref for $map {
+            type Target = MappedMap;
+
+            fn deref(&self) -> &MappedMap {
+                &self.0
+            }
+        }
+
+        impl From<$map> for MappedMap {
+            fn from(map: $map) -> Self {
+                map.0
+            }
+        }
+
+        impl<'a> From<&'a $map> for std::borrow::Cow<'a, MappedMap> {
+            fn from(map: &'a $map) -> Self {
+                Self::Borrowed(map)
+            }
+        }
+
+        impl From<$map> for std::borrow::Cow<'_, MappedMap> {
+            fn from(map: $map) -> Self {
+                Self::Owned(map.0)
+            }
+        }
+    };
+}
+
+pub(crate) use of_one_mapping;
 
 /// The direction of the center of a texel, or of the middle of its part inside the discs.
 fn center(mapping: Mapping, width: usize, height: usize, x: usize, y: usize) -> Option<Dir> {

@@ -51,7 +51,6 @@ use crate::prefilter::cell_tree::FilterTree;
 use crate::prefilter::gather::{Shape, ZonalFilter, filter_tiles, is_mirror, shapes, texel_side, tiles};
 use crate::prefilter::importance::ImportanceFilter;
 use crate::reflection::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
-use crate::setters::setters;
 use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, SpecularLobe};
 
 /// Tiles between two calls of a progress callback.
@@ -200,17 +199,6 @@ impl PrefilterOptions {
         self.roughness.roughness_of_level(level, self.levels()).powi(2)
     }
 
-    setters! {
-        /// Sets the size of the faces of level 0.
-        size: usize;
-        /// Sets the size of the faces of the last level.
-        last_size: usize;
-        /// Sets the roughness of each level.
-        roughness: RoughnessLevels;
-        /// Sets the quadrature.
-        method: PrefilterMethod;
-    }
-
     fn check(&self) -> Result<(), EnvError> {
         if self.size == 0 || self.last_size == 0 || self.last_size > self.size {
             let (size, last) = (self.size, self.last_size);
@@ -222,6 +210,13 @@ impl PrefilterOptions {
         self.method.check()
     }
 }
+
+lobe_io::setters!(PrefilterOptions {
+    size: usize,
+    last_size: usize,
+    roughness: RoughnessLevels,
+    method: PrefilterMethod
+});
 
 /// Prefilters a cube map with GGX lobes of increasing roughness.
 ///

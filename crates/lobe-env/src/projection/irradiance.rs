@@ -1,15 +1,18 @@
 //! Irradiance of a map for every normal, by spherical harmonics and by brute force.
 
 use std::f64::consts::PI;
+use std::time::Instant;
 
+use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, convolve_in_place};
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::horizon::Horizon;
-use crate::{EnvMap, MappedMap, project_map, reconstruct};
+use crate::{EnvError, EnvMap, MappedMap, project_map, reconstruct};
 
-/// Partial sums kept side by side: enough independent additions to fill the pipelines with 128-bit registers.
+/// Partial sums kept side by side: a register of 256 bits for each channel, or two of 128.
 const LANES: usize = 8;
 
 /// Additions in each lane before its sum is widened to `f64`: more of them would cost digits (16384 columns in one
@@ -42,23 +45,44 @@ const RUN: usize = 32;
 #[must_use]
 pub fn irradiance_at(map: &EnvMap, normals: &[Dir]) -> Vec<Rgb<f64>> {
     let texels = Texels::new(map);
-    normals.par_iter().map_init(|| vec![0.0; texels.stride], |scratch, n| texels.irradiance(*n, scratch)).collect()
+    texels.towards(normals)
 }
+
+/// Normals between two reports of progress.
+const REPORTED: usize = 1024;
 
 /// The irradiance towards the texel centers of a map of `width` x `height`, by summing over all texels of `map`.
 ///
-/// The slow reference for [`irradiance_map`]; see [`irradiance_at`].
+/// The slow reference for [`irradiance_map`]; see [`irradiance_at`]. Progress counts texels of the result, on the calling
+/// thread. The job cannot be resumed.
 ///
-/// # Panics
-/// If a side is 0.
-#[must_use]
-pub fn irradiance_map_brute_force(map: &EnvMap, width: usize, height: usize) -> EnvMap {
-    let mut out = EnvMap::from_fn(width, height, |_| Rgb::ZERO);
-    let normals: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
-    for (texel, irradiance) in out.texels_mut().iter_mut().zip(irradiance_at(map, &normals)) {
-        *texel = Rgb::narrow(irradiance);
+/// # Errors
+/// [`EnvError::Options`] if a side is 0, or for a job with a checkpoint; [`EnvError::Cancelled`] if the callback cancelled
+/// it.
+pub fn irradiance_map_brute_force(
+    map: &EnvMap,
+    width: usize,
+    height: usize,
+    mut job: Job<'_>,
+) -> Result<EnvMap, EnvError> {
+    job.expect_no_checkpoint().map_err(EnvError::Options)?;
+    let mut out = EnvMap::new(width, height, vec![Rgb::ZERO; width.saturating_mul(height)])?;
+    let (start, total) = (Instant::now(), width * height);
+    let mut report = |done| {
+        let stop = job.report(&Progress { done, total, elapsed: start.elapsed(), ..Progress::default() }).is_break();
+        if stop { Err(EnvError::Cancelled) } else { Ok(()) }
+    };
+    let texels = Texels::new(map);
+    for first in (0..total).step_by(REPORTED) {
+        report(first)?;
+        let part = first..total.min(first + REPORTED);
+        let normals: Vec<Dir> = part.clone().map(|i| out.dir(i % width, i / width)).collect();
+        for (texel, irradiance) in out.texels_mut()[part].iter_mut().zip(texels.towards(&normals)) {
+            *texel = Rgb::narrow(irradiance);
+        }
     }
-    out
+    report(total)?;
+    Ok(out)
 }
 
 /// The expansion of the irradiance: the radiance convolved with the clamped cosine. `1/π` is not included.
@@ -69,7 +93,7 @@ pub fn irradiance_map_brute_force(map: &EnvMap, width: usize, height: usize) -> 
 ///
 /// From the map's own texels, in any mapping; see [`project_map`](crate::project_map()).
 #[must_use]
-pub fn irradiance_sh(map: &impl AsRef<MappedMap>, order: usize) -> ShVec<Rgb<f64>> {
+pub fn irradiance_sh(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
     let mut f = project_map(map, order);
     convolve_in_place(f.coefficients_mut(), &Zonal::clamped_cosine(order));
     f
@@ -80,7 +104,7 @@ pub fn irradiance_sh(map: &impl AsRef<MappedMap>, order: usize) -> ShVec<Rgb<f64
 /// # Panics
 /// If a side is 0.
 #[must_use]
-pub fn irradiance_map(map: &impl AsRef<MappedMap>, order: usize, width: usize, height: usize) -> EnvMap {
+pub fn irradiance_map(map: &MappedMap, order: usize, width: usize, height: usize) -> EnvMap {
     reconstruct(&irradiance_sh(map, order), width, height)
 }
 
@@ -118,16 +142,17 @@ impl Texels {
         Self { width, stride, planes, rows: row_vectors(width, height), columns: columns.collect(), horizon }
     }
 
+    /// `E(n)` for every normal, in parallel.
+    fn towards(&self, normals: &[Dir]) -> Vec<Rgb<f64>> {
+        normals.par_iter().map_init(|| vec![0.0; self.stride], |scratch, n| self.irradiance(*n, scratch)).collect()
+    }
+
     /// `E(n)`; `scratch` has `stride` places.
     fn irradiance(&self, n: Dir, scratch: &mut [f32]) -> Rgb<f64> {
         for (h, (cos, sin)) in scratch.iter_mut().zip(&self.columns) {
             *h = (n.x() * cos + n.y() * sin) as f32;
         }
-        let mut sum = Rgb::ZERO;
-        for (y, &(a, b)) in self.rows.iter().enumerate() {
-            let row = self.planes.each_ref().map(|plane| &plane[y * self.stride..][..self.stride]);
-            sum += row_sum(scratch, row, a as f32, (n.z() * b) as f32);
-        }
+        let mut sum = Arch::new().dispatch(WholeTexels { texels: self, h: scratch, n_z: n.z() });
         debug_assert!(scratch.len() >= self.width, "the padding is black, whatever its cosine");
         // The sum took all light of a texel that the horizon cuts from the texel's mean direction: replace that by the
         // clipped one.
@@ -138,6 +163,29 @@ impl Texels {
             // (both + taken)/2 - max(taken, 0)
             sum += texel.scale(0.5 * (both - taken.abs()));
         });
+        sum
+    }
+}
+
+/// The sum over all texels as if the horizon cut none: a type, to be compiled for the machine's instructions. Products are
+/// not fused with sums, so that every machine finds the same bits.
+struct WholeTexels<'a> {
+    texels: &'a Texels,
+    h: &'a [f32],
+    n_z: f64,
+}
+
+impl NullaryFnOnce for WholeTexels<'_> {
+    type Output = Rgb<f64>;
+
+    #[inline(always)]
+    fn call(self) -> Rgb<f64> {
+        let Self { texels, h, n_z } = self;
+        let mut sum = Rgb::ZERO;
+        for (y, &(a, b)) in texels.rows.iter().enumerate() {
+            let row = texels.planes.each_ref().map(|plane| &plane[y * texels.stride..][..texels.stride]);
+            sum += row_sum(h, row, a as f32, (n_z * b) as f32);
+        }
         sum
     }
 }

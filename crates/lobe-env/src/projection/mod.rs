@@ -6,6 +6,7 @@
 
 pub(crate) mod horizon;
 pub(crate) mod irradiance;
+pub(crate) mod patch_moments;
 pub(crate) mod project;
 pub(crate) mod project_map;
 pub(crate) mod reconstruct;

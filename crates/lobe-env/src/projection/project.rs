@@ -48,7 +48,7 @@ const MAX_CHUNKS: usize = 64;
 /// ```
 #[must_use]
 pub fn project_env(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
-    project_rows(map.as_ref(), order)
+    project_rows(map, order)
 }
 
 /// [`project_env`] with the order and coefficients of the type `E`.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::MappedMap;
 use crate::mapping::solid_angles::SolidAngles;
-use crate::resample::even_light::EvenLight;
+use crate::resample::neighbor_clamp::NeighborClamp;
 use crate::resample::sample_points::Sampler;
 use crate::resample::undersampled;
 use crate::resample::weights::Weights;
@@ -42,13 +42,13 @@ use crate::resample::weights::Weights;
 // error by which convergence is judged.
 
 /// The most passes over all samples, of both phases together.
-const MOST_PASSES: usize = 60;
+const MAX_PASSES: usize = 60;
 /// Passes of Sinkhorn iteration before the first Newton step.
-const OWN_PASSES: usize = 2;
+const SINKHORN_PASSES: usize = 2;
 /// The tolerance of convergence for the mean of each channel, relative to that mean.
-const MEAN_ENOUGH: f64 = 5e-6;
+const MEAN_TOLERANCE: f64 = 5e-6;
 /// The same if the signs of the texels' deficits were random: within it each texel has its energy.
-const TEXELS_ENOUGH: f64 = 5e-5;
+const TEXELS_TOLERANCE: f64 = 5e-5;
 /// No step changes a weight by more than this factor.
 const MOST_CHANGE: f32 = 2.0;
 
@@ -80,7 +80,7 @@ impl<'a> Balance<'a> {
         let mut balance = Self::new(sampler);
         let (energies, _) = balance.balance(&map);
         // Brighten each texel that exceeds its neighbors by the energy it would lose.
-        balance.even_light().add_excess(&mut map, |x, y| {
+        balance.neighbor_clamp().add_excess(&mut map, |x, y| {
             let energy = balance.of_texel(&energies, x, y);
             if energy > 0.0 { (balance.solid_angles.get(x, y) / energy - 1.0) as f32 } else { 0.0 }
         });
@@ -102,13 +102,13 @@ impl<'a> Balance<'a> {
                 self.weights.add_extras(extras, &mut energies);
             }
             // Stop when the remaining deficits are below the limits.
-            if passes >= MOST_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
+            if passes >= MAX_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
                 return (energies, passes);
             }
             let seen = self.seen(&energies);
             drop(energies);
             // Scale the factors: by Sinkhorn iteration at first, then by Newton steps.
-            if passes <= OWN_PASSES {
+            if passes <= SINKHORN_PASSES {
                 self.weights.scale(|s| {
                     let Seen { energy, missing } = seen[s];
                     let ratio = if energy > 0.0 { 1.0 + missing / energy } else { 1.0 };
@@ -136,7 +136,7 @@ impl<'a> Balance<'a> {
         let mut found = vec![0.0_f32; seen.len()];
         let mut step: Vec<f32> = residual.iter().enumerate().map(|(s, r)| divided(s, *r)).collect();
         let mut size = dot(&residual);
-        while *passes < MOST_PASSES && size > 0.0 {
+        while *passes < MAX_PASSES && size > 0.0 {
             *passes += 1;
             // Apply M to the search direction.
             let change = self.weights.changes(&step);
@@ -188,16 +188,16 @@ impl<'a> Balance<'a> {
         seen
     }
 
-    fn even_light(&self) -> EvenLight<'_> {
-        EvenLight::new(self.weights.sampler().source, &self.solid_angles)
+    fn neighbor_clamp(&self) -> NeighborClamp<'_> {
+        NeighborClamp::new(self.weights.sampler().source, &self.solid_angles)
     }
 
     /// Whether the uniform light of `map` has converged, to the limits above, if texel `(x, y)` has the deficit
     /// `missing(x, y)`.
     fn is_enough(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> bool {
-        let sums = self.even_light().of_rows(map, |y, even| {
+        let sums = self.neighbor_clamp().of_rows(map, |y, clamped| {
             let (mut whole, mut net, mut squares): (Rgb<f64>, Rgb<f64>, f64) = (Rgb::ZERO, Rgb::ZERO, 0.0);
-            for (x, light) in even.iter().enumerate() {
+            for (x, light) in clamped.iter().enumerate() {
                 let solid_angle = self.solid_angles.get(x, y);
                 // Texels outside the discs of a round picture may hold any value.
                 if solid_angle > 0.0 {
@@ -212,9 +212,9 @@ impl<'a> Balance<'a> {
         });
         let nothing = (Rgb::ZERO, Rgb::ZERO, 0.0);
         let (whole, net, squares) = sums.into_iter().fold(nothing, |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
-        let is_off = |net: f64, whole: f64| net.abs() > MEAN_ENOUGH * whole;
+        let is_off = |net: f64, whole: f64| net.abs() > MEAN_TOLERANCE * whole;
         let [r, g, b] = [0, 1, 2].map(|c| is_off(net.channel(c), whole.channel(c)));
-        !(r || g || b || squares.sqrt() > TEXELS_ENOUGH * (whole.r + whole.g + whole.b))
+        !(r || g || b || squares.sqrt() > TEXELS_TOLERANCE * (whole.r + whole.g + whole.b))
     }
 }
 

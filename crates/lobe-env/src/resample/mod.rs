@@ -5,9 +5,9 @@
 //! energy). Uses `map` and `mapping`.
 
 pub(crate) mod balance;
-pub(crate) mod even_light;
 pub(crate) mod fast_atan;
 pub(crate) mod footprint;
+pub(crate) mod neighbor_clamp;
 pub(crate) mod patch;
 pub(crate) mod resample;
 pub(crate) mod sample_points;

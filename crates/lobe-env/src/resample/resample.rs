@@ -137,8 +137,7 @@ fn shown(mapping: Mapping) -> f64 {
 
 /// Rotates a map, keeping mapping and size: the result shows towards `R s` what `map` shows towards `s`.
 #[must_use]
-pub fn rotate_map(map: &impl AsRef<MappedMap>, rotation: &Rotation) -> MappedMap {
-    let map = map.as_ref();
+pub fn rotate_map(map: &MappedMap, rotation: &Rotation) -> MappedMap {
     let to = Resample::to(map.mapping(), map.width(), map.height()).rotated(*rotation);
     resample(map, &to).unwrap_or_else(|error| unreachable!("the size is that of a map: {error}"))
 }

@@ -5,7 +5,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use lobe_sh::{Coefficient, Dir, Rgb, ShVec, index, order_of};
 use rayon::prelude::*;
 
-use crate::setters::setters;
 use crate::sky::preetham::luminance_scale;
 use crate::sky::sky::turn_to_azimuth;
 use crate::{EnvError, Ground, PreethamSky, sky_sh};
@@ -34,16 +33,7 @@ impl Default for SkyFitOptions {
     }
 }
 
-impl SkyFitOptions {
-    setters! {
-        /// Sets the order of the expansions.
-        order: usize;
-        /// Sets the degree in the sun's angle from the zenith.
-        sun_degree: usize;
-        /// Sets the degree in the turbidity.
-        turbidity_degree: usize;
-    }
-}
+lobe_io::setters!(SkyFitOptions { order: usize, sun_degree: usize, turbidity_degree: usize });
 
 /// A fit of [`PreethamSky`]: its coefficients by polynomials instead of quadrature.
 ///

@@ -6,7 +6,6 @@ use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 use rayon::prelude::*;
 
 use crate::mapping::texel_quadrature;
-use crate::setters::setters;
 use crate::{MappedMap, Mapping};
 
 // An expansion of low order rings at a sun. So the sun is extracted first and lights the scene by itself:
@@ -50,16 +49,7 @@ impl Default for SunOptions {
     }
 }
 
-impl SunOptions {
-    setters! {
-        /// Sets the largest radius of a sun, in radians.
-        max_radius: f64;
-        /// Sets the least contrast to the ring around it.
-        min_contrast: f64;
-        /// Sets the least ratio to the mean of the map.
-        min_peak: f64;
-    }
-}
+lobe_io::setters!(SunOptions { max_radius: f64, min_contrast: f64, min_peak: f64 });
 
 /// A sun: a directional light of small angular size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,8 +121,7 @@ pub struct SunReport {
 /// # Ok::<(), &str>(())
 /// ```
 #[must_use]
-pub fn extract_sun(map: &impl AsRef<MappedMap>, options: &SunOptions) -> Option<SunReport> {
-    let map = map.as_ref();
+pub fn extract_sun(map: &MappedMap, options: &SunOptions) -> Option<SunReport> {
     // Find the brightest texel.
     let peak = brightest(map)?;
     let light = peak.luminance();

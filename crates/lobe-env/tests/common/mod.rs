@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use lobe_env::{EnvMap, MapReadOptions, bundled, read_env};
+use lobe_env::{EnvMap, bundled};
 
 /// The bundled maps and, where the folder of larger inputs lies beside the repository, those too, with their names.
 pub(crate) fn real_maps() -> Vec<(String, EnvMap)> {
     let mut maps: Vec<_> = bundled::all().iter().map(|b| (b.name.to_owned(), b.map())).collect();
     for path in shared_maps() {
-        let (map, _) = read_env(&path, &MapReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let map = EnvMap::load(&path).unwrap_or_else(|e| panic!("{e}"));
         maps.push((path.display().to_string(), map));
     }
     maps.sort_by_key(|(_, map)| map.width());

@@ -4,14 +4,12 @@ use std::io::Cursor;
 
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
-use lobe_env::{
-    CubeMipChain, EnvFile, FileFormat, MapReadOptions, lat_long, read_cube_bytes, read_env_bytes, read_env_file_bytes,
-};
+use lobe_env::{FileFormat, LoadedMap, MapReadOptions, lat_long, read_map_bytes};
 use lobe_image::{PictureReadOptions, read_picture_bytes};
 use lobe_sh::{Dir, Rgb};
 
 /// A file of `width` x `height` with the attribute.
-pub(crate) fn exr_with_envmap(
+fn exr_with_envmap(
     (width, height): (usize, usize),
     kind: EnvironmentMap,
     texel: impl Fn(usize, usize) -> [f32; 3] + Sync,
@@ -50,7 +48,7 @@ fn openexr_direction(f: usize, x: usize, y: usize, size: usize) -> [f64; 3] {
     }
 }
 
-pub(crate) fn cube_exr(size: usize) -> Vec<u8> {
+fn cube_exr(size: usize) -> Vec<u8> {
     exr_with_envmap((size, 6 * size), EnvironmentMap::Cube, |x, y| {
         openexr_direction(y / size, x, y % size, size).map(|c| c as f32 + 2.0)
     })
@@ -60,10 +58,12 @@ pub(crate) fn cube_exr(size: usize) -> Vec<u8> {
 fn cube_faces_look_where_openexr_says() {
     for size in [2, 7, 16] {
         let bytes = cube_exr(size);
-        let (chain, report) = read_cube_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
+        let (loaded, report) = read_map_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
+        assert!(matches!(loaded, LoadedMap::Chain(_)), "the file says that it is a cube");
+        let report = report.picture;
         assert_eq!((report.format, report.width, report.height), (FileFormat::OpenExr, size, size), "report");
         assert!(report.notes.iter().any(|n| n.contains("envmap")), "{:?}", report.notes);
-        let map = chain.base();
+        let map = loaded.into_base().into_cube_map().unwrap();
         for face in 0..6 {
             for (x, y) in [(0, 0), (size - 1, 0), (0, size - 1), (size / 2, size / 3)] {
                 // Each texel holds the point of the cube that it looks at, in OpenEXR's y-up axes.
@@ -79,8 +79,6 @@ fn cube_faces_look_where_openexr_says() {
                 );
             }
         }
-        let (file, _) = read_env_file_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
-        assert_eq!(file, EnvFile::Cube(CubeMipChain::single(map.clone())), "the file says that it is a cube");
         let (picture, _) = read_picture_bytes(&bytes, "test", &PictureReadOptions::default()).unwrap();
         assert_eq!((picture.width(), picture.height()), (size, 6 * size), "as it is");
     }
@@ -93,8 +91,9 @@ fn a_lat_long_map_with_the_attribute_has_its_outer_texels_on_the_edges() {
         let s = lat_long::dir_from_uv(x as f64 / (w - 1) as f64, y as f64 / (h - 1) as f64);
         s.to_array().map(|c| c as f32 + 2.0)
     });
-    let (map, report) = read_env_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
-    assert!(report.notes.iter().any(|n| n.contains("on the edges")), "{:?}", report.notes);
+    let (map, report) = read_map_bytes(&bytes, "test", &MapReadOptions::default()).unwrap();
+    let (map, notes) = (map.into_base().into_env_map().unwrap(), report.picture.notes);
+    assert!(notes.iter().any(|n| n.contains("on the edges")), "{notes:?}");
     for y in 0..h {
         for x in 0..w {
             let texel = map.texel(x, y) - Rgb::new(2.0, 2.0, 2.0);
@@ -108,15 +107,14 @@ fn a_lat_long_map_with_the_attribute_has_its_outer_texels_on_the_edges() {
 }
 
 #[test]
-fn a_cube_is_no_lat_long_map_and_a_wrong_shape_no_cube() {
-    let options = MapReadOptions::default();
-    let error = read_env_bytes(&cube_exr(4), "test", &options).unwrap_err().to_string();
-    assert!(error.contains("says that it is a cube map"), "{error}");
-    for size in [(4, 23), (6, 36 + 6), (24, 4), (16, 8)] {
-        let bytes = exr_with_envmap(size, EnvironmentMap::Cube, |_, _| [1.0; 3]);
-        let error = read_cube_bytes(&bytes, "test", &options).unwrap_err().to_string();
-        assert!(error.contains("six times as high"), "{size:?}: {error}");
-        let error = read_env_file_bytes(&bytes, "test", &options).unwrap_err().to_string();
-        assert!(error.contains("six times as high"), "{size:?}: {error}");
+fn a_map_of_another_shape_than_the_attribute_says_is_an_error() {
+    let shapes = [(EnvironmentMap::Cube, [(4, 23), (6, 42), (24, 4), (16, 8)], "six times as high")];
+    let lat_long = (EnvironmentMap::LatitudeLongitude, [(4, 24), (6, 6), (24, 4), (16, 12)], "twice as wide");
+    for (kind, sizes, part) in shapes.into_iter().chain([lat_long]) {
+        for size in sizes {
+            let bytes = exr_with_envmap(size, kind, |_, _| [1.0; 3]);
+            let error = read_map_bytes(&bytes, "test", &MapReadOptions::default()).unwrap_err().to_string();
+            assert!(error.contains(part) && error.contains("envmap"), "{size:?}: {error}");
+        }
     }
 }

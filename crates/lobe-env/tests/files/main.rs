@@ -1,16 +1,7 @@
-//! Files: every format that is read and written, and damaged files.
+//! Map files: what a file says of its mapping, and the same map through every format.
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 #[path = "../common/mod.rs"]
 mod common;
-mod cube_malformed;
-mod cubes;
 mod envmap;
-mod exr_files;
-mod ktx2_rules;
-mod ktx2_written;
-mod malformed;
-mod pictures;
-mod read_exr;
-mod read_hdr;
-mod write;
+mod maps;

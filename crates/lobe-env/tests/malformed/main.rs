@@ -20,7 +20,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use lobe_env::{MapReadOptions, read_env_file_bytes};
+use lobe_env::{MapReadOptions, read_map_bytes};
 use lobe_image::{PictureReadOptions, read_picture_bytes};
 use lobe_sh::read_sh_json_bytes;
 
@@ -43,7 +43,7 @@ fn read(name: &str, bytes: &[u8]) -> Result<(), String> {
         return read_sh_json_bytes(bytes, name).map(|_| ()).map_err(|e| e.to_string());
     }
     let options = MapReadOptions::default();
-    let read = read_env_file_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
+    let read = read_map_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
     // A picture of any shape is read by other checks; it may be good where a map is not, but never panics.
     let raster = read_picture_bytes(bytes, name, &PictureReadOptions::default()).map(|_| ()).map_err(|e| e.to_string());
     for message in [&read, &raster].into_iter().filter_map(|result| result.as_ref().err()) {

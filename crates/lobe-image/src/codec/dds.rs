@@ -1,5 +1,7 @@
 //! DDS header fields: 32-bit little-endian numbers.
 
+use crate::TexelFormat;
+
 /// The first four bytes.
 pub(crate) const MAGIC: [u8; 4] = *b"DDS ";
 
@@ -11,6 +13,10 @@ pub(crate) const HEADER_DX10: usize = 20;
 
 /// The code that announces the second header.
 pub(crate) const DX10: u32 = u32::from_le_bytes(*b"DX10");
+
+/// The codes of Direct3D 9, in place of a four-character code. Files with them need no second header, and more programs
+/// take them so (`PlayCanvas`).
+pub(crate) const D3D9: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
 
 /// Flag: the format is given by a four-character code.
 pub(crate) const FOURCC_FLAG: u32 = 0x4;

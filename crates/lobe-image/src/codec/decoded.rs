@@ -15,28 +15,6 @@ pub enum EnvmapAttribute {
     Cube,
 }
 
-/// The properties of a picture that are known before memory is allocated for its texels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct PictureHead {
-    /// Columns, at least 1.
-    pub width: usize,
-    /// Rows, at least 1.
-    pub height: usize,
-    /// The attribute `envmap` of an OpenEXR file.
-    pub envmap: Option<EnvmapAttribute>,
-}
-
-/// A caller's check of a picture by its header.
-pub(crate) type Accept<'a> = &'a dyn Fn(&PictureHead) -> Result<(), ImageError>;
-
-/// The limits on a picture to be decoded.
-#[derive(Clone, Copy)]
-pub(crate) struct Limits<'a> {
-    pub(crate) max_texels: usize,
-    pub(crate) accept: Accept<'a>,
-}
-
 /// The result of a decoder.
 pub(crate) struct Decoded {
     pub(crate) width: usize,
@@ -58,25 +36,16 @@ pub struct CubeTexture {
     pub(crate) notes: Vec<String>,
 }
 
-/// Refuses a picture larger than the caller allows, or one that the caller's check rejects, before memory is allocated.
-pub(crate) fn check_size(
-    width: u64,
-    height: u64,
-    envmap: Option<EnvmapAttribute>,
-    limits: Limits<'_>,
-    name: &str,
-) -> Result<(usize, usize), ImageError> {
+/// Refuses a picture larger than the caller allows, before memory is allocated.
+pub(crate) fn check_size(width: u64, height: u64, max_texels: usize, name: &str) -> Result<(usize, usize), ImageError> {
     if width == 0 || height == 0 {
         return Err(invalid(name, format!("the picture has no texels: it is {width} x {height}")));
     }
-    if width.checked_mul(height).is_none_or(|texels| texels > limits.max_texels as u64) {
-        let limit = limits.max_texels;
-        let message = format!("the picture is {width} x {height}, more than the limit of {limit} texels");
+    if width.checked_mul(height).is_none_or(|texels| texels > max_texels as u64) {
+        let message = format!("the picture is {width} x {height}, more than the limit of {max_texels} texels");
         return Err(ImageError::Refused { place: name.into(), message, option: ReadOption::MaxTexels });
     }
-    let (width, height) = (width as usize, height as usize);
-    (limits.accept)(&PictureHead { width, height, envmap })?;
-    Ok((width, height))
+    Ok((width as usize, height as usize))
 }
 
 /// An empty vector with room for `count` items, or an error where the system has no memory for them.

@@ -26,13 +26,7 @@ pub struct PictureWriteOptions {
     pub half: bool,
 }
 
-impl PictureWriteOptions {
-    /// Sets whether OpenEXR is stored as `half`.
-    #[must_use]
-    pub fn half(self, half: bool) -> Self {
-        Self { half }
-    }
-}
+lobe_io::setters!(PictureWriteOptions { half: bool });
 
 /// The loss of writing a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

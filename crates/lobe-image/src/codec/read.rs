@@ -9,7 +9,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::codec::dds;
-use crate::codec::decoded::{EnvmapAttribute, Limits, PictureHead, invalid, unsupported};
+use crate::codec::decoded::{EnvmapAttribute, invalid, unsupported};
 use crate::codec::read_exr;
 use crate::codec::read_hdr;
 use crate::codec::read_ldr;
@@ -60,19 +60,7 @@ impl Default for PictureReadOptions {
     }
 }
 
-impl PictureReadOptions {
-    /// Sets the treatment of NaN and infinity.
-    #[must_use]
-    pub fn nonfinite(self, nonfinite: Nonfinite) -> Self {
-        Self { nonfinite, ..self }
-    }
-
-    /// Sets the largest picture, in texels.
-    #[must_use]
-    pub fn max_texels(self, max_texels: usize) -> Self {
-        Self { max_texels, ..self }
-    }
-}
+lobe_io::setters!(PictureReadOptions { nonfinite: Nonfinite, max_texels: usize });
 
 /// A file format, detected from the contents whatever the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -207,27 +195,14 @@ pub fn read_picture_bytes(
     name: &str,
     options: &PictureReadOptions,
 ) -> Result<(Picture, PictureReadReport), ImageError> {
-    read_picture_bytes_if(bytes, name, options, |_| Ok(()))
-}
-
-/// Reads a picture from the bytes of a file if `accept` approves its header, before memory is allocated.
-///
-/// # Errors
-/// As [`read_picture_bytes`], and those of `accept`.
-pub fn read_picture_bytes_if(
-    bytes: &[u8],
-    name: &str,
-    options: &PictureReadOptions,
-    accept: impl Fn(&PictureHead) -> Result<(), ImageError>,
-) -> Result<(Picture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
-    let limits = Limits { max_texels: options.max_texels, accept: &accept };
+    let max_texels = options.max_texels;
     let mut decoded = guarded(format, name, || match format {
-        FileFormat::Radiance => read_hdr::decode(bytes, name, limits),
-        FileFormat::OpenExr => read_exr::decode(bytes, name, limits),
-        FileFormat::Pfm => read_pfm::decode(bytes, name, limits),
-        FileFormat::Png => read_ldr::decode_png(bytes, name, limits),
-        FileFormat::Jpeg => read_ldr::decode_jpeg(bytes, name, limits),
+        FileFormat::Radiance => read_hdr::decode(bytes, name, max_texels),
+        FileFormat::OpenExr => read_exr::decode(bytes, name, max_texels),
+        FileFormat::Pfm => read_pfm::decode(bytes, name, max_texels),
+        FileFormat::Png => read_ldr::decode_png(bytes, name, max_texels),
+        FileFormat::Jpeg => read_ldr::decode_jpeg(bytes, name, max_texels),
         FileFormat::Ktx2 | FileFormat::Dds => {
             let message = format!("a picture expected, found a texture ({format}), which holds a cube map");
             Err(unsupported(name, message))

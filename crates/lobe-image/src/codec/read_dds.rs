@@ -1,13 +1,10 @@
 //! DDS cube map decoder.
 
-use crate::codec::dds::{CUBE_ALL_FACES, CUBE_MISC, DX10, FOURCC_FLAG, Field, HEADER, HEADER_DX10, field};
+use crate::codec::dds::{CUBE_ALL_FACES, CUBE_MISC, D3D9, DX10, FOURCC_FLAG, Field, HEADER, HEADER_DX10, field};
 use crate::codec::decoded::{CubeTexture, check_cube_size};
 use crate::codec::decoded::{invalid, reserve, unsupported};
 use crate::codec::decoded::{mip_level_count, mip_level_size};
 use crate::{ImageError, TexelFormat};
-
-/// The codes of Direct3D 9, in place of a four-character code.
-const D3D9: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
 
 /// Decodes a DDS cube map; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<CubeTexture, ImageError> {
@@ -36,8 +33,9 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
         let message = format!("a cube map of 6 faces expected, found a texture of {width} x {height}");
         return Err(unsupported(name, message));
     }
-    let format = format
-        .map_err(|found| unsupported(name, format!("RGBA16F, RGBA32F, RGB9E5 or BC6H expected, found {found}")))?;
+    let format = format.map_err(|found| {
+        unsupported(name, format!("RGBA16F, RGBA32F, RGB9E5, R11G11B10F or BC6H expected, found {found}"))
+    })?;
     if width != height {
         return Err(invalid(name, format!("the faces of a cube are square, these are {width} x {height}")));
     }

@@ -13,7 +13,7 @@ use exr::prelude::{Compression, f16};
 use rayon::prelude::*;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, EnvmapAttribute, Limits, check_size, invalid, reserve, unsupported};
+use crate::codec::decoded::{Decoded, EnvmapAttribute, check_size, invalid, reserve, unsupported};
 use crate::pixel::{BLACK, Pixel};
 
 /// Blocks decoded at a time, in parallel. This many are held compressed, and twice as many decoded, besides the file
@@ -44,7 +44,7 @@ const ANY_BLACK: u64 = 1 << 20;
 const HEADERS: usize = 1 << 14;
 
 /// Decodes an OpenEXR picture; `name` stands for the file in messages.
-pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Decoded, ImageError> {
+pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
     if let Some(version) = bytes.get(4..8)
         && u32::from_le_bytes([version[0], version[1], version[2], version[3]]) & DEEP_FLAG != 0
     {
@@ -59,7 +59,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Dec
         EnvironmentMap::LatitudeLongitude => EnvmapAttribute::LatLong,
         EnvironmentMap::Cube => EnvmapAttribute::Cube,
     });
-    let windows = Windows::of(header, envmap, limits, name)?;
+    let windows = Windows::of(header, max_texels, name)?;
     check_table(headers, bytes.len(), name)?;
     let notes = notes(headers, part, &channels, &windows);
 
@@ -196,20 +196,15 @@ struct Windows {
 }
 
 impl Windows {
-    fn of(
-        header: &Header,
-        envmap: Option<EnvmapAttribute>,
-        limits: Limits<'_>,
-        name: &str,
-    ) -> Result<Self, ImageError> {
+    fn of(header: &Header, max_texels: usize, name: &str) -> Result<Self, ImageError> {
         let display = header.shared_attributes.display_window;
         let data = header.data_window();
-        let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, envmap, limits, name)?;
+        let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, max_texels, name)?;
         // A data window may be larger than the display, and a block larger than both: bound the memory of decoding.
         let block = header.max_block_pixel_size();
         let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
         let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
-        let limit = limits.max_texels as u64;
+        let limit = max_texels as u64;
         if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > limit.saturating_mul(16) {
             let message = format!(
                 "the data window is {} x {}, more than the limit of {limit} texels; crop the picture",

@@ -6,7 +6,7 @@ use image::ImageDecoder;
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, Limits, check_size, invalid, reserve, unsupported};
+use crate::codec::decoded::{Decoded, check_size, invalid, reserve, unsupported};
 use crate::pixel::Pixel;
 
 /// Bytes of a decoded texel: three `f32`.
@@ -16,12 +16,12 @@ const TEXEL_BYTES: usize = 12;
 const RUN_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32767;
 
 /// Decodes a Radiance picture; `name` stands for the file in messages.
-pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Decoded, ImageError> {
+pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
     let mut reader = Cursor::new(bytes);
     // Not strict: the strict decoder knows the signature #?RADIANCE only, but #?RGBE is common too.
     let decoder = HdrDecoder::new_nonstrict(&mut reader).map_err(|e| explain(&e, name))?;
     let metadata = decoder.metadata();
-    let (width, height) = check_size(metadata.width.into(), metadata.height.into(), None, limits, name)?;
+    let (width, height) = check_size(metadata.width.into(), metadata.height.into(), max_texels, name)?;
     let header = header_len(bytes);
     let least = least_bytes(width, height);
     if ((bytes.len() - header) as u64) < least {

@@ -83,7 +83,7 @@ fn cube_size(header: &Header, name: &str) -> Result<u64, ImageError> {
 }
 
 fn texel_format(header: &Header, name: &str) -> Result<TexelFormat, ImageError> {
-    let expected = "RGBA16F, RGBA32F, RGB9E5 or BC6H expected";
+    let expected = "RGBA16F, RGBA32F, RGB9E5, R11G11B10F or BC6H expected";
     let Some(vulkan) = header.format else {
         let message = format!("{expected}, found a universal texture (Basis), which holds no high dynamic range");
         return Err(unsupported(name, message));

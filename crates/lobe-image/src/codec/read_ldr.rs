@@ -11,7 +11,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, Limits, check_size, invalid, reserve, unsupported};
+use crate::codec::decoded::{Decoded, check_size, invalid, reserve, unsupported};
 use crate::codec::jpeg_end;
 use crate::pixel::Pixel;
 use crate::srgb_decode;
@@ -24,15 +24,15 @@ const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 const MOST_JPEG_TEXELS_PER_BYTE: u64 = 2 * 8 * 64;
 
 /// Decodes a PNG picture; `name` stands for the file in messages.
-pub(crate) fn decode_png(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Decoded, ImageError> {
+pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
     let within = image::Limits::default();
     let decoder = PngDecoder::with_limits(Cursor::new(bytes), within).map_err(|e| explain(&e, "PNG", name))?;
     let read = |decoder: PngDecoder<_>, raw: &mut [u8]| decoder.read_image(raw).map_err(|e| explain(&e, "PNG", name));
-    decode(decoder, bytes.len(), MOST_PNG_TEXELS_PER_BYTE, "PNG", name, limits, read)
+    decode(decoder, bytes.len(), MOST_PNG_TEXELS_PER_BYTE, "PNG", name, max_texels, read)
 }
 
 /// Decodes a JPEG picture; `name` stands for the file in messages.
-pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Decoded, ImageError> {
+pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
     let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|e| explain(&e, "JPEG", name))?;
     let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
         return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
@@ -46,7 +46,7 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, limits: Limits<'_>) -> Resul
         let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
         strict.decode_into(raw).map_err(damaged)
     };
-    decode(decoder, bytes.len(), MOST_JPEG_TEXELS_PER_BYTE, "JPEG", name, limits, read)
+    decode(decoder, bytes.len(), MOST_JPEG_TEXELS_PER_BYTE, "JPEG", name, max_texels, read)
 }
 
 fn decode<D: ImageDecoder>(
@@ -55,13 +55,13 @@ fn decode<D: ImageDecoder>(
     most_texels_per_byte: u64,
     kind: &str,
     name: &str,
-    limits: Limits<'_>,
+    max_texels: usize,
     read: impl FnOnce(D, &mut [u8]) -> Result<(), ImageError>,
 ) -> Result<Decoded, ImageError> {
     let (width, height) = decoder.dimensions();
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let (width, height) = if is_lying(orientation) { (height, width) } else { (width, height) };
-    let (width, height) = check_size(width.into(), height.into(), None, limits, name)?;
+    let (width, height) = check_size(width.into(), height.into(), max_texels, name)?;
     let count = width * height;
     if count as u64 > (length as u64).saturating_mul(most_texels_per_byte) {
         let message = format!("the file ends early: {width} x {height} texels cannot be in {length} bytes");

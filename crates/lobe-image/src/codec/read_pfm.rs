@@ -1,7 +1,7 @@
 //! Portable float map decoder.
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, Limits, check_size, invalid, reserve};
+use crate::codec::decoded::{Decoded, check_size, invalid, reserve};
 
 /// The longest header: three numbers and white space.
 const MAX_HEADER: usize = 256;
@@ -11,9 +11,9 @@ const MAX_HEADER: usize = 256;
 /// Three words follow the signature, each after white space: columns, rows, and a scale, whose sign gives the byte
 /// order (negative: little-endian) and whose magnitude is a factor. One byte of white space ends the header. The
 /// bottom row comes first.
-pub(crate) fn decode(bytes: &[u8], name: &str, limits: Limits<'_>) -> Result<Decoded, ImageError> {
+pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
     let header = Header::parse(bytes, name)?;
-    let (width, height) = check_size(header.width, header.height, None, limits, name)?;
+    let (width, height) = check_size(header.width, header.height, max_texels, name)?;
     let channels = if bytes.starts_with(b"PF") { 3 } else { 1 };
     let data = &bytes[header.length..];
     // The size passed the check of the limit, which fits a usize; so does four times three times it in a u64.

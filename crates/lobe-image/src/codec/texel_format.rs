@@ -8,6 +8,11 @@ use half::slice::HalfFloatSliceExt;
 use ktx2::Format;
 
 use crate::codec::bc6h;
+#[cfg(feature = "bc6h")]
+use crate::codec::bc6h::encode as encode_bc6h;
+#[cfg(not(feature = "bc6h"))]
+use crate::codec::bc6h_encode::encode as encode_bc6h;
+use crate::codec::packed_float;
 use crate::codec::rgb9e5;
 use crate::pixel::{IntoPixel, Pixel};
 
@@ -26,7 +31,11 @@ pub enum TexelFormat {
     /// Nine bits for each color and one exponent for all, 4 bytes: the error is below 0.2 % of the largest channel of
     /// the texel; 0 to 65408.
     Rgb9e5,
-    /// BC6H without sign, blocks of 4 x 4 texels: 1 byte a texel, 0 to 65504. Written with the feature `bc6h` only.
+    /// Floats without sign of 11, 11 and 10 bits, 4 bytes: the error is below 0.8 % in red and green and 1.6 % in blue; 0 to
+    /// 64512. The only format in `.ktx`.
+    R11G11B10F,
+    /// BC6H without sign, blocks of 4 x 4 texels: 1 byte a texel, 0 to 65504. The feature `bc6h` chooses another encoder,
+    /// which is better where edges between colors cross blocks.
     Bc6h,
     /// BC6H with sign; read only.
     Bc6hSigned,
@@ -38,6 +47,7 @@ impl fmt::Display for TexelFormat {
             Self::Rgba16F => "RGBA16F",
             Self::Rgba32F => "RGBA32F",
             Self::Rgb9e5 => "RGB9E5",
+            Self::R11G11B10F => "R11G11B10F",
             Self::Bc6h => "BC6H",
             Self::Bc6hSigned => "signed BC6H",
         })
@@ -45,10 +55,11 @@ impl fmt::Display for TexelFormat {
 }
 
 /// Every format with its numbers in Vulkan and in Direct3D.
-const FORMATS: [(TexelFormat, Format, u32); 5] = [
+const FORMATS: [(TexelFormat, Format, u32); 6] = [
     (TexelFormat::Rgba16F, Format::R16G16B16A16_SFLOAT, 10),
     (TexelFormat::Rgba32F, Format::R32G32B32A32_SFLOAT, 2),
     (TexelFormat::Rgb9e5, Format::E5B9G9R9_UFLOAT_PACK32, 67),
+    (TexelFormat::R11G11B10F, Format::B10G11R11_UFLOAT_PACK32, 26),
     (TexelFormat::Bc6h, Format::BC6H_UFLOAT_BLOCK, 95),
     (TexelFormat::Bc6hSigned, Format::BC6H_SFLOAT_BLOCK, 96),
 ];
@@ -83,7 +94,7 @@ impl TexelFormat {
         match self {
             Self::Rgba16F => (1, 8),
             Self::Rgba32F => (1, 16),
-            Self::Rgb9e5 => (1, 4),
+            Self::Rgb9e5 | Self::R11G11B10F => (1, 4),
             Self::Bc6h | Self::Bc6hSigned => (bc6h::BLOCK, bc6h::BLOCK_BYTES),
         }
     }
@@ -114,6 +125,10 @@ impl TexelFormat {
                     let words = row.as_chunks::<4>().0.iter();
                     texels.extend(words.map(|word| rgb9e5::decode(u32::from_le_bytes(*word))));
                 }
+                Self::R11G11B10F => {
+                    let words = row.as_chunks::<4>().0.iter();
+                    texels.extend(words.map(|word| packed_float::decode(u32::from_le_bytes(*word))));
+                }
                 Self::Bc6h | Self::Bc6hSigned => {
                     bc6h::decode_blocks(&row, size, side.min(size - y), self == Self::Bc6hSigned, texels);
                 }
@@ -130,6 +145,7 @@ impl TexelFormat {
             Self::Rgba32F => (f32::NEG_INFINITY, f32::INFINITY),
             Self::Rgba16F => (-MAX_HALF, MAX_HALF),
             Self::Rgb9e5 => (0.0, rgb9e5::MAX),
+            Self::R11G11B10F => (0.0, packed_float::MAX),
             Self::Bc6h => (0.0, MAX_HALF),
             Self::Bc6hSigned => return Err("signed BC6H is read, not written; choose BC6H".into()),
         };
@@ -172,24 +188,18 @@ impl TexelFormat {
                     bytes.extend_from_slice(&rgb9e5::encode((*texel).into()).to_le_bytes());
                 }
             }
+            Self::R11G11B10F => {
+                for texel in texels {
+                    bytes.extend_from_slice(&packed_float::encode(fit((*texel).into())).to_le_bytes());
+                }
+            }
             Self::Bc6h | Self::Bc6hSigned => {
-                bytes = encode_bc6h(size, &texels.iter().map(|t| fit((*t).into())).collect::<Vec<_>>())?;
+                let texels: Vec<Pixel> = texels.iter().map(|t| fit((*t).into())).collect();
+                bytes = encode_bc6h(size, &texels);
             }
         }
         Ok((bytes, clamped))
     }
-}
-
-#[cfg(feature = "bc6h")]
-fn encode_bc6h(size: usize, texels: &[Pixel]) -> Result<Vec<u8>, String> {
-    Ok(bc6h::encode(size, texels))
-}
-
-#[cfg(not(feature = "bc6h"))]
-fn encode_bc6h(_: usize, _: &[Pixel]) -> Result<Vec<u8>, String> {
-    Err("this build cannot compress to BC6H; build with the feature bc6h (cargo build -p lobe-cli --features bc6h), or choose \
-         RGB9E5 or RGBA16F"
-        .into())
 }
 
 fn half_texel(bytes: &[u8; 8]) -> Pixel {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::codec::decoded::{CubeTexture, unsupported};
 use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect};
-use crate::codec::{read_dds, read_ktx2, write_dds, write_ktx2};
+use crate::codec::{read_dds, read_ktx2, write_dds, write_ktx1, write_ktx2};
 use crate::pixel::IntoPixel;
 use crate::{ImageError, PictureWriteReport, TexelFormat};
 
@@ -16,7 +16,7 @@ const FACES: usize = 6;
 
 /// Reads a cube texture from the bytes of a KTX2 or DDS file; `name` stands for the file in messages.
 ///
-/// * **KTX2**: RGBA16F, RGBA32F, RGB9E5 and BC6H with and without sign, stored as they are or with Zstandard, any
+/// * **KTX2**: RGBA16F, RGBA32F, RGB9E5, R11G11B10F and BC6H with and without sign, stored as they are or with Zstandard, any
 ///   number of levels. Alpha is ignored.
 /// * **DDS**: the same formats, with the header of Direct3D 10 or, for RGBA16F and RGBA32F, without it.
 ///
@@ -49,15 +49,15 @@ pub fn read_cube_texture_bytes(
     Ok((decoded, report))
 }
 
-/// Writes a cube texture as `.ktx2` or `.dds`, depending on the extension: size and texels of each level, as in
-/// [`CubeTexture`].
+/// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and `PlayCanvas`; it is not
+/// read), depending on the extension: size and texels of each level, as in [`CubeTexture`].
 ///
 /// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and
 /// counted over all levels. `zstd` compresses `.ktx2` without loss.
 ///
 /// # Errors
-/// [`ImageError::Options`] for another extension, Zstandard in `.dds`, a format that is not written, or BC6H without
-/// the feature `bc6h`; [`ImageError::Io`] if the file cannot be written.
+/// [`ImageError::Options`] for another extension, Zstandard outside of `.ktx2`, or a format that is not written;
+/// [`ImageError::Io`] if the file cannot be written.
 pub fn write_cube_texture(
     path: impl AsRef<Path>,
     levels: &[(usize, &[impl IntoPixel])],
@@ -67,12 +67,15 @@ pub fn write_cube_texture(
     let path = path.as_ref();
     let wrong = |message: String| ImageError::Options(format!("{}: {message}", path.display()));
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let is_ktx2 = match extension.as_str() {
-        "ktx2" => true,
-        "dds" if zstd => return Err(wrong("a .dds holds no Zstandard; write .ktx2".into())),
-        "dds" => false,
-        _ => return Err(wrong("a cube map is written as .ktx2 or .dds".into())),
-    };
+    match extension.as_str() {
+        "ktx2" => {}
+        "dds" | "ktx" if zstd => return Err(wrong(format!("a .{extension} holds no Zstandard; write .ktx2"))),
+        "ktx" if format != TexelFormat::R11G11B10F => {
+            return Err(wrong(format!("a .ktx holds R11G11B10F, not {format}; write .ktx2")));
+        }
+        "dds" | "ktx" => {}
+        _ => return Err(wrong("a cube map is written as .ktx2, .ktx or .dds".into())),
+    }
     let Some((size, _)) = levels.first() else { return Err(wrong("a cube map needs at least one level".into())) };
     let mut report = PictureWriteReport::default();
     let mut encoded = Vec::with_capacity(levels.len());
@@ -82,10 +85,10 @@ pub fn write_cube_texture(
         encoded.push(faces);
     }
     let io = |source| ImageError::Io { place: path.display().to_string(), source };
-    let pieces = if is_ktx2 {
-        write_ktx2::pieces(*size, format, encoded, zstd).map_err(io)?
-    } else {
-        write_dds::pieces(*size, format, encoded)
+    let pieces = match extension.as_str() {
+        "ktx2" => write_ktx2::pieces(*size, format, encoded, zstd).map_err(io)?,
+        "ktx" => write_ktx1::pieces(*size, encoded),
+        _ => write_dds::pieces(*size, format, encoded),
     };
     write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;
     Ok(report)

@@ -1,7 +1,7 @@
 //! DDS cube map writer, with the header of Direct3D 10.
 
 use crate::TexelFormat;
-use crate::codec::dds::{CUBE_ALL_FACES, CUBE_MISC, DX10, FOURCC_FLAG, Field, HEADER, HEADER_DX10, MAGIC};
+use crate::codec::dds::{CUBE_ALL_FACES, CUBE_MISC, D3D9, DX10, FOURCC_FLAG, Field, HEADER, HEADER_DX10, MAGIC};
 use crate::codec::decoded::mip_level_size;
 
 /// Flags of the fields that are set: capabilities, height, width, format, number of levels.
@@ -30,6 +30,7 @@ pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>;
     } else {
         (FLAG_PITCH, (size * format.block_bytes()) as u64)
     };
+    let old = D3D9.iter().find(|(_, of_code)| *of_code == format).map(|(code, _)| *code);
     let mut bytes = vec![0; HEADER + HEADER_DX10];
     bytes[..MAGIC.len()].copy_from_slice(&MAGIC);
     for (field, value) in [
@@ -41,7 +42,7 @@ pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>;
         (Field::MipMapCount, levels.len() as u32),
         (Field::PixelFormatSize, 32),
         (Field::PixelFormatFlags, FOURCC_FLAG),
-        (Field::FourCc, DX10),
+        (Field::FourCc, old.unwrap_or(DX10)),
         (Field::Caps, CAPS),
         (Field::Caps2, CUBE_ALL_FACES),
         (Field::DxgiFormat, format.dxgi()),
@@ -51,6 +52,9 @@ pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>;
         (Field::AlphaMode, ALPHA_OPAQUE),
     ] {
         bytes[field as usize..][..4].copy_from_slice(&value.to_le_bytes());
+    }
+    if old.is_some() {
+        bytes.truncate(HEADER);
     }
     let mut pieces = vec![bytes];
     for face in 0..6 {

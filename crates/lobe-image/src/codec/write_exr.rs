@@ -1,6 +1,4 @@
-//! OpenEXR writer, the only one of the workspace.
-//!
-//! A picture of three channels is stored in rows, compressed as ZIP, sixteen at a time ([`encode`]):
+//! OpenEXR writer of pictures: three channels, in rows that are compressed as ZIP, sixteen at a time.
 //!
 //! ```text
 //!   of each row: all blue samples, all green, all red; little-endian
@@ -8,8 +6,7 @@
 //! ```
 //!
 //! OpenEXR File Layout, "ZIP compression". The library would compress too, at a level that takes three times as long
-//! for files 5 % smaller. Pictures of other channels ([`ExrLayers`]) are stored in tiles of 64 x 64 texels, which the
-//! library compresses.
+//! for files 5 % smaller. Pictures of other channels are written by `exr_layers`.
 
 use std::io::Cursor;
 
@@ -19,10 +16,7 @@ use exr::error::Result;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{ChannelDescription, LineOrder, SampleType};
 use exr::meta::header::{Header, LayerAttributes};
-use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image, Layer, SmallVec, Text,
-    WritableImage as _, f16,
-};
+use exr::prelude::{Compression, f16};
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use rayon::prelude::*;
 
@@ -88,83 +82,6 @@ fn compressed<const N: usize>(rows: &[impl IntoPixel], width: usize, bytes: impl
     }
     let compressed = compress_to_vec_zlib(&differences, ZLIB_LEVEL);
     if compressed.len() < raw.len() { compressed } else { raw }
-}
-
-/// An OpenEXR picture of one part with 32-bit float channels of any meaning.
-///
-/// ```
-/// use lobe_image::{ExrAttribute, ExrLayers};
-///
-/// let mut layers = ExrLayers::new(3, 2);
-/// layers.channel("depth.Z", vec![1.0; 6]);
-/// layers.attribute("unit", ExrAttribute::Text("m".to_owned()));
-/// assert_eq!(layers.into_bytes()?[..4], [0x76, 0x2f, 0x31, 0x01]);
-/// # Ok::<(), String>(())
-/// ```
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ExrLayers {
-    width: usize,
-    height: usize,
-    channels: Vec<(String, Vec<f32>)>,
-    attributes: Vec<(String, ExrAttribute)>,
-}
-
-/// The value of an attribute of [`ExrLayers`].
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum ExrAttribute {
-    /// Text.
-    Text(String),
-    /// An integer.
-    Integer(i32),
-}
-
-impl ExrLayers {
-    /// A picture without channels.
-    #[must_use]
-    pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, ..Self::default() }
-    }
-
-    /// Adds a channel, `LAYER.NAME`, row by row from the top. The file lists channels by name.
-    ///
-    /// # Panics
-    /// If there are not `width * height` values.
-    pub fn channel(&mut self, name: impl Into<String>, values: Vec<f32>) {
-        assert_eq!(values.len(), self.width * self.height, "values of a picture of {} x {}", self.width, self.height);
-        self.channels.push((name.into(), values));
-    }
-
-    /// Adds an attribute.
-    pub fn attribute(&mut self, name: impl Into<String>, value: ExrAttribute) {
-        self.attributes.push((name.into(), value));
-    }
-
-    /// The bytes of the file.
-    ///
-    /// # Errors
-    /// The reason why the format cannot hold the picture.
-    pub fn into_bytes(self) -> std::result::Result<Vec<u8>, String> {
-        let size = (self.width, self.height);
-        // Reserve the size of the numbers: a growing vector holds up to three times as much for a while.
-        let room = size_of::<f32>() * self.width * self.height * self.channels.len();
-        let channels =
-            self.channels.into_iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
-        let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels.collect();
-        let mut attributes = LayerAttributes::default();
-        for (name, value) in self.attributes {
-            let value = match value {
-                ExrAttribute::Text(text) => AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())),
-                ExrAttribute::Integer(number) => AttributeValue::I32(number),
-            };
-            attributes.other.insert(Text::from(name.as_str()), value);
-        }
-        let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
-        let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels)));
-        let mut bytes = Cursor::new(Vec::with_capacity(room));
-        image.write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
-        Ok(bytes.into_inner())
-    }
 }
 
 #[cfg(test)]

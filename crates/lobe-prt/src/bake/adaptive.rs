@@ -47,6 +47,9 @@ pub struct AdaptiveReport {
     pub rays: u64,
     /// Edges whose ends still differ by more, being too short to be halved.
     pub unresolved: usize,
+    /// The largest change of transfer along an edge at the end, in the unit of [`AdaptiveOptions::threshold`]: no more than
+    /// that, unless edges are unresolved.
+    pub largest_change: f64,
 }
 
 /// Splits a scene until transfer changes little along every edge, or the edge is short.
@@ -117,7 +120,8 @@ fn split(
         return Err(PrtError::Options(format!("expected a shortest edge above zero, found {min_edge}")));
     }
     let vertices = scene.vertex_count();
-    let mut report = AdaptiveReport { rounds: 0, vertices_before: vertices, vertices, rays: 0, unresolved: 0 };
+    let mut report =
+        AdaptiveReport { rounds: 0, vertices_before: vertices, vertices, rays: 0, unresolved: 0, largest_change: 0.0 };
     let mut scene = scene.clone();
     // Decide the channels by all vertices: new ones alone might need fewer.
     let channels = options.bake.channels_for(&scene, Receivers::at_vertices(&scene)?.is_gray());
@@ -126,9 +130,8 @@ fn split(
     let mut limit = None;
     loop {
         // Bake the vertices that are new in this round.
-        let near = scene.near_origin().0;
         report.rays +=
-            known.bake_new_vertices(&near, &mut |receivers| bake_round(report.rounds, &near, receivers, &bake))?;
+            known.bake_new_vertices(&scene, &mut |receivers| bake_round(report.rounds, &scene, receivers, &bake))?;
         // Halve the edges along which transfer changes.
         let limit = *limit.get_or_insert_with(|| options.threshold * known.root_mean_square());
         let changes = |mesh, edge| known.distance(mesh, edge) > limit;
@@ -140,7 +143,11 @@ fn split(
         // End where there are none.
         if finer.vertex_count() == scene.vertex_count() {
             report.vertices = scene.vertex_count();
-            report.unresolved = count_edges(&scene, changes);
+            let changes = changes_along_edges(&scene, |mesh, edge| known.distance(mesh, edge));
+            report.unresolved = changes.iter().filter(|change| **change > limit).count();
+            let largest = changes.into_iter().fold(0.0, f64::max);
+            // Where nothing sends light back, nothing changes.
+            report.largest_change = if limit > 0.0 { options.threshold * largest / limit } else { 0.0 };
             return Ok((scene, report));
         }
         scene = finer;
@@ -160,19 +167,16 @@ impl Known {
     /// Bakes the vertices that are not known yet; returns the number of rays traced.
     fn bake_new_vertices(&mut self, scene: &Scene, bake: &mut dyn FnMut(&Receivers) -> Round) -> Result<u64, PrtError> {
         let all = Receivers::at_vertices(scene)?;
-        let (mut positions, mut normals, mut albedos) = (Vec::new(), Vec::new(), Vec::new());
-        let mut counts = Vec::new();
+        let (mut which, mut counts) = (Vec::new(), Vec::new());
         let mut first = 0;
         for (mesh, rows) in scene.meshes().iter().zip(&self.rows) {
             let end = first + mesh.positions().len();
             let new = first + rows.len().checked_div(self.row).unwrap_or(0)..end;
             counts.push(new.len());
-            positions.extend_from_slice(&all.positions()[new.clone()]);
-            normals.extend_from_slice(&all.normals()[new.clone()]);
-            albedos.extend_from_slice(&all.albedos()[new]);
+            which.extend(new);
             first = end;
         }
-        let (transfer, rays) = bake(&Receivers::new(positions, normals, albedos)?)?;
+        let (transfer, rays) = bake(&all.subset(&which)?)?;
         self.row = transfer.order() * transfer.order() * transfer.channels().count();
         let mut rest = transfer.coefficients();
         for (rows, count) in self.rows.iter_mut().zip(counts) {
@@ -201,12 +205,12 @@ fn diagonal(scene: &Scene) -> f32 {
     (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f32>().sqrt()
 }
 
-/// The number of edges that satisfy `is_counted`, each once by the indices of its ends.
-fn count_edges(scene: &Scene, is_counted: impl Fn(usize, [u32; 2]) -> bool) -> usize {
+/// The change along every edge, each once, by the indices of its ends.
+fn changes_along_edges(scene: &Scene, change: impl Fn(usize, [u32; 2]) -> f64) -> Vec<f64> {
     let edges = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| [a.min(b), a.max(b)]);
     let of_mesh = |(m, mesh): (usize, &Mesh)| {
         let all: HashSet<[u32; 2]> = mesh.triangles().iter().flat_map(edges).collect();
-        all.into_iter().filter(|&edge| is_counted(m, edge)).count()
+        all.into_iter().map(|edge| change(m, edge)).collect::<Vec<_>>()
     };
-    scene.meshes().iter().enumerate().map(of_mesh).sum()
+    scene.meshes().iter().enumerate().flat_map(of_mesh).collect()
 }

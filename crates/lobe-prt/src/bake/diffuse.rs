@@ -6,9 +6,10 @@ use lobe_sh::{Dir, Expansion as _, Zonal};
 use crate::bake::basis_sum::BasisSum;
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
+use crate::receivers::planes::is_below;
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
-use crate::{BakeOptions, Channels, Mode, Receivers};
+use crate::{AlbedoMode, BakeOptions, Channels, Mode, Receivers};
 
 /// The estimator of transfer vectors.
 ///
@@ -17,6 +18,7 @@ use crate::{BakeOptions, Channels, Mode, Receivers};
 /// ```
 ///
 /// Each path starts in a cosine-weighted direction, leaves along `s_k` and has met the albedos whose product is `w_k`.
+/// One that starts below the planes of the triangles around the receiver ends there, as one that meets a surface.
 #[derive(Debug)]
 pub(crate) struct Diffuse<'a> {
     tracer: Tracer<'a>,
@@ -67,9 +69,15 @@ impl<'a> Diffuse<'a> {
         occluded.resize(directions.len(), false);
         self.tracer.occluded_from_into(origin, directions, occluded);
         // Add the basis in the directions that see the light.
-        let mut escaped = 0_u32;
+        let planes = self.receivers.planes(receiver);
+        let (mut escaped, mut met) = (0_u32, 0_u32);
         for (direction, occluded) in directions.iter().zip(occluded) {
-            if !*occluded {
+            if is_below(planes, *direction) {
+                continue;
+            }
+            if *occluded {
+                met += 1;
+            } else {
                 sum.push(*direction, [1.0; 3]);
                 escaped += 1;
             }
@@ -82,7 +90,7 @@ impl<'a> Diffuse<'a> {
             row.iter_mut().zip(&*first).for_each(|(t, sum)| *t = (f64::from(*sum) * factor) as f32);
         }
         first.iter_mut().for_each(|t| *t = (f64::from(*t) * factors[0]) as f32);
-        let [escaped, met] = [escaped, self.options.samples - escaped].map(|n| f64::from(n) * mean(factors));
+        let [escaped, met] = [escaped, met].map(|n| f64::from(n) * mean(factors));
         Tally { rays: u64::from(self.options.samples), energy: vec![escaped], left: met }
     }
 
@@ -90,10 +98,16 @@ impl<'a> Diffuse<'a> {
         let (sobol, frame, origin) = self.start(seed, receiver);
         let factors = self.factors(receiver);
         let energy = |throughput: [f32; 3]| (0..3).map(|c| f64::from(throughput[c]) * factors[c]).sum::<f64>() / 3.0;
+        let planes = self.receivers.planes(receiver);
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
         for &index in &self.order {
-            // Start a path in a cosine-weighted direction, and follow it to its end.
-            let ray = Ray::new(origin, frame.cosine(sobol.point(index, 0)));
+            // Start a path in a cosine-weighted direction.
+            let direction = frame.cosine(sobol.point(index, 0));
+            if is_below(planes, direction) {
+                continue;
+            }
+            // Follow it to its end.
+            let ray = Ray::new(origin, direction);
             match self.tracer.follow(ray, self.bounces, &sobol, index, &mut tally.rays) {
                 // Add the basis where the path escapes, times its throughput.
                 PathEnd::Escaped { direction, throughput, bounce } => {
@@ -116,7 +130,10 @@ impl<'a> Diffuse<'a> {
     }
 
     fn albedo(&self, receiver: usize) -> [f64; 3] {
-        self.receivers.albedos()[receiver].map(f64::from)
+        match self.options.albedo {
+            AlbedoMode::Vertex => self.receivers.albedos()[receiver].map(f64::from),
+            AlbedoMode::None => [1.0; 3],
+        }
     }
 
     /// The factors of the sums over escaping paths, by channel.

@@ -10,6 +10,7 @@ use crate::bake::outer_sum::OuterSum;
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::job::fingerprint::fingerprint_scene;
+use crate::receivers::planes::is_below;
 use crate::sampling::sobol::{Sobol, coherent_order};
 use crate::sampling::warp::{Frame, sphere};
 use crate::{BakeOptions, BakeReport, Channels, Mode, PrtError, Receivers, StoredMatrices, TransferMatrices};
@@ -49,12 +50,13 @@ pub fn bake_matrices_on_disk(
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Points<'a> {
     pub(crate) positions: &'a [[f32; 3]],
-    pub(crate) normals: Option<&'a [[f32; 3]]>,
+    /// The receivers at these positions, if they are on surfaces.
+    pub(crate) receivers: Option<&'a Receivers>,
 }
 
 impl<'a> Points<'a> {
     fn of(receivers: &'a Receivers) -> Self {
-        Self { positions: receivers.positions(), normals: Some(receivers.normals()) }
+        Self { positions: receivers.positions(), receivers: Some(receivers) }
     }
 }
 
@@ -124,10 +126,12 @@ impl Matrices<'_> {
     const KINDS: [u64; 2] = [2, 3];
 
     fn fingerprint(&self, scene: &Scene) -> Fingerprint {
-        let mut fingerprint = Fingerprint::of_kind(Self::KINDS[usize::from(self.points.normals.is_none())]);
+        let mut fingerprint = Fingerprint::of_kind(Self::KINDS[usize::from(self.points.receivers.is_none())]);
         fingerprint_scene(&mut fingerprint, scene);
-        fingerprint.floats(self.points.positions.as_flattened());
-        fingerprint.floats(self.points.normals.unwrap_or_default().as_flattened());
+        match self.points.receivers {
+            Some(receivers) => receivers.write_into(&mut fingerprint),
+            None => fingerprint.floats(self.points.positions.as_flattened()),
+        }
         self.options.write_into(&mut fingerprint);
         fingerprint
     }
@@ -166,7 +170,8 @@ impl Estimator for Matrices<'_> {
 
     fn estimate(&self, seed: u64, receiver: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
         let position = self.points.positions[receiver];
-        let normal = self.points.normals.map(|normals| normals[receiver]);
+        let normal = self.points.receivers.map(|receivers| receivers.normals()[receiver]);
+        let planes = self.points.receivers.map_or(&[][..], |receivers| receivers.planes(receiver));
         let place = position.into_iter().chain(normal.into_iter().flatten());
         let sobol = Sobol::at_place(seed, place, self.bounces);
         let frame = normal.map(Frame::about);
@@ -175,9 +180,13 @@ impl Estimator for Matrices<'_> {
         let energy = |throughput: [f32; 3]| part * throughput.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
         for &index in &self.order {
-            // Start a path uniformly over the hemisphere, or over the sphere, and follow it to its end.
+            // Start a path uniformly over the hemisphere, or over the sphere.
             let point = sobol.point(index, 0);
             let first = frame.map_or_else(|| sphere(point), |frame| frame.hemisphere(point));
+            if self.options.mode != Mode::Unshadowed && is_below(planes, first) {
+                continue;
+            }
+            // Follow it to its end.
             match self.end(Ray::new(origin, first), &sobol, index, &mut tally.rays) {
                 // Add the basis at both ends of the path, times its throughput.
                 PathEnd::Escaped { direction, throughput, bounce } => {

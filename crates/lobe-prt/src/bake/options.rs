@@ -19,6 +19,17 @@ pub enum Mode {
     Interreflected,
 }
 
+/// Where the albedo of the receivers is; that of the surfaces which light meets on its way is always in the transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AlbedoMode {
+    /// Each receiver's is a factor of its transfer. Between receivers it is interpolated with the light: detail of
+    /// textures is lost.
+    Vertex,
+    /// Nowhere: the receivers are white, and whoever shades multiplies by the base color of the pixel (demodulated
+    /// transfer).
+    None,
+}
+
 /// Options of a bake.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -38,6 +49,8 @@ pub struct BakeOptions {
     pub seed: u64,
     /// Vectors for each receiver. Without a choice there is one if everything the light meets is gray, else three.
     pub channels: Option<Channels>,
+    /// Whether the albedo of the receivers is part of their transfer. Matrices never have it.
+    pub albedo: AlbedoMode,
 }
 
 impl Default for BakeOptions {
@@ -52,6 +65,7 @@ impl Default for BakeOptions {
             energy_stop: 1e-3,
             seed: 0,
             channels: None,
+            albedo: AlbedoMode::Vertex,
         }
     }
 }
@@ -64,6 +78,7 @@ setters!(BakeOptions {
     energy_stop: f64,
     seed: u64,
     channels: Option<Channels>,
+    albedo: AlbedoMode,
 });
 
 impl BakeOptions {
@@ -84,17 +99,21 @@ impl BakeOptions {
 
     /// Writes all of them into a fingerprint.
     pub(crate) fn write_into(&self, fingerprint: &mut Fingerprint) {
-        let Self { mode, order, samples, bounces, energy_stop, seed, channels } = self;
+        let Self { mode, order, samples, bounces, energy_stop, seed, channels, albedo } = self;
         let channels = channels.map_or(0, |channels| channels.count() as u64);
         let numbers = [*mode as u64, *order as u64, u64::from(*samples), *bounces as u64, *seed, channels];
         fingerprint.words(numbers.into_iter());
         fingerprint.word(energy_stop.to_bits());
+        if *albedo == AlbedoMode::None {
+            fingerprint.word(1);
+        }
     }
 
     /// The vectors of each receiver: as asked for, else one if neither the receivers nor what light meets has a hue.
     #[must_use]
     pub fn channels_for(&self, scene: &Scene, receivers_are_gray: bool) -> Channels {
-        let is_gray = receivers_are_gray && (self.most_bounces() == 0 || scene.is_gray());
+        let is_gray =
+            (receivers_are_gray || self.albedo == AlbedoMode::None) && (self.most_bounces() == 0 || scene.is_gray());
         self.channels.unwrap_or(if is_gray { Channels::Gray } else { Channels::Rgb })
     }
 

@@ -20,7 +20,7 @@ use crate::sampling::warp::Frame;
 pub(crate) struct Tracer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
-    has_masks: bool,
+    has_holes: bool,
 }
 
 /// The end of a path, with its throughput.
@@ -36,7 +36,7 @@ pub(crate) enum PathEnd {
 
 impl<'a> Tracer<'a> {
     pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
-        Self { scene, bvh, has_masks: scene.has_masks() }
+        Self { scene, bvh, has_holes: scene.has_holes() }
     }
 
     /// The origin of rays from a receiver.
@@ -45,20 +45,24 @@ impl<'a> Tracer<'a> {
     }
 
     fn is_occluded(&self, ray: &Ray) -> bool {
-        if self.has_masks {
-            self.bvh.is_occluded_where(ray, |hit| self.scene.is_solid(&hit))
+        if self.has_holes {
+            self.bvh.is_occluded_where(ray, |hit| self.scene.stops(ray, &hit))
         } else {
             self.bvh.is_occluded(ray)
         }
     }
 
     fn closest(&self, ray: &Ray) -> Option<Hit> {
-        if self.has_masks { self.bvh.closest_where(ray, |hit| self.scene.is_solid(hit)) } else { self.bvh.closest(ray) }
+        if self.has_holes {
+            self.bvh.closest_where(ray, |hit| self.scene.stops(ray, hit))
+        } else {
+            self.bvh.closest(ray)
+        }
     }
 
     /// Whether each of many rays from one point is occluded.
     pub(crate) fn occluded_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], occluded: &mut [bool]) {
-        if self.has_masks {
+        if self.has_holes {
             for (direction, occluded) in directions.iter().zip(occluded) {
                 *occluded = self.is_occluded(&Ray::new(origin, *direction));
             }

@@ -7,10 +7,11 @@ use lobe_sh::{Rgb, ShVec};
 use crate::bake::glossy::{Points, bake_points, bake_points_on_disk};
 use crate::{BakeOptions, BakeReport, PrtError, StoredMatrices, TransferMatrices};
 
-/// Points of a grid along the axes: at least two along each.
+/// Points of a grid along the axes of the world: at least two along each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    bounds: Bounds,
+    min: [f64; 3],
+    max: [f64; 3],
     counts: [usize; 3],
 }
 
@@ -20,22 +21,29 @@ impl Grid {
     /// # Errors
     /// [`PrtError::Options`] if there are fewer than 2 along an axis, more than 2²⁴ in all, or the box has no volume.
     pub fn new(bounds: Bounds, counts: [usize; 3]) -> Result<Self, PrtError> {
+        Self::between(bounds.min.map(f64::from), bounds.max.map(f64::from), counts)
+    }
+
+    /// [`Grid::new`] over the box of these corners, which may be far from the origin.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn between(min: [f64; 3], max: [f64; 3], counts: [usize; 3]) -> Result<Self, PrtError> {
         let refuse = |message: String| Err(PrtError::Options(message));
         let all = counts.iter().try_fold(1_usize, |all, &count| all.checked_mul(count));
         if counts.iter().any(|&count| count < 2) || all.is_none_or(|all| all > 1 << 24) {
             return refuse(format!("expected at least 2 points along each axis and at most 2^24, found {counts:?}"));
         }
-        let Bounds { min, max } = bounds;
         if !(0..3).all(|k| min[k].is_finite() && max[k].is_finite() && min[k] < max[k]) {
             return refuse(format!("expected a box with a volume, found {min:?} to {max:?}"));
         }
-        Ok(Self { bounds, counts })
+        Ok(Self { min, max, counts })
     }
 
-    /// Its box.
+    /// The smallest and the largest coordinates.
     #[must_use]
-    pub fn bounds(&self) -> Bounds {
-        self.bounds
+    pub fn corners(&self) -> [[f64; 3]; 2] {
+        [self.min, self.max]
     }
 
     /// Points along x, y and z.
@@ -44,13 +52,13 @@ impl Grid {
         self.counts
     }
 
-    /// All points, x fastest, then y.
+    /// All points, x fastest, then y, relative to the [origin of a scene](Scene::origin).
     #[must_use]
-    pub fn points(&self) -> Vec<[f32; 3]> {
+    pub fn points(&self, origin: [f64; 3]) -> Vec<[f32; 3]> {
         let [nx, ny, nz] = self.counts;
         let at = |k: usize, i: usize| {
-            let (min, max) = (f64::from(self.bounds.min[k]), f64::from(self.bounds.max[k]));
-            (min + (max - min) * i as f64 / (self.counts[k] - 1) as f64) as f32
+            let min = self.min[k] - origin[k];
+            (min + (self.max[k] - self.min[k]) * i as f64 / (self.counts[k] - 1) as f64) as f32
         };
         let row = |y: usize, z: usize| (0..nx).map(move |x| [at(0, x), at(1, y), at(2, z)]);
         (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z))).flat_map(|(y, z)| row(y, z)).collect()
@@ -65,14 +73,13 @@ impl Grid {
         Err(PrtError::invalid("neighborhood", format!("expected matrices of {expected} points, found {found}")))
     }
 
-    /// The eight points around a place and their weights, which add up to 1. Outside of the box the nearest place in it
-    /// counts.
+    /// The eight points around a place in the world and their weights, which add up to 1. Outside of the box the nearest
+    /// place in it counts.
     #[must_use]
-    pub fn around(&self, place: [f32; 3]) -> [(usize, f64); 8] {
+    pub fn around(&self, place: [f64; 3]) -> [(usize, f64); 8] {
         let axes: [(usize, f64); 3] = std::array::from_fn(|k| {
-            let (min, max) = (f64::from(self.bounds.min[k]), f64::from(self.bounds.max[k]));
             let last = self.counts[k] - 1;
-            let x = ((f64::from(place[k]) - min) / (max - min)).clamp(0.0, 1.0) * last as f64;
+            let x = ((place[k] - self.min[k]) / (self.max[k] - self.min[k])).clamp(0.0, 1.0) * last as f64;
             let cell = (x as usize).min(last - 1);
             (cell, x - cell as f64)
         });
@@ -123,9 +130,9 @@ impl Neighborhood {
         &self.matrices
     }
 
-    /// The light that arrives at a place when the surroundings send `light`: `M L`, mixed from the eight points around.
+    /// The light that arrives at a place in the world when the surroundings send `light`: `M L`, mixed from the eight points around.
     #[must_use]
-    pub fn incident(&self, place: [f32; 3], light: &[Rgb<f64>]) -> ShVec<Rgb<f64>> {
+    pub fn incident(&self, place: [f64; 3], light: &[Rgb<f64>]) -> ShVec<Rgb<f64>> {
         let mut sum = ShVec::zero(self.matrices.order());
         for (point, weight) in self.grid.around(place) {
             sum += &(&self.matrices.incident(point, light) * weight);
@@ -146,8 +153,8 @@ pub fn bake_neighborhood(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(Neighborhood, BakeReport), PrtError> {
-    let positions = grid.points();
-    let points = Points { positions: &positions, normals: None };
+    let positions = grid.points(scene.origin());
+    let points = Points { positions: &positions, receivers: None };
     let (matrices, report) = bake_points(scene, bvh, points, options, job)?;
     Ok((Neighborhood::new(*grid, matrices)?, report))
 }
@@ -163,7 +170,7 @@ pub fn bake_neighborhood_on_disk(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    let positions = grid.points();
-    let points = Points { positions: &positions, normals: None };
+    let positions = grid.points(scene.origin());
+    let points = Points { positions: &positions, receivers: None };
     bake_points_on_disk(scene, bvh, points, options, job)
 }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use lobe_scene::Bounds;
 use serde::{Deserialize, Serialize};
 
 use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
@@ -22,7 +21,7 @@ struct Header {
     channels: usize,
     /// Of a neighborhood: the corners of its box, and its points along x, y and z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
+    grid: Option<([f64; 3], [f64; 3], [usize; 3])>,
     recipe: Recipe,
 }
 
@@ -69,7 +68,7 @@ pub fn write_neighborhood(
     recipe: &Recipe,
 ) -> Result<(), PrtError> {
     grid.check_points(matrices.points())?;
-    let Bounds { min, max } = grid.bounds();
+    let [min, max] = grid.corners();
     write_with(path.as_ref(), matrices, NEIGHBORHOOD, Some((min, max, grid.counts())), recipe)
 }
 
@@ -89,7 +88,7 @@ pub fn read_neighborhood(path: impl AsRef<Path>) -> Result<(Neighborhood, Recipe
 pub fn read_neighborhood_bytes(bytes: &[u8], name: &str) -> Result<(Neighborhood, Recipe), PrtError> {
     let (matrices, header) = read_with(bytes, name, NEIGHBORHOOD)?;
     let (min, max, counts) = header.grid.ok_or_else(|| PrtError::invalid(name, "expected a grid, found none"))?;
-    let grid = Grid::new(Bounds { min, max }, counts).map_err(|error| PrtError::invalid(name, error.to_string()))?;
+    let grid = Grid::between(min, max, counts).map_err(|error| PrtError::invalid(name, error.to_string()))?;
     let neighborhood = Neighborhood::new(grid, matrices).map_err(|error| error.within(name))?;
     Ok((neighborhood, header.recipe))
 }
@@ -98,7 +97,7 @@ fn write_with(
     path: &Path,
     matrices: &dyn MatrixRows,
     format: &str,
-    grid: Option<([f32; 3], [f32; 3], [usize; 3])>,
+    grid: Option<([f64; 3], [f64; 3], [usize; 3])>,
     recipe: &Recipe,
 ) -> Result<(), PrtError> {
     let (order, channels) = (matrices.order(), matrices.channels().count());
@@ -123,6 +122,7 @@ mod tests {
     use super::*;
     use crate::Channels;
     use crate::files::tensor_file::{Tensor, write};
+    use lobe_scene::Bounds;
     use serde_json::json;
 
     fn matrices(points: usize) -> TransferMatrices {

@@ -31,4 +31,8 @@ fn fingerprint_material(all: &mut Fingerprint, material: &Material) {
         Alpha::Mask(cutoff) => all.floats(&[cutoff]),
     }
     all.word(u64::from(material.double_sided));
+    // The fingerprint of an opaque scene is what it was before there was glass.
+    if material.straight_through && material.has_holes() {
+        all.floats(&[material.transmission, f32::from(u8::from(material.alpha == Alpha::Blend))]);
+    }
 }

@@ -60,7 +60,7 @@ fn inset(mesh: &Mesh, distance: f64) -> Vec<[f32; 3]> {
 }
 
 /// Whether each vertex is an end of an edge that one triangle has alone.
-fn border(mesh: &Mesh) -> Vec<bool> {
+pub(crate) fn border(mesh: &Mesh) -> Vec<bool> {
     let edges = |t: &[u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)));
     let mut count: HashMap<(u32, u32), u32> = HashMap::new();
     for edge in mesh.triangles().iter().flat_map(edges) {

@@ -1,10 +1,12 @@
 //! Receivers, the points that transfer is baked for: vertices, and the texels of a lightmap.
 //!
-//! Read `receivers` first; `inset` moves those at borders into their meshes. `texel_receivers` are those of a lightmap,
-//! `texel_rows` their transfer as a picture, `lightmap` looks it up between texels. Uses `transfer`.
+//! Read `receivers` first; `inset` moves those at borders into their meshes, `planes` are those of their triangles.
+//! `texel_receivers` are those of a lightmap, `texel_rows` their transfer as a picture, `lightmap` looks it up between
+//! texels. Uses `transfer`.
 
 pub(crate) mod inset;
 pub(crate) mod lightmap;
+pub(crate) mod planes;
 pub(crate) mod receivers;
 pub(crate) mod texel_receivers;
 pub(crate) mod texel_rows;

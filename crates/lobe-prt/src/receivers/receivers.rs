@@ -6,20 +6,27 @@ use lobe_scene::Scene;
 
 use crate::PrtError;
 use crate::receivers::inset::inset_positions;
+use crate::receivers::planes::Planes;
 
 /// The largest deviation of the length of a normal from 1: it was rounded, not scaled.
 const UNIT_TOLERANCE: f32 = 1e-3;
 
 /// Points that receive light and send it back: each has a unit normal on its lit side and an albedo.
+///
+/// Those of a scene know the planes of the triangles they lie on. Light from above the normal to shade with but below
+/// all these planes would come through the surface: receivers get none, in any mode that traces rays, as
+/// surfaces that paths meet get none from below the plane of the triangle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Receivers {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     albedos: Vec<[f32; 3]>,
+    planes: Planes,
 }
 
 impl Receivers {
-    /// Receivers with these positions, unit normals and linear albedos.
+    /// Receivers with these positions, unit normals and linear albedos, on no triangles. Positions count from
+    /// [`Scene::origin`].
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if there are none, the lengths differ, a number is not finite, a normal is not of unit
@@ -46,7 +53,7 @@ impl Receivers {
                 return invalid(format!("expected finite albedos of at least 0, found {albedo:?} at {i}"));
             }
         }
-        Ok(Self { positions, normals, albedos })
+        Ok(Self { positions, normals, albedos, planes: Planes::default() })
     }
 
     /// Writes all of them into a fingerprint.
@@ -54,6 +61,7 @@ impl Receivers {
         for points in [&self.positions, &self.normals, &self.albedos] {
             fingerprint.floats(points.as_flattened());
         }
+        self.planes.write_into(fingerprint);
     }
 
     /// The vertices of all meshes in their order, with the normals to shade with. The albedo is the base color: factor,
@@ -74,7 +82,7 @@ impl Receivers {
             };
             albedos.extend((0..mesh.positions().len()).map(albedo));
         }
-        Self::new(inset_positions(scene), normals, albedos)
+        Ok(Self::new(inset_positions(scene), normals, albedos)?.on(Planes::at_vertices(scene)))
     }
 
     /// The other sides of the same vertices: [`Receivers::at_vertices`] with all normals turned round, for open meshes
@@ -95,11 +103,33 @@ impl Receivers {
     /// # Panics
     /// If there is no such receiver.
     pub fn backs(&self, which: &[usize]) -> Result<Self, PrtError> {
-        Self::new(
+        self.select(which, -1.0)
+    }
+
+    /// Some of them, in this order.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if `which` is empty.
+    ///
+    /// # Panics
+    /// If there is no such receiver.
+    pub fn subset(&self, which: &[usize]) -> Result<Self, PrtError> {
+        self.select(which, 1.0)
+    }
+
+    /// Some of them, their normals multiplied by 1 or -1.
+    fn select(&self, which: &[usize], factor: f32) -> Result<Self, PrtError> {
+        let selected = Self::new(
             which.iter().map(|&i| self.positions[i]).collect(),
-            which.iter().map(|&i| self.normals[i].map(|c| -c)).collect(),
+            which.iter().map(|&i| self.normals[i].map(|c| factor * c)).collect(),
             which.iter().map(|&i| self.albedos[i]).collect(),
-        )
+        )?;
+        Ok(selected.on(self.planes.select(which, factor)))
+    }
+
+    /// The same receivers on triangles of these planes.
+    pub(crate) fn on(self, planes: Planes) -> Self {
+        Self { planes, ..self }
     }
 
     /// The number of receivers, at least one.
@@ -125,6 +155,17 @@ impl Receivers {
     #[must_use]
     pub fn albedos(&self) -> &[[f32; 3]] {
         &self.albedos
+    }
+
+    /// The unit normals of the planes of the triangles that a receiver lies on, on its lit side; none if one of them is
+    /// its own normal.
+    ///
+    /// # Panics
+    /// If there is no such receiver.
+    #[must_use]
+    pub fn planes(&self, receiver: usize) -> &[[f32; 3]] {
+        assert!(receiver < self.len(), "receiver {receiver} of {}", self.len());
+        self.planes.of(receiver)
     }
 
     /// Whether all albedos are gray.

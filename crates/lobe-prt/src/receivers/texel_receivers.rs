@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use lobe_scene::{Hit, Scene};
 
 use crate::receivers::inset::{inset_distance, step};
+use crate::receivers::planes::Planes;
 use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
 
 /// The widest lightmap.
@@ -89,6 +90,7 @@ impl TexelReceivers {
         let count = places.iter().flatten().count();
         let (mut texels, mut triangles) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let [mut positions, mut normals, mut albedos] = [0; 3].map(|_| Vec::with_capacity(count));
+        let mut planes = Planes::default();
         for (texel, place) in places.iter().enumerate() {
             let Some(Place { depth, triangle, u, v, .. }) = *place else { continue };
             let surface = scene.surface(&Hit { t: 0.0, triangle, u, v });
@@ -102,9 +104,11 @@ impl TexelReceivers {
             let moved = if depth < OVERLAP { step(position, middle - position, distance) } else { surface.position };
             positions.push(moved);
             normals.push(surface.shading_normal);
+            planes.push(surface.shading_normal, surface.geometric_normal);
             albedos.push([0, 1, 2].map(|c| surface.base_color[c]));
         }
-        Ok(Self { width, texels, triangles, receivers: Receivers::new(positions, normals, albedos)? })
+        let receivers = Receivers::new(positions, normals, albedos)?.on(planes);
+        Ok(Self { width, texels, triangles, receivers })
     }
 
     /// Width and height of the picture in texels.

@@ -31,8 +31,9 @@ impl Channels {
 /// B = Σᵢ Lᵢ Tᵢ,    unshadowed:  Tᵢ = ρ/π ∫ max(n·s, 0) yᵢ(s) ds
 /// ```
 ///
-/// The albedo ρ is part of T; L and T are expansions in the same world frame. Coefficients are finite and stored
-/// receiver by receiver, channel by channel, in index order.
+/// The albedo ρ is part of T, or 1 in demodulated transfer ([`AlbedoMode::None`](crate::AlbedoMode::None)); L and T are
+/// expansions in the same world frame. Coefficients are finite and stored receiver by receiver, channel by channel, in
+/// index order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transfer {
     order: usize,

@@ -5,164 +5,117 @@ use std::io;
 use crate::job::stored_rows::StoredRows;
 use crate::{Channels, PrtError, Transfer, TransferMatrices};
 
-/// The transfer of many receivers, a few of them at a time: of a [`Transfer`], or of a file that holds more than
-/// memory.
-pub trait TransferRows {
-    /// Number of bands n.
-    fn order(&self) -> usize;
+/// Declares rows of `channels · order^power` numbers: the trait, the type for those in a checkpoint, and the trait for it
+/// and for the type in memory.
+macro_rules! rows {
+    (
+        $(#[$rows_doc:meta])* trait $rows:ident of $memory:ident;
+        $(#[$count_doc:meta])* $count:ident;
+        $(#[$len_doc:meta])* power $power:literal;
+        $(#[$stored_doc:meta])* struct $stored:ident;
+    ) => {
+        $(#[$rows_doc])*
+        pub trait $rows {
+            /// Number of bands n.
+            fn order(&self) -> usize;
 
-    /// The channels: one vector or three for each receiver.
-    fn channels(&self) -> Channels;
+            /// The channels: one for all colors, or three.
+            fn channels(&self) -> Channels;
 
+            $(#[$count_doc])*
+            fn $count(&self) -> usize;
+
+            /// The coefficients from those of number `first` on, as many as fill `rows`: one after the other, channel by
+            /// channel, vectors in index order and matrices row by row.
+            ///
+            /// # Errors
+            /// Those of the file.
+            fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()>;
+
+            $(#[$len_doc])*
+            fn row_len(&self) -> usize {
+                self.channels().count() * self.order().pow($power)
+            }
+        }
+
+        impl $rows for $memory {
+            fn order(&self) -> usize {
+                self.order()
+            }
+
+            fn channels(&self) -> Channels {
+                self.channels()
+            }
+
+            fn $count(&self) -> usize {
+                self.$count()
+            }
+
+            fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
+                let start = first * self.row_len();
+                rows.copy_from_slice(&self.coefficients()[start..start + rows.len()]);
+                Ok(())
+            }
+        }
+
+        $(#[$stored_doc])*
+        #[derive(Debug)]
+        pub struct $stored {
+            pub(crate) order: usize,
+            pub(crate) channels: Channels,
+            pub(crate) rows: StoredRows,
+        }
+
+        impl $stored {
+            /// All of it in memory.
+            ///
+            /// # Errors
+            /// [`PrtError::Io`] if the file cannot be read.
+            pub fn load(&self) -> Result<$memory, PrtError> {
+                $memory::new(self.order, self.channels, self.rows.load()?)
+            }
+        }
+
+        impl $rows for $stored {
+            fn order(&self) -> usize {
+                self.order
+            }
+
+            fn channels(&self) -> Channels {
+                self.channels
+            }
+
+            fn $count(&self) -> usize {
+                self.rows.count()
+            }
+
+            fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
+                self.rows.read_into(first, rows)
+            }
+        }
+    };
+}
+
+rows! {
+    /// The transfer of many receivers, a few of them at a time: of a [`Transfer`], or of a file that holds more than
+    /// memory.
+    trait TransferRows of Transfer;
     /// Number of receivers.
-    fn receivers(&self) -> usize;
-
-    /// The coefficients of the receivers from `first` on, as many as fill `rows`: receiver by receiver, channel by
-    /// channel, in index order.
-    ///
-    /// # Errors
-    /// Those of the file.
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()>;
-
+    receivers;
     /// The number of coefficients of a receiver: `channels · n²`.
-    fn row_len(&self) -> usize {
-        self.channels().count() * self.order() * self.order()
-    }
+    power 2;
+    /// Transfer that a bake has left in its checkpoint, which stays locked as long as this is there.
+    struct StoredTransfer;
 }
 
-impl TransferRows for Transfer {
-    fn order(&self) -> usize {
-        self.order()
-    }
-
-    fn channels(&self) -> Channels {
-        self.channels()
-    }
-
-    fn receivers(&self) -> usize {
-        self.receivers()
-    }
-
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
-        let start = first * self.row_len();
-        rows.copy_from_slice(&self.coefficients()[start..start + rows.len()]);
-        Ok(())
-    }
-}
-
-/// Transfer that a bake has left in its checkpoint, which stays locked as long as this is there.
-#[derive(Debug)]
-pub struct StoredTransfer {
-    pub(crate) order: usize,
-    pub(crate) channels: Channels,
-    pub(crate) rows: StoredRows,
-}
-
-impl StoredTransfer {
-    /// All of it in memory.
-    ///
-    /// # Errors
-    /// [`PrtError::Io`] if the file cannot be read.
-    pub fn load(&self) -> Result<Transfer, PrtError> {
-        Transfer::new(self.order, self.channels, self.rows.load()?)
-    }
-}
-
-impl TransferRows for StoredTransfer {
-    fn order(&self) -> usize {
-        self.order
-    }
-
-    fn channels(&self) -> Channels {
-        self.channels
-    }
-
-    fn receivers(&self) -> usize {
-        self.rows.count()
-    }
-
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
-        self.rows.read_into(first, rows)
-    }
-}
-
-/// The transfer matrices of many points, a few of them at a time: of [`TransferMatrices`], or of a file that holds more
-/// than memory.
-pub trait MatrixRows {
-    /// Number of bands n; each matrix is n² × n².
-    fn order(&self) -> usize;
-
-    /// The channels: one matrix or three for each point.
-    fn channels(&self) -> Channels;
-
+rows! {
+    /// The transfer matrices of many points, a few of them at a time: of [`TransferMatrices`], or of a file that holds
+    /// more than memory. Each matrix is n² × n².
+    trait MatrixRows of TransferMatrices;
     /// Number of points.
-    fn points(&self) -> usize;
-
-    /// The coefficients of the points from `first` on, as many as fill `rows`: point by point, channel by channel, row
-    /// by row.
-    ///
-    /// # Errors
-    /// Those of the file.
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()>;
-
+    points;
     /// The number of coefficients of a point: `channels · n⁴`.
-    fn row_len(&self) -> usize {
-        self.channels().count() * self.order().pow(4)
-    }
-}
-
-impl MatrixRows for TransferMatrices {
-    fn order(&self) -> usize {
-        self.order()
-    }
-
-    fn channels(&self) -> Channels {
-        self.channels()
-    }
-
-    fn points(&self) -> usize {
-        self.points()
-    }
-
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
-        let start = first * self.row_len();
-        rows.copy_from_slice(&self.coefficients()[start..start + rows.len()]);
-        Ok(())
-    }
-}
-
-/// Transfer matrices that a bake has left in its checkpoint, which stays locked as long as this is there.
-#[derive(Debug)]
-pub struct StoredMatrices {
-    pub(crate) order: usize,
-    pub(crate) channels: Channels,
-    pub(crate) rows: StoredRows,
-}
-
-impl StoredMatrices {
-    /// All of them in memory.
-    ///
-    /// # Errors
-    /// [`PrtError::Io`] if the file cannot be read.
-    pub fn load(&self) -> Result<TransferMatrices, PrtError> {
-        TransferMatrices::new(self.order, self.channels, self.rows.load()?)
-    }
-}
-
-impl MatrixRows for StoredMatrices {
-    fn order(&self) -> usize {
-        self.order
-    }
-
-    fn channels(&self) -> Channels {
-        self.channels
-    }
-
-    fn points(&self) -> usize {
-        self.rows.count()
-    }
-
-    fn read_rows(&self, first: usize, rows: &mut [f32]) -> io::Result<()> {
-        self.rows.read_into(first, rows)
-    }
+    power 4;
+    /// Transfer matrices that a bake has left in its checkpoint, which stays locked as long as this is there.
+    struct StoredMatrices;
 }

@@ -54,6 +54,7 @@ fn no_long_edge_is_left_along_which_transfer_changes_and_nothing_else_is_split()
     let (worst_before, worst_after) = (count(&scene, &before), count(&fine, &transfer(&fine, &options)));
     assert!(worst_before > 100, "{worst_before} edges change too much to begin with");
     assert_eq!((worst_after, report.unresolved), (0, 0), "edges that change too much; {report:?}");
+    assert!(report.largest_change > 0.1 && report.largest_change <= 0.15, "the goal is reached; {report:?}");
     assert_eq!((report.vertices_before, report.vertices), (scene.vertex_count(), fine.vertex_count()), "vertices");
     assert!(report.rounds >= 2 && report.vertices < 20 * report.vertices_before, "{report:?}");
 }
@@ -67,6 +68,7 @@ fn edges_that_are_short_are_left_and_counted() {
     let longest =
         edges(&fine, &transfer(&fine, &options), 1, ground).into_iter().map(|(length, _)| length).fold(0.0, f64::max);
     assert!(longest < 0.5 && report.unresolved > 100, "longest edge {longest}; {report:?}");
+    assert!(report.largest_change > 0.01, "the goal is not reached; {report:?}");
 }
 
 #[test]

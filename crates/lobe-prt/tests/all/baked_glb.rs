@@ -109,6 +109,7 @@ fn materials_and_textures_of_a_scene_without_a_gltf_file_come_back() {
             roughness: 0.75,
             emissive: [0.5, 0.25, 1.0],
             name: "a".into(),
+            ..Material::WHITE
         },
         Material { base_color_texture: used(1, [[2.0, 0.0, 0.1], [0.0, -3.0, 0.2]]), ..Material::WHITE },
         Material { base_color_texture: used(1, turned), alpha: Alpha::Blend, ..Material::WHITE },

@@ -10,6 +10,7 @@ mod cloth;
 mod common;
 mod compression;
 mod compression_of_bakes;
+mod convex;
 mod masks;
 mod matrices;
 mod texels;

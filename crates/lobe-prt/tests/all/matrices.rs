@@ -124,7 +124,7 @@ fn what_moves_is_lit_as_a_receiver_of_the_scene_at_its_place() {
         let static_one = baked(&scene, &receiver(place, n), &options).0;
         let light = sky(3, 5).resized(6);
         let expected = static_one.exit_radiance(light.coefficients())[0].g;
-        let incident = around.incident(place, light.coefficients());
+        let incident = around.incident(place.map(f64::from), light.coefficients());
         let found: f64 = (0..36).map(|i| own[i] * incident[i].g).sum();
         assert!((found - f64::from(expected)).abs() < 0.05, "{n:?}: {found}, expected {expected}");
     }
@@ -133,7 +133,7 @@ fn what_moves_is_lit_as_a_receiver_of_the_scene_at_its_place() {
 #[test]
 fn a_grid_mixes_linear_functions_exactly_and_ends_at_its_border() {
     let grid = Grid::new(Bounds { min: [-1.0, 0.0, 2.0], max: [1.0, 3.0, 4.0] }, [3, 4, 2]).unwrap();
-    let points = grid.points();
+    let points = grid.points([0.0; 3]);
     assert_eq!((points.len(), points[0], points[1]), (24, [-1.0, 0.0, 2.0], [0.0, 0.0, 2.0]), "points");
     assert_eq!(points[23], [1.0, 3.0, 4.0], "the last corner");
     let f = |p: [f32; 3]| 1.0 + 2.0 * f64::from(p[0]) - f64::from(p[1]) + 0.5 * f64::from(p[2]);

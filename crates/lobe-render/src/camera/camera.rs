@@ -79,6 +79,12 @@ impl Camera {
         Self { target: add(min, half), ..Self::perspective(view, radius / half_angle.sin(), half_angle) }
     }
 
+    /// The same camera in coordinates that count from a point, such as [`Scene::origin`](lobe_scene::Scene::origin).
+    #[must_use]
+    pub fn relative_to(self, origin: [f64; 3]) -> Self {
+        Self { target: sub(self.target, origin), ..self }
+    }
+
     /// The view: the axes of the picture.
     #[must_use]
     pub fn view(&self) -> View {

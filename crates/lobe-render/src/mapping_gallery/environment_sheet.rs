@@ -6,6 +6,7 @@ use lobe_env::{
     CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, cube, irradiance_at, irradiance_map, irradiance_map_brute_force,
     project_env, reconstruct,
 };
+use lobe_io::Job;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{
@@ -270,7 +271,8 @@ fn rough_mirrors<'a>(
 
 fn matte<'a>(map: &EnvMap) -> Vec<Technique<'a>> {
     let albedo = Rgb::splat(ALBEDO as f32);
-    let truth = irradiance_map_brute_force(map, 2 * MATTE_ROWS, MATTE_ROWS);
+    let truth = irradiance_map_brute_force(map, 2 * MATTE_ROWS, MATTE_ROWS, Job::default());
+    let truth = truth.unwrap_or_else(|error| unreachable!("nobody stops it: {error}"));
     let by_map = irradiance_map(map, 9, 2 * MATTE_ROWS, MATTE_ROWS);
     let irradiance = IrradiancePolynomial::of_radiance(&project_env(map, 3));
     vec![

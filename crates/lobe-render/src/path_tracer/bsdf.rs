@@ -17,7 +17,10 @@ use lobe_sh::vector::{Vec3, dot};
 ///   F = F₀ + (1 - F₀) (1 - v·h)⁵     h = (v + l)/|v + l|       α = roughness²
 /// ```
 ///
-/// `D V` is that of [`Facets`]: one scattering only, so rough metals lose light.
+/// `D V` is that of [`Facets`]: one scattering only, so rough metals lose light. Its masking is height-correlated: the
+/// specification says "Smith", its sample viewer and Filament use that form, and it is what the slopes of a surface do;
+/// the appendix prints the separable form, which is an option
+/// (test `separable_masking_leaves_less_of_rough_metals` has numbers).
 pub(crate) struct Bsdf {
     /// Two tangents and the normal.
     frame: [Vec3; 3],
@@ -44,9 +47,6 @@ pub(crate) struct BsdfSample {
     pub(crate) density: f64,
 }
 
-/// The least α: densities stay far from infinity, and the lobe is a tenth of a degree wide.
-const SHARPEST: f64 = 1e-3;
-
 /// Reflectance of dielectrics along the normal, as glTF has it.
 const DIELECTRIC: f64 = 0.04;
 
@@ -61,7 +61,7 @@ impl Bsdf {
     }
 
     /// A surface of glTF's model seen from direction `view`. Seen from below its shading normal it has no mirror.
-    pub(crate) fn metallic_roughness(normal: Vec3, base: Rgb<f64>, metallic: f64, roughness: f64, view: Vec3) -> Self {
+    pub(crate) fn metallic_roughness(normal: Vec3, base: Rgb<f64>, metallic: f64, facets: Facets, view: Vec3) -> Self {
         let mut bsdf = Self::matte(normal, base.scale(1.0 - metallic));
         let f0 = Rgb::from(base.to_array().map(|c| DIELECTRIC + (c - DIELECTRIC) * metallic));
         let v = bsdf.frame.map(|axis| dot(axis, view));
@@ -75,7 +75,6 @@ impl Bsdf {
             (_, false) => 1.0,
             (false, true) => 0.0,
         };
-        let facets = Facets { alpha: (roughness * roughness).max(SHARPEST) };
         bsdf.mirror = Some(Mirror { facets, f0, v, share });
         bsdf
     }
@@ -176,7 +175,9 @@ mod tests {
     fn directions_are_drawn_with_the_density_stated() {
         let (normal, view) = tilted();
         let (mut random, red) = (Random::new(6), Rgb::new(0.8, 0.2, 0.1));
-        let glossy = |metallic, roughness| Bsdf::metallic_roughness(normal, red, metallic, roughness, view);
+        let glossy = |metallic, roughness| {
+            Bsdf::metallic_roughness(normal, red, metallic, Facets::of_roughness(roughness, true), view)
+        };
         for (name, bsdf) in [
             ("matte", Bsdf::matte(normal, red)),
             ("plastic", glossy(0.0, 0.6)),
@@ -194,7 +195,8 @@ mod tests {
     fn a_white_metal_loses_what_single_scattering_loses() {
         let (normal, view) = tilted();
         for roughness in [0.1_f64, 0.4, 0.7, 1.0] {
-            let bsdf = Bsdf::metallic_roughness(normal, Rgb::splat(1.0), 1.0, roughness, view);
+            let bsdf =
+                Bsdf::metallic_roughness(normal, Rgb::splat(1.0), 1.0, Facets::of_roughness(roughness, false), view);
             let ggx = Ggx { alpha: roughness * roughness, f0: 1.0 };
             let expected = ggx.directional_albedo(dot(normal, view));
             let found = reflected(&bsdf, 40_000).g;
@@ -203,10 +205,27 @@ mod tests {
     }
 
     #[test]
+    fn separable_masking_leaves_less_of_rough_metals() {
+        // For α = 1 both are integrals of rational functions. Over all views 0.377 against 0.409, 7.9 % less.
+        for cos in [1.0_f64, 0.5, 0.2] {
+            let view = [(1.0 - cos * cos).sqrt(), 0.0, cos];
+            let correlated = 1.0 - cos * (1.0 / cos).ln_1p();
+            let separable = 2.0 * (1.0 - 2.0_f64.ln()) / (1.0 + cos);
+            for (is_separable, expected) in [(false, correlated), (true, separable)] {
+                let facets = Facets::of_roughness(1.0, is_separable);
+                let bsdf = Bsdf::metallic_roughness([0.0, 0.0, 1.0], Rgb::splat(1.0), 1.0, facets, view);
+                let found = reflected(&bsdf, 40_000).g;
+                assert!((found - expected).abs() < 5e-3, "cosine {cos}, separable {is_separable}: {found}, {expected}");
+            }
+        }
+    }
+
+    #[test]
     fn plastic_reflects_no_more_than_it_gets() {
         let (normal, view) = tilted();
         for roughness in [0.05, 0.5, 1.0] {
-            let bsdf = Bsdf::metallic_roughness(normal, Rgb::splat(1.0), 0.0, roughness, view);
+            let bsdf =
+                Bsdf::metallic_roughness(normal, Rgb::splat(1.0), 0.0, Facets::of_roughness(roughness, false), view);
             let found = reflected(&bsdf, 40_000).g;
             assert!(found < 1.005 && found > 0.8, "roughness {roughness}: {found}");
         }
@@ -214,7 +233,13 @@ mod tests {
 
     #[test]
     fn a_surface_seen_from_below_its_normal_has_no_mirror() {
-        let bsdf = Bsdf::metallic_roughness([0.0, 0.0, 1.0], Rgb::splat(0.5), 0.0, 0.3, [0.6, 0.0, -0.8]);
+        let bsdf = Bsdf::metallic_roughness(
+            [0.0, 0.0, 1.0],
+            Rgb::splat(0.5),
+            0.0,
+            Facets::of_roughness(0.3, false),
+            [0.6, 0.0, -0.8],
+        );
         assert!(bsdf.mirror.is_none(), "matte");
     }
 }

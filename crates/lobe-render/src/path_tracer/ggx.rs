@@ -7,20 +7,33 @@ use lobe_sh::vector::{Vec3, add, dot, normalized};
 /// A surface of microfacets that faces +z, `α` the width of its slopes.
 ///
 /// ```text
-///   D(h) = α² / (π (h_x² + h_y² + α² h_z²)²)
-///   V(v, l) = G₂ / (4 v_z l_z) = 1 / (2 (l_z √(α² + (1-α²) v_z²) + v_z √(α² + (1-α²) l_z²)))
+///   D(h) = α² / (π (h_x² + h_y² + α² h_z²)²)        r(c) = √(α² + (1-α²) c²)
+///   V(v, l) = G₂ / (4 v_z l_z) = 1 / (2 (l_z r(v_z) + v_z r(l_z)))            height-correlated
+///                                1 / ((v_z + r(v_z)) (l_z + r(l_z)))          separable
 /// ```
 ///
-/// `D` is [Walter et al. 2007] eq. 33, the height-correlated masking [Heitz 2014] eq. 99.
+/// `D` is [Walter et al. 2007] eq. 33; the masking [Heitz 2014] eq. 99, or eq. 98, in which being seen and being lit are
+/// independent. The separable one is never larger: the difference of the denominators is `(v_z - r(v_z)) (l_z - r(l_z))`,
+/// and `r(c) ≥ c`.
 ///
 /// [Walter et al. 2007]: https://www.cs.cornell.edu/~srm/publications/EGSR07-btdf.pdf
 /// [Heitz 2014]: https://jcgt.org/published/0003/02/03/
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facets {
     pub(crate) alpha: f64,
+    /// Whether masking and shadowing are taken for independent.
+    pub(crate) is_separable: bool,
 }
 
+/// The least α: densities stay far from infinity, and the lobe is a tenth of a degree wide.
+const SHARPEST: f64 = 1e-3;
+
 impl Facets {
+    /// Those of a surface of this perceptual roughness: `α = roughness²`.
+    pub(crate) fn of_roughness(roughness: f64, is_separable: bool) -> Self {
+        Self { alpha: (roughness * roughness).max(SHARPEST), is_separable }
+    }
+
     /// `D(h) V(v, l)`, zero if either direction is below the surface: times Fresnel's factor it is the reflectance.
     pub(crate) fn reflectance(self, v: Vec3, l: Vec3) -> f64 {
         if v[2] <= 0.0 || l[2] <= 0.0 {
@@ -29,7 +42,11 @@ impl Facets {
         let h = normalized(add(v, l));
         let width = self.alpha * self.alpha;
         let root = |cos: f64| (width + (1.0 - width) * cos * cos).sqrt();
-        self.distribution(h) / (2.0 * (l[2] * root(v[2]) + v[2] * root(l[2])))
+        self.distribution(h)
+            / match self.is_separable {
+                false => 2.0 * (l[2] * root(v[2]) + v[2] * root(l[2])),
+                true => (v[2] + root(v[2])) * (l[2] + root(l[2])),
+            }
     }
 
     /// The direction mirrored by a microfacet that is drawn by its visible area, seen from `v` above the surface.
@@ -86,8 +103,27 @@ mod tests {
             for _ in 0..200 {
                 let [v, l] = [random.direction(), random.direction()];
                 let expected = Ggx { alpha, f0: 1.0 }.eval(Dir::from_unit(v), Dir::from_unit(l));
-                let found = Facets { alpha }.reflectance(v, l);
+                let found = Facets { alpha, is_separable: false }.reflectance(v, l);
                 assert!((found - expected).abs() <= 1e-9 * expected, "{found} against {expected} for {alpha}");
+            }
+        }
+    }
+
+    #[test]
+    fn separable_masking_is_the_product_of_two_and_loses_more() {
+        let mut random = Random::new(4);
+        for alpha in [0.05, 0.3, 1.0] {
+            for _ in 0..200 {
+                let [v, l] = [random.direction(), random.direction()].map(|[x, y, z]| [x, y, z.abs()]);
+                let [correlated, separable] =
+                    [false, true].map(|is_separable| Facets { alpha, is_separable }.reflectance(v, l));
+                // G₁ is 4 v_z times the density of visible normals over D.
+                let facets = Facets { alpha, is_separable: true };
+                let g1 = |v: Vec3| 4.0 * v[2] * facets.density(v, l) / facets.distribution(normalized(add(v, l)));
+                let g1_of_l = 4.0 * l[2] * facets.density(l, v) / facets.distribution(normalized(add(v, l)));
+                let expected = facets.distribution(normalized(add(v, l))) * g1(v) * g1_of_l / (4.0 * v[2] * l[2]);
+                assert!((separable / expected - 1.0).abs() < 1e-9, "{separable} against {expected} for {alpha}");
+                assert!(separable <= correlated * (1.0 + 1e-12), "{separable} above {correlated} for {alpha}");
             }
         }
     }
@@ -97,7 +133,7 @@ mod tests {
         let mut random = Random::new(9);
         for (alpha, cos_v) in [(0.2_f64, 0.9_f64), (0.3, 0.1), (0.6, 0.3), (1.0, 0.7), (1.0, 1.0)] {
             let v = [(1.0 - cos_v * cos_v).sqrt(), 0.0, cos_v];
-            let facets = Facets { alpha };
+            let facets = Facets { alpha, is_separable: false };
             let draw = || Some(facets.sample(v, [random.unit(), random.unit()]));
             let test = ChiSquare::new(200_000, draw, |l| facets.density(v, l));
             assert!(test.missing.abs() < 2e-3, "alpha {alpha}, cos {cos_v}: {test:?}");

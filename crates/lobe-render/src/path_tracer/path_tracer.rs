@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use lobe_prt::Receivers;
 use lobe_scene::{Bvh, Hit, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
@@ -11,6 +12,7 @@ use crate::frame::tangents;
 use crate::options::setters;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
+use crate::path_tracer::ggx::Facets;
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
 use lobe_sh::vector::{Vec3, dot, normalized, scale};
 
@@ -61,19 +63,37 @@ pub enum Surfaces {
     /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse
     /// bake computes.
     Matte,
-    /// The metallic-roughness model of glTF 2.0.
+    /// The metallic-roughness model of glTF 2.0 with height-correlated masking, as renderers have it.
     MetallicRoughness,
+    /// The same with separable masking, as appendix B.3 of the specification prints it: rough metals are darker.
+    MetallicRoughnessSeparable,
 }
 
 /// A diffuse receiver, such as a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathReceiver {
+pub struct PathReceiver<'a> {
     /// Its position.
     pub position: [f32; 3],
     /// The unit normal to shade with; rays go to its side.
     pub normal: [f32; 3],
     /// Its albedo.
     pub albedo: Rgb<f32>,
+    /// The unit normals of the planes of the triangles around it, as [`Receivers::planes`] has them. Directions below
+    /// all of them bring nothing. There may be none.
+    pub planes: &'a [[f32; 3]],
+}
+
+impl<'a> PathReceiver<'a> {
+    /// One of the receivers that transfer is baked for.
+    ///
+    /// # Panics
+    /// If there is no such receiver.
+    #[must_use]
+    pub fn of(receivers: &'a Receivers, receiver: usize) -> Self {
+        let [r, g, b] = receivers.albedos()[receiver];
+        let (position, normal) = (receivers.positions()[receiver], receivers.normals()[receiver]);
+        Self { position, normal, albedo: Rgb::new(r, g, b), planes: receivers.planes(receiver) }
+    }
 }
 
 /// The path tracer of a scene under a distant light.
@@ -83,24 +103,40 @@ pub struct PathReceiver {
 /// ```
 ///
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
-/// turned to the side that is hit; it is shaded with the interpolated one, and directions behind the triangle's plane
-/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through. Nothing is clamped, and
+/// turned to the side that is hit; it is shaded with the interpolated one, and directions below the triangle's plane
+/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through, and [`Scene::stops`] decides about glass. Nothing is clamped, and
 /// paths end at the last bounce, without Russian roulette: the mean is unbiased.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
     light: &'a DistantLight,
     options: PathOptions,
-    has_masks: bool,
+    has_holes: bool,
 }
 
 /// A point of a surface that a path visits.
 pub(crate) struct Interaction {
     /// The origin of rays.
     origin: [f32; 3],
-    /// The geometric normal: rays go to its side of the plane.
-    plane: Vec3,
+    /// The geometric normals: no ray goes below all of their planes. There is one but at a receiver.
+    planes: Planes,
     bsdf: Bsdf,
+}
+
+/// The planes of an interaction.
+pub(crate) enum Planes {
+    One(Vec3),
+    Around(Vec<Vec3>),
+}
+
+impl Planes {
+    /// Whether a direction is below all planes, and leads into the surface.
+    fn are_above(&self, s: Vec3) -> bool {
+        match self {
+            Self::One(normal) => dot(s, *normal) <= 0.0,
+            Self::Around(normals) => normals.iter().all(|normal| dot(s, *normal) <= 0.0),
+        }
+    }
 }
 
 /// The first surface along a ray.
@@ -135,14 +171,14 @@ impl<'a> PathTracer<'a> {
     /// Paths through `scene`, whose tree is `bvh`.
     #[must_use]
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, light: &'a DistantLight, options: PathOptions) -> Self {
-        Self { scene, bvh, light, options, has_masks: scene.has_masks() }
+        Self { scene, bvh, light, options, has_holes: scene.has_holes() }
     }
 
     /// The exit radiance of receiver number `place`, with its variance.
     ///
     /// Receivers of different numbers use independent paths.
     #[must_use]
-    pub fn radiance_at(&self, receiver: &PathReceiver, place: usize, count: &SampleCount) -> PathEstimate {
+    pub fn radiance_at(&self, receiver: &PathReceiver<'_>, place: usize, count: &SampleCount) -> PathEstimate {
         let start = self.receiver_interaction(receiver);
         estimate(count, |set, path| {
             let numbers = SampleSet::new(self.options.seed, place as u64, set as u64).path(path);
@@ -161,7 +197,7 @@ impl<'a> PathTracer<'a> {
     /// The same paths serve any number of lights.
     pub fn for_each_escape(
         &self,
-        receiver: &PathReceiver,
+        receiver: &PathReceiver<'_>,
         place: usize,
         count: &SampleCount,
         mut escaped: impl FnMut(usize, usize, Dir, Rgb<f64>),
@@ -186,21 +222,26 @@ impl<'a> PathTracer<'a> {
     /// Bounces are counted before the receiver's own reflection, whatever that is: its albedo plays no part.
     pub fn for_each_arrival(
         &self,
-        receiver: &PathReceiver,
+        receiver: &PathReceiver<'_>,
         place: usize,
         count: &SampleCount,
         mut arrived: impl FnMut(usize, Dir, Rgb<f64>),
     ) {
-        let Interaction { origin, plane, .. } = self.receiver_interaction(receiver);
-        let [u, v] = tangents(plane);
+        let Interaction { origin, planes, .. } = self.receiver_interaction(receiver);
+        let normal = normalized(receiver.normal.map(f64::from));
+        let [u, v] = tangents(normal);
         for set in 0..count.sets {
             let samples = SampleSet::new(self.options.seed, place as u64, set as u64);
             for path in 0..count.per_set {
                 // Draw a direction uniformly over the hemisphere.
                 let numbers = samples.path(path);
                 let [x, y, z] = uniform_over_hemisphere(numbers.pair(FIRST_PURPOSE));
-                let s = std::array::from_fn(|k| x * u[k] + y * v[k] + z * plane[k]);
+                let s = std::array::from_fn(|k| x * u[k] + y * v[k] + z * normal[k]);
                 // Estimate the radiance from there: that of the light, or of the surface that was hit.
+                if planes.are_above(s) {
+                    arrived(set, Dir::from_unit(s), Rgb::ZERO);
+                    continue;
+                }
                 let radiance = match (self.intersect(&Ray::new(origin, s.map(|c| c as f32))), self.options.bounces) {
                     (None, _) => self.light.radiance(Dir::from_unit(s)),
                     (Some(FirstHit { interaction: Some(at), .. }), 1..) => {
@@ -233,12 +274,15 @@ impl<'a> PathTracer<'a> {
         let interaction = (is_front || material.double_sided).then(|| {
             let bsdf = match self.options.surfaces {
                 Surfaces::Matte => Bsdf::matte(shading, base.widen()),
-                Surfaces::MetallicRoughness => {
-                    let (metallic, roughness) = (f64::from(material.metallic), f64::from(material.roughness));
-                    Bsdf::metallic_roughness(shading, base.widen(), metallic, roughness, scale(towards, -1.0 / length))
+                gltf => {
+                    let is_separable = gltf == Surfaces::MetallicRoughnessSeparable;
+                    let facets = Facets::of_roughness(material.roughness.into(), is_separable);
+                    let (metallic, view) = (material.metallic.into(), scale(towards, -1.0 / length));
+                    Bsdf::metallic_roughness(shading, base.widen(), metallic, facets, view)
                 }
             };
-            Interaction { origin: self.bvh.origin_above(surface.position, plane.map(|c| c as f32)), plane, bsdf }
+            let origin = self.bvh.origin_above(surface.position, plane.map(|c| c as f32));
+            Interaction { origin, planes: Planes::One(plane), bsdf }
         });
         let distance = f64::from(hit.t) * length;
         Some(FirstHit { albedo: base, normal: shading.map(|c| c as f32), distance, interaction })
@@ -263,7 +307,7 @@ impl<'a> PathTracer<'a> {
             }
             let choice = numbers.one(Purpose::Lobe.at(bounce));
             let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { break };
-            if dot(sample.towards, at.plane) <= 0.0 {
+            if at.planes.are_above(sample.towards) {
                 break;
             }
             // Update the path throughput.
@@ -298,7 +342,7 @@ impl<'a> PathTracer<'a> {
         // Evaluate the BSDF towards it.
         let s = sample.towards.to_array();
         let (value, density) = at.bsdf.eval(s);
-        if density <= 0.0 || dot(s, at.plane) <= 0.0 {
+        if density <= 0.0 || at.planes.are_above(s) {
             return Rgb::ZERO;
         }
         // Trace the shadow ray.
@@ -318,7 +362,7 @@ impl<'a> PathTracer<'a> {
             // Draw a direction from the BSDF.
             let choice = numbers.one(Purpose::Lobe.at(bounce));
             let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { return };
-            if dot(sample.towards, at.plane) <= 0.0 {
+            if at.planes.are_above(sample.towards) {
                 return;
             }
             // Update the path throughput.
@@ -332,19 +376,27 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    fn receiver_interaction(&self, receiver: &PathReceiver) -> Interaction {
+    fn receiver_interaction(&self, receiver: &PathReceiver<'_>) -> Interaction {
         let normal = normalized(receiver.normal.map(f64::from));
         let origin = self.bvh.origin_above(receiver.position, receiver.normal);
-        Interaction { origin, plane: normal, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
+        let planes = match receiver.planes {
+            [] => Planes::One(normal),
+            planes => Planes::Around(planes.iter().map(|n| n.map(f64::from)).collect()),
+        };
+        Interaction { origin, planes, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
     }
 
     fn closest(&self, ray: &Ray) -> Option<Hit> {
-        if self.has_masks { self.bvh.closest_where(ray, |hit| self.scene.is_solid(hit)) } else { self.bvh.closest(ray) }
+        if self.has_holes {
+            self.bvh.closest_where(ray, |hit| self.scene.stops(ray, hit))
+        } else {
+            self.bvh.closest(ray)
+        }
     }
 
     fn is_occluded(&self, ray: &Ray) -> bool {
-        if self.has_masks {
-            self.bvh.is_occluded_where(ray, |hit| self.scene.is_solid(&hit))
+        if self.has_holes {
+            self.bvh.is_occluded_where(ray, |hit| self.scene.stops(ray, &hit))
         } else {
             self.bvh.is_occluded(ray)
         }

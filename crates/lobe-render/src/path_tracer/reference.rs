@@ -62,7 +62,7 @@ pub struct Truth {
 /// The kind of this work among fingerprints.
 const KIND: u64 = 16;
 
-/// Traces a picture of `scene`, whose tree is `bvh`, under `light`.
+/// Traces a picture of `scene`, whose tree is `bvh`, seen by a camera in its world, under `light`.
 ///
 /// The steps of `job` are pixels. It can be [kept in](Job::kept_in) a file: pixels do not depend on each other, so a
 /// picture that was stopped has all paths of some pixels and none of the others, and the same call continues to the
@@ -82,6 +82,7 @@ pub fn render_truth(
 ) -> Result<Truth, RenderError> {
     let TruthOptions { width, height, count, paths } = *options;
     let pixels = options.check()?;
+    let camera = &camera.relative_to(scene.origin());
     // Take up the pixels that are done already.
     let (mut checkpoint, known) = match job.checkpoint() {
         None => (None, Vec::new()),

@@ -1,9 +1,7 @@
 //! Traced pictures as OpenEXR files.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use exr::prelude::{AttributeValue, ReadChannels as _, ReadLayers as _, Text};
 use lobe_image::{ExrAttribute, ExrLayers, Picture, Pixel};
 use lobe_io::write_atomically;
 
@@ -64,34 +62,22 @@ impl Truth {
 /// not say. `name` stands for the file in messages.
 ///
 /// # Errors
-/// [`RenderError::Invalid`] if it is no OpenEXR file or has no variance.
+/// [`RenderError::Image`] if it is no OpenEXR file, [`RenderError::Invalid`] if it has no variance.
 pub fn read_variance(bytes: &[u8], name: &str) -> Result<(Picture, f64), RenderError> {
-    let invalid = |message: String| RenderError::Invalid { place: name.to_owned(), message };
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| invalid(format!("expected an OpenEXR picture: {error}")))?;
-    let layer = &image.layer_data;
-    let plane = |c: &str| -> Option<Vec<f32>> {
-        let wanted = format!("{VARIANCE}.{c}");
-        let channel = layer.channel_data.list.iter().find(|channel| channel.name == *wanted.as_str())?;
-        Some(channel.sample_data.values_as_f32().collect())
-    };
+    let layers = ExrLayers::from_bytes(bytes, name)?;
+    let plane = |c: &str| layers.get(&format!("{VARIANCE}.{c}"));
     let (Some(r), Some(g), Some(b)) = (plane("R"), plane("G"), plane("B")) else {
-        let what =
+        let message =
             format!("expected channels {VARIANCE}.R, .G and .B, found none; traced pictures as OpenEXR have them");
-        return Err(invalid(what));
+        return Err(RenderError::Invalid { place: name.to_owned(), message });
     };
-    let freedom = match layer.attributes.other.get(&Text::from(FREEDOM)) {
-        Some(AttributeValue::I32(count)) => f64::from(*count),
+    let freedom = match layers.get_attribute(FREEDOM) {
+        Some(ExrAttribute::Integer(count)) => f64::from(*count),
         _ => f64::INFINITY,
     };
-    let pixels: Vec<Pixel> = r.iter().zip(&g).zip(&b).map(|((&r, &g), &b)| [r, g, b]).collect();
-    Ok((Picture::new(layer.size.width(), layer.size.height(), pixels)?, freedom))
+    let pixels: Vec<Pixel> = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
+    let (width, height) = layers.size();
+    Ok((Picture::new(width, height, pixels)?, freedom))
 }
 
 #[cfg(test)]
@@ -125,7 +111,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         let map = lobe_env::EnvMap::from_fn(4, 2, |_| Rgb::splat(1.0));
-        lobe_env::write_env(&path, &map, &lobe_env::MapWriteOptions::default()).unwrap();
+        lobe_env::write_env(&path, &map, &lobe_env::PictureWriteOptions::default()).unwrap();
         let found = read_variance(&std::fs::read(&path).unwrap(), "a.exr").unwrap_err().to_string();
         assert!(found.starts_with("a.exr: expected channels variance.R, .G and .B, found none"), "{found}");
         let found = read_variance(b"no picture", "b.exr").unwrap_err().to_string();

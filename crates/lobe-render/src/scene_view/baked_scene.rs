@@ -4,7 +4,8 @@ use std::path::Path;
 
 use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer, read_baked, read_lightmap, read_matrices,
+    AlbedoMode, BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer, read_baked, read_lightmap,
+    read_matrices,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
@@ -97,6 +98,7 @@ impl BakedScene {
     }
 
     fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Recipe) -> Self {
+        let scene = if recipe.straight_through == Some(true) { scene.with_straight_through(true) } else { scene };
         let (bvh, gloss) = (Bvh::new(&scene), lobe.map(Gloss::new));
         let options = recipe.bake_options().order(front.order());
         Self { scene, bvh, places, front, back: None, gloss, options, recipe }
@@ -205,7 +207,7 @@ impl LitScene<'_> {
     /// baked.
     #[must_use]
     pub fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
-        let BakedScene { scene, places, gloss, .. } = self.baked;
+        let BakedScene { scene, places, gloss, options, .. } = self.baked;
         let mut sum = Rgb::ZERO;
         for (place, weight) in places.around(scene, hit) {
             let of_receiver = match &self.back {
@@ -219,6 +221,7 @@ impl LitScene<'_> {
         }
         match gloss {
             Some(gloss) => gloss.albedo(hit) * sum,
+            None if options.albedo == AlbedoMode::None => hit.albedo * sum,
             None => sum,
         }
     }

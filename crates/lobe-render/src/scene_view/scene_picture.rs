@@ -32,7 +32,7 @@ impl Default for ViewOptions {
 
 setters!(ViewOptions { width: usize, height: usize, rays: usize });
 
-/// A scene seen by a camera: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
+/// A scene seen by a camera in its world: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
 /// it escapes.
 ///
 /// The steps of `job` are pixels; it cannot be kept in a file.
@@ -61,11 +61,11 @@ pub fn scene_picture(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
     };
-    let has_masks = scene.has_masks();
+    let (camera, has_holes) = (camera.relative_to(scene.origin()), scene.has_holes());
     // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
-        let hit = match has_masks {
-            true => bvh.closest_where(ray, |hit| scene.is_solid(hit)),
+        let hit = match has_holes {
+            true => bvh.closest_where(ray, |hit| scene.stops(ray, hit)),
             false => bvh.closest(ray),
         };
         let Some(hit) = hit else { return background(towards) };

@@ -121,7 +121,8 @@ fn matte_techniques_agree_with_brute_force() {
             compare(&values, &truth).relative_rmse
         };
         let by_map = |width: usize| {
-            let irradiance: EnvMap = irradiance_map_brute_force(&map, width, width / 2);
+            let irradiance: EnvMap =
+                irradiance_map_brute_force(&map, width, width / 2, lobe_io::Job::default()).unwrap();
             error(&MatteByMap { irradiance, albedo: white })
         };
         let polynomial = IrradiancePolynomial::of_radiance(&project_env(&map, 3));

@@ -57,8 +57,7 @@ fn ball() -> (Scene, Receivers) {
     let scene = built_in::ball_over_ground(16);
     let all = Receivers::at_vertices(&scene).unwrap();
     let indices: Vec<usize> = (0..VERTICES).map(|k| (2 * k + 1) * all.len() / (2 * VERTICES)).collect();
-    let of = |values: &[[f32; 3]]| indices.iter().map(|&i| values[i]).collect();
-    let receivers = Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap();
+    let receivers = all.subset(&indices).unwrap();
     (scene, receivers)
 }
 
@@ -227,8 +226,7 @@ fn by_arrivals(scene: &Scene, receivers: &Receivers, order: usize, bounces: usiz
     let tracer = PathTracer::new(scene, &bvh, &light, PathOptions::default().bounces(bounces));
     let cases = cases(order);
     let of_vertex = |v: usize| {
-        let (position, normal) = (receivers.positions()[v], receivers.normals()[v]);
-        let receiver = PathReceiver { position, normal, albedo: Rgb::splat(1.0) };
+        let receiver = PathReceiver { albedo: Rgb::splat(1.0), ..PathReceiver::of(receivers, v) };
         let n = normal_of(receivers, v);
         let reflected: Vec<Dir> = cases.iter().map(|(_, _, view)| mirrored(n, around(n, *view))).collect();
         let mut sums = vec![vec![Rgb::<f64>::ZERO; cases.len()]; SETS];
@@ -281,8 +279,7 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
     let ground = scene.meshes()[0].positions().len();
     let indices: Vec<usize> =
         (0..VERTICES).map(|k| ground + (2 * k + 1) * (all.len() - ground) / (2 * VERTICES)).collect();
-    let of = |values: &[[f32; 3]]| indices.iter().map(|&i| values[i]).collect();
-    let receivers = Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap();
+    let receivers = all.subset(&indices).unwrap();
     let matrices = matrices(&scene, &receivers, Mode::Shadowed, 0, 0);
     let lobe = Zonal::ggx(order, alpha);
     let paths = PathOptions::default().bounces(0).surfaces(Surfaces::MetallicRoughness);

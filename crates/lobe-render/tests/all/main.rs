@@ -4,6 +4,7 @@
 
 mod baked_scene;
 mod environment_mapping;
+mod far;
 mod glossy;
 mod mapping_figures;
 mod masks;

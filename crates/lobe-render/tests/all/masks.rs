@@ -34,8 +34,7 @@ fn striped_ball(alpha: Alpha) -> Scene {
 fn chosen(scene: &Scene) -> Receivers {
     let all = Receivers::at_vertices(scene).unwrap();
     let indices: Vec<usize> = (0..16).map(|k| (2 * k + 1) * all.len() / 32).collect();
-    let of = |values: &[[f32; 3]]| indices.iter().map(|&i| values[i]).collect();
-    Receivers::new(of(all.positions()), of(all.normals()), of(all.albedos())).unwrap()
+    all.subset(&indices).unwrap()
 }
 
 #[test]
@@ -60,8 +59,7 @@ fn transfer_and_paths_agree_behind_stripes() {
     let tracer = PathTracer::new(&scene, &bvh, &light, options);
     let mut changed = 0;
     for v in 0..receivers.len() {
-        let albedo = Rgb::from(receivers.albedos()[v]);
-        let receiver = PathReceiver { position: receivers.positions()[v], normal: receivers.normals()[v], albedo };
+        let receiver = PathReceiver::of(&receivers, v);
         let truth = tracer.radiance_at(&receiver, v, &SampleCount { sets: SETS, per_set: 1024 });
         for c in 0..3 {
             let values: Vec<f64> = sets.iter().map(|set| f64::from(set[v].to_array()[c])).collect();
@@ -77,4 +75,35 @@ fn transfer_and_paths_agree_behind_stripes() {
         }
     }
     assert!(changed > 12, "without its holes the ball changes only {changed} of 48 numbers");
+}
+
+#[test]
+fn in_a_box_of_white_film_transfer_and_paths_have_the_closed_form_of_every_bounce() {
+    // A part α of the light is stopped at each wall and all of that is reflected: after b bounces Σ (1 - α) αᵏ gets in,
+    // k from 0 to b.
+    for (alpha, transmission, stopped) in [(Alpha::Blend, 0.0, 0.25), (Alpha::Opaque, 0.4, 0.6)] {
+        let (meshes, _, _) = built_in::closed_white_box(2).into_parts();
+        let base_color = [1.0, 1.0, 1.0, 0.25];
+        let film = Material { base_color, alpha, transmission, straight_through: true, ..Material::WHITE };
+        let mesh = |mesh: lobe_scene::Mesh| {
+            lobe_scene::Mesh::new(lobe_scene::MeshParts { material: Some(0), ..mesh.into_parts() }).unwrap()
+        };
+        let scene = Scene::new(meshes.into_iter().map(mesh).collect(), vec![film], vec![]).unwrap();
+        let bvh = Bvh::new(&scene);
+        let receivers = Receivers::new(vec![[0.1, 0.2, 0.0]], vec![[0.0, 0.0, 1.0]], vec![[1.0; 3]]).unwrap();
+        let light = DistantLight::from_expansion(lobe_sh::ShVec::constant(1, Rgb::new(1.0, 1.0, 1.0)));
+        for bounces in [0, 1, 3] {
+            let expected = 1.0 - f64::powi(stopped, bounces as i32 + 1);
+            let options = BakeOptions::default().order(1).samples(1 << 14).bounces(bounces).energy_stop(0.0);
+            let (transfer, _) = bake(&scene, &bvh, &receivers, &options, Job::default()).unwrap();
+            let found = f64::from(transfer.coefficients()[0]) * (4.0 * std::f64::consts::PI).sqrt();
+            let paths = PathOptions::default().bounces(bounces).strategy(LightStrategy::Bsdf);
+            let tracer = PathTracer::new(&scene, &bvh, &light, paths);
+            let truth = tracer.radiance_at(&PathReceiver::of(&receivers, 0), 0, &SampleCount::of(1 << 14)).mean.g;
+            // Five standard deviations of a coin.
+            for (name, found) in [("transfer", found), ("truth", truth)] {
+                assert!((found - expected).abs() < 0.02, "{name}, {bounces} bounces: {found}, expected {expected}");
+            }
+        }
+    }
 }

@@ -39,8 +39,8 @@ fn constant(radiance: f32) -> DistantLight {
     DistantLight::from_map(EnvMap::from_fn(16, 8, |_| Rgb::splat(radiance)))
 }
 
-fn up(position: [f32; 3], albedo: f32) -> PathReceiver {
-    PathReceiver { position, normal: [0.0, 0.0, 1.0], albedo: Rgb::splat(albedo) }
+fn up(position: [f32; 3], albedo: f32) -> PathReceiver<'static> {
+    PathReceiver { position, normal: [0.0, 0.0, 1.0], albedo: Rgb::splat(albedo), planes: &[] }
 }
 
 fn trace(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Truth {

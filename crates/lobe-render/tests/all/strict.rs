@@ -15,7 +15,7 @@
 
 use std::path::Path;
 
-use lobe_env::{MapReadOptions, bundled, project_env, read_env};
+use lobe_env::{EnvMap, bundled, project_env};
 use lobe_image::{Measured, ZTest, compare};
 use lobe_io::Job;
 use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
@@ -165,8 +165,7 @@ fn traced(scene: &Scene, bvh: &Bvh, receivers: &Receivers, per_set: usize) -> [V
     let tracer = PathTracer::new(scene, bvh, &none, options);
     let count = SampleCount { sets: SETS, per_set };
     let of_vertex = |v: usize| {
-        let albedo = Rgb::from(receivers.albedos()[v]);
-        let receiver = PathReceiver { position: receivers.positions()[v], normal: receivers.normals()[v], albedo };
+        let receiver = PathReceiver { planes: &[], ..PathReceiver::of(receivers, v) };
         let mut sums: [Vec<Escapes>; 2] = [0, 1].map(|_| vec![vec![Rgb::ZERO; HIGHEST * HIGHEST]; SETS]);
         let mut basis = [0.0; HIGHEST * HIGHEST];
         tracer.for_each_escape(&receiver, v, &count, |set, bounce, s, weight| {
@@ -290,7 +289,7 @@ fn the_expansions_kept_are_those_of_the_skies() {
             lobe_testkit::skipped(&format!("the comparison with ../shared/assets/{name}.exr, which is absent"));
             continue;
         }
-        let found = project_env(&read_env(&path, &MapReadOptions::default()).unwrap().0, HIGHEST);
+        let found = project_env(&EnvMap::load(&path).unwrap(), HIGHEST);
         let error = (&found - &kept).coefficients().iter().map(|c| c.luminance().abs()).fold(0.0, f64::max);
         assert!(error < 1e-6 * found[0].luminance(), "{name}: {error}");
     }

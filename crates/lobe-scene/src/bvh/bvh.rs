@@ -1,14 +1,8 @@
 //! Bounding volume hierarchy with eight children per node (BVH8): construction and ray queries.
 
-use std::time::Duration;
-
-use glam::Vec3A;
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
-use obvhs::triangle::Triangle;
-
 use crate::bvh::collapse::collapse;
 use crate::bvh::lanes::Machine;
+use crate::bvh::ploc;
 use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
 use crate::bvh::traverse::{AnyHit, Closest, Tree};
@@ -142,7 +136,8 @@ impl Bvh {
         self.is_occluded_where(ray, |_| true)
     }
 
-    /// Whether any hit is accepted: with [`Scene::is_solid`], rays pass through the holes of alpha masks.
+    /// Whether any hit is accepted: with [`Scene::stops`], rays pass through the holes of alpha masks
+    /// and through glass.
     #[must_use]
     pub fn is_occluded_where(&self, ray: &Ray, accept: impl FnMut(Hit) -> bool) -> bool {
         self.machine.run(AnyHit { tree: self.tree(), ray, accept })
@@ -179,10 +174,10 @@ impl Bvh {
 
 /// Builds the binary tree and collapses it into a wide one.
 fn build(corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, Vec<Block>) {
-    let as_obvhs = |c: &[[f32; 3]; 3]| Triangle { v0: Vec3A::from(c[0]), v1: Vec3A::from(c[1]), v2: Vec3A::from(c[2]) };
-    let triangles: Vec<Triangle> = corners.iter().map(as_obvhs).collect();
-    // Single triangles at the leaves leave every cut open to `collapse`; pre-splitting would refer to triangles twice.
-    let options = BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..BvhBuildParams::slow_build() };
-    let binary = build_bvh2_from_tris(&triangles, options, &mut Duration::default());
+    let extreme =
+        |of: &[[f32; 3]; 3], pick: fn(f32, f32) -> f32| [0, 1, 2].map(|k| of.iter().map(|p| p[k]).fold(of[0][k], pick));
+    let bounds = |of: &[[f32; 3]; 3]| Bounds { min: extreme(of, f32::min), max: extreme(of, f32::max) };
+    // Single triangles at the leaves leave every cut open to `collapse`.
+    let binary = ploc::build(&corners.iter().map(bounds).collect::<Vec<_>>());
     collapse(&binary, corners)
 }

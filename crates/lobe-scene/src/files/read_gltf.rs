@@ -7,7 +7,8 @@ use gltf_json::validation::Checked;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::{self, GltfFile};
 use crate::files::gltf::materials;
-use crate::files::gltf::nodes::{self, Shown};
+use crate::files::gltf::nodes::Shown;
+use crate::files::gltf::placement::shown_meshes;
 use crate::files::source::Source;
 use crate::{MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
@@ -16,7 +17,8 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<(Scene, Gltf
     let file = files::read(bytes, source)?;
     let (materials, textures) = materials::read(&file, source)?;
     let mut meshes = Vec::new();
-    for shown in nodes::shown_meshes(&file.root, source)? {
+    let (all_shown, origin) = shown_meshes(&file, source)?;
+    for shown in all_shown {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
             let (node, mesh, count) = (shown.node, shown.mesh, file.root.meshes.len());
             return Err(source.invalid(format!("node {node} shows mesh {mesh}, but there are {count}")));
@@ -34,7 +36,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<(Scene, Gltf
         return Err(source.no_triangles());
     }
     let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
-    Ok((scene, file))
+    Ok((scene.moved(z_up_from_y_up(origin.to_array())), file))
 }
 
 fn note_unused(file: &GltfFile, source: &mut Source<'_>) {

@@ -14,12 +14,17 @@ pub struct SceneReadOptions {
     /// The most texels to which all textures together may expand, four bytes each. A small file can hold a large
     /// picture of one color.
     pub texel_limit: usize,
+    /// The most bytes that the scene may take with its tree for tracing rays, about 64 for each vertex and 320 for each
+    /// triangle of all instances, and four for each texel.
+    pub memory_limit: u64,
+    /// Whether light goes straight through blended materials, by their alpha, and through glass, by its transmission.
+    pub straight_through: bool,
 }
 
 impl Default for SceneReadOptions {
-    /// y up, up to 2²⁶ triangles and vertices, and up to 2²⁸ texels: 1 GiB.
+    /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels, 1 GiB, and no limit for all together.
     fn default() -> Self {
-        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28 }
+        Self { up: Up::Y, limit: 1 << 26, texel_limit: 1 << 28, memory_limit: u64::MAX, straight_through: false }
     }
 }
 
@@ -44,6 +49,20 @@ impl SceneReadOptions {
         self.texel_limit = texel_limit;
         self
     }
+
+    /// Lets light straight through, or not.
+    #[must_use]
+    pub fn straight_through(mut self, straight_through: bool) -> Self {
+        self.straight_through = straight_through;
+        self
+    }
+
+    /// Sets the limit of bytes.
+    #[must_use]
+    pub fn memory_limit(mut self, memory_limit: u64) -> Self {
+        self.memory_limit = memory_limit;
+        self
+    }
 }
 
 /// The report of reading a scene.
@@ -58,6 +77,8 @@ pub struct SceneReadReport {
     pub triangles: usize,
     /// Triangles without area, dropped.
     pub dropped_triangles: usize,
+    /// Triangles at the place of others, kept: see [`Scene::coincident_triangles`](crate::Scene::coincident_triangles).
+    pub coincident_triangles: usize,
     /// Vertices whose normal was missing or zero and was computed.
     pub made_normals: usize,
     /// Features of the file that Lobe ignores, a line each.

@@ -3,7 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::{Mesh, MeshParts, Scene, SceneError, SceneReadOptions, SceneReadReport};
+use crate::{Mesh, MeshParts, Scene, SceneError, SceneLimit, SceneReadOptions, SceneReadReport};
+
+/// Bytes of a vertex: position, normal, color, two pairs of texture coordinates, and room for an edge list.
+const VERTEX: u64 = 64;
+
+/// Bytes of a triangle while a tree is built, which is the most: 36 for its corners, 24 for its box, 96 for the nodes of the
+/// binary tree, 108 for clusters and their partners, 64 for costs, or instead of those 100 for the wide tree.
+const TRIANGLE: u64 = 320;
 
 /// The file being read.
 pub(crate) struct Source<'a> {
@@ -12,6 +19,8 @@ pub(crate) struct Source<'a> {
     folder: Option<PathBuf>,
     limit: usize,
     texel_limit: usize,
+    memory_limit: u64,
+    pub(crate) straight_through: bool,
     /// Vertices and triangles so far.
     unfolded: (usize, usize),
     /// Texels so far.
@@ -21,8 +30,10 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
-        let SceneReadOptions { limit, texel_limit, .. } = *options;
-        Self { name, folder, limit, texel_limit, unfolded: (0, 0), texels: 0, report: SceneReadReport::default() }
+        let SceneReadOptions { limit, texel_limit, memory_limit, straight_through, .. } = *options;
+        let report = SceneReadReport::default();
+        let unfolded = (0, 0);
+        Self { name, folder, limit, texel_limit, memory_limit, straight_through, unfolded, texels: 0, report }
     }
 
     /// The report of the finished scene.
@@ -31,6 +42,7 @@ impl<'a> Source<'a> {
         report.meshes = scene.meshes().len();
         report.vertices = scene.vertex_count();
         report.triangles = scene.triangle_count();
+        report.coincident_triangles = scene.coincident_triangles();
         report.made_normals = scene.meshes().iter().map(Mesh::made_normals).sum();
         report
     }
@@ -51,6 +63,11 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Whether a mesh of so many vertices is within the limits, whatever else there is.
+    pub(crate) fn has_room(&self, vertices: usize) -> bool {
+        vertices <= self.limit
+    }
+
     /// Counts a mesh against the limits. Call it before the mesh is allocated.
     pub(crate) fn count(&mut self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
         let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));
@@ -58,9 +75,27 @@ impl<'a> Source<'a> {
         if v.max(t) > self.limit {
             let (name, limit) = (self.name, self.limit);
             let message = format!("{name}: expected at most {limit} triangles and vertices, found {t} and {v} or more");
-            return Err(SceneError::TooLarge { message });
+            return Err(SceneError::TooLarge { message, limit: SceneLimit::Triangles });
         }
-        Ok(())
+        self.check_memory()
+    }
+
+    /// Refuses what would take more memory than allowed.
+    fn check_memory(&self) -> Result<(), SceneError> {
+        let (vertices, triangles) = self.unfolded;
+        let times = |count: usize, bytes: u64| (count as u64).saturating_mul(bytes);
+        let bytes = times(vertices, VERTEX).saturating_add(times(triangles, TRIANGLE));
+        let bytes = bytes.saturating_add(times(self.texels, 4));
+        if bytes <= self.memory_limit {
+            return Ok(());
+        }
+        let (name, limit) = (self.name, self.memory_limit);
+        let message = format!(
+            "{name}: expected a scene of at most {limit} bytes, found {triangles} triangles, {vertices} vertices and {} texels \
+             or more, each instance counted, which take {bytes}",
+            self.texels
+        );
+        Err(SceneError::TooLarge { message, limit: SceneLimit::Memory })
     }
 
     /// Counts a texture against the limits. Call it before the texture is allocated.
@@ -68,12 +103,10 @@ impl<'a> Source<'a> {
         self.texels = (width as usize).saturating_mul(height as usize).saturating_add(self.texels);
         if self.texels > self.texel_limit {
             let (name, limit, found) = (self.name, self.texel_limit, self.texels);
-            let advice = "make the textures smaller, or raise the limit";
-            return Err(SceneError::Options(format!(
-                "{name}: expected textures of at most {limit} texels, found {found} or more: {advice}"
-            )));
+            let message = format!("{name}: expected textures of at most {limit} texels, found {found} or more");
+            return Err(SceneError::TooLarge { message, limit: SceneLimit::Texels });
         }
-        Ok(())
+        self.check_memory()
     }
 
     /// Clamps a number to the format's range of 0 to 1, with a note.

@@ -21,6 +21,11 @@ pub struct Material {
     pub roughness: f32,
     /// Emitted radiance in the file. Not used.
     pub emissive: [f32; 3],
+    /// The part of the light entering the surface that comes out behind it, for thin glass: `KHR_materials_transmission`.
+    pub transmission: f32,
+    /// Whether light goes straight through blended and transmissive surfaces, see [`Scene::opacity`](crate::Scene::opacity);
+    /// without it they are opaque.
+    pub straight_through: bool,
 }
 
 /// The use of the base color's alpha.
@@ -31,7 +36,7 @@ pub enum Alpha {
     Opaque,
     /// The surface exists where alpha is at least the cutoff.
     Mask(f32),
-    /// Alpha is coverage. Lobe treats such a surface as opaque; the reader notes it.
+    /// Alpha is coverage, if [`Material::straight_through`] is set; else the surface is opaque.
     Blend,
 }
 
@@ -68,7 +73,45 @@ impl Material {
         metallic: 0.0,
         roughness: 1.0,
         emissive: [0.0; 3],
+        transmission: 0.0,
+        straight_through: false,
     };
+
+    /// Whether rays may pass surfaces of this material.
+    #[must_use]
+    pub fn has_holes(&self) -> bool {
+        let lets_through = self.alpha == Alpha::Blend || self.transmission > 0.0;
+        matches!(self.alpha, Alpha::Mask(_)) || self.straight_through && lets_through
+    }
+
+    /// The part of the light at a point of this base color and alpha that goes straight through, without [masks](Alpha::Mask):
+    /// uncovered, or transmitted and tinted by the mean of the color.
+    ///
+    /// ```text
+    ///   through = 1 - α (1 - t m),    m = (r + g + b) / 3
+    /// ```
+    pub(crate) fn through(&self, [r, g, b, alpha]: [f32; 4]) -> f32 {
+        if !self.straight_through {
+            return 0.0;
+        }
+        let covered = if self.alpha == Alpha::Blend { alpha } else { 1.0 };
+        1.0 - covered * (1.0 - self.transmission * (r + g + b) / 3.0)
+    }
+
+    /// The color that a point reflects, given what is stopped there: of glass the part that is not transmitted,
+    ///
+    /// ```text
+    ///   ρ (1 - t) / (1 - t m)
+    /// ```
+    pub(crate) fn reflected(&self, [r, g, b, alpha]: [f32; 4]) -> [f32; 4] {
+        if !self.straight_through || self.transmission == 0.0 {
+            return [r, g, b, alpha];
+        }
+        let stopped = 1.0 - self.transmission * (r + g + b) / 3.0;
+        // Where nothing is stopped, nothing is reflected.
+        let part = if stopped > 0.0 { (1.0 - self.transmission) / stopped } else { 0.0 };
+        [r * part, g * part, b * part, alpha]
+    }
 
     /// A Lambertian double-sided surface of one color.
     #[must_use]

@@ -153,10 +153,9 @@ impl Mesh {
     }
 
     /// The same mesh with other positions, which keep the area of every triangle.
-    pub(crate) fn with_positions(&self, position: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
-        let mut moved = self.clone();
-        moved.parts.positions.iter_mut().for_each(|p| *p = position(*p));
-        moved
+    pub(crate) fn with_positions(mut self, position: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+        self.parts.positions.iter_mut().for_each(|p| *p = position(*p));
+        self
     }
 
     /// The parts of the mesh, to be changed and made into another mesh.

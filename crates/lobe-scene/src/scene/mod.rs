@@ -1,8 +1,10 @@
 //! Scenes: meshes, materials and textures; positions and directions are arrays, z is up.
 //!
 //! Read `scene` first, then `mesh`, `material`, `texture` and `ray`. `vertex_normals` and `split_edges` compute what a
-//! file lacks, `near_origin` moves a scene to where `f32` is precise, `up` rotates y up to z up. Uses no other room.
+//! file lacks, `coincident` counts duplicates, `near_origin` moves a scene to where `f32` is precise, `up` rotates y up to
+//! z up. Uses no other room.
 
+pub(crate) mod coincident;
 pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod near_origin;

@@ -2,11 +2,16 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::{Alpha, Hit, Material, Mesh, SceneError, Texture, TextureUse};
+use crate::scene::near_origin::near_origin;
+use crate::{Alpha, Hit, Material, Mesh, Ray, SceneError, Texture, TextureUse};
 
 /// A scene of meshes, materials and textures. It has at least one triangle; every index is in range.
 ///
 /// Triangles are counted through all meshes in their order: that index is stored in a [`Hit`].
+///
+/// A scene far from the origin of its world is stored near its own, [`Scene::origin`], where numbers of `f32` are
+/// precise. All positions of its meshes, surfaces, rays and receivers count from there; cameras, grids and files are
+/// of the world.
 #[derive(Clone, Debug)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -14,6 +19,7 @@ pub struct Scene {
     textures: Vec<Texture>,
     /// The index of the first triangle of each mesh, then the number of all triangles.
     starts: Vec<usize>,
+    origin: [f64; 3],
 }
 
 /// An axis-aligned box.
@@ -34,7 +40,8 @@ pub struct Surface {
     pub geometric_normal: [f32; 3],
     /// The unit shading normal, interpolated from the vertices.
     pub shading_normal: [f32; 3],
-    /// Linear color and alpha: base color, texture and vertex color multiplied.
+    /// Linear color and alpha: base color, texture and vertex color multiplied, of glass that lets light through the part
+    /// that is reflected.
     pub base_color: [f32; 4],
     /// Index of the mesh.
     pub mesh: usize,
@@ -42,6 +49,8 @@ pub struct Surface {
 
 impl Scene {
     /// A scene of meshes. Their materials index `materials`, whose textures index `textures`.
+    ///
+    /// If they are far from the origin, meshes are moved near it; [`Scene::origin`] is the way back.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, or if a
@@ -80,7 +89,9 @@ impl Scene {
         if u32::try_from(count).is_err() {
             return invalid(format!("expected fewer than 2^32 triangles, found {count}"));
         }
-        Ok(Self { meshes, materials, textures, starts })
+        let Bounds { min, max } = bounds_of(&meshes);
+        let (meshes, origin) = near_origin(meshes, min, max);
+        Ok(Self { meshes, materials, textures, starts, origin })
     }
 
     /// The meshes.
@@ -101,16 +112,27 @@ impl Scene {
         &self.textures
     }
 
-    /// The meshes, materials and textures, to be changed and made into another scene.
+    /// The point of the world from which positions of this scene count; zero unless it is far from there.
+    ///
+    /// Its lighting does not depend on its place: a scene moved as a whole has the same positions and the same light,
+    /// bit by bit, if its file moves it by a node.
+    #[must_use]
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// The same scene, moved in the world.
+    #[must_use]
+    pub fn moved(self, by: [f64; 3]) -> Self {
+        let origin = [0, 1, 2].map(|k| self.origin[k] + by[k]);
+        Self { origin, ..self }
+    }
+
+    /// The meshes, whose positions count from [`Scene::origin`], materials and textures, to be changed and made into
+    /// another scene.
     #[must_use]
     pub fn into_parts(self) -> (Vec<Mesh>, Vec<Material>, Vec<Texture>) {
         (self.meshes, self.materials, self.textures)
-    }
-
-    /// The same scene with its meshes moved.
-    pub(crate) fn with_moved_meshes(&self, meshes: Vec<Mesh>) -> Self {
-        let (materials, textures, starts) = (self.materials.clone(), self.textures.clone(), self.starts.clone());
-        Self { meshes, materials, textures, starts }
     }
 
     /// Number of triangles in all meshes.
@@ -157,11 +179,7 @@ impl Scene {
     /// The smallest box around all positions.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
-        let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &p in self.meshes.iter().flat_map(Mesh::positions) {
-            bounds = (bounds.0.min(p.into()), bounds.1.max(p.into()));
-        }
-        Bounds { min: bounds.0.into(), max: bounds.1.into() }
+        bounds_of(&self.meshes)
     }
 
     /// Linear color and alpha of a vertex: base color, texture and vertex color multiplied.
@@ -172,7 +190,7 @@ impl Scene {
     pub fn vertex_base_color(&self, mesh: usize, vertex: usize) -> [f32; 4] {
         let of = |set: usize| self.meshes[mesh].uvs(set).get(vertex).copied();
         let color = self.meshes[mesh].colors().get(vertex).copied();
-        self.base_color(self.material(mesh), [of(0), of(1)], color)
+        self.material(mesh).reflected(self.base_color(self.material(mesh), [of(0), of(1)], color))
     }
 
     /// The surface at a hit.
@@ -189,37 +207,71 @@ impl Scene {
         let position = blend(mesh.positions(), indices, weights);
         let geometric = (b - a).cross(c - a).normalize_or(DVec3::Z);
         let shading = DVec3::from(blend(mesh.normals(), indices, weights).map(f64::from)).normalize_or(geometric);
+        Surface {
+            position,
+            geometric_normal: geometric.as_vec3().to_array(),
+            shading_normal: shading.as_vec3().to_array(),
+            base_color: self.material(mesh_index).reflected(self.color_at(hit)),
+            mesh: mesh_index,
+        }
+    }
+
+    /// Base color, texture and vertex color at a hit, multiplied.
+    fn color_at(&self, hit: &Hit) -> [f32; 4] {
+        let (mesh_index, triangle) = self.locate(hit.triangle as usize);
+        let mesh = &self.meshes[mesh_index];
+        let indices = mesh.triangles()[triangle].map(|i| i as usize);
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let uvs = [0, 1].map(|set| match mesh.uvs(set) {
             [] => None,
             uvs => Some(blend(uvs, indices, weights)),
         });
         let color = if mesh.colors().is_empty() { None } else { Some(blend(mesh.colors(), indices, weights)) };
-        Surface {
-            position,
-            geometric_normal: geometric.as_vec3().to_array(),
-            shading_normal: shading.as_vec3().to_array(),
-            base_color: self.base_color(self.material(mesh_index), uvs, color),
-            mesh: mesh_index,
-        }
+        self.base_color(self.material(mesh_index), uvs, color)
     }
 
-    /// Whether the surface exists at a hit: false in the holes of an alpha mask.
+    /// The probability that a ray stops at a hit: 0 in the holes of an alpha mask, and in between where light goes
+    /// [straight through](Material::straight_through) a part of the surface. There, on average over many rays, each light is
+    /// dimmed as by a film without thickness; its direction and its hue do not change.
     ///
     /// # Panics
     /// As [`Scene::surface`].
     #[must_use]
-    pub fn is_solid(&self, hit: &Hit) -> bool {
+    pub fn opacity(&self, hit: &Hit) -> f32 {
         let (mesh, _) = self.locate(hit.triangle as usize);
-        match self.material(mesh).alpha {
-            Alpha::Mask(cutoff) => self.surface(hit).base_color[3] >= cutoff,
-            Alpha::Opaque | Alpha::Blend => true,
+        let material = self.material(mesh);
+        if !material.has_holes() {
+            return 1.0;
+        }
+        let color = self.color_at(hit);
+        match material.alpha {
+            Alpha::Mask(cutoff) if color[3] < cutoff => 0.0,
+            _ => 1.0 - material.through(color),
         }
     }
 
-    /// Whether any surface has holes, so that rays need [`Scene::is_solid`].
+    /// Whether a ray stops at a hit: at random with the probability [`Scene::opacity`], by a number that depends on the ray
+    /// and on the triangle alone, so that a ray decides alike whenever it is asked.
+    ///
+    /// # Panics
+    /// As [`Scene::surface`].
     #[must_use]
-    pub fn has_masks(&self) -> bool {
-        (0..self.meshes.len()).any(|mesh| matches!(self.material(mesh).alpha, Alpha::Mask(_)))
+    pub fn stops(&self, ray: &Ray, hit: &Hit) -> bool {
+        let opacity = self.opacity(hit);
+        opacity >= 1.0 || (opacity > 0.0 && number_of(ray, hit.triangle) < opacity)
+    }
+
+    /// Whether any surface has holes or lets light through, so that rays need [`Scene::stops`].
+    #[must_use]
+    pub fn has_holes(&self) -> bool {
+        (0..self.meshes.len()).any(|mesh| self.material(mesh).has_holes())
+    }
+
+    /// The same scene with or without light going [straight through](Material::straight_through) all materials that let it.
+    #[must_use]
+    pub fn with_straight_through(mut self, straight_through: bool) -> Self {
+        self.materials.iter_mut().for_each(|material| material.straight_through = straight_through);
+        self
     }
 
     /// Whether no base color, texture or vertex color has a hue, so that light stays gray.
@@ -244,6 +296,25 @@ impl Scene {
         }
         product
     }
+}
+
+fn bounds_of(meshes: &[Mesh]) -> Bounds {
+    let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for &p in meshes.iter().flat_map(Mesh::positions) {
+        bounds = (bounds.0.min(p.into()), bounds.1.max(p.into()));
+    }
+    Bounds { min: bounds.0.into(), max: bounds.1.into() }
+}
+
+/// A number from 0 to 1 that a ray draws at a triangle: a hash of the bits of both.
+fn number_of(ray: &Ray, triangle: u32) -> f32 {
+    let mix = |hash: u64, word: u32| {
+        let hash = (hash ^ u64::from(word)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        hash ^ hash >> 29
+    };
+    let words = [ray.origin, ray.direction].into_iter().flatten().map(f32::to_bits).chain([triangle]);
+    let hash = mix(words.fold(0, mix), 0);
+    (hash >> 40) as f32 / 16_777_216.0
 }
 
 /// Barycentric interpolation, in `f64` until the end.
@@ -300,7 +371,34 @@ mod tests {
         assert_eq!(surface.base_color, [0.5, 0.25, 0.0, 128.0 / 255.0], "color");
         assert_eq!(scene.vertex_base_color(0, 2), surface.base_color, "the same at a vertex");
         assert_eq!((surface.geometric_normal, surface.shading_normal), ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), "normals");
-        assert!(scene.has_masks() && scene.is_solid(&hit), "alpha 128/255 reaches the cutoff 0.5");
+        assert!(scene.has_holes() && scene.opacity(&hit) == 1.0, "alpha 128/255 reaches the cutoff 0.5");
+    }
+
+    #[test]
+    fn rays_pass_a_film_as_often_as_its_opacity_says() {
+        for (alpha, transmission, color, opacity, reflected) in [
+            (Alpha::Blend, 0.0, [0.2, 0.4, 0.6, 0.25], 0.25, 0.2),
+            (Alpha::Opaque, 0.5, [0.2, 0.4, 0.6, 0.25], 0.8, 0.125),
+            (Alpha::Blend, 0.5, [1.0, 1.0, 1.0, 0.5], 0.25, 1.0),
+            (Alpha::Opaque, 1.0, [1.0; 4], 0.0, 0.0),
+            (Alpha::Opaque, 0.0, [0.2, 0.4, 0.6, 0.25], 1.0, 0.2),
+        ] {
+            let material =
+                Material { base_color: color, alpha, transmission, straight_through: true, ..Material::WHITE };
+            let mesh = Mesh::new(triangle("film", Some(0))).unwrap();
+            let scene = Scene::new(vec![mesh], vec![material], vec![]).unwrap();
+            let hit = Hit { t: 1.0, triangle: 0, u: 0.25, v: 0.5 };
+            assert!((scene.opacity(&hit) - opacity).abs() < 1e-6, "{alpha:?}, {transmission}: {}", scene.opacity(&hit));
+            let found = scene.surface(&hit).base_color[0];
+            assert!((found - reflected).abs() < 1e-6, "{alpha:?}, {transmission}: reflects {found}");
+            let count = 1 << 16;
+            let ray = |i: i32| Ray::new([i as f32, 0.5, 1.0], [0.0, 1e-3 * i as f32, -1.0]);
+            let stopped = (0..count).filter(|&i| scene.stops(&ray(i), &hit)).count() as f32 / count as f32;
+            // Five standard deviations of a coin.
+            assert!((stopped - opacity).abs() < 0.01, "{alpha:?}, {transmission}: {stopped} stop of {opacity}");
+            let opaque = scene.with_straight_through(false);
+            assert_eq!((opaque.opacity(&hit), opaque.has_holes()), (1.0, false), "opaque unless asked for");
+        }
     }
 
     #[test]

@@ -82,7 +82,7 @@ impl Scene {
             };
             meshes.push(Mesh::new(parts)?);
         }
-        Self::new(meshes, self.materials().to_vec(), self.textures().to_vec())
+        Ok(Self::new(meshes, self.materials().to_vec(), self.textures().to_vec())?.moved(self.origin()))
     }
 }
 

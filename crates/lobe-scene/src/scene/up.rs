@@ -1,5 +1,7 @@
 //! Rotation between y-up worlds and Lobe's z-up world.
 
+use std::ops::Neg;
+
 /// The up axis of a file. glTF defines y; OBJ and PLY leave it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Up {
@@ -25,13 +27,13 @@ pub enum Up {
 /// assert_eq!(y_up_from_z_up(z_up_from_y_up([1.0, 2.0, 3.0])), [1.0, 2.0, 3.0], "and back");
 /// ```
 #[must_use]
-pub fn z_up_from_y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
+pub fn z_up_from_y_up<T: Neg<Output = T>>([x, y, z]: [T; 3]) -> [T; 3] {
     [x, -z, y]
 }
 
 /// A vector of Lobe's z-up world in a y-up one, as glTF files need it: the inverse of [`z_up_from_y_up`].
 #[must_use]
-pub fn y_up_from_z_up([x, y, z]: [f32; 3]) -> [f32; 3] {
+pub fn y_up_from_z_up<T: Neg<Output = T>>([x, y, z]: [T; 3]) -> [T; 3] {
     [x, z, -y]
 }
 

@@ -340,9 +340,40 @@ fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_befo
     assert_eq!(scene(&file).textures().len(), 1, "one picture, twelve textures");
     let options = SceneReadOptions::default().texel_limit(1199);
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
-    let expected = "a.glb: expected textures of at most 1199 texels, found 1200 or more: make the textures smaller, or \
-                    raise the limit";
+    let expected =
+        "a.glb: expected textures of at most 1199 texels, found 1200 or more: raise SceneReadOptions::texel_limit";
     assert_eq!(error.to_string(), expected, "message");
+}
+
+#[test]
+fn glass_and_blended_materials_let_light_through_if_asked_to_and_are_noted_if_not() {
+    let glass = json!({"name": "pane", "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.75}}});
+    let foil = json!({"name": "foil", "alphaMode": "BLEND"});
+    let file = Gltf::square()
+        .with("/materials", json!([glass, foil]))
+        .with("/extensionsUsed", json!(["KHR_materials_transmission"]));
+    for is_asked in [false, true] {
+        let options = SceneReadOptions::default().straight_through(is_asked);
+        let (scene, report) = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap();
+        let notes =
+            ["material `pane` is glass, and taken as opaque", "material `foil` is blended, and taken as opaque"];
+        assert_eq!(report.notes, if is_asked { vec![] } else { notes.map(String::from).to_vec() }, "notes");
+        let found: Vec<_> = scene.materials().iter().map(|m| (m.transmission, m.has_holes())).collect();
+        assert_eq!(found, [(0.75, is_asked), (0.0, is_asked)], "transmission, and whether light passes");
+    }
+}
+
+#[test]
+fn instances_count_against_the_limit_of_memory_before_they_are_read() {
+    // Two triangles and four vertices, a million times.
+    let count = 1_000_000;
+    let nodes = vec![json!({"mesh": 0}); count];
+    let scenes = json!([{"nodes": (0..count).collect::<Vec<_>>()}]);
+    let file = Gltf::square().with("/nodes", json!(nodes)).with("/scenes", scenes);
+    let options = SceneReadOptions::default().memory_limit(1 << 20);
+    let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err().to_string();
+    assert!(error.starts_with("a.glb: expected a scene of at most 1048576 bytes, found "), "{error}");
+    assert!(error.ends_with("raise SceneReadOptions::memory_limit"), "{error}");
 }
 
 #[test]

@@ -25,7 +25,7 @@ impl GltfDocument {
         });
         let mut document = Self { json, bytes: Vec::new() };
         for mesh in scene.meshes() {
-            document.push_mesh(mesh, scene.materials().len());
+            document.push_mesh(mesh, scene.materials().len(), scene.origin());
         }
         for material in scene.materials() {
             document.push_material(material);
@@ -45,7 +45,7 @@ impl GltfDocument {
         document
     }
 
-    fn push_mesh(&mut self, mesh: &Mesh, white: usize) {
+    fn push_mesh(&mut self, mesh: &Mesh, white: usize, origin: [f64; 3]) {
         let mut attributes = Map::new();
         let y_up = |v: &[[f32; 3]]| v.iter().map(|&v| y_up_from_z_up(v)).collect::<Vec<_>>();
         let positions = y_up(mesh.positions());
@@ -72,7 +72,11 @@ impl GltfDocument {
         let primitive = json!({"attributes": attributes, "indices": indices, "material": material});
         let name = mesh.name();
         let index = push(&mut self.json, "meshes", json!({"name": name, "primitives": [primitive]}));
-        push(&mut self.json, "nodes", json!({"name": name, "mesh": index}));
+        let mut node = json!({"name": name, "mesh": index});
+        if origin != [0.0; 3] {
+            node["translation"] = json!(y_up_from_z_up(origin));
+        }
+        push(&mut self.json, "nodes", node);
     }
 
     fn push_vectors<const N: usize>(&mut self, kind: &str, values: &[[f32; N]]) -> usize {

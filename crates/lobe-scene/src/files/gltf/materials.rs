@@ -25,6 +25,8 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
         let base_color = pbr.base_color_factor.0.map(|c| unit(c, "a base color factor"));
         let metallic = unit(pbr.metallic_factor.0, "a metallic factor");
         let roughness = unit(pbr.roughness_factor.0, "a roughness factor");
+        let transmission = material.extensions.as_ref().and_then(|extensions| extensions.transmission.as_ref());
+        let transmission = unit(transmission.map_or(0.0, |t| t.transmission_factor.0), "a transmission factor");
         let base_color_texture = match &pbr.base_color_texture {
             Some(info) => Some(textures.use_of(info, &name, source)?),
             None => None,
@@ -46,6 +48,8 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
             metallic,
             roughness,
             emissive: material.emissive_factor.0,
+            transmission,
+            straight_through: source.straight_through,
             name,
         });
     }
@@ -56,8 +60,16 @@ fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'
     if material.emissive_factor.0 != [0.0; 3] {
         source.note(format!("material `{name}` is emissive, which is not used: light comes from the environment"));
     }
-    if material.alpha_mode == Checked::Valid(AlphaMode::Blend) {
+    if material.alpha_mode == Checked::Valid(AlphaMode::Blend) && !source.straight_through {
         source.note(format!("material `{name}` is blended, and taken as opaque"));
+    }
+    let extensions = material.extensions.as_ref();
+    if let Some(transmission) = extensions.and_then(|extensions| extensions.transmission.as_ref()) {
+        if !source.straight_through {
+            source.note(format!("material `{name}` is glass, and taken as opaque"));
+        } else if transmission.transmission_texture.is_some() {
+            source.note(format!("material `{name}` has a transmission texture; only its factor is used"));
+        }
     }
     if material.normal_texture.is_some() {
         source.note(format!("material `{name}` has a normal texture, which is not used"));

@@ -49,6 +49,13 @@ pub(crate) fn rules(format: &str) -> Rules {
                 .flat_map(|c| [(9 * u16::from(c), 9, c, 0, 8448), (27, 5, c | EXPONENT, 15, 31)])
                 .collect(),
         },
+        "R11G11B10F" => Rules {
+            vk_format: 122,
+            type_size: 4,
+            block: (1, 4),
+            model: 1,
+            samples: vec![(0, 11, FLOAT, 0, ONE), (11, 11, 1 | FLOAT, 0, ONE), (22, 10, 2 | FLOAT, 0, ONE)],
+        },
         "BC6H" => {
             Rules { vk_format: 143, type_size: 1, block: (4, 16), model: 133, samples: vec![(0, 128, FLOAT, 0, ONE)] }
         }

@@ -1,10 +1,9 @@
 //! Radiance files of every kind that Lobe reads or refuses.
 
-use lobe_env::{EnvError, EnvMap, FileFormat, MapReadOptions, MapReadReport, read_env_bytes};
-use lobe_sh::Rgb;
+use lobe_image::{FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, read_picture_bytes};
 
-fn read(bytes: &[u8]) -> (EnvMap, MapReadReport) {
-    read_env_bytes(bytes, "test.hdr", &MapReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+fn read(bytes: &[u8]) -> (Picture, PictureReadReport) {
+    read_picture_bytes(bytes, "test.hdr", &PictureReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A file with these header lines, resolution line and pixel bytes.
@@ -15,9 +14,9 @@ fn file(lines: &str, resolution: &str, pixels: &[u8]) -> Vec<u8> {
 const HEADER: &str = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n";
 
 /// 16 x 8 texels of which the left half is (128, 64, 32)/256 · 2 and the right half four times that.
-fn expected(x: usize) -> Rgb<f32> {
+fn expected(x: usize) -> [f32; 3] {
     let scale = if x < 8 { 1.0 } else { 4.0 };
-    Rgb::new(scale, 0.5 * scale, 0.25 * scale)
+    [scale, 0.5 * scale, 0.25 * scale]
 }
 
 const LEFT: [u8; 4] = [128, 64, 32, 129];
@@ -28,7 +27,7 @@ fn check(bytes: &[u8], what: &str) {
     assert_eq!((map.width(), map.height(), report.format), (16, 8, FileFormat::Radiance), "{what}");
     for y in 0..8 {
         for x in 0..16 {
-            assert_eq!(map.texel(x, y), expected(x), "{what} at ({x}, {y})");
+            assert_eq!(map.pixel(x, y), expected(x), "{what} at ({x}, {y})");
         }
     }
 }
@@ -62,7 +61,7 @@ fn the_first_row_of_the_file_is_the_top_of_the_map() {
     let row = |y: u8| [[16 * y + 8, 0, 0, 128]; 16].concat();
     let (map, _) = read(&file(HEADER, "-Y 8 +X 16", &(0..8).flat_map(row).collect::<Vec<_>>()));
     for y in 0..8 {
-        assert_eq!(map.texel(3, y).r, (16 * y + 8) as f32 / 256.0, "row {y}");
+        assert_eq!(map.pixel(3, y)[0], (16 * y + 8) as f32 / 256.0, "row {y}");
     }
 }
 
@@ -71,8 +70,8 @@ fn exposure_and_color_correction_are_divided_out_and_noted() {
     let lines =
         format!("{HEADER}EXPOSURE=2\nEXPOSURE=4.0\nCOLORCORR=1 0.5 2\nPRIMARIES=0.7 0.3 0.2 0.7 0.1 0.1 0.3 0.3\n");
     let (map, report) = read(&file(&lines, "-Y 8 +X 16", &flat()));
-    let found = map.texel(0, 0);
-    assert_eq!(found, Rgb::new(1.0 / 8.0, 0.5 / 4.0, 0.25 / 16.0), "exposure 8, correction 1 0.5 2");
+    let found = map.pixel(0, 0);
+    assert_eq!(found, [1.0 / 8.0, 0.5 / 4.0, 0.25 / 16.0], "exposure 8, correction 1 0.5 2");
     assert_eq!(report.notes.len(), 2, "{:?}", report.notes);
     assert!(report.notes[0].contains("EXPOSURE 8") && report.notes[1].contains("PRIMARIES"), "{:?}", report.notes);
 }
@@ -88,7 +87,8 @@ fn header_lines_that_say_nothing_are_not_noted() {
 fn impossible_exposures_are_errors() {
     for exposure in ["0", "-1", "inf", "NaN", "1e-45"] {
         let lines = format!("{HEADER}EXPOSURE={exposure}\n");
-        let error = read_env_bytes(&file(&lines, "-Y 8 +X 16", &flat()), "test.hdr", &MapReadOptions::default());
+        let error =
+            read_picture_bytes(&file(&lines, "-Y 8 +X 16", &flat()), "test.hdr", &PictureReadOptions::default());
         let message = error.unwrap_err().to_string();
         assert!(message.contains("EXPOSURE"), "{exposure}: {message}");
     }
@@ -97,13 +97,13 @@ fn impossible_exposures_are_errors() {
 #[test]
 fn other_orientations_and_color_spaces_are_refused_by_name() {
     for resolution in ["+Y 8 +X 16", "-Y 8 -X 16", "+X 16 -Y 8", "-X 16 +Y 8"] {
-        let error = read_env_bytes(&file(HEADER, resolution, &flat()), "test.hdr", &MapReadOptions::default());
-        let Err(EnvError::Unsupported { message, .. }) = error else { panic!("{resolution}: {error:?}") };
+        let error = read_picture_bytes(&file(HEADER, resolution, &flat()), "test.hdr", &PictureReadOptions::default());
+        let Err(ImageError::Unsupported { message, .. }) = error else { panic!("{resolution}: {error:?}") };
         let axes: Vec<&str> = resolution.split(' ').step_by(2).collect();
         assert!(message.contains(&axes.join(" ")) && message.contains("-Y h +X w"), "{resolution}: {message}");
     }
     let xyze = file("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n", "-Y 8 +X 16", &flat());
-    let error = read_env_bytes(&xyze, "test.hdr", &MapReadOptions::default());
-    let Err(EnvError::Unsupported { message, .. }) = error else { panic!("XYZE: {error:?}") };
+    let error = read_picture_bytes(&xyze, "test.hdr", &PictureReadOptions::default());
+    let Err(ImageError::Unsupported { message, .. }) = error else { panic!("XYZE: {error:?}") };
     assert!(message.contains("xyze"), "{message}");
 }

@@ -1,8 +1,9 @@
-//! A lat-long map or a cube map in any format, whichever the bytes say.
+//! A map of any mapping in any format, whichever the bytes say.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use lobe_env::{EnvFile, MapReadOptions, read_env_file_bytes};
+use lobe_env::{LoadedMap, MapReadOptions, read_map_bytes};
+use lobe_image::PictureReadOptions;
 use lobe_sh::Rgb;
 
 /// Small enough that no input takes long, large enough that every path is reached.
@@ -13,13 +14,14 @@ fn assert_finite(texels: &[Rgb<f32>]) {
 }
 
 fuzz_target!(|bytes: &[u8]| {
-    let options = MapReadOptions::default().max_texels(MAX_TEXELS);
-    match read_env_file_bytes(bytes, "fuzz", &options) {
-        Ok((EnvFile::LatLong(map), report)) => {
-            assert_eq!((map.width(), map.height()), (report.width, report.height), "size in the report");
+    let options = MapReadOptions::default().picture(PictureReadOptions::default().max_texels(MAX_TEXELS));
+    match read_map_bytes(bytes, "fuzz", &options) {
+        Ok((LoadedMap::Single(map), report)) => {
+            assert!(report.picture.width * report.picture.height >= map.texels().len(), "size in the report");
             assert_finite(map.texels());
         }
-        Ok((EnvFile::Cube(chain), report)) => {
+        Ok((LoadedMap::Chain(chain), report)) => {
+            let report = report.picture;
             assert_eq!((chain.base().size(), chain.levels().len()), (report.width, report.levels), "the report");
             chain.levels().iter().for_each(|level| assert_finite(level.texels()));
         }

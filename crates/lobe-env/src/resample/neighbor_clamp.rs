@@ -25,12 +25,12 @@ struct Rows<'a> {
 }
 
 /// Computes the uniform light of maps of one shape.
-pub(crate) struct EvenLight<'a> {
+pub(crate) struct NeighborClamp<'a> {
     grid: Grid,
     solid_angles: &'a SolidAngles,
 }
 
-impl<'a> EvenLight<'a> {
+impl<'a> NeighborClamp<'a> {
     /// For pictures whose texels have these solid angles.
     pub(crate) fn new(grid: Grid, solid_angles: &'a SolidAngles) -> Self {
         Self { grid, solid_angles }
@@ -39,10 +39,10 @@ impl<'a> EvenLight<'a> {
     /// `of_row(y, uniform light of row y)` for every row, from the top.
     pub(crate) fn of_rows<T: Send>(&self, map: &MappedMap, of_row: impl Fn(usize, &[Rgb<f32>]) -> T + Sync) -> Vec<T> {
         let row = |y: usize| (y < self.grid.height).then(|| map.row(y));
-        let of_row = |even: &mut Vec<Rgb<f32>>, y: usize| {
+        let of_row = |clamped: &mut Vec<Rgb<f32>>, y: usize| {
             let rows = Rows { above: y.checked_sub(1).and_then(row), own: map.row(y), below: row(y + 1) };
-            self.row(y, rows, even);
-            of_row(y, even)
+            self.row(y, rows, clamped);
+            of_row(y, clamped)
         };
         (0..self.grid.height).into_par_iter().map_init(|| vec![Rgb::ZERO; self.grid.width], of_row).collect()
     }
@@ -57,16 +57,16 @@ impl<'a> EvenLight<'a> {
         let borders: Vec<_> = starts.map(|y| (y.checked_sub(1).and_then(row), row(y + ROWS))).collect();
         // Change each band in place, row by row.
         texels.par_chunks_mut(ROWS * width).zip(borders).enumerate().for_each(|(part, (rows, (mut above, below)))| {
-            let (mut even, mut kept) = (vec![Rgb::ZERO; width], Vec::new());
+            let (mut clamped, mut kept) = (vec![Rgb::ZERO; width], Vec::new());
             let mut rest = rows;
             for y in part * ROWS.. {
                 let Some((own, next)) = rest.split_at_mut_checked(width) else { break };
                 let rows = Rows { above: above.as_deref(), own, below: next.get(..width).or(below.as_deref()) };
-                self.row(y, rows, &mut even);
+                self.row(y, rows, &mut clamped);
                 kept.clear();
                 kept.extend_from_slice(own);
-                for (x, (texel, even)) in own.iter_mut().zip(&even).enumerate() {
-                    *texel += (*texel - *even).scale(share(x, y));
+                for (x, (texel, clamped)) in own.iter_mut().zip(&clamped).enumerate() {
+                    *texel += (*texel - *clamped).scale(share(x, y));
                 }
                 // Keep the unchanged row for the row below.
                 std::mem::swap(above.get_or_insert_default(), &mut kept);
@@ -76,13 +76,13 @@ impl<'a> EvenLight<'a> {
     }
 
     /// Row `y` of the uniform light: each channel at most the mean of its neighbors; unchanged if there are none.
-    fn row(&self, y: usize, rows: Rows<'_>, even: &mut [Rgb<f32>]) {
+    fn row(&self, y: usize, rows: Rows<'_>, clamped: &mut [Rgb<f32>]) {
         // Without discs in the picture every texel has a solid angle.
         if matches!(self.grid.mapping, Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea | Mapping::Cube) {
-            return even_row(rows, even);
+            return clamped_row(rows, clamped);
         }
-        for (x, even) in even.iter_mut().enumerate() {
-            *even = least(rows.own[x], self.around(rows, x, y));
+        for (x, clamped) in clamped.iter_mut().enumerate() {
+            *clamped = least(rows.own[x], self.around(rows, x, y));
         }
     }
 
@@ -108,7 +108,7 @@ fn least(a: Rgb<f32>, b: Rgb<f32>) -> Rgb<f32> {
 }
 
 /// A row of a picture without discs: column sums, each used three times.
-fn even_row(rows: Rows<'_>, even: &mut [Rgb<f32>]) {
+fn clamped_row(rows: Rows<'_>, clamped: &mut [Rgb<f32>]) {
     let (own, width) = (rows.own, rows.own.len());
     let beside = usize::from(rows.above.is_some()) + usize::from(rows.below.is_some());
     // A neighbor beyond the border adds nothing and is not counted.
@@ -122,7 +122,7 @@ fn even_row(rows: Rows<'_>, even: &mut [Rgb<f32>]) {
     let column = |x: usize| [own[x], above[x] + below[x]];
     // Leave out the texel itself: nothing cancels next to a sun.
     let (mut left, mut here) = ([Rgb::ZERO; 2], column(0));
-    for (x, even) in even.iter_mut().enumerate() {
+    for (x, clamped) in clamped.iter_mut().enumerate() {
         let right = if x + 1 < width { column(x + 1) } else { [Rgb::ZERO; 2] };
         let part = match (x > 0, x + 1 < width) {
             (true, true) => inside,
@@ -130,7 +130,7 @@ fn even_row(rows: Rows<'_>, even: &mut [Rgb<f32>]) {
             _ => at_end,
         };
         let sum = (left[1] + here[1] + right[1]) + (left[0] + right[0]);
-        *even = part.map_or(here[0], |part| least(here[0], sum.scale(part)));
+        *clamped = part.map_or(here[0], |part| least(here[0], sum.scale(part)));
         (left, here) = (here, right);
     }
 }
@@ -148,7 +148,7 @@ mod tests {
     }
 
     /// Directly from the definition.
-    fn even_at(map: &MappedMap, x: usize, y: usize) -> f32 {
+    fn clamped_at(map: &MappedMap, x: usize, y: usize) -> f32 {
         let near = |a: usize, b: usize| a.abs_diff(b) <= 1;
         let around = (0..map.texels().len()).map(|i| (i % map.width(), i / map.width()));
         let around =
@@ -159,17 +159,17 @@ mod tests {
     }
 
     #[test]
-    fn even_light_is_that_of_the_neighbors() {
+    fn the_clamp_is_the_mean_of_the_neighbors() {
         for mapping in [Mapping::LatLong, Mapping::Sphere] {
             for (width, height) in [(1, 1), (1, 4), (5, 1), (2, 3), (9, 7), (5, 70)] {
                 let map = random_map(mapping, width, height);
                 let solid_angles = SolidAngles::new(map.grid());
-                let rows = EvenLight::new(map.grid(), &solid_angles).of_rows(&map, |_, row| row.to_vec());
-                for (i, even) in rows.concat().into_iter().enumerate() {
+                let rows = NeighborClamp::new(map.grid(), &solid_angles).of_rows(&map, |_, row| row.to_vec());
+                for (i, clamped) in rows.concat().into_iter().enumerate() {
                     let (x, y) = (i % width, i / width);
-                    let expected = even_at(&map, x, y);
+                    let expected = clamped_at(&map, x, y);
                     let place = format!("{mapping} {width} x {height}, ({x}, {y})");
-                    assert!((even.g - expected).abs() < 1e-6, "{place}: {even:?}, not {expected}");
+                    assert!((clamped.g - expected).abs() < 1e-6, "{place}: {clamped:?}, not {expected}");
                 }
             }
         }
@@ -181,10 +181,10 @@ mod tests {
         let map = random_map(Mapping::LatLong, width, height);
         let (mut changed, solid_angles) = (map.clone(), SolidAngles::new(map.grid()));
         let share = |x: usize, y: usize| (x + 2 * y) as f32 / 100.0;
-        EvenLight::new(map.grid(), &solid_angles).add_excess(&mut changed, share);
+        NeighborClamp::new(map.grid(), &solid_angles).add_excess(&mut changed, share);
         for (x, y) in (0..width * height).map(|i| (i % width, i / width)) {
             let own = map.texel(x, y).g;
-            let (found, expected) = (changed.texel(x, y).g, own + share(x, y) * (own - even_at(&map, x, y)));
+            let (found, expected) = (changed.texel(x, y).g, own + share(x, y) * (own - clamped_at(&map, x, y)));
             assert!((found - expected).abs() < 1e-5, "({x}, {y}): {found}, not {expected}");
         }
     }

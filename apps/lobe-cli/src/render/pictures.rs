@@ -1,0 +1,123 @@
+//! The pictures that `lobe render` writes: one, or those of a turn of the light and their animation.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::Args;
+use lobe::env::{EnvMap, write_env};
+use lobe::image::{Curve, Exposure, Picture, PictureWriteOptions, Tone};
+use lobe::render::{LitPicture, Truth};
+
+use crate::args::output::{self, has_extension};
+use crate::args::picture::note_clamped;
+use crate::args::values;
+use crate::run::talk::Talk;
+
+/// The most pictures. A larger number is taken for a typing error.
+const MAX_FRAMES: usize = 1000;
+
+/// Files to write pictures to.
+#[derive(Args)]
+pub(crate) struct Pictures {
+    /// The picture: .png tone-mapped for looking at, .exr with the values; of the truth with variance, albedo, normal, depth and
+    /// coverage
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Multiply the light of a .png by this before it is tone-mapped [default: as suits the picture, with --frames the first one]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    exposure: Option<f64>,
+    /// Turn the light once around in this many pictures: OUT-000.png (or .exr) and on, and all of them as an animation in
+    /// OUT.png
+    #[arg(long, value_name = "N", value_parser = frames)]
+    frames: Option<usize>,
+}
+
+fn frames(text: &str) -> Result<usize, String> {
+    values::whole(text, 2, MAX_FRAMES, "a number of pictures")
+}
+
+/// A picture, with all its channels if it was traced.
+pub(crate) enum Rendered {
+    Traced(Box<Truth>),
+    Shaded(LitPicture),
+}
+
+impl Rendered {
+    pub(crate) fn picture(&self) -> &Picture {
+        match self {
+            Self::Traced(truth) => &truth.mean,
+            Self::Shaded(shaded) => &shaded.picture,
+        }
+    }
+}
+
+impl Pictures {
+    pub(crate) fn count(&self) -> usize {
+        self.frames.unwrap_or(1)
+    }
+
+    pub(crate) fn name(&self) -> String {
+        self.output.display().to_string()
+    }
+
+    /// The path of picture `k`.
+    pub(crate) fn path(&self, k: usize) -> PathBuf {
+        if self.frames.is_none() {
+            return self.output.clone();
+        }
+        let stem = self.output.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = if self.is_png() { "png" } else { "exr" };
+        self.output.with_file_name(format!("{stem}-{k:03}.{extension}"))
+    }
+
+    pub(crate) fn animation_path(&self) -> Option<PathBuf> {
+        self.frames.map(|_| self.output.with_extension("png"))
+    }
+
+    /// Refuses names that cannot be written, and those of inputs.
+    pub(crate) fn check(&self, inputs: &[&Path]) -> anyhow::Result<()> {
+        if self.exposure.is_some() && !self.is_png() && self.frames.is_none() {
+            bail!("--exposure: only of .png pictures; leave the option out");
+        }
+        if !self.is_png() && !has_extension(&self.output, "exr") {
+            bail!("-o: expected a name that ends in .png or .exr, found {}", self.name());
+        }
+        for path in (0..self.count()).map(|k| self.path(k)).chain(self.animation_path()) {
+            output::prepare_file(&path, inputs)?;
+        }
+        Ok(())
+    }
+
+    /// The tone curve of all pictures, given the first one.
+    pub(crate) fn tone(&self, first: &Picture) -> Tone {
+        match self.exposure {
+            Some(exposure) => Tone { exposure: Exposure::Fixed(exposure), ..Tone::PHOTOGRAPH },
+            None => Tone::PHOTOGRAPH.fixed_for(first),
+        }
+    }
+
+    /// Writes picture `k`.
+    pub(crate) fn write(&self, rendered: &Rendered, tone: &Tone, k: usize, talk: Talk) -> anyhow::Result<()> {
+        let path = self.path(k);
+        let name = path.display().to_string();
+        if self.is_png() {
+            rendered.picture().write_png(&path, tone)?;
+            if let (0, Exposure::Fixed(exposure), Curve::Reinhard { .. }) = (k, tone.exposure, tone.curve) {
+                talk.note(&name, &format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values"));
+            }
+            return Ok(());
+        }
+        match rendered {
+            Rendered::Traced(truth) => truth.write_exr(&path)?,
+            Rendered::Shaded(LitPicture { picture, .. }) => {
+                let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
+                note_clamped(&name, write_env(&path, &pixels, &PictureWriteOptions::default())?, talk);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_png(&self) -> bool {
+        has_extension(&self.output, "png")
+    }
+}

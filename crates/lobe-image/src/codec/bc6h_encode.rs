@@ -1,0 +1,288 @@
+//! BC6H encoder: the four modes without sign that have one region of two colors and sixteen steps between.
+//!
+//! ```text
+//!   mode   5 bits    first color   second color
+//!    11    00011     10 bits       10 bits
+//!    12    00111     11 bits       9 bits, as the difference to the first
+//!    13    01011     12 bits       8 bits, likewise
+//!    14    01111     16 bits       4 bits, likewise
+//! ```
+//!
+//! A block is fitted in the numbers that the format interpolates, the bits of a `half` times 64/31, so an error counts
+//! relative to the light. The ends begin at the extent of the texels along their principal axis and are improved by
+//! least squares. Then every mode that can hold them is tried. Blocks of two regions are not written: where an edge
+//! between colors crosses a block, they would be better (test `blocks_of_a_real_sky_are_close`).
+//!
+//! Khronos Data Format Specification 1.3, section 20.2 (BPTC, unsigned half floats).
+
+use half::f16;
+
+use crate::codec::bc6h::{BLOCK, BLOCK_BYTES};
+use crate::pixel::Pixel;
+
+/// Texels of a block.
+const TEXELS: usize = BLOCK * BLOCK;
+
+/// The largest `half`, as bits.
+const MAX_HALF_BITS: u16 = 0x7bff;
+
+/// The share of the second color at every index, of 64.
+const SHARES: [i32; 16] = [0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64];
+
+/// Rounds of least squares.
+const ROUNDS: usize = 3;
+
+/// A color in the numbers that are interpolated, `0..=65535`.
+type Color = [f32; 3];
+
+/// A mode: its five bits, the bits of the first color's channels, and of the differences; none if the second color is
+/// stored as it is.
+struct Mode {
+    id: u128,
+    bits: u32,
+    difference: Option<u32>,
+}
+
+const MODES: [Mode; 4] = [
+    Mode { id: 0b00011, bits: 10, difference: None },
+    Mode { id: 0b00111, bits: 11, difference: Some(9) },
+    Mode { id: 0b01011, bits: 12, difference: Some(8) },
+    Mode { id: 0b01111, bits: 16, difference: Some(4) },
+];
+
+/// Encodes a square picture; the channels must be finite and in `[0, 65504]`. A size that is not a multiple of four is
+/// padded with copies of the last column and row.
+pub(crate) fn encode(size: usize, texels: &[Pixel]) -> Vec<u8> {
+    let across = size.div_ceil(BLOCK);
+    let mut bytes = Vec::with_capacity(across * across * BLOCK_BYTES);
+    for (top, left) in (0..across * across).map(|i| (i / across * BLOCK, i % across * BLOCK)) {
+        let texel = |i: usize| {
+            let (x, y) = ((left + i % BLOCK).min(size - 1), (top + i / BLOCK).min(size - 1));
+            texels[y * size + x].map(to_steps)
+        };
+        bytes.extend(encode_block(&std::array::from_fn(texel)).to_le_bytes());
+    }
+    bytes
+}
+
+/// The number that comes out as this channel.
+fn to_steps(channel: f32) -> f32 {
+    let bits = f16::from_f32(channel.max(0.0)).to_bits().min(MAX_HALF_BITS);
+    (f32::from(bits) + 0.5) * 64.0 / 31.0
+}
+
+fn encode_block(texels: &[Color; TEXELS]) -> u128 {
+    let ends = fitted(texels);
+    let mut best = (f32::INFINITY, 0);
+    for mode in &MODES {
+        if let Some((error, block)) = mode.encode(texels, ends)
+            && error < best.0
+        {
+            best = (error, block);
+        }
+    }
+    best.1
+}
+
+/// The two colors between which the texels lie best.
+fn fitted(texels: &[Color; TEXELS]) -> [Color; 2] {
+    let mean = [0, 1, 2].map(|c| texels.iter().map(|t| t[c]).sum::<f32>() / TEXELS as f32);
+    let axis = principal_axis(texels, mean);
+    let along = |t: &Color| (0..3).map(|c| (t[c] - mean[c]) * axis[c]).sum::<f32>();
+    let (low, high) =
+        texels.iter().map(along).fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let at = |t: f32| [0, 1, 2].map(|c| (mean[c] + t * axis[c]).clamp(0.0, 65535.0));
+    let mut ends = [at(low), at(high)];
+    for _ in 0..ROUNDS {
+        let shares = texels.map(|t| SHARES[nearest(t, ends)] as f32 / 64.0);
+        let Some(better) = least_squares(texels, &shares) else { break };
+        ends = better;
+    }
+    ends
+}
+
+/// The direction in which the texels differ most, by power iteration.
+fn principal_axis(texels: &[Color; TEXELS], mean: Color) -> Color {
+    let mut covariance = [[0.0_f32; 3]; 3];
+    for texel in texels {
+        let d = [0, 1, 2].map(|c| texel[c] - mean[c]);
+        for (row, a) in covariance.iter_mut().zip(d) {
+            for (sum, b) in row.iter_mut().zip(d) {
+                *sum += a * b;
+            }
+        }
+    }
+    let mut axis = [1.0, 1.0, 1.0];
+    for _ in 0..8 {
+        let next = covariance.map(|row| (0..3).map(|c| row[c] * axis[c]).sum::<f32>());
+        let length = next.iter().map(|c| c * c).sum::<f32>().sqrt();
+        if length <= 0.0 {
+            break;
+        }
+        axis = next.map(|c| c / length);
+    }
+    axis
+}
+
+/// The index whose color is nearest to a texel, by the place of the texel along the line of the ends.
+fn nearest(texel: Color, [a, b]: [Color; 2]) -> usize {
+    let d = [0, 1, 2].map(|c| b[c] - a[c]);
+    let length = d.iter().map(|c| c * c).sum::<f32>();
+    let t = if length > 0.0 { (0..3).map(|c| (texel[c] - a[c]) * d[c]).sum::<f32>() / length } else { 0.0 };
+    let share = 64.0 * t;
+    let first = SHARES.partition_point(|s| (*s as f32) < share).min(15);
+    if first > 0 && share - (SHARES[first - 1] as f32) < SHARES[first] as f32 - share { first - 1 } else { first }
+}
+
+/// The ends that minimize the squared error for given shares; none if all shares are equal.
+fn least_squares(texels: &[Color; TEXELS], shares: &[f32; TEXELS]) -> Option<[Color; 2]> {
+    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
+    let (mut at, mut bt) = ([0.0; 3], [0.0; 3]);
+    for (texel, &b) in texels.iter().zip(shares) {
+        let a = 1.0 - b;
+        (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
+        for c in 0..3 {
+            at[c] += a * texel[c];
+            bt[c] += b * texel[c];
+        }
+    }
+    let determinant = aa * bb - ab * ab;
+    if determinant < 1e-3 {
+        return None;
+    }
+    let solve = |p: f32, q: f32, r: f32, s: f32| ((p * q - r * s) / determinant).clamp(0.0, 65535.0);
+    Some([[0, 1, 2].map(|c| solve(bb, at[c], ab, bt[c])), [0, 1, 2].map(|c| solve(aa, bt[c], ab, at[c]))])
+}
+
+impl Mode {
+    /// The squared error and the bits of a block; none if the mode cannot hold the ends.
+    fn encode(&self, texels: &[Color; TEXELS], ends: [Color; 2]) -> Option<(f32, u128)> {
+        let mut stored = ends.map(|end| end.map(|c| self.quantized(c)));
+        let decoded = stored.map(|end| end.map(|q| self.unquantized(q)));
+        let palette =
+            SHARES.map(|s| [0, 1, 2].map(|c| ((decoded[0][c] * (64 - s) + decoded[1][c] * s + 32) >> 6) as f32));
+        let distance = |a: &Color, b: &Color| (0..3).map(|c| (a[c] - b[c]) * (a[c] - b[c])).sum::<f32>();
+        let line = decoded.map(|end| end.map(|c| c as f32));
+        let mut indices = texels.map(|texel| nearest(texel, line));
+        let error = texels.iter().zip(&indices).map(|(texel, i)| distance(texel, &palette[*i])).sum();
+        // The first index has three bits.
+        if indices[0] > 7 {
+            stored.reverse();
+            indices = indices.map(|i| 15 - i);
+        }
+        Some((error, self.packed(stored, &indices)?))
+    }
+
+    fn quantized(&self, value: f32) -> i32 {
+        let most = (1 << self.bits) - 1;
+        let near = (value as i32 >> (16 - self.bits)).clamp(0, most);
+        let error = |q: &i32| ((self.unquantized(*q) as f32 - value).abs() * 16.0) as i64;
+        [near - 1, near, near + 1].into_iter().filter(|q| (0..=most).contains(q)).min_by_key(error).unwrap_or(near)
+    }
+
+    fn unquantized(&self, q: i32) -> i32 {
+        match q {
+            _ if self.bits >= 15 => q,
+            0 => 0,
+            q if q == (1 << self.bits) - 1 => 0xffff,
+            q => ((q << 16) + 0x8000) >> self.bits,
+        }
+    }
+
+    /// The bits of a block; none if a difference is too large.
+    fn packed(&self, [first, second]: [[i32; 3]; 2], indices: &[usize; TEXELS]) -> Option<u128> {
+        let mut block = Bits { bits: self.id, at: 5 };
+        first.into_iter().for_each(|c| block.put(c as u128, 10));
+        for (a, b) in first.into_iter().zip(second) {
+            match self.difference {
+                None => block.put(b as u128, 10),
+                Some(bits) => {
+                    let limit = 1 << (bits - 1);
+                    if !(-limit..limit).contains(&(b - a)) {
+                        return None;
+                    }
+                    block.put((b - a) as u32 as u128, bits);
+                    // The bits of the first color above ten, the highest one first.
+                    (10..self.bits).rev().for_each(|bit| block.put((a >> bit) as u128, 1));
+                }
+            }
+        }
+        block.put(indices[0] as u128, 3);
+        indices[1..].iter().for_each(|i| block.put(*i as u128, 4));
+        Some(block.bits)
+    }
+}
+
+/// A block that is filled from its lowest bit.
+struct Bits {
+    bits: u128,
+    at: u32,
+}
+
+impl Bits {
+    /// Appends the lowest `count` bits of a number.
+    fn put(&mut self, value: u128, count: u32) {
+        self.bits |= (value & ((1 << count) - 1)) << self.at;
+        self.at += count;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_testkit::Random;
+
+    use super::*;
+    use crate::codec::bc6h::decode_blocks;
+
+    fn decoded(block: u128) -> Vec<Pixel> {
+        let mut texels = Vec::new();
+        decode_blocks(&block.to_le_bytes(), 4, 4, false, &mut texels);
+        texels
+    }
+
+    #[test]
+    fn every_mode_decodes_to_the_colors_that_were_meant() {
+        let mut random = Random::new(31);
+        for mode in &MODES {
+            for _ in 0..500 {
+                let reach = mode.difference.map_or(1 << mode.bits, |bits| 1 << (bits - 1)) as f64;
+                let first = [(); 3].map(|()| (random.unit() * f64::from((1 << mode.bits) - 1)) as i32);
+                let most = (1 << mode.bits) - 1;
+                let second = first.map(|a| (a + (random.signed() * reach) as i32).clamp(0, most));
+                let mut indices: [usize; TEXELS] = std::array::from_fn(|i| (7 * i) % 16);
+                indices[0] = 5;
+                let Some(block) = mode.packed([first, second], &indices) else { continue };
+                for (i, texel) in indices.into_iter().zip(decoded(block)) {
+                    let expected = [0, 1, 2].map(|c| {
+                        let [a, b] = [first[c], second[c]].map(|q| mode.unquantized(q));
+                        let mixed = (a * (64 - SHARES[i]) + b * SHARES[i] + 32) >> 6;
+                        f16::from_bits(((mixed * 31) >> 6) as u16).to_f32()
+                    });
+                    assert_eq!(texel, expected, "mode {:05b}, {first:?} and {second:?}, index {i}", mode.id);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_of_one_color_are_exact_to_three_digits() {
+        for color in [[0.0; 3], [1.0, 0.5, 0.25], [65504.0, 1e-3, 7.0], [0.2126, 800.0, 3.0]] {
+            let texels = [color.map(to_steps); TEXELS];
+            for texel in decoded(encode_block(&texels)) {
+                for c in 0..3 {
+                    assert!((texel[c] - color[c]).abs() <= 1e-3 * color[c] + 1e-6, "{texel:?} against {color:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn curved_ramps_stay_close() {
+        let color = |i: usize| [1.0 + 0.1 * i as f32, 2.0 + 0.05 * i as f32, 0.5 + 0.02 * i as f32];
+        let texels: [Color; TEXELS] = std::array::from_fn(|i| color(i).map(to_steps));
+        for (i, texel) in decoded(encode_block(&texels)).into_iter().enumerate() {
+            let error = (0..3).map(|c| (texel[c] / color(i)[c] - 1.0).abs()).fold(0.0, f32::max);
+            assert!(error < 0.06, "texel {i}: {texel:?} against {:?}", color(i));
+        }
+    }
+}

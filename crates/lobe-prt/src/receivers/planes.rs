@@ -1,0 +1,135 @@
+//! The planes of the triangles that receivers lie on.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec3};
+use lobe_io::Fingerprint;
+use lobe_scene::{Mesh, Scene};
+
+use crate::receivers::inset::border;
+
+/// The cosine between a normal to shade with and that of a plane above which they are the same but for rounding.
+const SAME: f64 = 1.0 - 1e-6;
+
+/// For each receiver the unit normals of the triangles around it, on the side of its own normal.
+///
+/// Where the normal to shade with tilts off a triangle, directions above the one may be below the other. From a point
+/// within the triangle they lead into the surface, and bring nothing: paths are cut there, as where they meet a
+/// surface later. Of a vertex, a direction below one triangle may be above its neighbor and free, as at a ridge, or meet
+/// the first from the side of the second, as in a valley. It leads into the surface if it is below all of them.
+///
+/// A receiver whose normal is that of one of its triangles has no planes here: no direction is below all of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Planes {
+    /// Where each receiver's normals begin and end; none at all if no receiver has any.
+    ranges: Vec<[u32; 2]>,
+    normals: Vec<[f32; 3]>,
+}
+
+impl Planes {
+    /// The planes around all vertices of all meshes.
+    ///
+    /// Vertices of equal position and normal share theirs, because surfaces are cut along seams of texture coordinates.
+    pub(crate) fn at_vertices(scene: &Scene) -> Self {
+        let numbers = numbers(scene);
+        let normals: Vec<[f32; 3]> = scene.meshes().iter().flat_map(Mesh::normals).copied().collect();
+        // Count the triangles around each number, but where one has the normal of the vertex.
+        const FLAT: u32 = u32::MAX;
+        let mut counts = vec![0_u32; numbers.len()];
+        for_each_corner(scene, |vertex, plane| {
+            let count = &mut counts[numbers[vertex] as usize];
+            let is_same = plane.dot(wide(normals[vertex])).abs() > SAME;
+            *count = if is_same || *count == FLAT { FLAT } else { *count + 1 };
+        });
+        // Give each number a range of its own.
+        let (mut ranges, mut end) = (vec![[0; 2]; numbers.len()], 0);
+        for (range, count) in ranges.iter_mut().zip(&counts).filter(|(_, count)| **count != FLAT) {
+            *range = [end; 2];
+            end += count;
+        }
+        // Fill the ranges.
+        let mut planes = vec![[0.0; 3]; end as usize];
+        for_each_corner(scene, |vertex, plane| {
+            let number = numbers[vertex] as usize;
+            if counts[number] != FLAT {
+                planes[ranges[number][1] as usize] = turned(plane, normals[vertex]);
+                ranges[number][1] += 1;
+            }
+        });
+        Self { ranges: numbers.iter().map(|&number| ranges[number as usize]).collect(), normals: planes }
+    }
+
+    /// Adds a receiver with this normal on one triangle.
+    pub(crate) fn push(&mut self, normal: [f32; 3], plane: [f32; 3]) {
+        let begin = self.normals.len() as u32;
+        if wide(plane).dot(wide(normal)).abs() <= SAME {
+            self.normals.push(turned(wide(plane), normal));
+        }
+        self.ranges.push([begin, self.normals.len() as u32]);
+    }
+
+    /// The normals of a receiver's planes.
+    pub(crate) fn of(&self, receiver: usize) -> &[[f32; 3]] {
+        self.ranges.get(receiver).map_or(&[], |&[begin, end]| &self.normals[begin as usize..end as usize])
+    }
+
+    /// The planes of some receivers, seen from their own side for a factor of 1, from the other one for -1.
+    pub(crate) fn select(&self, which: &[usize], factor: f32) -> Self {
+        let mut planes = Self::default();
+        for &receiver in which {
+            let begin = planes.normals.len() as u32;
+            planes.normals.extend(self.of(receiver).iter().map(|n| n.map(|c| factor * c)));
+            planes.ranges.push([begin, planes.normals.len() as u32]);
+        }
+        planes
+    }
+
+    /// Writes all of them into a fingerprint.
+    pub(crate) fn write_into(&self, fingerprint: &mut Fingerprint) {
+        fingerprint.words(self.ranges.as_flattened().iter().map(|&place| u64::from(place)));
+        fingerprint.floats(self.normals.as_flattened());
+    }
+}
+
+/// For each vertex of all meshes the first one with its position and normal. Only those at borders are compared:
+/// others have all their triangles.
+fn numbers(scene: &Scene) -> Vec<u32> {
+    let mut shared: HashMap<[u32; 6], u32> = HashMap::new();
+    let mut numbers = Vec::with_capacity(scene.vertex_count());
+    for mesh in scene.meshes() {
+        for (is_border, (position, normal)) in border(mesh).iter().zip(mesh.positions().iter().zip(mesh.normals())) {
+            let (key, own) = ([*position, *normal], numbers.len() as u32);
+            let key = std::array::from_fn(|k| key.as_flattened()[k].to_bits());
+            numbers.push(if *is_border { *shared.entry(key).or_insert(own) } else { own });
+        }
+    }
+    numbers
+}
+
+/// Calls `found` for each corner of each triangle, with its vertex among those of all meshes and the unit normal.
+fn for_each_corner(scene: &Scene, mut found: impl FnMut(usize, DVec3)) {
+    let mut first = 0;
+    for mesh in scene.meshes() {
+        for (t, triangle) in mesh.triangles().iter().enumerate() {
+            let [a, b, c] = mesh.corners(t).map(wide);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            triangle.iter().for_each(|&i| found(first + i as usize, normal));
+        }
+        first += mesh.positions().len();
+    }
+}
+
+/// The normal of a plane on the side of another normal: triangles that run round the other way have the same plane.
+fn turned(plane: DVec3, normal: [f32; 3]) -> [f32; 3] {
+    (if plane.dot(wide(normal)) < 0.0 { -plane } else { plane }).as_vec3().to_array()
+}
+
+fn wide(v: [f32; 3]) -> DVec3 {
+    Vec3::from(v).as_dvec3()
+}
+
+/// Whether a direction is below all of these planes, if there are any.
+pub(crate) fn is_below(planes: &[[f32; 3]], direction: [f32; 3]) -> bool {
+    let is_above = |n: &[f32; 3]| Vec3::from(*n).dot(Vec3::from(direction)) > 0.0;
+    !planes.is_empty() && !planes.iter().any(is_above)
+}
