@@ -141,6 +141,20 @@ def mitsuba_pictures(primitives, eye, target, function, samples):
     return np.stack([np.array(mi.render(scene, spp=samples, seed=seed + 1)) for seed in range(SEEDS)])
 
 
+def in_the_open(primitives):
+    """Numbers of the vertices that lie on no other surface: where two touch, what a ray meets there is for chance to say."""
+    scene = mi.load_dict({"type": "scene", **shapes(primitives)})
+    places, normals = (np.concatenate([primitive[k] for primitive in primitives]) for k in (0, 1))
+    free = np.ones(len(places), bool)
+    for direction in np.random.default_rng(2).normal(size=(32, 3)):
+        direction /= np.linalg.norm(direction)
+        start = places + 2e-3 * normals - 1e-3 * direction
+        ray = mi.Ray3f(mi.Point3f(start.T.astype(np.float32)), mi.Vector3f(np.tile(direction, (len(start), 1)).T.astype(np.float32)))
+        ray.maxt = 2e-3
+        free &= ~np.array(scene.ray_test(ray)).astype(bool)
+    return np.flatnonzero(free)
+
+
 def mitsuba_transfer(primitives, chosen, samples):
     """Transfer [seed, receiver, color, 9] at chosen vertices: the light is each function, raised so that it is positive."""
     raised = 1.2
@@ -212,7 +226,7 @@ def main():
             covered = np.stack(pictures)[:, whole]
             theirs = mitsuba_pictures(primitives, eye, target, light, options.samples)[:, whole]
             agree.append(judge(f"{name}: truth", covered, theirs, lambda x: x))
-            chosen = np.sort(np.random.default_rng(1).choice(len(baked[0]), RECEIVERS, replace=False))
+            chosen = np.sort(np.random.default_rng(1).choice(in_the_open(primitives), RECEIVERS, replace=False))
             theirs = mitsuba_transfer(primitives, chosen, 4 * options.samples)
             agree.append(judge(f"{name}: transfer", np.stack(baked)[:, chosen], theirs, lambda x: x[..., 0]))
         theirs = mitsuba_pictures(primitives, eye, target, mirrored, options.samples)[:, whole]
