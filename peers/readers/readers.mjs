@@ -52,22 +52,13 @@ function getReaders() {
 const folder = mkdtempSync(path.join(tmpdir(), 'lobe-readers-'));
 const at = name => path.join(folder, name);
 const run = (...words) => execFileSync(lobe, ['--quiet', ...words], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
-// Runs a command that a build may lack: BC6H.
-function tryRun(...words) {
-  try {
-    execFileSync(lobe, ['--quiet', ...words], { cwd: folder, stdio: 'pipe' });
-    return undefined;
-  } catch (error) {
-    return error.stderr.toString().trim().split('\n')[0];
-  }
-}
-
 // Which cube files load in which engines; the guide has the same table. Of others, a refusal is what is known.
+const FLOATS = ['rgba16f.dds', 'rgba16f-mips.dds', 'rgba32f.dds'];
 const LOADS = {
   three: ['%.hdr', 'bc6h.dds'],
-  babylon: ['rgba16f.dds', 'rgba16f-mips.dds', 'rgba32f.dds'],
-  playcanvas: [],
-  filament: [],
+  babylon: FLOATS,
+  playcanvas: [...FLOATS, 'r11g11b10f.ktx', 'r11g11b10f-mips.ktx'],
+  filament: ['r11g11b10f.ktx', 'r11g11b10f-mips.ktx'],
 };
 
 function writeCubes() {
@@ -76,16 +67,18 @@ function writeCubes() {
   for (const ending of ['ktx2', 'dds']) {
     for (const texels of ['rgba16f', 'rgba32f', 'rgb9e5', 'bc6h']) {
       const name = `${texels}.${ending}`;
-      const refused = tryRun('env', 'convert', '%.pfm', '--size', `${N}`, '--texels', texels, '-o', name);
-      if (refused) row(name, 'lobe', 'SKIPPED', refused); else cubes.push(name);
+      run('env', 'convert', '%.pfm', '--size', `${N}`, '--texels', texels, '-o', name);
+      cubes.push(name);
     }
     run('env', 'convert', '%.pfm', '--size', `${N}`, '--texels', 'rgba16f', '--mips', '-o', `rgba16f-mips.${ending}`);
     cubes.push(`rgba16f-mips.${ending}`);
   }
   run('env', 'convert', '%.pfm', '--size', `${N}`, '--texels', 'rgba16f', '--mips', '--zstd', '-o', 'rgba16f-zstd.ktx2');
   run('env', 'convert', '%.pfm', '--size', `${N}`, '-o', '%.hdr');
+  run('env', 'convert', '%.pfm', '--size', `${N}`, '-o', 'r11g11b10f.ktx');
+  run('env', 'convert', '%.pfm', '--size', `${N}`, '--mips', '-o', 'r11g11b10f-mips.ktx');
   run('env', 'convert', '%.pfm', '--size', `${N}`, '--left-handed', '-o', 'mirrored.dds');
-  return [...cubes, 'rgba16f-zstd.ktx2', '%.hdr'];
+  return [...cubes, 'rgba16f-zstd.ktx2', '%.hdr', 'r11g11b10f.ktx', 'r11g11b10f-mips.ktx'];
 }
 
 const VULKAN = { rgba16f: 97, rgba32f: 109, rgb9e5: 123, bc6h: 143 };
@@ -117,11 +110,12 @@ async function loadCubes(cubes, browser) {
   for (const engine of Object.keys(LOADS)) {
     for (const name of cubes) {
       if (engine !== 'three' && name.includes('%')) continue;
+      if (['three', 'babylon'].includes(engine) && name.endsWith('.ktx')) continue;
       if (engine === 'filament' && name.endsWith('.dds')) continue;
       const { result, error, said } = await browser.load(engine, name);
       const off = result ? difference(result) : Infinity;
-      // A sixteenth is a texel; the one mode of BC6H keeps less than that.
-      const right = off < 1 / 16;
+      // A sixteenth is a texel. A block of BC6H has colors on a line, which these are not: it is off by a texel and a half.
+      const right = off < 1 / 8;
       const must = LOADS[engine].includes(name);
       const why = right ? `largest difference ${off.toFixed(4)}` : error ?? said[0]?.replace(/^BJS - \[.*?\]: /, '') ?? `wrong by ${off.toFixed(2)}`;
       row(name, engine, right ? 'reads' : must ? 'FAILS' : 'refuses', why.replace(/\s+/g, ' ').slice(0, 90));

@@ -318,7 +318,7 @@ fn options_that_would_be_ignored_are_refused() {
         ("prefilter sky.exr -o a.ktx2 --size 16 --mips", "--mips: the levels of the chain of --lobe ggx are its own"),
         ("convert sky.exr -o a.ktx2 --to lat-long", "-o: this kind of file holds cubes only"),
         ("convert sky.exr -o a.exr --to lat-long --layout row", "--layout: only of a cube in one picture"),
-        ("convert sky.exr -o a.exr --to cube --texels rgba16f", "--texels: only of .ktx2 and .dds"),
+        ("convert sky.exr -o a.exr --to cube --texels rgba16f", "--texels: only of .ktx2, .dds and .ktx"),
         ("convert sky.exr -o a.exr --to octahedral --left-handed", "--left-handed: only of a cube; leave it out"),
         ("convert sky.exr -o a.ktx2 --from-left-handed", "--from-left-handed: only of a cube, but sky.exr is lat-long"),
         (
