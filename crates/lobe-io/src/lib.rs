@@ -13,7 +13,6 @@ mod error;
 mod fingerprint;
 mod job;
 mod records;
-mod setters;
 mod staged;
 
 pub use error::IoError;

@@ -38,7 +38,6 @@ mod job;
 mod receivers;
 mod recipe;
 mod sampling;
-mod setters;
 mod transfer;
 mod zonal;
 

@@ -73,7 +73,6 @@ mod camera;
 mod error;
 mod frame;
 mod mapping_gallery;
-mod options;
 mod path_tracer;
 mod plot;
 mod progressive;

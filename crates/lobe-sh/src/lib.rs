@@ -117,7 +117,6 @@ mod interop;
 mod light;
 mod light_extraction;
 mod once;
-mod options;
 mod product;
 mod projection;
 mod ringing;

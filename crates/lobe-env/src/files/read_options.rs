@@ -1,30 +1,24 @@
 //! Options and report of the map reader.
 
+use derive_setters::Setters;
 use lobe_image::{PictureReadOptions, PictureReadReport};
 
 use crate::{CubeHandedness, CubeLayout, EnvError, MapReadOption, Mapping};
 
 /// Options of reading an environment map.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
 #[non_exhaustive]
 pub struct MapReadOptions {
     /// The limits of every picture that is read.
     pub picture: PictureReadOptions,
     /// The mapping of the picture; by default the file or its proportions determine it.
+    #[setters(into)]
     pub mapping: Option<Mapping>,
     /// The handedness for which the faces of a cube were made; by default right.
     pub handedness: CubeHandedness,
 }
 
-lobe_io::setters!(MapReadOptions { picture: PictureReadOptions, handedness: CubeHandedness });
-
 impl MapReadOptions {
-    /// These options with another mapping of the picture.
-    #[must_use]
-    pub fn mapping(self, mapping: impl Into<Option<Mapping>>) -> Self {
-        Self { mapping: mapping.into(), ..self }
-    }
-
     /// Refuses another requested mapping than that of the file, which is called `found`.
     pub(crate) fn expect(&self, mapping: Mapping, name: &str, found: &str) -> Result<(), EnvError> {
         if self.mapping.is_none_or(|asked| asked == mapping) {

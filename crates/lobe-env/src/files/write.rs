@@ -1,5 +1,6 @@
 //! Writers of maps.
 
+use derive_setters::Setters;
 use std::path::Path;
 
 use lobe_image::{
@@ -31,7 +32,7 @@ pub fn write_env(
 }
 
 /// Options of writing a cube map.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
 #[non_exhaustive]
 pub struct CubeWriteOptions {
     /// The texel format.
@@ -39,8 +40,6 @@ pub struct CubeWriteOptions {
     /// Compress `.ktx2` with Zstandard, without loss.
     pub zstd: bool,
 }
-
-lobe_io::setters!(CubeWriteOptions { texels: TexelFormat, zstd: bool });
 
 /// Writes a cube map with all its levels as `.ktx2` or `.dds`, depending on the extension; see [`write_cube_texture`].
 ///

@@ -35,6 +35,7 @@
 //!
 //! [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 
+use derive_setters::Setters;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -162,7 +163,7 @@ impl RoughnessLevels {
 }
 
 /// Options of prefiltering.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct PrefilterOptions {
     /// The size of the faces of level 0. Default: 256.
@@ -210,13 +211,6 @@ impl PrefilterOptions {
         self.method.check()
     }
 }
-
-lobe_io::setters!(PrefilterOptions {
-    size: usize,
-    last_size: usize,
-    roughness: RoughnessLevels,
-    method: PrefilterMethod
-});
 
 /// Prefilters a cube map with GGX lobes of increasing roughness.
 ///

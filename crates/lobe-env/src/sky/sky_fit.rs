@@ -1,5 +1,6 @@
 //! Polynomial fit of a clear sky's coefficients, over the sun's height and the turbidity.
 
+use derive_setters::Setters;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use lobe_sh::{Coefficient, Dir, Rgb, ShVec, index, order_of};
@@ -16,7 +17,7 @@ const TURBIDITY: [f64; 2] = [2.0, 10.0];
 ///
 /// The default is that of Habel, Mustata and Wimmer: degree 13 in the sun's height, 7 in the turbidity, 112 terms,
 /// bands 0 to 6.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Setters)]
 #[non_exhaustive]
 pub struct SkyFitOptions {
     /// The order of the expansions.
@@ -32,8 +33,6 @@ impl Default for SkyFitOptions {
         Self { order: 7, sun_degree: 13, turbidity_degree: 7 }
     }
 }
-
-lobe_io::setters!(SkyFitOptions { order: usize, sun_degree: usize, turbidity_degree: usize });
 
 /// A fit of [`PreethamSky`]: its coefficients by polynomials instead of quadrature.
 ///

@@ -1,5 +1,6 @@
 //! Sun extraction: splits a map into a directional light and the rest.
 
+use derive_setters::Setters;
 use std::f64::consts::PI;
 
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
@@ -31,7 +32,7 @@ const LONGEST: f64 = 2.5;
 const LEAST_DETERMINANT: f64 = 1e-3;
 
 /// Criteria of a sun.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct SunOptions {
     /// The largest angle from the center to the edge of a sun, in radians; at least two and a half texels. Default:
@@ -48,8 +49,6 @@ impl Default for SunOptions {
         Self { max_radius: 2.5_f64.to_radians(), min_contrast: 20.0, min_peak: 100.0 }
     }
 }
-
-lobe_io::setters!(SunOptions { max_radius: f64, min_contrast: f64, min_peak: f64 });
 
 /// A sun: a directional light of small angular size.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Encoders of HDR pictures: Radiance, OpenEXR and portable float map.
 
+use derive_setters::Setters;
 use std::path::Path;
 
 use exr::prelude::f16;
@@ -19,14 +20,12 @@ const MAX_HDR_WIDTH: usize = 32767;
 const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
 
 /// Options of writing a picture.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
 #[non_exhaustive]
 pub struct PictureWriteOptions {
     /// Store OpenEXR as 16-bit `half` instead of 32-bit `float`: half the size, three digits, at most 65504.
     pub half: bool,
 }
-
-lobe_io::setters!(PictureWriteOptions { half: bool });
 
 /// The loss of writing a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

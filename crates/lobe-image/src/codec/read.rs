@@ -1,5 +1,6 @@
 //! Picture reader: detects the format of a file and decodes it.
 
+use derive_setters::Setters;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::Read;
@@ -45,7 +46,7 @@ pub enum Nonfinite {
 /// let options = PictureReadOptions::default().nonfinite(Nonfinite::Zero).max_texels(1 << 20);
 /// assert_eq!(options.max_texels, 1 << 20);
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Setters)]
 #[non_exhaustive]
 pub struct PictureReadOptions {
     /// The treatment of NaN and infinity; by default the file is refused.
@@ -59,8 +60,6 @@ impl Default for PictureReadOptions {
         Self { nonfinite: Nonfinite::default(), max_texels: MAX_TEXELS }
     }
 }
-
-lobe_io::setters!(PictureReadOptions { nonfinite: Nonfinite, max_texels: usize });
 
 /// A file format, detected from the contents whatever the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

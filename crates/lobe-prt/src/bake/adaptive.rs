@@ -1,19 +1,19 @@
 //! Adaptive subdivision: triangles split where transfer changes along their edges.
 
+use derive_setters::Setters;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use lobe_io::{Job, Progress};
 use lobe_scene::{Bounds, Bvh, Mesh, Scene};
 
-use crate::setters::setters;
 use crate::{BakeOptions, Mode, PrtError, Receivers, Transfer, bake, bake_on_disk};
 
 /// The shortest edge that is split if nothing else is said, as a part of the scene's diagonal.
 const SHORTEST_EDGE: f32 = 1.0 / 512.0;
 
 /// Options of [`split_adaptively`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct AdaptiveOptions {
     /// Edges are halved whose ends' transfer differs by more than this part of the root mean square of all transfer.
@@ -30,8 +30,6 @@ impl Default for AdaptiveOptions {
         Self { threshold: 0.1, min_edge: None, bake: BakeOptions::default().mode(Mode::Shadowed).samples(256) }
     }
 }
-
-setters!(AdaptiveOptions { threshold: f64, min_edge: Option<f32>, bake: BakeOptions });
 
 /// The report of an adaptive split.
 #[derive(Clone, Debug, PartialEq)]

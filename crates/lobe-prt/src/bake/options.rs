@@ -1,10 +1,10 @@
 //! Options and reports of bakes.
 
+use derive_setters::Setters;
 use lobe_io::Fingerprint;
 use lobe_scene::Scene;
 
 use crate::sampling::sobol::coherent_order;
-use crate::setters::setters;
 use crate::transfer::transfer::check_order;
 use crate::{Channels, PrtError};
 
@@ -31,7 +31,7 @@ pub enum AlbedoMode {
 }
 
 /// Options of a bake.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct BakeOptions {
     /// The light paths.
@@ -69,17 +69,6 @@ impl Default for BakeOptions {
         }
     }
 }
-
-setters!(BakeOptions {
-    mode: Mode,
-    order: usize,
-    samples: u32,
-    bounces: usize,
-    energy_stop: f64,
-    seed: u64,
-    channels: Option<Channels>,
-    albedo: AlbedoMode,
-});
 
 impl BakeOptions {
     pub(crate) fn check(&self) -> Result<(), PrtError> {

@@ -1,5 +1,6 @@
 //! Compression of transfer by clustered principal components: options, reports, and the choice among solutions.
 
+use derive_setters::Setters;
 use lobe_io::Job;
 use rayon::prelude::*;
 
@@ -7,14 +8,13 @@ use crate::compression::compressed_table::bytes;
 use crate::compression::cpca::{Clustering, Cpca};
 use crate::compression::pca::Rows;
 use crate::job::meter::Meter;
-use crate::setters::setters;
 use crate::{CompressedTable, PrtError, Transfer, WeightBits};
 
 /// Clusters that [`compress_table_within`] tries, besides one and as many as fit without components.
 const CLUSTERS_TRIED: [usize; 6] = [4, 16, 64, 256, 1024, 4096];
 
 /// Options of [`compress_table`] and [`CompressedTransfer::new`](crate::CompressedTransfer::new).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct CompressOptions {
     /// The most clusters, 1 to 65536. One gives ordinary principal components (PCA).
@@ -34,14 +34,6 @@ impl Default for CompressOptions {
         Self { clusters: 64, components: 8, weights: WeightBits::F32, iterations: 24, tolerance: 1e-3 }
     }
 }
-
-setters!(CompressOptions {
-    clusters: usize,
-    components: usize,
-    weights: WeightBits,
-    iterations: usize,
-    tolerance: f64,
-});
 
 impl CompressOptions {
     /// The most clusters: their numbers are 16 bits wide.

@@ -1,5 +1,6 @@
 //! Nonlinear fit of zonal lobes to transfer.
 
+use derive_setters::Setters;
 use std::time::{Duration, Instant};
 
 use lobe_io::Job;
@@ -8,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::compression::compress::{energy, relative};
 use crate::job::meter::Meter;
-use crate::setters::setters;
 use crate::zonal::bfgs::minimize;
 use crate::zonal::lobes::{LobeProblem, Lobes, unit_lobe};
 use crate::{Channels, PrtError, Transfer, ZonalTransfer};
@@ -36,7 +36,7 @@ const TOLERANCE: f64 = 1e-14;
 const WAVE: Duration = Duration::from_millis(200);
 
 /// Options of [`fit_zonal`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Setters)]
 #[non_exhaustive]
 pub struct ZonalFitOptions {
     /// Lobes for each receiver, 1 to 8.
@@ -53,8 +53,6 @@ impl Default for ZonalFitOptions {
         Self { lobes: 1, optimize: true, steps: 100 }
     }
 }
-
-setters!(ZonalFitOptions { lobes: usize, optimize: bool, steps: usize });
 
 /// The report of a fit: its errors.
 #[derive(Clone, Debug, PartialEq)]

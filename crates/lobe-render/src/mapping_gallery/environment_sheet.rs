@@ -1,5 +1,6 @@
 //! A contact sheet of environment mapping: every technique beside its reference, with its error.
 
+use derive_setters::Setters;
 use std::f64::consts::PI;
 
 use lobe_env::{
@@ -46,7 +47,7 @@ const BRIGHT: f64 = 1.5;
 const COLUMNS: usize = 7;
 
 /// Sizes and inputs of [`environment_panels`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Setters)]
 #[non_exhaustive]
 pub struct EnvironmentSheetOptions<'a> {
     /// Pixels along each side of a picture.
@@ -57,6 +58,7 @@ pub struct EnvironmentSheetOptions<'a> {
     pub map_size: usize,
     /// A chain prefiltered for GGX whose level `k` of `n` holds the roughness `√α = k/(n - 1)`; without one, the map is
     /// blurred for the one roughness shown by spherical harmonics.
+    #[setters(into)]
     pub prefiltered: Option<&'a CubeMipChain>,
 }
 
@@ -64,32 +66,6 @@ impl Default for EnvironmentSheetOptions<'_> {
     /// Pictures of 160 x 160 pixels with 9 rays each, maps of 128 texels.
     fn default() -> Self {
         Self { size: 160, samples: 3, map_size: 128, prefiltered: None }
-    }
-}
-
-impl<'a> EnvironmentSheetOptions<'a> {
-    /// These options with another [`size`](field@Self::size).
-    #[must_use]
-    pub fn size(self, size: usize) -> Self {
-        Self { size, ..self }
-    }
-
-    /// These options with other [`samples`](field@Self::samples).
-    #[must_use]
-    pub fn samples(self, samples: usize) -> Self {
-        Self { samples, ..self }
-    }
-
-    /// These options with another [`map_size`](field@Self::map_size).
-    #[must_use]
-    pub fn map_size(self, map_size: usize) -> Self {
-        Self { map_size, ..self }
-    }
-
-    /// These options with a chain as [`prefiltered`](field@Self::prefiltered).
-    #[must_use]
-    pub fn prefiltered(self, chain: impl Into<Option<&'a CubeMipChain>>) -> Self {
-        Self { prefiltered: chain.into(), ..self }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The path tracer: exit radiance by paths from the surface to the light, with next-event estimation and multiple
 //! importance sampling.
 
+use derive_setters::Setters;
 use std::f64::consts::PI;
 
 use lobe_prt::Receivers;
@@ -9,7 +10,6 @@ use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
 use crate::frame::tangents;
-use crate::options::setters;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
 use crate::path_tracer::ggx::Facets;
@@ -17,7 +17,7 @@ use crate::path_tracer::sampler::{PathNumbers, SampleSet};
 use lobe_sh::vector::{Vec3, dot, normalized, scale};
 
 /// Options of [`PathTracer`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct PathOptions {
     /// Reflections before that at the surface that is seen: 0 for direct light.
@@ -36,8 +36,6 @@ impl Default for PathOptions {
         Self { bounces: 3, strategy: LightStrategy::MultipleImportance, surfaces: Surfaces::Matte, seed: 0 }
     }
 }
-
-setters!(PathOptions { bounces: usize, strategy: LightStrategy, surfaces: Surfaces, seed: u64 });
 
 /// Strategies that sample directions towards the light. All have the same mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! Reference pictures by the path tracer: radiance with its variance, and auxiliary channels for each pixel.
 
+use derive_setters::Setters;
 use std::time::Instant;
 
 use lobe_io::{Fingerprint, Job};
@@ -7,7 +8,6 @@ use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 
-use crate::options::setters;
 use crate::path_tracer::estimate::{Moments, SampleCount};
 use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit};
 use crate::path_tracer::pixel::Pixel;
@@ -18,7 +18,7 @@ use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
 use lobe_image::Picture;
 
 /// Options of [`render_truth`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct TruthOptions {
     /// Columns, at least 1.
@@ -37,8 +37,6 @@ impl Default for TruthOptions {
         Self { width: 512, height: 384, count: SampleCount::of(64), paths: PathOptions::default() }
     }
 }
-
-setters!(TruthOptions { width: usize, height: usize, count: SampleCount, paths: PathOptions });
 
 /// A traced picture. Pixels are means over their square, the light showing where rays escape.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,18 +1,18 @@
 //! Ray casting: pictures of a scene of triangles, shaded by a function of the hit.
 
+use derive_setters::Setters;
 use std::time::Instant;
 
 use lobe_io::Job;
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
-use crate::options::setters;
 use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, RenderError};
 use lobe_image::Picture;
 
 /// The size and the sampling of a picture of a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[non_exhaustive]
 pub struct ViewOptions {
     /// Columns, at least 1.
@@ -29,8 +29,6 @@ impl Default for ViewOptions {
         Self { width: 512, height: 384, rays: 2 }
     }
 }
-
-setters!(ViewOptions { width: usize, height: usize, rays: usize });
 
 /// A scene seen by a camera in its world: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
 /// it escapes.

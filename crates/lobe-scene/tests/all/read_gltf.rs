@@ -46,13 +46,14 @@ fn nodes_move_turn_and_scale_their_meshes_and_instances_become_meshes() {
         .with("/nodes/2", json!({"mesh": 0, "rotation": [0.0, half, 0.0, half], "scale": [2.0, 1.0, 1.0]}));
     let scene = scene(&file);
     assert_eq!(scene.meshes().len(), 2, "two instances");
+    assert_eq!(scene.origin(), [10.0, 0.0, 0.0], "ten sizes away, positions count from the node that moved them");
     let first = &scene.meshes()[0];
-    assert_eq!(first.positions()[2], [11.0, 0.0, 1.0], "moved");
+    assert_eq!(first.positions()[2], [1.0, 0.0, 1.0], "moved");
     let turned = &scene.meshes()[1];
     assert_eq!(turned.source().map(|source| source.node), Some(2), "shown by node 2");
     let close = |a: [f32; 3], b: [f32; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-6);
     // (1, 1, 0) -> (2, 1, 0) -> (0, 1, -2) -> (10, 1, -2) in the file, (10, 2, 1) in the world.
-    assert!(close(turned.positions()[2], [10.0, 2.0, 1.0]), "{:?}", turned.positions()[2]);
+    assert!(close(turned.positions()[2], [0.0, 2.0, 1.0]), "{:?}", turned.positions()[2]);
     assert!(close(turned.normals()[2], [1.0, 0.0, 0.0]), "{:?}", turned.normals()[2]);
 }
 

@@ -1,10 +1,10 @@
 //! Directional lights extracted from an expansion: one in closed form, several by least squares.
 
 use alloc::vec::Vec;
+use derive_setters::Setters;
 
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::refine::refine;
-use crate::options::setters;
 use crate::scalar::luminance;
 use crate::{
     Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
@@ -85,7 +85,7 @@ pub enum LightChoice {
 
 /// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative
 /// and nothing refined.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct LightOptions {
@@ -115,15 +115,6 @@ impl Default for LightOptions {
         }
     }
 }
-
-setters!(LightOptions {
-    count: usize,
-    refine: bool,
-    metric: LightMetric,
-    choice: LightChoice,
-    search: PeakSearch,
-    non_negative: bool,
-});
 
 /// Several directional lights and ambient light that approximate `f` ([Sloan 2008], "Extracting multiple lights").
 ///

@@ -3,12 +3,12 @@
 use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
+use derive_setters::Setters;
 
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
 use crate::basis::index::len;
-use crate::options::setters;
 use crate::{Basis, Coefficient, Dir, ShVec};
 
 /// The choice of the directions of a Monte Carlo projection.
@@ -28,7 +28,7 @@ pub enum Sampling {
 }
 
 /// Options of [`project_monte_carlo`]: by default 10000 jittered samples of seed 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MonteCarlo {
@@ -45,8 +45,6 @@ impl Default for MonteCarlo {
         Self { samples: 10_000, seed: 0, sampling: Sampling::default() }
     }
 }
-
-setters!(MonteCarlo { samples: usize, seed: u64, sampling: Sampling });
 
 /// An expansion with its statistical error.
 #[derive(Clone, Debug)]

@@ -6,6 +6,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
+use derive_setters::Setters;
 
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
@@ -15,7 +16,6 @@ use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::filter::convolve::convolve_in_place;
 use crate::filter::window::band_energies;
-use crate::options::setters;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
@@ -133,7 +133,8 @@ impl DeringMethod {
 }
 
 /// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Setters)]
+#[setters(no_std)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct Dering {
@@ -142,18 +143,8 @@ pub struct Dering {
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
     /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied
     /// to the function itself in both cases.
+    #[setters(into)]
     pub kernel: Option<Zonal>,
-}
-
-setters!(Dering { method: DeringMethod });
-
-impl Dering {
-    /// These options with another [`kernel`](field@Self::kernel), or with none.
-    #[must_use]
-    pub fn kernel(mut self, kernel: impl Into<Option<Zonal>>) -> Self {
-        self.kernel = kernel.into();
-        self
-    }
 }
 
 /// The report of [`dering_in_place`].
