@@ -67,15 +67,7 @@ const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
 /// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
-const TEST_BC6H: Step = Step {
-    name: "test-bc6h",
-    work: Work::Cargo("test --package lobe-env --features bc6h --lib --test files --test malformed", &[]),
-};
-/// The same from the command line.
-const TEST_BC6H_CLI: Step = Step {
-    name: "test-bc6h-cli",
-    work: Work::Cargo("test --package lobe-cli --features bc6h --test cli -- bc6h", &[]),
-};
+const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
 
 /// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++. Checked, not linked: `cargo fuzz` builds them
 /// with what guides it.
@@ -121,7 +113,6 @@ pub(crate) fn ci() -> Outcome {
         DOCS,
         TEST,
         TEST_BC6H,
-        TEST_BC6H_CLI,
         FUZZ,
         CORPUS,
     ])

@@ -1,6 +1,4 @@
 //! Skies: their pictures, expansions and polynomial fits.
-#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use lobe_env::{

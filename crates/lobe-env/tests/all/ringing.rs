@@ -1,9 +1,5 @@
 //! Ringing of the expansions of photographs, and its removal by dering.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
-
-mod common;
-
 use lobe_env::{EnvMap, SunOptions, bundled, extract_sun, project_env};
 use lobe_sh::{
     Coefficient as _, Dering, DeringMethod, DeringOutcome, Dir, Expansion as _, LightMetric, LightOptions, Rgb, ShVec,
@@ -35,7 +31,7 @@ fn least_of_channels(f: &ShVec<Rgb<f64>>, basis: &[(Dir, Vec<f64>)]) -> [f64; 3]
 fn no_real_map_is_below_zero_anywhere_after_dering() {
     let basis: Vec<_> = even_directions(SAMPLES).map(|s| (s, lobe_sh::eval_basis(s, *ORDERS.end()))).collect();
     let mut rang = 0;
-    for (name, map) in common::real_maps() {
+    for (name, map) in crate::common::real_maps() {
         let radiance = project_env(&map, *ORDERS.end());
         for order in ORDERS {
             let radiance = radiance.resized(order);
@@ -101,7 +97,7 @@ const SUN_ORDER: usize = 10;
 /// The maps with a known sun, with their names and its direction.
 fn maps_with_a_sun() -> Vec<(String, EnvMap, Dir)> {
     let sun = |map: &EnvMap| extract_sun(map, &SunOptions::default()).map(|report| report.sun.direction);
-    let maps = common::real_maps().into_iter();
+    let maps = crate::common::real_maps().into_iter();
     maps.filter_map(|(name, map)| sun(&map).map(|dir| (name, map, dir))).collect()
 }
 

@@ -1,7 +1,5 @@
 //! Resampling: constants, energy, direction and mean are kept through every pair of mappings.
 
-#![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
-
 use std::f64::consts::PI;
 
 use lobe_env::{MappedMap, Mapping, Resample, bundled, project_map, resample, rotate_map};

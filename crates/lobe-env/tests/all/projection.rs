@@ -1,7 +1,4 @@
 //! Projection against slow references, closed forms and known expansions.
-#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
-
-mod common;
 
 use std::f64::consts::PI;
 
@@ -65,7 +62,7 @@ fn random_map(width: usize, height: usize, seed: u64) -> EnvMap {
 
 #[test]
 fn real_maps_project_as_the_double_loop_does() {
-    let maps = common::real_maps();
+    let maps = crate::common::real_maps();
     // Maps of one size share the integrals of the basis over their texels.
     for same_size in maps.chunk_by(|(_, a), (_, b)| (a.width(), a.height()) == (b.width(), b.height())) {
         let pictures: Vec<&EnvMap> = same_size.iter().map(|(_, map)| map).collect();

@@ -1,6 +1,4 @@
 //! Area lights: closed forms against quadrature over the light, and the error of taking lights as points or beams.
-#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
-
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 

@@ -68,7 +68,7 @@ fn a_real_map_has_the_same_harmonics_through_every_format() {
     const HALF: f64 = 2.5e-4;
     const RGBE: f64 = 5e-4;
     let folder = tempfile::tempdir().unwrap();
-    for (name, map) in common::real_maps() {
+    for (name, map) in crate::common::real_maps() {
         let any = (f32::NEG_INFINITY, f32::INFINITY);
         let cases = [
             ("a.exr", false, any, 0.0),
@@ -109,7 +109,7 @@ fn a_real_cube_map_has_the_same_harmonics_through_every_format() {
         }
         f
     };
-    for (name, map) in common::real_maps() {
+    for (name, map) in crate::common::real_maps() {
         let faces = CubeMap::from_fn(SIZE, |s| Rgb::from(map.radiance(s).to_array().map(|c| c.clamp(0.0, 65504.0))));
         let expected = project(&faces);
         for (texels, tolerance) in formats {
@@ -135,7 +135,7 @@ fn the_same_map_has_the_same_harmonics_in_zip_and_in_dwab() {
     // The ZIP files hold what a DWAB decoder made of the others, rounded to half again.
     const HALF: f64 = 2.5e-4;
     let mut pairs = Vec::new();
-    for path in common::shared_maps() {
+    for path in crate::common::shared_maps() {
         let dwab = path.to_str().unwrap().replace(".exr", "-dwab.exr");
         if dwab != path.to_str().unwrap() && Path::new(&dwab).exists() {
             pairs.push((path.display().to_string(), fs::read(&path).unwrap(), fs::read(dwab).unwrap()));
@@ -157,7 +157,7 @@ fn the_same_map_has_the_same_harmonics_in_zip_and_in_dwab() {
 
 #[test]
 fn real_files_are_read_with_sensible_values() {
-    for (name, map) in common::real_maps() {
+    for (name, map) in crate::common::real_maps() {
         let mean = map.mean().luminance();
         assert!(map.width() == 2 * map.height() && (0.01..100.0).contains(&mean), "{name}: mean {mean}");
     }

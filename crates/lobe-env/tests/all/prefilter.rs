@@ -1,7 +1,5 @@
 //! Prefiltering: white furnace, linearity, seams, and comparison with brute force.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
-
 use std::ops::ControlFlow;
 
 use lobe_env::{

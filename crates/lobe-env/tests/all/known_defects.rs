@@ -1,6 +1,4 @@
 //! Regressions against defects of other tools: mirrored cubes, wrong axes, half-texel shifts, seams and lost suns.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::f64::consts::PI;
 
 use lobe_env::{CubeMap, MappedMap, Mapping, Resample, project_map, resample};

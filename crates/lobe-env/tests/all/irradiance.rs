@@ -1,6 +1,4 @@
 //! Irradiance by brute force and by spherical harmonics.
-#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
-
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 

@@ -1,9 +1,5 @@
 //! Sun extraction: energy is kept, and the sun is found.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
-
-mod common;
-
 use std::f64::consts::PI;
 
 use lobe_env::{EnvMap, MappedMap, Mapping, SunOptions, SunReport, bundled, extract_sun, lat_long};
@@ -83,7 +79,7 @@ fn assert_kept(name: &str, map: &MappedMap, found: &SunReport) {
 
 #[test]
 fn nothing_is_lost_when_a_sun_is_taken_out() {
-    for (name, map) in common::real_maps() {
+    for (name, map) in crate::common::real_maps() {
         let Some(found) = extract_sun(&map, &SunOptions::default()) else {
             println!("{name}: no sun");
             continue;

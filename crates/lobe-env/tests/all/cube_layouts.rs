@@ -1,7 +1,5 @@
 //! Cube layouts: orientation of the faces in pictures and files, with colored faces that bear letters.
 
-#![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
-
 use lobe_env::{
     CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, MapReadOptions, MappedMap, Mapping, Resample,
     TexelFormat, read_map, resample, write_cube,

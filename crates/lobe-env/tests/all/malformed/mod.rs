@@ -2,8 +2,6 @@
 //!
 //! The files lie in `tests/corpus`; [`corpus`] makes them. A test binary of its own, so that its memory can be
 //! measured.
-#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
-
 mod bytes;
 mod corpus;
 mod dds;
@@ -24,7 +22,7 @@ use lobe_env::{MapReadOptions, read_map_bytes};
 use lobe_image::{PictureReadOptions, read_picture_bytes};
 use lobe_sh::read_sh_json_bytes;
 
-use crate::corpus::{bad_files, good_files, readme};
+use self::corpus::{bad_files, good_files, readme};
 
 /// The time limit of a file of some hundred bytes, in a test build on a busy machine.
 const AT_ONCE: Duration = Duration::from_secs(2);
@@ -76,7 +74,7 @@ fn made() -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-#[ignore = "writes tests/corpus anew: cargo test -p lobe-env --test malformed -- --ignored make_the_corpus"]
+#[ignore = "writes tests/corpus anew: cargo test -p lobe-env --test all -- --ignored make_the_corpus"]
 fn make_the_corpus() {
     for part in ["good", "bad"] {
         fs::remove_dir_all(folder().join(part)).ok();
@@ -89,7 +87,7 @@ fn make_the_corpus() {
 
 #[test]
 fn the_corpus_is_what_its_makers_make() {
-    const REMAKE: &str = "cargo test -p lobe-env --test malformed -- --ignored make_the_corpus makes the corpus anew";
+    const REMAKE: &str = "cargo test -p lobe-env --test all -- --ignored make_the_corpus makes the corpus anew";
     let made = made();
     let mut stored = BTreeMap::new();
     for part in ["", "good", "bad"] {

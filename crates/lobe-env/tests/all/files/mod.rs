@@ -1,0 +1,3 @@
+//! Map files: what a file says of its mapping, and the same map through every format.
+mod envmap;
+mod maps;

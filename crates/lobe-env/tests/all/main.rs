@@ -1,0 +1,19 @@
+//! The tests of the crate from outside, in one program, which is linked once: maps, mappings, projection, filtering, area
+//! lights, skies, and files, damaged ones among them.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod area_lights;
+mod common;
+mod cube_layouts;
+mod files;
+mod irradiance;
+mod known_defects;
+mod malformed;
+mod mappings;
+mod prefilter;
+mod projection;
+mod resampling;
+mod ringing;
+mod skies;
+mod sun;
