@@ -146,8 +146,8 @@ fn the_same_map_has_the_same_harmonics_in_zip_and_in_dwab() {
         named.iter().filter(|n| !pairs.iter().any(|(p, ..)| p.ends_with(&format!("{n}.exr")))).collect();
     assert!(pairs.is_empty() || missing.is_empty(), "the folder of larger inputs lacks {missing:?} or its DWAB");
     // In the repository: a small DWAB file and what another decoder made of it.
-    let decoded = include_bytes!("../../../lobe-image/tests/data/dwa-decoded.exr").to_vec();
-    pairs.push(("dwab.exr".into(), decoded, include_bytes!("../../../lobe-image/tests/data/dwab.exr").to_vec()));
+    let decoded = include_bytes!("../../../../lobe-image/tests/data/dwa-decoded.exr").to_vec();
+    pairs.push(("dwab.exr".into(), decoded, include_bytes!("../../../../lobe-image/tests/data/dwab.exr").to_vec()));
     for (name, zip, dwab) in pairs {
         let error = difference(&project_env(&read(&zip), 6), &project_env(&read(&dwab), 6));
         println!("{name}: {error:.2e}");
