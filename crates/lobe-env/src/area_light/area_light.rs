@@ -43,6 +43,7 @@ pub trait AreaLight {
 ///
 /// So at five times its diameter a light is a point to 1 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointLight {
     /// The position.
     pub position: [f64; 3],
@@ -69,6 +70,7 @@ impl PointLight {
 /// further from the light by `δ` it is too bright by `2δ/d + (δ/d)²` (for a light as small as a point), and at a place
 /// to the side its direction is off by `atan(δ/d)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ParallelBeam {
     /// The direction that the light comes from.
     pub direction: Dir,

@@ -7,6 +7,7 @@ use crate::{CubeHandedness, CubeLayout, EnvError, MapReadOption, Mapping};
 
 /// Options of reading an environment map.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MapReadOptions {
     /// The limits of every picture that is read.
@@ -40,6 +41,7 @@ impl MapReadOptions {
 
 /// The report of reading a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct MapReadReport {
     /// The report of the picture; of the first one if there are six.

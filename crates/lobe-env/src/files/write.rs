@@ -33,6 +33,7 @@ pub fn write_env(
 
 /// Options of writing a cube map.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct CubeWriteOptions {
     /// The texel format.

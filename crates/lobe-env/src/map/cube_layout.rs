@@ -12,6 +12,7 @@ use crate::{CubeMap, CubeMipChain, EnvError};
 /// [`cube`](crate::cube)). Whether that direction is right- or left-handed is up to the program, and a cube made for
 /// one kind of program is the mirror image of the cube for the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CubeHandedness {
     /// For right-handed directions, `(X, Y, Z) = (x, z, -y)`: glTF, OpenGL, Vulkan, Filament. The faces are mirror
     /// images of photographs. [`CubeMap`] itself is this one.
@@ -36,6 +37,7 @@ pub enum CubeHandedness {
 ///                            -Z (turned)                              -Z
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum CubeLayout {
     /// Four faces wide, three high.

@@ -27,6 +27,7 @@ use crate::mapping::octahedral;
 /// }
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Mapping {
     /// Longitude across, latitude down: [`lat_long`].

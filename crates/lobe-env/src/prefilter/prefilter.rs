@@ -65,6 +65,7 @@ const MOST_SAMPLES: usize = 1 << 20;
 
 /// The quadrature of the convolution with a lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PrefilterMethod {
     /// Hierarchical quadrature over all of the source, in cells as large as the lobe allows.
     ///
@@ -123,6 +124,7 @@ impl PrefilterMethod {
 ///
 /// Roughness here is perceptual, `r = √α` in `[0, 1]`; level 0 is the mirror, the last level is `r = 1`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum RoughnessLevels {
     /// `r = level/last`.
@@ -164,6 +166,7 @@ impl RoughnessLevels {
 
 /// Options of prefiltering.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct PrefilterOptions {
     /// The size of the faces of level 0. Default: 256.

@@ -14,6 +14,7 @@ const SAME_POINT: f64 = 1e-6;
 
 /// The target of a resampling.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Resample {
     /// The mapping of the target.
     pub mapping: Mapping,

@@ -18,6 +18,7 @@ const TURBIDITY: [f64; 2] = [2.0, 10.0];
 /// The default is that of Habel, Mustata and Wimmer: degree 13 in the sun's height, 7 in the turbidity, 112 terms,
 /// bands 0 to 6.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct SkyFitOptions {
     /// The order of the expansions.

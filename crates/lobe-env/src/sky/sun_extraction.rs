@@ -33,6 +33,7 @@ const LEAST_DETERMINANT: f64 = 1e-3;
 
 /// Criteria of a sun.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct SunOptions {
     /// The largest angle from the center to the edge of a sun, in radians; at least two and a half texels. Default:
@@ -52,6 +53,7 @@ impl Default for SunOptions {
 
 /// A sun: a directional light of small angular size.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sun {
     /// The direction towards the centroid of the sun's light.
     pub direction: Dir,

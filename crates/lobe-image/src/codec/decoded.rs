@@ -8,6 +8,7 @@ const MAX_MESSAGE: usize = 320;
 
 /// The values of the attribute `envmap` of OpenEXR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum EnvmapAttribute {
     /// Longitude across, latitude down.
     LatLong,

@@ -21,6 +21,7 @@ const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
 
 /// Options of writing a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct PictureWriteOptions {
     /// Store OpenEXR as 16-bit `half` instead of 32-bit `float`: half the size, three digits, at most 65504.
@@ -29,6 +30,7 @@ pub struct PictureWriteOptions {
 
 /// The loss of writing a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PictureWriteReport {
     /// Texels with a channel outside the range of the format, which was clamped to it; NaN in `.hdr` becomes 0.
     pub clamped: usize,

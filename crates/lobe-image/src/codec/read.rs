@@ -30,6 +30,7 @@ const SHOWN_BYTES: usize = 24;
 
 /// The treatment of texels with a channel of NaN or infinity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Nonfinite {
     /// Refuse the file.
     #[default]
@@ -47,6 +48,7 @@ pub enum Nonfinite {
 /// assert_eq!(options.max_texels, 1 << 20);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct PictureReadOptions {
     /// The treatment of NaN and infinity; by default the file is refused.
@@ -63,6 +65,7 @@ impl Default for PictureReadOptions {
 
 /// A file format, detected from the contents whatever the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum FileFormat {
     /// Radiance picture, usually `.hdr`.
@@ -137,6 +140,7 @@ impl FileFormat {
 
 /// The report of reading a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PictureReadReport {
     /// Columns; of a cube texture, those of a face.

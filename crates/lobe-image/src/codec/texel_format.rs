@@ -21,6 +21,7 @@ const MAX_HALF: f32 = 65504.0;
 
 /// The texel format of a cube map in `.ktx2` and `.dds`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum TexelFormat {
     /// Four `half`, alpha 1: 8 bytes, three digits, at most 65504.

@@ -37,6 +37,7 @@ pub struct Measured<'a, P = Pixel> {
 ///
 /// [Wilson and Hilferty 1931]: https://doi.org/10.1073/pnas.17.12.684
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ZTest {
     /// The number of values compared in one channel.
     pub pixels: usize,

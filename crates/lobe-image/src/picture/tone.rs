@@ -7,6 +7,7 @@ use crate::{Picture, srgb_encode};
 
 /// The exposure applied to a picture before display.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Exposure {
     /// Multiply by this.
     Fixed(f64),
@@ -31,6 +32,7 @@ pub enum Exposure {
 
 /// The curve from exposed light to `[0, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Curve {
     /// Clamp to 0 and 1.
     Clip,
@@ -48,6 +50,7 @@ pub enum Curve {
 ///   byte = round(255 srgb(curve(exposure × L)))
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tone {
     /// The exposure.
     pub exposure: Exposure,

@@ -13,7 +13,8 @@ use crate::{BakeOptions, Mode, PrtError, Receivers, Transfer, bake, bake_on_disk
 const SHORTEST_EDGE: f32 = 1.0 / 512.0;
 
 /// Options of [`split_adaptively`].
-#[derive(Clone, Debug, PartialEq, Setters)]
+#[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 #[non_exhaustive]
 pub struct AdaptiveOptions {
     /// Edges are halved whose ends' transfer differs by more than this part of the root mean square of all transfer.
@@ -32,7 +33,7 @@ impl Default for AdaptiveOptions {
 }
 
 /// The report of an adaptive split.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct AdaptiveReport {
     /// Rounds in which edges were halved.

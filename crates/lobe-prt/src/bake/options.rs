@@ -9,7 +9,7 @@ use crate::transfer::transfer::check_order;
 use crate::{Channels, PrtError};
 
 /// The light paths of a bake.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Mode {
     /// Direct light without occlusion: the closed form.
     Unshadowed,
@@ -20,7 +20,7 @@ pub enum Mode {
 }
 
 /// Where the albedo of the receivers is; that of the surfaces which light meets on its way is always in the transfer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum AlbedoMode {
     /// Each receiver's is a factor of its transfer. Between receivers it is interpolated with the light: detail of
     /// textures is lost.
@@ -31,7 +31,8 @@ pub enum AlbedoMode {
 }
 
 /// Options of a bake.
-#[derive(Clone, Debug, PartialEq, Setters)]
+#[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 #[non_exhaustive]
 pub struct BakeOptions {
     /// The light paths.
@@ -118,7 +119,7 @@ impl BakeOptions {
 }
 
 /// The report of a bake.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct BakeReport {
     /// Number of receivers.

@@ -14,7 +14,8 @@ use crate::{CompressedTable, PrtError, Transfer, WeightBits};
 const CLUSTERS_TRIED: [usize; 6] = [4, 16, 64, 256, 1024, 4096];
 
 /// Options of [`compress_table`] and [`CompressedTransfer::new`](crate::CompressedTransfer::new).
-#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 #[non_exhaustive]
 pub struct CompressOptions {
     /// The most clusters, 1 to 65536. One gives ordinary principal components (PCA).
@@ -52,7 +53,7 @@ impl CompressOptions {
 }
 
 /// The report of a compression: its error and its size.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct CompressReport {
     /// Clusters there are, at most as many as asked for.
@@ -170,7 +171,7 @@ pub fn compress_table_within(
 }
 
 /// A point of [`error_curve`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct CurvePoint {
     /// The most clusters.
     pub clusters: usize,

@@ -7,7 +7,7 @@ use crate::compression::pca::{Rows, Subspace};
 use crate::transfer::dot_rows::weighted;
 
 /// The number format of a weight.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum WeightBits {
     /// As a floating-point number.
     #[default]
@@ -33,7 +33,7 @@ impl WeightBits {
 /// The weights of all rows: row by row, component by component.
 ///
 /// Integers stand for `q / 65535` and `q / 255`, as normalized vertex attributes do.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum Weights {
     /// As they are.

@@ -6,7 +6,7 @@ use crate::PrtError;
 use crate::transfer::dot_rows::exit_radiance;
 
 /// The channels of transfer: one vector or three for each receiver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Channels {
     /// One vector for all colors: everything the light met is gray.
     Gray,

@@ -36,7 +36,8 @@ const TOLERANCE: f64 = 1e-14;
 const WAVE: Duration = Duration::from_millis(200);
 
 /// Options of [`fit_zonal`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Setters)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 #[non_exhaustive]
 pub struct ZonalFitOptions {
     /// Lobes for each receiver, 1 to 8.
@@ -55,7 +56,7 @@ impl Default for ZonalFitOptions {
 }
 
 /// The report of a fit: its errors.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct ZonalFitReport {
     /// For every receiver the sum of the squared differences of its coefficients, all channels, roundings included.

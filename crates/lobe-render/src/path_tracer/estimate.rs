@@ -7,6 +7,7 @@ use lobe_sh::{Coefficient as _, Rgb};
 /// Within a set the random numbers of paths are stratified, which lowers the error of the mean; between sets they are
 /// independent, which allows that error to be estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleCount {
     /// Independent sets, at least 2: the variance has one degree of freedom less.
     pub sets: usize,

@@ -18,6 +18,7 @@ use lobe_sh::vector::{Vec3, dot, normalized, scale};
 
 /// Options of [`PathTracer`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct PathOptions {
     /// Reflections before that at the surface that is seen: 0 for direct light.
@@ -39,6 +40,7 @@ impl Default for PathOptions {
 
 /// Strategies that sample directions towards the light. All have the same mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LightStrategy {
     /// Multiple importance sampling: directions are drawn from the light and from the BSDF, both weighted by the power
     /// heuristic ([Veach and Guibas 1995]).
@@ -57,6 +59,7 @@ pub enum LightStrategy {
 
 /// Reflection models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Surfaces {
     /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse
     /// bake computes.

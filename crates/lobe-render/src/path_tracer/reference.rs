@@ -19,6 +19,7 @@ use lobe_image::Picture;
 
 /// Options of [`render_truth`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct TruthOptions {
     /// Columns, at least 1.

@@ -15,6 +15,7 @@ const DFG_SIZE: usize = 64;
 
 /// The lobe of reflection of glossy surfaces, about the mirrored view direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum GlossyLobe {
     /// Phong's lobe with this exponent, 0 or more. It is scaled by the base color.
     Phong(f64),

@@ -13,6 +13,7 @@ use lobe_image::Picture;
 
 /// The size and the sampling of a picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct ViewOptions {
     /// Columns, at least 1.

@@ -4,7 +4,8 @@ use crate::Up;
 use derive_setters::Setters;
 
 /// Options of reading a scene.
-#[derive(Clone, Debug, PartialEq, Eq, Setters)]
+#[derive(Clone, Debug, PartialEq, Eq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 #[non_exhaustive]
 pub struct SceneReadOptions {
     /// The up axis of OBJ and PLY files. glTF is always y-up.
@@ -30,7 +31,7 @@ pub struct SceneReadOptions {
 }
 
 /// The normals of meshes that have none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum MissingNormals {
     /// Flat triangles in glTF, which asks for them; smooth ones in OBJ and PLY, which do not say.
@@ -43,7 +44,7 @@ pub enum MissingNormals {
 }
 
 /// The material of glTF meshes that have none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum DefaultMaterial {
     /// [`Material::WHITE`](crate::Material::WHITE), white on both sides: a mesh without a material is one of which
@@ -73,7 +74,7 @@ impl Default for SceneReadOptions {
 }
 
 /// The report of reading a scene.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct SceneReadReport {
     /// Number of meshes of the scene.

@@ -3,7 +3,7 @@
 /// The reflectance of a surface: the metallic-roughness model of glTF 2.0, as far as Lobe uses it.
 ///
 /// Emission is stored, not used: light comes from the environment.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
     /// The name in its file.
     pub name: String,
@@ -29,7 +29,7 @@ pub struct Material {
 }
 
 /// The use of the base color's alpha.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Alpha {
     /// Alpha is ignored.
     #[default]
@@ -41,7 +41,7 @@ pub enum Alpha {
 }
 
 /// A texture and its mapping.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TextureUse {
     /// Index into the textures of the scene.
     pub texture: usize,

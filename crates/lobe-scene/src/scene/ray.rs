@@ -1,7 +1,7 @@
 //! Rays and hits.
 
 /// A ray: a half line from `origin` along `direction`, or a segment of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Ray {
     /// The start of the ray. Nothing at the origin itself is hit.
     pub origin: [f32; 3],
@@ -12,7 +12,7 @@ pub struct Ray {
 }
 
 /// A hit: a point on a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Hit {
     /// The distance along the ray, in lengths of its direction.
     pub t: f32,

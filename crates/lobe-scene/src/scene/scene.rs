@@ -23,7 +23,7 @@ pub struct Scene {
 }
 
 /// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bounds {
     /// The corner of the smallest coordinates.
     pub min: [f32; 3],

@@ -1,0 +1,57 @@
+//! Public values as JSON and back (feature `serde`).
+
+#![cfg(feature = "serde")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fmt::Debug;
+
+use lobe::env::{CubeWriteOptions, MapReadOptions, Mapping, PrefilterOptions, Resample, SkyFitOptions, SunOptions};
+use lobe::image::{PictureReadOptions, PictureWriteOptions, TexelFormat, Tone};
+use lobe::prt::{AdaptiveOptions, BakeOptions, CompressOptions, ZonalFitOptions};
+use lobe::render::{PathOptions, TruthOptions, ViewOptions};
+use lobe::scene::{Material, SceneReadOptions};
+use lobe::sh::{Dir, Rotation};
+use serde_json::{Value, from_str, to_string};
+
+fn keeps<T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + Debug>(value: &T) {
+    let text = to_string(value).unwrap();
+    assert_eq!(&from_str::<T>(&text).unwrap(), value, "{text}");
+}
+
+#[test]
+fn options_come_back_from_json_as_they_went() {
+    keeps(&BakeOptions::default().order(6).samples(300));
+    keeps(&AdaptiveOptions::default().threshold(0.2));
+    keeps(&CompressOptions::default());
+    keeps(&ZonalFitOptions::default().lobes(3));
+    keeps(&MapReadOptions::default().mapping(Mapping::Angular));
+    keeps(&CubeWriteOptions::default().texels(TexelFormat::Rgb9e5));
+    keeps(&PrefilterOptions::default().size(64));
+    keeps(&SunOptions::default());
+    keeps(&SkyFitOptions::default());
+    keeps(&Resample::to(Mapping::Cube, 8, 48).rotated(Rotation::from_axis_angle(Dir::Z, 0.5)));
+    keeps(&PictureReadOptions::default());
+    keeps(&PictureWriteOptions::default().half(true));
+    keeps(&Tone::PHOTOGRAPH);
+    keeps(&SceneReadOptions::default().allow_outside(true));
+    keeps(&Material::WHITE);
+    keeps(&ViewOptions::default());
+    keeps(&TruthOptions::default());
+    keeps(&PathOptions::default());
+}
+
+#[test]
+fn an_option_that_is_left_out_has_its_default() {
+    let options: BakeOptions = from_str("{\"order\": 2}").unwrap();
+    assert_eq!(options, BakeOptions::default().order(2), "by serde(default)");
+    let error = from_str::<BakeOptions>("{\"order\": \"two\"}").unwrap_err().to_string();
+    assert!(error.contains("expected usize"), "{error}");
+}
+
+#[test]
+fn reports_are_objects_with_the_names_of_their_fields() {
+    let sunset = lobe::env::bundled::sunset();
+    let (_, report) = lobe::env::read_map_bytes(sunset.bytes, "sunset", &MapReadOptions::default()).unwrap();
+    let Value::Object(members) = serde_json::to_value(&report).unwrap() else { panic!("{report:?}") };
+    assert_eq!(members["picture"]["width"], 512, "{members:?}");
+}
