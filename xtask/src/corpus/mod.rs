@@ -97,6 +97,9 @@ fn table(program: &Path, inputs: &[PathBuf], validator: Option<&Validator>, fold
     }
     let refused: usize = refusals.values().sum();
     let passed = inputs.len() - refused - faults.len();
+    if passed == 0 {
+        faults.push("no file of the corpus passed".into());
+    }
     println!("\n{} files: {passed} passed, {refused} refused, {} failed", inputs.len(), faults.len());
     for (reason, count) in refusals {
         println!("{count:6} × {reason}");

@@ -140,6 +140,7 @@ impl MapOutput {
     pub(crate) fn check(&self, mapping: Mapping) -> anyhow::Result<()> {
         let is_texture = self.is_texture();
         let is_picture = matches!(self.output, MapFile::Picture(_));
+        let ends_in = |kind: &str| matches!(&self.output, MapFile::Texture(path) if output::has_extension(path, kind));
         let is_exr = match &self.output {
             MapFile::Picture(picture) => picture.is_exr(),
             MapFile::Faces(files) => files.extension() == "exr",
@@ -158,7 +159,11 @@ impl MapOutput {
             (self.left_handed && mapping != Mapping::Cube, "--left-handed: only of a cube"),
             (self.half && !is_exr, "--half: only of .exr"),
             (self.texels.is_some() && !is_texture, "--texels: only of .ktx2, .dds and .ktx"),
-            (self.zstd && !is_texture, "--zstd: only of .ktx2"),
+            (
+                self.texels.is_some_and(|texels| texels != Texels::R11g11b10f) && ends_in("ktx"),
+                "--texels: a .ktx holds r11g11b10f only",
+            ),
+            (self.zstd && !ends_in("ktx2"), "--zstd: only of .ktx2"),
             (self.mips && !is_texture, "--mips: only of .ktx2, .dds and .ktx"),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {

@@ -27,13 +27,18 @@ impl From<OsString> for ShOutput {
 impl ShOutput {
     /// Refuses an output that could not be written, before any work is done for it.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
+        self.check_as("-o")
+    }
+
+    /// [`ShOutput::check`] of the output of another option.
+    pub(crate) fn check_as(&self, option: &str) -> anyhow::Result<()> {
         match self {
             Self::Stdout => Ok(()),
             Self::File(path) => {
                 prepare_file(path, &[])?;
                 // A device or a pipe has no extension.
                 if !has_extension(path, "json") && (path.is_file() || !path.exists()) {
-                    bail!("-o: {}: an expansion is written as .sh.json, or to stdout with -", path.display());
+                    bail!("{option}: {}: an expansion is written as .sh.json, or to stdout with -", path.display());
                 }
                 Ok(())
             }

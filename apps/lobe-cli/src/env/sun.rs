@@ -66,11 +66,14 @@ impl From<Sun> for Found {
 
 impl EnvSun {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        match &self.light {
+            // What is found is printed to stdout.
+            Some(ShOutput::Stdout) => bail!("--light: expected a .sh.json file, found -"),
+            Some(light) => light.check_as("--light")?,
+            None => {}
+        }
         let map = self.input.read(talk)?;
         self.output.check(map.mapping())?;
-        if let Some(light) = &self.light {
-            light.check()?;
-        }
         let mut options = SunOptions::default();
         options.max_radius = self.max_radius.to_radians();
         (options.min_contrast, options.min_peak) = (self.min_contrast, self.min_peak);

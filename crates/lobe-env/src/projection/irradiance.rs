@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::horizon::Horizon;
-use crate::{EnvError, EnvMap, MappedMap, project_map, reconstruct};
+use crate::{EnvError, EnvMap, MappedMap, Mapping, project_map, reconstruct};
 
 /// Partial sums kept side by side: a register of 256 bits for each channel, or two of 128.
 const LANES: usize = 8;
@@ -57,7 +57,7 @@ const REPORTED: usize = 1024;
 /// thread. The job cannot be resumed.
 ///
 /// # Errors
-/// [`EnvError::Options`] if a side is 0, or for a job with a checkpoint; [`EnvError::Cancelled`] if the callback cancelled
+/// [`EnvError::Options`] if a side is 0 or there are more texels than a map may have, or for a job with a checkpoint; [`EnvError::Cancelled`] if the callback cancelled
 /// it.
 pub fn irradiance_map_brute_force(
     map: &EnvMap,
@@ -66,7 +66,8 @@ pub fn irradiance_map_brute_force(
     mut job: Job<'_>,
 ) -> Result<EnvMap, EnvError> {
     job.expect_no_checkpoint().map_err(EnvError::Options)?;
-    let mut out = EnvMap::new(width, height, vec![Rgb::ZERO; width.saturating_mul(height)])?;
+    MappedMap::check(Mapping::LatLong, width, height)?;
+    let mut out = EnvMap::new(width, height, vec![Rgb::ZERO; width * height])?;
     let (start, total) = (Instant::now(), width * height);
     let mut report = |done| {
         let stop = job.report(&Progress { done, total, elapsed: start.elapsed(), ..Progress::default() }).is_break();

@@ -12,7 +12,9 @@ use exr::prelude::{
 };
 
 use crate::ImageError;
-use crate::codec::decoded::invalid;
+use crate::codec::decoded::{invalid, unsupported};
+use crate::codec::read::{FileFormat, guarded};
+use crate::codec::read_exr::{check_table, check_windows};
 
 /// The most bytes that one byte of a file can stand for: PXR24 stores three of four bytes, deflate compresses 1032 : 1.
 const MOST_BYTES_PER_BYTE: usize = 2048;
@@ -72,16 +74,31 @@ impl ExrLayers {
     /// `name` stands for the file in messages.
     ///
     /// # Errors
-    /// [`ImageError::Invalid`] if it is no OpenEXR file, is cut off, or claims more than its bytes can hold.
+    /// [`ImageError::Invalid`] if it is no OpenEXR file, is cut off, or claims more than its bytes can hold,
+    /// [`ImageError::Unsupported`] if it is compressed by DWA or HTJ2K.
     pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
+        guarded(FileFormat::OpenExr, name, || Self::decode(bytes, name))
+    }
+
+    fn decode(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
         let broken = |error: exr::error::Error| invalid(name, format!("expected an OpenEXR picture: {error}"));
         // Check the claims before the library allocates what is claimed.
+        check_windows(bytes, name)?;
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
         let claimed = |header: &Header| header.layer_size.area().saturating_mul(header.channels.bytes_per_pixel);
         let claimed = meta.headers.iter().map(claimed).fold(0, usize::saturating_add);
         if claimed > bytes.len().saturating_mul(MOST_BYTES_PER_BYTE) {
             let message = format!("damaged: a file of {} bytes claims to hold {claimed}", bytes.len());
             return Err(invalid(name, message));
+        }
+        check_table(&meta.headers, bytes.len(), name)?;
+        // Blocks compressed by DWA claim sizes of their own, which the library believes.
+        let refused = |header: &Header| {
+            use Compression::{DWAA, DWAB, HTJ2K32, HTJ2K256};
+            matches!(header.compression, DWAA(_) | DWAB(_) | HTJ2K32 | HTJ2K256)
+        };
+        if meta.headers.iter().any(refused) {
+            return Err(unsupported(name, "layers compressed by DWA or HTJ2K are not read; save with ZIP".into()));
         }
         // Decode.
         let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
@@ -190,5 +207,23 @@ mod tests {
         huge[at + 8..at + 12].copy_from_slice(&(1_i32 << 26).to_le_bytes());
         let line = refused(&huge);
         assert!(line.contains("claims to hold"), "{line}");
+        let line = refused(include_bytes!("../../tests/data/dwaa.exr"));
+        assert!(line.contains("compressed by DWA"), "{line}");
+    }
+
+    #[test]
+    fn no_byte_of_a_damaged_file_stops_the_program() {
+        let mut layers = ExrLayers::new(9, 3);
+        layers.channel("a.X", (0..27).map(|i| i as f32).collect());
+        let bytes = layers.into_bytes().unwrap();
+        for at in 0..bytes.len() {
+            for value in [0, 1, 0x7f, 0xff] {
+                let mut damaged = bytes.clone();
+                damaged[at] = value;
+                if let Err(error) = ExrLayers::from_bytes(&damaged, "a.exr") {
+                    assert!(!error.to_string().contains('\n'), "byte {at} is {value}: {error}");
+                }
+            }
+        }
     }
 }

@@ -17,8 +17,8 @@ const SHIFTS: [u32; 3] = [0, 11, 22];
 /// 0.8 % in red and green and 1.6 % in blue.
 pub(crate) fn encode(texel: Pixel) -> u32 {
     let channel = |c: usize| {
-        let (bits, dropped) = (u32::from(f16::from_f32(texel[c]).to_bits()), DROPPED[c]);
-        // To the nearest, ties to even.
+        let (bits, dropped) = (u32::from(f16::from_f32(texel[c]).to_bits() & 0x7fff), DROPPED[c]);
+        // To the nearest, ties to even. A negative zero is zero.
         let rounded = (bits + (1 << (dropped - 1)) - 1 + (bits >> dropped & 1)) >> dropped;
         rounded << SHIFTS[c]
     };
@@ -36,6 +36,11 @@ pub(crate) fn decode(bits: u32) -> Pixel {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn negative_zero_is_black() {
+        assert_eq!(encode([-0.0; 3]), 0, "no sign reaches another channel");
+    }
 
     #[test]
     fn known_texels_have_the_bits_of_the_format() {

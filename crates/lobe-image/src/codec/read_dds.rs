@@ -14,7 +14,8 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
         return Err(invalid(name, "damaged DDS file: a header of 124 bytes with a format of 32 expected".into()));
     }
     let four_cc = get(Field::FourCc)?;
-    let dx10 = get(Field::PixelFormatFlags)? & FOURCC_FLAG != 0 && four_cc == DX10;
+    let has_code = get(Field::PixelFormatFlags)? & FOURCC_FLAG != 0;
+    let dx10 = has_code && four_cc == DX10;
     let (format, is_cube, data) = if dx10 {
         let dxgi = get(Field::DxgiFormat)?;
         let format = TexelFormat::from_dxgi(dxgi).ok_or_else(|| format!("the DXGI format {dxgi}"));
@@ -24,7 +25,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
         }
         (format, misc & CUBE_MISC != 0, HEADER + HEADER_DX10)
     } else {
-        let known = D3D9.iter().find(|(code, _)| *code == four_cc).map(|(_, format)| *format);
+        let known = D3D9.iter().find(|(code, _)| has_code && *code == four_cc).map(|(_, format)| *format);
         let format = known.ok_or_else(|| format!("the code \"{}\"", four_cc.to_le_bytes().escape_ascii()));
         (format, get(Field::Caps2)? & CUBE_ALL_FACES == CUBE_ALL_FACES, HEADER)
     };

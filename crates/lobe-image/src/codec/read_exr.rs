@@ -104,7 +104,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
 }
 
 /// Refuses windows that end before they begin: the library would swap the ends.
-fn check_windows(bytes: &[u8], name: &str) -> Result<(), ImageError> {
+pub(crate) fn check_windows(bytes: &[u8], name: &str) -> Result<(), ImageError> {
     let headers = &bytes[..bytes.len().min(HEADERS)];
     for attribute in ["dataWindow\0box2i\0\x10\0\0\0", "displayWindow\0box2i\0\x10\0\0\0"] {
         let key = attribute.as_bytes();
@@ -124,7 +124,7 @@ fn check_windows(bytes: &[u8], name: &str) -> Result<(), ImageError> {
 }
 
 /// Refuses a file shorter than the table of its blocks, before any work for each of them.
-fn check_table(headers: &[Header], length: usize, name: &str) -> Result<(), ImageError> {
+pub(crate) fn check_table(headers: &[Header], length: usize, name: &str) -> Result<(), ImageError> {
     let blocks = headers.iter().fold(0_u64, |sum, header| sum.saturating_add(header.chunk_count as u64));
     if blocks.saturating_mul(size_of::<u64>() as u64) > length as u64 {
         let message = format!("the file ends early: the table of its {blocks} blocks is not all there");

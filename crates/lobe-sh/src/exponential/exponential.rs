@@ -105,6 +105,9 @@ impl Exponential {
     #[must_use]
     pub fn of(&self, f: &impl Expansion<f64>) -> ShVec<f64> {
         assert_eq!(f.order(), self.order, "the order of the function against that of the exponential");
+        if self.order == 0 {
+            return ShVec::zero(0);
+        }
         let mut f_hat = ShVec::zero(self.order);
         f_hat.coefficients_mut().copy_from_slice(f.coefficients());
         let mean = isolate_mean(f_hat.coefficients_mut());
@@ -132,13 +135,13 @@ fn product_series(f: &ShVec<f64>, terms: usize) -> ShVec<f64> {
     sum
 }
 
+/// Halvings at most: then the norm is below the rounding of 1, and only its first order is left.
+const MOST_HALVINGS: f64 = 64.0;
+
 /// `(a 1 + b f/2^p)^(2^p)` with the least `p` that brings `‖f‖/2^p` to the limit.
 fn hybrid(f: &ShVec<f64>, table: &OptimalLinear, limit: f64) -> ShVec<f64> {
     let norm = f.dot(f).sqrt();
-    let mut halvings = 0;
-    while norm * 0.5_f64.powi(halvings) > limit {
-        halvings += 1;
-    }
+    let halvings = (norm / limit).log2().ceil().clamp(0.0, MOST_HALVINGS) as i32;
     let scale = 0.5_f64.powi(halvings);
     let (a, b) = table.factors(norm * scale);
     let mut result = f.clone();

@@ -28,7 +28,7 @@ pub const LOG_CLAMP: f64 = 0.02;
 ///
 /// Eigenvalues below `clamp` times the largest are raised to that, so that functions that are zero or ring below zero
 /// have a logarithm; where none is raised, [`ExpMethod::Eigen`](crate::ExpMethod::Eigen) brings `g` back up to rounding
-/// (test). A function without positive eigenvalues is taken for the constant `clamp`.
+/// (test). Of coefficients that are not finite the logarithm is NaN. A function without positive eigenvalues is taken for the constant `clamp`.
 ///
 /// # Panics
 /// If `clamp` is not in `(0, 1]`.
@@ -47,9 +47,9 @@ fn logarithm_relative_to(size: f64, g: &impl Expansion<f64>, clamp: f64) -> ShVe
     if g.order() == 0 {
         return rest;
     }
-    let spectrum = spectrum(g);
+    let Some(spectrum) = spectrum(g) else { return rest.map(|_| f64::NAN) };
     let largest = spectrum.eigenvalues.max().max(size);
-    if largest.is_nan() || largest <= 0.0 {
+    if largest <= 0.0 {
         return ShVec::constant(g.order(), clamp.ln());
     }
     rest.coefficients_mut()[0] -= (4.0 * PI).sqrt();
@@ -77,6 +77,9 @@ impl Zonal {
     pub fn sphere_logarithm(order: usize, half_angle: f64, clamp: f64) -> Self {
         let hidden = Self::cone(order, half_angle).towards(Dir::Z, -1.0);
         let visible = &ShVec::constant(order, 1.0) + &hidden;
+        if order == 0 {
+            return Self::new(alloc::vec::Vec::new());
+        }
         assert!(clamp > 0.0 && clamp <= 1.0, "the clamp of a logarithm lies in (0, 1], it is not {clamp}");
         Self::about(Dir::Z, &logarithm_relative_to(1.0, &visible, clamp))
     }

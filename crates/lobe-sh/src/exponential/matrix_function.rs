@@ -10,10 +10,15 @@ use crate::{Expansion, ShVec};
 /// The eigenvalues and eigenvectors of the product matrix of `f` at its own order, `M = R D Rᵀ`.
 ///
 /// `M` multiplies by `f`, so that `D` holds values of `f` as the basis sees them, and `R q(D) Rᵀ` multiplies by `q(f)`.
-pub(crate) fn spectrum(f: &impl Expansion<f64>) -> SymmetricEigen<f64, nalgebra::Dyn> {
+///
+/// `None` if a coefficient is not finite: the solver would never end.
+pub(crate) fn spectrum(f: &impl Expansion<f64>) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
+    if !f.coefficients().iter().all(|c| c.is_finite()) {
+        return None;
+    }
     let matrix = ProductMatrix::<f64>::new(f, f.order());
     let n = f.coefficients().len();
-    SymmetricEigen::new(DMatrix::from_row_slice(n, n, matrix.entries()))
+    Some(SymmetricEigen::new(DMatrix::from_row_slice(n, n, matrix.entries())))
 }
 
 /// `R q(D) Rᵀ v`.

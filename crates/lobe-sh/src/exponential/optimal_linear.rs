@@ -31,7 +31,7 @@ impl OptimalLinear {
     pub(crate) fn new(order: usize) -> Self {
         // ‖f‖ = 0: exp(f) = 1 + f.
         let mut rows = alloc::vec![[0.0, 1.0, 1.0]];
-        for k in 1..=ANGLES {
+        for k in 1..=if order == 0 { 0 } else { ANGLES } {
             let angle = 0.5 * PI * k as f64 / ANGLES as f64;
             let mut f = Zonal::sphere_logarithm(order, angle, LOG_CLAMP).towards(Dir::Z, 1.0);
             isolate_mean(f.coefficients_mut());
@@ -64,5 +64,6 @@ pub(crate) fn isolate_mean(f: &mut [f64]) -> f64 {
 /// `exp(f) = 1 + R q(D) Rᵀ f`, `q(x) = (eˣ - 1)/x`, from the product matrix `M = R D Rᵀ` of `f`.
 pub(crate) fn exponential_by_eigenvectors(f: &ShVec<f64>) -> ShVec<f64> {
     let q = |d: f64| if d == 0.0 { 1.0 } else { d.exp_m1() / d };
-    &ShVec::constant(f.order(), 1.0) + &apply(&spectrum(f), q, f.coefficients())
+    let Some(spectrum) = spectrum(f) else { return f.map(|_| f64::NAN) };
+    &ShVec::constant(f.order(), 1.0) + &apply(&spectrum, q, f.coefficients())
 }

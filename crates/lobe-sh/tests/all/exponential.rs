@@ -193,7 +193,13 @@ fn degenerate_functions_have_the_documented_values() {
         }
     }
     assert_eq!(logarithm(&ShVec::zero(0), LOG_CLAMP).order(), 0, "no coefficients");
-    assert_eq!(Exponential::new(0, ExpMethod::Grid).of(&ShVec::zero(0)).order(), 0, "no coefficients");
+    for method in METHODS {
+        assert_eq!(Exponential::new(0, method).of(&ShVec::zero(0)).order(), 0, "no coefficients, {method:?}");
+        let unknown = Exponential::new(3, method).of(&ShVec::zero(3).map(|_: f64| f64::NAN));
+        assert!(unknown.coefficients().iter().all(|c| c.is_nan()), "{method:?}: {unknown:?}");
+    }
+    let unknown = logarithm(&ShVec::zero(3).map(|_: f64| f64::NAN), LOG_CLAMP);
+    assert!(unknown.coefficients().iter().all(|c| c.is_nan()), "{unknown:?}");
     let all = Zonal::sphere_logarithm(3, PI, LOG_CLAMP);
     let value = LOG_CLAMP.ln() / (1.0 - LOG_CLAMP);
     assert!((all.coefficients()[0] / (4.0 * PI).sqrt() - value).abs() < 1e-12, "inside a sphere: {all:?}");

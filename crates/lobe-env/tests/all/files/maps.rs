@@ -10,8 +10,6 @@ use lobe_env::{
 use lobe_image::{ImageError, encode_picture};
 use lobe_sh::{Coefficient as _, Expansion, Rgb, ShVec};
 
-use crate::common;
-
 fn read(bytes: &[u8]) -> EnvMap {
     let (map, _) = read_map_bytes(bytes, "test", &MapReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     map.into_base().into_env_map().unwrap()
