@@ -18,8 +18,8 @@ use crate::run::bake_write::{stop_before_writing, stopped, write_watched};
 use crate::run::talk::Talk;
 
 /// Bytes that a texel of a lightmap takes in memory at most, beside what is written: a place on a triangle, and a
-/// receiver.
-const TEXEL: u64 = 40 + 44;
+/// receiver with the plane it is on.
+const TEXEL: u64 = 40 + 44 + 20;
 
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {

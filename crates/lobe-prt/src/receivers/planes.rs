@@ -59,6 +59,11 @@ impl Planes {
         Self { ranges: numbers.iter().map(|&number| ranges[number as usize]).collect(), normals: planes }
     }
 
+    /// Room for receivers on one triangle each.
+    pub(crate) fn with_capacity(receivers: usize) -> Self {
+        Self { ranges: Vec::with_capacity(receivers), normals: Vec::with_capacity(receivers) }
+    }
+
     /// Adds a receiver with this normal on one triangle.
     pub(crate) fn push(&mut self, normal: [f32; 3], plane: [f32; 3]) {
         let begin = self.normals.len() as u32;

@@ -90,7 +90,7 @@ impl TexelReceivers {
         let count = places.iter().flatten().count();
         let (mut texels, mut triangles) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let [mut positions, mut normals, mut albedos] = [0; 3].map(|_| Vec::with_capacity(count));
-        let mut planes = Planes::default();
+        let mut planes = Planes::with_capacity(count);
         for (texel, place) in places.iter().enumerate() {
             let Some(Place { depth, triangle, u, v, .. }) = *place else { continue };
             let surface = scene.surface(&Hit { t: 0.0, triangle, u, v });
