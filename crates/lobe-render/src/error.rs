@@ -30,10 +30,10 @@ pub enum RenderError {
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
-    /// A file could not be written.
-    #[error("{place}: cannot write the picture: {source}")]
+    /// The operating system refused.
+    #[error("{place}: {source}")]
     Io {
-        /// The file that was to be written.
+        /// The file.
         place: String,
         /// The error of the operating system.
         source: std::io::Error,

@@ -127,8 +127,11 @@ fn in_flags(option: ReadOption) -> String {
 /// An error of a picture, met alone or as that of a map.
 pub(crate) fn image_error(error: &anyhow::Error) -> Option<&ImageError> {
     match error.downcast_ref() {
-        Some(EnvError::Image(error)) => Some(error),
-        _ => error.downcast_ref(),
+        Some(EnvError::Image(image)) => Some(image),
+        _ => match error.downcast_ref() {
+            Some(RenderError::Image(image)) => Some(image),
+            _ => error.downcast_ref(),
+        },
     }
 }
 
@@ -143,6 +146,9 @@ fn prt_error(error: &anyhow::Error) -> Option<&PrtError> {
 /// The file and the refusal, if an error is one of the system.
 fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
     if let Some(ImageError::Io { place, source }) = image_error(error) {
+        return Some((place, source));
+    }
+    if let Some(RenderError::Io { place, source }) = error.downcast_ref() {
         return Some((place, source));
     }
     if let Some(ShError::Io { place: file, source }) = error.downcast_ref() {
