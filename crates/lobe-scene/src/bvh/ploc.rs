@@ -5,7 +5,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::morton::morton_encode_u64_unorm;
+use obvhs::ploc::morton::morton_encode_u64;
 
 use crate::Bounds;
 
@@ -112,7 +112,11 @@ fn along_curve(boxes: &[Bounds]) -> Vec<u32> {
     }
     // One scale for all axes keeps cells cubes; coordinates are below 1.
     let scale = (1.0 - f64::from(f32::EPSILON)) / (max - min).max_element().max(f64::MIN_POSITIVE);
-    let code = |b: &Bounds| morton_encode_u64_unorm((center(b) - min) * scale);
+    let code = |b: &Bounds| {
+        // Numbers, not vectors: the library may be built with another version of glam.
+        let [x, y, z] = ((center(b) - min) * scale * f64::from(1_u32 << 21)).to_array().map(|c| c as u32);
+        morton_encode_u64(x, y, z)
+    };
     let mut order: Vec<(u64, u32)> = boxes.iter().map(code).zip(0..).collect();
     order.sort_unstable();
     order.into_iter().map(|(_, index)| index).collect()

@@ -1,7 +1,7 @@
 //! glTF 2.0 reader.
 
 use glam::{DMat3, DVec3};
-use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 
 use crate::files::gltf::accessor::Accessors;
@@ -63,7 +63,7 @@ fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
     }
 }
 
-/// The primitive in its own y-up space; `None` for points and lines.
+/// The primitive in its own y-up space; `None` for points and lines. It was counted when the file was made plain.
 fn read_primitive(
     file: &GltfFile,
     primitive: &Primitive,
@@ -84,12 +84,6 @@ fn read_primitive(
     let Some(positions) = attribute(Semantic::Positions) else {
         return Err(invalid(source, "has no POSITION"));
     };
-    let vertices = accessors.count(positions, source)?;
-    let corners = match primitive.indices {
-        Some(indices) => accessors.count(indices, source)?,
-        None => vertices,
-    };
-    source.count(vertices, if mode == Mode::Triangles { corners / 3 } else { corners })?;
     let corners = corners_of(&accessors, primitive, positions, source)?;
     Ok(Some(MeshParts {
         name: if place.primitive == 0 { name.to_string() } else { format!("{name}.{}", place.primitive) },

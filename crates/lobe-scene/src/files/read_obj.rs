@@ -1,9 +1,9 @@
 //! Wavefront OBJ reader, with the materials of MTL files.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::mem;
 
-use crate::files::obj::lines::{Line, for_each_line, text_of};
+use crate::files::obj::lines::{Line, for_each_line, is_utf16, text_of};
 use crate::files::obj::materials::{MtlMaterial, read_mtl};
 use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
@@ -16,6 +16,9 @@ use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wra
 /// OBJ indexes positions, texture coordinates and normals separately. Each combination that a face uses becomes a
 /// vertex, in the order of first use.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
+    if is_utf16(bytes) {
+        return Err(source.invalid(NOT_UTF16));
+    }
     let mut obj = Obj::default();
     obj.current.name = UNNAMED.to_owned();
     for_each_line(&text_of(bytes), |line| obj.read_line(&line, source))?;
@@ -32,6 +35,8 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let (materials, textures) = read_materials(&obj.materials, source)?;
     Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))
 }
+
+const NOT_UTF16: &str = "expected UTF-8 or Latin-1, found UTF-16";
 
 /// The name of a mesh that has none in its file.
 const UNNAMED: &str = "unnamed_object";
@@ -51,6 +56,8 @@ struct Obj {
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     materials: Vec<MtlMaterial>,
+    /// The names of the files of materials.
+    libraries: BTreeSet<String>,
     models: Vec<Model>,
     /// The model that is being read.
     current: Model,
@@ -106,7 +113,7 @@ impl Obj {
                     self.current.material = material;
                 }
             }
-            "mtllib" => self.read_mtl(&line.rest.replace('\\', "/"), source),
+            "mtllib" => self.read_mtl(&line.rest.replace('\\', "/"), source)?,
             "curv" | "curv2" | "surf" => source.note("free-form curves and surfaces are not used"),
             _ => {}
         }
@@ -132,16 +139,23 @@ impl Obj {
         Ok(())
     }
 
-    /// Reads a file of materials. A missing one, and what is not understood of it, is no error: shapes are known without.
-    fn read_mtl(&mut self, file: &str, source: &mut Source<'_>) {
+    /// Reads a file of materials, once. A missing one, and what is not understood of it, is no error: shapes are known
+    /// without.
+    fn read_mtl(&mut self, file: &str, source: &mut Source<'_>) -> Result<(), SceneError> {
+        if !self.libraries.insert(file.to_owned()) {
+            return Ok(());
+        }
         match source.neighbor(file) {
+            Ok(bytes) if is_utf16(&bytes) => source.note(format!("{file}: {NOT_UTF16}")),
             Ok(bytes) => {
                 let (materials, notes) = read_mtl(&bytes, file);
                 notes.into_iter().for_each(|note| source.note(note));
                 self.materials.extend(materials);
             }
+            Err(error @ SceneError::TooLarge { .. }) => return Err(error),
             Err(error) => source.note(format!("materials are missing, their surfaces are white: {error}")),
         }
+        Ok(())
     }
 
     /// Ends the model that is being read, unless it is empty; the next has the same name and material.

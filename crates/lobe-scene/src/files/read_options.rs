@@ -24,7 +24,9 @@ pub struct SceneReadOptions {
     /// The material of glTF meshes that have none.
     pub default_material: DefaultMaterial,
     /// The most bytes that the scene may take with its tree for tracing rays, about 64 for each vertex and 320 for each
-    /// triangle of all instances, and four for each texel.
+    /// triangle of all instances, and four for each texel; and what is read and decoded for it beside that: buffers,
+    /// pictures and materials, and what they hold compressed. There is no such limit unless it is set: set one to
+    /// read files that are not trusted, because a small one can ask for a lot.
     pub memory_limit: u64,
     /// Whether light goes straight through blended materials, by their alpha, and through glass, by its transmission.
     pub straight_through: bool,
@@ -89,6 +91,7 @@ pub struct SceneReadReport {
     pub coincident_triangles: usize,
     /// Vertices whose normal was missing or zero and was computed.
     pub made_normals: usize,
-    /// Features of the file that Lobe ignores, a line each.
+    /// Features of the file that Lobe ignores, a line each; of more than a hundred the first, and the number of the
+    /// others.
     pub notes: Vec<String>,
 }

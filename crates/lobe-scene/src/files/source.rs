@@ -17,6 +17,9 @@ const VERTEX: u64 = 64;
 /// binary tree, 108 for clusters and their partners, 64 for costs, or instead of those 100 for the wide tree.
 const TRIANGLE: u64 = 320;
 
+/// The most notes of a report: each new one is compared with all of them, and somebody is to read them.
+const MOST_NOTES: usize = 100;
+
 /// The file being read.
 pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
@@ -33,6 +36,10 @@ pub(crate) struct Source<'a> {
     unfolded: (usize, usize),
     /// Texels so far.
     texels: usize,
+    /// Bytes read and decoded beside the scene so far.
+    bytes: u64,
+    /// Notes that were not kept.
+    more_notes: usize,
     report: SceneReadReport,
 }
 
@@ -60,6 +67,8 @@ impl<'a> Source<'a> {
             straight_through,
             unfolded: (0, 0),
             texels: 0,
+            bytes: 0,
+            more_notes: 0,
             report: SceneReadReport::default(),
         }
     }
@@ -67,6 +76,9 @@ impl<'a> Source<'a> {
     /// The report of the finished scene.
     pub(crate) fn into_report(self, scene: &Scene) -> SceneReadReport {
         let mut report = self.report;
+        if self.more_notes > 0 {
+            report.notes.push(format!("and {} more notes", self.more_notes));
+        }
         report.meshes = scene.meshes().len();
         report.vertices = scene.vertex_count();
         report.triangles = scene.triangle_count();
@@ -83,17 +95,17 @@ impl<'a> Source<'a> {
         SceneError::unsupported(self.name, message)
     }
 
-    /// Adds a note on an ignored feature, once.
+    /// Adds a note on an ignored feature, once. Of many notes the first are kept, and the rest is counted.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         let note = one_line(&note.into());
-        if !self.report.notes.contains(&note) {
-            self.report.notes.push(note);
+        if self.report.notes.contains(&note) {
+            return;
         }
-    }
-
-    /// Whether a mesh of so many vertices is within the limits, whatever else there is.
-    pub(crate) fn has_room(&self, vertices: usize) -> bool {
-        vertices <= self.limit
+        if self.report.notes.len() < MOST_NOTES {
+            self.report.notes.push(note);
+        } else {
+            self.more_notes += 1;
+        }
     }
 
     /// Counts a mesh against the limits. Call it before the mesh is allocated.
@@ -101,7 +113,26 @@ impl<'a> Source<'a> {
         let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));
         self.unfolded = (v, t);
         self.check_limit(v, t)?;
-        self.check_memory()
+        self.check_bytes(0)
+    }
+
+    /// Counts bytes that are held beside the scene while it is read: of buffers, of what they are decoded to, of nodes
+    /// made of instances. What is dropped again stays counted. Call it before they are allocated.
+    pub(crate) fn count_bytes(&mut self, bytes: u64) -> Result<(), SceneError> {
+        self.bytes = self.bytes.saturating_add(bytes);
+        self.check_bytes(0)
+    }
+
+    /// The bytes that may still be taken.
+    pub(crate) fn bytes_left(&self) -> u64 {
+        self.memory_limit.saturating_sub(self.bytes_taken())
+    }
+
+    fn bytes_taken(&self) -> u64 {
+        let (vertices, triangles) = self.unfolded;
+        let times = |count: usize, bytes: u64| (count as u64).saturating_mul(bytes);
+        let scene = times(vertices, VERTEX).saturating_add(times(triangles, TRIANGLE));
+        scene.saturating_add(times(self.texels, 4)).saturating_add(self.bytes)
     }
 
     /// The most triangles, and the most vertices.
@@ -133,20 +164,17 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Refuses what would take more memory than allowed.
-    fn check_memory(&self) -> Result<(), SceneError> {
-        let (vertices, triangles) = self.unfolded;
-        let times = |count: usize, bytes: u64| (count as u64).saturating_mul(bytes);
-        let bytes = times(vertices, VERTEX).saturating_add(times(triangles, TRIANGLE));
-        let bytes = bytes.saturating_add(times(self.texels, 4));
-        if bytes <= self.memory_limit {
+    /// Refuses what would take more memory than allowed, with so many bytes that are held for a moment only.
+    pub(crate) fn check_bytes(&self, bytes: u64) -> Result<(), SceneError> {
+        let (taken, limit) = (self.bytes_taken().saturating_add(bytes), self.memory_limit);
+        if taken <= limit {
             return Ok(());
         }
-        let (name, limit) = (self.name, self.memory_limit);
+        let (name, (vertices, triangles), texels) = (self.name, self.unfolded, self.texels);
+        let beside = self.bytes.saturating_add(bytes);
         let message = format!(
-            "{name}: expected a scene of at most {limit} bytes, found {triangles} triangles, {vertices} vertices and {} texels \
-             or more, each instance counted, which take {bytes}",
-            self.texels
+            "{name}: expected a scene of at most {limit} bytes, found {triangles} triangles, {vertices} vertices and {texels} \
+             texels or more, each instance counted, and {beside} bytes read beside them, which take {taken}"
         );
         Err(SceneError::TooLarge { message, limit: SceneLimit::Memory })
     }
@@ -159,7 +187,7 @@ impl<'a> Source<'a> {
             let message = format!("{name}: expected textures of at most {limit} texels, found {found} or more");
             return Err(SceneError::TooLarge { message, limit: SceneLimit::Texels });
         }
-        self.check_memory()
+        self.check_bytes(0)
     }
 
     /// Clamps a number to the format's range of 0 to 1, with a note.
@@ -188,7 +216,9 @@ impl<'a> Source<'a> {
         let mut parts = self.with_colors_in_range(parts);
         // The vertices of a glTF file were split when it was read.
         if parts.source.is_none() && parts.normals.is_empty() && self.is_flat(false) {
-            FlatMesh::apply(&mut parts);
+            let flat = FlatMesh::new(&parts.positions, &parts.triangles);
+            self.count(flat.added.len(), 0)?;
+            flat.apply(&mut parts);
         }
         let mesh = Mesh::new(parts).map_err(|error| error.within(self.name))?;
         self.report.dropped_triangles += mesh.dropped_triangles();
@@ -220,41 +250,45 @@ impl<'a> Source<'a> {
     }
 
     /// The bytes of a referenced file, relative to the file's own folder, which it may not leave unless that is allowed.
-    pub(crate) fn neighbor(&self, relative: &str) -> Result<Vec<u8>, SceneError> {
+    pub(crate) fn neighbor(&mut self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let Some(folder) = &self.folder else {
             return Err(
                 self.unsupported(format!("names the file `{relative}`, but only bytes were given: read the file"))
             );
         };
-        let path = folder.join(relative);
+        let (name, path) = (self.name, folder.join(relative));
         let found = if self.allow_outside { Ok(Some(path.clone())) } else { find_within(folder, Path::new(relative)) };
-        match found.and_then(|found| found.map(|file| read_regular(&file)).transpose()) {
-            Ok(Some(bytes)) => Ok(bytes),
-            Ok(None) => Err(self.unsupported(format!(
+        let refused = |source: io::Error| {
+            let place = one_line(&format!("{}, named by {name}", path.display()));
+            SceneError::Io { place, source }
+        };
+        let Some(file) = found.map_err(refused)? else {
+            return Err(self.unsupported(format!(
                 "names the file `{relative}`, which is outside of its folder: move it there, or trust the file with \
                  --allow-outside (SceneReadOptions::allow_outside)"
-            ))),
-            Err(source) => Err(SceneError::Io { place: format!("{}, named by {}", path.display(), self.name), source }),
-        }
+            )));
+        };
+        self.count_bytes(length_of(&file).map_err(refused)?)?;
+        fs::read(&file).map_err(refused)
     }
 }
 
 /// The name of a file for messages, and its bytes.
 pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
     let name = path.display().to_string();
-    match read_regular(path) {
+    match length_of(path).and_then(|_| fs::read(path)) {
         Ok(bytes) => Ok((name, bytes)),
         Err(source) => Err(SceneError::Io { place: name, source }),
     }
 }
 
-/// The bytes of a regular file: devices and pipes may be endless.
-fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
-    let kind = fs::metadata(path)?;
-    if !(kind.is_file() || kind.is_dir()) {
+/// The length of a regular file: devices and pipes may be endless.
+fn length_of(path: &Path) -> io::Result<u64> {
+    let found = fs::metadata(path)?;
+    if !(found.is_file() || found.is_dir()) {
         return Err(io::Error::other("expected a file, found a device or a pipe"));
     }
-    fs::read(path)
+    Ok(found.len())
 }
 
 /// The folder of referenced files.

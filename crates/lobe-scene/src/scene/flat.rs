@@ -36,18 +36,17 @@ impl FlatMesh {
         Self { added, triangles: flat }
     }
 
-    /// Makes a mesh flat; its normals are to be made anew.
-    pub(crate) fn apply(parts: &mut MeshParts) {
-        let flat = Self::new(&parts.positions, &parts.triangles);
+    /// Makes the mesh that this was made of flat; its normals are to be made anew.
+    pub(crate) fn apply(self, parts: &mut MeshParts) {
         fn extend<T: Copy>(values: &mut Vec<T>, added: &[u32]) {
             if !values.is_empty() {
                 values.extend(added.iter().map(|&i| values[i as usize]).collect::<Vec<_>>());
             }
         }
-        extend(&mut parts.positions, &flat.added);
-        parts.uvs.iter_mut().for_each(|uvs| extend(uvs, &flat.added));
-        extend(&mut parts.colors, &flat.added);
-        parts.triangles = flat.triangles;
+        extend(&mut parts.positions, &self.added);
+        parts.uvs.iter_mut().for_each(|uvs| extend(uvs, &self.added));
+        extend(&mut parts.colors, &self.added);
+        parts.triangles = self.triangles;
     }
 }
 

@@ -77,6 +77,28 @@ impl Material {
         straight_through: false,
     };
 
+    /// Refuses numbers that are out of their range, in words.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let Self { name, base_color, metallic, roughness, transmission, emissive, base_color_texture, .. } = self;
+        if base_color.iter().chain([metallic, roughness, transmission]).any(|value| !(0.0..=1.0).contains(value)) {
+            return Err(format!(
+                "material `{name}`: expected base color, metallic, roughness and transmission from 0 to 1, found \
+                 {base_color:?}, {metallic}, {roughness} and {transmission}"
+            ));
+        }
+        if !emissive.iter().all(|value| value.is_finite()) {
+            return Err(format!("material `{name}`: expected a finite emission, found {emissive:?}"));
+        }
+        let Some(TextureUse { uv_set, uv_map, .. }) = base_color_texture else { return Ok(()) };
+        if *uv_set > 1 {
+            return Err(format!("material `{name}`: expected texture coordinates of set 0 or 1, found {uv_set}"));
+        }
+        if !uv_map.as_flattened().iter().all(|value| value.is_finite()) {
+            return Err(format!("material `{name}`: expected a finite map of its texture, found {uv_map:?}"));
+        }
+        Ok(())
+    }
+
     /// Whether rays may pass surfaces of this material.
     #[must_use]
     pub fn has_holes(&self) -> bool {

@@ -53,8 +53,9 @@ impl Scene {
     /// If they are far from the origin, meshes are moved near it; [`Scene::origin`] is the way back.
     ///
     /// # Errors
-    /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, or if a
-    /// base color, metallic or roughness is not from 0 to 1.
+    /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, if a base
+    /// color, metallic, roughness or transmission is not from 0 to 1, or if an emission or a map of a texture is not
+    /// finite.
     pub fn new(meshes: Vec<Mesh>, materials: Vec<Material>, textures: Vec<Texture>) -> Result<Self, SceneError> {
         let invalid = |message: String| Err(SceneError::invalid("scene", message));
         if meshes.is_empty() {
@@ -73,13 +74,7 @@ impl Scene {
             }
         }
         for material in &materials {
-            let Material { name, base_color, metallic, roughness, .. } = material;
-            if base_color.iter().chain([metallic, roughness]).any(|value| !(0.0..=1.0).contains(value)) {
-                return invalid(format!(
-                    "material `{name}`: expected base color, metallic and roughness from 0 to 1, found {base_color:?}, \
-                     {metallic} and {roughness}"
-                ));
-            }
+            material.check().map_err(|message| SceneError::invalid("scene", message))?;
         }
         let mut starts = vec![0];
         for mesh in &meshes {

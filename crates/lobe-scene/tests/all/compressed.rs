@@ -4,7 +4,8 @@ use std::fs;
 use std::io::Cursor;
 
 use lobe_scene::{
-    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, read_scene_and_document, read_scene_bytes,
+    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions,
+    read_scene_and_document, read_scene_bytes,
 };
 use meshoptimizer_rs::Workspace;
 use meshoptimizer_rs::codec::{VertexEncoding, encode_index_buffer, encode_vertex_buffer};
@@ -70,6 +71,9 @@ fn draco_meshes_are_read_and_written_plain() {
     assert_eq!(mesh.normals(), [[0.0, -1.0, 0.0]; 4], "both triangles face the same way");
     assert_eq!(document.json["extensionsRequired"], Value::Null, "nothing is required any more");
     assert_eq!(document.json["meshes"][0]["primitives"][0]["extensions"], Value::Null, "nor used");
+    let (strip, document) = read(&draco_square().with("/meshes/0/primitives/0/mode", json!(5)));
+    assert_eq!(strip.meshes()[0].triangles(), mesh.triangles(), "a list, also where the file says a strip");
+    assert_eq!(document.json["meshes"][0]["primitives"][0]["mode"], 4, "and it is written as a list");
 }
 
 #[test]
@@ -129,6 +133,9 @@ fn meshopt_buffer_views_are_read_and_written_plain() {
     assert_eq!(scene.triangle_count(), 2, "triangles");
     assert_eq!(document.json["extensionsUsed"], json!(["KHR_mesh_quantization"]), "other extensions stay");
     assert_eq!(document.bytes.len(), 60, "of the compressed bytes nothing is left");
+    assert_eq!(document.json["bufferViews"][0]["byteStride"], 12, "elements stand as far apart as they were stored");
+    let other = read(&meshopt_square().with("/buffers/0/extensions", json!({"ACME_origin": 1}))).1;
+    assert_eq!(other.json["buffers"][0]["extensions"], json!({"ACME_origin": 1}), "extensions of others stay");
     let compressed = "/bufferViews/0/extensions/EXT_meshopt_compression";
     for (member, value, expected) in [
         ("count", json!(1_u64 << 40), "1099511627776 elements of 12 bytes are more than the limit"),
@@ -142,6 +149,17 @@ fn meshopt_buffer_views_are_read_and_written_plain() {
         let place = "a.glb: meshopt compression of buffer view 0: ";
         assert!(found.starts_with(place) && found.contains(expected), "{member}: {found}");
     }
+}
+
+#[test]
+fn compressed_bytes_named_many_times_count_each_time() {
+    let options = SceneReadOptions::default().memory_limit(20_000);
+    let mut file = meshopt_square();
+    assert!(read_scene_bytes(&file.glb(), "a.glb", &options).is_ok(), "48 and 12 bytes are little");
+    let view = file.json["bufferViews"][0].clone();
+    file.json["bufferViews"].as_array_mut().unwrap().extend(vec![view; 1000]);
+    let error = read_scene_bytes(&file.glb(), "a.glb", &options).map(|_| ()).unwrap_err();
+    assert!(matches!(error, SceneError::TooLarge { limit: SceneLimit::Memory, .. }), "{error}");
 }
 
 #[test]
@@ -162,6 +180,10 @@ fn instances_kept_as_arrays_become_nodes() {
     let few = SceneReadOptions::default().limit(3);
     let error = read_scene_bytes(&file.glb(), "a.glb", &few).unwrap_err().to_string();
     assert!(error.starts_with("a.glb: expected at most 3 triangles and vertices"), "{error}");
+    let turned = file.with("/nodes/0/extensions", json!({name: {"attributes": {"ROTATION": 2}}}));
+    let expected = "a.glb: node 0, EXT_mesh_gpu_instancing: expected vectors of 4 floats as ROTATION, found 3 x F32";
+    assert_eq!(refusal(&turned), expected, "three numbers are no rotation");
+    let file = turned.with("/nodes/0/extensions", json!({name: {"attributes": {"TRANSLATION": 2, "SCALE": 3}}}));
     let uneven = refusal(&file.with("/accessors/3/count", json!(3)));
     assert_eq!(uneven, "a.glb: node 0, EXT_mesh_gpu_instancing: the attributes have [4, 3] elements", "uneven");
 }
@@ -219,6 +241,16 @@ fn webp_and_basis_universal_textures_are_read() {
     large[20..24].copy_from_slice(&u32::MAX.to_le_bytes());
     let found = refusal(&textured(&large, "image/ktx2", "KHR_texture_basisu"));
     assert!(found.contains("expected textures of at most 268435456 texels"), "{found}");
+    let mut claims = uastc([0; 4]);
+    claims[44..48].copy_from_slice(&2_u32.to_le_bytes());
+    claims[96..104].copy_from_slice(&(1_u64 << 50).to_le_bytes());
+    let found = refusal(&textured(&claims, "image/ktx2", "KHR_texture_basisu"));
+    let expected = "a.glb: image 0: expected at most 16 bytes in the first level of the KTX2, found 1125899906842624";
+    assert_eq!(found, expected, "a level that claims more than its texels take");
+    let mut faces = uastc([0; 4]);
+    faces[36..40].copy_from_slice(&6_u32.to_le_bytes());
+    let found = refusal(&textured(&faces, "image/ktx2", "KHR_texture_basisu"));
+    assert_eq!(found, "a.glb: image 0: expected a plain picture in the KTX2, found layers or faces", "a cube");
 }
 
 /// Two squares that share an edge and have no normals: 6 vertices, of which the edge's two get others.

@@ -5,6 +5,7 @@
 mod common;
 mod compressed;
 mod damaged_files;
+mod hostile_files;
 mod outside;
 mod rays;
 mod read_gltf;

@@ -1,4 +1,5 @@
-//! glTF accessors: arrays of numbers in buffers. Nothing is allocated before its length was checked against a buffer.
+//! glTF accessors: arrays of numbers in buffers. Nothing is allocated before its length was checked against a buffer,
+//! or without one against the limit of vertices.
 
 use gltf_json::accessor::{Accessor, ComponentType, Type};
 use gltf_json::{Index, buffer, validation::Checked};
@@ -62,7 +63,7 @@ impl<'a> Accessors<'a> {
         let is_whole_by_nature =
             ["TEXCOORD", "COLOR", "ROTATION", "_CLUSTER", "_WEIGHTS"].iter().any(|name| what.starts_with(name));
         let may_be_whole = (is_quantized && !is_ours) || is_whole_by_nature;
-        let has_default = N == 4 && elements.components == 3 && !is_ours;
+        let has_default = N == 4 && elements.components == 3 && what.starts_with("COLOR");
         let is_float = elements.component == ComponentType::F32;
         if !(elements.components == N || has_default) || !(is_float || may_be_whole) {
             let (components, component) = (elements.components, elements.component);
@@ -96,13 +97,19 @@ impl<'a> Accessors<'a> {
         Ok(values)
     }
 
-    /// The bytes of all elements side by side, and of one.
-    pub(crate) fn packed(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<(Vec<u8>, usize), SceneError> {
+    /// The bytes of an element of an accessor.
+    pub(crate) fn size(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<usize, SceneError> {
+        let accessor = self.accessor(index, source)?;
+        self.elements(accessor, index.value(), source).map(|elements| elements.size())
+    }
+
+    /// The bytes of all elements side by side.
+    pub(crate) fn packed(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<Vec<u8>, SceneError> {
         let accessor = self.accessor(index, source)?;
         let elements = self.elements(accessor, index.value(), source)?;
         let mut values: Vec<&[u8]> = (0..elements.count).map(|i| elements.raw(i)).collect();
         self.overwrite(accessor, &mut values, &elements, source, Elements::raw)?;
-        Ok((values.concat(), elements.size()))
+        Ok(values.concat())
     }
 
     /// The bytes of an accessor.
@@ -181,7 +188,10 @@ impl Layout {
         let available = bytes.len() as u64;
         let end = match self.count {
             0 => Some(self.offset),
-            n => (n - 1).checked_mul(stride as u64).and_then(|e| e.checked_add(size as u64 + self.offset)),
+            n => {
+                let last = (n - 1).checked_mul(stride as u64).and_then(|e| e.checked_add(size as u64));
+                last.and_then(|e| e.checked_add(self.offset))
+            }
         };
         match end {
             Some(end) if end <= available => {}

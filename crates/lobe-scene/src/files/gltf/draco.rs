@@ -21,7 +21,7 @@ const NAME: &str = "KHR_draco_mesh_compression";
 
 /// Gives the accessors of compressed primitives the bytes that Draco holds. A primitive that is stored plain as well stays
 /// so: its vertices may be in another order than Draco's.
-pub(crate) fn decode(file: &mut GltfFile, source: &Source<'_>) -> Result<(), SceneError> {
+pub(crate) fn decode(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), SceneError> {
     let mut was_there = false;
     for mesh in 0..file.root.meshes.len() {
         for primitive in 0..file.root.meshes[mesh].primitives.len() {
@@ -29,10 +29,15 @@ pub(crate) fn decode(file: &mut GltfFile, source: &Source<'_>) -> Result<(), Sce
             let Some(compressed) = take_extension(json, NAME) else { continue };
             was_there = true;
             let json = json.clone();
-            let place = |message: String| {
+            let (before, limits) = (file.buffers.len(), limits_of(source));
+            let is_decoded = decode_primitive(file, &json, &compressed, limits).map_err(|message| {
                 source.invalid(format!("mesh {mesh}, primitive {primitive}: Draco compression: {message}"))
-            };
-            decode_primitive(file, &json, &compressed, source.limit()).map_err(place)?;
+            })?;
+            // What Draco holds is a list of triangles, whatever the primitive says.
+            if is_decoded && let Some(mode) = file.json["meshes"][mesh]["primitives"][primitive].get_mut("mode") {
+                *mode = json!(4);
+            }
+            source.count_bytes(file.buffers[before..].iter().map(|bytes| bytes.len() as u64).sum())?;
         }
     }
     if was_there {
@@ -42,15 +47,22 @@ pub(crate) fn decode(file: &mut GltfFile, source: &Source<'_>) -> Result<(), Sce
     Ok(())
 }
 
-fn decode_primitive(file: &mut GltfFile, primitive: &Value, compressed: &Value, limit: usize) -> Result<(), String> {
+/// Whether the primitive was decoded: one that is stored plain as well is not.
+fn decode_primitive(
+    file: &mut GltfFile,
+    primitive: &Value,
+    compressed: &Value,
+    limits: DecodeLimits,
+) -> Result<bool, String> {
     let accessor_of = |index: &Value| index.as_u64().map(|index| index as usize);
     let indices = accessor_of(&primitive["indices"]).ok_or("expected indices, found none")?;
     let accessors = &file.root.accessors;
     if accessors.get(indices).is_some_and(|accessor| accessor.buffer_view.is_some()) {
-        return Ok(());
+        return Ok(false);
     }
-    let view = accessor_of(&compressed["bufferView"]).ok_or("expected a buffer view, found none")?;
-    let mesh = mesh_of(view_bytes(file, Index::new(view as u32))?, limit)?;
+    let view = compressed["bufferView"].as_u64().and_then(|view| u32::try_from(view).ok());
+    let view = Index::new(view.ok_or("expected a buffer view, found none")?);
+    let mesh = mesh_of(view_bytes(file, view)?, limits)?;
     let corners: Vec<u8> = mesh.faces().iter().flatten().flat_map(|corner| corner.0.to_le_bytes()).collect();
     set_accessor(file, indices, (3 * mesh.num_faces(), 4), &corners)?;
     file.json["accessors"][indices]["componentType"] = json!(5125);
@@ -63,15 +75,18 @@ fn decode_primitive(file: &mut GltfFile, primitive: &Value, compressed: &Value, 
             .ok_or_else(|| format!("{name} is not of the type that its accessor says"))?;
         set_accessor(file, accessor, (mesh.num_points(), size), &bytes)?;
     }
-    Ok(())
+    Ok(true)
 }
 
-/// Decodes a mesh of at most `limit` faces and points.
-fn mesh_of(bytes: &[u8], limit: usize) -> Result<Mesh, String> {
-    // Every point has a few attributes of some sixteen bytes.
-    let limit = limit as u64;
-    let limits =
-        DecodeLimits::permissive().with_max_faces(limit).with_max_points(limit).with_max_decoded_bytes(256 * limit);
+/// The limits of decoding a mesh.
+fn limits_of(source: &Source<'_>) -> DecodeLimits {
+    let limit = source.limit() as u64;
+    // Every point has up to sixteen attributes of sixteen bytes.
+    let bytes = limit.saturating_mul(256).min(source.bytes_left());
+    DecodeLimits::permissive().with_max_faces(limit).with_max_points(limit).with_max_decoded_bytes(bytes)
+}
+
+fn mesh_of(bytes: &[u8], limits: DecodeLimits) -> Result<Mesh, String> {
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let mut mesh = Mesh::new();
         MeshDecoder::new().decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut mesh).map(|_| mesh)
@@ -121,6 +136,9 @@ fn values_of(attribute: &PointAttribute, points: usize, component: usize) -> Opt
 
 /// Adds a number as a component of an accessor: whole ones in as many bytes as that has, if they fit.
 fn push_value(value: &[u8], kind: DataType, component: usize, out: &mut Vec<u8>) -> Option<()> {
+    if matches!(kind, DataType::Float64 | DataType::Bool | DataType::Invalid) {
+        return None;
+    }
     if kind == DataType::Float32 {
         out.extend_from_slice(value);
         return (component == 5126).then_some(());
@@ -142,4 +160,18 @@ fn push_value(value: &[u8], kind: DataType, component: usize, out: &mut Vec<u8>)
         _ => return None,
     }
     Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_kinds_that_gltf_does_not_have_are_refused() {
+        for kind in [DataType::Float64, DataType::Bool, DataType::Invalid] {
+            let mut bytes = Vec::new();
+            let found = push_value(&[0; 8][..kind.byte_length()], kind, 5125, &mut bytes);
+            assert_eq!((found, bytes), (None, vec![]), "zero as {kind:?}");
+        }
+    }
 }

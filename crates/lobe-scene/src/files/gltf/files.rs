@@ -30,6 +30,7 @@ impl GltfFile {
         let json: Value = serde_json::from_slice(text)
             .map_err(|error| source.invalid(format!("expected glTF, found an error: {error}")))?;
         extensions::check(&json, source)?;
+        check_objects(&json, source)?;
         let root = Root::of(&json, source)?;
         let mut file = Self { json, root, buffers: Vec::new() };
         file.read_buffers(blob, source)?;
@@ -47,7 +48,10 @@ impl GltfFile {
                     continue;
                 }
                 (Some(uri), _) => read_uri(uri, source)?,
-                (None, Some(blob)) if i == 0 => blob.to_vec(),
+                (None, Some(blob)) if i == 0 => {
+                    source.count_bytes(blob.len() as u64)?;
+                    blob.to_vec()
+                }
                 // Where the views of a buffer are compressed, it need not be there.
                 (None, _) if !used.contains(&i) && self.is_fallback(i) => {
                     self.buffers.push(Vec::new());
@@ -115,6 +119,25 @@ impl GltfFile {
         self.root = Root::of(&self.json, source)?;
         Ok(())
     }
+}
+
+/// The arrays of a file whose items are objects.
+const ARRAYS_OF_OBJECTS: [&str; 10] =
+    ["accessors", "bufferViews", "buffers", "images", "materials", "meshes", "nodes", "samplers", "scenes", "textures"];
+
+/// Refuses objects that are written as arrays, which serde would read member by member.
+fn check_objects(json: &Value, source: &Source<'_>) -> Result<(), SceneError> {
+    for name in ARRAYS_OF_OBJECTS {
+        for (at, item) in json[name].as_array().into_iter().flatten().enumerate() {
+            let mut primitives = item["primitives"].as_array().into_iter().flatten();
+            if !item.is_object() || !primitives.all(Value::is_object) {
+                return Err(source.invalid(format!(
+                    "expected glTF, found an error at {name}[{at}]: expected objects, found another kind of JSON"
+                )));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The objects of an array of the file; none if it has no such array.

@@ -1,13 +1,14 @@
 //! Primitives without normals: glTF asks for flat triangles, which share no vertex where their planes differ.
 
-use gltf_json::Index;
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index};
 use serde_json::{Value, json};
 
 use crate::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::{GltfFile, push};
+use crate::files::gltf::nodes::{Origin, walk};
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, place_of, triangles};
 use crate::files::source::Source;
 use crate::scene::flat::FlatMesh;
@@ -16,7 +17,7 @@ use crate::scene::flat::FlatMesh;
 /// a point keeps its number; the others stand at the end.
 pub(crate) fn split_vertices(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), SceneError> {
     let mut added = 0;
-    for mesh in 0..file.root.meshes.len() {
+    for (mesh, times) in times_shown(file, source)?.into_iter().enumerate().filter(|&(_, times)| times > 0) {
         for primitive in 0..file.root.meshes[mesh].primitives.len() {
             let flat = {
                 let place = place_of(&file.root.meshes[mesh], mesh, primitive);
@@ -24,6 +25,7 @@ pub(crate) fn split_vertices(file: &mut GltfFile, source: &mut Source<'_>) -> Re
             };
             if let Some(flat) = flat.filter(|flat| !flat.added.is_empty()) {
                 added += flat.added.len();
+                source.count(flat.added.len().saturating_mul(times), 0)?;
                 rewrite(file, [mesh, primitive], &flat, source)?;
             }
         }
@@ -36,6 +38,17 @@ pub(crate) fn split_vertices(file: &mut GltfFile, source: &mut Source<'_>) -> Re
         file.update(source)?;
     }
     Ok(())
+}
+
+/// How often each mesh is shown.
+fn times_shown(file: &GltfFile, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
+    let mut times = vec![0; file.root.meshes.len()];
+    for shown in walk(&file.root, &Origin::default(), source)?.shown {
+        if let Some(times) = times.get_mut(shown.mesh) {
+            *times += 1;
+        }
+    }
+    Ok(times)
 }
 
 fn flat_mesh(
@@ -56,28 +69,42 @@ fn flat_mesh(
     Ok(Some(FlatMesh::new(&positions, &triangles(mode, &corners))))
 }
 
+/// The index of an accessor; one that is not there for what is none.
+fn index_of(accessor: &Value) -> Index<Accessor> {
+    Index::new(accessor.as_u64().and_then(|index| u32::try_from(index).ok()).unwrap_or(u32::MAX))
+}
+
 /// Writes the attributes of all vertices and the triangles anew.
 fn rewrite(
     file: &mut GltfFile,
     [mesh, primitive]: [usize; 2],
     flat: &FlatMesh,
-    source: &Source<'_>,
+    source: &mut Source<'_>,
 ) -> Result<(), SceneError> {
     let mut json = file.json["meshes"][mesh]["primitives"][primitive].take();
     let mut attributes = json["attributes"].take();
+    let positions = index_of(&attributes["POSITION"]);
     let targets = json.get_mut("targets").and_then(Value::as_array_mut).into_iter().flatten();
     for accessor in targets.chain([&mut attributes]).filter_map(Value::as_object_mut).flat_map(|set| set.values_mut()) {
-        let index = Index::new(accessor.as_u64().and_then(|index| u32::try_from(index).ok()).unwrap_or(u32::MAX));
-        let place = place_of(&file.root.meshes[mesh], mesh, primitive);
-        let (bytes, size) = Accessors { file, place }.packed(index, source)?;
-        let mut all = bytes.clone();
+        let index = index_of(accessor);
+        let accessors = Accessors { file, place: place_of(&file.root.meshes[mesh], mesh, primitive) };
+        let (count, expected) = (accessors.count(index, source)?, accessors.count(positions, source)?);
+        if count != expected {
+            let (place, accessor) = (&accessors.place, index.value());
+            let message = format!("{place}: expected {expected} elements in accessor {accessor}, found {count}");
+            return Err(source.invalid(message));
+        }
+        let size = accessors.size(index, source)?;
+        let room = (count + flat.added.len()) * size;
+        source.count_bytes(room as u64)?;
+        let mut all = accessors.packed(index, source)?;
+        all.reserve_exact(room - all.len());
         for &vertex in &flat.added {
             let start = vertex as usize * size;
-            // An attribute with fewer elements than there are positions is refused when it is read.
-            all.extend_from_slice(bytes.get(start..start + size).unwrap_or_default());
+            all.extend_from_within(start..start + size);
         }
         let mut copy = file.json["accessors"][index.value()].clone();
-        copy["count"] = json!(all.len() / size.max(1));
+        copy["count"] = json!(count + flat.added.len());
         copy["bufferView"] = json!(file.push_elements(&all, size));
         if let Value::Object(copy) = &mut copy {
             copy.remove("byteOffset");

@@ -1,5 +1,6 @@
 //! `EXT_mesh_gpu_instancing`: instances kept as arrays, made nodes.
 
+use gltf_json::{Accessor, Index};
 use serde_json::{Map, Value, json};
 
 use crate::SceneError;
@@ -9,14 +10,19 @@ use crate::files::source::Source;
 
 const NAME: &str = "EXT_mesh_gpu_instancing";
 
+/// Bytes of a node: its JSON with three arrays, and what is read of it.
+const NODE: u64 = 1024;
+
 /// Gives a node that shows its mesh many times a child for each: each has transfer of its own.
-pub(crate) fn expand(file: &mut GltfFile, source: &Source<'_>) -> Result<(), SceneError> {
+pub(crate) fn expand(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), SceneError> {
     let mut was_there = false;
     for index in 0..file.root.nodes.len() {
         let node = &mut file.json["nodes"][index];
         let Some(instancing) = take_extension(node, NAME) else { continue };
         was_there = true;
         let Some(mesh) = node.as_object_mut().and_then(|node| node.remove("mesh")) else { continue };
+        let count = count_of(file, index, &instancing["attributes"], source)?;
+        source.count_bytes(NODE.saturating_mul(count as u64))?;
         for mut child in instances(file, index, &instancing["attributes"], source)? {
             child.insert("mesh".to_owned(), mesh.clone());
             let child = push(&mut file.json, "nodes", Value::Object(child));
@@ -30,6 +36,29 @@ pub(crate) fn expand(file: &mut GltfFile, source: &Source<'_>) -> Result<(), Sce
     Ok(())
 }
 
+/// How often a node shows its mesh.
+pub(crate) fn times_shown(file: &GltfFile, node: usize, source: &Source<'_>) -> Result<usize, SceneError> {
+    let instancing = &file.json["nodes"][node]["extensions"][NAME];
+    if instancing.is_null() { Ok(1) } else { count_of(file, node, &instancing["attributes"], source) }
+}
+
+fn index_of(attributes: &Value, name: &str) -> Option<Index<Accessor>> {
+    Some(Index::new(u32::try_from(attributes[name].as_u64()?).ok()?))
+}
+
+/// The number of instances.
+fn count_of(file: &GltfFile, node: usize, attributes: &Value, source: &Source<'_>) -> Result<usize, SceneError> {
+    let accessors = Accessors { file, place: format!("node {node}, {NAME}") };
+    let counts = ["TRANSLATION", "ROTATION", "SCALE"].iter().filter_map(|name| index_of(attributes, name));
+    let counts: Vec<usize> = counts.map(|index| accessors.count(index, source)).collect::<Result<_, _>>()?;
+    let count = counts.first().copied().unwrap_or(0);
+    if counts.iter().any(|&other| other != count) {
+        return Err(source.invalid(format!("{}: the attributes have {counts:?} elements", accessors.place)));
+    }
+    source.check_limit(count, count)?;
+    Ok(count)
+}
+
 /// The transform of each instance, as members of a node.
 fn instances(
     file: &GltfFile,
@@ -38,24 +67,16 @@ fn instances(
     source: &Source<'_>,
 ) -> Result<Vec<Map<String, Value>>, SceneError> {
     let accessors = Accessors { file, place: format!("node {node}, {NAME}") };
-    let index_of = |name: &str| Some(gltf_json::Index::new(u32::try_from(attributes[name].as_u64()?).ok()?));
-    let counts = ["TRANSLATION", "ROTATION", "SCALE"].iter().filter_map(|name| index_of(name));
-    let counts: Vec<usize> = counts.map(|index| accessors.count(index, source)).collect::<Result<_, _>>()?;
-    let count = counts.first().copied().unwrap_or(0);
-    if counts.iter().any(|&other| other != count) {
-        return Err(source.invalid(format!("{}: the attributes have {counts:?} elements", accessors.place)));
-    }
-    source.check_limit(count, count)?;
-    let mut nodes = vec![Map::new(); count];
+    let mut nodes = vec![Map::new(); count_of(file, node, attributes, source)?];
     let mut put = |name: &str, values: Vec<Value>| {
         nodes.iter_mut().zip(values).for_each(|(node, value)| drop(node.insert(name.to_owned(), value)));
     };
     for (name, member) in [("TRANSLATION", "translation"), ("SCALE", "scale")] {
-        if let Some(index) = index_of(name) {
+        if let Some(index) = index_of(attributes, name) {
             put(member, accessors.vectors::<3>(name, index, source)?.into_iter().map(|v| json!(v)).collect());
         }
     }
-    if let Some(index) = index_of("ROTATION") {
+    if let Some(index) = index_of(attributes, "ROTATION") {
         put("rotation", accessors.vectors::<4>("ROTATION", index, source)?.into_iter().map(|v| json!(v)).collect());
     }
     Ok(nodes)

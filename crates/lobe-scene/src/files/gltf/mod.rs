@@ -4,7 +4,8 @@
 //! the members that are used; `accessor` reads numbers; `nodes` places meshes, `placement`
 //! finds the origin that they count from; `materials` reads colors and textures;
 //! `attributes` keeps the results of a bake. `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
-//! have made plain what it stores otherwise. Writing: `document` is a file to extend, `from_scene` creates one.
+//! have made plain what it stores otherwise, after `unfolded` has counted what it shows.
+//! Writing: `document` is a file to extend, `from_scene` creates one.
 
 pub(crate) mod accessor;
 pub(crate) mod attributes;
@@ -23,4 +24,5 @@ pub(crate) mod placement;
 pub(crate) mod plain;
 pub(crate) mod primitive;
 pub(crate) mod root;
+pub(crate) mod unfolded;
 pub(crate) mod uri;

@@ -10,6 +10,7 @@ use crate::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::nodes::{Origin, Shown, walk};
+use crate::files::gltf::primitive::is_of_triangles;
 use crate::files::source::Source;
 use crate::scene::near_origin::{far_center, reach};
 
@@ -54,11 +55,13 @@ fn bounds_of_mesh(file: &GltfFile, mesh: usize, source: &Source<'_>) -> Option<[
     let mut all = None;
     for primitive in &file.root.meshes.get(mesh)?.primitives {
         let Some(&index) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else { continue };
-        let accessors = Accessors { file, place: String::new() };
-        if accessors.count(index, source).is_ok_and(|count| source.has_room(count)) {
-            let positions: Vec<[f32; 3]> = accessors.vectors("POSITION", index, source).unwrap_or_default();
-            positions.iter().for_each(|p| grow(&mut all, DVec3::from(p.map(f64::from))));
+        // Points and lines are not shown, nor counted.
+        if is_of_triangles(primitive).is_none() {
+            continue;
         }
+        let accessors = Accessors { file, place: String::new() };
+        let positions: Vec<[f32; 3]> = accessors.vectors("POSITION", index, source).unwrap_or_default();
+        positions.iter().for_each(|p| grow(&mut all, DVec3::from(p.map(f64::from))));
     }
     all
 }

@@ -2,7 +2,7 @@
 
 use crate::SceneError;
 use crate::files::gltf::files::GltfFile;
-use crate::files::gltf::{draco, flat, instancing, meshopt};
+use crate::files::gltf::{draco, flat, instancing, meshopt, unfolded};
 use crate::files::source::Source;
 
 /// Reads a file and makes it plain, in the order in which the parts may depend on each other.
@@ -10,6 +10,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, Sc
     let mut file = GltfFile::read(bytes, source)?;
     meshopt::decode(&mut file, source)?;
     draco::decode(&mut file, source)?;
+    unfolded::count(&file, source)?;
     instancing::expand(&mut file, source)?;
     if source.is_flat(true) {
         flat::split_vertices(&mut file, source)?;

@@ -4,8 +4,9 @@ use crate::SceneError;
 use crate::files::source::Source;
 
 /// The bytes of a URI: embedded data, or a file beside the glTF file.
-pub(crate) fn read_uri(uri: &str, source: &Source<'_>) -> Result<Vec<u8>, SceneError> {
+pub(crate) fn read_uri(uri: &str, source: &mut Source<'_>) -> Result<Vec<u8>, SceneError> {
     if let Some(data) = uri.strip_prefix("data:") {
+        source.count_bytes(data.len() as u64 / 4 * 3)?;
         let shown: String = uri.chars().take(40).collect();
         let encoded = data.split_once(";base64,").map(|(_, encoded)| encoded);
         return encoded
@@ -23,6 +24,10 @@ fn decode_base64(text: &str) -> Option<Vec<u8>> {
     let text = text.trim_end_matches('=').as_bytes();
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 2);
     for group in text.chunks(4) {
+        // Six bits are no byte.
+        if group.len() == 1 {
+            return None;
+        }
         let mut bits = 0_u32;
         for &c in group {
             let value = match c {
@@ -44,7 +49,10 @@ fn decode_base64(text: &str) -> Option<Vec<u8>> {
 
 /// Decodes the file name of a URI: `%20` is a space.
 fn decode_percent(uri: &str) -> String {
-    let hex = |s: &[u8]| std::str::from_utf8(s).ok().and_then(|s| u8::from_str_radix(s, 16).ok());
+    let hex = |s: &[u8]| {
+        let digits = std::str::from_utf8(s).ok().filter(|s| s.bytes().all(|c| c.is_ascii_hexdigit()));
+        digits.and_then(|s| u8::from_str_radix(s, 16).ok())
+    };
     let bytes = uri.as_bytes();
     let (mut out, mut i) = (Vec::new(), 0);
     while i < bytes.len() {
@@ -72,6 +80,7 @@ mod tests {
             assert_eq!(decode_base64(text).as_deref(), Some(bytes), "{text}");
         }
         assert_eq!(decode_base64("a b"), None, "a space is no base64");
-        assert_eq!(decode_percent("my%20wood%2Fx%zz.png%"), "my wood/x%zz.png%", "percent codes");
+        assert_eq!(decode_base64("TWFuA"), None, "a rest of one character is no byte");
+        assert_eq!(decode_percent("my%20wood%2Fx%zz%+5.png%"), "my wood/x%zz%+5.png%", "percent codes");
     }
 }

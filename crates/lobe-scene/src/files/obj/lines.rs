@@ -22,8 +22,14 @@ impl Line<'_> {
     }
 }
 
-/// The text of a file: UTF-8, or else Latin-1, which older programs write.
+/// Whether a file begins with the byte order mark of UTF-16.
+pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF")
+}
+
+/// The text of a file: UTF-8, with or without a byte order mark, or else Latin-1, which older programs write.
 pub(crate) fn text_of(bytes: &[u8]) -> Cow<'_, str> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|&byte| char::from(byte)).collect(), Cow::Borrowed)
 }
 
@@ -80,6 +86,7 @@ mod tests {
     #[test]
     fn bytes_that_are_no_utf8_are_latin_1() {
         assert_eq!(text_of("µ".as_bytes()), "µ", "UTF-8");
+        assert_eq!(text_of("\u{feff}v".as_bytes()), "v", "a byte order mark is no text");
         assert_eq!(text_of(b"usemtl Stra\xDFe"), "usemtl Straße", "Latin-1");
     }
 }

@@ -1,0 +1,172 @@
+//! Small files that ask for much, and JSON of a wrong kind: they are refused in one line.
+
+use std::fs;
+
+use lobe_scene::{
+    Material, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions, TextureUse, read_scene,
+    read_scene_and_document, read_scene_bytes,
+};
+use serde_json::{Value, json};
+
+use crate::common::Gltf;
+
+fn refusal(file: &Gltf, options: &SceneReadOptions) -> SceneError {
+    read_scene_bytes(&file.glb(), "a.glb", options).map(|_| ()).unwrap_err()
+}
+
+/// The pointers of all members of a JSON value, and of theirs.
+fn pointers(json: &Value, at: &str, found: &mut Vec<String>) {
+    let members: Vec<(String, &Value)> = match json {
+        Value::Array(items) => items.iter().enumerate().map(|(k, item)| (k.to_string(), item)).collect(),
+        Value::Object(members) => members.iter().map(|(name, item)| (name.clone(), item)).collect(),
+        _ => Vec::new(),
+    };
+    for (name, item) in members {
+        let at = format!("{at}/{name}");
+        pointers(item, &at, found);
+        found.push(at);
+    }
+}
+
+#[test]
+fn json_of_a_wrong_kind_is_read_or_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let file = Gltf::square().with_attribute("COLOR_0", "VEC4", &[0.5; 16]);
+    let mesh = json!([null, null, null, [{"attributes": {}}], null]);
+    let mut all = Vec::new();
+    pointers(&file.json, "", &mut all);
+    let options = SceneReadOptions::default();
+    for pointer in &all {
+        for value in [json!([]), json!({}), json!(null), json!("a"), json!(u64::MAX), mesh.clone()] {
+            let changed = Gltf { json: file.json.clone(), buffer: file.buffer.clone() }.with(pointer, value.clone());
+            fs::write(&path, changed.glb()).unwrap();
+            let found = [read_scene(&path, &options).map(|_| ()), read_scene_and_document(&path, &options).map(|_| ())];
+            for error in found.into_iter().filter_map(Result::err) {
+                let message = error.to_string();
+                assert!(!message.contains('\n'), "{pointer} as {value}: {message:?}");
+            }
+        }
+    }
+    let found = refusal(&file.with("/meshes/0", mesh), &options).to_string();
+    let expected = "a.glb: expected glTF, found an error at meshes[0]: expected objects, found another kind of JSON";
+    assert_eq!(found, expected, "a mesh written as an array");
+}
+
+#[test]
+fn offsets_near_the_largest_number_are_outside_of_the_buffer() {
+    let file = Gltf::square().with("/accessors/0/byteOffset", json!(u64::MAX - 11));
+    let found = refusal(&file, &SceneReadOptions::default()).to_string();
+    let place = "a.glb: mesh `square`, primitive 0: accessor 0";
+    assert_eq!(found, format!("{place}: 4 elements do not fit into a buffer view of 48 bytes"), "message");
+}
+
+#[test]
+fn instances_in_arrays_are_counted_before_they_become_nodes() {
+    let name = "EXT_mesh_gpu_instancing";
+    let count = 1_u64 << 26;
+    let file = Gltf::square()
+        .with("/accessors/2", json!({"componentType": 5126, "count": count, "type": "VEC3"}))
+        .with("/nodes/0/extensions", json!({name: {"attributes": {"TRANSLATION": 2}}}));
+    let found = refusal(&file, &SceneReadOptions::default()).to_string();
+    let expected = "a.glb: expected at most 67108864 triangles and vertices, found 134217728 and 268435456 or more: raise \
+                    SceneReadOptions::limit";
+    assert_eq!(found, expected, "two triangles and four vertices each");
+    let empty = file.with("/meshes/0/primitives", json!([]));
+    let error = refusal(&empty, &SceneReadOptions::default().memory_limit(1 << 20));
+    assert!(matches!(error, SceneError::TooLarge { limit: SceneLimit::Memory, .. }), "of an empty mesh: {error}");
+}
+
+#[test]
+fn attributes_of_another_length_are_not_copied_to_make_triangles_flat() {
+    let mut file = Gltf::square();
+    // The square is folded along its diagonal.
+    file.buffer[44..48].copy_from_slice(&1_f32.to_le_bytes());
+    let file = file
+        .with("/accessors/2", json!({"componentType": 5126, "count": 1_u64 << 26, "type": "MAT4"}))
+        .with("/meshes/0/primitives/0/attributes/_A", json!(2));
+    let found = refusal(&file, &SceneReadOptions::default()).to_string();
+    let expected = "a.glb: mesh `square`, primitive 0: expected 4 elements in accessor 2, found 67108864";
+    assert_eq!(found, expected, "message");
+}
+
+#[test]
+fn vertices_added_to_make_triangles_flat_count_against_the_limit() {
+    let roof = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nf 1 2 3 4\nf 2 1 5 6\n";
+    let read = |normals| {
+        let options = SceneReadOptions::default().limit(7).missing_normals(normals);
+        read_scene_bytes(roof.as_bytes(), "a.obj", &options).map(|(scene, _)| scene.vertex_count())
+    };
+    let smooth = read(MissingNormals::Smooth);
+    assert!(matches!(smooth, Ok(6)), "six vertices as they are: {smooth:?}");
+    let flat = read(MissingNormals::Flat);
+    assert!(matches!(flat, Err(SceneError::TooLarge { .. })), "eight of them: {flat:?}");
+}
+
+#[test]
+fn of_many_notes_the_first_are_kept_and_the_others_counted() {
+    let materials: Vec<_> = (0..150).map(|k| json!({"name": format!("m{k}"), "normalTexture": {"index": 0}})).collect();
+    let file = Gltf::square().with("/materials", json!(materials));
+    let (_, report) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default()).unwrap();
+    assert_eq!(report.notes.len(), 101, "{:?}", report.notes);
+    assert_eq!(report.notes[99], "material `m99` has a normal texture, which is not used", "the last that is kept");
+    assert_eq!(report.notes[100], "and 50 more notes", "the rest");
+}
+
+#[test]
+fn names_of_missing_files_stay_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    let file = Gltf::square().with("/buffers/0/uri", json!("\u{1b}[2J\nx.bin"));
+    fs::write(&path, file.json.to_string()).unwrap();
+    let error = read_scene(&path, &SceneReadOptions::default()).map(|_| ()).unwrap_err();
+    assert!(matches!(error, SceneError::Io { .. }), "{error:?}");
+    let message = error.to_string();
+    assert!(!message.contains(char::is_control), "{message:?}");
+}
+
+#[test]
+fn an_obj_in_utf_16_is_named_as_such_and_a_byte_order_mark_of_utf_8_is_skipped() {
+    let read = |bytes: &[u8]| read_scene_bytes(bytes, "a.obj", &SceneReadOptions::default());
+    for bytes in [b"\xFF\xFEv\0", b"\xFE\xFF\0v"] {
+        let error = read(&bytes[..]).map(|_| ()).unwrap_err().to_string();
+        assert_eq!(error, "a.obj: expected UTF-8 or Latin-1, found UTF-16", "message");
+    }
+    let (scene, _) = read("\u{feff}v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n".as_bytes()).unwrap();
+    assert_eq!(scene.vertex_count(), 3, "the first line counts");
+}
+
+#[test]
+fn materials_named_many_times_are_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    fs::write(folder.path().join("a.mtl"), format!("newmtl a\nKd 1 1 1\n#{}\n", "x".repeat(1000))).unwrap();
+    fs::write(&path, "mtllib a.mtl\n".repeat(100) + "v 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl a\nf 1 2 3\n").unwrap();
+    let (scene, _) = read_scene(&path, &SceneReadOptions::default().memory_limit(10_000)).unwrap();
+    assert_eq!(scene.materials().len(), 1, "materials");
+    let error = read_scene(&path, &SceneReadOptions::default().memory_limit(500)).map(|_| ()).unwrap_err();
+    assert!(matches!(error, SceneError::TooLarge { limit: SceneLimit::Memory, .. }), "it counts: {error}");
+}
+
+#[test]
+fn scenes_of_materials_out_of_range_are_refused() {
+    let used = TextureUse { texture: 0, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED };
+    let texture = |used| Material { base_color_texture: Some(used), ..Material::WHITE };
+    for (material, expected) in [
+        (Material { transmission: 5.0, ..Material::WHITE }, "transmission from 0 to 1, found"),
+        (Material { roughness: f32::NAN, ..Material::WHITE }, "transmission from 0 to 1, found"),
+        (Material { emissive: [f32::NAN, 0.0, 0.0], ..Material::WHITE }, "expected a finite emission"),
+        (texture(TextureUse { uv_set: 2, ..used }), "expected texture coordinates of set 0 or 1, found 2"),
+        (texture(TextureUse { uv_map: [[f32::INFINITY; 3]; 2], ..used }), "expected a finite map of its texture"),
+    ] {
+        let parts = MeshParts {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            material: Some(0),
+            ..MeshParts::default()
+        };
+        let white = lobe_scene::Texture::new(1, 1, vec![[255; 4]], [lobe_scene::Wrap::Repeat; 2]);
+        let error = Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![white]).map(|_| ()).unwrap_err();
+        assert!(error.to_string().contains(expected), "{expected}: {error}");
+    }
+}
