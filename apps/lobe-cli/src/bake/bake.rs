@@ -225,7 +225,7 @@ impl Bake {
         let mut fingerprint = Fingerprint::of_kind(0);
         fingerprint_scene(&mut fingerprint, scene);
         let compression = self.compression.options();
-        let recipe = Recipe::of_bake(&self.bake_options(), report);
+        let recipe = Recipe::of_bake(scene, &self.bake_options(), report);
         let recipe = if self.input.is_see_through() { recipe.straight_through(true) } else { recipe };
         recipe
             .scene(self.input.file_name())
