@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The scene above a square of four times its width, of about `vertices` vertices.
 fn over_ground(scene: Scene, vertices: usize) -> Result<Scene, Box<dyn Error>> {
-    let bounds = scene.bounds();
+    let (bounds, origin) = (scene.bounds(), scene.origin());
     let (mut meshes, mut materials, textures) = scene.into_parts();
     let cells = (vertices as f32).sqrt() as u32;
     let side = 4.0 * (bounds.max[0] - bounds.min[0]).max(bounds.max[1] - bounds.min[1]);
@@ -57,5 +57,5 @@ fn over_ground(scene: Scene, vertices: usize) -> Result<Scene, Box<dyn Error>> {
     }
     materials.push(Material::matte("ground", [0.6, 0.5, 0.4]));
     meshes.push(Mesh::new(ground)?);
-    Ok(Scene::new(meshes, materials, textures)?)
+    Ok(Scene::new(meshes, materials, textures)?.moved(origin))
 }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use lobe_scene::{Alpha, Scene};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::{AlbedoMode, BakeOptions, BakeReport, Mode};
+use crate::{AlbedoMode, BakeOptions, BakeReport, Mode, PrtError};
 
 /// The name of [`AlbedoMode::None`] in a recipe.
 const DEMODULATED: &str = "none";
@@ -174,11 +175,16 @@ Recipe {
 }
 
 impl Recipe {
-    /// The recipe of a bake: its options, and what its report says that the same arguments lead to again.
+    /// The recipe of a bake: its options, whether light went straight through surfaces of the scene, and what its report
+    /// says that the same arguments lead to again.
     #[must_use]
-    pub fn of_bake(options: &BakeOptions, report: &BakeReport) -> Self {
+    pub fn of_bake(scene: &Scene, options: &BakeOptions, report: &BakeReport) -> Self {
         let albedo = (options.albedo == AlbedoMode::None).then(|| DEMODULATED.to_owned());
-        Self { albedo, ..Self::default() }
+        let is_see_through = (0..scene.meshes().len()).map(|mesh| scene.material(mesh)).any(|material| {
+            material.straight_through && (material.alpha == Alpha::Blend || material.transmission > 0.0)
+        });
+        let straight_through = is_see_through.then_some(true);
+        Self { albedo, straight_through, ..Self::default() }
             .mode(options.mode.into())
             .order(options.order)
             .samples(options.samples)
@@ -213,6 +219,22 @@ impl Recipe {
     }
 }
 
+impl Recipe {
+    /// Refuses transfer whose albedo is where this version does not know it to be: it would be shown as if the albedo
+    /// were part of it.
+    pub(crate) fn understood(self, place: &str) -> Result<Self, PrtError> {
+        let found = match (self.albedo.as_deref(), self.others.get("albedo")) {
+            (None, None) | (Some(DEMODULATED), _) => return Ok(self),
+            (Some(text), _) => format!("{text:?}"),
+            (None, Some(value)) => value.to_string(),
+        };
+        let message = format!(
+            "expected an albedo of {DEMODULATED:?} in its recipe, or none, found {found}; take a Lobe as new as the file"
+        );
+        Err(PrtError::Unsupported { place: place.to_owned(), message })
+    }
+}
+
 /// Takes a member of an object, if it is there and of the type.
 fn take<T: DeserializeOwned>(members: &mut Map<String, Value>, name: &str) -> Option<T> {
     let value = T::deserialize(members.get(name)?).ok()?;
@@ -230,6 +252,7 @@ fn put<T: Serialize>(members: &mut Map<String, Value>, name: &str, value: Option
 
 #[cfg(test)]
 mod tests {
+    use lobe_scene::built_in;
     use serde_json::json;
 
     use super::*;
@@ -262,8 +285,28 @@ mod tests {
             energy_left: 0.0,
             stderr_dc: 0.25,
         };
-        let recipe = Recipe::of_bake(&options, &report);
+        let scene = built_in::ball_over_ground(4);
+        let recipe = Recipe::of_bake(&scene, &options, &report);
         assert_eq!(recipe.bake_options(), BakeOptions { bounces: 0, ..options }, "{recipe:?}");
         assert_eq!((recipe.rays, recipe.stderr_dc), (Some(2), Some(0.25)), "what the report says");
+        assert_eq!(recipe.straight_through, None, "nothing of it lets light through");
+        let (meshes, mut materials, textures) = scene.into_parts();
+        materials.iter_mut().for_each(|m| (m.transmission, m.straight_through) = (0.5, true));
+        let glass = Scene::new(meshes, materials, textures).unwrap();
+        let recipe = Recipe::of_bake(&glass, &options, &report);
+        assert_eq!(recipe.straight_through, Some(true), "glass");
+    }
+
+    #[test]
+    fn an_albedo_of_a_later_version_is_refused() {
+        for (text, is_known) in [
+            ("{}", true),
+            (r#"{"albedo":"none"}"#, true),
+            (r#"{"albedo":"texel"}"#, false),
+            (r#"{"albedo":["none"]}"#, false),
+        ] {
+            let recipe: Recipe = serde_json::from_str(text).unwrap();
+            assert_eq!(recipe.understood("a.glb").is_ok(), is_known, "{text}");
+        }
     }
 }

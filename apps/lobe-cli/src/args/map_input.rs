@@ -172,14 +172,6 @@ fn layout_name(layout: CubeLayout) -> &'static str {
     }
 }
 
-fn extension(path: &Path) -> String {
-    path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase()
-}
-
-pub(crate) fn is_texture(path: &Path) -> bool {
-    ["ktx2", "ktx", "dds"].contains(&extension(path).as_str())
-}
-
 #[cfg(test)]
 mod tests {
     use clap::ValueEnum as _;

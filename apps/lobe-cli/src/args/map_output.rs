@@ -11,7 +11,6 @@ use lobe::env::{
 };
 use lobe::image::{ImageError, PictureWriteOptions};
 
-use crate::args::map_input::is_texture;
 use crate::args::names::names;
 use crate::args::output;
 use crate::args::picture::{PictureOutput, note_clamped};
@@ -20,8 +19,8 @@ use crate::run::talk::Talk;
 /// A map to write.
 #[derive(Args)]
 pub(crate) struct MapOutput {
-    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2, .dds or .ktx, or as FOLDER/PREFIX%.exr (or
-    /// another extension) for the six files px to nz
+    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2, .dds or .ktx, or as
+    /// FOLDER/PREFIX%.exr (or another extension) for the six files px to nz
     #[arg(short, long, value_name = "OUT")]
     output: MapFile,
     /// Of a cube in one picture: how its faces lie in it [default: horizontal-cross]
@@ -36,13 +35,17 @@ pub(crate) struct MapOutput {
     /// Of .ktx2: compress with Zstandard
     #[arg(long)]
     zstd: bool,
-    /// Of .ktx2, .dds and .ktx: with all smaller levels, each the mean of the one before [default: none; by convert those of IN, where IN
-    /// is a texture of the same size]
+    /// Of .ktx2, .dds and .ktx: with all smaller levels, each the mean of the one before [default: none; by convert
+    /// those of IN, where IN is a texture of the same size]
     #[arg(long)]
     mips: bool,
     /// Of .exr: 16-bit half instead of 32-bit float
     #[arg(long)]
     half: bool,
+}
+
+fn is_texture(path: &Path) -> bool {
+    ["ktx2", "dds", "ktx"].iter().any(|extension| output::has_extension(path, extension))
 }
 
 /// A file of a map, or six.
@@ -207,10 +210,10 @@ impl MapOutput {
                 std::fs::create_dir_all(folder)
                     .map_err(|source| ImageError::Io { place: folder.display().to_string(), source })?;
                 let report = write_cube_faces(files, &cube, self.handedness(), &options)?;
-                let name = folder.display().to_string();
+                let name = files.to_string();
                 note_clamped(&name, report, talk);
                 if files.extension() == "png" {
-                    talk.note(&name, "tone-mapped for looking at, all faces alike; %.exr holds the values");
+                    talk.note(&name, "tone-mapped for looking at, all faces alike; .exr holds the values");
                 }
                 Ok(())
             }

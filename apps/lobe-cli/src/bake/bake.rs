@@ -7,7 +7,7 @@ use lobe::prt::{
     bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, fingerprint_scene, write_compressed_transfer,
     write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
-use lobe::scene::{Bounds, Bvh, GltfDocument, Scene};
+use lobe::scene::{Bvh, GltfDocument, Scene};
 
 use crate::args::output::{self, has_extension};
 use crate::bake::options::{Bake, ModeName};
@@ -201,10 +201,9 @@ impl Bake {
                 [[0, 1, 2].map(|k| a[k].min(b[k])), [0, 1, 2].map(|k| a[k].max(b[k]))]
             }
             None => {
-                let (Bounds { min, max }, origin) = (scene.bounds(), scene.origin());
-                let half = |k: usize| (max[k] - min[k]) / (2 * counts[k]) as f32;
-                let in_world = |corner: [f32; 3]| [0, 1, 2].map(|k| f64::from(corner[k]) + origin[k]);
-                [in_world([0, 1, 2].map(|k| min[k] + half(k))), in_world([0, 1, 2].map(|k| max[k] - half(k)))]
+                let [min, max] = scene.world_bounds();
+                let half = |k: usize| (max[k] - min[k]) / (2 * counts[k]) as f64;
+                [[0, 1, 2].map(|k| min[k] + half(k)), [0, 1, 2].map(|k| max[k] - half(k))]
             }
         };
         Grid::between(min, max, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
@@ -226,7 +225,7 @@ impl Bake {
         let mut fingerprint = Fingerprint::of_kind(0);
         fingerprint_scene(&mut fingerprint, scene);
         let compression = self.compression.options();
-        let recipe = Recipe::of_bake(&self.bake_options(), report);
+        let recipe = Recipe::of_bake(scene, &self.bake_options(), report);
         let recipe = if self.input.is_see_through() { recipe.straight_through(true) } else { recipe };
         recipe
             .scene(self.input.file_name())

@@ -14,8 +14,8 @@ pub(crate) struct EnvConvert {
     input: MapInput,
     #[command(flatten)]
     output: MapOutput,
-    /// How the new map shows the surroundings [default: cube for .ktx2, .dds, six files and
-    /// with --layout; else as IN does]
+    /// How the new map shows the surroundings [default: cube for .ktx2, .dds, .ktx, six files
+    /// and with --layout; else as IN does]
     #[arg(long, value_name = "MAPPING", value_enum)]
     to: Option<Form>,
     /// The height of the new picture, or of one face of a cube, 1 to 8192; lat-long and dual-paraboloid are twice as wide

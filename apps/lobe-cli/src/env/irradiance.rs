@@ -17,6 +17,9 @@ use crate::run::talk::Talk;
 /// The order where none is given: nine coefficients keep the irradiance to a few percent.
 const DEFAULT_ORDER: usize = 3;
 
+/// The height of the picture where none is given: irradiance has no detail.
+const DEFAULT_SIZE: usize = 64;
+
 #[derive(Args)]
 pub(crate) struct EnvIrradiance {
     #[command(flatten)]
@@ -37,9 +40,9 @@ pub(crate) struct EnvIrradiance {
     /// With --method sh: the order (number of bands), 1 to 64 [default: 3]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
-    /// The height of the picture in pixels, 1 to 8192; it is twice as wide
-    #[arg(long, value_name = "H", default_value = "64", value_parser = values::rows)]
-    size: usize,
+    /// Of OUT: the height of the picture in pixels, 1 to 8192; it is twice as wide [default: 64]
+    #[arg(long, value_name = "H", requires = "output", value_parser = values::rows)]
+    size: Option<usize>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -48,6 +51,12 @@ enum Method {
     Sh,
     /// Sum over all pixels for every direction: slow, nothing cut off
     BruteForce,
+}
+
+/// The map in the form that the method takes.
+enum Source {
+    Any(MappedMap),
+    LatLong(EnvMap),
 }
 
 impl EnvIrradiance {
@@ -60,19 +69,22 @@ impl EnvIrradiance {
         }
         let map = self.input.read(talk)?;
         let order = self.order.unwrap_or(DEFAULT_ORDER);
-        let lat_long = || self.input.to_lat_long(map.clone(), talk);
+        let source = match self.method {
+            Method::Sh => Source::Any(map),
+            Method::BruteForce => Source::LatLong(self.input.to_lat_long(map, talk)?),
+        };
         if !self.dirs.is_empty() {
-            let irradiance = match self.method {
-                Method::Sh => by_expansion(&map, order, &self.dirs),
-                Method::BruteForce => irradiance_at(&lat_long()?, &self.dirs),
+            let irradiance = match &source {
+                Source::Any(map) => by_expansion(map, order, &self.dirs),
+                Source::LatLong(map) => irradiance_at(map, &self.dirs),
             };
             output::print_values(irradiance.into_iter().map(|e| e.to_array().to_vec()).collect(), self.json)?;
         }
         let Some(output) = &self.output else { return Ok(()) };
-        let (width, height) = (2 * self.size, self.size);
-        let irradiance = match self.method {
-            Method::Sh => irradiance_map(&map, order, width, height),
-            Method::BruteForce => brute_force(&lat_long()?, width, height, talk)?,
+        let height = self.size.unwrap_or(DEFAULT_SIZE);
+        let irradiance = match &source {
+            Source::Any(map) => irradiance_map(map, order, 2 * height, height),
+            Source::LatLong(map) => brute_force(map, 2 * height, height, talk)?,
         };
         output.write(&irradiance, talk)
     }

@@ -27,8 +27,8 @@ pub(crate) struct EnvPrefilter {
     input: MapInput,
     #[command(flatten)]
     output: MapOutput,
-    /// ggx: a chain of levels from the mirror to roughness 1, as .ktx2, .dds or .ktx; phong:E and blinn-phong:E: a highlight map for
-    /// this exponent, any kind of file. All are divided by their weights: an even map stays as it is
+    /// ggx: a chain of levels from the mirror to roughness 1, as .ktx2, .dds or .ktx; phong:E and blinn-phong:E: a
+    /// highlight map for this exponent, any kind of file. All are divided by their weights: an even map stays as it is
     #[arg(long, value_name = "ggx|phong:E|blinn-phong:E", default_value = "ggx")]
     lobe: Lobe,
     /// The size of a face, of a chain that of the first level, 1 to 8192

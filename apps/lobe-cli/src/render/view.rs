@@ -66,9 +66,7 @@ impl ViewInput {
     pub(crate) fn camera(&self, scene: &Scene) -> anyhow::Result<Camera> {
         let half_angle = 0.5 * self.fov.to_radians();
         let (Some(eye), Some(target)) = (self.eye, self.target) else {
-            let (bounds, origin) = (scene.bounds(), scene.origin());
-            let in_world = |corner: [f32; 3]| [0, 1, 2].map(|k| f64::from(corner[k]) + origin[k]);
-            let [min, max] = [bounds.min, bounds.max].map(in_world);
+            let [min, max] = scene.world_bounds();
             let Some(eye) = Dir::new(FRONT) else { unreachable!("the front is a direction") };
             return Ok(Camera::framing(min, max, View::from_eye(eye), half_angle));
         };

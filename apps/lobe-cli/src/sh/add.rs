@@ -28,7 +28,7 @@ impl ShAdd {
         self.output.check()?;
         ShInput::check_stdin_once(&self.inputs)?;
         let files = self.inputs.iter().map(ShInput::read).collect::<anyhow::Result<Vec<_>>>()?;
-        let quantity = self.quantity.or(quantity_of_sum(&files)).map_err(|why| anyhow!("{}: {why}", self.inputs[0]))?;
+        let quantity = self.quantity.or(quantity_of_sum(&self.inputs, &files)).map_err(|why| anyhow!("{why}"))?;
         let highest = files.iter().map(|file| file.coefficients.order()).max();
         let order = self.order.or(highest).unwrap_or(1);
         let numbers: Option<Vec<&ShVec<f64>>> = files
@@ -43,10 +43,11 @@ impl ShAdd {
     }
 }
 
-fn quantity_of_sum(files: &[ShFile]) -> Result<Quantity, String> {
+/// The quantity of all files; else a message that names the first file of another one.
+fn quantity_of_sum(inputs: &[ShInput], files: &[ShFile]) -> Result<Quantity, String> {
     let first = files[0].quantity;
-    match files.iter().find(|file| file.quantity != first) {
-        Some(other) => Err(format!("{first} and {} are not added", other.quantity)),
+    match inputs.iter().zip(files).find(|(_, file)| file.quantity != first) {
+        Some((input, other)) => Err(format!("{input}: {} is not added to {first}", other.quantity)),
         None => Ok(first),
     }
 }

@@ -81,6 +81,8 @@ fn the_irradiance_of_given_normals_is_printed_and_is_that_of_the_picture() {
         assert_eq!(read(&dir, "e.exr").height(), 64, "the picture, too");
     }
     assert!(dir.lobe("env irradiance sky.exr").error().contains("--output"), "nothing to do");
+    let line = dir.lobe("env irradiance sky.exr --dir 0,0,1 --size 8").error();
+    assert!(line.contains("--output"), "a size of no picture: {line}");
 }
 
 #[test]

@@ -145,6 +145,8 @@ fn a_folder_is_made_when_there_is_something_to_put_into_it() {
     assert!(line.contains("sky.exr"), "{line}");
     dir.lobe("env convert sky.exr -o made/here/%.exr --size 4").stdout();
     assert_eq!(dir.path("made/here").read_dir().unwrap().count(), 6, "six files");
+    let (_, stderr) = dir.lobe("env convert sky.exr -o look_%.png --size 4").succeeds();
+    assert!(stderr.contains("note: look_%.png: tone-mapped for looking at"), "{stderr}");
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn what_does_not_add_up_is_refused_unless_the_sum_is_named() {
     dir.sh("r.sh.json", Quantity::Radiance, numbers(2, 1.0));
     dir.sh("e.sh.json", Quantity::Irradiance, numbers(2, 1.0));
     let line = dir.lobe("sh add r.sh.json e.sh.json -o s.sh.json").error();
-    let said = "r.sh.json: radiance and irradiance are not added; --quantity names the result whatever it is";
+    let said = "e.sh.json: irradiance is not added to radiance; --quantity names the result whatever it is";
     assert_eq!(line, said, "two quantities");
     dir.lobe("sh add r.sh.json e.sh.json --quantity radiance -o s.sh.json").stdout();
     assert_eq!(dir.read_sh("s.sh.json").quantity, Quantity::Radiance, "named");

@@ -1,5 +1,6 @@
 //! Cube maps in six files, one for each face.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use lobe_image::{
@@ -74,6 +75,14 @@ impl FaceFiles {
     }
 }
 
+impl fmt::Display for FaceFiles {
+    /// The path with its percent sign.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let path = self.folder.join(format!("{}{ANY_FACE}{}", self.before, self.after));
+        write!(f, "{}", path.display())
+    }
+}
+
 /// Reads a cube from [six files](FaceFiles::to_read), with the reports of the faces.
 pub(crate) fn read_cube_faces(
     files: &FaceFiles,
@@ -81,9 +90,9 @@ pub(crate) fn read_cube_faces(
 ) -> Result<(CubeMap, Vec<PictureReadReport>), EnvError> {
     let invalid = |path: &Path, message| ImageError::Invalid { place: path.display().to_string(), message };
     let Some(paths) = files.to_read() else {
-        let pattern = files.folder.join(format!("{}{ANY_FACE}{}", files.before, files.after));
         let tried = NAMES.map(|names| names.join(" ")).join(", or ");
-        return Err(invalid(&pattern, format!("none of the six files is there; tried for {ANY_FACE}: {tried}")).into());
+        let message = format!("none of the six files is there; tried for {ANY_FACE}: {tried}");
+        return Err(ImageError::Invalid { place: files.to_string(), message }.into());
     };
     let mut texels: Vec<Rgb<f32>> = Vec::new();
     let mut reports: Vec<PictureReadReport> = Vec::with_capacity(FACES);

@@ -42,7 +42,7 @@ pub struct CubeWriteOptions {
     pub zstd: bool,
 }
 
-/// Writes a cube map with all its levels as `.ktx2` or `.dds`, depending on the extension; see [`write_cube_texture`].
+/// Writes a cube map with all its levels as `.ktx2`, `.dds` or `.ktx`, depending on the extension; see [`write_cube_texture`].
 ///
 /// # Errors
 /// Those of [`write_cube_texture`].

@@ -1,9 +1,9 @@
 //! Adaptive subdivision: triangles split where transfer changes along their edges.
 
-use derive_setters::Setters;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
+use derive_setters::Setters;
 use lobe_io::{Job, Progress};
 use lobe_scene::{Bounds, Bvh, Mesh, Scene};
 

@@ -130,7 +130,8 @@ impl Neighborhood {
         &self.matrices
     }
 
-    /// The light that arrives at a place in the world when the surroundings send `light`: `M L`, mixed from the eight points around.
+    /// The light that arrives at a place in the world when the surroundings send `light`: `M L`, mixed from the eight
+    /// points around.
     #[must_use]
     pub fn incident(&self, place: [f64; 3], light: &[Rgb<f64>]) -> ShVec<Rgb<f64>> {
         let mut sum = ShVec::zero(self.matrices.order());

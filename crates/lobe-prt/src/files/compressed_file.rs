@@ -115,7 +115,8 @@ pub fn read_compressed_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Compr
     let table = CompressedTable::new(n * channels.count(), components, of_receiver, weights, bases);
     let transfer = table.and_then(|table| CompressedTransfer::from_table(order, channels, table));
     let transfer = transfer.map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
-    Ok((transfer, file.header.recipe))
+    let recipe = file.header.recipe.understood(name)?;
+    Ok((transfer, recipe))
 }
 
 /// Writes zonal transfer as safetensors.
@@ -164,7 +165,8 @@ pub fn read_zonal_transfer_bytes(bytes: &[u8], name: &str) -> Result<(ZonalTrans
     let coefficients = file.f32("coefficients", &[None, Some(lobes), Some(channels.count()), Some(order)])?;
     let transfer = ZonalTransfer::new(order, channels, lobes, axes, coefficients)
         .map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
-    Ok((transfer, file.header.recipe))
+    let recipe = file.header.recipe.understood(name)?;
+    Ok((transfer, recipe))
 }
 
 #[cfg(test)]

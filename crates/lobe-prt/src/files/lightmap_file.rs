@@ -130,7 +130,7 @@ pub fn read_lightmap_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe
     }
     let coefficients = (0..width * height).flat_map(|texel| planes.iter().map(move |plane| plane[texel])).collect();
     let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?;
-    Ok((transfer, about["recipe"].clone().into()))
+    Ok((transfer, Recipe::from(about["recipe"].clone()).understood(name)?))
 }
 
 fn order_and_channels(about: &Value, name: &str) -> Result<(usize, Channels), PrtError> {

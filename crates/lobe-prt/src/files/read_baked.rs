@@ -77,6 +77,7 @@ pub fn read_baked_or_scene(path: impl AsRef<Path>, options: &SceneReadOptions) -
 fn baked(scene: Scene, report: SceneReadReport, attributes: &GltfAttributes, name: &str) -> Result<Baked, PrtError> {
     let lobe = &attributes.asset_extras()["lobe"];
     let (order, channels) = check_extras(lobe, name)?;
+    let recipe = Recipe::from(lobe["recipe"].clone()).understood(name)?;
     let (transfer, compressed) = if lobe["compression"].is_object() {
         let compressed = read_compressed(scene.meshes(), attributes, (order, channels), name)?;
         (compressed.to_transfer(), Some(compressed))
@@ -87,7 +88,7 @@ fn baked(scene: Scene, report: SceneReadReport, attributes: &GltfAttributes, nam
         }
         (Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?, None)
     };
-    Ok(Baked { recipe: lobe["recipe"].clone().into(), scene, transfer, compressed, report })
+    Ok(Baked { recipe, scene, transfer, compressed, report })
 }
 
 /// Order and channels that `asset.extras.lobe` states.

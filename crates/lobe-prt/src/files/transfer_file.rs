@@ -72,7 +72,8 @@ pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe
     }
     let coefficients = file.f32(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
     let transfer = Transfer::new(*order, channels, coefficients).map_err(|error| error.within(file.name()))?;
-    Ok((transfer, file.header.recipe))
+    let recipe = file.header.recipe.understood(name)?;
+    Ok((transfer, recipe))
 }
 
 #[cfg(test)]

@@ -104,7 +104,8 @@ fn numbers(scene: &Scene) -> Vec<u32> {
     for mesh in scene.meshes() {
         for (is_border, (position, normal)) in border(mesh).iter().zip(mesh.positions().iter().zip(mesh.normals())) {
             let (key, own) = ([*position, *normal], numbers.len() as u32);
-            let key = std::array::from_fn(|k| key.as_flattened()[k].to_bits());
+            // Adding zero makes -0 and 0 the same bits.
+            let key = std::array::from_fn(|k| (key.as_flattened()[k] + 0.0).to_bits());
             numbers.push(if *is_border { *shared.entry(key).or_insert(own) } else { own });
         }
     }
@@ -137,4 +138,30 @@ fn wide(v: [f32; 3]) -> DVec3 {
 pub(crate) fn is_below(planes: &[[f32; 3]], direction: [f32; 3]) -> bool {
     let is_above = |n: &[f32; 3]| Vec3::from(*n).dot(Vec3::from(direction)) > 0.0;
     !planes.is_empty() && !planes.iter().any(is_above)
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_scene::MeshParts;
+
+    use super::*;
+
+    /// Two triangles that meet in a ridge, each a mesh of its own, the second with `zero` for the x of the ridge.
+    fn roof(zero: f32) -> Scene {
+        let side = |x: f32, zero: f32| MeshParts {
+            positions: vec![[zero, 0.0, 1.0], [zero, 1.0, 1.0], [x, 0.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            ..MeshParts::default()
+        };
+        let meshes = [side(1.0, 0.0), side(-1.0, zero)].map(|parts| Mesh::new(parts).unwrap());
+        Scene::new(meshes.to_vec(), vec![], vec![]).unwrap()
+    }
+
+    #[test]
+    fn vertices_at_zero_and_minus_zero_share_their_planes() {
+        let planes = [0.0, -0.0].map(|zero| Planes::at_vertices(&roof(zero)));
+        assert_eq!(planes[1], planes[0], "with -0 and with 0");
+        assert_eq!(planes[0].of(0).len(), 2, "planes at the ridge: {:?}", planes[0]);
+    }
 }

@@ -63,7 +63,7 @@ impl Camera {
     }
 
     /// Rays from an eye in the direction of `view` so far away that the ball around a box of these corners fills the
-    /// height of the picture.
+    /// height of the picture, such as those of [`Scene::world_bounds`](lobe_scene::Scene::world_bounds).
     ///
     /// ```text
     ///   distance = radius / sin(half angle)

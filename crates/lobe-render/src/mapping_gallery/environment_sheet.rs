@@ -1,8 +1,8 @@
 //! A contact sheet of environment mapping: every technique beside its reference, with its error.
 
-use derive_setters::Setters;
 use std::f64::consts::PI;
 
+use derive_setters::Setters;
 use lobe_env::{
     CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, cube, irradiance_at, irradiance_map, irradiance_map_brute_force,
     project_env, reconstruct,

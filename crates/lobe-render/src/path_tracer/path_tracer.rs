@@ -1,9 +1,9 @@
 //! The path tracer: exit radiance by paths from the surface to the light, with next-event estimation and multiple
 //! importance sampling.
 
-use derive_setters::Setters;
 use std::f64::consts::PI;
 
+use derive_setters::Setters;
 use lobe_prt::Receivers;
 use lobe_scene::{Bvh, Hit, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
@@ -79,8 +79,8 @@ pub struct PathReceiver<'a> {
     pub normal: [f32; 3],
     /// Its albedo.
     pub albedo: Rgb<f32>,
-    /// The unit normals of the planes of the triangles around it, as [`Receivers::planes`] has them. Directions below
-    /// all of them bring nothing. There may be none.
+    /// The normals of the planes of the triangles around it, as [`Receivers::planes`] has them, of any length: only
+    /// their sides count. Directions below all of them bring nothing. There may be none.
     pub planes: &'a [[f32; 3]],
 }
 
@@ -105,8 +105,9 @@ impl<'a> PathReceiver<'a> {
 ///
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
 /// turned to the side that is hit; it is shaded with the interpolated one, and directions below the triangle's plane
-/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through, and [`Scene::stops`] decides about glass. Nothing is clamped, and
-/// paths end at the last bounce, without Russian roulette: the mean is unbiased.
+/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through, and [`Scene::stops`]
+/// decides about glass. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
+/// unbiased.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
@@ -120,23 +121,21 @@ pub(crate) struct Interaction {
     /// The origin of rays.
     origin: [f32; 3],
     /// The geometric normals: no ray goes below all of their planes. There is one but at a receiver.
-    planes: Planes,
+    planes: SurfacePlanes,
     bsdf: Bsdf,
 }
 
 /// The planes of an interaction.
-pub(crate) enum Planes {
+pub(crate) enum SurfacePlanes {
     One(Vec3),
     Around(Vec<Vec3>),
 }
 
-impl Planes {
-    /// Whether a direction is below all planes, and leads into the surface.
-    fn are_above(&self, s: Vec3) -> bool {
-        match self {
-            Self::One(normal) => dot(s, *normal) <= 0.0,
-            Self::Around(normals) => normals.iter().all(|normal| dot(s, *normal) <= 0.0),
-        }
+/// Whether a direction is below all planes, and leads into the surface.
+fn is_below(planes: &SurfacePlanes, s: Vec3) -> bool {
+    match planes {
+        SurfacePlanes::One(normal) => dot(s, *normal) <= 0.0,
+        SurfacePlanes::Around(normals) => normals.iter().all(|normal| dot(s, *normal) <= 0.0),
     }
 }
 
@@ -239,7 +238,7 @@ impl<'a> PathTracer<'a> {
                 let [x, y, z] = uniform_over_hemisphere(numbers.pair(FIRST_PURPOSE));
                 let s = std::array::from_fn(|k| x * u[k] + y * v[k] + z * normal[k]);
                 // Estimate the radiance from there: that of the light, or of the surface that was hit.
-                if planes.are_above(s) {
+                if is_below(&planes, s) {
                     arrived(set, Dir::from_unit(s), Rgb::ZERO);
                     continue;
                 }
@@ -283,7 +282,7 @@ impl<'a> PathTracer<'a> {
                 }
             };
             let origin = self.bvh.origin_above(surface.position, plane.map(|c| c as f32));
-            Interaction { origin, planes: Planes::One(plane), bsdf }
+            Interaction { origin, planes: SurfacePlanes::One(plane), bsdf }
         });
         let distance = f64::from(hit.t) * length;
         Some(FirstHit { albedo: base, normal: shading.map(|c| c as f32), distance, interaction })
@@ -308,7 +307,7 @@ impl<'a> PathTracer<'a> {
             }
             let choice = numbers.one(Purpose::Lobe.at(bounce));
             let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { break };
-            if at.planes.are_above(sample.towards) {
+            if is_below(&at.planes, sample.towards) {
                 break;
             }
             // Update the path throughput.
@@ -343,7 +342,7 @@ impl<'a> PathTracer<'a> {
         // Evaluate the BSDF towards it.
         let s = sample.towards.to_array();
         let (value, density) = at.bsdf.eval(s);
-        if density <= 0.0 || at.planes.are_above(s) {
+        if density <= 0.0 || is_below(&at.planes, s) {
             return Rgb::ZERO;
         }
         // Trace the shadow ray.
@@ -363,7 +362,7 @@ impl<'a> PathTracer<'a> {
             // Draw a direction from the BSDF.
             let choice = numbers.one(Purpose::Lobe.at(bounce));
             let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { return };
-            if at.planes.are_above(sample.towards) {
+            if is_below(&at.planes, sample.towards) {
                 return;
             }
             // Update the path throughput.
@@ -381,8 +380,8 @@ impl<'a> PathTracer<'a> {
         let normal = normalized(receiver.normal.map(f64::from));
         let origin = self.bvh.origin_above(receiver.position, receiver.normal);
         let planes = match receiver.planes {
-            [] => Planes::One(normal),
-            planes => Planes::Around(planes.iter().map(|n| n.map(f64::from)).collect()),
+            [] => SurfacePlanes::One(normal),
+            planes => SurfacePlanes::Around(planes.iter().map(|n| n.map(f64::from)).collect()),
         };
         Interaction { origin, planes, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
     }

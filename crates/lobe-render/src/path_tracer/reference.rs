@@ -1,8 +1,8 @@
 //! Reference pictures by the path tracer: radiance with its variance, and auxiliary channels for each pixel.
 
-use derive_setters::Setters;
 use std::time::Instant;
 
+use derive_setters::Setters;
 use lobe_io::{Fingerprint, Job};
 use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};

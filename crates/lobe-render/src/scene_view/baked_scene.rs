@@ -27,7 +27,7 @@ pub struct BakedScene {
     back: Option<BackFaces>,
     /// None if surfaces are matte.
     gloss: Option<Gloss>,
-    /// Options of the bake of backs.
+    /// Options of the bake of backs; the albedo is where it is in the fronts.
     options: BakeOptions,
     recipe: Recipe,
 }
@@ -98,15 +98,18 @@ impl BakedScene {
     }
 
     fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Recipe) -> Self {
-        let scene = if recipe.straight_through == Some(true) { scene.with_straight_through(true) } else { scene };
+        // Light goes where it went in the bake, whatever the options of reading were.
+        let scene = scene.with_straight_through(recipe.straight_through == Some(true));
         let (bvh, gloss) = (Bvh::new(&scene), lobe.map(Gloss::new));
         let options = recipe.bake_options().order(front.order());
         Self { scene, bvh, places, front, back: None, gloss, options, recipe }
     }
 
-    /// The same with other options for the bake of backs.
+    /// The same with other options for the bake of backs. Their [`BakeOptions::albedo`] remains that of the fronts, which
+    /// are shaded alike.
     #[must_use]
     pub fn with_options(self, options: BakeOptions) -> Self {
+        let options = options.albedo(self.options.albedo);
         Self { options, ..self }
     }
 

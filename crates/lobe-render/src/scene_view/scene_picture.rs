@@ -1,8 +1,8 @@
 //! Ray casting: pictures of a scene of triangles, shaded by a function of the hit.
 
-use derive_setters::Setters;
 use std::time::Instant;
 
+use derive_setters::Setters;
 use lobe_io::Job;
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
@@ -31,8 +31,8 @@ impl Default for ViewOptions {
     }
 }
 
-/// A scene seen by a camera in its world: `radiance` of the hit where a ray from the eye hits, `background` of its direction where
-/// it escapes.
+/// A scene seen by a camera in its world: `radiance` of the hit where a ray from the eye hits, `background` of its
+/// direction where it escapes.
 ///
 /// The steps of `job` are pixels; it cannot be kept in a file.
 ///

@@ -5,13 +5,13 @@ use std::ops::ControlFlow;
 use lobe_image::Picture;
 use lobe_io::{Job, Progress};
 use lobe_prt::{
-    AnyTransfer, BakeOptions, BakedGlb, Mode, Receivers, Recipe, RecipeMode, TexelReceivers, bake, bake_matrices,
-    write_lightmap, write_matrices, write_transfer,
+    AlbedoMode, AnyTransfer, BakeOptions, BakedGlb, Mode, Receivers, Recipe, RecipeMode, TexelReceivers, bake,
+    bake_matrices, write_lightmap, write_matrices, write_transfer,
 };
 use lobe_render::{
     BakedScene, Camera, GlossyLobe, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance,
 };
-use lobe_scene::{Bvh, Scene, SceneReadOptions, Up, read_scene_bytes};
+use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, SceneReadOptions, Up, read_scene_bytes};
 use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
 
 const ORDER: usize = 3;
@@ -30,6 +30,13 @@ fn square() -> Scene {
     let mut options = SceneReadOptions::default();
     options.up = Up::Z;
     read_scene_bytes(text.as_bytes(), "square.obj", &options).unwrap().0
+}
+
+/// The same of half the albedo.
+fn gray_square() -> Scene {
+    let (meshes, _, _) = square().into_parts();
+    let gray = |mesh: Mesh| Mesh::new(MeshParts { material: Some(0), ..mesh.into_parts() }).unwrap();
+    Scene::new(meshes.into_iter().map(gray).collect(), vec![Material::matte("gray", [0.5; 3])], vec![]).unwrap()
 }
 
 /// An eye so near above the square, or below, that it fills the picture.
@@ -162,5 +169,39 @@ fn light_that_rings_is_reported() {
         let lit = light_by_irradiance((&scene, &bvh), &light, &camera(3.0), &view(), |_| Rgb::ZERO, Job::default());
         let lit = lit.unwrap();
         assert_eq!(lit.below_zero, expected, "light from {from:?}: {:?}", lit.picture.pixels()[90]);
+    }
+}
+
+#[test]
+fn other_options_for_backs_leave_the_fronts_as_they_are() {
+    for albedo in [AlbedoMode::Vertex, AlbedoMode::None] {
+        let options = options(Mode::Unshadowed).albedo(albedo);
+        let baked = || BakedScene::bake(gray_square(), &options, None, Job::default()).unwrap();
+        let expected = lit(&baked(), &light(), 3.0).picture;
+        for other in [AlbedoMode::Vertex, AlbedoMode::None] {
+            let other = baked().with_options(options.clone().albedo(other));
+            assert_eq!(other.options().albedo, albedo, "the albedo of backs");
+            assert!(lit(&other, &light(), 3.0).picture == expected, "fronts of {albedo:?}");
+        }
+    }
+}
+
+#[test]
+fn light_goes_through_glass_as_it_did_in_the_bake_whatever_reading_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.safetensors");
+    let (meshes, mut materials, textures) = gray_square().into_parts();
+    materials.iter_mut().for_each(|material| material.transmission = 0.5);
+    let glass = Scene::new(meshes, materials, textures).unwrap();
+    for went in [false, true] {
+        let scene = glass.clone().with_straight_through(went);
+        let (receivers, options) = (Receivers::at_vertices(&scene).unwrap(), options(Mode::Shadowed));
+        let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default()).unwrap();
+        write_transfer(&path, &transfer, &Recipe::of_bake(&scene, &options, &report)).unwrap();
+        for asked in [false, true] {
+            let read = glass.clone().with_straight_through(asked);
+            let shown = BakedScene::read_transfer(read, &path, None).unwrap();
+            assert_eq!(shown.scene().has_holes(), went, "baked {went}, read {asked}");
+        }
     }
 }

@@ -107,7 +107,7 @@ impl Bvh {
     }
 
     /// The height to which [`Bvh::origin_above`] lifts a point above a surface: 2⁻¹⁸ of the largest coordinate of all
-    /// triangles. That is little for the triangles of [`Scene::near_origin`].
+    /// triangles. That is little, because scenes are [near their origin](Scene::origin).
     #[must_use]
     pub fn offset(&self) -> f32 {
         OFFSET * self.bounds.min.iter().chain(&self.bounds.max).fold(0.0, |most: f32, c| most.max(c.abs()))

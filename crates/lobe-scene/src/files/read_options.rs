@@ -1,7 +1,8 @@
 //! Options and report of the scene readers.
 
-use crate::Up;
 use derive_setters::Setters;
+
+use crate::Up;
 
 /// Options of reading a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Setters, serde::Serialize, serde::Deserialize)]
@@ -60,7 +61,7 @@ pub enum DefaultMaterial {
 
 impl Default for SceneReadOptions {
     /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), no limit for all together, files within the
-    /// folder only, normals as the format asks, and white where there is no material.
+    /// folder only, normals as the format asks, white where there is no material, and no light straight through.
     fn default() -> Self {
         Self {
             up: Up::Y,

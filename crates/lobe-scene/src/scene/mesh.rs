@@ -10,7 +10,7 @@ use crate::scene::vertex_normals::angle_weighted_normals;
 pub struct MeshParts {
     /// The name in messages.
     pub name: String,
-    /// Points in the world, z up.
+    /// Points, z up, in the world or from a [`Scene::origin`](crate::Scene::origin) there.
     pub positions: Vec<[f32; 3]>,
     /// Three indices of `positions` for each triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -37,7 +37,7 @@ pub struct MeshSource {
     pub primitive: usize,
 }
 
-/// Triangles in the world that share a material. Everything is finite and every index in range.
+/// Triangles that share a material. Everything is finite and every index in range.
 ///
 /// Vertices keep their number and order, duplicates and unused ones included, so that values computed for them can be
 /// written back to their file. Triangles without area are dropped and counted.
@@ -80,7 +80,7 @@ impl Mesh {
         &self.parts.name
     }
 
-    /// Points in the world, z up.
+    /// Points, z up. Those of a scene's meshes count from its [`Scene::origin`](crate::Scene::origin).
     #[must_use]
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.parts.positions

@@ -75,6 +75,8 @@ mod tests {
                 }
                 assert_eq!((near.triangles(), near.normals()), (here.triangles(), here.normals()), "the rest, {by:?}");
             }
+            let [low, high] = near.world_bounds();
+            assert!((0..3).all(|k| low[k] <= f64::from(by[k]) && f64::from(by[k]) <= high[k]), "{low:?} to {high:?}");
             let Bounds { min, max } = near.bounds();
             assert!(min.iter().chain(&max).all(|c| c.abs() < 100.0), "{min:?} to {max:?} for {by:?}");
         }

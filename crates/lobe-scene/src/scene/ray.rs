@@ -3,7 +3,7 @@
 /// A ray: a half line from `origin` along `direction`, or a segment of it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Ray {
-    /// The start of the ray. Nothing at the origin itself is hit.
+    /// The start of the ray, from [`Scene::origin`](crate::Scene::origin). Nothing at the start itself is hit.
     pub origin: [f32; 3],
     /// Its direction, of any length above zero.
     pub direction: [f32; 3],

@@ -34,7 +34,7 @@ pub struct Bounds {
 /// The surface at a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// The point, interpolated from the corners of the triangle: more precise than along the ray.
+    /// The point from [`Scene::origin`], interpolated from the corners of the triangle: more precise than along the ray.
     pub position: [f32; 3],
     /// The unit normal of the triangle's plane, on the side from which its corners run counter-clockwise.
     pub geometric_normal: [f32; 3],
@@ -124,7 +124,7 @@ impl Scene {
     }
 
     /// The meshes, whose positions count from [`Scene::origin`], materials and textures, to be changed and made into
-    /// another scene.
+    /// another scene. That is at the same place once it is [moved](Scene::moved) by the origin of this one.
     #[must_use]
     pub fn into_parts(self) -> (Vec<Mesh>, Vec<Material>, Vec<Texture>) {
         (self.meshes, self.materials, self.textures)
@@ -171,10 +171,18 @@ impl Scene {
         self.meshes[mesh].material().map_or(&WHITE, |index| &self.materials[index])
     }
 
-    /// The smallest box around all positions.
+    /// The smallest box around all positions, which count from [`Scene::origin`].
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         bounds_of(&self.meshes)
+    }
+
+    /// The same box in the world, as cameras and grids take it: the corners of the smallest and of the largest
+    /// coordinates.
+    #[must_use]
+    pub fn world_bounds(&self) -> [[f64; 3]; 2] {
+        let Bounds { min, max } = self.bounds();
+        [min, max].map(|corner| [0, 1, 2].map(|k| f64::from(corner[k]) + self.origin[k]))
     }
 
     /// Linear color and alpha of a vertex: base color, texture and vertex color multiplied.

@@ -11,3 +11,4 @@ mod rays;
 mod read_gltf;
 mod read_obj_ply;
 mod split_edges;
+mod write_gltf;

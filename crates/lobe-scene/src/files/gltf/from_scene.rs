@@ -13,8 +13,9 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 impl GltfDocument {
     /// The scene as glTF: a node and a mesh of one primitive for each of its meshes, in their order, y up.
     ///
-    /// Read again, it has the same triangles, vertices, colors and textures. Base colors and emission outside the range
-    /// of glTF, 0 to 1, are clamped. Anything else in the file of the scene is lost.
+    /// Read again, it has the same triangles, vertices, colors, materials and textures at the same place: an origin of
+    /// the scene that `f32` cannot hold is split between two nodes, for programs that read `f32`. Base colors and emission
+    /// outside the range of glTF, 0 to 1, are clamped. Anything else in the file of the scene is lost.
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {
         let count = scene.meshes().len();
@@ -24,8 +25,18 @@ impl GltfDocument {
             "scenes": [{"nodes": (0..count).collect::<Vec<_>>()}],
         });
         let mut document = Self { json, bytes: Vec::new() };
+        // Both are exact: what the numbers of f32 leave of an f64 has no more digits than it. The node above holds what
+        // is left, so that the nodes of meshes are at the origin: readers take the first node near the scene for it.
+        let origin = y_up_from_z_up(scene.origin());
+        let place = origin.map(|c| f64::from(c as f32));
+        let rest = [0, 1, 2].map(|k| origin[k] - place[k]);
         for mesh in scene.meshes() {
-            document.push_mesh(mesh, scene.materials().len(), scene.origin());
+            document.push_mesh(mesh, scene.materials().len(), place);
+        }
+        if rest != [0.0; 3] {
+            let children: Vec<usize> = (0..count).collect();
+            push(&mut document.json, "nodes", json!({"children": children, "translation": rest}));
+            document.json["scenes"][0]["nodes"] = json!([count]);
         }
         for material in scene.materials() {
             document.push_material(material);
@@ -45,7 +56,7 @@ impl GltfDocument {
         document
     }
 
-    fn push_mesh(&mut self, mesh: &Mesh, white: usize, origin: [f64; 3]) {
+    fn push_mesh(&mut self, mesh: &Mesh, white: usize, place: [f64; 3]) {
         let mut attributes = Map::new();
         let y_up = |v: &[[f32; 3]]| v.iter().map(|&v| y_up_from_z_up(v)).collect::<Vec<_>>();
         let positions = y_up(mesh.positions());
@@ -73,8 +84,8 @@ impl GltfDocument {
         let name = mesh.name();
         let index = push(&mut self.json, "meshes", json!({"name": name, "primitives": [primitive]}));
         let mut node = json!({"name": name, "mesh": index});
-        if origin != [0.0; 3] {
-            node["translation"] = json!(y_up_from_z_up(origin));
+        if place != [0.0; 3] {
+            node["translation"] = json!(place);
         }
         push(&mut self.json, "nodes", node);
     }
@@ -115,6 +126,11 @@ impl GltfDocument {
             }
             Alpha::Blend => json["alphaMode"] = json!("BLEND"),
         }
+        if material.transmission > 0.0 {
+            let transmission = json!({"transmissionFactor": clamped(material.transmission)});
+            json["extensions"] = json!({"KHR_materials_transmission": transmission});
+            self.use_extension("KHR_materials_transmission");
+        }
         push(&mut self.json, "materials", json);
     }
 
@@ -132,9 +148,16 @@ impl GltfDocument {
         let sv = if is_turned { b * sin + d * cos } else { d };
         let transform = json!({"offset": [du, dv], "rotation": rotation, "scale": [su, sv]});
         info["extensions"] = json!({"KHR_texture_transform": transform});
-        let names = &mut self.json["extensionsUsed"];
-        *names = json!(["KHR_texture_transform"]);
+        self.use_extension("KHR_texture_transform");
         info
+    }
+
+    /// Names an extension among those that the file uses.
+    fn use_extension(&mut self, name: &str) {
+        let is_named = self.json["extensionsUsed"].as_array().is_some_and(|names| names.iter().any(|n| n == name));
+        if !is_named {
+            push(&mut self.json, "extensionsUsed", json!(name));
+        }
     }
 }
 

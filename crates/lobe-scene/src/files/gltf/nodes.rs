@@ -1,10 +1,9 @@
 //! glTF nodes: the meshes of the default scene and their transforms, composed in `f64`.
 
 use glam::{DMat4, DQuat, DVec3};
-use gltf_json::Node;
 
 use crate::SceneError;
-use crate::files::gltf::root::Root;
+use crate::files::gltf::root::{GltfNode, Root};
 use crate::files::source::Source;
 
 /// An instance of a mesh by a node.
@@ -60,10 +59,10 @@ pub(crate) fn walk(root: &Root, origin: &Origin, source: &Source<'_>) -> Result<
         let is_moved = is_moved || origin.node == Some(index);
         walk.places.push((index, world_from_node.w_axis.truncate()));
         if let Some(mesh) = node.mesh {
-            walk.shown.push(Shown { node: index, mesh: mesh.value(), world_from_mesh: from_origin });
+            walk.shown.push(Shown { node: index, mesh, world_from_mesh: from_origin });
         }
         let children = node.children.iter().flatten().rev();
-        stack.extend(children.map(|child| (child.value(), world_from_node, is_moved)));
+        stack.extend(children.map(|&child| (child, world_from_node, is_moved)));
     }
     Ok(walk)
 }
@@ -76,8 +75,8 @@ fn roots(root: &Root, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
         (Some(index), None) => Err(source.invalid(format!("shows scene {index}, but there are {}", root.scenes.len()))),
         (None, None) => {
             let mut has_parent = vec![false; root.nodes.len()];
-            for child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {
-                if let Some(flag) = has_parent.get_mut(child.value()) {
+            for &child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {
+                if let Some(flag) = has_parent.get_mut(child) {
                     *flag = true;
                 }
             }
@@ -86,12 +85,12 @@ fn roots(root: &Root, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
     }
 }
 
-fn parent_from_node(node: &Node) -> DMat4 {
-    if let Some(columns) = node.matrix {
-        return DMat4::from_cols_array(&columns.map(f64::from));
+fn parent_from_node(node: &GltfNode) -> DMat4 {
+    if let Some(columns) = &node.matrix {
+        return DMat4::from_cols_array(columns);
     }
-    let vector = |v: Option<[f32; 3]>, default| v.map_or(default, |v| DVec3::from(v.map(f64::from)));
-    let turn = DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from));
+    let vector = |v: Option<[f64; 3]>, default| v.map_or(default, DVec3::from);
+    let turn = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
     let turn = if turn.length_squared() > 0.0 { turn.normalize() } else { DQuat::IDENTITY };
     let (scale, shift) = (vector(node.scale, DVec3::ONE), vector(node.translation, DVec3::ZERO));
     DMat4::from_scale_rotation_translation(scale, turn, shift)

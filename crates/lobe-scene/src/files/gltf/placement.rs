@@ -17,8 +17,8 @@ use crate::scene::near_origin::{far_center, reach};
 /// The instances of a file's meshes with transforms that count from an origin near them, and that origin.
 ///
 /// That is the origin of the world, unless the scene is far from it. Then it is the place of the first node in its
-/// neighborhood, the node that moved it there: the scene comes out as it does without that node, bit by bit. If there is
-/// none, it is the center of the scene.
+/// neighborhood, the node that moved it there: the scene comes out as it does without that node, bit by bit, unless it is
+/// far from the origin even then. If there is none, it is the center of the scene.
 pub(crate) fn shown_meshes(file: &GltfFile, source: &Source<'_>) -> Result<(Vec<Shown>, DVec3), SceneError> {
     let found = walk(&file.root, &Origin::default(), source)?;
     let Some([min, max]) = bounds(file, &found.shown, source) else { return Ok((found.shown, DVec3::ZERO)) };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use gltf_json::{Accessor, Buffer, Image, Material, Mesh, Node, buffer, texture::Sampler};
+use gltf_json::{Accessor, Buffer, Image, Material, Mesh, buffer, texture::Sampler};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -21,11 +21,25 @@ pub(crate) struct Root {
     pub(crate) images: Vec<Image>,
     pub(crate) materials: Vec<Material>,
     pub(crate) meshes: Vec<Mesh>,
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<GltfNode>,
     pub(crate) samplers: Vec<Sampler>,
     pub(crate) scene: Option<usize>,
     pub(crate) scenes: Vec<GltfScene>,
     pub(crate) textures: Vec<GltfTexture>,
+}
+
+/// A node. The numbers of its transform are those of the file: far from the origin of the world, `f32` is too coarse for
+/// them.
+#[derive(Deserialize)]
+pub(crate) struct GltfNode {
+    pub(crate) children: Option<Vec<usize>>,
+    pub(crate) mesh: Option<usize>,
+    /// By columns.
+    pub(crate) matrix: Option<[f64; 16]>,
+    /// The quaternion x, y, z, w.
+    pub(crate) rotation: Option<[f64; 4]>,
+    pub(crate) scale: Option<[f64; 3]>,
+    pub(crate) translation: Option<[f64; 3]>,
 }
 
 /// A scene; one without nodes is empty.
