@@ -13,7 +13,7 @@ use crate::{EnvError, EnvMap, MappedMap, Mapping};
 const SAME_POINT: f64 = 1e-6;
 
 /// The target of a resampling.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Resample {
     /// The mapping of the target.

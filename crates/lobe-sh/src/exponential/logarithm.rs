@@ -1,5 +1,6 @@
 //! The logarithm of a function on the sphere.
 
+use alloc::vec::Vec;
 use core::f64::consts::PI;
 
 #[cfg(not(feature = "std"))]
@@ -78,7 +79,7 @@ impl Zonal {
         let hidden = Self::cone(order, half_angle).towards(Dir::Z, -1.0);
         let visible = &ShVec::constant(order, 1.0) + &hidden;
         if order == 0 {
-            return Self::new(alloc::vec::Vec::new());
+            return Self::new(Vec::new());
         }
         assert!(clamp > 0.0 && clamp <= 1.0, "the clamp of a logarithm lies in (0, 1], it is not {clamp}");
         Self::about(Dir::Z, &logarithm_relative_to(1.0, &visible, clamp))
