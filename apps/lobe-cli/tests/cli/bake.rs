@@ -264,7 +264,7 @@ fn the_most_triangles_are_what_the_option_says() {
     dir.lobe("bake scene.gltf -o out.glb --max-triangles 4 --samples 4 --quiet").stdout();
     let line = dir.lobe("bake scene.gltf -o out.glb --max-memory 0.0000001").error();
     let expected = "scene.gltf: expected a scene of at most 107 bytes, found 2 triangles, 4 vertices and 0 texels or more, each \
-                    instance counted, which take 896: make the scene smaller, or raise the limit with --max-memory";
+                    instance counted, and 60 bytes read beside them, which take 956: make the scene smaller, or raise the limit with --max-memory";
     assert_eq!(line, expected, "memory");
     let line = dir.lobe("bake built-in:ball -o out.glb --max-triangles 4").error();
     assert_eq!(line, "--max-triangles: only of scenes in files; leave the option out", "built-in");

@@ -1,5 +1,5 @@
 //! The tests of the crate from outside, in one program, which is linked once: maps, mappings, projection, filtering, area
-//! lights, skies, and files, damaged ones among them.
+//! lights, skies, and files.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -9,7 +9,6 @@ mod cube_layouts;
 mod files;
 mod irradiance;
 mod known_defects;
-mod malformed;
 mod mappings;
 mod prefilter;
 mod projection;

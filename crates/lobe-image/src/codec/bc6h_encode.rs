@@ -114,16 +114,18 @@ fn principal_axis(texels: &[Color; TEXELS], mean: Color) -> Color {
     }
     // Start from the longest column: no other start is sure not to be orthogonal to the axis.
     let square = |column: &Color| column.iter().map(|c| c * c).sum::<f32>();
-    let mut axis = covariance.into_iter().max_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or_default();
+    let longest = covariance.into_iter().max_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or_default();
+    let mut axis = normalized(longest);
     for _ in 0..8 {
-        let next = covariance.map(|row| (0..3).map(|c| row[c] * axis[c]).sum::<f32>());
-        let length = next.iter().map(|c| c * c).sum::<f32>().sqrt();
-        if length <= 0.0 {
-            break;
-        }
-        axis = next.map(|c| c / length);
+        axis = normalized(covariance.map(|row| (0..3).map(|c| row[c] * axis[c]).sum::<f32>()));
     }
     axis
+}
+
+/// A vector of length 1; zero if it has none.
+fn normalized(v: Color) -> Color {
+    let length = v.iter().map(|c| c * c).sum::<f32>().sqrt();
+    if length > 0.0 { v.map(|c| c / length) } else { v }
 }
 
 /// The index whose color is nearest to a texel, by the place of the texel along the line of the ends.

@@ -1,7 +1,7 @@
 //! Malformed OpenEXR pictures, from the layout of the file.
 
-use super::bytes::{find, patched, replaced, words};
-use super::corpus::{self, Bad, Good};
+use crate::bytes::{find, patched, replaced, words};
+use crate::corpus::{self, Bad, Good};
 
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 

@@ -1,7 +1,7 @@
 //! Malformed portable float maps.
 
-use super::bytes::{patched, replaced};
-use super::corpus::{self, Bad, Good};
+use crate::bytes::{patched, replaced};
+use crate::corpus::{self, Bad, Good};
 
 const HEADER: &[u8] = b"PF\n4 2\n-1.0\n";
 

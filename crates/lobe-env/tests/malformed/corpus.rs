@@ -1,6 +1,6 @@
 //! Corpus of malformed files, and the page that explains them.
 
-use super::{dds, exr, hdr, jpg, ktx2, pfm, png, sh_json};
+use crate::{dds, exr, hdr, jpg, ktx2, pfm, png, sh_json};
 
 /// A small valid file.
 pub(crate) struct Good {
@@ -49,13 +49,13 @@ const HEAD: &str = "\
 # Malformed files
 
 Every file in `bad/` is refused with the one line that the table shows; every file in `good/` is read, and those in
-`bad/` are made from them. All are put together byte by byte in `tests/all/malformed/`, a module for each format, except the
+`bad/` are made from them. All are put together byte by byte in `tests/malformed/`, a module for each format, except the
 JPEG pictures, which begin as the output of the `image` crate. No file holds anything of anybody else's.
 
-The tests in `tests/all/malformed/mod.rs` compare the folder with what its makers make, and read every file. After a change
+The tests in `tests/malformed/main.rs` compare the folder with what its makers make, and read every file. After a change
 of a maker or of a message, make the folder anew, this page with it:
 
-    cargo test -p lobe-env --test all -- --ignored make_the_corpus
+    cargo test -p lobe-env --test malformed -- --ignored make_the_corpus
 
 The fuzz targets in `fuzz/` begin with these files.
 

@@ -4,8 +4,8 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageFormat};
 
-use super::bytes::{find, patched};
-use super::corpus::{self, Bad, Good};
+use crate::bytes::{find, patched};
+use crate::corpus::{self, Bad, Good};
 
 /// 16 x 8 texels in three colors.
 fn small() -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! Malformed expansions in JSON.
 
-use super::bytes::{find, replaced};
-use super::corpus::{self, Bad, Good};
+use crate::bytes::{find, replaced};
+use crate::corpus::{self, Bad, Good};
 
 const SCALAR: &str =
     r#"{"format":"lobe-sh","version":1,"order":2,"quantity":"visibility","coefficients":[[1],[0.5],[0],[-0.25]]}"#;

@@ -1,7 +1,7 @@
 //! Malformed KTX2 cube maps, from the specification.
 
-use super::bytes::{patched, words};
-use super::corpus::{self, Bad, Good};
+use crate::bytes::{patched, words};
+use crate::corpus::{self, Bad, Good};
 
 const IDENTIFIER: &[u8; 12] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
@@ -88,7 +88,7 @@ fn zstd_level(size: u32, stored: Vec<u8>, raw: u64) -> Vec<u8> {
 }
 
 pub(crate) fn good() -> Vec<Good> {
-    let header = |bytes: &[u8]| super::bytes::find(bytes, KEYS) + KEYS.len();
+    let header = |bytes: &[u8]| crate::bytes::find(bytes, KEYS) + KEYS.len();
     let (raw, zstd) = (raw(), zstd());
     vec![Good::new("raw.ktx2", header(&raw), raw), Good::new("zstd.ktx2", header(&zstd), zstd)]
 }

@@ -2,6 +2,9 @@
 //!
 //! The files lie in `tests/corpus`; [`corpus`] makes them. A test binary of its own, so that its memory can be
 //! measured.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
 mod bytes;
 mod corpus;
 mod dds;
@@ -22,7 +25,7 @@ use lobe_env::{MapReadOptions, read_map_bytes};
 use lobe_image::{PictureReadOptions, read_picture_bytes};
 use lobe_sh::read_sh_json_bytes;
 
-use self::corpus::{bad_files, good_files, readme};
+use crate::corpus::{bad_files, good_files, readme};
 
 /// The time limit of a file of some hundred bytes, in a test build on a busy machine.
 const AT_ONCE: Duration = Duration::from_secs(2);
@@ -74,7 +77,7 @@ fn made() -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-#[ignore = "writes tests/corpus anew: cargo test -p lobe-env --test all -- --ignored make_the_corpus"]
+#[ignore = "writes tests/corpus anew: cargo test -p lobe-env --test malformed -- --ignored make_the_corpus"]
 fn make_the_corpus() {
     for part in ["good", "bad"] {
         fs::remove_dir_all(folder().join(part)).ok();
@@ -87,7 +90,7 @@ fn make_the_corpus() {
 
 #[test]
 fn the_corpus_is_what_its_makers_make() {
-    const REMAKE: &str = "cargo test -p lobe-env --test all -- --ignored make_the_corpus makes the corpus anew";
+    const REMAKE: &str = "cargo test -p lobe-env --test malformed -- --ignored make_the_corpus makes the corpus anew";
     let made = made();
     let mut stored = BTreeMap::new();
     for part in ["", "good", "bad"] {

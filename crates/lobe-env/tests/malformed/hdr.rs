@@ -1,7 +1,7 @@
 //! Malformed Radiance pictures.
 
-use super::bytes::{find, patched, replaced};
-use super::corpus::{self, Bad, Good};
+use crate::bytes::{find, patched, replaced};
+use crate::corpus::{self, Bad, Good};
 
 const HEADER: &[u8] = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n";
 

@@ -1,7 +1,7 @@
 //! Malformed DDS cube maps.
 
-use super::bytes::{patched, words};
-use super::corpus::{self, Bad, Good};
+use crate::bytes::{patched, words};
+use crate::corpus::{self, Bad, Good};
 
 /// Faces of 2 x 2 and 1 x 1 texels in RGBA16F, with the header of Direct3D 10.
 fn new() -> Vec<u8> {

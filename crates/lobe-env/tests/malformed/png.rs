@@ -1,7 +1,7 @@
 //! Malformed PNG pictures.
 
-use super::bytes::patched;
-use super::corpus::{self, Bad, Good};
+use crate::bytes::patched;
+use crate::corpus::{self, Bad, Good};
 
 const MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 
