@@ -78,7 +78,7 @@
 //! error is that of sampling: a smooth sky that was sampled at centers is projected with an error of the square of the
 //! texel's size (see [`reconstruct()`]).
 //!
-//! A lookup in one direction, [`EnvMap::radiance`], interpolates instead, because there steps would show.
+//! A lookup in one direction, [`MappedMap::radiance`], interpolates instead, because there steps would show.
 
 mod area_light;
 mod error;

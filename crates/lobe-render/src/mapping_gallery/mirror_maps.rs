@@ -83,7 +83,7 @@ impl Shading for SphereMapped {
 ///
 /// One division for each point, no direction is singular, and the texels differ in solid angle by no more than `3√3`:
 /// why cube maps displaced the others. Across edges and corners the lookup goes on with the neighboring face
-/// ([`CubeMap::radiance`]). The error falls with the square of the texel size (test
+/// ([`MappedMap::radiance`](lobe_env::MappedMap::radiance)). The error falls with the square of the texel size (test
 /// `mirrors_agree_with_the_traced_reflection_to_second_order`). [Greene 1986].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubeMapped {
