@@ -25,13 +25,7 @@ pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
     /// The folder of the files it references; `None` if only its bytes are known.
     folder: Option<PathBuf>,
-    allow_outside: bool,
-    limit: usize,
-    texel_limit: usize,
-    missing_normals: MissingNormals,
-    default_material: DefaultMaterial,
-    memory_limit: u64,
-    pub(crate) straight_through: bool,
+    pub(crate) options: SceneReadOptions,
     /// Vertices and triangles so far.
     unfolded: (usize, usize),
     /// Texels so far.
@@ -45,32 +39,8 @@ pub(crate) struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
-        let SceneReadOptions {
-            allow_outside,
-            limit,
-            texel_limit,
-            missing_normals,
-            default_material,
-            memory_limit,
-            straight_through,
-            ..
-        } = *options;
-        Self {
-            name,
-            folder,
-            allow_outside,
-            limit,
-            texel_limit,
-            missing_normals,
-            default_material,
-            memory_limit,
-            straight_through,
-            unfolded: (0, 0),
-            texels: 0,
-            bytes: 0,
-            more_notes: 0,
-            report: SceneReadReport::default(),
-        }
+        let report = SceneReadReport::default();
+        Self { name, folder, options: options.clone(), unfolded: (0, 0), texels: 0, bytes: 0, more_notes: 0, report }
     }
 
     /// The report of the finished scene.
@@ -125,7 +95,7 @@ impl<'a> Source<'a> {
 
     /// The bytes that may still be taken.
     pub(crate) fn bytes_left(&self) -> u64 {
-        self.memory_limit.saturating_sub(self.bytes_taken())
+        self.options.memory_limit.saturating_sub(self.bytes_taken())
     }
 
     fn bytes_taken(&self) -> u64 {
@@ -137,27 +107,27 @@ impl<'a> Source<'a> {
 
     /// The most triangles, and the most vertices.
     pub(crate) fn limit(&self) -> usize {
-        self.limit
+        self.options.limit
     }
 
     /// Refuses numbers that are above the limits by themselves. Call it before as much is allocated.
     pub(crate) fn check_limit(&self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
-        if vertices.max(triangles) <= self.limit {
+        if vertices.max(triangles) <= self.options.limit {
             return Ok(());
         }
-        let (name, limit) = (self.name, self.limit);
+        let (name, limit) = (self.name, self.options.limit);
         let found = format!("found {triangles} and {vertices} or more");
         let message = format!("{name}: expected at most {limit} triangles and vertices, {found}");
         Err(SceneError::TooLarge { message, limit: SceneLimit::Triangles })
     }
 
     pub(crate) fn default_material(&self) -> DefaultMaterial {
-        self.default_material
+        self.options.default_material
     }
 
     /// Whether triangles of meshes without normals are flat, as glTF asks.
     pub(crate) fn is_flat(&self, is_gltf: bool) -> bool {
-        match self.missing_normals {
+        match self.options.missing_normals {
             MissingNormals::AsFormat => is_gltf,
             MissingNormals::Flat => true,
             MissingNormals::Smooth => false,
@@ -166,7 +136,7 @@ impl<'a> Source<'a> {
 
     /// Refuses what would take more memory than allowed, with so many bytes that are held for a moment only.
     pub(crate) fn check_bytes(&self, bytes: u64) -> Result<(), SceneError> {
-        let (taken, limit) = (self.bytes_taken().saturating_add(bytes), self.memory_limit);
+        let (taken, limit) = (self.bytes_taken().saturating_add(bytes), self.options.memory_limit);
         if taken <= limit {
             return Ok(());
         }
@@ -182,8 +152,8 @@ impl<'a> Source<'a> {
     /// Counts a texture against the limits. Call it before the texture is allocated.
     pub(crate) fn count_texels(&mut self, width: u32, height: u32) -> Result<(), SceneError> {
         self.texels = (width as usize).saturating_mul(height as usize).saturating_add(self.texels);
-        if self.texels > self.texel_limit {
-            let (name, limit, found) = (self.name, self.texel_limit, self.texels);
+        if self.texels > self.options.texel_limit {
+            let (name, limit, found) = (self.name, self.options.texel_limit, self.texels);
             let message = format!("{name}: expected textures of at most {limit} texels, found {found} or more");
             return Err(SceneError::TooLarge { message, limit: SceneLimit::Texels });
         }
@@ -257,7 +227,8 @@ impl<'a> Source<'a> {
             );
         };
         let (name, path) = (self.name, folder.join(relative));
-        let found = if self.allow_outside { Ok(Some(path.clone())) } else { find_within(folder, Path::new(relative)) };
+        let found =
+            if self.options.allow_outside { Ok(Some(path.clone())) } else { find_within(folder, Path::new(relative)) };
         let refused = |source: io::Error| {
             let place = one_line(&format!("{}, named by {name}", path.display()));
             SceneError::Io { place, source }

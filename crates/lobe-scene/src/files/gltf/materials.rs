@@ -48,7 +48,7 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
             roughness,
             emissive: material.emissive_factor.0,
             transmission,
-            straight_through: source.straight_through,
+            straight_through: source.options.straight_through,
             name,
         });
     }
@@ -59,12 +59,12 @@ fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'
     if material.emissive_factor.0 != [0.0; 3] {
         source.note(format!("material `{name}` is emissive, which is not used: light comes from the environment"));
     }
-    if material.alpha_mode == Checked::Valid(AlphaMode::Blend) && !source.straight_through {
+    if material.alpha_mode == Checked::Valid(AlphaMode::Blend) && !source.options.straight_through {
         source.note(format!("material `{name}` is blended, and taken as opaque"));
     }
     let extensions = material.extensions.as_ref();
     if let Some(transmission) = extensions.and_then(|extensions| extensions.transmission.as_ref()) {
-        if !source.straight_through {
+        if !source.options.straight_through {
             source.note(format!("material `{name}` is glass, and taken as opaque"));
         } else if transmission.transmission_texture.is_some() {
             source.note(format!("material `{name}` has a transmission texture; only its factor is used"));
