@@ -3,7 +3,7 @@
 //! A few numbers can say how light arrives from everywhere. Lobe turns functions on the sphere into such numbers and
 //! works on them: [`sh`] is the mathematics, [`mod@env`] the pictures of everything around a point,
 //! [`render`] the pictures that show whether the numbers are right, [`scene`] the triangles that stand in the light,
-//! [`prt`] what they do to it.
+//! [`prt`] what they do to it, and [`shadow`] what they do where they move.
 //!
 //! Directions are right-handed with +z up. "Order n" means n bands and n² coefficients. Radiance L is what arrives
 //! along one direction; irradiance E is what a surface receives in all and never includes 1/π, so a white surface sends
@@ -129,6 +129,7 @@ pub use lobe_prt as prt;
 pub use lobe_render as render;
 pub use lobe_scene as scene;
 pub use lobe_sh as sh;
+pub use lobe_shadow as shadow;
 
 /// The Rust blocks of the documents at the root of the repository, compiled and run as documentation tests.
 #[cfg(doctest)]

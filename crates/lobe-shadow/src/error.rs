@@ -1,0 +1,49 @@
+//! The error type of this crate.
+
+use std::io;
+
+use lobe_io::IoError;
+use lobe_scene::SceneError;
+
+/// An error of making, reading or writing what moves: a variant for each kind of fault.
+///
+/// Every message is one line: where, what was expected, what was found, what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShadowError {
+    /// The file or the data contradict themselves, are cut off, or hold something else.
+    #[error("{place}: {message}")]
+    Invalid {
+        /// The file, or the name the caller gave to the data.
+        place: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The caller asked for something that cannot be.
+    #[error("{0}")]
+    Options(String),
+    /// The watch of the job said to stop.
+    #[error("stopped before the end")]
+    Cancelled,
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The operating system refused.
+    #[error("{place}: {source}")]
+    Io {
+        /// The file, or the name the caller gave to the data.
+        place: String,
+        /// The refusal.
+        source: io::Error,
+    },
+}
+
+impl From<IoError> for ShadowError {
+    fn from(error: IoError) -> Self {
+        match error {
+            IoError::Io { place, source } => Self::Io { place, source },
+            IoError::Invalid { place, message } => Self::Invalid { place, message },
+            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
+        }
+    }
+}
