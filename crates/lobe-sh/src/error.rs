@@ -29,6 +29,12 @@ pub enum ShError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// The caller gave the matrix of a mirror for a rotation.
+    #[error("expected a rotation, found a mirror (determinant {determinant:.6}); mirror with AxisPermutation")]
+    Mirror {
+        /// The determinant found, about -1.
+        determinant: f64,
+    },
     /// The operating system refused.
     #[cfg(feature = "std")]
     #[error("{place}: {source}")]

@@ -147,8 +147,7 @@ pub use encoding::non_linear_l1::NonLinearL1;
 pub use encoding::packed_irradiance::PackedIrradiance;
 pub use encoding::zh3::{Zh3, Zh3Axis};
 pub use error::ShError;
-pub use expansion::expansion::{Expansion, optimal_linear_direction};
-pub use expansion::fixed_order::FixedOrder;
+pub use expansion::expansion::{Expansion, FixedOrder, optimal_linear_direction};
 pub use expansion::gradient::{eval_basis_gradients, eval_with_gradient};
 pub use expansion::quantity::Quantity;
 pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
@@ -156,9 +155,9 @@ pub use expansion::sh_vec::ShVec;
 pub use expansion::zonal::Zonal;
 pub use exponential::exponential::{ExpMethod, Exponential};
 pub use exponential::logarithm::{LOG_CLAMP, logarithm};
+pub use extrema::Extremum;
 pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
-pub use extrema::extremum::Extremum;
-pub use filter::convolve::{convolve_in_place, convolved};
+pub use filter::kernel::{convolve_in_place, convolved};
 pub use filter::window::{
     Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, width_of_peak, window_in_place, windowed,
 };
@@ -179,13 +178,12 @@ pub use projection::monte_carlo::{MonteCarlo, MonteCarloEstimate, Sampling, proj
 pub use projection::project::{Projection, project, project_as, project_to_accuracy};
 pub use ringing::content_window::ContentWindow;
 pub use ringing::dering::{Dering, DeringMethod, DeringReport, WindowFamily, dering_in_place, deringed};
-pub use ringing::outcome::{DERING_ALLOWED, DeringOutcome};
 pub use ringing::quadratic_dering::{QuadraticDering, dering_order_3_in_place};
 pub use ringing::sloan_table::{conservative_minimum, dering_table_factors};
-pub use rotation::axis_permutation::AxisPermutation;
+pub use ringing::{DERING_ALLOWED, DeringOutcome};
+pub use rotation::axis_permutation::{Axis, AxisPermutation, mirror_in_place, quarter_turn_in_place};
 pub use rotation::ivanic::RotationMatrices;
-pub use rotation::mirror::{Axis, mirror_in_place, quarter_turn_in_place};
-pub use rotation::rotation::{Rotation, RotationError, tangent_frame};
+pub use rotation::rotation::{Rotation, tangent_frame};
 pub use scalar::{Coefficient, Real, Rgb};
 #[cfg(feature = "json")]
 pub use sh_json::{

@@ -73,7 +73,7 @@ pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
     fn to_f64(self) -> f64;
 }
 
-macro_rules! impl_coefficient {
+macro_rules! numbers {
     ($($t:ty),*) => {$(
         impl Coefficient for $t {
             type Scalar = Self;
@@ -112,13 +112,7 @@ macro_rules! impl_coefficient {
                 wide as Self
             }
         }
-    )*};
-}
 
-impl_coefficient!(f32, f64);
-
-macro_rules! impl_real {
-    ($($t:ty),*) => {$(
         impl Real for $t {
             const ONE: Self = 1.0;
 
@@ -135,7 +129,7 @@ macro_rules! impl_real {
     )*};
 }
 
-impl_real!(f32, f64);
+numbers!(f32, f64);
 
 /// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.
 ///

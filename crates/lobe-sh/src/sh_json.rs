@@ -254,13 +254,10 @@ fn parse(bytes: &[u8]) -> Result<ShFile, Fault> {
         return invalid(format!("\"coefficients\": order {order} has {expected} rows, found {count}"));
     }
     let coefficients = match rows[0].as_array().map(Vec::len) {
-        Some(1) => ShVec::from_vec(read_rows(rows, |[x]: [f64; 1]| x)?).map(FileCoefficients::Scalar),
-        _ => ShVec::from_vec(read_rows(rows, |c: [f64; 3]| Rgb::from(c))?).map(FileCoefficients::Rgb),
+        Some(1) => ShVec::of(read_rows(rows, |[x]: [f64; 1]| x)?).into(),
+        _ => ShVec::of(read_rows(rows, |c: [f64; 3]| Rgb::from(c))?).into(),
     };
-    match coefficients {
-        Some(coefficients) => Ok(ShFile { quantity, coefficients }),
-        None => unreachable!("the number of rows was compared with n²"),
-    }
+    Ok(ShFile { quantity, coefficients })
 }
 
 /// Checks `format` and `version`; the other fields mean nothing before that.

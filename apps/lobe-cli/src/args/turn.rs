@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{Dir, Rotation, RotationError};
+use lobe::sh::{Dir, Rotation, ShError};
 
 use crate::args::values;
 
@@ -43,7 +43,7 @@ impl Turn {
             (By { matrix: Some(m), .. }, _) => {
                 let rows = [[m[0], m[1], m[2]], [m[3], m[4], m[5]], [m[6], m[7], m[8]]];
                 Rotation::from_matrix(rows).map_err(|e| match e {
-                    RotationError::Mirror { determinant } => anyhow::anyhow!(
+                    ShError::Mirror { determinant } => anyhow::anyhow!(
                         "--matrix: expected a rotation, found a mirror (determinant {determinant:.6}); \
                          exchange two of its rows, or change the signs of one"
                     ),

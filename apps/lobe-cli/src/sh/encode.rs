@@ -7,7 +7,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
     AxisPermutation, Coefficient, Dir, EncodedIrradiance, Expansion as _, FileCoefficients, IrradianceEncoding,
-    IrradianceMatrix, PackedIrradiance, Quantity, Rgb, ShVec, Zonal, convolved, tangent_frame,
+    IrradianceMatrix, PackedIrradiance, Quantity, Rgb, ShError, ShVec, Zonal, convolved, tangent_frame,
 };
 use serde::Serialize;
 
@@ -56,15 +56,13 @@ enum Form {
 }
 
 fn form(text: &str) -> Result<Form, String> {
-    let encoding = IrradianceEncoding::ALL.into_iter().find(|encoding| encoding.name() == text);
-    match (text, encoding) {
-        ("packed", _) => Ok(Form::Packed),
-        ("matrix", _) => Ok(Form::Matrix),
-        (_, Some(encoding)) => Ok(Form::Encoding(encoding)),
-        _ => {
-            let names: Vec<&str> = IrradianceEncoding::ALL.into_iter().map(IrradianceEncoding::name).collect();
-            Err(format!("expected packed, matrix or one of {}; found '{text}'", names.join(", ")))
-        }
+    match text {
+        "packed" => Ok(Form::Packed),
+        "matrix" => Ok(Form::Matrix),
+        _ => text
+            .parse()
+            .map(Form::Encoding)
+            .map_err(|e: ShError| e.to_string().replacen("one of", "packed, matrix or one of", 1)),
     }
 }
 

@@ -2,28 +2,18 @@
 
 use core::f64::consts::PI;
 
-use crate::encoding::irradiance_bands::{coefficient, not_negative, y_0};
+use crate::encoding::ambient_cube::AXES;
+use crate::encoding::{coefficient, not_negative, y_0};
+use crate::expansion::sh_vec::widened;
 use crate::solver::newton_on_sphere::ascend;
 use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, convolved, eval_with_gradient, optimal_linear_direction};
 
 /// Starts of the search for the best direction, besides the linear direction: the faces and corners of the cube. They
 /// suffice because the function is convolved with the cosine twice, so that its maxima are wide.
-const STARTS: [[f64; 3]; 14] = [
-    [1.0, 0.0, 0.0],
-    [-1.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0],
-    [0.0, -1.0, 0.0],
-    [0.0, 0.0, 1.0],
-    [0.0, 0.0, -1.0],
-    [1.0, 1.0, 1.0],
-    [1.0, 1.0, -1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, -1.0, -1.0],
-    [-1.0, 1.0, 1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [-1.0, -1.0, -1.0],
-];
+fn starts() -> impl Iterator<Item = Dir> {
+    let corner = |k: usize| [4, 2, 1].map(|bit| if k & bit == 0 { 1.0 } else { -1.0 });
+    AXES.into_iter().chain((0..8).map(corner)).filter_map(Dir::new)
+}
 
 /// Irradiance as ambient, highlight and direction: the irradiance of a constant and one directional light.
 ///
@@ -73,10 +63,9 @@ impl<T: Coefficient> Ahd<T> {
     #[must_use]
     pub fn solved(irradiance: &impl Expansion<T>) -> Self {
         let fitter = Fitter::new(irradiance);
-        let starts = STARTS.iter().filter_map(|v| Dir::new(*v));
         let first = optimal_linear_direction(irradiance).unwrap_or(Dir::Z);
         let mut best = (first, fitter.explained(first).0);
-        for start in core::iter::once(first).chain(starts) {
+        for start in core::iter::once(first).chain(starts()) {
             let found = ascend(start, |d| fitter.explained(d));
             let explained = fitter.explained(found).0;
             if explained > best.1 {
@@ -103,10 +92,8 @@ struct Fitter<T: Coefficient> {
 
 impl<T: Coefficient> Fitter<T> {
     fn new(irradiance: &impl Expansion<T>) -> Self {
-        let wide = irradiance.coefficients().iter().map(|c| c.widen()).collect();
-        let wide = ShVec::from_vec(wide).unwrap_or_else(|| unreachable!("an expansion has n² coefficients"));
         let total = coefficient(irradiance, 0).scale(1.0 / y_0());
-        Self { total, blurred: convolved(&wide, &Zonal::clamped_cosine(irradiance.order())) }
+        Self { total, blurred: convolved(&widened(irradiance), &Zonal::clamped_cosine(irradiance.order())) }
     }
 
     fn towards(&self, direction: Dir) -> Ahd<T> {

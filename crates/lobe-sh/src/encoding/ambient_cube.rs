@@ -9,11 +9,11 @@ use num_traits::Float as _;
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::encoding::irradiance_bands::coefficient;
-use crate::{Coefficient, Dir, Expansion, Real, Sh, ShVec, Zonal, convolved};
+use crate::expansion::sh_vec::widened;
+use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal, convolved};
 
 /// The axes of the faces, in their order.
-const AXES: [[f64; 3]; 6] =
+pub(crate) const AXES: [[f64; 3]; 6] =
     [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
 
 /// Singular values of the normal equations below this fraction of the largest count as zero; for samples spread evenly
@@ -60,9 +60,7 @@ impl<T: Coefficient> AmbientCube<T> {
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     #[must_use]
     pub fn from_irradiance_sh(irradiance: &impl Expansion<T>) -> Self {
-        let wide = ShVec::from_vec((0..irradiance.coefficients().len()).map(|i| coefficient(irradiance, i)).collect());
-        let Some(wide) = wide else { unreachable!("an expansion has n² coefficients") };
-        let b = convolved(&wide, &squared_cosine(irradiance.order()));
+        let b = convolved(&widened(irradiance), &squared_cosine(irradiance.order()));
         let b = AXES.map(|a| b.eval(Dir::from_unit(a)));
         let all = b.into_iter().fold(T::Wide::ZERO, |sum, b| sum + b);
         let face = |f: usize| {
@@ -145,6 +143,7 @@ fn squared_cosine(order: usize) -> Zonal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ShVec;
     use crate::{Rgb, Rotation, SphereQuadrature, directional_normalization};
     use lobe_testkit::{Random, directions};
 

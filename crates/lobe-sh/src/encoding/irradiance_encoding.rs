@@ -1,13 +1,16 @@
 //! All irradiance encodings in one enum, to loop over, and their errors.
 
+use alloc::format;
 use alloc::vec;
+use core::fmt;
+use core::str::FromStr;
 
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
 use crate::{
-    Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Rotation, Sh, Zh3, Zh3Axis,
-    even_directions, hemisphere_least_squares, tangent_frame,
+    Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Rotation, Sh, ShError, Zh3,
+    Zh3Axis, even_directions, hemisphere_least_squares, tangent_frame,
 };
 
 /// An encoding of irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
@@ -152,6 +155,23 @@ impl IrradianceEncoding {
             Self::Hl2 => E::Hl2(Hl2::from_directions(frame, |n| e.eval(n))),
             Self::Hl2Linear => E::Hl2(Hl2::linear(e, frame)),
         }
+    }
+}
+
+impl fmt::Display for IrradianceEncoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for IrradianceEncoding {
+    type Err = ShError;
+
+    /// The encoding of a [name](Self::name).
+    fn from_str(name: &str) -> Result<Self, ShError> {
+        let found = Self::ALL.into_iter().find(|encoding| encoding.name() == name);
+        let known = || Self::ALL.map(Self::name).join(", ");
+        found.ok_or_else(|| ShError::Options(format!("expected one of {}; found '{name}'", known())))
     }
 }
 

@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::encoding::irradiance_bands::coefficient;
+use crate::encoding::coefficient;
 use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
 
 /// The quadratic form of nine coefficients in color, one symmetric matrix for each channel.

@@ -3,17 +3,54 @@
 //! Read [`irradiance_encoding`] first: it lists all encodings, to loop over, and measures their errors. Every encoding
 //! is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and
 //! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`] and
-//! [`irradiance_matrix`] are order 3 rearranged; all others are approximations. [`irradiance_bands`] reads the low
-//! bands for them. Uses `expansion`, `filter`, `projection`, `rotation`, `solver` and `sphere`.
+//! [`irradiance_matrix`] are order 3 rearranged; all others are approximations. The functions below read
+//! bands 0 to 2 for them. Uses `expansion`, `filter`, `projection`, `rotation`, `solver` and `sphere`.
 
 pub(crate) mod ahd;
 pub(crate) mod ambient_cube;
 pub(crate) mod h_basis;
 pub(crate) mod hemisphere;
 pub(crate) mod hl2;
-pub(crate) mod irradiance_bands;
 pub(crate) mod irradiance_encoding;
 pub(crate) mod irradiance_matrix;
 pub(crate) mod non_linear_l1;
 pub(crate) mod packed_irradiance;
 pub(crate) mod zh3;
+
+use core::f64::consts::PI;
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
+use crate::{Coefficient, Expansion};
+
+/// `A_1 / π`, the share of the linear band that the clamped cosine lets through.
+pub(crate) const LINEAR_SHARE: f64 = 2.0 / 3.0;
+
+/// `A_2 / π`.
+pub(crate) const QUADRATIC_SHARE: f64 = 0.25;
+
+/// `y_0 = 1/(2√π)`.
+pub(crate) fn y_0() -> f64 {
+    0.5 / PI.sqrt()
+}
+
+/// Coefficient `i` in `f64`; zero where the expansion ends before it.
+pub(crate) fn coefficient<T: Coefficient>(f: &impl Expansion<T>, i: usize) -> T::Wide {
+    f.coefficients().get(i).map_or(T::Wide::ZERO, |c| c.widen())
+}
+
+/// The linear band as a vector: `(-f_3, -f_1, f_2)`, towards where the function grows.
+pub(crate) fn linear_vector<T: Coefficient>(f: &impl Expansion<T>) -> [T::Wide; 3] {
+    [-coefficient(f, 3), -coefficient(f, 1), coefficient(f, 2)]
+}
+
+/// One channel of a vector of coefficients.
+pub(crate) fn channel_of<W: Coefficient<Scalar = f64>>(vector: [W; 3], c: usize) -> [f64; 3] {
+    vector.map(|w| w.channel(c))
+}
+
+/// `x`, or 0 where it is below; NaN stays, which `max` would hide.
+pub(crate) fn not_negative(x: f64) -> f64 {
+    if x < 0.0 { 0.0 } else { x }
+}

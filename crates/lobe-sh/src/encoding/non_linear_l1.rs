@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::encoding::irradiance_bands::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
+use crate::encoding::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
 use crate::sphere::vector::dot;
 use crate::{Coefficient, Dir, Expansion, Real, Sh};
 

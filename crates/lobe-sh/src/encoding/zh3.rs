@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::encoding::irradiance_bands::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, linear_vector};
+use crate::encoding::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, linear_vector};
 use crate::scalar::{luminance, luminance_weight};
 use crate::solver::newton_on_sphere::ascend;
 use crate::sphere::vector::dot;

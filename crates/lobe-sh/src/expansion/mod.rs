@@ -1,11 +1,9 @@
 //! Functions on the sphere by their coefficients.
 //!
 //! Read [`expansion`] first: the trait that both kinds share. [`sh`] has the order in its type, [`sh_vec`] at run time,
-//! [`zonal`] one coefficient for each band; [`fixed_order`] is how functions return the first kind. [`gradient`] has
-//! slopes, [`quantity`] the physical meaning. Uses `basis` and `sphere`.
+//! [`zonal`] one coefficient for each band. [`gradient`] has slopes, [`quantity`] the physical meaning. Uses `basis` and `sphere`.
 
 pub(crate) mod expansion;
-pub(crate) mod fixed_order;
 pub(crate) mod gradient;
 pub(crate) mod quantity;
 pub(crate) mod sh;

@@ -1,7 +1,6 @@
 //! The physical quantity that an expansion describes.
 
 use alloc::format;
-use alloc::string::String;
 use core::fmt;
 use core::str::FromStr;
 
@@ -50,16 +49,8 @@ impl FromStr for Quantity {
     type Err = ShError;
 
     fn from_str(name: &str) -> Result<Self, ShError> {
-        Self::parse(name).map_err(ShError::Options)
-    }
-}
-
-impl Quantity {
-    fn parse(name: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|q| q.name() == name)
-            .ok_or_else(|| format!("expected one of {}", Self::ALL.map(Self::name).join(", ")))
+        let found = Self::ALL.into_iter().find(|q| q.name() == name);
+        found.ok_or_else(|| ShError::Options(format!("expected one of {}", Self::ALL.map(Self::name).join(", "))))
     }
 }
 

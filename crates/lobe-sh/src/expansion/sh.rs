@@ -6,7 +6,7 @@ use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAs
 use num_traits::Float as _;
 
 use crate::basis::index::order_of;
-use crate::{Coefficient, Dir, Expansion, Real, Rgb, eval_basis_into};
+use crate::{Coefficient, Dir, Expansion, FixedOrder, Real, Rgb, eval_basis_into};
 
 /// An expansion of `N` coefficients, a perfect square: order `n = √N`, index order `i = l(l+1) + m`.
 ///
@@ -76,11 +76,7 @@ impl<const N: usize, T: Coefficient> Sh<N, T> {
     /// The first `n²` of these coefficients; missing ones are zero.
     #[must_use]
     pub fn from_slice(coefficients: &[T]) -> Self {
-        let mut f = Self::zero();
-        for (f, c) in f.coefficients.iter_mut().zip(coefficients) {
-            *f = *c;
-        }
-        f
+        <Self as FixedOrder>::from_coefficients(coefficients)
     }
 
     /// The coefficients as an array.
@@ -123,6 +119,15 @@ impl<const N: usize, T: Coefficient> Expansion<T> for Sh<N, T> {
     }
 }
 
+impl<const N: usize, T: Coefficient> FixedOrder for Sh<N, T> {
+    type Value = T;
+    const ORDER: usize = Self::ORDER;
+
+    fn zero() -> Self {
+        Self::zero()
+    }
+}
+
 impl<const N: usize, T: Coefficient> Default for Sh<N, T> {
     fn default() -> Self {
         Self::zero()
@@ -152,39 +157,27 @@ impl<const N: usize, T: Coefficient<Scalar = S>, S: Copy> MulAssign<S> for Sh<N,
     }
 }
 
-impl<const N: usize, T: Coefficient> AddAssign for Sh<N, T> {
-    fn add_assign(&mut self, other: Self) {
-        for (a, b) in self.coefficients.iter_mut().zip(other.coefficients) {
-            *a += b;
+macro_rules! coefficientwise {
+    ($trait:ident $method:ident, $assign_trait:ident $assign_method:ident) => {
+        impl<const N: usize, T: Coefficient> $assign_trait for Sh<N, T> {
+            fn $assign_method(&mut self, other: Self) {
+                self.coefficients.iter_mut().zip(other.coefficients).for_each(|(a, b)| a.$assign_method(b));
+            }
         }
-    }
-}
 
-impl<const N: usize, T: Coefficient> SubAssign for Sh<N, T> {
-    fn sub_assign(&mut self, other: Self) {
-        for (a, b) in self.coefficients.iter_mut().zip(other.coefficients) {
-            *a -= b;
+        impl<const N: usize, T: Coefficient> $trait for Sh<N, T> {
+            type Output = Self;
+
+            fn $method(mut self, other: Self) -> Self {
+                self.$assign_method(other);
+                self
+            }
         }
-    }
+    };
 }
 
-impl<const N: usize, T: Coefficient> Add for Sh<N, T> {
-    type Output = Self;
-
-    fn add(mut self, other: Self) -> Self {
-        self += other;
-        self
-    }
-}
-
-impl<const N: usize, T: Coefficient> Sub for Sh<N, T> {
-    type Output = Self;
-
-    fn sub(mut self, other: Self) -> Self {
-        self -= other;
-        self
-    }
-}
+coefficientwise!(Add add, AddAssign add_assign);
+coefficientwise!(Sub sub, SubAssign sub_assign);
 
 impl<const N: usize, T: Coefficient> Neg for Sh<N, T> {
     type Output = Self;

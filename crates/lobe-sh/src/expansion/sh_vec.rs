@@ -8,7 +8,7 @@ use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAs
 use num_traits::Float as _;
 
 use crate::basis::index::{len, order_of};
-use crate::{Coefficient, Dir, Expansion, Sh, eval_basis};
+use crate::{Coefficient, Dir, Expansion, FixedOrder, Sh, eval_basis};
 
 /// An expansion of any order, its `n²` coefficients in index order `i = l(l+1) + m`.
 ///
@@ -70,9 +70,29 @@ impl<T: Coefficient> ShVec<T> {
         ShVec { coefficients: self.coefficients.iter().copied().map(f).collect() }
     }
 
-    fn assert_same_order(&self, other: &Self) {
-        assert_eq!(self.order(), other.order(), "the orders of two expansions differ; resize one");
+    /// The expansion of coefficients that are known to be `n²`.
+    pub(crate) fn of(coefficients: Vec<T>) -> Self {
+        debug_assert!(order_of(coefficients.len()).is_some(), "an expansion has n² coefficients");
+        Self { coefficients }
     }
+
+    /// The expansion as a type of fixed order: cut off, or filled up with zeros.
+    ///
+    /// ```
+    /// use lobe_sh::{Dir, ShL1, ShVec};
+    ///
+    /// let light = ShVec::impulse(5, Dir::Z, 1.0_f32);
+    /// assert_eq!(light.to_fixed::<ShL1>(), ShL1::impulse(Dir::Z, 1.0));
+    /// ```
+    #[must_use]
+    pub fn to_fixed<E: FixedOrder<Value = T>>(&self) -> E {
+        E::from_coefficients(self.coefficients())
+    }
+}
+
+/// An expansion in `f64`, whatever its coefficients are kept in.
+pub(crate) fn widened<T: Coefficient>(f: &impl Expansion<T>) -> ShVec<T::Wide> {
+    ShVec::of(f.coefficients().iter().map(|c| c.widen()).collect())
 }
 
 impl<T: Coefficient> Expansion<T> for ShVec<T> {
@@ -105,23 +125,31 @@ impl<T> IndexMut<usize> for ShVec<T> {
     }
 }
 
-impl<T: Coefficient> AddAssign<&Self> for ShVec<T> {
-    fn add_assign(&mut self, other: &Self) {
-        self.assert_same_order(other);
-        for (a, b) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            *a += *b;
+/// Sums and differences of functions of one kind and order, by reference.
+macro_rules! sums {
+    ([$($generics:tt)*] $function:ty, $trait:ident $method:ident, $assign_trait:ident $assign_method:ident) => {
+        impl $($generics)* $assign_trait<&Self> for $function {
+            fn $assign_method(&mut self, other: &Self) {
+                assert_eq!(self.order(), other.order(), "the orders of two functions differ; resize one");
+                self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(a, b)| a.$assign_method(*b));
+            }
         }
-    }
-}
 
-impl<T: Coefficient> SubAssign<&Self> for ShVec<T> {
-    fn sub_assign(&mut self, other: &Self) {
-        self.assert_same_order(other);
-        for (a, b) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            *a -= *b;
+        impl $($generics)* $trait for &$function {
+            type Output = $function;
+
+            fn $method(self, other: Self) -> $function {
+                let mut result = self.clone();
+                result.$assign_method(other);
+                result
+            }
         }
-    }
+    };
 }
+pub(crate) use sums;
+
+sums!([<T: Coefficient>] ShVec<T>, Add add, AddAssign add_assign);
+sums!([<T: Coefficient>] ShVec<T>, Sub sub, SubAssign sub_assign);
 
 /// Scales the function.
 impl<T: Coefficient<Scalar = S>, S: Copy> MulAssign<S> for ShVec<T> {
@@ -129,26 +157,6 @@ impl<T: Coefficient<Scalar = S>, S: Copy> MulAssign<S> for ShVec<T> {
         for c in &mut self.coefficients {
             *c = c.scale(s);
         }
-    }
-}
-
-impl<T: Coefficient> Add for &ShVec<T> {
-    type Output = ShVec<T>;
-
-    fn add(self, other: Self) -> ShVec<T> {
-        let mut sum = self.clone();
-        sum += other;
-        sum
-    }
-}
-
-impl<T: Coefficient> Sub for &ShVec<T> {
-    type Output = ShVec<T>;
-
-    fn sub(self, other: Self) -> ShVec<T> {
-        let mut difference = self.clone();
-        difference -= other;
-        difference
     }
 }
 
@@ -192,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "the orders of two expansions differ")]
+    #[should_panic(expected = "the orders of two functions differ")]
     fn expansions_of_different_orders_do_not_add() {
         let _ = &random(2, 1) + &random(3, 1);
     }

@@ -10,8 +10,9 @@ use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::basis::legendre::legendre_all;
+use crate::expansion::sh_vec::sums;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Basis, Coefficient, Dir, Expansion, ShVec};
+use crate::{Basis, Coefficient, Dir, Expansion, FixedOrder, ShVec};
 
 /// A function of the angle to an axis alone, by one coefficient per band.
 ///
@@ -138,7 +139,7 @@ impl Zonal {
     pub fn towards<T: Coefficient>(&self, axis: Dir, value: T) -> ShVec<T> {
         let mut f = vec![T::ZERO; len(self.order())];
         self.towards_into(axis, value, &mut f);
-        ShVec::from_vec(f).unwrap_or_else(|| unreachable!("n² places were made"))
+        ShVec::of(f)
     }
 
     /// [`Zonal::towards`] without an allocation, to the order that `out` has room for: bands that this function does
@@ -159,6 +160,14 @@ impl Zonal {
         }
     }
 
+    /// [`Zonal::towards`] to the order of the type that is asked for.
+    #[must_use]
+    pub fn towards_as<E: FixedOrder>(&self, axis: Dir, value: E::Value) -> E {
+        let mut f = E::zero();
+        self.towards_into(axis, value, f.coefficients_mut());
+        f
+    }
+
     /// The factor of every band in a convolution with this kernel: `√(4π/(2l+1)) z_l`.
     #[must_use]
     pub fn convolution_factors(&self) -> Vec<f64> {
@@ -168,11 +177,6 @@ impl Zonal {
     /// [`Zonal::convolution_factors`], one after the other.
     pub(crate) fn factors(&self) -> impl Iterator<Item = f64> {
         self.coefficients.iter().enumerate().map(|(l, z)| z / zonal_norm(l))
-    }
-
-    fn zipped(&mut self, other: &Self, f: impl Fn(&mut f64, f64)) {
-        assert_eq!(self.order(), other.order(), "the orders of two zonal functions differ; resize one");
-        self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(a, b)| f(a, *b));
     }
 }
 
@@ -184,37 +188,8 @@ impl Index<usize> for Zonal {
     }
 }
 
-impl AddAssign<&Self> for Zonal {
-    fn add_assign(&mut self, other: &Self) {
-        self.zipped(other, |a, b| *a += b);
-    }
-}
-
-impl SubAssign<&Self> for Zonal {
-    fn sub_assign(&mut self, other: &Self) {
-        self.zipped(other, |a, b| *a -= b);
-    }
-}
-
-impl Add for &Zonal {
-    type Output = Zonal;
-
-    fn add(self, other: Self) -> Zonal {
-        let mut sum = self.clone();
-        sum += other;
-        sum
-    }
-}
-
-impl Sub for &Zonal {
-    type Output = Zonal;
-
-    fn sub(self, other: Self) -> Zonal {
-        let mut difference = self.clone();
-        difference -= other;
-        difference
-    }
-}
+sums!([] Zonal, Add add, AddAssign add_assign);
+sums!([] Zonal, Sub sub, SubAssign sub_assign);
 
 impl Neg for &Zonal {
     type Output = Zonal;
@@ -292,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "the orders of two zonal functions differ")]
+    #[should_panic(expected = "the orders of two functions differ")]
     fn zonal_functions_of_different_orders_do_not_add() {
         let _ = &Zonal::new(vec![1.0; 2]) + &Zonal::new(vec![1.0; 3]);
     }

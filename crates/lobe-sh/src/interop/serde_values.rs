@@ -7,77 +7,48 @@
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use core::fmt::Display;
-use core::str::FromStr;
 
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::{Serialize, Serializer};
 
 use crate::{
     AxisPermutation, Coefficient, DeringMethod, Dir, Expansion as _, HBasis, IrradianceEncoding, Quantity, Rotation,
-    Sh, ShVec, SphericalPolygon, Window,
+    Sh, ShError, ShVec, SphericalPolygon, Window,
 };
 
 /// The largest error of a squared length, or of an entry of `RᵀR`, that leaves a direction or a rotation as it is: some
 /// roundings.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-impl Serialize for Dir {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.to_array().serialize(serializer)
-    }
-}
-
-/// A vector of any length; one of unit length is not changed.
-impl<'de> Deserialize<'de> for Dir {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let v = <[f64; 3]>::deserialize(deserializer)?;
-        let square: f64 = v.iter().map(|c| c * c).sum();
-        if (square - 1.0).abs() <= ROUNDING {
-            Ok(Self::from_unit(v))
-        } else {
-            Self::try_from(v).map_err(D::Error::custom)
+macro_rules! by_parts {
+    ($($kind:ty as $parts:ty: $write:ident, |$given:ident| $read:expr;)*) => {$(
+        impl Serialize for $kind {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                self.$write().serialize(serializer)
+            }
         }
-    }
+
+        impl<'de> Deserialize<'de> for $kind {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let $given = <$parts>::deserialize(deserializer)?;
+                $read.map_err(D::Error::custom)
+            }
+        }
+    )*};
 }
 
-impl Serialize for Rotation {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.matrix().serialize(serializer)
-    }
+by_parts! {
+    Dir as [f64; 3]: to_array, |v| dir(v);
+    Rotation as [[f64; 3]; 3]: matrix, |rows| Self::from_matrix_within(rows, ROUNDING);
+    AxisPermutation as [[i8; 3]; 3]: matrix, |rows| Self::from_matrix(rows)
+        .ok_or_else(|| format!("expected one 1 or -1 in each row and column, found {rows:?}"));
+    SphericalPolygon as Vec<[f64; 3]>: vertices, |vertices| Self::new(vertices);
 }
 
-impl<'de> Deserialize<'de> for Rotation {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let rows = <[[f64; 3]; 3]>::deserialize(deserializer)?;
-        Self::from_matrix_within(rows, ROUNDING).map_err(D::Error::custom)
-    }
-}
-
-impl Serialize for AxisPermutation {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.matrix().serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for AxisPermutation {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let rows = <[[i8; 3]; 3]>::deserialize(deserializer)?;
-        Self::from_matrix(rows)
-            .ok_or_else(|| D::Error::custom(format!("expected one 1 or -1 in each row and column, found {rows:?}")))
-    }
-}
-
-impl Serialize for SphericalPolygon {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.vertices().serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for SphericalPolygon {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::new(Vec::deserialize(deserializer)?).map_err(D::Error::custom)
-    }
+/// The direction of a vector of any length; one of unit length is not changed.
+fn dir(v: [f64; 3]) -> Result<Dir, ShError> {
+    let square: f64 = v.iter().map(|c| c * c).sum();
+    if (square - 1.0).abs() <= ROUNDING { Ok(Dir::from_unit(v)) } else { Dir::try_from(v) }
 }
 
 impl<const N: usize, T: Coefficient + Serialize> Serialize for Sh<N, T> {
@@ -88,7 +59,7 @@ impl<const N: usize, T: Coefficient + Serialize> Serialize for Sh<N, T> {
 
 impl<'de, const N: usize, T: Coefficient + Deserialize<'de>> Deserialize<'de> for Sh<N, T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        array(deserializer).map(Self::from)
+        exactly(Vec::deserialize(deserializer)?).map(Self::from)
     }
 }
 
@@ -126,17 +97,8 @@ impl<'de, const N: usize, T: Coefficient + Deserialize<'de>> Deserialize<'de> fo
 }
 
 /// A list of exactly `N` items.
-fn array<'de, const N: usize, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<[T; N], D::Error> {
-    exactly(Vec::deserialize(deserializer)?)
-}
-
 fn exactly<const N: usize, T, E: Error>(items: Vec<T>) -> Result<[T; N], E> {
     <[T; N]>::try_from(items).map_err(|items| E::custom(format!("expected {N} coefficients, found {}", items.len())))
-}
-
-/// The value that a text stands for.
-fn parsed<'de, T: FromStr<Err: Display>, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
-    String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
 }
 
 macro_rules! by_text {
@@ -149,28 +111,13 @@ macro_rules! by_text {
 
         impl<'de> Deserialize<'de> for $kind {
             fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                parsed(deserializer)
+                String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
             }
         }
     )*};
 }
 
-by_text!(DeringMethod, Quantity, Window);
-
-impl Serialize for IrradianceEncoding {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
-
-impl<'de> Deserialize<'de> for IrradianceEncoding {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(deserializer)?;
-        let known = || Self::ALL.map(Self::name).join(", ");
-        let found = Self::ALL.into_iter().find(|encoding| encoding.name() == name);
-        found.ok_or_else(|| D::Error::custom(format!("expected one of {}, found {name}", known())))
-    }
-}
+by_text!(DeringMethod, IrradianceEncoding, Quantity, Window);
 
 #[cfg(test)]
 mod tests {

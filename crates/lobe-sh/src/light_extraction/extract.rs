@@ -63,8 +63,8 @@ pub fn extract_light<T: Coefficient>(f: &impl Expansion<T>) -> Result<LightFit<T
 /// As for [`extract_light`].
 pub fn extract_light_per_channel<T: Coefficient>(f: &impl Expansion<T>) -> Result<Vec<LightFit<f64>>, ShError> {
     let channel = |c: usize| {
-        let values = f.coefficients().iter().map(|f| f.widen().channel(c)).collect();
-        extract_light(&ShVec::from_vec(values).unwrap_or_else(|| unreachable!("an expansion has n² coefficients")))
+        let values = f.coefficients().iter().map(|f| f.widen().channel(c));
+        extract_light(&ShVec::of(values.collect()))
     };
     (0..T::CHANNELS).map(channel).collect()
 }

@@ -11,6 +11,7 @@ use num_traits::Float as _;
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::legendre::legendre_all;
+use crate::expansion::sh_vec::widened;
 use crate::expansion::zonal::zonal_norm;
 use crate::scalar::luminance;
 use crate::solver::nnls::{NormalEquations, least_squares_solution, nnls};
@@ -110,8 +111,7 @@ impl<T: Coefficient> LightProblem<T> {
             }
             LightMetric::Radiance => vec![1.0; order],
         };
-        let wide = f.coefficients().iter().map(|c| c.widen()).collect();
-        let f = ShVec::from_vec(wide).unwrap_or_else(|| unreachable!("an expansion has n² coefficients"));
+        let f = widened(f);
         Ok(Self { f, normalization: directional_normalization(order), weights, non_negative })
     }
 

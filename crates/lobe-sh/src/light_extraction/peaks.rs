@@ -8,6 +8,7 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::basis::index::{index, len};
+use crate::expansion::sh_vec::widened;
 use crate::once::Once;
 use crate::solver::bfgs_on_sphere::BfgsAscent;
 use crate::sphere::point_sets::thomson_points;
@@ -70,7 +71,7 @@ pub enum PeakSearch {
 /// ```
 #[must_use]
 pub fn local_maxima(f: &impl Expansion<f64>, search: PeakSearch) -> Vec<Peak> {
-    let Some(f) = ShVec::from_vec(f.coefficients().to_vec()) else { unreachable!("an expansion has n² coefficients") };
+    let f = widened(f);
     let Some(ascent) = BfgsAscent::new(&f) else { return Vec::new() };
     let starts = match (search, PAPER_STARTS.get(f.order() - 1)) {
         (PeakSearch::Paper, Some(_)) => paper_starts(f.order()).to_vec(),

@@ -52,7 +52,7 @@ impl<S: Real> ProductMatrix<S> {
         let used = f.order().min((2 * order).saturating_sub(1));
         let f: Vec<f64> = f.coefficients()[..len(used)].iter().map(|c| c.to_f64()).collect();
         if used.max(order) > MAX_GAUNT_ORDER {
-            let f = crate::ShVec::from_vec(f).unwrap_or_else(|| unreachable!("n² coefficients were kept"));
+            let f = crate::ShVec::of(f);
             return Self::from_fn(order, used - 1, |s| f.eval(s));
         }
         let mut entries = vec![0.0; len(order) * len(order)];

@@ -150,8 +150,7 @@ impl TriangularFactor {
         let coefficient =
             |i: usize| T::from_channels(|c| T::Scalar::from_f64(channels[c].get(i).copied().unwrap_or(0.0)));
         Fit {
-            sh: ShVec::from_vec((0..self.columns).map(coefficient).collect())
-                .unwrap_or_else(|| unreachable!("n² columns were made")),
+            sh: ShVec::of((0..self.columns).map(coefficient).collect()),
             rank,
             condition: if rank == 0 { f64::INFINITY } else { condition },
             conditioning: match rank {

@@ -182,10 +182,9 @@ fn estimate<T: Coefficient>(
     if evaluations < 2 {
         standard_error.fill(T::Wide::splat(f64::INFINITY));
     }
-    let expansion = |c: Vec<T>| ShVec::from_vec(c).unwrap_or_else(|| unreachable!("n² sums were made"));
     MonteCarloEstimate {
-        sh: expansion(mean.into_iter().map(T::narrow).collect()),
-        standard_error: expansion(standard_error.into_iter().map(T::narrow).collect()),
+        sh: ShVec::of(mean.into_iter().map(T::narrow).collect()),
+        standard_error: ShVec::of(standard_error.into_iter().map(T::narrow).collect()),
         evaluations,
     }
 }

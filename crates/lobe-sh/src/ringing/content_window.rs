@@ -9,6 +9,7 @@ use num_traits::Float as _;
 
 use crate::basis::index::{band_range, len};
 use crate::basis::legendre::legendre_all;
+use crate::expansion::sh_vec::widened;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{
     Basis, Coefficient, Dir, Expansion, ShVec, Window, eval_basis_into, optimal_linear_direction, tangent_frame,
@@ -104,7 +105,7 @@ impl ContentWindow {
     /// 2.865 becomes 2.52, 2.90 and 2.87 (test `the_projection_of_a_sun_loses_what_is_stated`).
     #[must_use]
     pub fn project<T: Coefficient>(&self, f: &impl Expansion<T>, order: usize) -> ShVec<T> {
-        let f = wide(f);
+        let f = widened(f);
         let mut sums = windowed(&f, &self.window).resized(order);
         if let Some(r) = self.dir {
             let removed = self.removed(&f);
@@ -128,7 +129,7 @@ impl ContentWindow {
     /// the bands left out, which is the square of its error.
     #[must_use]
     pub fn energy<T: Coefficient>(&self, f: &impl Expansion<T>) -> f64 {
-        let f = wide(f);
+        let f = widened(f);
         let (smooth, removed) = (windowed(&f, &self.window), self.removed(&f));
         let mut energy = channels(smooth.dot(&smooth));
         let Some(r) = self.dir else { return energy };
@@ -149,11 +150,6 @@ impl ContentWindow {
         }
         removed
     }
-}
-
-fn wide<T: Coefficient>(f: &impl Expansion<T>) -> ShVec<T::Wide> {
-    let coefficients = f.coefficients().iter().map(|c| c.widen()).collect();
-    ShVec::from_vec(coefficients).unwrap_or_else(|| unreachable!("an expansion has n² coefficients"))
 }
 
 fn channels<W: Coefficient<Scalar = f64>>(value: W) -> f64 {

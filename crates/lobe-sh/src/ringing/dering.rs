@@ -14,14 +14,13 @@ use num_traits::Float as _;
 use crate::basis::index::{band_range, len, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::QuadraticForm;
-use crate::filter::convolve::convolve_in_place;
 use crate::filter::window::band_energies;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
 use crate::{
-    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, ShError, Window, Zonal, eval_basis_into,
-    scale_bands_in_place,
+    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, ShError, Window, Zonal, convolve_in_place,
+    eval_basis_into, scale_bands_in_place,
 };
 
 /// The width of the reported intervals of the minima, relative to the mean.

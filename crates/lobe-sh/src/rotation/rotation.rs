@@ -1,15 +1,12 @@
 //! A rotation of the sphere, and of functions on it.
 
-use alloc::string::ToString;
+use alloc::format;
 
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use thiserror::Error;
-
 use crate::basis::index::{band_range, order_of_slice};
-use crate::rotation::low_bands::{rotate_band_1, rotate_band_2};
-use crate::rotation::zyz::{CosSin, rotate_bands_zyz};
+use crate::rotation::zyz::{CosSin, rotate_band_1, rotate_band_2, rotate_bands_zyz};
 use crate::{Coefficient, Dir, Expansion, ShError};
 
 /// The tolerance of the entries of `RᵀR` against the identity: matrices printed with four decimals and long products of
@@ -26,40 +23,6 @@ const NEWTON_STEPS: usize = 3;
 
 /// The first band that has no closed form here.
 const FIRST_ZYZ_BAND: usize = 3;
-
-/// The reason why a matrix or quaternion is no rotation.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum RotationError {
-    /// NaN or infinity among the numbers.
-    #[error("expected a rotation, found a number that is not finite")]
-    NotFinite,
-    /// Determinant -1.
-    #[error("expected a rotation, found a mirror (determinant {determinant:.6}); mirror with AxisPermutation")]
-    Mirror {
-        /// The determinant found.
-        determinant: f64,
-    },
-    /// Rows that are not of unit length or not at right angles.
-    #[error("expected a rotation matrix, found one that scales or shears (RᵀR is {residual:.3e} off the identity)")]
-    NotOrthonormal {
-        /// The largest entry of `|RᵀR - 1|`.
-        residual: f64,
-    },
-    /// A quaternion that is zero or far from unit length.
-    #[error("expected a unit quaternion, found length {length:.6}")]
-    NotUnit {
-        /// The length found.
-        length: f64,
-    },
-}
-
-impl From<RotationError> for ShError {
-    /// The caller asked for a rotation that cannot be.
-    fn from(error: RotationError) -> Self {
-        Self::Options(error.to_string())
-    }
-}
 
 /// A rotation about the origin. It rotates the function itself:
 ///
@@ -100,23 +63,25 @@ impl Rotation {
     /// # Errors
     /// If an entry is not finite, an entry of `RᵀR` is more than 1e-4 away from the identity, or the determinant
     /// is -1.
-    pub fn from_matrix(matrix: [[f64; 3]; 3]) -> Result<Self, RotationError> {
+    pub fn from_matrix(matrix: [[f64; 3]; 3]) -> Result<Self, ShError> {
         Self::from_matrix_within(matrix, 0.0)
     }
 
     /// [`Rotation::from_matrix`], keeping a matrix as it is whose entries of `RᵀR` are within `rounding` of the
     /// identity.
-    pub(crate) fn from_matrix_within(matrix: [[f64; 3]; 3], rounding: f64) -> Result<Self, RotationError> {
+    pub(crate) fn from_matrix_within(matrix: [[f64; 3]; 3], rounding: f64) -> Result<Self, ShError> {
         if !matrix.iter().flatten().all(|c| c.is_finite()) {
-            return Err(RotationError::NotFinite);
+            return Err(not_finite());
         }
         let residual = orthonormality_residual(&matrix);
         if residual.is_nan() || residual > ORTHONORMAL_TOLERANCE {
-            return Err(RotationError::NotOrthonormal { residual });
+            return Err(ShError::Options(format!(
+                "expected a rotation matrix, found one that scales or shears (RᵀR is {residual:.3e} off the identity)"
+            )));
         }
         let determinant = determinant(&matrix);
         if determinant < 0.0 {
-            return Err(RotationError::Mirror { determinant });
+            return Err(ShError::Mirror { determinant });
         }
         Ok(Self { matrix: if residual < rounding { matrix } else { nearest_orthonormal(matrix) } })
     }
@@ -125,13 +90,13 @@ impl Rotation {
     ///
     /// # Errors
     /// If a component is not finite, or the length is more than 1 % away from 1.
-    pub fn from_quaternion(q: [f64; 4]) -> Result<Self, RotationError> {
+    pub fn from_quaternion(q: [f64; 4]) -> Result<Self, ShError> {
         if !q.iter().all(|c| c.is_finite()) {
-            return Err(RotationError::NotFinite);
+            return Err(not_finite());
         }
         let length = q.iter().fold(0.0_f64, |length, c| length.hypot(*c));
         if (length - 1.0).abs() > QUATERNION_TOLERANCE {
-            return Err(RotationError::NotUnit { length });
+            return Err(ShError::Options(format!("expected a unit quaternion, found length {length:.6}")));
         }
         let [x, y, z, w] = q.map(|c| c / length);
         let matrix = [
@@ -318,6 +283,10 @@ impl Default for Rotation {
 #[must_use]
 pub fn tangent_frame(normal: Dir) -> Rotation {
     Rotation::from_euler_zyz(normal.phi(), normal.theta(), 0.0)
+}
+
+fn not_finite() -> ShError {
+    ShError::Options("expected a rotation, found a number that is not finite".into())
 }
 
 fn multiply(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
