@@ -66,6 +66,8 @@ const DOCS_PRIVATE: Step = Step {
 /// The documentation for users: a link from a public item to a private one is an error. Last, so that it is what stays
 /// in target/doc.
 const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-deps", DENY_DOC_WARNINGS) };
+/// The guide as a book, in target/guide.
+const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook, "mdbook", "build docs/guide") };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
 /// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
@@ -113,6 +115,7 @@ pub(crate) fn ci() -> Outcome {
         OLDEST_RUST,
         DOCS_PRIVATE,
         DOCS,
+        BOOK,
         TEST,
         TEST_BC6H,
         FUZZ,

@@ -11,8 +11,12 @@ use crate::workspace;
 
 const BIBLIOGRAPHY: &str = "REFERENCES.bib";
 
-/// The chapters of the guide. Its book is built in a folder as deep as this one, so that links to other files hold there.
+/// The chapters of the guide, and all that its book has: nothing outside of it can be linked.
 const BOOK: &str = "docs/guide/src/";
+
+/// What lists the chapters: the table of contents, by links, and the crate that tests their blocks, by paths.
+const LISTS_OF_CHAPTERS: [(&str, &str, char); 2] =
+    [("docs/guide/src/SUMMARY.md", "](", ')'), ("crates/lobe/src/lib.rs", "docs/guide/src/", '"')];
 
 /// Checks every Markdown file, and the comments of every Rust file.
 pub(crate) fn check() -> Outcome {
@@ -26,13 +30,12 @@ pub(crate) fn check() -> Outcome {
         for link in broken_links(&text, folder) {
             faults.push(format!("{name}: nothing lies where the link `{link}` points"));
         }
-        for link in if name.starts_with(BOOK) { links_lost_in_book(&text) } else { Vec::new() } {
-            faults.push(format!(
-                "{name}: the book turns the link `{link}` into .html, which is not there; name the file"
-            ));
+        for link in if name.starts_with(BOOK) { links_that_leave(&text) } else { Vec::new() } {
+            faults.push(format!("{name}: the link `{link}` leaves the book; name the file instead"));
         }
         faults.extend(unknown_citations(&text, &keys).map(|label| not_in_bibliography(&name, &label)));
     }
+    faults.extend(unlisted_chapters().map_err(one)?);
     for path in workspace::files("rs").map_err(one)? {
         let text = workspace::read(&path).map_err(one)?;
         let comments: String =
@@ -110,11 +113,24 @@ fn broken_links(text: &str, folder: &Path) -> Vec<String> {
     broken
 }
 
-/// Links to Markdown that is no chapter: the book makes `.html` of every `.md`.
-fn links_lost_in_book(text: &str) -> Vec<&str> {
-    let is_lost =
-        |link: &&str| link.contains("../") && link.split('#').next().is_some_and(|file| file.ends_with(".md"));
-    targets(text, "](", ')').filter(is_lost).collect()
+/// Links out of the folder of the book, where nothing is.
+fn links_that_leave(text: &str) -> Vec<&str> {
+    targets(text, "](", ')').filter(|link| link.starts_with("../")).collect()
+}
+
+/// The chapters that a list of them lacks, and what is listed and is none.
+fn unlisted_chapters() -> Result<Vec<String>, String> {
+    let is_chapter = |name: &String| name.starts_with(BOOK) && !name.ends_with("SUMMARY.md");
+    let files: BTreeSet<String> =
+        workspace::files("md")?.iter().map(|path| workspace::relative(path)).filter(is_chapter).collect();
+    let mut faults = Vec::new();
+    for (list, open, close) in LISTS_OF_CHAPTERS {
+        let text = workspace::read(&workspace::root().join(list))?;
+        let listed: BTreeSet<String> = targets(&text, open, close).map(|chapter| format!("{BOOK}{chapter}")).collect();
+        faults
+            .extend(files.symmetric_difference(&listed).map(|chapter| format!("{list} or the folder lacks {chapter}")));
+    }
+    Ok(faults)
 }
 
 /// The texts between `open` and `close` in a row.
@@ -134,9 +150,18 @@ mod tests {
     }
 
     #[test]
-    fn planted_links_that_a_book_would_lose_are_found() {
-        let text = "[a](formats.md#x), [b](../../../README.md), [c](../read.py), [d](../x.md#y)";
-        assert_eq!(links_lost_in_book(text), ["../../../README.md", "../x.md#y"], "two planted faults");
+    fn planted_links_that_leave_the_book_are_found() {
+        let text = "[a](formats.md#x), [b](../../../README.md), [c](read.py), [d](../x.rs)";
+        assert_eq!(links_that_leave(text), ["../../../README.md", "../x.rs"], "two planted faults");
+    }
+
+    #[test]
+    fn every_chapter_is_listed() {
+        assert_eq!(
+            unlisted_chapters().unwrap(),
+            Vec::<String>::new(),
+            "in SUMMARY.md and in the tests of the crate lobe"
+        );
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The Rust toolchain of this machine: targets and versions that are installed.
+//! The tools of this machine: targets and versions of Rust that are installed, and the maker of books.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -29,6 +29,16 @@ pub(crate) fn has_oldest_rust() -> Result<(), String> {
     answer("rustup", &["run", &toolchain, "rustc", "--version"])
         .map(drop)
         .map_err(|_| format!("Rust {oldest} is not installed; rustup toolchain install {oldest}.0"))
+}
+
+/// Whether there is `mdbook`, which makes a book of the guide.
+///
+/// # Errors
+/// The reason why not.
+pub(crate) fn has_mdbook() -> Result<(), String> {
+    answer("mdbook", &["--version"])
+        .map(drop)
+        .map_err(|_| "mdbook is not installed; cargo install --locked mdbook".to_string())
 }
 
 /// `rust-version` of the workspace, as `1.95`.
