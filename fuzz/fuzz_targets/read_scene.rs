@@ -15,7 +15,7 @@ fuzz_target!(|bytes: &[u8]| {
         _ => "fuzz.obj",
     };
     for normals in [MissingNormals::AsFormat, MissingNormals::Flat] {
-        let options = SceneReadOptions::default().limit(LIMIT).texel_limit(LIMIT).missing_normals(normals);
+        let options = SceneReadOptions::default().max_triangles(LIMIT).max_texels(LIMIT).missing_normals(normals);
         match read_scene_bytes(bytes, name, &options) {
             Ok((scene, _)) => {
                 let finite = |points: &[[f32; 3]]| points.as_flattened().iter().all(|c| c.is_finite());

@@ -27,13 +27,15 @@ pub enum SceneError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The scene has more of something than a limit among [`SceneReadOptions`](crate::SceneReadOptions) allows.
-    #[error("{message}: raise SceneReadOptions::{}", limit.name())]
-    TooLarge {
-        /// The file, the limit, and what was found.
+    /// The file has more of something than an option of reading allows.
+    #[error("{place}: {message}: raise SceneReadOptions::{}", option.name())]
+    Refused {
+        /// The file, or the name the caller gave to the bytes.
+        place: String,
+        /// The limit, and what was found.
         message: String,
-        /// The limit.
-        limit: SceneLimit,
+        /// The option that would let it in.
+        option: SceneReadOption,
     },
     /// The operating system refused.
     #[error("{place}: {source}")]
@@ -45,24 +47,24 @@ pub enum SceneError {
     },
 }
 
-/// The limits of reading a scene.
+/// The options of reading a scene that are limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum SceneLimit {
-    /// Of triangles and of vertices: [`SceneReadOptions::limit`](crate::SceneReadOptions::limit).
-    Triangles,
-    /// [`SceneReadOptions::texel_limit`](crate::SceneReadOptions::texel_limit).
-    Texels,
-    /// [`SceneReadOptions::memory_limit`](crate::SceneReadOptions::memory_limit).
-    Memory,
+pub enum SceneReadOption {
+    /// [`SceneReadOptions::max_triangles`](crate::SceneReadOptions::max_triangles), of vertices too.
+    MaxTriangles,
+    /// [`SceneReadOptions::max_texels`](crate::SceneReadOptions::max_texels).
+    MaxTexels,
+    /// [`SceneReadOptions::max_bytes`](crate::SceneReadOptions::max_bytes).
+    MaxBytes,
 }
 
-impl SceneLimit {
+impl SceneReadOption {
     fn name(self) -> &'static str {
         match self {
-            Self::Triangles => "limit",
-            Self::Texels => "texel_limit",
-            Self::Memory => "memory_limit",
+            Self::MaxTriangles => "max_triangles",
+            Self::MaxTexels => "max_texels",
+            Self::MaxBytes => "max_bytes",
         }
     }
 }

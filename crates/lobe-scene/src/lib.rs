@@ -49,7 +49,7 @@ mod scene;
 
 pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
-pub use error::{SceneError, SceneLimit};
+pub use error::{SceneError, SceneReadOption};
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::{GltfDocument, read_scene_and_document};
 pub use files::gltf::extensions::LOBE_EXTRAS_VERSION;

@@ -186,7 +186,7 @@ impl SceneInput {
     fn options(&self, memory: &MemoryLimit) -> SceneReadOptions {
         let mut options = SceneReadOptions::default();
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
-        options.limit = self.max_triangles.unwrap_or(options.limit);
+        options.max_triangles = self.max_triangles.unwrap_or(options.max_triangles);
         options.allow_outside = self.allow_outside;
         options.missing_normals = match self.missing_normals {
             None => MissingNormals::AsFormat,
@@ -196,8 +196,8 @@ impl SceneInput {
         if matches!(self.default_material, Some(MaterialName::Gltf)) {
             options.default_material = DefaultMaterial::AsFormat;
         }
-        options.texel_limit = self.max_texels.unwrap_or(options.texel_limit);
-        options.memory_limit(memory.bytes()).straight_through(self.transparency)
+        options.max_texels = self.max_texels.unwrap_or(options.max_texels);
+        options.max_bytes(memory.bytes()).straight_through(self.transparency)
     }
 
     fn has_extension(&self, extensions: &[&str]) -> bool {

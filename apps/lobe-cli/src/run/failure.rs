@@ -10,7 +10,7 @@ use lobe::env::{EnvError, MapReadOption};
 use lobe::image::{ImageError, ReadOption};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
-use lobe::scene::{SceneError, SceneLimit};
+use lobe::scene::{SceneError, SceneReadOption};
 use lobe::sh::ShError;
 
 /// The exit code for "compared and different".
@@ -102,11 +102,13 @@ fn plain(error: &anyhow::Error) -> String {
         Some(PrtError::Scene(scene)) => Some(scene),
         _ => error.downcast_ref(),
     };
-    if let Some(SceneError::TooLarge { message, limit }) = scene {
-        return match limit {
-            SceneLimit::Triangles => format!("{message}: raise it with --max-triangles"),
-            SceneLimit::Texels => format!("{message}: make the textures smaller, or raise it with --max-texels"),
-            _ => format!("{message}: make the scene smaller, or raise the limit with --max-memory"),
+    if let Some(SceneError::Refused { place, message, option }) = scene {
+        return match option {
+            SceneReadOption::MaxTriangles => format!("{place}: {message}: raise it with --max-triangles"),
+            SceneReadOption::MaxTexels => {
+                format!("{place}: {message}: make the textures smaller, or raise it with --max-texels")
+            }
+            _ => format!("{place}: {message}: make the scene smaller, or raise the limit with --max-memory"),
         };
     }
     match refusal_of_system(error).and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {

@@ -1,8 +1,7 @@
 //! Edge-plane test of eight triangles against many rays from one point.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
-use crate::bvh::ray_bundle::{BundledRay, numbers};
-use crate::bvh::ray_frame::ROUNDING;
+use crate::bvh::ray_frame::{BundledRay, ROUNDING, numbers};
 
 /// Planes through a point and the edges of eight triangles.
 ///

@@ -3,8 +3,8 @@
 //!
 //! Read `bvh` first, the public type; then `ploc`, which builds a binary tree, `collapse`, which makes wide nodes of it,
 //! and `wide_node`, their layout in memory; then `traverse`, one ray at a time: `ray_frame` prepares it, `watertight`
-//! intersects triangles. `ray_stream` traces many rays from one point at once: `ray_bundle`, `octant_slabs` for boxes,
-//! `edge_planes` for triangles. `lanes` has the vector instructions of all this. Uses `scene`.
+//! intersects triangles. `ray_stream` traces many rays from one point at once: `octant_slabs` for boxes, `edge_planes`
+//! for triangles. `lanes` has the vector instructions of all this. Uses `scene`.
 
 pub(crate) mod bvh;
 pub(crate) mod collapse;
@@ -16,7 +16,6 @@ pub(crate) mod lanes_avx2;
 pub(crate) mod lanes_avx512;
 pub(crate) mod octant_slabs;
 pub(crate) mod ploc;
-pub(crate) mod ray_bundle;
 pub(crate) mod ray_frame;
 pub(crate) mod ray_stream;
 pub(crate) mod traverse;

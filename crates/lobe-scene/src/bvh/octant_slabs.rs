@@ -1,8 +1,7 @@
 //! Slab test of eight boxes against many rays from one point in the same octant.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
-use crate::bvh::ray_bundle::{BundledRay, numbers};
-use crate::bvh::ray_frame::RayOrigin;
+use crate::bvh::ray_frame::{BundledRay, RayOrigin, numbers};
 use crate::bvh::wide_node::{LARGEST, Node, SMALLEST};
 
 /// The slab test for rays of one octant from one point.

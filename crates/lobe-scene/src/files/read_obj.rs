@@ -145,14 +145,14 @@ impl Obj {
         if !self.libraries.insert(file.to_owned()) {
             return Ok(());
         }
-        match source.neighbor(file) {
+        match source.referenced_file(file) {
             Ok(bytes) if is_utf16(&bytes) => source.note(format!("{file}: {NOT_UTF16}")),
             Ok(bytes) => {
                 let (materials, notes) = read_mtl(&bytes, file);
                 notes.into_iter().for_each(|note| source.note(note));
                 self.materials.extend(materials);
             }
-            Err(error @ SceneError::TooLarge { .. }) => return Err(error),
+            Err(error @ SceneError::Refused { .. }) => return Err(error),
             Err(error) => source.note(format!("materials are missing, their surfaces are white: {error}")),
         }
         Ok(())
@@ -280,7 +280,7 @@ fn read_materials(
             let texture = match places.get(file) {
                 Some(&texture) => texture,
                 None => {
-                    let bytes = source.neighbor(file)?;
+                    let bytes = source.referenced_file(file)?;
                     textures.push(decode(&bytes, file, [Wrap::Repeat; 2], source)?);
                     places.insert(file, textures.len() - 1);
                     textures.len() - 1

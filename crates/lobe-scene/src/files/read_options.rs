@@ -13,10 +13,10 @@ pub struct SceneReadOptions {
     pub up: Up,
     /// The most triangles, and the most vertices, to which a file may expand. A small file can hold a mesh with a
     /// thousand instances.
-    pub limit: usize,
+    pub max_triangles: usize,
     /// The most texels to which all textures together may expand, four bytes each. A small file can hold a large
     /// picture of one color.
-    pub texel_limit: usize,
+    pub max_texels: usize,
     /// Whether a file may name others outside of its folder: by an absolute path, by one that climbs out of the folder,
     /// or by a link. Only of files that are trusted: what they name is read, and may be copied into what is written.
     pub allow_outside: bool,
@@ -28,7 +28,7 @@ pub struct SceneReadOptions {
     /// triangle of all instances, and four for each texel; and what is read and decoded for it beside that: buffers,
     /// pictures and materials, and what they hold compressed. There is no such limit unless it is set: set one to
     /// read files that are not trusted, because a small one can ask for a lot.
-    pub memory_limit: u64,
+    pub max_bytes: u64,
     /// Whether light goes straight through blended materials, by their alpha, and through glass, by its transmission.
     pub straight_through: bool,
 }
@@ -65,12 +65,12 @@ impl Default for SceneReadOptions {
     fn default() -> Self {
         Self {
             up: Up::Y,
-            limit: 1 << 26,
-            texel_limit: 1 << 28,
+            max_triangles: 1 << 26,
+            max_texels: 1 << 28,
             allow_outside: false,
             missing_normals: MissingNormals::AsFormat,
             default_material: DefaultMaterial::White,
-            memory_limit: u64::MAX,
+            max_bytes: u64::MAX,
             straight_through: false,
         }
     }

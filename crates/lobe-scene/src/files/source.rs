@@ -1,13 +1,13 @@
 //! Input of the scene readers: a file's name for messages, its limits, and the files it references.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
 use crate::error::one_line;
-use crate::files::folder::find_within;
 use crate::scene::flat::FlatMesh;
 use crate::{
-    DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions, SceneReadReport,
+    DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
+    SceneReadReport,
 };
 
 /// Bytes of a vertex: position, normal, color, two pairs of texture coordinates, and room for an edge list.
@@ -65,6 +65,10 @@ impl<'a> Source<'a> {
         SceneError::unsupported(self.name, message)
     }
 
+    fn refused(&self, message: String, option: SceneReadOption) -> SceneError {
+        SceneError::Refused { place: one_line(self.name), message, option }
+    }
+
     /// Adds a note on an ignored feature, once. Of many notes the first are kept, and the rest is counted.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         let note = one_line(&note.into());
@@ -95,7 +99,7 @@ impl<'a> Source<'a> {
 
     /// The bytes that may still be taken.
     pub(crate) fn bytes_left(&self) -> u64 {
-        self.options.memory_limit.saturating_sub(self.bytes_taken())
+        self.options.max_bytes.saturating_sub(self.bytes_taken())
     }
 
     fn bytes_taken(&self) -> u64 {
@@ -107,18 +111,18 @@ impl<'a> Source<'a> {
 
     /// The most triangles, and the most vertices.
     pub(crate) fn limit(&self) -> usize {
-        self.options.limit
+        self.options.max_triangles
     }
 
     /// Refuses numbers that are above the limits by themselves. Call it before as much is allocated.
     pub(crate) fn check_limit(&self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
-        if vertices.max(triangles) <= self.options.limit {
+        if vertices.max(triangles) <= self.options.max_triangles {
             return Ok(());
         }
-        let (name, limit) = (self.name, self.options.limit);
+        let limit = self.options.max_triangles;
         let found = format!("found {triangles} and {vertices} or more");
-        let message = format!("{name}: expected at most {limit} triangles and vertices, {found}");
-        Err(SceneError::TooLarge { message, limit: SceneLimit::Triangles })
+        let message = format!("expected at most {limit} triangles and vertices, {found}");
+        Err(self.refused(message, SceneReadOption::MaxTriangles))
     }
 
     pub(crate) fn default_material(&self) -> DefaultMaterial {
@@ -136,26 +140,26 @@ impl<'a> Source<'a> {
 
     /// Refuses what would take more memory than allowed, with so many bytes that are held for a moment only.
     pub(crate) fn check_bytes(&self, bytes: u64) -> Result<(), SceneError> {
-        let (taken, limit) = (self.bytes_taken().saturating_add(bytes), self.options.memory_limit);
+        let (taken, limit) = (self.bytes_taken().saturating_add(bytes), self.options.max_bytes);
         if taken <= limit {
             return Ok(());
         }
-        let (name, (vertices, triangles), texels) = (self.name, self.unfolded, self.texels);
+        let ((vertices, triangles), texels) = (self.unfolded, self.texels);
         let beside = self.bytes.saturating_add(bytes);
         let message = format!(
-            "{name}: expected a scene of at most {limit} bytes, found {triangles} triangles, {vertices} vertices and {texels} \
+            "expected a scene of at most {limit} bytes, found {triangles} triangles, {vertices} vertices and {texels} \
              texels or more, each instance counted, and {beside} bytes read beside them, which take {taken}"
         );
-        Err(SceneError::TooLarge { message, limit: SceneLimit::Memory })
+        Err(self.refused(message, SceneReadOption::MaxBytes))
     }
 
     /// Counts a texture against the limits. Call it before the texture is allocated.
     pub(crate) fn count_texels(&mut self, width: u32, height: u32) -> Result<(), SceneError> {
         self.texels = (width as usize).saturating_mul(height as usize).saturating_add(self.texels);
-        if self.texels > self.options.texel_limit {
-            let (name, limit, found) = (self.name, self.options.texel_limit, self.texels);
-            let message = format!("{name}: expected textures of at most {limit} texels, found {found} or more");
-            return Err(SceneError::TooLarge { message, limit: SceneLimit::Texels });
+        if self.texels > self.options.max_texels {
+            let (limit, found) = (self.options.max_texels, self.texels);
+            let message = format!("expected textures of at most {limit} texels, found {found} or more");
+            return Err(self.refused(message, SceneReadOption::MaxTexels));
         }
         self.check_bytes(0)
     }
@@ -220,7 +224,7 @@ impl<'a> Source<'a> {
     }
 
     /// The bytes of a referenced file, relative to the file's own folder, which it may not leave unless that is allowed.
-    pub(crate) fn neighbor(&mut self, relative: &str) -> Result<Vec<u8>, SceneError> {
+    pub(crate) fn referenced_file(&mut self, relative: &str) -> Result<Vec<u8>, SceneError> {
         let Some(folder) = &self.folder else {
             return Err(
                 self.unsupported(format!("names the file `{relative}`, but only bytes were given: read the file"))
@@ -254,6 +258,24 @@ pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
 }
 
 /// The length of a regular file: devices and pipes may be endless.
+/// The place of a file that a scene names, links resolved; `None` if it is not within the folder.
+///
+/// A name from the root of the file system or one that climbs out of the folder is not looked up at all.
+fn find_within(folder: &Path, name: &Path) -> io::Result<Option<PathBuf>> {
+    let mut depth = 0_usize;
+    for component in name.components() {
+        match component {
+            Component::CurDir => {}
+            Component::Normal(_) => depth += 1,
+            Component::ParentDir if depth > 0 => depth -= 1,
+            Component::ParentDir | Component::RootDir | Component::Prefix(_) => return Ok(None),
+        }
+    }
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let (file, folder) = (fs::canonicalize(folder.join(name))?, fs::canonicalize(folder)?);
+    Ok(file.starts_with(folder).then_some(file))
+}
+
 fn length_of(path: &Path) -> io::Result<u64> {
     let found = fs::metadata(path)?;
     if !(found.is_file() || found.is_dir()) {

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Cursor;
 
 use lobe_scene::{
-    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions,
+    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
     read_scene_and_document, read_scene_bytes,
 };
 use meshoptimizer_rs::Workspace;
@@ -83,7 +83,8 @@ fn damaged_draco_meshes_are_refused_in_one_line() {
         let mut file = draco_square();
         let at = random.next_u64() as usize % file.buffer.len();
         file.buffer[at] = random.next_u64() as u8;
-        if let Err(error) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default().limit(1 << 16)) {
+        if let Err(error) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default().max_triangles(1 << 16))
+        {
             let message = error.to_string();
             assert!(message.starts_with("a.glb: ") && !message.contains('\n'), "byte {at}: {message:?}");
         }
@@ -153,13 +154,13 @@ fn meshopt_buffer_views_are_read_and_written_plain() {
 
 #[test]
 fn compressed_bytes_named_many_times_count_each_time() {
-    let options = SceneReadOptions::default().memory_limit(20_000);
+    let options = SceneReadOptions::default().max_bytes(20_000);
     let mut file = meshopt_square();
     assert!(read_scene_bytes(&file.glb(), "a.glb", &options).is_ok(), "48 and 12 bytes are little");
     let view = file.json["bufferViews"][0].clone();
     file.json["bufferViews"].as_array_mut().unwrap().extend(vec![view; 1000]);
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).map(|_| ()).unwrap_err();
-    assert!(matches!(error, SceneError::TooLarge { limit: SceneLimit::Memory, .. }), "{error}");
+    assert!(matches!(error, SceneError::Refused { option: SceneReadOption::MaxBytes, .. }), "{error}");
 }
 
 #[test]
@@ -177,7 +178,7 @@ fn instances_kept_as_arrays_become_nodes() {
     let expected = [[1.0, 0.0, 11.0], [4.0, 0.0, 12.0], [5.0, 0.0, 11.0], [7.0, 0.0, 11.0]];
     assert_eq!(corners, expected, "the far corner of each, z up");
     assert_eq!(document.json["nodes"].as_array().unwrap().len(), 5, "a node for each");
-    let few = SceneReadOptions::default().limit(3);
+    let few = SceneReadOptions::default().max_triangles(3);
     let error = read_scene_bytes(&file.glb(), "a.glb", &few).unwrap_err().to_string();
     assert!(error.starts_with("a.glb: expected at most 3 triangles and vertices"), "{error}");
     let turned = file.with("/nodes/0/extensions", json!({name: {"attributes": {"ROTATION": 2}}}));

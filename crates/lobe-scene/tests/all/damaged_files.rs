@@ -36,7 +36,7 @@ fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
 fn damaged_files_give_a_scene_or_one_line() {
     let glb = Gltf::square().with_attribute("COLOR_0", "VEC4", &[0.5; 16]).glb();
     let gltf = Gltf::square().gltf();
-    let options = SceneReadOptions::default().limit(1 << 20);
+    let options = SceneReadOptions::default().max_triangles(1 << 20);
     let mut random = Random::new(12);
     let (mut read, mut refused) = (0, 0);
     for (name, bytes) in [("a.glb", &glb[..]), ("a.gltf", &gltf), ("a.obj", OBJ.as_bytes()), ("a.ply", PLY.as_bytes())]

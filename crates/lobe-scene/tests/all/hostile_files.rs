@@ -3,8 +3,8 @@
 use std::fs;
 
 use lobe_scene::{
-    Material, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions, TextureUse, read_scene,
-    read_scene_and_document, read_scene_bytes,
+    Material, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions, TextureUse,
+    read_scene, read_scene_and_document, read_scene_bytes,
 };
 use serde_json::{Value, json};
 
@@ -70,11 +70,14 @@ fn instances_in_arrays_are_counted_before_they_become_nodes() {
         .with("/nodes/0/extensions", json!({name: {"attributes": {"TRANSLATION": 2}}}));
     let found = refusal(&file, &SceneReadOptions::default()).to_string();
     let expected = "a.glb: expected at most 67108864 triangles and vertices, found 134217728 and 268435456 or more: raise \
-                    SceneReadOptions::limit";
+                    SceneReadOptions::max_triangles";
     assert_eq!(found, expected, "two triangles and four vertices each");
     let empty = file.with("/meshes/0/primitives", json!([]));
-    let error = refusal(&empty, &SceneReadOptions::default().memory_limit(1 << 20));
-    assert!(matches!(error, SceneError::TooLarge { limit: SceneLimit::Memory, .. }), "of an empty mesh: {error}");
+    let error = refusal(&empty, &SceneReadOptions::default().max_bytes(1 << 20));
+    assert!(
+        matches!(error, SceneError::Refused { option: SceneReadOption::MaxBytes, .. }),
+        "of an empty mesh: {error}"
+    );
 }
 
 #[test]
@@ -94,13 +97,13 @@ fn attributes_of_another_length_are_not_copied_to_make_triangles_flat() {
 fn vertices_added_to_make_triangles_flat_count_against_the_limit() {
     let roof = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nf 1 2 3 4\nf 2 1 5 6\n";
     let read = |normals| {
-        let options = SceneReadOptions::default().limit(7).missing_normals(normals);
+        let options = SceneReadOptions::default().max_triangles(7).missing_normals(normals);
         read_scene_bytes(roof.as_bytes(), "a.obj", &options).map(|(scene, _)| scene.vertex_count())
     };
     let smooth = read(MissingNormals::Smooth);
     assert!(matches!(smooth, Ok(6)), "six vertices as they are: {smooth:?}");
     let flat = read(MissingNormals::Flat);
-    assert!(matches!(flat, Err(SceneError::TooLarge { .. })), "eight of them: {flat:?}");
+    assert!(matches!(flat, Err(SceneError::Refused { .. })), "eight of them: {flat:?}");
 }
 
 #[test]
@@ -142,10 +145,10 @@ fn materials_named_many_times_are_read_once() {
     let path = folder.path().join("a.obj");
     fs::write(folder.path().join("a.mtl"), format!("newmtl a\nKd 1 1 1\n#{}\n", "x".repeat(1000))).unwrap();
     fs::write(&path, "mtllib a.mtl\n".repeat(100) + "v 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl a\nf 1 2 3\n").unwrap();
-    let (scene, _) = read_scene(&path, &SceneReadOptions::default().memory_limit(10_000)).unwrap();
+    let (scene, _) = read_scene(&path, &SceneReadOptions::default().max_bytes(10_000)).unwrap();
     assert_eq!(scene.materials().len(), 1, "materials");
-    let error = read_scene(&path, &SceneReadOptions::default().memory_limit(500)).map(|_| ()).unwrap_err();
-    assert!(matches!(error, SceneError::TooLarge { limit: SceneLimit::Memory, .. }), "it counts: {error}");
+    let error = read_scene(&path, &SceneReadOptions::default().max_bytes(500)).map(|_| ()).unwrap_err();
+    assert!(matches!(error, SceneError::Refused { option: SceneReadOption::MaxBytes, .. }), "it counts: {error}");
 }
 
 #[test]

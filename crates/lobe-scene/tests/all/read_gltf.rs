@@ -8,7 +8,7 @@ use lobe_scene::{
     Alpha, LOBE_EXTRAS_VERSION, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, read_scene,
     read_scene_bytes,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 
 fn read(file: &Gltf) -> Result<(Scene, SceneReadReport), SceneError> {
     read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default())
@@ -276,7 +276,7 @@ fn files_that_are_cut_off_or_no_gltf_are_refused() {
 #[test]
 fn what_lobe_does_not_read_is_named_with_what_to_do() {
     let requiring = |name: &str| Gltf::square().with("/extensionsRequired", json!([name]));
-    let newer = json!({"version": "2.0", "extras": {"lobe": {"version": LOBE_EXTRAS_VERSION + 1}}});
+    let lobe = |version: Value| json!({"version": "2.0", "extras": {"lobe": {"version": version}}});
     for (file, expected) in [
         (
             requiring("EXT_texture_avif"),
@@ -285,8 +285,16 @@ fn what_lobe_does_not_read_is_named_with_what_to_do() {
         ),
         (requiring("ACME_voxels"), "a.glb: the file requires ACME_voxels, which Lobe does not read: export it without"),
         (
-            Gltf::square().with("/asset", newer),
+            Gltf::square().with("/asset", lobe(json!(LOBE_EXTRAS_VERSION + 1))),
             "a.glb: baked by a newer Lobe: expected version 1 of its attributes, found 2: update Lobe",
+        ),
+        (
+            Gltf::square().with("/asset", lobe(json!(0))),
+            "a.glb: asset.extras.lobe: expected version 1 of Lobe's attributes, found 0",
+        ),
+        (
+            Gltf::square().with("/asset", lobe(json!("1"))),
+            "a.glb: asset.extras.lobe: expected version 1 of Lobe's attributes, found \"1\"",
         ),
         (Gltf::square().with("/asset/version", json!("1.0")), "a.glb: expected version 2.0 of glTF, found 1.0"),
         (
@@ -308,12 +316,11 @@ fn what_lobe_does_not_read_is_named_with_what_to_do() {
 fn a_small_file_that_unfolds_to_too_much_is_refused_before_memory_is_taken() {
     let nodes: Vec<_> = (0..100).map(|_| json!({"mesh": 0})).collect();
     let file = Gltf::square().with("/nodes", json!(nodes)).with("/scenes/0/nodes", json!((0..100).collect::<Vec<_>>()));
-    let options = SceneReadOptions::default().limit(250);
+    let options = SceneReadOptions::default().max_triangles(250);
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
-    let expected =
-        "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise SceneReadOptions::limit";
+    let expected = "a.glb: expected at most 250 triangles and vertices, found 126 and 252 or more: raise SceneReadOptions::max_triangles";
     assert_eq!(error.to_string(), expected, "message");
-    assert!(matches!(error, SceneError::TooLarge { .. }), "{error:?}");
+    assert!(matches!(error, SceneError::Refused { .. }), "{error:?}");
     assert_eq!(scene(&file).meshes().len(), 100, "within the usual limit it is read");
 }
 
@@ -334,10 +341,10 @@ fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_befo
         .with("/textures", json!(vec![json!({"source": 0}); 12]))
         .with("/images", json!([{"uri": png(40, 30)}]));
     assert_eq!(scene(&file).textures().len(), 1, "one picture, twelve textures");
-    let options = SceneReadOptions::default().texel_limit(1199);
+    let options = SceneReadOptions::default().max_texels(1199);
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err();
     let expected =
-        "a.glb: expected textures of at most 1199 texels, found 1200 or more: raise SceneReadOptions::texel_limit";
+        "a.glb: expected textures of at most 1199 texels, found 1200 or more: raise SceneReadOptions::max_texels";
     assert_eq!(error.to_string(), expected, "message");
 }
 
@@ -366,10 +373,10 @@ fn instances_count_against_the_limit_of_memory_before_they_are_read() {
     let nodes = vec![json!({"mesh": 0}); count];
     let scenes = json!([{"nodes": (0..count).collect::<Vec<_>>()}]);
     let file = Gltf::square().with("/nodes", json!(nodes)).with("/scenes", scenes);
-    let options = SceneReadOptions::default().memory_limit(1 << 20);
+    let options = SceneReadOptions::default().max_bytes(1 << 20);
     let error = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap_err().to_string();
     assert!(error.starts_with("a.glb: expected a scene of at most 1048576 bytes, found "), "{error}");
-    assert!(error.ends_with("raise SceneReadOptions::memory_limit"), "{error}");
+    assert!(error.ends_with("raise SceneReadOptions::max_bytes"), "{error}");
 }
 
 #[test]
@@ -466,7 +473,7 @@ fn accessors_without_a_buffer_view_are_zeros() {
     file.json["accessors"][2].as_object_mut().unwrap().remove("bufferView");
     assert_eq!(scene(&file).meshes()[0].colors(), [[0.0; 4]; 4], "colors");
     let many = file.with("/accessors/2/count", json!(1_u64 << 60));
-    assert!(matches!(refusal(&many), SceneError::TooLarge { .. }), "no memory is taken");
+    assert!(matches!(refusal(&many), SceneError::Refused { .. }), "no memory is taken");
 }
 
 #[test]

@@ -108,7 +108,7 @@ fn embed_images(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), Scen
         let Some(uri) = file.root.images[i].uri.clone() else { continue };
         let bytes = match read_uri(&uri, source) {
             Ok(bytes) => bytes,
-            Err(error @ SceneError::TooLarge { .. }) => return Err(error),
+            Err(error @ SceneError::Refused { .. }) => return Err(error),
             Err(error) => {
                 source.note(format!("image {i} stays outside of the file: {error}"));
                 continue;

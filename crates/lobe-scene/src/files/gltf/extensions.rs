@@ -6,7 +6,7 @@ use crate::SceneError;
 use crate::files::source::Source;
 
 /// The version of the attributes that Lobe writes into a baked glTF file and names in `asset.extras.lobe.version`.
-/// Files with a higher one are refused.
+/// Files with another one are refused.
 pub const LOBE_EXTRAS_VERSION: u64 = 1;
 
 /// Required extensions that Lobe reads. Those of materials and lights are accepted and ignored: shapes and base colors
@@ -55,12 +55,15 @@ fn check_version(asset: &Value, source: &Source<'_>) -> Result<(), SceneError> {
         return Err(source.unsupported(format!("expected version 2.0 of glTF, found {found}")));
     }
     let lobe = &asset["extras"]["lobe"]["version"];
-    if !lobe.is_null() && lobe.as_u64().is_none_or(|version| version > LOBE_EXTRAS_VERSION) {
-        return Err(source.unsupported(format!(
-            "baked by a newer Lobe: expected version {LOBE_EXTRAS_VERSION} of its attributes, found {lobe}: update Lobe"
-        )));
+    let expected = format!("expected version {LOBE_EXTRAS_VERSION} of its attributes, found {lobe}");
+    match lobe.as_u64() {
+        _ if lobe.is_null() => Ok(()),
+        Some(LOBE_EXTRAS_VERSION) => Ok(()),
+        Some(newer) if newer > LOBE_EXTRAS_VERSION => {
+            Err(source.unsupported(format!("baked by a newer Lobe: {expected}: update Lobe")))
+        }
+        _ => Err(source.invalid(format!("asset.extras.lobe: {}", expected.replace("its", "Lobe's")))),
     }
-    Ok(())
 }
 
 /// The message for a file that requires an extension.

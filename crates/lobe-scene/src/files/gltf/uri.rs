@@ -16,7 +16,7 @@ pub(crate) fn read_uri(uri: &str, source: &mut Source<'_>) -> Result<Vec<u8>, Sc
     if uri.contains("://") {
         return Err(source.unsupported(format!("names `{uri}`: Lobe reads files only, so fetch it first")));
     }
-    source.neighbor(&decode_percent(uri))
+    source.referenced_file(&decode_percent(uri))
 }
 
 /// Decodes base64 (RFC 4648), padded or not; `None` if a character is not in its alphabet.
