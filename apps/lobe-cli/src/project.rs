@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{MappedMap, project_map};
 use lobe::sh::{
-    Coefficient as _, Expansion as _, MonteCarlo, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
+    Coefficient as _, Expansion as _, MonteCarloOptions, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
 };
 
 use crate::args::map_input::MapInput;
@@ -77,8 +77,8 @@ impl Project {
     }
 
     fn project_by_sampling(&self, map: &MappedMap, sampling: Sampling, talk: Talk) -> ShVec<Rgb<f64>> {
-        let defaults = MonteCarlo::default();
-        let options = MonteCarlo::default()
+        let defaults = MonteCarloOptions::default();
+        let options = MonteCarloOptions::default()
             .samples(self.samples.unwrap_or(defaults.samples))
             .seed(self.seed.unwrap_or(defaults.seed))
             .sampling(sampling);

@@ -83,7 +83,6 @@
 mod area_light;
 mod error;
 mod files;
-mod frame;
 mod map;
 mod mapping;
 mod prefilter;

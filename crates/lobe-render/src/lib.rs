@@ -71,7 +71,6 @@
 
 mod camera;
 mod error;
-mod frame;
 mod mapping_gallery;
 mod path_tracer;
 mod plot;

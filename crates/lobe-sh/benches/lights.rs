@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_sh::{
-    Dir, LightOptions, PeakSearch, Rgb, ShVec, SphericalPolygon, Zonal, extract_light, extract_lights, local_maxima,
+    Dir, LightFitOptions, PeakSearch, Rgb, ShVec, SphericalPolygon, Zonal, extract_light, extract_lights, local_maxima,
 };
 use lobe_testkit::Random;
 
@@ -35,7 +35,7 @@ fn extraction(c: &mut Criterion) {
     }
     group.finish();
     for (name, refine) in [("light-extract-three-rgb", false), ("light-extract-three-refined-rgb", true)] {
-        let options = LightOptions::default().count(3).refine(refine);
+        let options = LightFitOptions::default().count(3).refine(refine);
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(EXPANSIONS as u64));
         for order in ORDERS {

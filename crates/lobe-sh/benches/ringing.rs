@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_sh::{
-    Dering, DeringMethod, Dir, Expansion as _, Rgb, ShL2, ShVec, Window, Zonal, certified_minimum,
+    DeringMethod, DeringOptions, Dir, Expansion as _, Rgb, ShL2, ShVec, Window, Zonal, certified_minimum,
     conservative_minimum, convolved, dering_in_place, dering_order_3_in_place, window_in_place,
 };
 use lobe_testkit::Random;
@@ -55,7 +55,7 @@ fn dering(c: &mut Criterion) {
         let parsed: DeringMethod = method.parse().unwrap_or_default();
         for &order in orders {
             let f = probe(&mut random, order);
-            let dering = Dering::default().method(parsed);
+            let dering = DeringOptions::default().method(parsed);
             group.bench_function(BenchmarkId::new(method, order), |bencher| {
                 bencher.iter(|| {
                     let mut g = f.clone();

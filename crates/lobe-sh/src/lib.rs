@@ -39,11 +39,11 @@
 //! # Example: measurements, and how far to trust them
 //!
 //! ```
-//! use lobe_sh::{Conditioning, Dir, Expansion as _, MonteCarlo, Zonal, convolved, least_squares, project_monte_carlo};
+//! use lobe_sh::{Conditioning, Dir, Expansion as _, MonteCarloOptions, Zonal, convolved, least_squares, project_monte_carlo};
 //!
 //! // A lamp that can only be sampled: 120° wide, with a hard edge.
 //! let lamp = |s: Dir| -> f64 { if s.dot(Dir::X) > 0.5 { 1.0 } else { 0.0 } };
-//! let estimate = project_monte_carlo(4, &MonteCarlo::default().samples(4096), lamp);
+//! let estimate = project_monte_carlo(4, &MonteCarloOptions::default().samples(4096), lamp);
 //! let exact = Zonal::project(4, &[0.5], 4, |t| if t > 0.5 { 1.0 } else { 0.0 }).towards(Dir::X, 1.0);
 //! let error = (estimate.sh[0] - exact[0]).abs();
 //! assert!(error < 4.0 * estimate.standard_error[0], "{error} against {}", estimate.standard_error[0]);
@@ -165,7 +165,7 @@ pub use light::light::Light;
 pub use light::normalization::{Normalization, directional_normalization};
 pub use light::spherical_polygon::SphericalPolygon;
 pub use light_extraction::extract::{
-    LightChoice, LightOptions, extract_light, extract_light_per_channel, extract_lights, fit_lights,
+    LightChoice, LightFitOptions, extract_light, extract_light_per_channel, extract_lights, fit_lights,
 };
 pub use light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
 pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
@@ -173,12 +173,12 @@ pub use product::gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_c
 pub use product::grid::product_on_grid;
 pub use product::matrix::ProductMatrix;
 pub use product::product::{product, product_as, product_into, square_into, zonal_product_into};
-pub use projection::least_squares::{Conditioning, Fit, least_squares};
-pub use projection::monte_carlo::{MonteCarlo, MonteCarloEstimate, Sampling, project_monte_carlo};
+pub use projection::least_squares::{Conditioning, LeastSquaresFit, least_squares};
+pub use projection::monte_carlo::{MonteCarloEstimate, MonteCarloOptions, Sampling, project_monte_carlo};
 pub use projection::project::{Projection, project, project_as, project_to_accuracy};
 pub use ringing::content_window::ContentWindow;
-pub use ringing::dering::{Dering, DeringMethod, DeringReport, WindowFamily, dering_in_place, deringed};
-pub use ringing::quadratic_dering::{QuadraticDering, dering_order_3_in_place};
+pub use ringing::dering::{DeringMethod, DeringOptions, DeringReport, WindowFamily, dering_in_place, deringed};
+pub use ringing::quadratic_dering::{QuadraticDeringReport, dering_order_3_in_place};
 pub use ringing::sloan_table::{conservative_minimum, dering_table_factors};
 pub use ringing::{DERING_ALLOWED, DeringOutcome};
 pub use rotation::axis_permutation::{Axis, AxisPermutation, mirror_in_place, quarter_turn_in_place};

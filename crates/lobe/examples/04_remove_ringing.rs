@@ -4,7 +4,9 @@
 
 use std::error::Error;
 
-use lobe::sh::{Dering, Dir, Expansion as _, ShVec, Window, Zonal, certified_minimum, convolved, deringed, windowed};
+use lobe::sh::{
+    DeringOptions, Dir, Expansion as _, ShVec, Window, Zonal, certified_minimum, convolved, deringed, windowed,
+};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let sun = ShVec::<f64>::impulse(3, Dir::X, 1.0);
@@ -23,7 +25,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     report("Gauss, 20°", &windowed(&irradiance, &Window::Gauss { sigma: 20_f64.to_radians() }));
     report("for punctual lights", &windowed(&irradiance, &Window::PunctualLight));
 
-    let (calm, removed) = deringed(&irradiance, &Dering::default());
+    let (calm, removed) = deringed(&irradiance, &DeringOptions::default());
     let after = report("the least change", &calm);
     println!("factors of the bands {:.4?}, {:.1} % of the energy", removed.factors, 100.0 * removed.energy_removed);
     assert!(after.lo > -1e-6, "{after:?}");

@@ -4,7 +4,7 @@
 
 use std::error::Error;
 
-use lobe::sh::{Coefficient as _, Dir, Light, LightMetric, LightOptions, Normalization, Rgb, extract_lights};
+use lobe::sh::{Coefficient as _, Dir, Light, LightFitOptions, LightMetric, Normalization, Rgb, extract_lights};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let order = 5;
@@ -17,7 +17,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let [a, b, c] = lights.map(|light| light.project(order, Normalization::Projected));
     let light = &(&a? + &b?) + &c?;
 
-    let options = LightOptions::default().count(2).refine(true).metric(LightMetric::Radiance);
+    let options = LightFitOptions::default().count(2).refine(true).metric(LightMetric::Radiance);
     let found = extract_lights(&light, &options)?;
     for light in &found.lights {
         let (theta, phi) = (light.dir.theta().to_degrees(), light.dir.phi().to_degrees());

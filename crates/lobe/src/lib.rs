@@ -72,7 +72,7 @@
 //!
 //! ```
 //! use lobe::sh::{
-//!     Coefficient as _, ContentWindow, Dering, Dir, Expansion as _, IrradianceEncoding, Light, Normalization,
+//!     Coefficient as _, ContentWindow, DeringOptions, Dir, Expansion as _, IrradianceEncoding, Light, Normalization,
 //!     PackedIrradiance, Rgb, Rotation, Window, Zonal, convolved, deringed, extract_light, windowed,
 //! };
 //!
@@ -83,7 +83,7 @@
 //! assert!(found.lights[0].dir.angle_to(Dir::X) < 1e-9 && (found.ambient.g - 0.1).abs() < 1e-12);
 //!
 //! let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
-//! let (calm, report) = deringed(&irradiance, &Dering::default());
+//! let (calm, report) = deringed(&irradiance, &DeringOptions::default());
 //! assert!(report.before[0].hi < 0.0 && report.after[0].lo > -1e-6 * calm.mean().r, "{report:?}");
 //!
 //! let window = Window::Hanning { width: 3.0 };

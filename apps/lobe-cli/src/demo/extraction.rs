@@ -3,7 +3,7 @@
 use lobe::env::{EnvMap, SunOptions, extract_sun, project_env};
 use lobe::image::{Picture, Sheet, Tone};
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, LightMetric, LightOptions, Rgb, ShVec, Zonal, convolved, extract_lights};
+use lobe::sh::{Dir, LightFitOptions, LightMetric, Rgb, ShVec, Zonal, convolved, extract_lights};
 
 use super::{BACKDROP, SWEEP, Sky, Writer, digits};
 
@@ -25,7 +25,7 @@ impl Writer<'_> {
         let mut lights = vec![sky.radiance.clone()];
         let mut rows = Vec::new();
         for count in COUNTS {
-            let fit = extract_lights(&sky.radiance, &LightOptions::default().count(count))?;
+            let fit = extract_lights(&sky.radiance, &LightFitOptions::default().count(count))?;
             let [residual, energy] = [fit.residual, fit.energy].map(|e| e.r + e.g + e.b);
             let dirs: Vec<String> = fit.lights.iter().map(|l| l.dir.to_array().map(digits).join(" ")).collect();
             rows.push(vec![count.to_string(), dirs.join("; "), format!("{} %", digits(100.0 * residual / energy))]);
@@ -70,7 +70,7 @@ impl Writer<'_> {
             let mut row = vec![order.to_string()];
             for metric in [LightMetric::Radiance, LightMetric::Irradiance] {
                 for refine in [false, true] {
-                    let options = LightOptions::default().count(1).refine(refine).metric(metric);
+                    let options = LightFitOptions::default().count(1).refine(refine).metric(metric);
                     let fit = extract_lights(&radiance.resized(order), &options)?;
                     let angle = fit.lights.first().map(|light| light.dir.angle_to(sun).to_degrees());
                     row.push(angle.map_or("none".to_owned(), |angle| format!("{angle:.1}°")));

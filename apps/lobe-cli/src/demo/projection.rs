@@ -1,6 +1,6 @@
 //! Projection section of the demo: exact integration beside Monte Carlo and quasi-Monte Carlo sampling.
 
-use lobe::sh::{Coefficient as _, Expansion as _, MonteCarlo, Rgb, Sampling, ShVec, project_monte_carlo};
+use lobe::sh::{Coefficient as _, Expansion as _, MonteCarloOptions, Rgb, Sampling, ShVec, project_monte_carlo};
 
 use super::{Sky, Writer, digits};
 
@@ -25,7 +25,7 @@ impl Writer<'_> {
             ("Fibonacci spiral", Sampling::Fibonacci),
         ] {
             for samples in [100, 1_600, 25_600] {
-                let options = MonteCarlo::default().samples(samples).seed(1).sampling(sampling);
+                let options = MonteCarloOptions::default().samples(samples).seed(1).sampling(sampling);
                 let found = project_monte_carlo(ORDER, &options, |s| sky.map.radiance(s).widen());
                 let error = norm(&(&found.sh - &exact)) / norm(&exact);
                 let reported = norm(&found.standard_error) / norm(&exact);

@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
-    Coefficient, Dering, DeringMethod, DeringOutcome, DeringReport, Expansion as _, Extremum, FileCoefficients,
+    Coefficient, DeringMethod, DeringOptions, DeringOutcome, DeringReport, Expansion as _, Extremum, FileCoefficients,
     Quantity, ShError, ShFile, ShVec, Zonal, deringed,
 };
 use serde::Serialize;
@@ -76,7 +76,7 @@ impl ShDering {
         }
         self.output.check()?;
         let file = self.input.read()?;
-        let dering = Dering::default().method(self.method).kernel(self.kernel(&file)?);
+        let dering = DeringOptions::default().method(self.method).kernel(self.kernel(&file)?);
         let (coefficients, report): (FileCoefficients, DeringReport) = match &file.coefficients {
             FileCoefficients::Scalar(f) => self.deringed(f, &dering)?,
             FileCoefficients::Rgb(f) => self.deringed(f, &dering)?,
@@ -119,7 +119,7 @@ impl ShDering {
     fn deringed<T: Coefficient>(
         &self,
         f: &ShVec<T>,
-        dering: &Dering,
+        dering: &DeringOptions,
     ) -> anyhow::Result<(FileCoefficients, DeringReport)>
     where
         ShVec<T>: Into<FileCoefficients>,

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use anyhow::bail;
 use clap::Args;
 use lobe::sh::{
-    Coefficient, Expansion as _, FileCoefficients, LightChoice, LightFit, LightMetric, LightOptions, Quantity, ShVec,
-    directional_normalization, extract_light, extract_lights,
+    Coefficient, Expansion as _, FileCoefficients, LightChoice, LightFit, LightFitOptions, LightMetric, Quantity,
+    ShVec, directional_normalization, extract_light, extract_lights,
 };
 use serde::Serialize;
 
@@ -133,8 +133,8 @@ impl ShLights {
         Ok(Lights { lights: found.collect(), ambient: channels(ambient), residual: channels(residual) })
     }
 
-    fn options(&self) -> LightOptions {
-        LightOptions::default()
+    fn options(&self) -> LightFitOptions {
+        LightFitOptions::default()
             .count(self.count)
             .refine(self.refine)
             .metric(self.metric.into())

@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
-use lobe_sh::vector::{Vec3, add_scaled, cross, dot, length, sub};
+use lobe_sh::vector::{Vec3, add_scaled, cross, dot, length, sub, tangents_along_axis};
 
-use crate::frame::frame;
 use crate::{AreaLight, PointLight, VectorIrradiance};
 
 /// A disc that emits radiance 1 to the side its normal points to.
@@ -76,7 +75,7 @@ impl Seen {
         }
         let aside = add_scaled(to_center, w, -height);
         let a = length(aside);
-        let u = if a > 0.0 { aside.map(|c| c / a) } else { frame(w).0 };
+        let u = if a > 0.0 { aside.map(|c| c / a) } else { tangents_along_axis(w)[0] };
         let radius = light.radius;
         let s = (a * a + height * height - radius * radius).hypot(2.0 * height * radius);
         Some(Self { u, v: cross(w, u), w, a, height, radius, big_a: a * a + height * height + radius * radius, s })

@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use lobe_image::{mip_level_count, mip_level_size};
+use lobe_sh::vector::tangents_along_axis;
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::CubeMap;
-use crate::frame::frame;
 use crate::mapping::cube::{self, FACES};
 use crate::reflection::specular_lobe::{Kernel, integral};
 
@@ -83,7 +83,7 @@ impl ImportanceFilter {
     /// The average about `r`.
     pub(crate) fn towards(&self, samples: &[Sample], r: Dir) -> Rgb<f32> {
         let r = r.to_array();
-        let (u, v) = frame(r);
+        let [u, v] = tangents_along_axis(r);
         let axes = [u, v, r].map(|axis| axis.map(|c| c as f32));
         let last = self.levels.len() - 1;
         let mut sum = [0.0_f64; 3];

@@ -163,7 +163,7 @@ mod tests {
     fn by_brute_force(brdf: &impl Brdf, cos_v: f64, nodes: usize) -> f64 {
         let v = Dir::from_angles(cos_v.acos(), 0.0);
         let r = Dir::from_angles(cos_v.acos(), PI);
-        let (u, w) = crate::frame::frame(r.to_array());
+        let [u, w] = lobe_sh::vector::tangents_along_axis(r.to_array());
         let rule = gauss_legendre(nodes);
         let mut sum = 0.0;
         for &(x, weight_x) in &rule {

@@ -262,7 +262,7 @@ impl Plane {
     /// The least-squares plane through texels around `center`, weighted with their solid angles; `None` if there are
     /// fewer than three.
     fn fit<'a>(center: Dir, texels: impl Iterator<Item = &'a Texel>) -> Option<Self> {
-        let (p, q) = crate::frame::frame(center.to_array());
+        let [p, q] = lobe_sh::vector::tangents_along_axis(center.to_array());
         let axes = [p, q];
         let mut matrix = [[0.0; 3]; 3];
         let mut right = [Rgb::ZERO; 3];

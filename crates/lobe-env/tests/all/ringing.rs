@@ -2,8 +2,8 @@
 
 use lobe_env::{EnvMap, SunOptions, bundled, extract_sun, project_env};
 use lobe_sh::{
-    Coefficient as _, Dering, DeringMethod, DeringOutcome, Dir, Expansion as _, LightMetric, LightOptions, Rgb, ShVec,
-    Window, WindowFamily, Zonal, convolved, deringed, even_directions, extract_lights, windowed,
+    Coefficient as _, DeringMethod, DeringOptions, DeringOutcome, Dir, Expansion as _, LightFitOptions, LightMetric,
+    Rgb, ShVec, Window, WindowFamily, Zonal, convolved, deringed, even_directions, extract_lights, windowed,
 };
 
 /// Sampled directions: a degree and a half apart, far below the wavelength of order 6.
@@ -37,7 +37,7 @@ fn no_real_map_is_below_zero_anywhere_after_dering() {
             let radiance = radiance.resized(order);
             let irradiance = convolved(&radiance, &Zonal::clamped_cosine(order));
             for (quantity, f) in [("radiance", radiance), ("irradiance", irradiance)] {
-                let (g, report) = deringed(&f, &Dering::default());
+                let (g, report) = deringed(&f, &DeringOptions::default());
                 let done = matches!(report.outcome, DeringOutcome::Windowed | DeringOutcome::Unchanged);
                 assert!(done, "{name}, {quantity} of order {order}: {report:?}");
                 rang += usize::from(report.outcome == DeringOutcome::Windowed);
@@ -65,7 +65,7 @@ fn norm_kept(f: &ShVec<Rgb<f64>>, g: &ShVec<Rgb<f64>>) -> f64 {
 /// non-negative. This is its best case: the width to rounding, not to a tenth.
 fn best_of_filament(f: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
     let method = DeringMethod::Family(WindowFamily::Lanczos { power: 4.0 });
-    let (_, report) = deringed(f, &Dering::default().method(method));
+    let (_, report) = deringed(f, &DeringOptions::default().method(method));
     let width = match report.window {
         Some(Window::Lanczos { width, .. }) => width.min(FILAMENT_WIDEST),
         _ => FILAMENT_WIDEST,
@@ -77,7 +77,7 @@ fn best_of_filament(f: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
 fn the_least_change_keeps_more_of_a_sun_probe_than_filament() {
     for map in bundled::all() {
         let irradiance = convolved(&project_env(&map.map(), 3), &Zonal::clamped_cosine(3));
-        let (g, _) = deringed(&irradiance, &Dering::default());
+        let (g, _) = deringed(&irradiance, &DeringOptions::default());
         let (ours, theirs) = (norm_kept(&irradiance, &g), norm_kept(&irradiance, &best_of_filament(&irradiance)));
         println!("{}: {:.2} % of the norm kept, Filament {:.2} %", map.name, 100.0 * ours, 100.0 * theirs);
         assert!(ours > 0.85 && ours > theirs, "{}: {ours} of the norm kept, Filament {theirs}", map.name);
@@ -85,7 +85,7 @@ fn the_least_change_keeps_more_of_a_sun_probe_than_filament() {
     // A sun alone: the worst case.
     let sun = ShVec::impulse(3, Dir::from_angles(1.2, 0.7), Rgb::new(9.0, 8.0, 6.0));
     let irradiance = convolved(&sun, &Zonal::clamped_cosine(3));
-    let (g, _) = deringed(&irradiance, &Dering::default());
+    let (g, _) = deringed(&irradiance, &DeringOptions::default());
     let (ours, theirs) = (norm_kept(&irradiance, &g), norm_kept(&irradiance, &best_of_filament(&irradiance)));
     println!("a sun alone: {:.2} % of the norm kept, Filament {:.2} %", 100.0 * ours, 100.0 * theirs);
     assert!(ours > 0.85 && ours > theirs, "a sun alone: {ours} of the norm kept, Filament {theirs}");
@@ -104,7 +104,7 @@ fn maps_with_a_sun() -> Vec<(String, EnvMap, Dir)> {
 /// The angle in degrees between the one light that explains most and the sun of the picture, for orders 2 to 10.
 fn angles_to_the_sun(radiance: &ShVec<Rgb<f64>>, sun: Dir, metric: LightMetric, refine: bool) -> Vec<f64> {
     let angle = |order: usize| {
-        let options = LightOptions::default().count(1).refine(refine).metric(metric);
+        let options = LightFitOptions::default().count(1).refine(refine).metric(metric);
         let fit = extract_lights(&radiance.resized(order), &options).unwrap();
         fit.lights[0].dir.angle_to(sun).to_degrees()
     };

@@ -1,5 +1,7 @@
 //! BFGS: quasi-Newton minimization of a smooth function of a few variables.
 
+use lobe_sh::vector::dot_slices as dot;
+
 /// Halvings of a step before the search gives up.
 const HALVINGS: usize = 30;
 
@@ -95,10 +97,6 @@ fn multiply(m: &[f64], v: &[f64], out: &mut [f64]) {
     for (out, row) in out.iter_mut().zip(m.chunks_exact(v.len())) {
         *out = dot(row, v);
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use lobe_sh::vector::dot_slices as dot;
 use lobe_sh::{Dir, Expansion as _, ShVec, band_range, eval_basis_into, eval_with_gradient};
 
 /// The most lobes.
@@ -146,10 +147,6 @@ pub(crate) fn unit_lobe(d: Dir, order: usize) -> Vec<f64> {
         u[band_range(l)].iter_mut().for_each(|u| *u *= factor);
     }
     u
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Cholesky's factor of the lower half, in its place.

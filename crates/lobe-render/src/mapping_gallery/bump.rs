@@ -2,9 +2,8 @@
 
 use lobe_sh::{Dir, Rgb};
 
-use crate::frame::tangents;
 use crate::{Shading, SurfacePoint};
-use lobe_sh::vector::{Vec3, add, cross, scale, sub};
+use lobe_sh::vector::{Vec3, add, cross, scale, sub, tangents_along_z};
 
 /// The step of the central differences, in the unit of the surface: their error and the rounding of the height are
 /// both near 1e-10 of a height field that changes over lengths of 1.
@@ -45,7 +44,7 @@ pub struct Bumped<S, H> {
 
 impl<S: Shading, H: Fn([f64; 3]) -> f64 + Sync> Shading for Bumped<S, H> {
     fn radiance(&self, at: &SurfacePoint) -> Rgb<f32> {
-        let [u, v] = tangents(at.normal.to_array());
+        let [u, v] = tangents_along_z(at.normal.to_array());
         let slope = |t: Vec3| {
             let shifted = |h: f64| (self.height)(add(at.position, scale(t, h)));
             (shifted(STEP) - shifted(-STEP)) / (2.0 * STEP)
@@ -83,7 +82,7 @@ mod tests {
     fn the_parameters_of_the_surface_do_not_matter() {
         let mut random = Random::new(6);
         for _ in 0..300 {
-            let [u, v] = tangents(random.direction());
+            let [u, v] = tangents_along_z(random.direction());
             let (f_u, f_v) = (random.signed(), random.signed());
             let expected = bumped_normal(u, v, f_u, f_v).unwrap();
             // Other parameters s, t: P_s = a P_u + b P_v, and F_s alike.

@@ -4,9 +4,8 @@ use std::f64::consts::PI;
 
 use lobe_sh::{Coefficient as _, Rgb};
 
-use crate::frame::tangents;
 use crate::path_tracer::ggx::Facets;
-use lobe_sh::vector::{Vec3, dot};
+use lobe_sh::vector::{Vec3, dot, tangents_along_z};
 
 /// The reflection of light at a point towards one direction, in the world.
 ///
@@ -56,7 +55,7 @@ const LEAST_SHARE: f64 = 0.1;
 impl Bsdf {
     /// A matte surface of this normal.
     pub(crate) fn matte(normal: Vec3, albedo: Rgb<f64>) -> Self {
-        let [u, v] = tangents(normal);
+        let [u, v] = tangents_along_z(normal);
         Self { frame: [u, v, normal], diffuse: albedo, mirror: None }
     }
 
@@ -156,7 +155,7 @@ mod tests {
 
     fn tilted() -> (Vec3, Vec3) {
         let normal = lobe_sh::vector::normalized([0.3, -0.5, 0.8]);
-        let [u, _] = tangents(normal);
+        let [u, _] = tangents_along_z(normal);
         (normal, lobe_sh::vector::normalized(add_scaled(normal, u, 0.9)))
     }
 

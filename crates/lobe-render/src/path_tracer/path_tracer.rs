@@ -9,12 +9,11 @@ use lobe_scene::{Bvh, Hit, Ray, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
-use crate::frame::tangents;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
 use crate::path_tracer::ggx::Facets;
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
-use lobe_sh::vector::{Vec3, dot, normalized, scale};
+use lobe_sh::vector::{Vec3, dot, normalized, scale, tangents_along_z};
 
 /// Options of [`PathTracer`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -229,7 +228,7 @@ impl<'a> PathTracer<'a> {
     ) {
         let Interaction { origin, planes, .. } = self.receiver_interaction(receiver);
         let normal = normalized(receiver.normal.map(f64::from));
-        let [u, v] = tangents(normal);
+        let [u, v] = tangents_along_z(normal);
         for set in 0..count.sets {
             let samples = SampleSet::new(self.options.seed, place as u64, set as u64);
             for path in 0..count.per_set {

@@ -3,9 +3,8 @@
 use lobe_sh::Dir;
 use rayon::prelude::*;
 
-use crate::frame::tangents;
 use crate::plot::cube::FACES;
-use lobe_sh::vector::{Vec3, add, normalized, scale, sub};
+use lobe_sh::vector::{Vec3, add, normalized, scale, sub, tangents_along_z};
 
 /// The step of the central differences, in radians: their error and the rounding of `f` are both near 1e-8 for
 /// functions of the size and smoothness of the basis.
@@ -67,7 +66,7 @@ fn vertex(f: &impl Fn(Dir) -> f64, s: Dir) -> Vertex {
     let value = f(s);
     let s = s.to_array();
     let mut normal = scale(s, value.abs());
-    for tangent in tangents(s) {
+    for tangent in tangents_along_z(s) {
         let shifted = |t: f64| Dir::new(add(s, scale(tangent, t))).map_or(value, f);
         let slope = (shifted(STEP) - shifted(-STEP)) / (2.0 * STEP);
         normal = sub(normal, scale(tangent, slope * value.signum()));

@@ -125,8 +125,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        Ahd, AmbientCube, EncodedIrradiance, Light, LightOptions, MonteCarlo, Normalization, Rgb, ShL1, ShL2, Zonal,
-        extract_light, project,
+        Ahd, AmbientCube, EncodedIrradiance, Light, LightFitOptions, MonteCarloOptions, Normalization, Rgb, ShL1, ShL2,
+        Zonal, extract_light, project,
     };
     use serde::de::DeserializeOwned;
 
@@ -152,8 +152,8 @@ mod tests {
         assert_round_trip(&Zonal::clamped_cosine(2), "");
         assert_round_trip(&ShL1::impulse(Dir::X, Rgb::new(1.0, 0.5, 2.0)), "");
         assert_round_trip(&Normalization::Analytic, "\"analytic\"");
-        assert_round_trip(&MonteCarlo::default(), "");
-        assert_round_trip(&LightOptions::default(), "");
+        assert_round_trip(&MonteCarloOptions::default(), "");
+        assert_round_trip(&LightFitOptions::default(), "");
     }
 
     #[test]

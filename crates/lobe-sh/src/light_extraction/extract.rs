@@ -88,7 +88,7 @@ pub enum LightChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
-pub struct LightOptions {
+pub struct LightFitOptions {
     /// The greatest number of lights.
     pub count: usize,
     /// Refine the directions together with the intensities to a minimum of the residual.
@@ -103,7 +103,7 @@ pub struct LightOptions {
     pub non_negative: bool,
 }
 
-impl Default for LightOptions {
+impl Default for LightFitOptions {
     fn default() -> Self {
         Self {
             count: 1,
@@ -132,7 +132,7 @@ impl Default for LightOptions {
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 pub fn extract_lights<T: Coefficient>(
     f: &impl Expansion<T>,
-    options: &LightOptions,
+    options: &LightFitOptions,
 ) -> Result<LightFit<T::Wide>, ShError> {
     let problem = LightProblem::<T>::new(f, options.metric, options.non_negative)?;
     let peaks: Vec<Dir> =
@@ -159,7 +159,7 @@ pub fn extract_lights<T: Coefficient>(
 pub fn fit_lights<T: Coefficient>(
     f: &impl Expansion<T>,
     dirs: &[Dir],
-    options: &LightOptions,
+    options: &LightFitOptions,
 ) -> Result<LightFit<T::Wide>, ShError> {
     Ok(LightProblem::<T>::new(f, options.metric, options.non_negative)?.solve(dirs))
 }
@@ -195,7 +195,7 @@ fn chosen_by_residual<T: Coefficient>(problem: &LightProblem<T>, peaks: &[Dir], 
 }
 
 /// Adds lights one by one from the maxima of the residual, and refines all of them after each.
-fn refined_one_by_one<T: Coefficient>(problem: &LightProblem<T>, options: &LightOptions) -> LightFit<T::Wide> {
+fn refined_one_by_one<T: Coefficient>(problem: &LightProblem<T>, options: &LightFitOptions) -> LightFit<T::Wide> {
     let mut fit = problem.solve(&[]);
     while fit.lights.len() < options.count {
         let left = problem.residual_of(&fit).map(luminance);

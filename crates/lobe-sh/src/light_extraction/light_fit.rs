@@ -32,6 +32,7 @@ pub struct DirectionalLight<T> {
 /// Lights found in an expansion, and the residual.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct LightFit<T> {
     /// The order of the expansion; the unit of the intensities depends on it.
     pub order: usize,

@@ -31,7 +31,8 @@ pub enum Conditioning {
 
 /// The result of [`least_squares`].
 #[derive(Clone, Debug)]
-pub struct Fit<T> {
+#[non_exhaustive]
+pub struct LeastSquaresFit<T> {
     /// The expansion.
     pub sh: ShVec<T>,
     /// The numerical rank: the number of combinations of coefficients that the samples determine, at most `n²`.
@@ -57,12 +58,15 @@ pub struct Fit<T> {
 /// by singular values, all in `f64`. Singular values below `ε max(samples, n²)` times the largest count as zero.
 ///
 /// A sample of weight zero is left out, whatever its value. A value that is not finite makes its channel NaN, in the
-/// expansion and in [`Fit::residual`]; the other channels keep theirs.
+/// expansion and in [`LeastSquaresFit::residual`]; the other channels keep theirs.
 ///
 /// # Panics
 /// If `order` is 0, or a weight is negative or not finite.
 #[must_use]
-pub fn least_squares<T: Coefficient>(order: usize, samples: impl IntoIterator<Item = (Dir, T, f64)>) -> Fit<T> {
+pub fn least_squares<T: Coefficient>(
+    order: usize,
+    samples: impl IntoIterator<Item = (Dir, T, f64)>,
+) -> LeastSquaresFit<T> {
     assert!(order > 0, "a fit needs order 1 at least");
     let columns = len(order);
     let mut triangle = TriangularFactor::new(columns, T::CHANNELS);
@@ -132,7 +136,7 @@ impl TriangularFactor {
         self.pending.clear();
     }
 
-    fn solve<T: Coefficient>(mut self, count: usize, total_weight: f64) -> Fit<T> {
+    fn solve<T: Coefficient>(mut self, count: usize, total_weight: f64) -> LeastSquaresFit<T> {
         self.fold();
         let system = self.factor.view((0, 0), (self.columns, self.columns)).into_owned();
         let svd = system.svd(true, true);
@@ -149,7 +153,7 @@ impl TriangularFactor {
         }
         let coefficient =
             |i: usize| T::from_channels(|c| T::Scalar::from_f64(channels[c].get(i).copied().unwrap_or(0.0)));
-        Fit {
+        LeastSquaresFit {
             sh: ShVec::of((0..self.columns).map(coefficient).collect()),
             rank,
             condition: if rank == 0 { f64::INFINITY } else { condition },

@@ -31,7 +31,7 @@ pub enum Sampling {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
-pub struct MonteCarlo {
+pub struct MonteCarloOptions {
     /// The number of samples; [`Sampling::Jittered`] rounds it down to a square.
     pub samples: usize,
     /// The seed: different seeds give independent results, equal seeds equal bytes.
@@ -40,7 +40,7 @@ pub struct MonteCarlo {
     pub sampling: Sampling,
 }
 
-impl Default for MonteCarlo {
+impl Default for MonteCarloOptions {
     fn default() -> Self {
         Self { samples: 10_000, seed: 0, sampling: Sampling::default() }
     }
@@ -48,6 +48,7 @@ impl Default for MonteCarlo {
 
 /// An expansion with its statistical error.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct MonteCarloEstimate<T> {
     /// The estimated expansion.
     pub sh: ShVec<T>,
@@ -73,7 +74,7 @@ pub struct MonteCarloEstimate<T> {
 #[must_use]
 pub fn project_monte_carlo<T: Coefficient>(
     order: usize,
-    options: &MonteCarlo,
+    options: &MonteCarloOptions,
     f: impl FnMut(Dir) -> T,
 ) -> MonteCarloEstimate<T> {
     assert!(options.samples > 0, "a Monte Carlo projection needs one sample at least");
@@ -241,7 +242,7 @@ mod tests {
     fn rms_error(sampling: Sampling, samples: usize) -> f64 {
         let sum: f64 = (0..SEEDS)
             .map(|seed| {
-                let found = project_monte_carlo(4, &MonteCarlo { samples, seed, sampling }, greens_light);
+                let found = project_monte_carlo(4, &MonteCarloOptions { samples, seed, sampling }, greens_light);
                 let error = &found.sh - &exact();
                 error.dot(&error)
             })
@@ -273,7 +274,7 @@ mod tests {
     fn mean_square_of_z(sampling: Sampling) -> f64 {
         let mut sum = 0.0;
         for seed in 0..SEEDS {
-            let found = project_monte_carlo(4, &MonteCarlo { samples: 2500, seed, sampling }, greens_light);
+            let found = project_monte_carlo(4, &MonteCarloOptions { samples: 2500, seed, sampling }, greens_light);
             for i in 0..16 {
                 sum += ((found.sh[i] - exact()[i]) / found.standard_error[i]).powi(2);
             }
@@ -291,7 +292,7 @@ mod tests {
 
     #[test]
     fn the_fibonacci_error_estimate_covers_the_error() {
-        let options = MonteCarlo { samples: 4000, seed: 0, sampling: Sampling::Fibonacci };
+        let options = MonteCarloOptions { samples: 4000, seed: 0, sampling: Sampling::Fibonacci };
         let found = project_monte_carlo(4, &options, greens_light);
         let error = &found.sh - &exact();
         let (error, bound) = (error.dot(&error).sqrt(), found.standard_error.dot(&found.standard_error).sqrt());
@@ -301,28 +302,29 @@ mod tests {
 
     #[test]
     fn equal_seeds_repeat_and_other_seeds_do_not() {
-        let run = |seed| project_monte_carlo(3, &MonteCarlo { samples: 64, seed, ..Default::default() }, greens_light);
+        let run =
+            |seed| project_monte_carlo(3, &MonteCarloOptions { samples: 64, seed, ..Default::default() }, greens_light);
         assert_eq!(run(7).sh, run(7).sh, "equal seeds");
         assert_ne!(run(7).sh, run(8).sh, "other seeds");
     }
 
     #[test]
     fn jittered_samples_are_rounded_down_to_a_square() {
-        let options = MonteCarlo { samples: 120, seed: 1, sampling: Sampling::Jittered };
+        let options = MonteCarloOptions { samples: 120, seed: 1, sampling: Sampling::Jittered };
         assert_eq!(project_monte_carlo(2, &options, greens_light).evaluations, 100, "120 samples");
     }
 
     #[test]
     fn one_sample_has_no_known_error() {
         for sampling in [Sampling::Random, Sampling::Jittered, Sampling::Fibonacci] {
-            let found = project_monte_carlo(2, &MonteCarlo { samples: 1, seed: 3, sampling }, |_| 1.0);
+            let found = project_monte_carlo(2, &MonteCarloOptions { samples: 1, seed: 3, sampling }, |_| 1.0);
             assert_eq!(found.standard_error[0], f64::INFINITY, "{sampling:?}");
         }
     }
 
     #[test]
     fn colors_are_estimated_channel_by_channel() {
-        let options = MonteCarlo { samples: 400, seed: 1, sampling: Sampling::Random };
+        let options = MonteCarloOptions { samples: 400, seed: 1, sampling: Sampling::Random };
         let gray = project_monte_carlo(3, &options, greens_light);
         let color = project_monte_carlo(3, &options, |s| Rgb::new(greens_light(s), 0.0, -greens_light(s)));
         for i in 0..9 {
@@ -338,7 +340,7 @@ mod tests {
         let axis = Dir::from_angles(0.7, 1.1);
         let sun = |s: Dir| f64::from(u8::from(s.dot(axis) > cos_radius));
         let exact = Zonal::project(1, &[cos_radius], 2, |t| f64::from(u8::from(t > cos_radius))).coefficients()[0];
-        let found = project_monte_carlo(1, &MonteCarlo { samples: 10_000, ..Default::default() }, sun);
+        let found = project_monte_carlo(1, &MonteCarloOptions { samples: 10_000, ..Default::default() }, sun);
         assert!((found.sh[0] - exact).abs() > 0.5 * exact, "10000 points against {exact}: {}", found.sh[0]);
     }
 }

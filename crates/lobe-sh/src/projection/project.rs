@@ -51,6 +51,7 @@ pub fn project_as<E: FixedOrder>(degree: usize, f: impl FnMut(Dir) -> E::Value) 
 
 /// The result of [`project_to_accuracy`].
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Projection<T> {
     /// The expansion.
     pub sh: ShVec<T>,

@@ -136,7 +136,7 @@ impl DeringMethod {
 #[setters(no_std)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
-pub struct Dering {
+pub struct DeringOptions {
     /// The method.
     pub method: DeringMethod,
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
@@ -148,10 +148,11 @@ pub struct Dering {
 
 /// The report of [`dering_in_place`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DeringReport {
     /// How it ended: changed, unchanged or refused.
     pub outcome: DeringOutcome,
-    /// The minimum of every channel before, of the function convolved with [`Dering::kernel`].
+    /// The minimum of every channel before, of the function convolved with [`DeringOptions::kernel`].
     pub before: Vec<Extremum>,
     /// The minimum of every channel afterwards.
     pub after: Vec<Extremum>,
@@ -162,7 +163,7 @@ pub struct DeringReport {
     /// The fraction of its energy that every band lost, `1 - w_l²`.
     pub removed: Vec<f64>,
     /// The fraction of the total energy that was lost, summed over the channels, mean included, after convolution with
-    /// [`Dering::kernel`].
+    /// [`DeringOptions::kernel`].
     pub energy_removed: f64,
     /// For [`DeringMethod::LeastChange`], the optimality gap: the norm of the change exceeds the least possible one by
     /// at most this fraction.
@@ -187,12 +188,12 @@ pub struct DeringReport {
 /// Source: [Sloan 2017] for the idea and for letting the worst channel decide; [`DeringMethod`] describes the methods.
 ///
 /// ```
-/// use lobe_sh::{Dering, Dir, Expansion as _, ShL2, Zonal, convolved, dering_in_place};
+/// use lobe_sh::{DeringOptions, Dir, Expansion as _, ShL2, Zonal, convolved, dering_in_place};
 ///
 /// // The irradiance of a sun rings below zero on the far side.
 /// let mut e = convolved(&ShL2::<f64>::impulse(Dir::Z, 1.0), &Zonal::clamped_cosine(3));
 /// assert!(e.eval(Dir::from_angles(2.1, 0.0)) < -0.03);
-/// let report = dering_in_place(e.coefficients_mut(), &Dering::default());
+/// let report = dering_in_place(e.coefficients_mut(), &DeringOptions::default());
 /// assert!(report.after[0].lo > -1e-9 && report.energy_removed < 0.17, "{report:?}");
 /// ```
 ///
@@ -200,7 +201,7 @@ pub struct DeringReport {
 /// If `coefficients` are not `n²`.
 ///
 /// [Sloan 2017]: https://www.ppsloan.org/publications/shdering.pdf
-pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &Dering) -> DeringReport {
+pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &DeringOptions) -> DeringReport {
     // Convolve with the kernel whose result is to be non-negative.
     let order = order_of_slice(coefficients);
     let mut examined: Vec<T::Wide> = coefficients.iter().map(|c| c.widen()).collect();
@@ -237,7 +238,7 @@ pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &Dering) 
 
 /// The function `f` made non-negative; see [`dering_in_place`].
 #[must_use]
-pub fn deringed<T: Coefficient, E: Expansion<T>>(f: &E, dering: &Dering) -> (E, DeringReport) {
+pub fn deringed<T: Coefficient, E: Expansion<T>>(f: &E, dering: &DeringOptions) -> (E, DeringReport) {
     let mut g = f.clone();
     let report = dering_in_place(g.coefficients_mut(), dering);
     (g, report)

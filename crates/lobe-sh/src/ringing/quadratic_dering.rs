@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-14;
 /// The result of [`dering_order_3_in_place`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct QuadraticDering {
+pub struct QuadraticDeringReport {
     /// How it ended.
     pub outcome: DeringOutcome,
     /// The factors of bands 0 to 2.
@@ -49,7 +49,7 @@ pub struct QuadraticDering {
 ///
 /// # Panics
 /// If there are more than 9 coefficients, or not `n²`.
-pub fn dering_order_3_in_place<T: Coefficient>(coefficients: &mut [T]) -> QuadraticDering {
+pub fn dering_order_3_in_place<T: Coefficient>(coefficients: &mut [T]) -> QuadraticDeringReport {
     let order = order_of_slice(coefficients);
     assert!(order <= 3, "three bands have up to 9 coefficients, not {}", coefficients.len());
     let found = least_change_order_3(coefficients);
@@ -95,24 +95,25 @@ impl Channel {
 }
 
 /// [`dering_order_3_in_place`] without applying the factors.
-pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> QuadraticDering {
+pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> QuadraticDeringReport {
+    let unchanged = |outcome| QuadraticDeringReport { outcome, factors: [1.0; 3] };
     let mut channels: [Option<Channel>; 3] = [const { None }; 3];
     for (c, channel) in channels.iter_mut().enumerate().take(T::CHANNELS) {
         let form = QuadraticForm::new(coefficients, c);
         let reach = form.amplitude([1.0, 1.0]);
         if !(form.c + reach).is_finite() {
-            return QuadraticDering { outcome: DeringOutcome::NotFinite, factors: [1.0; 3] };
+            return unchanged(DeringOutcome::NotFinite);
         }
         if form.c == 0.0 && reach == 0.0 {
             continue;
         }
         if form.c <= 0.0 {
-            return QuadraticDering { outcome: DeringOutcome::MeanNotPositive { channel: c }, factors: [1.0; 3] };
+            return unchanged(DeringOutcome::MeanNotPositive { channel: c });
         }
         *channel = Some(Channel { form, eigensystem: None });
     }
     let Some(ringing) = first_ringing(&mut channels) else {
-        return QuadraticDering { outcome: DeringOutcome::Unchanged, factors: [1.0; 3] };
+        return unchanged(DeringOutcome::Unchanged);
     };
     let weights = weights(coefficients);
     let (w, worst) = by_one_channel(&mut channels, ringing, weights).unwrap_or_else(|| by_cuts(&mut channels, weights));
@@ -120,7 +121,7 @@ pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> Quadra
     let scale = channels.iter().flatten().map(|ch| 1.0 + ch.form.amplitude(w) / ch.form.c).fold(0.0, f64::max);
     let margin = (unit_roundoff::<T::Scalar>() + ROUNDING) * scale;
     let t = (1.0 - margin).max(0.0) / (1.0 - worst.min(0.0));
-    QuadraticDering { outcome: DeringOutcome::Windowed, factors: [1.0, t * w[0], t * w[1]] }
+    QuadraticDeringReport { outcome: DeringOutcome::Windowed, factors: [1.0, t * w[0], t * w[1]] }
 }
 
 /// The first channel that is negative without a window, beginning with the one of the largest amplitude, and the

@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use num_traits::Float as _;
 
 use crate::solver::nnls::{NnlsProblem, nnls};
+use crate::sphere::vector::dot_slices as dot;
 
 /// The shortest vector `u` of `count` components with `g·u >= h` for every row `(g, h)`; one must exist.
 ///
@@ -104,10 +105,6 @@ fn orthogonal_solution(columns: &[Vec<f64>], passive: &[usize], target: &[f64]) 
         x[j] /= r[j][j];
     }
     Some(x)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -13,6 +13,12 @@ pub fn dot(a: Vec3, b: Vec3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// `Σ_i a_i b_i` of vectors of any equal length.
+#[must_use]
+pub fn dot_slices(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// `a × b`.
 #[must_use]
 pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
@@ -62,7 +68,11 @@ pub(crate) fn unit(v: Vec3) -> Vec3 {
     v.map(|c| c / length)
 }
 
-/// Two unit tangents `t_1, t_2` at the unit vector `s`, for every `s` on the sphere; `t_1, t_2, s` is right-handed.
+// Three choices of tangents, which stay as they are: samples lie in these frames, so that another choice would change the
+// digits of what is computed from them.
+
+/// Two unit tangents `t_1, t_2` at the unit vector `s`, for every `s` on the sphere; `t_1, t_2, s` is right-handed, and `t_1`
+/// is at right angles to the axis that is farthest from `s`.
 #[must_use]
 pub fn tangents(s: Vec3) -> [Vec3; 2] {
     // The axis that is farthest from `s` cannot be parallel to it.
@@ -78,6 +88,24 @@ pub fn tangents(s: Vec3) -> [Vec3; 2] {
     [t, cross(s, t)]
 }
 
+/// [`tangents`] with `t_1` along the axis that is farthest from `s`: the frame of importance samples and filters of maps.
+#[must_use]
+pub fn tangents_along_axis(s: Vec3) -> [Vec3; 2] {
+    let least = (0..3).min_by(|&i, &j| s[i].abs().total_cmp(&s[j].abs())).unwrap_or(0);
+    let mut axis = [0.0; 3];
+    axis[least] = 1.0;
+    let t = unit(add_scaled(axis, s, -s[least]));
+    [t, cross(s, t)]
+}
+
+/// [`tangents`] with `t_1` along z, near the poles along x: the frame of rays and plots.
+#[must_use]
+pub fn tangents_along_z(s: Vec3) -> [Vec3; 2] {
+    let axis = if s[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+    let t = normalized(sub(axis, scale(s, dot(axis, s))));
+    [t, cross(s, t)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,10 +114,11 @@ mod tests {
     #[test]
     fn frames_are_right_handed_and_orthonormal() {
         for s in directions() {
-            let [a, b] = tangents(s);
-            let n = cross(a, b);
-            for (found, expected) in [(dot(a, a), 1.0), (dot(a, b), 0.0), (dot(a, s), 0.0), (dot(n, s), 1.0)] {
-                assert!((found - expected).abs() < 1e-15, "at {s:?}: {found} against {expected}");
+            for [a, b] in [tangents(s), tangents_along_axis(s), tangents_along_z(s)] {
+                let n = cross(a, b);
+                for (found, expected) in [(dot(a, a), 1.0), (dot(a, b), 0.0), (dot(a, s), 0.0), (dot(n, s), 1.0)] {
+                    assert!((found - expected).abs() < 2e-15, "at {s:?}: {found} against {expected}");
+                }
             }
         }
     }

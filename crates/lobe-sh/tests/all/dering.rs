@@ -1,8 +1,8 @@
 //! Ringing is gone after dering, with no more change than needed, whatever the light.
 
 use lobe_sh::{
-    Dering, DeringMethod, DeringOutcome, Dir, Expansion, Rgb, Rotation, ShL2, ShVec, Window, WindowFamily, Zonal,
-    certified_minimum, convolved, dering_order_3_in_place, deringed, scale_bands_in_place, windowed,
+    DeringMethod, DeringOptions, DeringOutcome, Dir, Expansion, Rgb, Rotation, ShL2, ShVec, Window, WindowFamily,
+    Zonal, certified_minimum, convolved, dering_order_3_in_place, deringed, scale_bands_in_place, windowed,
 };
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
@@ -18,8 +18,8 @@ const METHODS: [DeringMethod; 6] = [
 /// The 26 axes and diagonals of the cube come first among the test directions, the poles among them.
 const SUNS: usize = 26;
 
-fn with(method: DeringMethod) -> Dering {
-    Dering::default().method(method)
+fn with(method: DeringMethod) -> DeringOptions {
+    DeringOptions::default().method(method)
 }
 
 /// The least value over the test directions and a Fibonacci sphere.
@@ -88,7 +88,7 @@ fn check_random_probes(order: usize, count: usize) {
     let mut changed = 0;
     for case in 0..count {
         let f = random_probe(&mut random, order);
-        let (g, report) = deringed(&f, &Dering::default());
+        let (g, report) = deringed(&f, &DeringOptions::default());
         match report.outcome {
             DeringOutcome::Unchanged => assert_eq!(g, f, "order {order}, case {case} is untouched"),
             DeringOutcome::Windowed => changed += 1,
@@ -205,7 +205,7 @@ fn suns_of_higher_orders_are_deringed_in_all_directions() {
 #[test]
 fn the_irradiance_of_an_impulse_has_its_known_factors() {
     let f = convolved(&ShVec::<f64>::impulse(3, Dir::from_angles(0.4, 2.0), 1.0), &Zonal::clamped_cosine(3));
-    let (_, report) = deringed(&f, &Dering::default());
+    let (_, report) = deringed(&f, &DeringOptions::default());
     for (l, known) in [(1, 0.857890), (2, 0.909395)] {
         let found = report.factors[l];
         assert!((found - known).abs() < 3e-4, "band {l}: {found} against {known}");
@@ -225,7 +225,7 @@ fn no_pair_of_factors_changes_an_order_3_probe_less() {
     let mut random = Random::new(3);
     for case in 0..6 {
         let f = random_probe(&mut random, 3);
-        let (_, report) = deringed(&f, &Dering::default());
+        let (_, report) = deringed(&f, &DeringOptions::default());
         let energies: Vec<f64> = (0..3).map(|l| channels(&f).iter().map(|c| c.band_energies()[l]).sum()).collect();
         let cost = |w: [f64; 2]| energies[1] * (1.0 - w[0]).powi(2) + energies[2] * (1.0 - w[1]).powi(2);
         let found = cost([report.factors[1], report.factors[2]]);
@@ -252,11 +252,11 @@ fn three_bands_written_as_four_have_the_same_solution() {
     let mut random = Random::new(4);
     for case in 0..40 {
         let f = random_probe(&mut random, 3);
-        let (_, short) = deringed(&f, &Dering::default());
+        let (_, short) = deringed(&f, &DeringOptions::default());
         // A fourth band too small to matter, so that the general search is used.
         let mut long = f.resized(4);
         long[12] = Rgb::new(1e-12, 1e-12, 1e-12);
-        let (_, long) = deringed(&long, &Dering::default());
+        let (_, long) = deringed(&long, &DeringOptions::default());
         for l in 0..3 {
             let (a, b) = (short.factors[l], long.factors[l]);
             // The general search stops at 1e-6 of the mean; the factors are good to about the root of that.
@@ -317,7 +317,7 @@ fn non_negative_functions_come_back_bit_for_bit() {
         for f in [ambient, touching, ShVec::zero(order)] {
             for method in METHODS {
                 for kernel in [None, Some(cosine.clone())] {
-                    let (g, report) = deringed(&f, &Dering::default().method(method).kernel(kernel));
+                    let (g, report) = deringed(&f, &DeringOptions::default().method(method).kernel(kernel));
                     assert_eq!(report.outcome, DeringOutcome::Unchanged, "order {order}, {method}");
                     assert_eq!(g, f, "order {order}, {method}");
                     assert_eq!(report.energy_removed, 0.0, "order {order}, {method}");
@@ -348,9 +348,9 @@ fn what_was_deringed_needs_it_no_more() {
 fn colors_share_one_window_and_the_worst_decides() {
     let sun = ShL2::<Rgb<f64>>::impulse(Dir::Y, Rgb::new(1.0, 0.0, 0.0));
     let f = sun + ShL2::constant(Rgb::new(0.01, 5.0, 5.0));
-    let (g, report) = deringed(&f, &Dering::default());
+    let (g, report) = deringed(&f, &DeringOptions::default());
     let red = ShL2::from_slice(&f.coefficients().iter().map(|c| c.r).collect::<Vec<f64>>());
-    let (_, alone) = deringed(&red, &Dering::default());
+    let (_, alone) = deringed(&red, &DeringOptions::default());
     assert_eq!(report.factors, alone.factors, "red decides");
     assert_eq!((report.before.len(), report.after.len()), (3, 3), "each channel is reported");
     assert!((g[2].g - report.factors[1] * f[2].g).abs() < 1e-15, "green has the same window");
@@ -362,10 +362,10 @@ fn rotation_turns_the_result_along() {
     let mut random = Random::new(6);
     for order in [3, 5] {
         let f = sun_and_sky(order, Dir::from_angles(1.0, -2.0));
-        let (g, report) = deringed(&f, &Dering::default());
+        let (g, report) = deringed(&f, &DeringOptions::default());
         for _ in 0..5 {
             let rotation = Rotation::from_quaternion(random.quaternion()).unwrap();
-            let (turned, other) = deringed(&rotation.rotated(&f), &Dering::default());
+            let (turned, other) = deringed(&rotation.rotated(&f), &DeringOptions::default());
             let difference = &turned - &rotation.rotated(&g);
             let part = (difference.dot(&difference) / g.dot(&g)).sqrt();
             assert!(part < 2e-3, "order {order}: {part} apart, {:?} {:?}", report.factors, other.factors);
@@ -377,9 +377,9 @@ fn rotation_turns_the_result_along() {
 fn radiance_may_ring_where_its_irradiance_does_not() {
     let cosine = Zonal::clamped_cosine(5);
     let f = &ShVec::impulse(5, Dir::from_angles(0.5, 0.5), 1.0) + &ShVec::constant(5, 0.002);
-    let for_irradiance = Dering::default().method(DeringMethod::LeastChange).kernel(cosine.clone());
+    let for_irradiance = DeringOptions::default().method(DeringMethod::LeastChange).kernel(cosine.clone());
     let (g, report) = deringed(&f, &for_irradiance);
-    let (_, direct) = deringed(&f, &Dering::default());
+    let (_, direct) = deringed(&f, &DeringOptions::default());
     assert_eq!(report.outcome, DeringOutcome::Windowed, "the irradiance was negative");
     assert!(report.factors[1] > direct.factors[1] + 0.05, "{report:?} {direct:?}");
     let least = least_sampled(&convolved(&g, &cosine));

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use lobe_sh::{
-    Coefficient as _, Dir, Expansion as _, Light, LightChoice, LightFit, LightMetric, LightOptions, Normalization,
+    Coefficient as _, Dir, Expansion as _, Light, LightChoice, LightFit, LightFitOptions, LightMetric, Normalization,
     PeakSearch, Rgb, ShVec, Zonal, convolved, directional_normalization, extract_light, extract_light_per_channel,
     extract_lights, fit_lights, optimal_linear_direction,
 };
@@ -125,7 +125,7 @@ fn two_and_three_lights_have_their_closed_forms() {
                 [b * d - a * c, b * c - a * d, a * a - b * b],
             ];
             let three = rows.map(|row| (row[0] * r[0] + row[1] * r[1] + row[2] * r[2]) / e);
-            let options = LightOptions::default().non_negative(false);
+            let options = LightFitOptions::default().non_negative(false);
             for (count, expected) in [(2, &two[..]), (3, &three[..])] {
                 // Three lights in a plane, and three in the three numbers of band 1 with its dc, determine nothing.
                 if count == 3 && (order == 2 || e.abs() < 1e-2) {
@@ -167,7 +167,7 @@ fn a_single_light_comes_back_from_anywhere_at_any_order() {
         let (dir, color, ambient) = (Dir::from_unit(v), Rgb::new(3.0, 2.0, 0.5), Rgb::new(0.1, 0.2, 0.4));
         for order in [2, 3, 4, 5, 6] {
             let f = probe(order, &vec![(dir, color)], ambient);
-            let several = LightOptions::default().count(3);
+            let several = LightFitOptions::default().count(3);
             for fit in [extract_light(&f).unwrap(), extract_lights(&f, &several).unwrap()] {
                 let light = fit.lights[0];
                 assert!(light.dir.angle_to(dir) < 1e-7, "order {order}, {v:?}: {fit:?}");
@@ -211,7 +211,7 @@ fn a_probe_made_of_known_lights_gives_them_back_when_refined() {
             let (lights, ambient) = (planted(count, &mut random), Rgb::new(0.3, 0.2, 0.1));
             let f = probe(order, &lights, ambient);
             for metric in [LightMetric::Irradiance, LightMetric::Radiance] {
-                let options = LightOptions::default().count(count).refine(true).metric(metric);
+                let options = LightFitOptions::default().count(count).refine(true).metric(metric);
                 let fit = extract_lights(&f, &options).unwrap();
                 let (angle, color) = errors(&fit, &lights, ambient);
                 assert_eq!(fit.lights.len(), count, "order {order}, {metric:?}: {fit:?}");
@@ -229,7 +229,7 @@ fn refinement_and_more_lights_only_lower_the_residual() {
             let f = random(order, seed);
             let mut before = f64::INFINITY;
             for count in 0..=4 {
-                let plain = LightOptions::default().count(count);
+                let plain = LightFitOptions::default().count(count);
                 let refined = plain.refine(true);
                 let (plain, refined) = (extract_lights(&f, &plain).unwrap(), extract_lights(&f, &refined).unwrap());
                 assert!(refined.residual <= plain.residual * (1.0 + 1e-12), "{refined:?} against {plain:?}");
@@ -252,7 +252,7 @@ fn least_residual_chooses_no_worse_than_height_on_the_whole() {
     for seed in 0..30 {
         let f = random(6, seed);
         let residual = |choice| {
-            let options = LightOptions::default().count(3).choice(choice);
+            let options = LightFitOptions::default().count(3).choice(choice);
             extract_lights(&f, &options).unwrap().residual
         };
         by_height += residual(LightChoice::Height);
@@ -287,7 +287,7 @@ fn coefficients_in_f32_are_read_as_they_are() {
 
 #[test]
 fn bad_and_empty_expansions_have_defined_answers() {
-    let options = LightOptions::default().count(5).refine(true);
+    let options = LightFitOptions::default().count(5).refine(true);
     for f in [ShVec::<f64>::zero(3), ShVec::constant(3, 2.0), ShVec::constant(3, -2.0)] {
         for fit in [extract_light(&f).unwrap(), extract_lights(&f, &options).unwrap()] {
             assert!(fit.lights.is_empty(), "{fit:?}");
@@ -313,7 +313,7 @@ fn bad_and_empty_expansions_have_defined_answers() {
         let fit = extract_lights(&one, &options.refine(refine)).unwrap();
         assert!(fit.lights.len() == 1 && (fit.lights[0].intensity - 1.0).abs() < 1e-9, "{fit:?}");
     }
-    let unlimited = LightOptions::default().non_negative(false);
+    let unlimited = LightFitOptions::default().non_negative(false);
     let fit = fit_lights(&one, &[Dir::Y, Dir::Y], &unlimited).unwrap();
     assert!((fit.lights[0].intensity - 0.5).abs() < 1e-12 && fit.residual < 1e-24, "{fit:?}");
     let none = extract_lights(&one, &options.count(0).search(PeakSearch::Paper)).unwrap();

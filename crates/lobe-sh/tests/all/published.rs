@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use lobe_sh::{
-    Basis, Coefficient, Dir, Expansion as _, Fit, MonteCarlo, Real, Rgb, Rotation, Sampling, Sh, ShVec, Zonal,
-    convolved, project, project_monte_carlo,
+    Basis, Coefficient, Dir, Expansion as _, LeastSquaresFit, MonteCarloOptions, Real, Rgb, Rotation, Sampling, Sh,
+    ShVec, Zonal, convolved, project, project_monte_carlo,
 };
 use lobe_testkit::directions;
 
@@ -65,7 +65,7 @@ fn projection_error(sampling: Sampling, samples: usize, f: impl Fn(Dir) -> f64, 
     let mut sum = 0.0;
     for seed in 0..SEEDS {
         let found =
-            project_monte_carlo(3, &MonteCarlo::default().samples(samples).seed(seed).sampling(sampling), &f).sh;
+            project_monte_carlo(3, &MonteCarloOptions::default().samples(samples).seed(seed).sampling(sampling), &f).sh;
         let worst = (&found - exact).coefficients().iter().fold(0.0_f64, |worst, d| worst.max(d.abs()));
         sum += worst * worst / SEEDS as f64;
     }
@@ -98,7 +98,7 @@ fn jittered_samples_of_a_jump_converge_with_the_power_three_quarters() {
 fn values_may_cross_threads() {
     fn crosses<T: Send + Sync + 'static>() {}
     fn all_of<T: Coefficient, S: Real>() {
-        crosses::<(Sh<9, T>, ShVec<T>, Fit<T>, Basis<S>)>();
+        crosses::<(Sh<9, T>, ShVec<T>, LeastSquaresFit<T>, Basis<S>)>();
     }
     all_of::<f64, f32>();
     all_of::<Rgb<f32>, f64>();
