@@ -15,6 +15,10 @@ pub(crate) struct Triangulator {
     ears: Vec<u32>,
 }
 
+/// The most corners of a polygon whose dents are cut: cutting ears can take time with the square of their number. No modeling
+/// program makes such a face, and a fan of it has the same number of triangles.
+const MOST_CORNERS: usize = 10_000;
+
 impl Triangulator {
     pub(crate) fn new() -> Self {
         Self { earcut: Earcut::new(), corners: Vec::new(), flat: Vec::new(), ears: Vec::new() }
@@ -27,7 +31,8 @@ impl Triangulator {
         let corners = polygon.iter().map_while(|&i| Some(positions.get(i as usize)?.map(f64::from)));
         self.corners.clear();
         self.corners.extend(corners);
-        let has_dent = polygon.len() > 3 && self.corners.len() == polygon.len() && !self.is_divided_by(fan.clone());
+        let may_have_dent = (4..=MOST_CORNERS).contains(&polygon.len()) && self.corners.len() == polygon.len();
+        let has_dent = may_have_dent && !self.is_divided_by(fan.clone());
         self.ears.clear();
         if has_dent && project3d_to_2d(&self.corners, polygon.len(), &mut self.flat) {
             self.earcut.earcut_slice(&self.flat, &[], &mut self.ears);
@@ -41,7 +46,8 @@ impl Triangulator {
         triangles.extend(ears.map(|t| t.map(|k| polygon[k as usize])));
     }
 
-    /// Whether no triangle faces away from the normal of the polygon, the sum of theirs: they overlap nowhere then.
+    /// Whether no triangle faces away from the normal of the polygon, the sum of theirs: those of a polygon that does not
+    /// cross itself overlap nowhere then.
     fn is_divided_by(&self, triangles: impl Iterator<Item = [usize; 3]> + Clone) -> bool {
         let normal_of = |t: [usize; 3]| {
             let [a, b, c] = t.map(|k| DVec3::from(self.corners[k]));

@@ -81,7 +81,7 @@ impl Obj {
             Err(source.invalid(format!("line {number}: expected {what} after {keyword}, found `{rest}`")))
         };
         match line.keyword {
-            "v" => match line.numbers().as_deref() {
+            "v" => match line.numbers().filter(|numbers| numbers.iter().all(|c| c.is_finite())).as_deref() {
                 Some(&[x, y, z]) => self.positions.push([x, y, z]),
                 // A weight divides, as in the renderers that heed it.
                 Some(&[x, y, z, w]) if w != 0.0 => self.positions.push([x, y, z].map(|c: f32| c / w)),
@@ -153,6 +153,12 @@ impl Obj {
                 self.materials.extend(materials);
             }
             Err(error @ SceneError::Refused { .. }) => return Err(error),
+            // Several names in one line, none of which has a space then.
+            Err(SceneError::Io { .. }) if file.contains(char::is_whitespace) => {
+                for name in file.split_whitespace() {
+                    self.read_mtl(name, source)?;
+                }
+            }
             Err(error) => source.note(format!("materials are missing, their surfaces are white: {error}")),
         }
         Ok(())

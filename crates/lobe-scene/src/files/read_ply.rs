@@ -51,27 +51,30 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
         return Err(source.invalid("expected a PLY file, found another"));
     }
     let mut data = Cursor::new(bytes);
-    let broken = |error: serde_ply::DeserializeError| format!("expected a PLY file, found an error: {}", error.0);
-    let mut reader = PlyReader::from_reader(&mut data).map_err(|error| source.invalid(broken(error)))?;
+    let broken =
+        |what: &str, error: serde_ply::DeserializeError| format!("expected {what}, found an error: {}", error.0);
+    let mut reader = PlyReader::from_reader(&mut data).map_err(|error| source.invalid(broken("a PLY file", error)))?;
     let mut parts = MeshParts { name: "ply".into(), ..MeshParts::default() };
     let format = reader.header().format;
     let mut faces: Vec<Face> = Vec::new();
     while let Some(element) = reader.current_element().cloned() {
         check_length(&element, format, bytes.len(), source)?;
+        let rows = format!("rows of `{}`", element.name);
         match element.name.as_str() {
             "vertex" => {
                 source.count(element.count, 0)?;
-                let rows: Vec<Vertex> = reader.next_element().map_err(|error| source.invalid(broken(error)))?;
-                read_vertices(&element, &rows, up, &mut parts);
+                let vertices: Vec<Vertex> =
+                    reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
+                read_vertices(&element, &vertices, up, &mut parts);
             }
             "face" => {
                 source.count(0, element.count)?;
-                let rows: Vec<Face> = reader.next_element().map_err(|error| source.invalid(broken(error)))?;
-                faces.extend(rows);
+                let more: Vec<Face> = reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
+                faces.extend(more);
             }
             other => {
                 source.note(format!("the element `{other}` is not used"));
-                let _: Vec<IgnoredRow> = reader.next_element().map_err(|error| source.invalid(broken(error)))?;
+                let _: Vec<IgnoredRow> = reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
             }
         }
     }
