@@ -268,6 +268,13 @@ pub(crate) fn constant<T: Coefficient>(constant: f64) -> T {
     T::splat(T::Scalar::from_f64(constant))
 }
 
+/// `Σ w c`, summed in `f64`.
+pub(crate) fn weighted_sum<T: Coefficient>(terms: impl IntoIterator<Item = (T, f64)>) -> T::Wide {
+    let mut sum = T::Wide::ZERO;
+    terms.into_iter().for_each(|(c, w)| sum += c.widen().scale(w));
+    sum
+}
+
 /// The weight of channel `c` in the luminance: that of [`Rgb::luminance`], or 1 if there is only one channel.
 pub(crate) fn luminance_weight<T: Coefficient>(c: usize) -> f64 {
     if T::CHANNELS == 1 {

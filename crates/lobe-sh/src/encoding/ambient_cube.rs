@@ -10,6 +10,7 @@ use num_traits::Float as _;
 use nalgebra::{Matrix6, Vector6};
 
 use crate::expansion::sh_vec::widened;
+use crate::scalar::weighted_sum;
 use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal, convolved};
 
 /// The axes of the faces, in their order.
@@ -104,11 +105,7 @@ impl<T: Coefficient> AmbientCube<T> {
     /// The irradiance of a surface with normal `n`.
     #[must_use]
     pub fn eval(&self, n: Dir) -> T {
-        let mut sum = T::Wide::ZERO;
-        for (face, weight) in self.faces.iter().zip(weights(n)) {
-            sum += face.widen().scale(weight);
-        }
-        T::narrow(sum)
+        T::narrow(weighted_sum(self.faces.into_iter().zip(weights(n))))
     }
 
     /// The expansion of order 3 that is nearest to the cube, its projection. Bands 3, 5, 7 .. of the cube are left out.

@@ -6,6 +6,7 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::hemisphere::hemisphere_points;
+use crate::scalar::weighted_sum;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
 /// Irradiance of the normals on one side of a surface, in `N` = 4 or 6 numbers for each channel.
@@ -63,11 +64,7 @@ impl<const N: usize, T: Coefficient> HBasis<N, T> {
     /// The irradiance of a surface with normal `n`, given in the world, at most 90° from the geometric normal.
     #[must_use]
     pub fn eval(&self, n: Dir) -> T {
-        let mut sum = T::Wide::ZERO;
-        for (c, h) in self.coefficients.iter().zip(functions(self.frame.inverse().rotate_dir(n))) {
-            sum += c.widen().scale(h);
-        }
-        T::narrow(sum)
+        T::narrow(weighted_sum(self.coefficients.into_iter().zip(functions(self.frame.inverse().rotate_dir(n)))))
     }
 }
 

@@ -6,6 +6,7 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::hemisphere::hemisphere_points;
+use crate::scalar::weighted_sum;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
 /// The weights of the colors of [`Hl2`].
@@ -86,11 +87,7 @@ impl<T: Coefficient> Hl2<T> {
                 }
             }
         };
-        let mut sum = T::Wide::ZERO;
-        for (color, w) in self.colors.iter().zip(weights) {
-            sum += color.widen().scale(w);
-        }
-        T::narrow(sum)
+        T::narrow(weighted_sum(self.colors.into_iter().zip(weights)))
     }
 }
 

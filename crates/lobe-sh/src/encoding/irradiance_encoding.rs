@@ -177,17 +177,7 @@ impl FromStr for IrradianceEncoding {
 
 /// The result of [`IrradianceEncoding::encode`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(
-        rename_all = "kebab-case",
-        bound(
-            serialize = "T: Coefficient + serde::Serialize",
-            deserialize = "T: Coefficient + serde::Deserialize<'de>"
-        )
-    )
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum EncodedIrradiance<T = f32> {
     /// Bands 0 and 1.
     Sh2(Sh<4, T>),

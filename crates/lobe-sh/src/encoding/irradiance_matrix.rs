@@ -5,8 +5,8 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::encoding::coefficient;
-use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
+use crate::encoding::{coefficient, irradiance_under};
+use crate::{Coefficient, Dir, Expansion, Rgb};
 
 /// The quadratic form of nine coefficients in color, one symmetric matrix for each channel.
 ///
@@ -52,9 +52,7 @@ impl IrradianceMatrix {
     /// The irradiance under the first three bands of a radiance.
     #[must_use]
     pub fn from_radiance_sh<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Self {
-        let mut e: Sh<9, Rgb<f64>> = Sh::from(core::array::from_fn(|i| coefficient(radiance, i)));
-        convolve_in_place(e.coefficients_mut(), &Zonal::clamped_cosine(3));
-        Self::from_irradiance_sh(&e)
+        Self::from_irradiance_sh(&irradiance_under(radiance))
     }
 
     /// The irradiance of a surface with normal `n`.

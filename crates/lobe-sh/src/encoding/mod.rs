@@ -17,12 +17,13 @@ pub(crate) mod non_linear_l1;
 pub(crate) mod packed_irradiance;
 pub(crate) mod zh3;
 
+use core::array;
 use core::f64::consts::PI;
 
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::{Coefficient, Expansion};
+use crate::{Coefficient, Expansion, Rgb, Sh, Zonal, convolved};
 
 /// `A_1 / π`, the share of the linear band that the clamped cosine lets through.
 pub(crate) const LINEAR_SHARE: f64 = 2.0 / 3.0;
@@ -43,6 +44,11 @@ pub(crate) fn coefficient<T: Coefficient>(f: &impl Expansion<T>, i: usize) -> T:
 /// The linear band as a vector: `(-f_3, -f_1, f_2)`, towards where the function grows.
 pub(crate) fn linear_vector<T: Coefficient>(f: &impl Expansion<T>) -> [T::Wide; 3] {
     [-coefficient(f, 3), -coefficient(f, 1), coefficient(f, 2)]
+}
+
+/// The irradiance under the first three bands of a radiance.
+pub(crate) fn irradiance_under<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Sh<9, Rgb<f64>> {
+    convolved(&Sh::from(array::from_fn(|i| coefficient(radiance, i))), &Zonal::clamped_cosine(3))
 }
 
 /// One channel of a vector of coefficients.

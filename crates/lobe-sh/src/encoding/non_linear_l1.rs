@@ -26,14 +26,7 @@ use crate::{Coefficient, Dir, Expansion, Real, Sh};
 /// Never negative. `r` is limited to 1, which no expansion of non-negative light exceeds. A channel whose mean
 /// is zero or below is 0 everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: Coefficient + serde::Serialize",
-        deserialize = "T: Coefficient + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NonLinearL1<T = f32> {
     /// Bands 0 and 1 of the irradiance.
     pub linear: Sh<4, T>,

@@ -5,8 +5,8 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::encoding::coefficient;
-use crate::{Coefficient, Dir, Expansion, Rgb, Sh, Zonal, convolve_in_place};
+use crate::encoding::{coefficient, irradiance_under};
+use crate::{Coefficient, Dir, Expansion, Rgb};
 
 /// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each
 /// channel.
@@ -51,9 +51,7 @@ impl PackedIrradiance {
     /// The irradiance under the first three bands of a radiance.
     #[must_use]
     pub fn from_radiance_sh<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Self {
-        let mut e: Sh<9, Rgb<f64>> = Sh::from(core::array::from_fn(|i| coefficient(radiance, i)));
-        convolve_in_place(e.coefficients_mut(), &Zonal::clamped_cosine(3));
-        Self::from_irradiance_sh(&e)
+        Self::from_irradiance_sh(&irradiance_under(radiance))
     }
 
     /// Every number times `s`; with `1/π` the values are the radiance reflected by a white diffuse surface.
@@ -85,7 +83,7 @@ impl PackedIrradiance {
 mod tests {
     use super::*;
     use crate::IrradianceMatrix;
-    use crate::{ShL2, ShVec, convolved};
+    use crate::{ShL2, ShVec, Zonal, convolved};
     use lobe_testkit::{Random, directions};
 
     fn random_radiance() -> ShVec<Rgb<f64>> {

@@ -35,14 +35,7 @@ pub enum Zh3Axis {
 /// channel ([`Zh3Axis`]). One light and a constant, which are zonal about one axis, are kept exactly. The encoding
 /// rotates with the light. Without a linear direction the last term is zero. After Roughton et al. 2024.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: Coefficient + serde::Serialize",
-        deserialize = "T: Coefficient + serde::Deserialize<'de>"
-    ))
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Zh3<T = f32> {
     /// Bands 0 and 1 of the irradiance.
     pub linear: Sh<4, T>,

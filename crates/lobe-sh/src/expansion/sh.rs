@@ -27,7 +27,7 @@ use crate::{Coefficient, Dir, Expansion, FixedOrder, Real, Rgb, eval_basis_into}
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct Sh<const N: usize, T = f32> {
-    coefficients: [T; N],
+    pub(crate) coefficients: [T; N],
 }
 
 macro_rules! aliases {

@@ -12,6 +12,7 @@ use crate::basis::index::{band_range, len, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::sums;
 use crate::sphere::quadrature::gauss_legendre;
+use crate::sphere::vector::dot_slices;
 use crate::{Basis, Coefficient, Dir, Expansion, FixedOrder, ShVec};
 
 /// A function of the angle to an axis alone, by one coefficient per band.
@@ -117,7 +118,7 @@ impl Zonal {
     /// If the orders differ, the missing coefficients of the shorter one are zero.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
-        self.coefficients.iter().zip(&other.coefficients).map(|(a, b)| a * b).sum()
+        dot_slices(&self.coefficients, &other.coefficients)
     }
 
     /// The value at the angle of the given cosine from the axis.

@@ -13,7 +13,7 @@ use serde::{Serialize, Serializer};
 
 use crate::{
     AxisPermutation, Coefficient, DeringMethod, Dir, Expansion as _, HBasis, IrradianceEncoding, Quantity, Rotation,
-    Sh, ShError, ShVec, SphericalPolygon, Window,
+    Sh, ShError, ShVec, SphericalPolygon, Window, order_of,
 };
 
 /// The largest error of a squared length, or of an entry of `RᵀR`, that leaves a direction or a rotation as it is: some
@@ -51,15 +51,16 @@ fn dir(v: [f64; 3]) -> Result<Dir, ShError> {
     if (square - 1.0).abs() <= ROUNDING { Ok(Dir::from_unit(v)) } else { Dir::try_from(v) }
 }
 
-impl<const N: usize, T: Coefficient + Serialize> Serialize for Sh<N, T> {
+impl<const N: usize, T: Serialize> Serialize for Sh<N, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.coefficients().serialize(serializer)
+        self.coefficients[..].serialize(serializer)
     }
 }
 
-impl<'de, const N: usize, T: Coefficient + Deserialize<'de>> Deserialize<'de> for Sh<N, T> {
+impl<'de, const N: usize, T: Deserialize<'de>> Deserialize<'de> for Sh<N, T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        exactly(Vec::deserialize(deserializer)?).map(Self::from)
+        const { assert!(order_of(N).is_some(), "N must be a perfect square") }
+        Ok(Self { coefficients: exactly(Vec::deserialize(deserializer)?)? })
     }
 }
 
@@ -83,13 +84,13 @@ struct HBasisFields<C> {
     frame: Rotation,
 }
 
-impl<const N: usize, T: Coefficient + Serialize> Serialize for HBasis<N, T> {
+impl<const N: usize, T: Serialize> Serialize for HBasis<N, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         HBasisFields { coefficients: &self.coefficients[..], frame: self.frame }.serialize(serializer)
     }
 }
 
-impl<'de, const N: usize, T: Coefficient + Deserialize<'de>> Deserialize<'de> for HBasis<N, T> {
+impl<'de, const N: usize, T: Deserialize<'de>> Deserialize<'de> for HBasis<N, T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let HBasisFields { coefficients, frame } = HBasisFields::<Vec<T>>::deserialize(deserializer)?;
         Ok(Self { coefficients: exactly(coefficients)?, frame })

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::widened;
 use crate::expansion::zonal::zonal_norm;
-use crate::scalar::luminance;
+use crate::scalar::{luminance, weighted_sum};
 use crate::solver::nnls::{NormalEquations, least_squares_solution, nnls};
 use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
 
@@ -134,21 +134,13 @@ impl<T: Coefficient> LightProblem<T> {
     /// `L_d · f` without DC.
     fn light_by_function(&self, d: Dir) -> T::Wide {
         let y = eval_basis(d, self.order());
-        let mut sum = T::Wide::ZERO;
         let terms = self.f.coefficients().iter().zip(y).zip(self.coefficient_weights());
-        for ((f, y), w) in terms.skip(1) {
-            sum += f.scale(w * y);
-        }
-        sum.scale(self.normalization)
+        weighted_sum(terms.skip(1).map(|((f, y), w)| (*f, w * y))).scale(self.normalization)
     }
 
     /// `Σ w_l² f_i²`, channel by channel.
     pub(crate) fn energy_of(&self, f: &ShVec<T::Wide>) -> T::Wide {
-        let mut sum = T::Wide::ZERO;
-        for (f, w) in f.coefficients().iter().zip(self.coefficient_weights()) {
-            sum += (*f * *f).scale(w);
-        }
-        sum
+        weighted_sum(f.coefficients().iter().map(|f| *f * *f).zip(self.coefficient_weights()))
     }
 
     /// The least-squares intensities and ambient light for these directions, in their order, lights of zero intensity

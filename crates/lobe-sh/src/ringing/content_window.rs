@@ -10,6 +10,7 @@ use num_traits::Float as _;
 use crate::basis::index::{band_range, len};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::widened;
+use crate::scalar::weighted_sum;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{
     Basis, Coefficient, Dir, Expansion, ShVec, Window, eval_basis_into, optimal_linear_direction, tangent_frame,
@@ -112,11 +113,8 @@ impl ContentWindow {
             let mut y = vec![0.0; len(order.max(f.order()))];
             for (s, weight) in cap_points(r, f.order() + order, Self::POWER) {
                 eval_basis_into(s.to_array(), &mut y);
-                let mut value = T::Wide::ZERO;
-                for (c, y) in removed.coefficients().iter().zip(&y) {
-                    value += c.scale(*y);
-                }
-                let value = value.scale(weight);
+                let terms = removed.coefficients().iter().copied().zip(y.iter().copied());
+                let value = weighted_sum(terms).scale(weight);
                 for (sum, y) in sums.coefficients_mut().iter_mut().zip(&y) {
                     *sum += value.scale(*y);
                 }
