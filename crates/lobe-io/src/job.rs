@@ -10,7 +10,7 @@ use std::time::Duration;
 pub struct Progress {
     /// Steps that are done: receivers, points or pixels, as the function that works says.
     pub done: usize,
-    /// Steps in all. Work that finds its end sooner reports `done` equal to `total` then.
+    /// Steps in all. Work that ends before it has taken all of them reports `done` equal to `total` when it ends.
     pub total: usize,
     /// Steps that an earlier run had done, see [`Job::kept_in`].
     pub resumed: usize,
@@ -37,13 +37,13 @@ impl Progress {
     }
 }
 
-/// A function that watches work: it is called some times a second, at least at the start and at the end, and says
+/// A function that watches work: it is called a few times a second, and always at the start and at the end, and says
 /// whether to go on.
 pub type Watch<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
 
 /// How a piece of long work is run: who watches it, and where it keeps its results so that it can be continued.
 ///
-/// By default nobody does and nowhere. Work that is told to stop returns the error `Cancelled` of its crate.
+/// By default nobody watches it, and it keeps nothing. Work that is told to stop returns the error `Cancelled` of its crate.
 ///
 /// ```
 /// use std::ops::ControlFlow;

@@ -27,8 +27,8 @@ use crate::{BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transf
 /// independent from receiver to receiver. Coefficients depend on the arguments alone, not on the number of threads.
 ///
 /// The job is told about once a second which receivers are done. If it is [kept in a file](Job::kept_in), results go
-/// there about once a second, too, and reach the disk within 10 s; if a single receiver takes longer than that, when it
-/// is done. The file has its final size from the start, so that a full disk is found before the work.
+/// there about once a second, too, and reach the disk within 10 s, or when the receiver in work is done if that takes
+/// longer. The file has its final size from the start, so that a full disk is found before the work.
 ///
 /// ```
 /// use lobe_io::Job;

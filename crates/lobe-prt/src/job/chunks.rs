@@ -14,9 +14,9 @@ const CHUNK_PATHS: usize = 1 << 14;
 /// Receivers in a chunk, at most.
 const CHUNK_RECEIVERS: usize = 64;
 
-/// Work between two reports, about. A bake that is stopped waits for no more, and one that is killed loses no more, but
-/// for a chunk that takes longer by itself and for writes that the operating system has not yet made. Of the time of a
-/// wave threads wait for each other half a chunk.
+/// Work between two reports, about. A bake that is stopped waits no longer than that, or than one chunk takes. One that is
+/// killed loses no more either, besides writes that the operating system has not yet made. At the end of a wave threads
+/// wait for each other for half the time of a chunk, on average.
 const WAVE: Duration = Duration::from_millis(700);
 
 /// Bytes of results of one thread between two reports, at most, where a chunk has not more.

@@ -20,7 +20,7 @@ use lobe_sh::vector::{Vec3, dot, normalized, scale, tangents_along_z};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct PathOptions {
-    /// Reflections before that at the surface that is seen: 0 for direct light.
+    /// Reflections before the visible surface's own: 0 for direct light.
     pub bounces: usize,
     /// The strategy that samples directions towards the light.
     pub strategy: LightStrategy,
