@@ -11,9 +11,7 @@ pub(crate) mod collapse;
 pub(crate) mod edge_planes;
 pub(crate) mod lanes;
 #[cfg(target_arch = "x86_64")]
-pub(crate) mod lanes_avx2;
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod lanes_avx512;
+pub(crate) mod lanes_x86;
 pub(crate) mod octant_slabs;
 pub(crate) mod ploc;
 pub(crate) mod ray_frame;

@@ -1,14 +1,14 @@
-//! Eight-wide SIMD by AVX2 and FMA.
+//! Eight-wide SIMD by AVX2 and FMA, and by AVX-512, where comparisons give masks and one instruction compacts lanes.
 
-use std::arch::x86_64::{__m256i, _CMP_LE_OQ, _CMP_LT_OQ};
+use std::arch::x86_64::{__m256i, __m512i, _CMP_LE_OQ, _CMP_LT_OQ};
 
-use pulp::x86::V3;
+use pulp::x86::{V3, V4};
 
 use crate::bvh::lanes::{ALONE, Lanes, WIDTH, Work};
 
 /// The operations that both instruction sets share, by AVX and FMA.
 macro_rules! avx_arithmetic {
-    () => {
+    ($set:ident) => {
         type Vector = std::arch::x86_64::__m256;
 
         #[inline(always)]
@@ -74,13 +74,26 @@ macro_rules! avx_arithmetic {
         fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
             self.avx._mm256_max_ps(a, b)
         }
+
+        #[inline(always)]
+        fn run<W: Work>(self, work: W) -> W::Output {
+            struct Job<W>($set, W);
+
+            impl<W: Work> pulp::NullaryFnOnce for Job<W> {
+                type Output = W::Output;
+
+                #[inline(always)]
+                fn call(self) -> W::Output {
+                    self.1.work(self.0)
+                }
+            }
+            self.vectorize(Job(self, work))
+        }
     };
 }
 
-pub(crate) use avx_arithmetic;
-
 impl Lanes for V3 {
-    avx_arithmetic!();
+    avx_arithmetic!(V3);
 
     /// Of lanes 0, 1, 4, 5 and of lanes 2, 3, 6, 7.
     type Sets = [__m256i; 2];
@@ -119,21 +132,6 @@ impl Lanes for V3 {
         let places = self.avx2._mm256_cvtepu8_epi32(pulp::cast([PLACES[mask as usize % PLACES.len()], 0]));
         pulp::cast(self.avx2._mm256_permutevar8x32_epi32(pulp::cast(*values), places))
     }
-
-    #[inline(always)]
-    fn run<W: Work>(self, work: W) -> W::Output {
-        struct Job<W>(V3, W);
-
-        impl<W: Work> pulp::NullaryFnOnce for Job<W> {
-            type Output = W::Output;
-
-            #[inline(always)]
-            fn call(self) -> W::Output {
-                self.1.work(self.0)
-            }
-        }
-        self.vectorize(Job(self, work))
-    }
 }
 
 /// For each mask, the indices of its lanes in order, a byte each.
@@ -153,3 +151,41 @@ static PLACES: [u64; 1 << WIDTH] = {
     }
     places
 };
+
+impl Lanes for V4 {
+    avx_arithmetic!(V4);
+
+    type Sets = __m512i;
+
+    #[inline(always)]
+    fn empty_sets(self) -> Self::Sets {
+        self.avx512f._mm512_setzero_si512()
+    }
+
+    #[inline(always)]
+    fn insert_where(self, sets: Self::Sets, a: Self::Vector, b: Self::Vector, number: usize) -> Self::Sets {
+        let is_in = self.avx512f._mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
+        let alone = self.avx512f._mm512_set1_epi64(ALONE[number % 64].cast_signed());
+        self.avx512f._mm512_mask_or_epi64(sets, is_in, sets, alone)
+    }
+
+    #[inline(always)]
+    fn store_sets(self, sets: Self::Sets) -> [u64; WIDTH] {
+        pulp::cast(sets)
+    }
+
+    #[inline(always)]
+    fn less_or_equal(self, a: Self::Vector, b: Self::Vector) -> u32 {
+        self.avx512f._mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b).into()
+    }
+
+    #[inline(always)]
+    fn less(self, a: Self::Vector, b: Self::Vector) -> u32 {
+        self.avx512f._mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b).into()
+    }
+
+    #[inline(always)]
+    fn compress(self, values: &[u32; WIDTH], mask: u32) -> [u32; WIDTH] {
+        pulp::cast(self.avx512f._mm256_maskz_compress_epi32(mask as u8, pulp::cast(*values)))
+    }
+}
