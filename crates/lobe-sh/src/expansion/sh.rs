@@ -42,6 +42,14 @@ aliases!(
     ShL5 36 "5", ShL6 49 "6", ShL7 64 "7", ShL8 81 "8", ShL9 100 "9"
 );
 
+impl<const N: usize, T> Sh<N, T> {
+    /// The expansion of these coefficients, which need not be numbers yet.
+    pub(crate) fn of(coefficients: [T; N]) -> Self {
+        const { assert!(order_of(N).is_some(), "N must be a perfect square") }
+        Self { coefficients }
+    }
+}
+
 impl<const N: usize, T: Coefficient> Sh<N, T> {
     /// The order `n = √N`.
     pub const ORDER: usize = match order_of(N) {
@@ -100,8 +108,7 @@ impl<const N: usize, T: Coefficient> Sh<N, T> {
 
 impl<const N: usize, T: Coefficient> From<[T; N]> for Sh<N, T> {
     fn from(coefficients: [T; N]) -> Self {
-        const { assert!(Self::ORDER * Self::ORDER == N, "N must be a perfect square") }
-        Self { coefficients }
+        Self::of(coefficients)
     }
 }
 

@@ -13,7 +13,7 @@ use serde::{Serialize, Serializer};
 
 use crate::{
     AxisPermutation, Coefficient, DeringMethod, Dir, Expansion as _, HBasis, IrradianceEncoding, Quantity, Rotation,
-    Sh, ShError, ShVec, SphericalPolygon, Window, order_of,
+    Sh, ShError, ShVec, SphericalPolygon, Window,
 };
 
 /// The largest error of a squared length, or of an entry of `RᵀR`, that leaves a direction or a rotation as it is: some
@@ -59,8 +59,7 @@ impl<const N: usize, T: Serialize> Serialize for Sh<N, T> {
 
 impl<'de, const N: usize, T: Deserialize<'de>> Deserialize<'de> for Sh<N, T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        const { assert!(order_of(N).is_some(), "N must be a perfect square") }
-        Ok(Self { coefficients: exactly(Vec::deserialize(deserializer)?)? })
+        exactly(Vec::deserialize(deserializer)?).map(Self::of)
     }
 }
 
