@@ -88,7 +88,7 @@ pub trait Expansion<T: Coefficient>: Clone {
 ///
 /// Functions whose name ends in `_as` return any such type: [`project_as`](crate::project_as),
 /// [`product_as`](crate::product_as), [`Zonal::towards_as`](crate::Zonal::towards_as),
-/// [`Light::project_as`](crate::Light::project_as). [`Sh`] is one; an engine can make its own type another, and then
+/// [`Light::project_as`](crate::Light::project_as). [`Sh`](crate::Sh) is one; an engine can make its own type another, and then
 /// gets its own type back:
 ///
 /// ```

@@ -312,7 +312,7 @@ impl Eigensystem {
     }
 
     /// One step of Newton's method for `t`, from either side; see
-    /// [`QuadraticForm`](crate::extrema::quadratic_form::QuadraticForm).
+    /// [`QuadraticForm`].
     #[inline]
     fn next(&self, kappa: f64, t: f64, [_, s2, s3]: [f64; 3]) -> f64 {
         let rise = if s3 > 0.0 { (kappa * s2.sqrt() - 1.0) * s2 / s3 } else { 0.0 };

@@ -254,7 +254,7 @@ pub(crate) fn exchange_yz_in_place<T: Coefficient>(coefficients: &mut [T]) {
 }
 
 /// Wigner's matrix of the half turn that exchanges `+x` and `+z`, on spinors of `N` indices: for `N = 2l` that is
-/// `d^l(π/2)` but for signs, see [`YzExchange`](crate::rotation::yz_exchange::YzExchange).
+/// `d^l(π/2)` but for signs, see [`YzExchange`].
 ///
 /// ```text
 ///   e_k = √(N over k) u^(N-k) v^k        u → (u + v)/√2        v → (u - v)/√2        e_k → Σ_k' B_{k'k}^N e_k'
