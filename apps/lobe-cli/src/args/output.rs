@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use lobe::io::{check_writable, remove_abandoned};
-use lobe::sh::{Quantity, ShError, ShFile, write_sh_json, write_sh_json_to};
+use lobe::io::{IoError, check_writable, remove_abandoned};
+use lobe::sh::{Quantity, ShFile, write_sh_json, write_sh_json_to};
 use serde::Serialize;
 
 /// A `.sh.json` file to write, or `-` for stdout.
@@ -81,7 +81,7 @@ pub(crate) fn prepare_file(path: &Path, inputs: &[&Path]) -> anyhow::Result<()> 
     if inputs.iter().any(|input| matches!((&output, input.canonicalize()), (Ok(out), Ok(input)) if *out == input)) {
         bail!("-o: {} is an input, which would be lost; give another name", path.display());
     }
-    check_writable(path).map_err(|source| ShError::Io { place: path.display().to_string(), source })?;
+    check_writable(path).map_err(|source| IoError::Io { place: path.display().to_string(), source })?;
     remove_abandoned(path);
     Ok(())
 }
@@ -133,5 +133,5 @@ pub(crate) fn print_values(values: Vec<Vec<f64>>, as_json: bool) -> anyhow::Resu
 }
 
 fn stdout_error(source: io::Error) -> anyhow::Error {
-    ShError::Io { place: "stdout".to_owned(), source }.into()
+    IoError::Io { place: "stdout".to_owned(), source }.into()
 }

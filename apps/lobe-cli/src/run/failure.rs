@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use clap::error::ErrorKind;
 use lobe::env::{EnvError, MapReadOption};
 use lobe::image::{ImageError, ReadOption};
+use lobe::io::IoError;
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
 use lobe::scene::{SceneError, SceneReadOption};
@@ -153,8 +154,11 @@ fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
     if let Some(RenderError::Io { place, source }) = error.downcast_ref() {
         return Some((place, source));
     }
-    if let Some(ShError::Io { place: file, source }) = error.downcast_ref() {
-        return Some((file, source));
+    if let Some(IoError::Io { place, source }) = error.downcast_ref() {
+        return Some((place, source));
+    }
+    if let Some(ShError::Io { place, source }) = error.downcast_ref() {
+        return Some((place, source));
     }
     match (prt_error(error), error.downcast_ref()) {
         (Some(PrtError::Io { place: file, source }), _)

@@ -6,9 +6,9 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::image::{Picture, Tone};
-use lobe::io::write_atomically;
+use lobe::io::{IoError, write_atomically};
 use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShError, ShVec};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShVec};
 
 use crate::args::input::ShInput;
 use crate::args::output;
@@ -107,7 +107,7 @@ impl ShPlot {
         let bytes = self.figure(&f, &others)?;
         let name = self.output.path.display().to_string();
         write_atomically(&self.output.path, |file| file.write_all(&bytes))
-            .map_err(|source| ShError::Io { place: name, source })?;
+            .map_err(|source| IoError::Io { place: name, source })?;
         Ok(())
     }
 
