@@ -18,6 +18,8 @@ use crate::{MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
 pub struct GltfAttributes {
     name: String,
     file: GltfFile,
+    /// Those that the scene was read by: their limits hold here too.
+    options: SceneReadOptions,
 }
 
 /// Reads a scene from a .gltf or .glb file as [`read_scene`](crate::read_scene), and keeps its attributes.
@@ -34,7 +36,7 @@ pub fn read_scene_and_attributes(
     let file = plain::read(&bytes, &mut source)?;
     let scene = read_gltf::scene_of(&file, &mut source)?;
     let report = source.into_report(&scene);
-    Ok((scene, report, GltfAttributes { name, file }))
+    Ok((scene, report, GltfAttributes { name, file, options: options.clone() }))
 }
 
 impl GltfAttributes {
@@ -50,7 +52,7 @@ impl GltfAttributes {
     /// # Errors
     /// [`SceneError::Invalid`] if it does not hold vectors of `N` floats, or its numbers are not in the file.
     pub fn vectors<const N: usize>(&self, at: MeshSource, name: &str) -> Result<Option<Vec<[f32; N]>>, SceneError> {
-        let source = Source::new(&self.name, None, &SceneReadOptions::default());
+        let source = Source::new(&self.name, None, &self.options);
         let mesh = self.file.root.meshes.get(at.mesh);
         let Some(primitive) = mesh.and_then(|mesh| mesh.primitives.get(at.primitive)) else {
             let message = format!("mesh {} has no primitive {}", at.mesh, at.primitive);
