@@ -2,12 +2,15 @@
 //!
 //! Lengths are meters. All vertices are used and every triangle has an area.
 
-// Read this file first, then `shapes`, from which all scenes are made, and a file for each of the larger ones. Uses `scene`.
+// Read this file first, then `shapes`, from which all scenes are made, and a file for each of the larger ones; `three_objects` and
+// `walking_figure` move. Uses `motion` and `scene`.
 
 pub(crate) mod cave;
 pub(crate) mod columns_hall;
 pub(crate) mod shapes;
 pub(crate) mod terrain;
+pub(crate) mod three_objects;
+pub(crate) mod walking_figure;
 
 use glam::DVec3;
 
@@ -17,6 +20,8 @@ use crate::{Material, Scene};
 pub use crate::built_in::cave::cave;
 pub use crate::built_in::columns_hall::columns_hall;
 pub use crate::built_in::terrain::terrain;
+pub use crate::built_in::three_objects::three_objects;
+pub use crate::built_in::walking_figure::walking_figure;
 
 /// The names that [`named`] knows.
 pub const NAMES: [&str; 6] = ["ball", "columns", "cave", "terrain", "cornell", "furnace"];
