@@ -28,6 +28,18 @@
 //! # Ok::<(), lobe_scene::SceneError>(())
 //! ```
 //!
+//! Pose a scene that moves:
+//!
+//! ```no_run
+//! use lobe_scene::{AnimatedScene, SceneReadOptions};
+//!
+//! let (scene, _) = AnimatedScene::read("character.glb", &SceneReadOptions::default())?;
+//! let walk = scene.animation("Walk")?;
+//! let posed = scene.pose(walk, scene.animations()[walk].looped(12.5))?;
+//! let bvh = posed.bvh();
+//! # Ok::<(), lobe_scene::SceneError>(())
+//! ```
+//!
 //! # Index
 //!
 //! | purpose | item |

@@ -24,10 +24,10 @@ const KEYS: usize = 32;
 ///   w = 2π t / 4 s
 ///   ball   radius 0.5, at (2.4 cos w, 2.4 sin w, 0.9 - 0.35 cos 2w)
 ///   cube   side 0.9,  at (0, 0, 1), turning about (1, 1, 1) once
-///   ring   radii 0.7 and 0.2, at (0.5 sin w, 0, 2.4 + 0.2 sin 2w), turning about x once
+///   ring   radii 0.7 and 0.2, at (0.5 sin w, 0, 2.9 + 0.2 sin 2w), turning about x once
 /// ```
 ///
-/// The animation `move` takes 4 seconds and can be [looped](crate::Animation::looped). The ground has `cells` × `cells` cells
+/// No two ever touch. The animation `move` takes 4 seconds and can be [looped](crate::Animation::looped). The ground has `cells` × `cells` cells
 /// and is gray (0.6), the ball has `cells` vertices around and is red, the cube's faces have `cells / 3` cells along each side and
 /// are green, the ring is blue.
 ///
@@ -50,7 +50,7 @@ pub fn three_objects(cells: usize) -> AnimatedScene {
     let parts = own.iter().enumerate().map(|(node, mesh)| Part::rigid(mesh, node)).collect();
     let animation = Animation { name: Some("move".to_owned()), channels };
     // At rest, all objects stand where they are at time zero.
-    AnimatedScene::standing(own, materials, Rig::upright(nodes), parts, Vec::new(), vec![animation])
+    AnimatedScene::standing(&own, materials, Rig::upright(nodes), parts, Vec::new(), vec![animation])
 }
 
 /// The paths of nodes 1, 2 and 3.
@@ -66,7 +66,7 @@ fn channels() -> Vec<Channel> {
     let ring = |t: f64| {
         let (sin, cos) = (speed * t).sin_cos();
         let (sin2, cos2) = (2.0 * speed * t).sin_cos();
-        with_tangents([0.5 * sin, 0.0, 2.4 + 0.2 * sin2], [0.5 * speed * cos, 0.0, 0.4 * speed * cos2])
+        with_tangents([0.5 * sin, 0.0, 2.9 + 0.2 * sin2], [0.5 * speed * cos, 0.0, 0.4 * speed * cos2])
     };
     let path = |node, values: &dyn Fn(f64) -> [f64; 9]| Channel {
         node,

@@ -88,7 +88,7 @@ pub fn walking_figure(around: usize) -> AnimatedScene {
         inverse_binds: JOINTS.iter().map(|&(_, at, _)| DMat4::from_translation(-DVec3::from(at))).collect(),
     };
     let animation = Animation { name: Some("walk".to_owned()), channels: walk() };
-    AnimatedScene::standing(own, materials, Rig::upright(nodes), parts, vec![skin], vec![animation])
+    AnimatedScene::standing(&own, materials, Rig::upright(nodes), parts, vec![skin], vec![animation])
 }
 
 fn joint_node(joint: usize) -> (String, Trs, Option<usize>) {

@@ -53,7 +53,7 @@ impl AnimatedScene {
 
     /// A scene of meshes in their own frames, one for each part, as its nodes stand.
     pub(crate) fn standing(
-        own: Vec<Mesh>,
+        own: &[Mesh],
         materials: Vec<Material>,
         rig: Rig,
         parts: Vec<Part>,

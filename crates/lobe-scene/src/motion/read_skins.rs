@@ -114,8 +114,8 @@ pub(crate) fn influences(
                 );
             }
         }
-        // As they are read, and as pairs.
-        numbers.add(vertices.saturating_mul(2 * (2 + 4)), source)?;
+        // Joints and weights as they are read, and as pairs: 8, 16, 32 and 4 bytes.
+        numbers.add(vertices.saturating_mul(15), source)?;
         joints.push(accessors.joints(&format!("JOINTS_{set}"), of_joints, source)?);
         weights.push(accessors.vectors::<4>(&format!("WEIGHTS_{set}"), of_weights, source)?);
     }

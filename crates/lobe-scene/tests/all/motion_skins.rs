@@ -192,3 +192,33 @@ fn a_pose_is_the_same_for_any_number_of_threads() {
     let (one, four) = (with(1), with(4));
     assert_eq!(one.meshes(), four.meshes(), "one thread and four");
 }
+
+#[test]
+fn quantized_positions_and_targets_are_posed_as_floats_are() {
+    // Normalized shorts, each vector padded to eight bytes: half the square, and a target that lifts it.
+    let short = |c: f32| ((c * 32767.0).round() as i16).to_le_bytes();
+    let positions = [0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 0.5, 0.0];
+    let lift = [0.0, 0.25, 0.0].repeat(4);
+    let quantized = |values: &[f32], file: &mut Gltf| {
+        let padded: Vec<u8> =
+            values.chunks(3).flat_map(|v| [short(v[0]), short(v[1]), short(v[2]), [0; 2]].concat()).collect();
+        let index = file.push("VEC3", 5122, 4, &padded);
+        file.json["accessors"][index]["normalized"] = json!(true);
+        let view = file.json["accessors"][index]["bufferView"].as_u64().unwrap() as usize;
+        file.json["bufferViews"][view]["byteStride"] = json!(8);
+        index
+    };
+    let with = |is_quantized: bool| {
+        let mut file = bending().with("/extensionsUsed", json!(["KHR_mesh_quantization"]));
+        let mut add = |values: &[f32]| match is_quantized {
+            true => quantized(values, &mut file),
+            false => file.floats("VEC3", values),
+        };
+        let [positions, lift] = [&positions[..], &lift].map(&mut add);
+        let file = file.with("/meshes/0/primitives/0/attributes/POSITION", json!(positions));
+        let file = file.with("/meshes/0/primitives/0/targets", json!([{"POSITION": lift}]));
+        posed(&animated(&file.with("/nodes/0/weights", json!([1.0]))), 0.6).meshes()[0].clone()
+    };
+    let (found, expected) = (with(true), with(false));
+    assert!(close(found.positions(), expected.positions(), 1e-4), "{found:?}, expected {expected:?}");
+}
