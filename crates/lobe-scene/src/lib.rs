@@ -28,6 +28,18 @@
 //! # Ok::<(), lobe_scene::SceneError>(())
 //! ```
 //!
+//! Pose a scene that moves:
+//!
+//! ```no_run
+//! use lobe_scene::{AnimatedScene, SceneReadOptions};
+//!
+//! let (scene, _) = AnimatedScene::read("character.glb", &SceneReadOptions::default())?;
+//! let walk = scene.animation("Walk")?;
+//! let posed = scene.pose(walk, scene.animations()[walk].looped(12.5))?;
+//! let bvh = posed.bvh();
+//! # Ok::<(), lobe_scene::SceneError>(())
+//! ```
+//!
 //! # Index
 //!
 //! | purpose | item |
@@ -35,6 +47,8 @@
 //! | scenes | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
 //! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`], [`SceneReadReport`] |
 //! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`read_scene_and_document`], [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
+//! | scenes in motion: animations, skins, morph targets | [`AnimatedScene`], [`Animation`], [`PosedScene`] |
+//! | what moves in them, and where it is | [`Entity`], [`EntityKind`], [`Place`], [`Similarity`] |
 //! | built-in scenes | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | subdivision | [`Scene::split_edges`] |
@@ -45,6 +59,7 @@ pub mod built_in;
 mod bvh;
 mod error;
 mod files;
+mod motion;
 mod scene;
 
 pub use bvh::bvh::Bvh;
@@ -55,6 +70,11 @@ pub use files::gltf::document::{GltfDocument, read_scene_and_document};
 pub use files::gltf::extensions::LOBE_EXTRAS_VERSION;
 pub use files::read::{read_scene, read_scene_bytes};
 pub use files::read_options::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport};
+pub use motion::animated_scene::AnimatedScene;
+pub use motion::animation::Animation;
+pub use motion::entity::{Entity, EntityKind};
+pub use motion::place::{Place, Similarity};
+pub use motion::posed_scene::PosedScene;
 pub use scene::material::{Alpha, Material, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};

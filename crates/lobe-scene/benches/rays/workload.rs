@@ -1,5 +1,7 @@
 //! Benchmark workload: points on surfaces and rays from each, as in a bake.
 
+#![allow(dead_code, reason = "each benchmark uses what it needs")]
+
 use std::f32::consts::TAU;
 
 use lobe_testkit::Random;
@@ -34,6 +36,11 @@ impl Workload {
                 [center[0] + ring * phi.cos(), center[1] + ring * phi.sin(), center[2] + radius * theta.cos()]
             });
         }
+        Self::among(corners)
+    }
+
+    /// Rays among these triangles.
+    pub(crate) fn among(corners: Vec<[[f32; 3]; 3]>) -> Self {
         let mut random = Random::new(11);
         let points = (0..POINTS).map(|_| Self::point(&corners, &mut random)).collect();
         Self { corners, points }

@@ -2,9 +2,14 @@
 //!
 //! Lengths are meters. All vertices are used and every triangle has an area.
 
-// Read `scenes` first, then `shapes`, from which they are made. Uses `scene`.
+// Read `scenes` first, then `shapes`, from which they are made; `three_objects` and `walking_figure` move. Uses `motion` and
+// `scene`.
 
 pub(crate) mod scenes;
 pub(crate) mod shapes;
+pub(crate) mod three_objects;
+pub(crate) mod walking_figure;
 
 pub use scenes::{NAMES, ball_over_ground, cave, closed_white_box, columns_hall, cornell_box, named, terrain};
+pub use three_objects::three_objects;
+pub use walking_figure::walking_figure;

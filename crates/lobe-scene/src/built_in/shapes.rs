@@ -79,19 +79,34 @@ impl Shape {
     /// A ball with `around` vertices on its equator and `around / 2` bands from pole to pole, its vertices shared.
     pub(crate) fn ball(&mut self, center: DVec3, radius: f64, around: usize) {
         let bands = around / 2;
+        self.closed((around, bands), |j, i| {
+            let (sin_t, cos_t) = (PI * j as f64 / bands as f64).sin_cos();
+            let (sin_p, cos_p) = (TAU * i as f64 / around as f64).sin_cos();
+            let n = match j {
+                0 => DVec3::Z,
+                _ if j == bands => -DVec3::Z,
+                _ => DVec3::new(sin_t * cos_p, sin_t * sin_p, cos_t),
+            };
+            (center + n * radius, n)
+        });
+    }
+
+    /// A closed surface like a globe: a pole, `bands - 1` rings of `around` vertices, and the other pole. `at` gives
+    /// position and normal by the number of the ring, 0 and `bands` for the poles, and the number within it;
+    /// rings run counter-clockwise seen from the first pole.
+    pub(crate) fn closed(&mut self, (around, bands): (usize, usize), at: impl Fn(usize, usize) -> (DVec3, DVec3)) {
         let first = self.positions.len() as u32;
         let ring = |j: usize, i: usize| first + 1 + ((j - 1) * around + i % around) as u32;
         let south = first + 1 + ((bands - 1) * around) as u32;
-        self.vertex(center + DVec3::Z * radius, DVec3::Z);
+        let mut vertex = |j: usize, i: usize| {
+            let (position, normal) = at(j, i);
+            self.vertex(position, normal);
+        };
+        vertex(0, 0);
         for j in 1..bands {
-            let (sin_t, cos_t) = (PI * j as f64 / bands as f64).sin_cos();
-            for i in 0..around {
-                let (sin_p, cos_p) = (TAU * i as f64 / around as f64).sin_cos();
-                let n = DVec3::new(sin_t * cos_p, sin_t * sin_p, cos_t);
-                self.vertex(center + n * radius, n);
-            }
+            (0..around).for_each(|i| vertex(j, i));
         }
-        self.vertex(center - DVec3::Z * radius, -DVec3::Z);
+        vertex(bands, 0);
         for i in 0..around {
             self.triangles.push([first, ring(1, i), ring(1, i + 1)]);
             for j in 1..bands - 1 {

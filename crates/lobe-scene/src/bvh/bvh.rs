@@ -5,6 +5,7 @@ use crate::bvh::lanes::Machine;
 use crate::bvh::ploc;
 use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
+use crate::bvh::refit::{cost, refit};
 use crate::bvh::traverse::{AnyHit, Closest, Tree};
 use crate::bvh::wide_node::{Block, Node};
 use crate::scene::mesh::LARGEST_COORDINATE;
@@ -79,6 +80,29 @@ impl Bvh {
         }
         let (nodes, blocks) = build(corners);
         Self { nodes, blocks, bounds, triangles, machine }
+    }
+
+    /// Moves the triangles to where they are in another pose of the scene, in linear time: the tree stays, its boxes change.
+    ///
+    /// Rays find the same as in a tree built anew. They take the longer the more the triangles have parted from those
+    /// they share a box with, which [`expected_cost`](Self::expected_cost) tells.
+    ///
+    /// # Panics
+    /// If the scene has another number of triangles.
+    pub fn refit(&mut self, scene: &Scene) {
+        assert_eq!(scene.triangle_count(), self.triangles, "triangles of the scene and of the tree");
+        if self.triangles > 0 {
+            let corners: Vec<_> = scene.corners().collect();
+            self.bounds = refit(&mut self.nodes, &mut self.blocks, &corners);
+        }
+    }
+
+    /// The expected number of nodes and blocks of triangles that a ray comes to which meets the box of all triangles: the
+    /// areas of their boxes relative to that of the whole, a block counting 1.2. By it a tree that was
+    /// [refit](Self::refit) is compared with the one that was built.
+    #[must_use]
+    pub fn expected_cost(&self) -> f32 {
+        cost(&self.nodes, &self.bounds)
     }
 
     /// The same BVH, traversed with other vector instructions than the widest, which are the default; `None` if this

@@ -10,7 +10,7 @@ use crate::bvh::wide_node::{BLOCK_BIT, Block, Node};
 
 /// The cost of testing a block of triangles, in units of testing the eight boxes of a node: nine loads and three edge
 /// functions against six fused operations. An estimate from counting instructions, not tuned.
-const BLOCK_COST: f32 = 1.2;
+pub(crate) const BLOCK_COST: f32 = 1.2;
 
 /// The nodes of the wide tree, the root first, and its blocks.
 ///
@@ -77,7 +77,7 @@ fn ordered(mut pieces: Vec<Piece>) -> Vec<Piece> {
     pieces
 }
 
-fn half_area(bounds: &Bounds) -> f32 {
+pub(crate) fn half_area(bounds: &Bounds) -> f32 {
     let [x, y, z] = std::array::from_fn(|k| bounds.max[k] - bounds.min[k]);
     (x + y) * z + x * y
 }

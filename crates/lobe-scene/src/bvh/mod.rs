@@ -2,9 +2,9 @@
 //! intersection of triangles.
 //!
 //! Read `bvh` first, the public type; then `ploc`, which builds a binary tree, `collapse`, which makes wide nodes of it,
-//! and `wide_node`, their layout in memory; then `traverse`, one ray at a time: `ray_frame` prepares it, `watertight`
-//! intersects triangles. `ray_stream` traces many rays from one point at once: `octant_slabs` for boxes, `edge_planes`
-//! for triangles. `lanes` has the vector instructions of all this. Uses `scene`.
+//! and `wide_node`, their layout in memory, and `refit`, which moves the boxes of a tree; then `traverse`, one ray at a time:
+//! `ray_frame` prepares it, `watertight` intersects triangles. `ray_stream` traces many rays from one point at once:
+//! `octant_slabs` for boxes, `edge_planes` for triangles. `lanes` has the vector instructions of all this. Uses `scene`.
 
 pub(crate) mod bvh;
 pub(crate) mod collapse;
@@ -16,6 +16,7 @@ pub(crate) mod octant_slabs;
 pub(crate) mod ploc;
 pub(crate) mod ray_frame;
 pub(crate) mod ray_stream;
+pub(crate) mod refit;
 pub(crate) mod traverse;
 pub(crate) mod watertight;
 pub(crate) mod wide_node;

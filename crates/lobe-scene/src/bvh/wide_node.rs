@@ -40,6 +40,13 @@ impl Node {
         }
     }
 
+    /// The box of a child; `None` where there is none.
+    pub(crate) fn bounds(&self, slot: usize) -> Option<Bounds> {
+        let at = |axes: [usize; 3]| axes.map(|row| self.rows[row][slot]);
+        (self.rows[SMALLEST[0]][slot] <= self.rows[LARGEST[0]][slot])
+            .then(|| Bounds { min: at(SMALLEST), max: at(LARGEST) })
+    }
+
     pub(crate) fn set_child(&mut self, slot: usize, child: u32) {
         self.rows[CHILDREN][slot] = f32::from_bits(child);
     }
@@ -84,6 +91,21 @@ impl Block {
             block.triangles[lane] = triangle;
         }
         block
+    }
+
+    /// Moves the corners of the triangles, and returns the box around them.
+    pub(crate) fn refit(&mut self, corners: &[[[f32; 3]; 3]]) -> Bounds {
+        let mut bounds = Bounds { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
+        for (lane, &triangle) in self.triangles.iter().enumerate() {
+            for (corner, p) in corners[triangle as usize].iter().enumerate() {
+                for axis in 0..3 {
+                    self.corners[corner][axis][lane] = p[axis];
+                    bounds.min[axis] = bounds.min[axis].min(p[axis]);
+                    bounds.max[axis] = bounds.max[axis].max(p[axis]);
+                }
+            }
+        }
+        bounds
     }
 
     /// Corner by corner, axis and lane.

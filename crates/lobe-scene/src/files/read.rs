@@ -20,7 +20,7 @@ use crate::{Scene, SceneError, SceneReadOptions, SceneReadReport, Up};
 pub fn read_scene(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Scene, SceneReadReport), SceneError> {
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
-    read(&bytes, Source::new(&name, folder_of(path), options), options.up)
+    read_scene_from(&bytes, Source::new(&name, folder_of(path), options), options.up)
 }
 
 /// Reads a scene from the bytes of a file that references no other; `name` decides the format and stands in messages.
@@ -32,10 +32,15 @@ pub fn read_scene_bytes(
     name: &str,
     options: &SceneReadOptions,
 ) -> Result<(Scene, SceneReadReport), SceneError> {
-    read(bytes, Source::new(name, None, options), options.up)
+    read_scene_from(bytes, Source::new(name, None, options), options.up)
 }
 
-fn read(bytes: &[u8], source: Source<'_>, up: Up) -> Result<(Scene, SceneReadReport), SceneError> {
+/// Reads a scene from bytes and the files that they reference.
+pub(crate) fn read_scene_from(
+    bytes: &[u8],
+    source: Source<'_>,
+    up: Up,
+) -> Result<(Scene, SceneReadReport), SceneError> {
     let mut source = source;
     let extension = Path::new(source.name).extension().map(|e| e.to_string_lossy().to_lowercase());
     let scene = match extension.as_deref() {

@@ -1,6 +1,6 @@
 //! glTF 2.0 reader.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 
@@ -11,10 +11,18 @@ use crate::files::gltf::nodes::Shown;
 use crate::files::gltf::placement::shown_meshes;
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, name_of, place_of, triangles};
 use crate::files::source::Source;
+use crate::scene::transform::Affine;
 use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
-/// One mesh for each instance of a primitive by a node, in Lobe's world.
+/// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand; with notes on what would move it.
 pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
+    let scene = standing_scene_of(file, source)?;
+    note_unused(file, source);
+    Ok(scene)
+}
+
+/// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand.
+pub(crate) fn standing_scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
     let (mut materials, textures) = materials::read(file, source)?;
     let (mut meshes, mut needs_default) = (Vec::new(), false);
     let (all_shown, origin) = shown_meshes(file, source)?;
@@ -38,7 +46,6 @@ pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene
     if needs_default {
         materials.push(Material { name: "default".into(), metallic: 1.0, double_sided: false, ..Material::WHITE });
     }
-    note_unused(file, source);
     if meshes.is_empty() {
         return Err(source.no_triangles());
     }
@@ -106,20 +113,11 @@ fn optional<I, T>(index: Option<I>, read: impl FnOnce(I) -> Result<Vec<T>, Scene
 
 /// Applies the transform of the instance, and converts the y-up world to Lobe's.
 fn place_in_world(mut parts: MeshParts, shown: &Shown) -> MeshParts {
-    let world = shown.world_from_mesh;
-    let moved = |p: [f32; 3]| z_up_from_y_up(world.transform_point3(DVec3::from(p.map(f64::from))).as_vec3().into());
-    parts.positions.iter_mut().for_each(|p| *p = moved(*p));
-    let linear = DMat3::from_mat4(world);
-    // Transform normals by the cofactors, which exist where the inverse does not.
-    let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
-    let sign = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
-    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
-    for n in &mut parts.normals {
-        let turned = cofactors * DVec3::from(n.map(f64::from));
-        *n = z_up_from_y_up(turned.normalize_or_zero().as_vec3().into());
-    }
-    // A mirror reverses the orientation of triangles.
-    if sign < 0.0 {
+    let world = Affine::new(shown.world_from_mesh);
+    let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    parts.positions.iter_mut().for_each(|p| *p = z_up_from_y_up(world.point(vector(*p)).as_vec3().into()));
+    parts.normals.iter_mut().for_each(|n| *n = z_up_from_y_up(world.normal(vector(*n)).as_vec3().into()));
+    if world.is_mirror() {
         parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     parts

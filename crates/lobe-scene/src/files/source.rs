@@ -65,7 +65,7 @@ impl<'a> Source<'a> {
         SceneError::unsupported(self.name, message)
     }
 
-    fn refused(&self, message: String, option: SceneReadOption) -> SceneError {
+    pub(crate) fn refused(&self, message: String, option: SceneReadOption) -> SceneError {
         SceneError::Refused { place: one_line(self.name), message, option }
     }
 

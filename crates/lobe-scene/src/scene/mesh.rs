@@ -40,7 +40,8 @@ pub struct MeshSource {
 /// Triangles that share a material. Everything is finite and every index in range.
 ///
 /// Vertices keep their number and order, duplicates and unused ones included, so that values computed for them can be
-/// written back to their file. Triangles without area are dropped and counted.
+/// written back to their file. Triangles without area are dropped and counted; in a [pose](crate::AnimatedScene::pose),
+/// triangles may lose their area, and stay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     parts: MeshParts,
@@ -158,6 +159,25 @@ impl Mesh {
         self
     }
 
+    /// The same vertices and triangles, elsewhere: all triangles stay, those that lose their area too. Empty normals stand
+    /// for missing ones. Triangles that are `flipped` run around the other way.
+    pub(crate) fn posed(
+        &self,
+        positions: Vec<[f32; 3]>,
+        normals: Vec<[f32; 3]>,
+        flipped: bool,
+    ) -> Result<Self, SceneError> {
+        let mut parts = MeshParts { positions, normals, ..self.parts.clone() };
+        if flipped {
+            parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        if let Err(message) = check_numbers(&parts) {
+            return Err(SceneError::invalid(&place_of(&parts), message));
+        }
+        let made_normals = complete_normals(&mut parts);
+        Ok(Self { parts, dropped: self.dropped, made_normals })
+    }
+
     /// The parts of the mesh, to be changed and made into another mesh.
     #[must_use]
     pub fn into_parts(self) -> MeshParts {
@@ -178,12 +198,7 @@ fn check(parts: &MeshParts) -> Result<(), String> {
     if u32::try_from(count).is_err() {
         return Err(format!("expected at most {} vertices, found {count}", u32::MAX));
     }
-    check_attribute("positions", &parts.positions, count)?;
-    if let Some(i) = parts.positions.iter().position(|p| p.iter().any(|c| c.abs() > LARGEST_COORDINATE)) {
-        let p = parts.positions[i];
-        return Err(format!("expected coordinates of at most {LARGEST_COORDINATE:e}, found {p:?} at vertex {i}"));
-    }
-    check_attribute("normals", &parts.normals, count)?;
+    check_numbers(parts)?;
     check_attribute("texture coordinates of set 0", &parts.uvs[0], count)?;
     check_attribute("texture coordinates of set 1", &parts.uvs[1], count)?;
     check_attribute("colors", &parts.colors, count)?;
@@ -196,6 +211,17 @@ fn check(parts: &MeshParts) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Checks positions and normals.
+fn check_numbers(parts: &MeshParts) -> Result<(), String> {
+    let count = parts.positions.len();
+    check_attribute("positions", &parts.positions, count)?;
+    if let Some(i) = parts.positions.iter().position(|p| p.iter().any(|c| c.abs() > LARGEST_COORDINATE)) {
+        let p = parts.positions[i];
+        return Err(format!("expected coordinates of at most {LARGEST_COORDINATE:e}, found {p:?} at vertex {i}"));
+    }
+    check_attribute("normals", &parts.normals, count)
 }
 
 fn check_attribute<const N: usize>(what: &str, values: &[[f32; N]], count: usize) -> Result<(), String> {

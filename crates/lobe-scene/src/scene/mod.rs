@@ -2,7 +2,7 @@
 //!
 //! Read `scene` first, then `mesh`, `material`, `texture` and `ray`. `vertex_normals`, `flat` and `split_edges` compute what
 //! a file lacks, `coincident` counts duplicates, `near_origin` moves a scene to where `f32` is precise, `up` rotates y up to
-//! z up. Uses no other room.
+//! z up, `transform` places meshes. Uses no other room.
 
 pub(crate) mod coincident;
 pub(crate) mod flat;
@@ -13,5 +13,6 @@ pub(crate) mod ray;
 pub(crate) mod scene;
 pub(crate) mod split_edges;
 pub(crate) mod texture;
+pub(crate) mod transform;
 pub(crate) mod up;
 pub(crate) mod vertex_normals;

@@ -130,6 +130,23 @@ impl Scene {
         (self.meshes, self.materials, self.textures)
     }
 
+    /// The same scene with its meshes elsewhere: as many, of as many triangles. They count from the same origin.
+    pub(crate) fn with_meshes(&self, meshes: Vec<Mesh>) -> Self {
+        debug_assert_eq!(
+            meshes.iter().map(|mesh| mesh.triangles().len()).sum::<usize>(),
+            self.triangle_count(),
+            "triangles"
+        );
+        let Self { materials, textures, starts, origin, .. } = self;
+        Self {
+            meshes,
+            materials: materials.clone(),
+            textures: textures.clone(),
+            starts: starts.clone(),
+            origin: *origin,
+        }
+    }
+
     /// Number of triangles in all meshes.
     #[must_use]
     pub fn triangle_count(&self) -> usize {

@@ -1,6 +1,6 @@
 //! Textures with bilinear lookup.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
@@ -22,7 +22,8 @@ pub enum Wrap {
 pub struct Texture {
     width: usize,
     height: usize,
-    texels: Vec<[u8; 4]>,
+    /// Shared: all poses of a scene have the same.
+    texels: Arc<Vec<[u8; 4]>>,
     wrap: [Wrap; 2],
 }
 
@@ -38,7 +39,7 @@ impl Texture {
             "expected {width} x {height} texels, found {}",
             texels.len()
         );
-        Self { width, height, texels, wrap }
+        Self { width, height, texels: Arc::new(texels), wrap }
     }
 
     /// Width in texels.

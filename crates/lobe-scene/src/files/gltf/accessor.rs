@@ -60,8 +60,9 @@ impl<'a> Accessors<'a> {
         let elements = self.elements(accessor, index.value(), source)?;
         let is_quantized = self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
         let is_ours = what.starts_with('_');
-        let is_whole_by_nature =
-            ["TEXCOORD", "COLOR", "ROTATION", "_CLUSTER", "_WEIGHTS"].iter().any(|name| what.starts_with(name));
+        let is_whole_by_nature = ["TEXCOORD", "COLOR", "ROTATION", "WEIGHTS", "_CLUSTER", "_WEIGHTS"]
+            .iter()
+            .any(|name| what.starts_with(name));
         let may_be_whole = (is_quantized && !is_ours) || is_whole_by_nature;
         let has_default = N == 4 && elements.components == 3 && what.starts_with("COLOR");
         let is_float = elements.component == ComponentType::F32;
@@ -94,6 +95,27 @@ impl<'a> Accessors<'a> {
         }
         let mut values: Vec<u32> = (0..elements.count).map(|i| elements.whole(i)).collect();
         self.overwrite(accessor, &mut values, &elements, source, Elements::whole)?;
+        Ok(values)
+    }
+
+    /// The joints of each vertex, four of a set.
+    pub(crate) fn joints(
+        &self,
+        what: &str,
+        index: Index<Accessor>,
+        source: &Source<'_>,
+    ) -> Result<Vec<[u16; 4]>, SceneError> {
+        let accessor = self.accessor(index, source)?;
+        let elements = self.elements(accessor, index.value(), source)?;
+        if elements.components != 4 || !matches!(elements.component, ComponentType::U8 | ComponentType::U16) {
+            let (components, component) = (elements.components, elements.component);
+            let message =
+                format!("expected four bytes or shorts, unsigned, as {what}, found {components} x {component:?}");
+            return Err(self.invalid(source, &message));
+        }
+        let joints = |elements: &Elements<'_>, i: usize| std::array::from_fn(|k| elements.whole_at(i, k) as u16);
+        let mut values: Vec<[u16; 4]> = (0..elements.count).map(|i| joints(&elements, i)).collect();
+        self.overwrite(accessor, &mut values, &elements, source, joints)?;
         Ok(values)
     }
 
@@ -253,10 +275,14 @@ impl<'a> Elements<'a> {
     }
 
     fn whole(&self, element: usize) -> u32 {
+        self.whole_at(element, 0)
+    }
+
+    fn whole_at(&self, element: usize, component: usize) -> u32 {
         match self.component {
-            ComponentType::U8 => u32::from(self.bytes::<1>(element, 0)[0]),
-            ComponentType::U16 => u32::from(u16::from_le_bytes(self.bytes(element, 0))),
-            _ => u32::from_le_bytes(self.bytes(element, 0)),
+            ComponentType::U8 => u32::from(self.bytes::<1>(element, component)[0]),
+            ComponentType::U16 => u32::from(u16::from_le_bytes(self.bytes(element, component))),
+            _ => u32::from_le_bytes(self.bytes(element, component)),
         }
     }
 

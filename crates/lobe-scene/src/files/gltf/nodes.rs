@@ -5,6 +5,7 @@ use glam::{DMat4, DQuat, DVec3};
 use crate::SceneError;
 use crate::files::gltf::root::{GltfNode, Root};
 use crate::files::source::Source;
+use crate::scene::transform::{Local, Trs};
 
 /// An instance of a mesh by a node.
 pub(crate) struct Shown {
@@ -23,46 +24,100 @@ pub(crate) struct Origin {
     pub(crate) node: Option<usize>,
 }
 
+/// The nodes of a scene in depth-first order from its roots: parents stand before their children.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tree {
+    /// Each node, and the place of its parent in this list.
+    order: Vec<(usize, Option<usize>)>,
+}
+
+/// The place of a node in the world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct World {
+    pub(crate) node: usize,
+    /// From the node's space to the world, y-up, or to its origin below the node that this was taken from.
+    world_from_node: DMat4,
+    /// From the node's space to the origin.
+    pub(crate) origin_from_node: DMat4,
+}
+
+impl Tree {
+    /// The nodes of the default scene.
+    ///
+    /// glTF allows trees only. A node that is reached twice has two parents or is its own ancestor, and is refused.
+    pub(crate) fn of(root: &Root, source: &Source<'_>) -> Result<Self, SceneError> {
+        let mut reached = vec![false; root.nodes.len()];
+        let mut stack: Vec<_> = roots(root, source)?.into_iter().rev().map(|node| (node, None)).collect();
+        let mut order = Vec::new();
+        while let Some((index, parent)) = stack.pop() {
+            let Some(node) = root.nodes.get(index) else {
+                return Err(source.invalid(format!("names node {index}, but there are {}", root.nodes.len())));
+            };
+            if std::mem::replace(&mut reached[index], true) {
+                return Err(source.invalid(format!("node {index} is its own ancestor or has two parents")));
+            }
+            let place = order.len();
+            order.push((index, parent));
+            stack.extend(node.children.iter().flatten().rev().map(|&child| (child, Some(place))));
+        }
+        Ok(Self { order })
+    }
+
+    /// Nodes in the order of their indices, of these parents, each of which stands before its children.
+    pub(crate) fn of_parents(parents: &[Option<usize>]) -> Self {
+        Self { order: parents.iter().copied().enumerate().collect() }
+    }
+
+    /// The nodes, parents before their children.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = usize> {
+        self.order.iter().map(|&(node, _)| node)
+    }
+
+    /// Each node with its parent, parents before their children.
+    pub(crate) fn with_parents(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
+        self.order.iter().map(|&(node, parent)| (node, parent.map(|place| self.order[place].0)))
+    }
+
+    /// The places of all nodes, composed of their transforms relative to their parents, in the order of the nodes.
+    pub(crate) fn worlds(&self, origin: &Origin, parent_from_node: impl Fn(usize) -> DMat4) -> Vec<World> {
+        // With each node whether its transform counts from the origin already.
+        let mut worlds: Vec<(World, bool)> = Vec::with_capacity(self.order.len());
+        for &(node, parent) in &self.order {
+            let (world_from_parent, is_moved) =
+                parent.map_or((DMat4::IDENTITY, false), |place| (worlds[place].0.world_from_node, worlds[place].1));
+            let mut world_from_node = world_from_parent * parent_from_node(node);
+            let mut origin_from_node = world_from_node;
+            if !is_moved {
+                origin_from_node.w_axis -= origin.point.extend(0.0);
+            }
+            if origin.node == Some(node) {
+                world_from_node = origin_from_node;
+            }
+            let is_moved = is_moved || origin.node == Some(node);
+            worlds.push((World { node, world_from_node, origin_from_node }, is_moved));
+        }
+        worlds.into_iter().map(|(world, _)| world).collect()
+    }
+}
+
 /// The mesh instances of the default scene, and the places of all its nodes, in depth-first order from its roots.
 pub(crate) struct Walk {
     pub(crate) shown: Vec<Shown>,
     pub(crate) places: Vec<(usize, DVec3)>,
 }
 
-/// Walks the nodes of the default scene.
-///
-/// glTF allows trees only. A node that is reached twice has two parents or is its own ancestor, and is refused.
+/// Walks the nodes of the default scene as the file says that they stand.
 pub(crate) fn walk(root: &Root, origin: &Origin, source: &Source<'_>) -> Result<Walk, SceneError> {
-    let mut reached = vec![false; root.nodes.len()];
-    let roots = roots(root, source)?.into_iter().rev();
-    // Nodes with the transform of their parent, and whether that counts from the origin already.
-    let mut stack: Vec<(usize, DMat4, bool)> = roots.map(|n| (n, DMat4::IDENTITY, false)).collect();
+    let worlds = Tree::of(root, source)?.worlds(origin, |node| local(&root.nodes[node]).matrix());
     let mut walk = Walk { shown: Vec::new(), places: Vec::new() };
-    while let Some((index, world_from_parent, is_moved)) = stack.pop() {
-        let Some(node) = root.nodes.get(index) else {
-            return Err(source.invalid(format!("names node {index}, but there are {}", root.nodes.len())));
-        };
-        if std::mem::replace(&mut reached[index], true) {
-            return Err(source.invalid(format!("node {index} is its own ancestor or has two parents")));
-        }
-        let mut world_from_node = world_from_parent * parent_from_node(node);
+    for World { node, world_from_node, origin_from_node } in worlds {
         if !world_from_node.is_finite() {
-            return Err(source.invalid(format!("node {index} has a transform that is not finite")));
+            return Err(source.invalid(format!("node {node} has a transform that is not finite")));
         }
-        let mut from_origin = world_from_node;
-        if !is_moved {
-            from_origin.w_axis -= origin.point.extend(0.0);
+        walk.places.push((node, world_from_node.w_axis.truncate()));
+        if let Some(mesh) = root.nodes[node].mesh {
+            walk.shown.push(Shown { node, mesh, world_from_mesh: origin_from_node });
         }
-        if origin.node == Some(index) {
-            world_from_node = from_origin;
-        }
-        let is_moved = is_moved || origin.node == Some(index);
-        walk.places.push((index, world_from_node.w_axis.truncate()));
-        if let Some(mesh) = node.mesh {
-            walk.shown.push(Shown { node: index, mesh, world_from_mesh: from_origin });
-        }
-        let children = node.children.iter().flatten().rev();
-        stack.extend(children.map(|&child| (child, world_from_node, is_moved)));
     }
     Ok(walk)
 }
@@ -85,13 +140,15 @@ fn roots(root: &Root, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
     }
 }
 
-fn parent_from_node(node: &GltfNode) -> DMat4 {
+/// The transform of a node relative to its parent, as the file says that it stands.
+pub(crate) fn local(node: &GltfNode) -> Local {
     if let Some(columns) = &node.matrix {
-        return DMat4::from_cols_array(columns);
+        return Local::Matrix(DMat4::from_cols_array(columns));
     }
     let vector = |v: Option<[f64; 3]>, default| v.map_or(default, DVec3::from);
-    let turn = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
-    let turn = if turn.length_squared() > 0.0 { turn.normalize() } else { DQuat::IDENTITY };
-    let (scale, shift) = (vector(node.scale, DVec3::ONE), vector(node.translation, DVec3::ZERO));
-    DMat4::from_scale_rotation_translation(scale, turn, shift)
+    Local::Trs(Trs {
+        translation: vector(node.translation, DVec3::ZERO),
+        rotation: node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array),
+        scale: vector(node.scale, DVec3::ONE),
+    })
 }

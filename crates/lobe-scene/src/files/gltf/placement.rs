@@ -15,24 +15,28 @@ use crate::files::source::Source;
 use crate::scene::near_origin::{far_center, reach};
 
 /// The instances of a file's meshes with transforms that count from an origin near them, and that origin.
-///
-/// That is the origin of the world, unless the scene is far from it. Then it is the place of the first node in its
-/// neighborhood, the node that moved it there: the scene comes out as it does without that node, bit by bit, unless it is
-/// far from the origin even then. If there is none, it is the center of the scene.
 pub(crate) fn shown_meshes(file: &GltfFile, source: &Source<'_>) -> Result<(Vec<Shown>, DVec3), SceneError> {
+    let origin = origin_of(file, source)?;
+    Ok((walk(&file.root, &origin, source)?.shown, origin.point))
+}
+
+/// The point from which transforms are to count: the origin of the world, unless the scene is far from it.
+///
+/// Then it is the place of the first node in its neighborhood, the node that moved it there: the scene comes out as it does
+/// without that node, bit by bit, unless it is far from the origin even then. If there is none, it is the center of the scene.
+pub(crate) fn origin_of(file: &GltfFile, source: &Source<'_>) -> Result<Origin, SceneError> {
     let found = walk(&file.root, &Origin::default(), source)?;
-    let Some([min, max]) = bounds(file, &found.shown, source) else { return Ok((found.shown, DVec3::ZERO)) };
+    let Some([min, max]) = bounds(file, &found.shown, source) else { return Ok(Origin::default()) };
     let (min, max) = (min.to_array(), max.to_array());
     let center = DVec3::from(far_center(min, max));
     if center == DVec3::ZERO {
-        return Ok((found.shown, DVec3::ZERO));
+        return Ok(Origin::default());
     }
     let is_far = center.cmpne(DVec3::ZERO);
     let is_near = |place: &DVec3| !((*place - center).abs().cmpgt(DVec3::splat(reach(min, max))) & is_far).any();
     let node = found.places.iter().find(|(_, place)| is_near(place));
     let place = node.map_or(center.as_vec3().as_dvec3(), |&(_, place)| place);
-    let origin = Origin { point: DVec3::select(is_far, place, DVec3::ZERO), node: node.map(|&(index, _)| index) };
-    Ok((walk(&file.root, &origin, source)?.shown, origin.point))
+    Ok(Origin { point: DVec3::select(is_far, place, DVec3::ZERO), node: node.map(|&(index, _)| index) })
 }
 
 /// The smallest and largest coordinates of boxes around all meshes shown; none if there are no numbers. Faults of the

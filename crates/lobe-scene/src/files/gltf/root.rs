@@ -1,4 +1,5 @@
-//! The members of a glTF file that Lobe uses; cameras, animations and skins are not even looked at.
+//! The members of a glTF file that a scene consists of. Cameras are not even looked at; animations and skins are read where
+//! they are used.
 
 use std::collections::BTreeMap;
 

@@ -64,6 +64,77 @@ impl Gltf {
         self
     }
 
+    /// Adds an accessor of these bytes; returns its index.
+    pub(crate) fn push(&mut self, kind: &str, component: u32, count: usize, bytes: &[u8]) -> usize {
+        self.buffer.resize(self.buffer.len().next_multiple_of(4), 0);
+        let (offset, length) = (self.buffer.len(), bytes.len());
+        self.buffer.extend_from_slice(bytes);
+        self.json["buffers"][0]["byteLength"] = json!(self.buffer.len());
+        let views = self.json["bufferViews"].as_array_mut().unwrap();
+        views.push(json!({"buffer": 0, "byteOffset": offset, "byteLength": length}));
+        let view = views.len() - 1;
+        let accessors = self.json["accessors"].as_array_mut().unwrap();
+        accessors.push(json!({"bufferView": view, "componentType": component, "count": count, "type": kind}));
+        accessors.len() - 1
+    }
+
+    /// Adds an accessor of floats; returns its index.
+    pub(crate) fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
+        let size = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            "VEC4" => 4,
+            _ => 16,
+        };
+        let bytes: Vec<u8> = values.iter().flat_map(|c| c.to_le_bytes()).collect();
+        self.push(kind, 5126, values.len() / size, &bytes)
+    }
+
+    /// Adds a channel with a sampler of its own to the animation of this index, which is made where it is the next.
+    pub(crate) fn with_channel(
+        mut self,
+        animation: usize,
+        (node, path): (usize, &str),
+        interpolation: &str,
+        (times, kind, values): (&[f32], &str, &[f32]),
+    ) -> Self {
+        let (input, output) = (self.floats("SCALAR", times), self.floats(kind, values));
+        let all = &mut self.json["animations"];
+        if all.is_null() {
+            *all = json!([]);
+        }
+        let all = all.as_array_mut().unwrap();
+        if all.len() == animation {
+            all.push(json!({"channels": [], "samplers": []}));
+        }
+        let samplers = all[animation]["samplers"].as_array_mut().unwrap();
+        samplers.push(json!({"input": input, "output": output, "interpolation": interpolation}));
+        let sampler = samplers.len() - 1;
+        let channels = all[animation]["channels"].as_array_mut().unwrap();
+        channels.push(json!({"sampler": sampler, "target": {"node": node, "path": path}}));
+        self
+    }
+
+    /// The square bound to two joints, nodes 1 and 2, the second above the first by one: the two lower vertices to the first,
+    /// the third to the second, the fourth to both by 0.25 and 0.75.
+    pub(crate) fn skinned() -> Self {
+        let mut file = Self::square().with_attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
+        let weights = [[1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.25, 0.75]].map(|[a, b]| [a, b, 0.0, 0.0]);
+        let weights = file.floats("VEC4", weights.as_flattened());
+        let joints = file.push("VEC4", 5121, 4, &[[0, 1, 0, 0]; 4].concat());
+        let mut binds = [[0.0_f32; 16]; 2];
+        binds.iter_mut().for_each(|matrix| [0, 5, 10, 15].into_iter().for_each(|k| matrix[k] = 1.0));
+        binds[1][13] = -1.0;
+        let binds = file.floats("MAT4", binds.as_flattened());
+        file.json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
+        file.json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(weights);
+        file.with("/scenes/0/nodes", json!([0, 1]))
+            .with("/nodes/0/skin", json!(0))
+            .with("/nodes/1", json!({"name": "hip", "children": [2]}))
+            .with("/nodes/2", json!({"name": "knee", "translation": [0.0, 1.0, 0.0]}))
+            .with("/skins", json!([{"name": "leg", "joints": [1, 2], "inverseBindMatrices": binds}]))
+    }
+
     pub(crate) fn glb(&self) -> Vec<u8> {
         let mut json = self.json.to_string().into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');

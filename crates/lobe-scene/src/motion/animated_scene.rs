@@ -1,0 +1,272 @@
+//! Animated scenes.
+
+use glam::DMat4;
+
+use crate::error::one_line;
+use crate::motion::animation::State;
+use crate::motion::rig::Rig;
+use crate::motion::shape::{Carrier, Part};
+use crate::motion::skin::Skin;
+use crate::scene::transform::Trs;
+use crate::{Animation, Entity, EntityKind, Material, Mesh, PosedScene, Scene, SceneError};
+
+/// A scene whose nodes, skins and morph targets animations move.
+///
+/// A [pose](Self::pose) has the same meshes, vertices and triangles, in the same order, as the scene at rest, which is
+/// what [`read_scene`](crate::read_scene) gives of the same file: what is baked for the one can be looked up for the other,
+/// vertex by vertex. Triangles without area at rest are in no pose, and those that lose their area in a pose stay in it.
+///
+/// # Examples
+///
+/// ```
+/// use lobe_scene::{Bvh, EntityKind, Ray, built_in};
+///
+/// let objects = built_in::three_objects(24);
+/// let moving: Vec<_> = objects.entities().iter().filter(|entity| entity.kind() == EntityKind::Rigid).collect();
+/// assert_eq!(moving.len(), 3, "they move over a ground that does not");
+///
+/// let posed = objects.pose(0, 0.25)?;
+/// let center = posed.place(moving[0]).translation().map(|c| c as f32);
+/// assert!(posed.bvh().is_occluded(&Ray::new([center[0], center[1], 9.0], [0.0, 0.0, -1.0])));
+/// # Ok::<(), lobe_scene::SceneError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct AnimatedScene {
+    rest: Scene,
+    rig: Rig,
+    /// One for each mesh of the scene.
+    parts: Vec<Part>,
+    skins: Vec<Skin>,
+    animations: Vec<Animation>,
+    entities: Vec<Entity>,
+    rest_worlds: Vec<DMat4>,
+}
+
+impl AnimatedScene {
+    /// A scene of parts, one for each mesh at rest; those of one node stand side by side.
+    pub(crate) fn new(rest: Scene, rig: Rig, parts: Vec<Part>, skins: Vec<Skin>, animations: Vec<Animation>) -> Self {
+        let rest_worlds = rig.worlds(&rig.rest);
+        let mut scene = Self { rest, rig, parts, skins, animations, entities: Vec::new(), rest_worlds };
+        scene.entities = scene.found_entities();
+        scene
+    }
+
+    /// A scene of meshes in their own frames, one for each part, as its nodes stand.
+    pub(crate) fn standing(
+        own: &[Mesh],
+        materials: Vec<Material>,
+        rig: Rig,
+        parts: Vec<Part>,
+        skins: Vec<Skin>,
+        animations: Vec<Animation>,
+    ) -> Self {
+        let worlds = rig.worlds(&rig.rest);
+        let placed = |(mesh, part): (&Mesh, &Part)| part.posed(mesh, &rig, Carrier::Node(worlds[part.node]), &[]);
+        let meshes = own.iter().zip(&parts).map(placed).collect::<Result<Vec<_>, _>>();
+        match meshes.and_then(|meshes| Scene::new(meshes, materials, Vec::new())) {
+            Ok(rest) => Self::new(rest, rig, parts, skins, animations),
+            Err(error) => unreachable!("built-in scenes are near their origin and have triangles: {error}"),
+        }
+    }
+
+    /// A scene in which nothing moves; each of its meshes is an entity.
+    #[must_use]
+    pub fn still(scene: Scene) -> Self {
+        let nodes = scene.meshes().iter().map(|mesh| (mesh.name().to_owned(), Trs::IDENTITY, None)).collect();
+        let parts = scene.meshes().iter().enumerate().map(|(node, mesh)| Part::rigid(mesh, node)).collect();
+        Self::new(scene, Rig::upright(nodes), parts, Vec::new(), Vec::new())
+    }
+
+    /// The scene as [`read_scene`](crate::read_scene) gives it: nodes stand as the file says, and neither skins nor morph
+    /// targets are applied.
+    #[must_use]
+    pub fn rest(&self) -> &Scene {
+        &self.rest
+    }
+
+    /// The animations.
+    #[must_use]
+    pub fn animations(&self) -> &[Animation] {
+        &self.animations
+    }
+
+    /// The index of the animation of a name, or of a number, where none has it as its name.
+    ///
+    /// # Errors
+    /// [`SceneError::Options`] if there is no such animation, with the names of those that are there.
+    pub fn animation(&self, name: &str) -> Result<usize, SceneError> {
+        let by_name = self.animations.iter().position(|animation| animation.name() == Some(name));
+        let by_number = || name.parse().ok().filter(|&index: &usize| index < self.animations.len());
+        by_name.or_else(by_number).ok_or_else(|| {
+            let named = |(index, animation): (usize, &Animation)| match animation.name() {
+                Some(name) => format!("`{name}`"),
+                None => index.to_string(),
+            };
+            let all: Vec<String> = self.animations.iter().enumerate().map(named).collect();
+            let there =
+                if all.is_empty() { "it has none".into() } else { format!("expected one of {}", all.join(", ")) };
+            SceneError::Options(one_line(&format!("found no animation `{name}` in the scene: {there}")))
+        })
+    }
+
+    /// What the scene consists of: the meshes of each node that shows any, in the order of the scene's meshes.
+    #[must_use]
+    pub fn entities(&self) -> &[Entity] {
+        &self.entities
+    }
+
+    /// Whether one animation moves or deforms an entity.
+    ///
+    /// # Panics
+    /// If there is no such animation.
+    #[must_use]
+    pub fn kind_in(&self, animation: usize, entity: &Entity) -> EntityKind {
+        let animation = &self.animations[animation];
+        self.kind_of(entity.node, entity.skin, &self.rig.moved_by(animation), &self.rig.morphed_by(animation))
+    }
+
+    /// The number of skins.
+    #[must_use]
+    pub fn skins(&self) -> usize {
+        self.skins.len()
+    }
+
+    /// The name of a skin, and those of the nodes of its joints.
+    ///
+    /// # Panics
+    /// If there is no such skin.
+    #[must_use]
+    pub fn skin_names(&self, skin: usize) -> (Option<&str>, Vec<Option<&str>>) {
+        let Skin { name, joints, .. } = &self.skins[skin];
+        (name.as_deref(), joints.iter().map(|&joint| self.rig.names[joint].as_deref()).collect())
+    }
+
+    /// The joints that carry a vertex of a mesh, as indices within its skin, with weights that sum to one; nothing if the
+    /// mesh has no skin.
+    ///
+    /// # Panics
+    /// If there is no such mesh or vertex.
+    pub fn influences(&self, mesh: usize, vertex: usize) -> impl Iterator<Item = (usize, f64)> {
+        let part = &self.parts[mesh];
+        let influences = part.skin.and(part.shape.influences.as_ref());
+        influences.into_iter().flat_map(move |influences| influences.of(vertex))
+    }
+
+    /// An entity by itself, in its own frame: the meshes as nothing has moved or deformed them, with the same vertices and
+    /// triangles. That of a skin is its shape where it was bound. Positions of a mesh that is far from its frame count from
+    /// the [origin](Scene::origin) of the scene returned.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] if a coordinate is out of range.
+    ///
+    /// # Panics
+    /// If the entity is of another scene, which has more meshes.
+    pub fn own_scene(&self, entity: &Entity) -> Result<Scene, SceneError> {
+        let own = |mesh: usize| self.parts[mesh].own(&self.rest.meshes()[mesh], &self.rig);
+        let meshes = entity.meshes().map(own).collect::<Result<Vec<_>, _>>()?;
+        Scene::new(meshes, self.rest.materials().to_vec(), self.rest.textures().to_vec())
+    }
+
+    /// The scene at a time of an animation, in seconds. Before its first key and after its last one nothing moves, as glTF
+    /// says; [`Animation::looped`] repeats it.
+    ///
+    /// Deterministic, and the same bit by bit for any number of threads. Positions count from the
+    /// [origin](Scene::origin) of the scene at rest, so what moves far away from it loses digits of `f32`.
+    ///
+    /// # Errors
+    /// [`SceneError::Options`] if there is no such animation or the time is not finite, [`SceneError::Invalid`] if
+    /// coordinates become infinite or larger than 10¹⁵.
+    pub fn pose(&self, animation: usize, time: f64) -> Result<PosedScene, SceneError> {
+        self.pose_together(&[(animation, time)])
+    }
+
+    /// The scene without animation: nodes stand as the file says, skins follow their joints and morph targets have their
+    /// weights.
+    ///
+    /// # Errors
+    /// As [`Self::pose`].
+    pub fn rest_pose(&self) -> Result<PosedScene, SceneError> {
+        self.pose_together(&[])
+    }
+
+    /// The scene at times of several animations at once. Of two that animate the same, the later one in the list counts.
+    ///
+    /// # Errors
+    /// As [`Self::pose`].
+    pub fn pose_together(&self, playing: &[(usize, f64)]) -> Result<PosedScene, SceneError> {
+        let mut state = self.rig.rest.clone();
+        for &(index, time) in playing {
+            let Some(animation) = self.animations.get(index) else {
+                let count = self.animations.len();
+                return Err(SceneError::Options(format!("found no animation {index}: the scene has {count}")));
+            };
+            if !time.is_finite() {
+                return Err(SceneError::Options(format!("expected a finite time, found {time}")));
+            }
+            animation.apply(time, &mut state);
+        }
+        self.posed(&state)
+    }
+
+    fn posed(&self, state: &State) -> Result<PosedScene, SceneError> {
+        let worlds = self.rig.worlds(state);
+        let of_skins: Vec<Vec<DMat4>> = self.skins.iter().map(|skin| skin.matrices(&worlds)).collect();
+        let posed = |(mesh, part): (&Mesh, &Part)| {
+            let (world, weights) = (worlds[part.node], &state.weights[part.node]);
+            let carrier = match part.skin {
+                Some(skin) => Carrier::Joints(&of_skins[skin]),
+                // What stands still is the mesh at rest, bit by bit.
+                None if world == self.rest_worlds[part.node] && weights.iter().all(|&w| w == 0.0) => {
+                    return Ok(mesh.clone());
+                }
+                None => Carrier::Node(world),
+            };
+            part.posed(mesh, &self.rig, carrier, weights)
+        };
+        let meshes = self.rest.meshes().iter().zip(&self.parts).map(posed).collect::<Result<_, _>>()?;
+        let joints = self.skins.iter().map(|skin| skin.joints.clone());
+        Ok(PosedScene {
+            scene: self.rest.with_meshes(meshes),
+            up: self.rig.up,
+            skins: joints.zip(of_skins).collect(),
+            worlds,
+        })
+    }
+
+    fn found_entities(&self) -> Vec<Entity> {
+        let moves: Vec<_> = self.animations.iter().map(|a| (self.rig.moved_by(a), self.rig.morphed_by(a))).collect();
+        let mut entities: Vec<Entity> = Vec::new();
+        let mut vertices = 0;
+        for (mesh, part) in self.parts.iter().enumerate() {
+            let end = vertices + part.shape.len();
+            let kind_in =
+                |(moved, morphed): &(Vec<bool>, Vec<bool>)| self.kind_of(part.node, part.skin, moved, morphed);
+            let kind = moves.iter().map(kind_in).max().unwrap_or(EntityKind::Static);
+            match entities.last_mut().filter(|last| last.node == part.node) {
+                Some(last) => {
+                    (last.meshes.end, last.vertices.end) = (mesh + 1, end);
+                    (last.kind, last.skin) = (last.kind.max(kind), last.skin.or(part.skin));
+                }
+                None => entities.push(Entity {
+                    name: self.rig.names[part.node].clone(),
+                    node: part.node,
+                    kind,
+                    meshes: mesh..mesh + 1,
+                    vertices: vertices..end,
+                    skin: part.skin,
+                }),
+            }
+            vertices = end;
+        }
+        entities
+    }
+
+    fn kind_of(&self, node: usize, skin: Option<usize>, moved: &[bool], morphed: &[bool]) -> EntityKind {
+        match skin {
+            _ if morphed[node] => EntityKind::Deformed,
+            Some(skin) if self.skins[skin].joints.iter().any(|&joint| moved[joint]) => EntityKind::Deformed,
+            None if moved[node] => EntityKind::Rigid,
+            _ => EntityKind::Static,
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Animations: what moves nodes and morphs meshes over time.
+
+use glam::DVec3;
+
+use crate::motion::sampler::Sampler;
+use crate::scene::transform::Local;
+
+/// An animation of a scene: a set of values over time, from 0 to [`duration`](Self::duration).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Animation {
+    pub(crate) name: Option<String>,
+    pub(crate) channels: Vec<Channel>,
+}
+
+/// One value that is animated.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Channel {
+    pub(crate) node: usize,
+    pub(crate) property: Property,
+    pub(crate) sampler: Sampler,
+}
+
+/// What a channel animates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Property {
+    Translation,
+    Rotation,
+    Scale,
+    /// The weights of the morph targets of the node's mesh.
+    Weights,
+}
+
+/// All that animations change: the transforms of nodes relative to their parents, and weights of morph targets.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct State {
+    pub(crate) locals: Vec<Local>,
+    pub(crate) weights: Vec<Vec<f64>>,
+}
+
+impl Animation {
+    /// The name in the file; many have none.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// The time of the last key, in seconds. Before the first key everything is as there, after the last one as there.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.channels.iter().map(|channel| channel.sampler.end()).fold(0.0, f64::max)
+    }
+
+    /// The time within the animation when it is played over and over: `t` modulo the duration, from 0 to below the
+    /// duration. Zero if the animation has no duration.
+    ///
+    /// Poses are [clamped](crate::AnimatedScene::pose) otherwise, as glTF says.
+    #[must_use]
+    pub fn looped(&self, t: f64) -> f64 {
+        let duration = self.duration();
+        let t = t.rem_euclid(duration);
+        // Rounding can reach the duration from below zero; without a duration there is no number.
+        if t < duration { t } else { 0.0 }
+    }
+
+    /// Changes what the animation animates to its values at a time.
+    pub(crate) fn apply(&self, t: f64, state: &mut State) {
+        for Channel { node, property, sampler } in &self.channels {
+            if *property == Property::Weights {
+                state.weights[*node] = sampler.at(t);
+                continue;
+            }
+            let Local::Trs(trs) = &mut state.locals[*node] else { continue };
+            match property {
+                Property::Translation => trs.translation = DVec3::from(sampler.vector_at(t)),
+                Property::Scale => trs.scale = DVec3::from(sampler.vector_at(t)),
+                Property::Rotation => trs.rotation = sampler.rotation_at(t),
+                Property::Weights => {}
+            }
+        }
+    }
+}
+
+impl Channel {
+    /// Whether the value is always the one that it has without animation.
+    pub(crate) fn is_idle(&self, rest: &State) -> bool {
+        if self.property == Property::Weights {
+            return self.sampler.is_always(&rest.weights[self.node]);
+        }
+        let Local::Trs(rest) = &rest.locals[self.node] else { return true };
+        match self.property {
+            Property::Translation => self.sampler.is_always(&rest.translation.to_array()),
+            Property::Scale => self.sampler.is_always(&rest.scale.to_array()),
+            _ => self.sampler.is_always(&rest.rotation.to_array()),
+        }
+    }
+}

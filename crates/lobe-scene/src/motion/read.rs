@@ -1,0 +1,183 @@
+//! Animated scenes of files.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::Deserialize;
+
+use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::nodes::{Tree, local};
+use crate::files::gltf::placement::origin_of;
+use crate::files::gltf::plain;
+use crate::files::gltf::primitive::name_of;
+use crate::files::read::read_scene_from;
+use crate::files::read_gltf::standing_scene_of;
+use crate::files::source::{Source, folder_of, read_file};
+use crate::motion::animation::State;
+use crate::motion::numbers::{Numbers, members};
+use crate::motion::read_shapes::Shapes;
+use crate::motion::rig::Rig;
+use crate::motion::shape::Part;
+use crate::motion::skin::Skin;
+use crate::motion::{read_animations, read_skins};
+use crate::scene::transform::Affine;
+use crate::{AnimatedScene, Mesh, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, y_up_from_z_up};
+
+/// What moves of a node; its transform is read with the scene.
+#[derive(Deserialize)]
+struct GltfNode {
+    name: Option<String>,
+    skin: Option<usize>,
+    weights: Option<Vec<f64>>,
+}
+
+impl AnimatedScene {
+    /// Reads a scene with its animations from a .gltf or .glb file. Of an .obj or .ply file nothing moves.
+    ///
+    /// Weights of joints that do not sum to one are divided by their sum, with a note where they are off by more than a
+    /// rounding. Animations of other things than nodes and morph weights are left out with a note.
+    ///
+    /// # Errors
+    /// As [`read_scene`](crate::read_scene). [`SceneError::Invalid`] also where keys are not in the order of time or not as
+    /// many as their values, a number is not finite, a node or a joint does not exist or is not in the scene, a skin has no
+    /// joints or too few matrices, a vertex has no weight or a negative one, or a morph target has another number of
+    /// vertices than its mesh. [`SceneError::TooLarge`] also for more than sixteen numbers of animations, skins and morph
+    /// targets for each vertex that [`SceneReadOptions::limit`] allows.
+    pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Self, SceneReadReport), SceneError> {
+        let path = path.as_ref();
+        let (name, bytes) = read_file(path)?;
+        read(&bytes, Source::new(&name, folder_of(path), options), options.up)
+    }
+
+    /// Reads a scene with its animations from the bytes of a file that references no other; `name` decides the format and
+    /// stands in messages.
+    ///
+    /// # Errors
+    /// As [`Self::read`], and [`SceneError::Unsupported`] if the bytes reference other files.
+    pub fn read_bytes(
+        bytes: &[u8],
+        name: &str,
+        options: &SceneReadOptions,
+    ) -> Result<(Self, SceneReadReport), SceneError> {
+        read(bytes, Source::new(name, None, options), options.up)
+    }
+}
+
+fn read(bytes: &[u8], mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
+    let extension = Path::new(source.name).extension().map(|e| e.to_string_lossy().to_lowercase());
+    if !matches!(extension.as_deref(), Some("gltf" | "glb")) {
+        let (scene, report) = read_scene_from(bytes, source, up)?;
+        return Ok((AnimatedScene::still(scene), report));
+    }
+    let file = plain::read(bytes, &mut source)?;
+    let rest = standing_scene_of(&file, &mut source)?;
+    let nodes = members::<GltfNode>(&file, "nodes", &source)?;
+    let rig = rig_of(&file, &nodes, &rest, &source)?;
+    let mut numbers = Numbers::default();
+    let animations = read_animations::read(&file, &rig, &mut numbers, &mut source)?;
+    let mut is_in_scene = vec![false; nodes.len()];
+    rig.tree.nodes().for_each(|node| is_in_scene[node] = true);
+    let skins = read_skins::read(&file, &is_in_scene, &mut numbers, &mut source)?;
+    let parts = parts_of((&file, &nodes), (&rest, &rig, &skins), &mut numbers, &mut source)?;
+    let report = source.into_report(&rest);
+    Ok((AnimatedScene::new(rest, rig, parts, skins, animations), report))
+}
+
+/// The nodes as they stand, with the weights of their meshes' morph targets: their own, else those of the mesh, else zero.
+fn rig_of(file: &GltfFile, nodes: &[GltfNode], rest: &Scene, source: &Source<'_>) -> Result<Rig, SceneError> {
+    let root = &file.root;
+    let origin = origin_of(file, source)?;
+    let mut weights = Vec::with_capacity(nodes.len());
+    for (index, node) in nodes.iter().enumerate() {
+        weights.push(match root.nodes[index].mesh {
+            Some(mesh) => weights_of(file, (index, node), mesh, source)?,
+            None => Vec::new(),
+        });
+    }
+    Ok(Rig {
+        tree: Tree::of(root, source)?,
+        rest: State { locals: root.nodes.iter().map(local).collect(), weights },
+        names: nodes.iter().map(|node| node.name.clone()).collect(),
+        shift: DVec3::from(y_up_from_z_up(rest.origin())) - origin.point,
+        origin,
+        up: Up::Y,
+    })
+}
+
+fn weights_of(
+    file: &GltfFile,
+    (index, node): (usize, &GltfNode),
+    mesh: usize,
+    source: &Source<'_>,
+) -> Result<Vec<f64>, SceneError> {
+    // A mesh that no node of the scene shows need not exist.
+    let Some(json) = file.root.meshes.get(mesh) else { return Ok(Vec::new()) };
+    let mut counts = json.primitives.iter().map(|primitive| primitive.targets.as_ref().map_or(0, Vec::len));
+    let count = counts.next().unwrap_or(0);
+    if let Some(other) = counts.find(|&other| other != count) {
+        let name = name_of(json, mesh);
+        let message = format!("mesh `{name}`: expected {count} morph targets in each primitive, found {other}");
+        return Err(source.invalid(message));
+    }
+    let of_mesh = || json.weights.iter().flatten().map(|&weight| f64::from(weight)).collect();
+    let weights: Vec<f64> = node.weights.clone().unwrap_or_else(of_mesh);
+    match weights.len() {
+        0 => Ok(vec![0.0; count]),
+        found if found == count => Ok(weights),
+        found => Err(source.invalid(format!(
+            "node {index}: expected {count} weights, one for each morph target of its mesh, found {found}"
+        ))),
+    }
+}
+
+/// The shapes of the scene's meshes with what carries them.
+fn parts_of(
+    (file, nodes): (&GltfFile, &[GltfNode]),
+    (rest, rig, skins): (&Scene, &Rig, &[Skin]),
+    numbers: &mut Numbers,
+    source: &mut Source<'_>,
+) -> Result<Vec<Part>, SceneError> {
+    let worlds = rig.worlds(&rig.rest);
+    let mut shapes = Shapes::default();
+    let mut parts = Vec::with_capacity(rest.meshes().len());
+    for (place, node) in rest.meshes().iter().filter_map(Mesh::source).map(|place| (place, place.node)) {
+        let shape = shapes.of(file, place, numbers, source)?;
+        let skin = nodes[node].skin;
+        if let Some(index) = skin {
+            check_skin(index, node, shape.influences.as_ref().map(|i| usize::from(i.last_joint)), skins, source)?;
+        }
+        parts.push(Part {
+            skin: skin.filter(|_| shape.influences.is_some()),
+            shape: Arc::clone(&shape),
+            node,
+            is_mirrored: Affine::new(worlds[node]).is_mirror(),
+        });
+    }
+    Ok(parts)
+}
+
+/// Checks that a skin exists and has the joints that a mesh names.
+fn check_skin(
+    index: usize,
+    node: usize,
+    last_joint: Option<usize>,
+    skins: &[Skin],
+    source: &mut Source<'_>,
+) -> Result<(), SceneError> {
+    let Some(skin) = skins.get(index) else {
+        let count = skins.len();
+        return Err(source.invalid(format!("node {node} has skin {index}, but there are {count}")));
+    };
+    match last_joint {
+        None => source.note(format!("node {node} has a skin, but a mesh without joints, which moves with the node")),
+        Some(last) if last >= skin.joints.len() => {
+            let count = skin.joints.len();
+            return Err(source.invalid(format!(
+                "node {node}: a vertex of its mesh is bound to joint {last}, but skin {index} has {count}"
+            )));
+        }
+        Some(_) => {}
+    }
+    Ok(())
+}

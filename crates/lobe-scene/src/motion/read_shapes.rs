@@ -1,0 +1,75 @@
+//! Shapes of glTF files: the primitives that a scene shows, in their own frames, with morph targets and joints.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use gltf_json::mesh::{MorphTarget, Primitive, Semantic};
+use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index};
+
+use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::primitive::place_of;
+use crate::files::source::Source;
+use crate::motion::numbers::Numbers;
+use crate::motion::read_skins;
+use crate::motion::shape::{Shape, Target};
+use crate::{MeshSource, SceneError};
+
+/// The shapes read so far, by mesh and primitive: instances share them.
+#[derive(Default)]
+pub(crate) struct Shapes {
+    read: HashMap<(usize, usize), Arc<Shape>>,
+}
+
+impl Shapes {
+    /// The shape of a primitive that the scene shows; it was read once, so its parts are there.
+    pub(crate) fn of(
+        &mut self,
+        file: &GltfFile,
+        MeshSource { mesh, primitive, .. }: MeshSource,
+        numbers: &mut Numbers,
+        source: &mut Source<'_>,
+    ) -> Result<Arc<Shape>, SceneError> {
+        if let Some(there) = self.read.get(&(mesh, primitive)) {
+            return Ok(Arc::clone(there));
+        }
+        let place = place_of(&file.root.meshes[mesh], mesh, primitive);
+        let shape = Arc::new(shape((file, &place), &file.root.meshes[mesh].primitives[primitive], numbers, source)?);
+        self.read.insert((mesh, primitive), Arc::clone(&shape));
+        Ok(shape)
+    }
+}
+
+fn shape(
+    (file, place): (&GltfFile, &str),
+    primitive: &Primitive,
+    numbers: &mut Numbers,
+    source: &mut Source<'_>,
+) -> Result<Shape, SceneError> {
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let mut vectors = |what: &str, index: Option<Index<Accessor>>, source: &mut Source<'_>| match index {
+        Some(index) => numbers.of::<3>((what, place), (file, index), source),
+        None => Ok([].into()),
+    };
+    let positions = vectors("POSITION", attribute(Semantic::Positions), source)?;
+    let normals = vectors("NORMAL", attribute(Semantic::Normals), source)?;
+    let mut targets = Vec::new();
+    for (number, target) in primitive.targets.iter().flatten().enumerate() {
+        let MorphTarget { positions: moved, normals: turned, .. } = target;
+        let target =
+            Target { positions: vectors("POSITION", *moved, source)?, normals: vectors("NORMAL", *turned, source)? };
+        for (what, found) in [("positions", target.positions.len() / 3), ("normals", target.normals.len() / 3)] {
+            let expected = positions.len() / 3;
+            if found != 0 && found != expected {
+                let message = format!("{place}: expected {expected} {what} in morph target {number}, found {found}");
+                return Err(source.invalid(message));
+            }
+        }
+        if let Some(number) = target.positions.iter().chain(&*target.normals).find(|c| !c.is_finite()) {
+            return Err(source.invalid(format!("{place}: expected finite morph targets, found {number}")));
+        }
+        targets.push(target);
+    }
+    let influences = read_skins::influences((file, place), primitive, positions.len() / 3, numbers, source)?;
+    Ok(Shape { positions, normals, targets, influences })
+}

@@ -1,0 +1,138 @@
+//! Skins of glTF files.
+
+use glam::DMat4;
+use gltf_json::mesh::{Primitive, Semantic};
+use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index};
+use serde::Deserialize;
+
+use crate::SceneError;
+use crate::files::gltf::accessor::Accessors;
+use crate::files::gltf::files::GltfFile;
+use crate::files::source::Source;
+use crate::motion::numbers::{Numbers, members};
+use crate::motion::skin::{Influences, Skin};
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct GltfSkin {
+    name: Option<String>,
+    #[serde(default)]
+    joints: Vec<usize>,
+    inverse_bind_matrices: Option<Index<Accessor>>,
+}
+
+/// All skins of a file. `is_in_scene` says which nodes the scene has.
+pub(crate) fn read(
+    file: &GltfFile,
+    is_in_scene: &[bool],
+    numbers: &mut Numbers,
+    source: &mut Source<'_>,
+) -> Result<Vec<Skin>, SceneError> {
+    let mut skins = Vec::new();
+    for (index, json) in members::<GltfSkin>(file, "skins", source)?.into_iter().enumerate() {
+        let place = match &json.name {
+            Some(name) => format!("skin `{name}`"),
+            None => format!("skin {index}"),
+        };
+        if json.joints.is_empty() {
+            return Err(source.invalid(format!("{place}: expected joints, found none")));
+        }
+        for &joint in &json.joints {
+            match is_in_scene.get(joint) {
+                Some(true) => {}
+                Some(false) => {
+                    return Err(source.invalid(format!("{place}: its joint node {joint} is not in the scene")));
+                }
+                None => {
+                    let count = is_in_scene.len();
+                    return Err(
+                        source.invalid(format!("{place}: names joint node {joint}, but there are {count} nodes"))
+                    );
+                }
+            }
+        }
+        let inverse_binds = match json.inverse_bind_matrices {
+            Some(accessor) => inverse_binds(file, accessor, json.joints.len(), &place, numbers, source)?,
+            None => vec![DMat4::IDENTITY; json.joints.len()],
+        };
+        skins.push(Skin { name: json.name, joints: json.joints, inverse_binds });
+    }
+    Ok(skins)
+}
+
+fn inverse_binds(
+    file: &GltfFile,
+    accessor: Index<Accessor>,
+    joints: usize,
+    place: &str,
+    numbers: &mut Numbers,
+    source: &mut Source<'_>,
+) -> Result<Vec<DMat4>, SceneError> {
+    let values = numbers.of::<16>(("inverse bind matrices", place), (file, accessor), source)?;
+    let (matrices, _) = values.as_chunks::<16>();
+    // glTF allows more than are used.
+    if matrices.len() < joints {
+        let found = matrices.len();
+        return Err(source.invalid(format!("{place}: expected {joints} inverse bind matrices, found {found}")));
+    }
+    let mut all = Vec::with_capacity(joints);
+    for (joint, columns) in matrices[..joints].iter().enumerate() {
+        let matrix = DMat4::from_cols_array(&columns.map(f64::from));
+        if !matrix.is_finite() {
+            return Err(source.invalid(format!("{place}: the inverse bind matrix of joint {joint} is not finite")));
+        }
+        all.push(matrix);
+    }
+    Ok(all)
+}
+
+/// The joints and weights of a primitive's vertices, of all sets; `None` if it has no set.
+pub(crate) fn influences(
+    (file, place): (&GltfFile, &str),
+    primitive: &Primitive,
+    vertices: usize,
+    numbers: &mut Numbers,
+    source: &mut Source<'_>,
+) -> Result<Option<Influences>, SceneError> {
+    let accessors = Accessors { file, place: place.to_owned() };
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let (mut joints, mut weights) = (Vec::new(), Vec::new());
+    for set in 0.. {
+        let pair = (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)));
+        let (of_joints, of_weights) = match pair {
+            (None, None) => break,
+            (Some(of_joints), Some(of_weights)) => (of_joints, of_weights),
+            (Some(_), None) => return Err(source.invalid(format!("{place}: has JOINTS_{set}, but no WEIGHTS_{set}"))),
+            (None, Some(_)) => return Err(source.invalid(format!("{place}: has WEIGHTS_{set}, but no JOINTS_{set}"))),
+        };
+        for (what, index) in [("JOINTS", of_joints), ("WEIGHTS", of_weights)] {
+            let found = accessors.count(index, source)?;
+            if found != vertices {
+                return Err(
+                    source.invalid(format!("{place}: expected {vertices} elements of {what}_{set}, found {found}"))
+                );
+            }
+        }
+        // Joints and weights as they are read, and as pairs: 8, 16, 32 and 4 bytes.
+        numbers.add(vertices.saturating_mul(15), source)?;
+        joints.push(accessors.joints(&format!("JOINTS_{set}"), of_joints, source)?);
+        weights.push(accessors.vectors::<4>(&format!("WEIGHTS_{set}"), of_weights, source)?);
+    }
+    if joints.is_empty() {
+        return Ok(None);
+    }
+    let of_vertex = |vertex: usize| {
+        let sets = joints.iter().zip(&weights);
+        sets.flat_map(move |(joints, weights)| joints[vertex].into_iter().zip(weights[vertex]))
+    };
+    let found = Influences::new((0..vertices).map(of_vertex));
+    let found = found.map_err(|message| source.invalid(format!("{place}: {message}")))?;
+    let (count, most) = found.off_one;
+    if count > 0 {
+        source.note(format!(
+            "{place} has {count} vertices whose weights do not sum to one, by up to {most:.2e}: they are divided by their sum"
+        ));
+    }
+    Ok(Some(found))
+}

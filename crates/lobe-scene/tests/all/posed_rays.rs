@@ -1,0 +1,52 @@
+//! Rays in posed scenes: a tree that was refit finds what one built anew finds.
+
+use lobe_scene::{AnimatedScene, Bvh, Ray, built_in};
+use lobe_testkit::Random;
+
+fn rays(scene: &AnimatedScene) -> Vec<Ray> {
+    let mut random = Random::new(31);
+    let [min, max] = scene.rest().world_bounds();
+    let count = 4000;
+    let mut point = || [0, 1, 2].map(|k| (min[k] + random.unit() * (max[k] - min[k] + 0.5)) as f32);
+    let points: Vec<_> = (0..count).map(|_| point()).collect();
+    points.into_iter().map(|p| Ray::new(p, random.direction().map(|c| c as f32))).collect()
+}
+
+#[test]
+fn a_refit_tree_has_the_hits_of_a_tree_built_anew_bit_by_bit() {
+    for scene in [built_in::walking_figure(16), built_in::three_objects(24)] {
+        let mut refit = scene.pose(0, 0.0).unwrap().bvh();
+        let rays = rays(&scene);
+        let mut hits = 0;
+        for time in [0.3, 0.6, 1.0, 0.0] {
+            let pose = scene.pose(0, time).unwrap();
+            refit.refit(pose.scene());
+            let built = Bvh::new(pose.scene());
+            assert_eq!(refit.bounds(), built.bounds(), "bounds at {time}");
+            for ray in &rays {
+                let (found, expected) = (refit.closest(ray), built.closest(ray));
+                assert_eq!(found, expected, "{ray:?} at {time}");
+                assert_eq!(refit.is_occluded(ray), expected.is_some(), "{ray:?} at {time}");
+                hits += usize::from(expected.is_some());
+            }
+        }
+        assert!(hits > 2000, "{hits} hits: enough to tell");
+    }
+}
+
+#[test]
+fn a_tree_refit_to_the_scene_it_was_built_for_is_the_same() {
+    let pose = built_in::walking_figure(16).pose(0, 0.2).unwrap();
+    let built = pose.bvh();
+    let mut refit = built.clone();
+    refit.refit(pose.scene());
+    let (cost, expected) = (refit.expected_cost(), built.expected_cost());
+    assert!((cost - expected).abs() <= 1e-5 * expected, "{cost}, expected {expected}");
+}
+
+#[test]
+#[should_panic(expected = "triangles of the scene and of the tree")]
+fn a_scene_with_other_triangles_is_no_pose() {
+    let mut bvh = Bvh::new(&built_in::cornell_box(8));
+    bvh.refit(&built_in::closed_white_box(3));
+}
