@@ -1,0 +1,342 @@
+//! The sample points of a field: concentric spheres around an entity, and the weights of those around a point.
+
+use lobe_scene::Scene;
+
+use crate::ShadowError;
+use crate::field::octahedron::Octahedron;
+
+/// Sample points in all at most: 16 million, a gigabyte at order 4.
+const MOST_POINTS: usize = 1 << 24;
+
+/// The part of the bounding radius below which a point is the center itself: no direction is left of the differences of
+/// coordinates in `f32`.
+const AT_CENTER: f32 = 1e-6;
+
+/// Concentric spheres around the center of an entity, in its own frame.
+///
+/// ```text
+///   r_k = R·inner·(outer/inner)^(k/(spheres - 1))       k = 0 .. spheres - 1
+/// ```
+///
+/// `R` is the radius of the bounding sphere. On each sphere lie the `(cells + 1)²` vertices of an octahedral grid, and
+/// one point more is the center. What a field stores is scaled by
+///
+/// ```text
+///   w(r) = 1 + (r/R)²
+/// ```
+///
+/// An occluder covers a solid angle that falls as `1/r²`: scaled it tends to a constant, so that spheres may be a fixed
+/// ratio apart, and beyond the last one the scaled value is kept, which is the extrapolation by `1/r²`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldGrid {
+    center: [f64; 3],
+    radius: f64,
+    inner: f64,
+    outer: f64,
+    spheres: usize,
+    directions: Octahedron,
+    /// `ln(R·inner)` and the reciprocal of the step between spheres in `ln r`.
+    first: f32,
+    per_step: f32,
+}
+
+/// How values are interpolated between spheres; between directions it is always bilinear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum RadialInterpolation {
+    /// Linearly in `ln r`: continuous, with kinks at the spheres that a moving shadow shows.
+    #[default]
+    Linear,
+    /// By the cubic spline of Catmull and Rom through four spheres: its slope is continuous too. Twice the reads.
+    Cubic,
+}
+
+/// The most samples around a point: four spheres with four vertices.
+const MOST_TAPS: usize = 16;
+
+/// The samples around a point and their weights, which include the division by `w(r)`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stencil {
+    taps: [(u32, f32); MOST_TAPS],
+    len: usize,
+}
+
+impl Stencil {
+    fn push(&mut self, row: usize, weight: f32) {
+        self.taps[self.len] = (row as u32, weight);
+        self.len += 1;
+    }
+
+    /// Rows and weights.
+    #[inline]
+    pub(crate) fn taps(&self) -> &[(u32, f32)] {
+        &self.taps[..self.len]
+    }
+
+    /// The weighted sum of rows of a table that are `out.len()` wide.
+    #[inline]
+    pub(crate) fn sum_into(&self, table: &[f32], out: &mut [f32]) {
+        let width = out.len();
+        out.fill(0.0);
+        for &(row, weight) in self.taps() {
+            let row = &table[row as usize * width..][..width];
+            out.iter_mut().zip(row).for_each(|(out, x)| *out += weight * x);
+        }
+    }
+}
+
+impl FieldGrid {
+    /// A grid around `center` for an entity of bounding radius `radius`. `inner` and `outer` are in radii of the entity.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if a number is not finite or positive, `outer` is not above `inner`, there are fewer than
+    /// two spheres or cells, an odd number of cells, or more than 2²⁴ points.
+    pub fn new(
+        center: [f64; 3],
+        radius: f64,
+        [inner, outer]: [f64; 2],
+        spheres: usize,
+        cells: usize,
+    ) -> Result<Self, ShadowError> {
+        let refuse = |message: String| Err(ShadowError::Options(message));
+        if !(center.iter().all(|c| c.is_finite()) && radius.is_finite() && radius > 0.0) {
+            return refuse(format!(
+                "expected a finite center and a bounding radius above 0, found {center:?} and {radius}"
+            ));
+        }
+        if !(inner.is_finite() && outer.is_finite() && 0.0 < inner && inner < outer) {
+            return refuse(format!("expected spheres from above 0 to farther out, found from {inner} to {outer}"));
+        }
+        if spheres < 2 || cells < 2 || cells % 2 != 0 {
+            return refuse(format!(
+                "expected 2 spheres or more and an even number of cells, found {spheres} and {cells}"
+            ));
+        }
+        let points = cells.saturating_add(1).saturating_mul(cells.saturating_add(1)).saturating_mul(spheres);
+        if points >= MOST_POINTS {
+            return refuse(format!(
+                "expected at most {MOST_POINTS} sample points, found {points}: take fewer spheres or cells"
+            ));
+        }
+        let step = (outer / inner).ln() / (spheres - 1) as f64;
+        Ok(Self {
+            center,
+            radius,
+            inner,
+            outer,
+            spheres,
+            directions: Octahedron { cells },
+            first: (radius * inner).ln() as f32,
+            per_step: step.recip() as f32,
+        })
+    }
+
+    /// The middle of the spheres in the entity's own frame.
+    #[must_use]
+    pub fn center(&self) -> [f64; 3] {
+        self.center
+    }
+
+    /// The radius of the entity around that.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The innermost and the outermost sphere, in radii of the entity.
+    #[must_use]
+    pub fn range(&self) -> [f64; 2] {
+        [self.inner, self.outer]
+    }
+
+    /// Number of spheres.
+    #[must_use]
+    pub fn spheres(&self) -> usize {
+        self.spheres
+    }
+
+    /// Cells along each side of the octahedral grid of a sphere.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.directions.cells
+    }
+
+    /// Number of sample points: sphere after sphere from the innermost, then the center.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.spheres * self.directions.len() + 1
+    }
+
+    /// The radius of a sphere.
+    #[must_use]
+    pub fn sphere_radius(&self, sphere: usize) -> f64 {
+        let t = sphere as f64 / (self.spheres - 1) as f64;
+        self.radius * self.inner * (self.outer / self.inner).powf(t)
+    }
+
+    /// A sample point relative to the center.
+    #[must_use]
+    pub fn offset(&self, point: usize) -> [f64; 3] {
+        let per_sphere = self.directions.len();
+        if point >= self.spheres * per_sphere {
+            return [0.0; 3];
+        }
+        let r = self.sphere_radius(point / per_sphere);
+        self.directions.direction(point % per_sphere).map(|c| r * c)
+    }
+
+    /// `w(r)` at a distance from the center.
+    #[must_use]
+    pub fn scale_at(&self, r: f64) -> f64 {
+        1.0 + (r / self.radius).powi(2)
+    }
+
+    /// The sample points next to one: along both axes of its sphere, and on the next spheres. The center is next to all of
+    /// the innermost sphere.
+    pub(crate) fn neighbors(&self, point: usize) -> Vec<usize> {
+        let (per_sphere, side) = (self.directions.len(), self.directions.cells + 1);
+        let center = self.spheres * per_sphere;
+        if point == center {
+            return (0..per_sphere).collect();
+        }
+        let (sphere, vertex) = (point / per_sphere, point % per_sphere);
+        let (i, j) = (vertex % side, vertex / side);
+        let mut found = Vec::with_capacity(6);
+        found.extend((i > 0).then(|| point - 1));
+        found.extend((i + 1 < side).then_some(point + 1));
+        found.extend((j > 0).then(|| point - side));
+        found.extend((j + 1 < side).then_some(point + side));
+        found.push(if sphere > 0 { point - per_sphere } else { center });
+        found.extend((sphere + 1 < self.spheres).then_some(point + per_sphere));
+        found
+    }
+
+    /// The samples around a point given relative to the center, and their weights.
+    #[inline]
+    pub(crate) fn stencil(&self, offset: [f32; 3], interpolation: RadialInterpolation) -> Stencil {
+        let [x, y, z] = offset;
+        let r = (x * x + y * y + z * z).sqrt();
+        let mut stencil = Stencil { taps: [(0, 0.0); MOST_TAPS], len: 0 };
+        let center = self.spheres * self.directions.len();
+        let relative = r / self.radius as f32;
+        let unscaled = 1.0 / (1.0 + relative * relative);
+        if relative <= AT_CENTER {
+            stencil.push(center, 1.0);
+            return stencil;
+        }
+        let corners = self.directions.corners(self.directions.cell(offset));
+        let mut sphere = |k: usize, weight: f32| {
+            for (vertex, w) in corners {
+                stencil.push(k * self.directions.len() + vertex, weight * w);
+            }
+        };
+        let t = (r.ln() - self.first) * self.per_step;
+        let last = self.spheres - 1;
+        if t <= 0.0 {
+            // From the center to the innermost sphere, linearly in r.
+            let part = relative / self.inner as f32;
+            sphere(0, unscaled * part);
+            stencil.push(center, unscaled * (1.0 - part));
+        } else if t >= last as f32 {
+            sphere(last, unscaled);
+        } else {
+            let k = (t as usize).min(last - 1);
+            let t = t - k as f32;
+            match interpolation {
+                RadialInterpolation::Linear => {
+                    sphere(k, unscaled * (1.0 - t));
+                    sphere(k + 1, unscaled * t);
+                }
+                RadialInterpolation::Cubic => {
+                    let at = [k.saturating_sub(1), k, k + 1, (k + 2).min(last)];
+                    at.into_iter().zip(catmull_rom(t)).for_each(|(k, w)| sphere(k, unscaled * w));
+                }
+            }
+        }
+        stencil
+    }
+}
+
+/// The weights of four values at -1, 0, 1 and 2 in the cubic between the inner two whose slopes there are the central
+/// differences.
+fn catmull_rom(t: f32) -> [f32; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        0.5 * (2.0 * t2 - t - t3),
+        1.0 + 0.5 * (3.0 * t3 - 5.0 * t2),
+        0.5 * (t + 4.0 * t2 - 3.0 * t3),
+        0.5 * (t3 - t2),
+    ]
+}
+
+/// The middle of the smallest box around all vertices of a scene, and the distance of the farthest vertex from there.
+pub(crate) fn bounding_sphere(scene: &Scene) -> ([f64; 3], f64) {
+    let bounds = scene.bounds();
+    let center: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(bounds.min[k]) + f64::from(bounds.max[k])));
+    let square = |p: [f32; 3]| (0..3).map(|k| (f64::from(p[k]) - center[k]).powi(2)).sum::<f64>();
+    let farthest = scene.corners().flatten().map(square).fold(0.0, f64::max);
+    (center, farthest.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_testkit::Random;
+
+    #[test]
+    fn weights_add_up_to_the_falling_scale_and_are_one_at_a_sample() {
+        let grid = FieldGrid::new([0.0; 3], 2.0, [0.25, 8.0], 9, 6).unwrap();
+        let mut random = Random::new(4);
+        for interpolation in [RadialInterpolation::Linear, RadialInterpolation::Cubic] {
+            for _ in 0..500 {
+                let r = 40.0 * random.unit().powi(3);
+                let p = random.direction().map(|c| (r * c) as f32);
+                let sum: f32 = grid.stencil(p, interpolation).taps().iter().map(|(_, w)| w).sum();
+                let expected = 1.0 / grid.scale_at(r);
+                assert!((f64::from(sum) / expected - 1.0).abs() < 1e-5, "{r}: {sum}, expected {expected}");
+            }
+            for point in 0..grid.points() {
+                let (p, r) = (grid.offset(point), grid.sphere_radius(point.min(grid.points() - 2) / 49));
+                let r = if point + 1 == grid.points() { 0.0 } else { r };
+                let stencil = grid.stencil(p.map(|c| c as f32), interpolation);
+                let here = stencil.taps().iter().filter(|(row, _)| grid.offset(*row as usize) == p);
+                let weight = here.map(|(_, w)| f64::from(*w)).sum::<f64>() * grid.scale_at(r);
+                assert!((weight - 1.0).abs() < 2e-5, "sample {point}: weight {weight}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cubic_in_the_logarithm_of_the_radius_keeps_quadratics() {
+        for t in [0.0_f32, 0.3, 0.9] {
+            let at = |x: f32| 2.0 - x + 0.5 * x * x;
+            let found: f32 = catmull_rom(t).iter().zip([-1.0, 0.0, 1.0, 2.0]).map(|(w, x)| w * at(x)).sum();
+            assert!((found - at(t)).abs() < 1e-6, "{t}: {found}, expected {}", at(t));
+        }
+    }
+
+    #[test]
+    fn neighbors_are_mutual() {
+        let grid = FieldGrid::new([0.0; 3], 1.0, [0.5, 4.0], 3, 2).unwrap();
+        for point in 0..grid.points() {
+            for next in grid.neighbors(point) {
+                assert!(grid.neighbors(next).contains(&point), "{point} and {next}");
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_grids_are_refused_in_one_line() {
+        let grid = |radius, range, spheres, cells| FieldGrid::new([0.0; 3], radius, range, spheres, cells);
+        for (found, expected) in [
+            (grid(0.0, [0.5, 4.0], 3, 2), "bounding radius above 0"),
+            (grid(f64::NAN, [0.5, 4.0], 3, 2), "bounding radius above 0"),
+            (grid(1.0, [4.0, 4.0], 3, 2), "from 4 to 4"),
+            (grid(1.0, [0.5, 4.0], 1, 2), "2 spheres or more"),
+            (grid(1.0, [0.5, 4.0], 3, 3), "an even number of cells"),
+            (grid(1.0, [0.5, 4.0], usize::MAX, 1 << 40), "at most 16777216 sample points"),
+        ] {
+            let message = found.unwrap_err().to_string();
+            assert!(message.contains(expected) && !message.contains('\n'), "{message}");
+        }
+    }
+}

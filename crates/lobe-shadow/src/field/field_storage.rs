@@ -1,0 +1,131 @@
+//! Number formats of stored fields: single and half precision, eight bits, and clustered principal components.
+
+use half::f16;
+use lobe_io::Job;
+use lobe_prt::{CompressOptions, CompressedTable, Weights, compress_table};
+
+use crate::field::axial::Axial;
+use crate::{OcclusionField, ShadowError};
+
+/// How the numbers of a field are stored in a file. In memory they are always `f32`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum FieldStorage {
+    /// As they are, four bytes each.
+    #[default]
+    F32,
+    /// In half precision, two bytes each: to a part in 2048.
+    F16,
+    /// In 256 even steps between the least and the largest value of each coefficient, one byte each. The scale `w(r)` of a
+    /// field keeps that range alike at all distances.
+    U8,
+    /// By clustered principal components of the sample points' vectors.
+    Clustered(CompressOptions),
+}
+
+/// What a form of storage costs.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct StorageReport {
+    /// Bytes of the numbers.
+    pub bytes: usize,
+    /// Bytes of the same in `f32`.
+    pub bytes_before: usize,
+    /// The root of the sum of squared differences over that of squares.
+    pub relative_error: f64,
+    /// The largest difference of a coefficient, scaled as it is stored.
+    pub largest_error: f64,
+}
+
+/// Encoded rows.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum StoredRows {
+    F32(Vec<f32>),
+    F16(Vec<f16>),
+    /// The least value of each coefficient, then the step of each; the numbers of steps.
+    U8 {
+        ranges: Vec<f32>,
+        steps: Vec<u8>,
+    },
+    Clustered(CompressedTable),
+}
+
+impl StoredRows {
+    /// Rows of a field in a form of storage.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] for options of the clusters out of range.
+    pub(crate) fn encode(field: &OcclusionField, storage: &FieldStorage) -> Result<Self, ShadowError> {
+        let (rows, width) = (field.rows(), Axial::width(field.order()));
+        Ok(match storage {
+            FieldStorage::F32 => Self::F32(rows.to_vec()),
+            FieldStorage::F16 => Self::F16(rows.iter().map(|x| f16::from_f32(*x)).collect()),
+            FieldStorage::U8 => eight_bits(rows, width),
+            FieldStorage::Clustered(options) => {
+                let table = compress_table(rows, width, options, Job::default());
+                Self::Clustered(table.map_err(|error| ShadowError::Options(error.to_string()))?.0)
+            }
+        })
+    }
+
+    /// The numbers again.
+    pub(crate) fn decode(&self) -> Vec<f32> {
+        match self {
+            Self::F32(rows) => rows.clone(),
+            Self::F16(rows) => rows.iter().map(|x| x.to_f32()).collect(),
+            Self::U8 { ranges, steps } => {
+                let (low, step) = ranges.split_at(ranges.len() / 2);
+                let width = low.len().max(1);
+                steps.iter().enumerate().map(|(i, k)| low[i % width] + step[i % width] * f32::from(*k)).collect()
+            }
+            Self::Clustered(table) => table.decode(),
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::F32(rows) => 4 * rows.len(),
+            Self::F16(rows) => 2 * rows.len(),
+            Self::U8 { ranges, steps } => 4 * ranges.len() + steps.len(),
+            Self::Clustered(table) => {
+                let of_weight = match table.weights() {
+                    Weights::U8(_) => 1,
+                    Weights::U16(_) => 2,
+                    _ => 4,
+                };
+                table.rows() * (2 + table.components() * of_weight) + 4 * table.bases().len()
+            }
+        }
+    }
+
+    pub(crate) fn report(&self, field: &OcclusionField) -> StorageReport {
+        let (mut squares, mut errors, mut largest_error) = (0.0, 0.0, 0.0_f64);
+        for (found, x) in self.decode().into_iter().zip(field.rows()) {
+            let difference = f64::from(found) - f64::from(*x);
+            squares += f64::from(*x).powi(2);
+            errors += difference.powi(2);
+            largest_error = largest_error.max(difference.abs());
+        }
+        let relative_error = if errors > 0.0 { (errors / squares).sqrt() } else { 0.0 };
+        StorageReport { bytes: self.bytes(), bytes_before: field.bytes(), relative_error, largest_error }
+    }
+}
+
+fn eight_bits(rows: &[f32], width: usize) -> StoredRows {
+    let mut bounds = vec![(f32::INFINITY, f32::NEG_INFINITY); width];
+    for row in rows.chunks_exact(width) {
+        bounds.iter_mut().zip(row).for_each(|((low, high), x)| (*low, *high) = (low.min(*x), high.max(*x)));
+    }
+    let step = |(low, high): &(f32, f32)| (high - low) / 255.0;
+    let steps = rows
+        .iter()
+        .enumerate()
+        .map(|(i, x)| {
+            let bounds = &bounds[i % width];
+            let step = step(bounds);
+            if step > 0.0 { ((x - bounds.0) / step).round() as u8 } else { 0 }
+        })
+        .collect();
+    let ranges = bounds.iter().map(|(low, _)| *low).chain(bounds.iter().map(step)).collect();
+    StoredRows::U8 { ranges, steps }
+}

@@ -1,0 +1,309 @@
+//! Precomputed shadow fields: what many entities leave visible at receivers, and the light that these send back.
+
+use derive_setters::Setters;
+use lobe_prt::Transfer;
+use lobe_sh::{Basis, Rgb, Rotation, RotationMatrices, ShVec};
+use rayon::prelude::*;
+
+use crate::field::chain::{Chain, Group, PlacedLamp, Response, cosine_factors};
+use crate::field::lanes::LANES;
+use crate::field::placed::Placed;
+use crate::{OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowError, ShadowReceivers};
+
+/// Receivers of one piece of work, a multiple of the lanes. Pieces are the same for any number of threads.
+const PIECE: usize = 64;
+
+/// An entity that hides the sky, and where it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Entity<'a> {
+    /// What it hides.
+    pub field: &'a OcclusionField,
+    /// Where.
+    pub placement: Placement,
+}
+
+/// A lamp, and where it is.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalLight<'a> {
+    /// Its light.
+    pub field: &'a RadianceField,
+    /// Where.
+    pub placement: Placement,
+}
+
+/// Options of [`ShadowFields`].
+#[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct ShadowFieldOptions {
+    /// Between the spheres of fields.
+    pub interpolation: RadialInterpolation,
+    /// Entities are left out at a receiver while their largest solid angles, in steradians, have no more than this in
+    /// all. That changes a coefficient of visibility by no more than `negligible √((2n - 1)/4π)`, and exit radiance by no
+    /// more than `negligible ρ/π` times the largest radiance of the light, before truncation. 0 leaves out none.
+    pub negligible: f64,
+}
+
+impl Default for ShadowFieldOptions {
+    /// A thousandth of a hemisphere is left out.
+    fn default() -> Self {
+        Self { interpolation: RadialInterpolation::Linear, negligible: 2e-3 * std::f64::consts::PI }
+    }
+}
+
+/// Entities and lamps where they are, which hide and light receivers ([Zhou et al. 2005]).
+///
+/// ```text
+///   V = V_own Π_k (1 - O_k)                  nearest entity first, each product cut off at the order
+///   B = ρ Σ_i L_i (V T)_i + ρ Σ_lamps Σ_i S_i (V_lamp T)_i        T = max(n·s, 0)/π, V_lamp: of what is nearer than it
+/// ```
+///
+/// Placements, receivers and light are in one frame. Of the rotations of the paper's loop, one of every looked-up vector at
+/// every receiver, these are left out:
+///
+/// * none is made for entities that are not turned in that frame;
+/// * where a call has more receivers than a field has samples, the field is turned once as a whole, because turning and
+///   interpolating commute;
+/// * `V_own` and transfer of an entity that moves are never turned: take the entity's own frame, by
+///   [`relative_placement`] for the others and by turning the light once.
+///
+/// Receivers go through the products four at a time, a lane of a vector register each, and in pieces on all threads; the
+/// results depend neither on the threads nor on which receivers are asked together, but for the rounding by which a field
+/// turned as a whole differs.
+///
+/// Which entities are nearest is judged by their middles, and those of lamps. Entities may overlap each other and receivers
+/// may lie within: a product of visibilities counts what both hide once, but truncated products of the same function ring,
+/// as the test `overlapping_entities_hide_what_both_hide_once` shows.
+///
+/// [Zhou et al. 2005]: https://doi.org/10.1145/1073204.1073332
+///
+/// ```
+/// use lobe_io::Job;
+/// use lobe_scene::built_in;
+/// use lobe_sh::{Expansion as _, Rotation};
+/// use lobe_shadow::{Entity, FieldOptions, Placement, ShadowFieldOptions, ShadowFields, bake_field};
+///
+/// let options = FieldOptions::default().order(3).spheres(4).cells(4).rays(64);
+/// let (field, _) = bake_field(&built_in::ball_over_ground(8), &options, Job::default())?;
+/// let above = Placement::new([0.0, 0.0, 6.0], Rotation::IDENTITY, 1.0);
+/// let fields = ShadowFields::new(3, &[Entity { field: &field, placement: above }], ShadowFieldOptions::default())?;
+/// let visible = fields.visibility_at([0.0; 3], None, None)?;
+/// assert!(visible.mean() < 0.95, "the scene above hides a part of the sky");
+/// # Ok::<(), lobe_shadow::ShadowError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ShadowFields<'a> {
+    order: usize,
+    entities: Vec<Entity<'a>>,
+    lights: Vec<LocalLight<'a>>,
+    options: ShadowFieldOptions,
+}
+
+impl<'a> ShadowFields<'a> {
+    /// Entities, all of whose fields have `order` bands or more; of more the first are used. Without entities everything is
+    /// visible.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if the order is not 1 to 8 or above that of a field, or `negligible` is negative.
+    pub fn new(order: usize, entities: &[Entity<'a>], options: ShadowFieldOptions) -> Result<Self, ShadowError> {
+        if !(1..=8).contains(&order) {
+            return Err(ShadowError::Options(format!("expected an order of 1 to 8, found {order}")));
+        }
+        if !(options.negligible >= 0.0 && options.negligible.is_finite()) {
+            let message = format!("expected a negligible solid angle of 0 or above, found {}", options.negligible);
+            return Err(ShadowError::Options(message));
+        }
+        for (k, entity) in entities.iter().enumerate() {
+            expect_order("the field of entity", k, entity.field.order(), order)?;
+        }
+        Ok(Self { order, entities: entities.to_vec(), lights: Vec::new(), options })
+    }
+
+    /// The same with lamps.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if one has fewer bands.
+    pub fn with_lights(mut self, lights: &[LocalLight<'a>]) -> Result<Self, ShadowError> {
+        for (k, light) in lights.iter().enumerate() {
+            expect_order("the light of lamp", k, light.field.order(), self.order)?;
+        }
+        self.lights = lights.to_vec();
+        Ok(self)
+    }
+
+    /// Number of bands.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// What is visible from one point. With a normal, entities below its horizon are left out: only what is above is of use
+    /// then.
+    ///
+    /// # Errors
+    /// [`ShadowError::Invalid`] if a number is not finite, or `own` does not have `order²` numbers.
+    pub fn visibility_at(
+        &self,
+        position: [f32; 3],
+        normal: Option<[f32; 3]>,
+        own: Option<&[f32]>,
+    ) -> Result<ShVec<f32>, ShadowError> {
+        let (positions, normals) = ([position], [normal.unwrap_or_default()]);
+        let mut receivers = ShadowReceivers::new(&positions, &normals)?;
+        if let Some(own) = own {
+            receivers = receivers.with_own_visibility(self.order, own)?;
+        }
+        let chain = self.chain(1);
+        let group = self.group(&receivers, 0, if normal.is_some() { &normals } else { &[] });
+        let mut out = vec![0.0; self.order * self.order];
+        chain.visibility_into(&group, &mut chain.scratch(), &mut out);
+        Ok(ShVec::from_vec(out).unwrap_or_else(|| unreachable!("order² places were made")))
+    }
+
+    /// What is visible above the horizon of every receiver: `order²` numbers each.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if the visibility of their own has another order.
+    pub fn visibility(&self, receivers: &ShadowReceivers<'_>) -> Result<Vec<f32>, ShadowError> {
+        self.check_own(receivers)?;
+        let n = self.order * self.order;
+        let chain = self.chain(receivers.len());
+        let mut out = vec![0.0; receivers.len() * n];
+        out.par_chunks_mut(PIECE * n).enumerate().for_each(|(piece, out)| {
+            let mut scratch = chain.scratch();
+            for (k, out) in out.chunks_mut(LANES * n).enumerate() {
+                let group = self.group(receivers, piece * PIECE + k * LANES, receivers.normals());
+                chain.visibility_into(&group, &mut scratch, out);
+            }
+        });
+        Ok(out)
+    }
+
+    /// The exit radiance of matte receivers under distant light, an expansion of any order, and the lamps.
+    ///
+    /// # Errors
+    /// As [`ShadowFields::visibility`].
+    pub fn shade(&self, receivers: &ShadowReceivers<'_>, light: &[Rgb<f64>]) -> Result<Vec<Rgb<f32>>, ShadowError> {
+        self.check_own(receivers)?;
+        let mut out = self.shade_with(receivers, Response::Cosine, light);
+        for (k, out) in out.iter_mut().enumerate() {
+            let [r, g, b] = receivers.albedo(k);
+            *out = Rgb::new(out.r * r, out.g * g, out.b * b);
+        }
+        Ok(out)
+    }
+
+    /// The exit radiance of receivers whose transfer was baked: it is multiplied by what the entities leave visible. Their
+    /// albedo and what they hide themselves is in their transfer; those of the receivers are not used.
+    ///
+    /// Transfer of more bands than the fields is cut off.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if the transfer has fewer bands, or is not that of as many receivers.
+    pub fn shade_transfer(
+        &self,
+        receivers: &ShadowReceivers<'_>,
+        transfer: &Transfer,
+        light: &[Rgb<f64>],
+    ) -> Result<Vec<Rgb<f32>>, ShadowError> {
+        expect_order("the transfer of scene", 0, transfer.order(), self.order)?;
+        if transfer.receivers() != receivers.len() {
+            let (expected, found) = (receivers.len(), transfer.receivers());
+            return Err(ShadowError::Options(format!("expected transfer of {expected} receivers, found {found}")));
+        }
+        let full = transfer.order() * transfer.order();
+        let n = self.order * self.order;
+        let cut: Vec<f32>;
+        let rows = if full == n {
+            transfer.coefficients()
+        } else {
+            cut = transfer.coefficients().chunks_exact(full).flat_map(|row| &row[..n]).copied().collect();
+            &cut
+        };
+        let open = ShadowReceivers::new(receivers.positions(), receivers.normals())?;
+        Ok(self.shade_with(&open, Response::Transfer { rows, channels: transfer.channels().count() }, light))
+    }
+
+    fn shade_with(
+        &self,
+        receivers: &ShadowReceivers<'_>,
+        response: Response<'_>,
+        light: &[Rgb<f64>],
+    ) -> Vec<Rgb<f32>> {
+        let n = self.order * self.order;
+        let mut channels = vec![0.0; 3 * n];
+        for (i, color) in light.iter().take(n).enumerate() {
+            (0..3).for_each(|c| channels[c * n + i] = color.to_array()[c] as f32);
+        }
+        let chain = self.chain(receivers.len());
+        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); receivers.len()];
+        out.par_chunks_mut(PIECE).enumerate().for_each(|(piece, out)| {
+            let mut scratch = chain.scratch();
+            for (k, out) in out.chunks_mut(LANES).enumerate() {
+                let first = piece * PIECE + k * LANES;
+                let group = self.group(receivers, first, receivers.normals());
+                chain.shade_into(&group, response, first, &channels, &mut scratch, out);
+            }
+        });
+        out
+    }
+
+    /// Everything prepared for this number of receivers.
+    fn chain(&self, receivers: usize) -> Chain<'a> {
+        let lamp = |light: &LocalLight<'a>| PlacedLamp {
+            field: light.field,
+            placement: light.placement,
+            turn: (*light.placement.rotation() != Rotation::IDENTITY)
+                .then(|| RotationMatrices::new(light.placement.rotation(), self.order)),
+        };
+        let placed = |e: &Entity<'a>| Placed::new(e.field, &e.placement, self.order, receivers);
+        Chain {
+            order: self.order,
+            entities: self.entities.par_iter().map(placed).collect(),
+            lamps: self.lights.iter().map(lamp).collect(),
+            negligible: self.options.negligible,
+            interpolation: self.options.interpolation,
+            basis: Basis::new(self.order),
+            cosine: cosine_factors(self.order),
+        }
+    }
+
+    fn group<'r>(&self, receivers: &ShadowReceivers<'r>, first: usize, normals: &'r [[f32; 3]]) -> Group<'r> {
+        let last = (first + LANES).min(receivers.len());
+        Group {
+            positions: &receivers.positions()[first..last],
+            normals: normals.get(first..last).unwrap_or_default(),
+            own: std::array::from_fn(|lane| {
+                let receiver = first + lane;
+                if receiver < last { receivers.own(receiver, receivers.own_width()) } else { None }
+                    .filter(|own| !own.is_empty())
+            }),
+        }
+    }
+
+    fn check_own(&self, receivers: &ShadowReceivers<'_>) -> Result<(), ShadowError> {
+        let (expected, found) = (self.order * self.order, receivers.own_width());
+        if found == 0 || found == expected {
+            return Ok(());
+        }
+        Err(ShadowError::Options(format!(
+            "expected visibility of {expected} numbers for each receiver, that of order {}, found {found}",
+            self.order
+        )))
+    }
+}
+
+/// Where something is as seen from another frame: `frame⁻¹ of`. Placing all others so and turning the light by the inverse
+/// of the frame's rotation leaves the vectors of receivers in that frame as they were baked.
+#[must_use]
+pub fn relative_placement(of: &Placement, frame: &Placement) -> Placement {
+    let rotation = of.rotation().then(frame.rotation().inverse());
+    Placement::new(frame.to_own(of.translation()), rotation, of.scale() / frame.scale())
+}
+
+fn expect_order(what: &str, k: usize, found: usize, expected: usize) -> Result<(), ShadowError> {
+    if found >= expected {
+        return Ok(());
+    }
+    Err(ShadowError::Options(format!("expected {what} {k} to have {expected} bands at least, found {found}")))
+}

@@ -1,0 +1,98 @@
+//! Bakes: the same for any number of threads, stopped and resumed, refused in one line.
+
+use std::ops::ControlFlow;
+
+use lobe_io::{Job, Progress};
+use lobe_sh::{Dir, Zonal};
+use lobe_shadow::{FieldOptions, ShadowError, VisibilityOptions, bake_field, bake_visibility};
+
+use crate::shapes::{ball, rabbit, scene};
+
+fn options() -> FieldOptions {
+    FieldOptions::default().order(3).spheres(5).cells(6).rays(128)
+}
+
+#[test]
+fn a_bake_does_not_depend_on_the_number_of_threads() {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| bake_field(&rabbit(), &options(), Job::default()).unwrap())
+    };
+    let one = on(1);
+    for threads in [2, 5] {
+        assert!(on(threads) == one, "{threads} threads");
+    }
+    let other = bake_field(&rabbit(), &options().seed(1), Job::default()).unwrap();
+    assert!(other.0 != one.0, "another seed");
+}
+
+#[test]
+fn a_stopped_bake_continues_where_it_was_and_ends_with_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("f.checkpoint");
+    let whole = bake_field(&rabbit(), &options(), Job::default()).unwrap();
+    let mut first = 0;
+    let mut stop = |progress: &Progress| {
+        first = progress.done;
+        if progress.done > 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let stopped = bake_field(&rabbit(), &options(), Job::default().kept_in(&path).watched_by(&mut stop));
+    assert!(matches!(stopped, Err(ShadowError::Cancelled)), "{stopped:?}");
+    let mut seen = Vec::new();
+    let mut watch = |progress: &Progress| {
+        seen.push((progress.done, progress.resumed, progress.total));
+        ControlFlow::Continue(())
+    };
+    let resumed = bake_field(&rabbit(), &options(), Job::default().kept_in(&path).watched_by(&mut watch)).unwrap();
+    assert!(resumed == whole, "the same field");
+    assert_eq!(seen[0], (first, first, whole.1.points), "it goes on where it was");
+    assert_eq!(seen[seen.len() - 1].0, whole.1.points, "and tells the end");
+    let other = bake_field(&ball(), &options(), Job::default().kept_in(&path)).unwrap_err().to_string();
+    assert!(other.contains("of another bake of an occlusion field: the scene or the options differ"), "{other}");
+}
+
+#[test]
+fn a_flat_scene_has_a_field_and_what_cannot_be_is_refused_in_one_line() {
+    let flat = scene(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+    let (field, report) = bake_field(&flat, &options(), Job::default()).unwrap();
+    assert_eq!(report.inside, 0, "a sheet has no inside");
+    assert!(field.rows().iter().all(|x| x.is_finite()), "finite");
+    for (options, expected) in [
+        (options().order(0), "an order of 1 to 8, found 0"),
+        (options().order(9), "an order of 1 to 8, found 9"),
+        (options().rays(0), "1 to 2^20 rays, found 0"),
+        (options().cells(5), "an even number of cells"),
+        (options().inner(0.0), "spheres from above 0"),
+        (options().outer(f64::INFINITY), "spheres from above 0"),
+        (options().spheres(usize::MAX), "sample points"),
+    ] {
+        let message = bake_field(&flat, &options, Job::default()).unwrap_err().to_string();
+        assert!(message.contains(expected) && !message.contains('\n'), "{message}");
+    }
+}
+
+#[test]
+fn a_convex_surface_hides_the_half_below_it_and_a_cosine_takes_the_rest() {
+    let scene = ball();
+    let mesh = &scene.meshes()[0];
+    let which = [10, 500, 1200];
+    let [positions, normals] = [mesh.positions(), mesh.normals()].map(|all| which.map(|k: usize| all[k]));
+    let options = VisibilityOptions::default().order(5).rays(4096);
+    let visible = bake_visibility(&scene, &positions, &normals, &options, Job::default()).unwrap();
+    let half = Zonal::cone(5, std::f64::consts::FRAC_PI_2);
+    for (normal, visible) in normals.iter().zip(visible.chunks_exact(25)) {
+        let expected = half.towards(Dir::from_f32(*normal).unwrap(), 1.0_f64);
+        for i in 0..25 {
+            let off = (f64::from(visible[i]) - expected[i]).abs();
+            // Around a vertex of 64 sides the horizon lies up to 3 degrees lower.
+            assert!(off < 0.12, "{normal:?}, {i}: {} against {}", visible[i], expected[i]);
+        }
+    }
+    let refuse = |positions: &[[f32; 3]], normals: &[[f32; 3]]| {
+        bake_visibility(&scene, positions, normals, &options, Job::default()).unwrap_err().to_string()
+    };
+    assert!(refuse(&positions, &normals[1..]).contains("a normal for each of 3 positions, found 2"), "one is missing");
+    assert!(refuse(&[[f32::NAN; 3]], &normals[..1]).contains("receiver 0 is not finite"), "no number");
+    let none = bake_visibility(&scene, &[], &[], &options, Job::default()).unwrap();
+    assert!(none.is_empty(), "no receivers, no visibility");
+}

@@ -1,0 +1,8 @@
+//! The tests of this crate through its public interface.
+
+mod field_bakes;
+mod field_errors;
+mod field_files;
+mod radiance_fields;
+mod shadow_fields;
+mod shapes;
