@@ -42,7 +42,7 @@ impl AnimatedScene {
     /// As [`read_scene`](crate::read_scene). [`SceneError::Invalid`] also where keys are not in the order of time or not as
     /// many as their values, a number is not finite, a node or a joint does not exist or is not in the scene, a skin has no
     /// joints or too few matrices, a vertex has no weight or a negative one, or a morph target has another number of
-    /// vertices than its mesh. [`SceneError::TooLarge`] also for more than sixteen numbers of animations, skins and morph
+    /// vertices than its mesh. [`SceneError::Refused`] also for more than sixteen numbers of animations, skins and morph
     /// targets for each vertex that [`SceneReadOptions::limit`] allows.
     pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Self, SceneReadReport), SceneError> {
         let path = path.as_ref();
