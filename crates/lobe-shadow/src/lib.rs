@@ -5,6 +5,17 @@
 
 mod error;
 mod placement;
+mod spheres;
 
 pub use error::ShadowError;
 pub use placement::Placement;
+pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};
+pub use spheres::pose::{SkinnedMesh, WorldSphere};
+pub use spheres::skin::Skin;
+pub use spheres::solid::Solid;
+pub use spheres::sphere_file::{
+    read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres, read_spheres_bytes, write_sphere_hierarchy, write_spheres,
+};
+pub use spheres::sphere_hierarchy::{SphereHierarchy, SphereNode};
+pub use spheres::sphere_json::{SphereJson, SphereSetJson};
+pub use spheres::sphere_set::SphereSet;
