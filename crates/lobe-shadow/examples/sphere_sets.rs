@@ -46,6 +46,7 @@ fn row(name: &str, scene: &Scene, count: usize) -> Result<(), Box<dyn Error>> {
         let (same, twice) = (medial(count, shrink)?, medial(2 * count, shrink)?);
         print!("  {same:8.4}  {twice:9.4}  {:12}", if ours <= twice { "yes" } else { "no" });
     }
+    if std::env::var("HIST").is_ok() { println!("{:?}", report.history.iter().map(|h| h/report.solid_volume).collect::<Vec<_>>()); }
     println!("  {seconds:7.2}  {:6}  {:9.3}", report.history.len() - 1, report.certainty);
     Ok(())
 }

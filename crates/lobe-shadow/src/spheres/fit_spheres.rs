@@ -1,5 +1,6 @@
 //! Fitting sphere sets to meshes: options, report, the job.
 
+use std::iter;
 use std::time::Instant;
 
 use derive_setters::Setters;
@@ -202,9 +203,9 @@ fn fit(
     Ok((set, report))
 }
 
-/// The balls that the first round begins with: those of the medial axis, and as many points as are missing.
+/// The balls that the first round begins with: twice as many of the medial axis, thinned out, or points where there are fewer.
 fn first_balls(cover: &Cover<'_>, samples: &CoverSamples, options: &SphereFitOptions) -> Vec<Ball> {
-    let mut balls = medial_balls(cover.solid, samples, options.count, true);
+    let mut balls = cover.thinned(medial_balls(cover.solid, samples, 2 * options.count, true), options.count);
     while balls.len() < options.count {
         balls.push(Ball { center: cover.points[balls.len() % cover.points.len()], ..Ball::NONE });
     }
@@ -237,23 +238,21 @@ fn fingerprint(scene: &Scene, start: Option<&SphereSet>, options: &SphereFitOpti
 /// The state after a round.
 struct Round {
     energy: f64,
-    /// Whether spheres are tightened one after the other from here on.
-    tightens: bool,
     balls: Vec<Ball>,
 }
 
 impl Round {
     fn bytes(&self) -> Vec<u8> {
         let balls = self.balls.iter().flat_map(|b| [b.center.x, b.center.y, b.center.z, b.radius, b.outside]);
-        let numbers = [self.energy, f64::from(u8::from(self.tightens))].into_iter().chain(balls);
+        let numbers = iter::once(self.energy).chain(balls);
         numbers.flat_map(f64::to_le_bytes).collect()
     }
 
     fn from_bytes(bytes: &[u8]) -> Self {
         let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
-        let balls = numbers[2..].as_chunks().0.iter();
+        let balls = numbers[1..].as_chunks().0.iter();
         let ball = |&[x, y, z, radius, outside]: &[f64; 5]| Ball { center: DVec3::new(x, y, z), radius, outside };
-        Self { energy: numbers[0], tightens: numbers[1] != 0.0, balls: balls.map(ball).collect() }
+        Self { energy: numbers[0], balls: balls.map(ball).collect() }
     }
 }
 
@@ -267,7 +266,7 @@ fn run_rounds(
 ) -> Result<(Vec<Ball>, Vec<f64>), ShadowError> {
     let start = Instant::now();
     let mut rounds: Vec<Round> = Vec::new();
-    let bytes = 8 * (2 + 5 * options.count);
+    let bytes = 8 * (1 + 5 * options.count);
     let layout = RecordLayout { count: options.rounds + 1, bytes, last: bytes };
     let mut file = match job.checkpoint() {
         Some(path) => Some(RecordFile::open(path, &FORMAT, layout, fingerprint, |b| rounds.push(Round::from_bytes(b)))?),
@@ -284,13 +283,12 @@ fn run_rounds(
             return Err(ShadowError::Cancelled);
         }
         let balls = match (rounds.last(), first.take()) {
-            (Some(last), _) if last.tightens => cover.tightened(&last.balls),
+            (Some(last), _) if rounds.len() % 2 == 0 => cover.tightened(&last.balls),
             (Some(last), _) => cover.round(&last.balls),
             (None, first) => first.map_or_else(Vec::new, |first| first()),
         };
         let energy = energy(&balls);
-        let mut round = Round { energy, tightens: rounds.last().is_some_and(|last| last.tightens), balls };
-        round.tightens |= gains_little(&rounds, energy, options.tolerance);
+        let round = Round { energy, balls };
         if let Some(file) = &mut file {
             file.push(round.bytes())?;
         }
@@ -307,17 +305,13 @@ fn run_rounds(
     Ok((rounds.pop().map_or_else(Vec::new, |round| round.balls), history))
 }
 
-/// Whether the last rounds and one of this energy lowered it by little.
-fn gains_little(rounds: &[Round], energy: f64, tolerance: f64) -> bool {
-    let Some(before) = rounds.len().checked_sub(WINDOW) else { return false };
-    rounds[before].energy - energy <= WINDOW as f64 * tolerance * energy.abs()
-}
-
-/// Whether there were enough rounds, or the last one tightened spheres and gained little.
+/// Whether there were enough rounds, or the last two gained little.
 fn is_done(rounds: &[Round], options: &SphereFitOptions) -> bool {
-    let [.., before, last] = rounds else { return options.rounds == 0 && !rounds.is_empty() };
-    rounds.len() > options.rounds
-        || (before.tightens && before.energy - last.energy <= options.tolerance * last.energy.abs())
+    let Some(last) = rounds.last() else { return false };
+    let gains_little = rounds.len().checked_sub(1 + WINDOW).is_some_and(|before| {
+        rounds[before].energy - last.energy <= WINDOW as f64 * options.tolerance * last.energy.abs()
+    });
+    rounds.len() > options.rounds || gains_little
 }
 
 /// The set in single precision, each radius the next larger number that reaches all points of its sphere, and its energy.

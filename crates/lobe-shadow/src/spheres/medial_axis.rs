@@ -17,13 +17,13 @@ use crate::spheres::cover_samples::CoverSamples;
 use crate::spheres::solid::Solid;
 
 /// Candidates at least, where there are so many points on the surface.
-const LEAST_CANDIDATES: usize = 2000;
+const LEAST_CANDIDATES: usize = 1000;
 
 /// Candidates for each sphere.
 const CANDIDATES: usize = 16;
 
 /// Halvings of the interval of d, which begins as wide as the solid.
-const HALVINGS: usize = 24;
+const HALVINGS: usize = 14;
 
 /// Shrinkings of a medial ball at most; most take less than ten.
 const SHRINKINGS: usize = 64;

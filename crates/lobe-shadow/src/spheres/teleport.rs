@@ -78,6 +78,23 @@ pub(crate) fn teleported(solid: &Solid, balls: Vec<Ball>, groups: Vec<Vec<DVec3>
     balls
 }
 
+/// Takes away the spheres that cost least, up to `count` of them; fewer where their neighbors are touched already.
+pub(crate) fn thinned(solid: &Solid, balls: Vec<Ball>, groups: &[Vec<DVec3>], count: usize) -> Vec<Ball> {
+    let (mut balls, mut touched, mut gone) = (balls, HashSet::new(), HashSet::new());
+    for removal in removals(solid, &balls, groups, f64::INFINITY) {
+        let is_free = !touched.contains(&removal.sphere) && removal.grown.iter().all(|(k, _)| !touched.contains(k));
+        if gone.len() < count && is_free {
+            gone.insert(removal.sphere);
+            touched.insert(removal.sphere);
+            for (k, ball) in removal.grown {
+                touched.insert(k);
+                balls[k] = ball;
+            }
+        }
+    }
+    (0..balls.len()).filter(|k| !gone.contains(k)).map(|k| balls[k]).collect()
+}
+
 /// The cuts that gain something, those that gain most first.
 fn cuts(solid: &Solid, balls: &[Ball], groups: &[Vec<DVec3>]) -> Vec<Cut> {
     let mut order: Vec<usize> = (0..balls.len()).filter(|&k| groups[k].len() > 1 && balls[k].outside > 0.0).collect();

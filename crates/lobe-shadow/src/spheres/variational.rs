@@ -15,10 +15,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::spheres::ball::{Ball, Search, fitted, improved, reach};
-use crate::spheres::cover_samples::unit;
+use crate::spheres::ball::{Ball, Search, improved, reach};
 use crate::spheres::solid::Solid;
-use crate::spheres::teleport::teleported;
+use crate::spheres::teleport::{teleported, thinned};
 
 /// Points this much outside a ball, over its radius, count as inside: the rounding of its radius.
 pub(crate) const TOUCH: f64 = 1e-9;
@@ -26,8 +25,8 @@ pub(crate) const TOUCH: f64 = 1e-9;
 /// Radii at which the outside volume about a center is computed; between them it is interpolated.
 const TABLE: usize = 16;
 
-/// Steps of the clustering that the first balls are fitted to.
-const FIRST_STEPS: usize = 8;
+/// One sphere of so many is taken away at a time.
+const THIN_ONE_OF: usize = 8;
 
 /// What all rounds work on.
 pub(crate) struct Cover<'a> {
@@ -41,39 +40,15 @@ pub(crate) fn energy(balls: &[Ball]) -> f64 {
 }
 
 impl Cover<'_> {
-    /// Balls around clusters of the points: k-means++, and a few steps of Lloyd's algorithm for distances.
-    pub(crate) fn first_balls(&self, count: usize, seed: u64) -> Vec<Ball> {
-        let mut centers = vec![self.points[(unit(seed, 100) * self.points.len() as f64) as usize]];
-        let mut squares: Vec<f64> = self.points.iter().map(|p| p.distance_squared(centers[0])).collect();
-        while centers.len() < count {
-            let mut left = unit(seed, 100 + centers.len() as u64) * squares.iter().sum::<f64>();
-            let drawn = squares.iter().position(|square| {
-                left -= square;
-                left < 0.0
-            });
-            // Nothing is drawn where all points are at centers, or for the rounding of the sum.
-            let center = self.points[drawn.unwrap_or(centers.len() % self.points.len())];
-            squares.iter_mut().zip(self.points).for_each(|(s, p)| *s = s.min(p.distance_squared(center)));
-            centers.push(center);
+    /// Takes spheres away until `count` are left, a few at a time, with a round after each time.
+    pub(crate) fn thinned(&self, balls: Vec<Ball>, count: usize) -> Vec<Ball> {
+        let mut balls = balls;
+        while balls.len() > count {
+            balls = self.round(&balls);
+            let most = (balls.len() - count).min(balls.len().div_ceil(THIN_ONE_OF));
+            balls = thinned(self.solid, balls.clone(), &self.assigned(&balls), most);
         }
-        let mut groups = self.nearest(&centers);
-        for _ in 0..FIRST_STEPS {
-            for (center, group) in centers.iter_mut().zip(&groups) {
-                if !group.is_empty() {
-                    *center = group.iter().sum::<DVec3>() / group.len() as f64;
-                }
-            }
-            groups = self.nearest(&centers);
-        }
-        groups.par_iter().map(|group| fitted(self.solid, group, Search::ROUGH)).collect()
-    }
-
-    /// The points nearest to each center.
-    fn nearest(&self, centers: &[DVec3]) -> Vec<Vec<DVec3>> {
-        self.grouped(centers.len(), |p| {
-            let square = |k: &usize| centers[*k].distance_squared(p);
-            (0..centers.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0)
-        })
+        balls
     }
 
     fn grouped(&self, count: usize, choose: impl Fn(DVec3) -> usize + Sync) -> Vec<Vec<DVec3>> {
