@@ -117,6 +117,13 @@ impl Solid {
         self.outside(center.into(), radius)
     }
 
+    /// The derivatives of [`Solid::volume_outside`] by the center and by the radius.
+    #[must_use]
+    pub fn volume_outside_slope(&self, center: [f64; 3], radius: f64) -> ([f64; 3], f64) {
+        let (_, by_center, by_radius) = self.outside_and_slope(center.into(), radius);
+        (by_center.to_array(), by_radius)
+    }
+
     /// Whether every edge is used as often in one direction as in the other, so that w is a whole number everywhere.
     #[must_use]
     pub fn is_closed(&self) -> bool {
