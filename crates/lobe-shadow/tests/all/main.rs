@@ -1,8 +1,16 @@
-//! The tests of this crate through its public interface.
+//! The tests of the crate from outside, in one program, which is linked once.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod balls_in_solids;
 mod field_bakes;
 mod field_errors;
 mod field_files;
 mod radiance_fields;
 mod shadow_fields;
 mod shapes;
+mod solids;
+mod sphere_files;
+mod sphere_fits;
+mod sphere_skins;
+mod sphere_trees;

@@ -1,0 +1,330 @@
+//! Fitting sphere sets to meshes: options, report, the job.
+
+use std::iter;
+use std::time::Instant;
+
+use derive_setters::Setters;
+use glam::DVec3;
+use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout};
+use lobe_scene::Scene;
+
+use crate::spheres::ball::Ball;
+use crate::spheres::cover_samples::CoverSamples;
+use crate::spheres::medial_axis::medial_balls;
+use crate::spheres::solid::Solid;
+use crate::spheres::variational::{Cover, energy};
+use crate::{ShadowError, SphereSet};
+
+/// Spheres of a set at most: rounds take time proportional to spheres times points.
+const MOST_SPHERES: usize = 4096;
+
+/// Points to cover at most: each takes about 100 bytes while the fit runs.
+const MOST_SAMPLES: usize = 1 << 22;
+
+/// A fit is at its end when two rounds together lower the energy by less than twice the tolerance.
+const WINDOW: usize = 2;
+
+/// The fingerprint and the records of a fit.
+const KIND: u64 = 22;
+const FORMAT: RecordFormat =
+    RecordFormat { kind: *b"SPHR", version: 1, work: "fit of spheres", arguments: "the mesh or the options" };
+
+/// Ways to fit spheres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SphereFitMethod {
+    /// The least summed outside volume that Lloyd's algorithm with teleportation finds [Wang et al. 2006].
+    Variational,
+    /// Balls of the medial axis, expanded and selected greedily: faster, and worse. A simplified form of
+    /// [Bradshaw and O'Sullivan 2004], for comparison.
+    MedialAxis,
+}
+
+/// Options of a fit.
+#[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SphereFitOptions {
+    /// Number of spheres, 1 to 4096 and no more than samples. The medial axis may need fewer.
+    pub count: usize,
+    /// The way.
+    pub method: SphereFitMethod,
+    /// About how many points are to be covered, at most 2²²: a third of them inside, the others on the surface, vertices
+    /// first.
+    pub samples: usize,
+    /// Whether spheres of the medial axis shrink at last to the points that are theirs; as published they do not.
+    pub shrink: bool,
+    /// Rounds at most, of the variational method.
+    pub rounds: usize,
+    /// The fit ends when a round lowers the energy by less than this part.
+    pub tolerance: f64,
+    /// Fits with different seeds start from different points.
+    pub seed: u64,
+}
+
+impl Default for SphereFitOptions {
+    /// 64 spheres by at most 100 rounds over 12288 points.
+    fn default() -> Self {
+        Self {
+            count: 64,
+            method: SphereFitMethod::Variational,
+            samples: 12288,
+            shrink: true,
+            rounds: 100,
+            tolerance: 1e-3,
+            seed: 0,
+        }
+    }
+}
+
+impl SphereFitOptions {
+    fn check(&self) -> Result<(), ShadowError> {
+        let refuse = |message: String| Err(ShadowError::Options(message));
+        if !(1..=MOST_SPHERES).contains(&self.count) {
+            return refuse(format!("expected 1 to {MOST_SPHERES} spheres, found {}", self.count));
+        }
+        if !(1..=MOST_SAMPLES).contains(&self.samples) {
+            return refuse(format!("expected 1 to {MOST_SAMPLES} samples, found {}", self.samples));
+        }
+        if !(self.tolerance >= 0.0 && self.tolerance < 1.0) {
+            return refuse(format!("expected a tolerance in [0, 1), found {}", self.tolerance));
+        }
+        Ok(())
+    }
+}
+
+/// The report of a fit.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct SphereFitReport {
+    /// The energy of the spheres as returned: their volumes outside the solid, summed; where two overlap, it counts twice.
+    pub outside_volume: f64,
+    /// The volume of the solid: by its surface if that is closed, else that of the samples with a winding number of at
+    /// least ½, which is right to about their number to the power -2/3.
+    pub solid_volume: f64,
+    /// The energy at the start and after each round, before rounding to single precision; it never rises.
+    pub history: Vec<f64>,
+    /// The part of the points of a lattice over the box whose winding number is within ¼ of 0 or of 1: 1 for a closed mesh
+    /// that does not overlap itself. Below about 0.9 the mesh says little about what is inside.
+    pub certainty: f64,
+    /// The points that were to be covered, all of which are.
+    pub samples: usize,
+}
+
+/// Fits spheres to the solid inside a scene: every sample of the solid is in a sphere, and little else.
+///
+/// ```text
+///   minimize  E = Σ_k SOTV(c_k, R_k)   such that every sample p has a k with |p - c_k| ≤ R_k
+/// ```
+///
+/// The mesh need not be watertight, see [`Solid`]; [`SphereFitReport::certainty`] says how much of a solid it is. Centers are in
+/// the frame of the scene's positions. Between samples the surface may stick out of the spheres by a part of their
+/// distance from each other. The same bytes come out for any number of threads. The variational method can be resumed; for the
+/// other a checkpoint is refused.
+///
+/// ```
+/// use lobe_io::Job;
+/// use lobe_scene::{Material, Mesh, MeshParts, Scene};
+/// use lobe_shadow::{SphereFitOptions, fit_spheres};
+///
+/// let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let triangles = vec![[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]];
+/// let mesh = Mesh::new(MeshParts { positions, triangles, ..MeshParts::default() })?;
+/// let scene = Scene::new(vec![mesh], Vec::<Material>::new(), Vec::new())?;
+/// let (set, report) = fit_spheres(&scene, &SphereFitOptions::default().count(4).samples(600), Job::default())?;
+/// assert_eq!(set.len(), 4);
+/// assert!((report.solid_volume - 1.0 / 6.0).abs() < 1e-9);
+/// # Ok::<(), lobe_shadow::ShadowError>(())
+/// ```
+///
+/// # Errors
+/// [`ShadowError::Options`] if an option is out of range, there are more spheres than samples, or the scene has no volume;
+/// [`ShadowError::Cancelled`]; of the checkpoint.
+pub fn fit_spheres(
+    scene: &Scene,
+    options: &SphereFitOptions,
+    job: Job<'_>,
+) -> Result<(SphereSet, SphereFitReport), ShadowError> {
+    fit(scene, None, options, job)
+}
+
+/// [`fit_spheres`] by the variational method from the spheres of a set, whose number counts instead of that of the options:
+/// one read from a file, or fitted to a similar mesh.
+///
+/// # Errors
+/// As [`fit_spheres`].
+pub fn refine_spheres(
+    scene: &Scene,
+    start: &SphereSet,
+    options: &SphereFitOptions,
+    job: Job<'_>,
+) -> Result<(SphereSet, SphereFitReport), ShadowError> {
+    let options = options.clone().count(start.len()).method(SphereFitMethod::Variational);
+    fit(scene, Some(start), &options, job)
+}
+
+fn fit(
+    scene: &Scene,
+    start: Option<&SphereSet>,
+    options: &SphereFitOptions,
+    job: Job<'_>,
+) -> Result<(SphereSet, SphereFitReport), ShadowError> {
+    options.check()?;
+    if options.method == SphereFitMethod::MedialAxis {
+        job.expect_no_checkpoint().map_err(ShadowError::Options)?;
+    }
+    let solid = Solid::of_scene(scene)?;
+    let samples = CoverSamples::new(&solid, options.samples, options.seed)?;
+    let points = samples.points.as_slice();
+    if options.count > points.len() {
+        let message = format!("expected at most a sphere for each of {} samples, found {}", points.len(), options.count);
+        return Err(ShadowError::Options(message));
+    }
+    let cover = Cover { solid: &solid, points };
+    let (balls, history) = match options.method {
+        SphereFitMethod::MedialAxis => {
+            let balls = medial_balls(&solid, &samples, options.count, options.shrink);
+            let energy = energy(&balls);
+            (balls, vec![energy])
+        }
+        SphereFitMethod::Variational => {
+            let fingerprint = fingerprint(scene, start, options);
+            let first = || match start {
+                Some(set) => cover.covering(&balls_of(set)),
+                None => first_balls(&cover, &samples, options),
+            };
+            run_rounds(&cover, first, options, &fingerprint, job)?
+        }
+    };
+    let (set, outside_volume) = rounded(&cover, &balls)?;
+    let CoverSamples { volume, certainty, .. } = samples;
+    let report =
+        SphereFitReport { outside_volume, solid_volume: volume, history, certainty, samples: points.len() };
+    Ok((set, report))
+}
+
+/// The balls that the first round begins with: twice as many of the medial axis, thinned out, or points where there are fewer.
+fn first_balls(cover: &Cover<'_>, samples: &CoverSamples, options: &SphereFitOptions) -> Vec<Ball> {
+    let mut balls = cover.thinned(medial_balls(cover.solid, samples, 2 * options.count, true), options.count);
+    while balls.len() < options.count {
+        balls.push(Ball { center: cover.points[balls.len() % cover.points.len()], ..Ball::NONE });
+    }
+    balls
+}
+
+fn balls_of(set: &SphereSet) -> Vec<Ball> {
+    let ball = |(center, radius): (&[f32; 3], &f32)| Ball {
+        center: DVec3::from_array(center.map(f64::from)),
+        radius: f64::from(*radius),
+        outside: 0.0,
+    };
+    set.centers().iter().zip(set.radii()).map(ball).collect()
+}
+
+/// What decides the result.
+fn fingerprint(scene: &Scene, start: Option<&SphereSet>, options: &SphereFitOptions) -> Fingerprint {
+    let SphereFitOptions { count, samples, rounds, tolerance, seed, .. } = options;
+    let mut fingerprint = Fingerprint::of_kind(KIND);
+    let words = [*count, *samples, *rounds, scene.triangle_count()].map(|n| n as u64);
+    fingerprint.words(words.into_iter().chain([tolerance.to_bits(), *seed]).collect::<Vec<_>>().into_iter());
+    scene.corners().for_each(|corners| fingerprint.floats(corners.as_flattened()));
+    if let Some(set) = start {
+        fingerprint.floats(set.centers().as_flattened());
+        fingerprint.floats(set.radii());
+    }
+    fingerprint
+}
+
+/// The state after a round.
+struct Round {
+    energy: f64,
+    balls: Vec<Ball>,
+}
+
+impl Round {
+    fn bytes(&self) -> Vec<u8> {
+        let balls = self.balls.iter().flat_map(|b| [b.center.x, b.center.y, b.center.z, b.radius, b.outside]);
+        let numbers = iter::once(self.energy).chain(balls);
+        numbers.flat_map(f64::to_le_bytes).collect()
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Self {
+        let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        let balls = numbers[1..].as_chunks().0.iter();
+        let ball = |&[x, y, z, radius, outside]: &[f64; 5]| Ball { center: DVec3::new(x, y, z), radius, outside };
+        Self { energy: numbers[0], balls: balls.map(ball).collect() }
+    }
+}
+
+/// Rounds until little is gained, and the energy after each.
+fn run_rounds(
+    cover: &Cover<'_>,
+    first: impl FnOnce() -> Vec<Ball>,
+    options: &SphereFitOptions,
+    fingerprint: &Fingerprint,
+    mut job: Job<'_>,
+) -> Result<(Vec<Ball>, Vec<f64>), ShadowError> {
+    let start = Instant::now();
+    let mut rounds: Vec<Round> = Vec::new();
+    let bytes = 8 * (1 + 5 * options.count);
+    let layout = RecordLayout { count: options.rounds + 1, bytes, last: bytes };
+    let mut file = match job.checkpoint() {
+        Some(path) => Some(RecordFile::open(path, &FORMAT, layout, fingerprint, |b| rounds.push(Round::from_bytes(b)))?),
+        None => None,
+    };
+    let resumed = rounds.len();
+    let progress = |done: usize, total: usize| Progress { done, total, resumed, elapsed: start.elapsed(), ..Progress::default() };
+    let mut first = Some(first);
+    while !is_done(&rounds, options) {
+        if job.report(&progress(rounds.len(), layout.count)).is_break() {
+            if let Some(file) = &mut file {
+                file.sync()?;
+            }
+            return Err(ShadowError::Cancelled);
+        }
+        let balls = match (rounds.last(), first.take()) {
+            (Some(last), _) if rounds.len() % 2 == 0 => cover.tightened(&last.balls),
+            (Some(last), _) => cover.round(&last.balls),
+            (None, first) => first.map_or_else(Vec::new, |first| first()),
+        };
+        let energy = energy(&balls);
+        let round = Round { energy, balls };
+        if let Some(file) = &mut file {
+            file.push(round.bytes())?;
+        }
+        // Earlier spheres are no longer needed.
+        if let Some(last) = rounds.last_mut() {
+            last.balls = Vec::new();
+        }
+        rounds.push(round);
+    }
+    let done = rounds.len();
+    // All is done, so nothing is left to stop.
+    let _ = job.report(&progress(done, done));
+    let history = rounds.iter().map(|round| round.energy).collect();
+    Ok((rounds.pop().map_or_else(Vec::new, |round| round.balls), history))
+}
+
+/// Whether there were enough rounds, or the last two gained little.
+fn is_done(rounds: &[Round], options: &SphereFitOptions) -> bool {
+    let Some(last) = rounds.last() else { return false };
+    let gains_little = rounds.len().checked_sub(1 + WINDOW).is_some_and(|before| {
+        rounds[before].energy - last.energy <= WINDOW as f64 * options.tolerance * last.energy.abs()
+    });
+    rounds.len() > options.rounds || gains_little
+}
+
+/// The set in single precision, each radius the next larger number that reaches all points of its sphere, and its energy.
+fn rounded(cover: &Cover<'_>, balls: &[Ball]) -> Result<(SphereSet, f64), ShadowError> {
+    let groups = cover.assigned(balls);
+    let (mut centers, mut radii, mut outside) = (Vec::new(), Vec::new(), 0.0);
+    for (ball, group) in balls.iter().zip(&groups) {
+        let center = ball.center.as_vec3();
+        let around = Ball::around(cover.solid, center.as_dvec3(), group);
+        let radius = if around.radius > 0.0 { (around.radius as f32).next_up() } else { 0.0 };
+        outside += cover.solid.outside(center.as_dvec3(), f64::from(radius));
+        centers.push(center.to_array());
+        radii.push(radius);
+    }
+    Ok((SphereSet::new(centers, radii)?, outside))
+}

@@ -1,0 +1,54 @@
+//! Sphere sets as JSON, to be read by people and scripts.
+
+use serde::Serialize;
+
+use crate::{SphereFitReport, SphereSet};
+
+/// What `lobe spheres --json` prints; see [`SphereSetJson::new`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct SphereSetJson {
+    /// The spheres, in the frame of the mesh.
+    pub spheres: Vec<SphereJson>,
+    /// [`SphereFitReport::outside_volume`].
+    pub outside_volume: f64,
+    /// [`SphereFitReport::solid_volume`].
+    pub solid_volume: f64,
+    /// [`SphereFitReport::history`].
+    pub history: Vec<f64>,
+    /// [`SphereFitReport::certainty`].
+    pub certainty: f64,
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct SphereJson {
+    /// Its center.
+    pub center: [f32; 3],
+    /// Its radius.
+    pub radius: f32,
+}
+
+impl SphereSetJson {
+    /// A set and the report of its fit.
+    ///
+    /// ```
+    /// use lobe_io::Job;
+    /// use lobe_scene::built_in;
+    /// use lobe_shadow::{SphereFitOptions, SphereSetJson, fit_spheres};
+    ///
+    /// let cave = built_in::cave(8);
+    /// let options = SphereFitOptions::default().count(2).samples(200).rounds(2);
+    /// if let Ok((set, report)) = fit_spheres(&cave, &options, Job::default()) {
+    ///     assert_eq!(SphereSetJson::new(&set, &report).spheres.len(), 2);
+    /// }
+    /// ```
+    #[must_use]
+    pub fn new(set: &SphereSet, report: &SphereFitReport) -> Self {
+        let sphere = |(&center, &radius): (&[f32; 3], &f32)| SphereJson { center, radius };
+        let SphereFitReport { outside_volume, solid_volume, history, certainty, .. } = report.clone();
+        let spheres = set.centers().iter().zip(set.radii()).map(sphere).collect();
+        Self { spheres, outside_volume, solid_volume, history, certainty }
+    }
+}

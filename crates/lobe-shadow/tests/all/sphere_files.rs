@@ -1,0 +1,114 @@
+//! Files of sphere sets and their hierarchies, whole and damaged.
+
+use std::fs;
+
+use lobe_shadow::{
+    Skin, SphereHierarchy, SphereSet, read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres, read_spheres_bytes,
+    write_sphere_hierarchy, write_spheres,
+};
+
+fn set() -> SphereSet {
+    let set = SphereSet::new(vec![[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]], vec![0.5, 0.0]).unwrap();
+    let skin = Skin::new(vec![[1, 2, 0, 0], [7, 0, 0, 0]], vec![[0.1, 0.7, 0.0, 0.3], [1.0, 0.0, 0.0, 0.0]]).unwrap();
+    set.with_skin(skin).unwrap()
+}
+
+fn bytes_of(set: &SphereSet) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.spheres.safetensors");
+    write_spheres(&path, set).unwrap();
+    assert_eq!(&read_spheres(&path).unwrap(), set, "read back");
+    fs::read(path).unwrap()
+}
+
+/// The message for a file with a text of its header replaced, the header's length put right.
+fn changed(file: &[u8], from: &str, to: &str) -> String {
+    let length = u64::from_le_bytes(file[..8].try_into().unwrap()) as usize;
+    let header = String::from_utf8(file[8..8 + length].to_vec()).unwrap();
+    assert!(header.contains(from), "{header} has {from}");
+    let header = header.replace(from, to);
+    let mut bad = (header.len() as u64).to_le_bytes().to_vec();
+    bad.extend(header.as_bytes());
+    bad.extend(&file[8 + length..]);
+    read_spheres_bytes(&bad, "s").unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_written_is_read_and_has_the_same_bytes_each_time() {
+    assert_eq!(bytes_of(&set()), bytes_of(&set()), "written twice");
+    bytes_of(&SphereSet::default());
+    let plain = SphereSet::new(vec![[1.0; 3]], vec![0.0]).unwrap();
+    assert!(read_spheres_bytes(&bytes_of(&plain), "s").unwrap().skin().is_none(), "no joints");
+}
+
+#[test]
+fn damaged_files_are_refused_in_one_line() {
+    let file = bytes_of(&set());
+    for (from, to, expected) in [
+        (
+            r#"\"version\":1"#,
+            r#"\"version\":2"#,
+            "s: expected version 1 of lobe-spheres, found 2; take a Lobe as new as the file",
+        ),
+        ("lobe-spheres", "lobe-transfer", "s: expected lobe-spheres, found lobe-transfer"),
+        ("\"lobe\":", "\"else\":", "s: expected tensors of lobe-spheres, found none of Lobe's"),
+        ("\"radii\":{", "\"other\":{", "s: expected a tensor radii, found none"),
+        ("\"weights\":{", "\"other\":{", "s: expected a tensor weights, found none"),
+        ("[2,3]", "[3,2]", "s: expected a tensor centers of F32 [any, 3], found F32 [3, 2]"),
+    ] {
+        assert_eq!(changed(&file, from, to), expected, "{from} as {to}");
+    }
+    for (from, to) in [("[2,3]", "[18446744073709551615,3]"), ("{", "["), (r#"\"version\":1"#, r#"\"version\":\"\n\""#)] {
+        let message = changed(&file, from, to);
+        assert!(message.starts_with("s: ") && !message.contains('\n'), "{from} as {to}: {message}");
+    }
+    let mut endless = file.clone();
+    endless[..8].copy_from_slice(&u64::MAX.to_le_bytes());
+    let message = read_spheres_bytes(&endless, "s").unwrap_err().to_string();
+    assert!(message.starts_with("s: expected safetensors, found "), "{message}");
+    for length in 0..file.len() {
+        assert!(read_spheres_bytes(&file[..length], "s").is_err(), "cut off after {length} bytes");
+    }
+}
+
+#[test]
+fn numbers_that_are_no_sphere_are_refused() {
+    let file = bytes_of(&SphereSet::new(vec![[7.0; 3]], vec![0.25]).unwrap());
+    let with = |from: f32, to: f32| {
+        let from = from.to_le_bytes();
+        let at = file.windows(4).position(|bytes| bytes == from).unwrap();
+        let mut bad = file.clone();
+        bad[at..at + 4].copy_from_slice(&to.to_le_bytes());
+        read_spheres_bytes(&bad, "s").unwrap_err().to_string()
+    };
+    assert_eq!(with(0.25, -1.0), "s: expected finite radii of at least 0, found -1 at sphere 0", "negative");
+    assert_eq!(with(0.25, f32::NAN), "s: expected finite radii of at least 0, found NaN at sphere 0", "no number");
+    assert_eq!(with(7.0, f32::INFINITY), "s: expected finite centers, found [inf, 7.0, 7.0] at sphere 0", "infinite");
+}
+
+#[test]
+fn hierarchies_are_written_and_read() {
+    let centers: Vec<[f32; 3]> = (0..9).map(|k| [k as f32, (k * k) as f32, 0.0]).collect();
+    let set = SphereSet::new(centers, vec![0.5; 9]).unwrap();
+    let tree = SphereHierarchy::new(&set, 3).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.safetensors");
+    write_sphere_hierarchy(&path, &tree).unwrap();
+    assert_eq!(read_sphere_hierarchy(&path).unwrap(), tree, "read back");
+    let bytes = fs::read(&path).unwrap();
+    for length in 0..bytes.len() {
+        assert!(read_sphere_hierarchy_bytes(&bytes[..length], "t").is_err(), "cut off after {length} bytes");
+    }
+    // Every byte of the numbers changed: refused in one line, or another tree; never a panic.
+    let data = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    for at in data..bytes.len() {
+        let mut bad = bytes.clone();
+        bad[at] ^= 0x41;
+        if let Err(error) = read_sphere_hierarchy_bytes(&bad, "t") {
+            let message = error.to_string();
+            assert!(message.starts_with("t: expected ") && !message.contains('\n'), "byte {at}: {message}");
+        }
+    }
+    let message = read_spheres(&path).unwrap_err().to_string();
+    assert!(message.ends_with("expected lobe-spheres, found lobe-sphere-hierarchy"), "{message}");
+}

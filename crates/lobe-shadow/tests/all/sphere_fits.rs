@@ -1,0 +1,162 @@
+//! Fits of sphere sets: what they cover, that they improve, that they are the same wherever they run, and what is refused.
+
+use std::ops::ControlFlow;
+
+use lobe_io::{Job, Progress};
+use lobe_shadow::{SphereFitMethod, SphereFitOptions, SphereSet, SphereSetJson, fit_spheres, refine_spheres};
+use lobe_testkit::Random;
+
+use crate::solids::{Triangle, cube, scene, solid, star, torus};
+
+fn options(count: usize) -> SphereFitOptions {
+    SphereFitOptions::default().count(count).samples(1500).rounds(6)
+}
+
+fn is_covered(set: &SphereSet, p: [f64; 3], slack: f64) -> bool {
+    set.centers().iter().zip(set.radii()).any(|(c, r)| {
+        let square: f64 = (0..3).map(|k| (p[k] - f64::from(c[k])).powi(2)).sum();
+        square.sqrt() <= f64::from(*r) + slack
+    })
+}
+
+#[test]
+fn spheres_cover_the_solid_and_the_energy_never_rises() {
+    let mut random = Random::new(1);
+    for (name, triangles) in [("star", star()), ("torus", torus(32, 12))] {
+        let (solid, scene) = (solid(&triangles), scene(&triangles));
+        let (set, report) = fit_spheres(&scene, &options(12), Job::default()).unwrap();
+        assert_eq!(set.len(), 12, "{name}");
+        let falls = report.history.windows(2).all(|pair| pair[1] <= pair[0]);
+        assert!(falls && report.history.len() > 2, "{name}: {:?}", report.history);
+        let summed: f64 = (set.centers().iter().zip(set.radii()))
+            .map(|(c, r)| solid.volume_outside(c.map(f64::from), f64::from(*r)))
+            .sum();
+        let found = report.outside_volume;
+        assert!((summed - found).abs() < 1e-9, "{name}: {found} reported, {summed} outside");
+        assert!((report.solid_volume - solid.signed_volume()).abs() < 1e-12, "{name}: {}", report.solid_volume);
+        assert_eq!(report.certainty, 1.0, "{name} is closed");
+        for p in triangles.as_flattened() {
+            assert!(is_covered(&set, p.map(f64::from), 1e-6), "{name}: the vertex {p:?}");
+        }
+        // Samples are about 0.05 apart.
+        let mut inside = 0;
+        while inside < 2000 {
+            let p: [f64; 3] = std::array::from_fn(|_| 1.3 * random.signed());
+            if solid.winding_number(p) > 0.5 {
+                inside += 1;
+                assert!(is_covered(&set, p, 0.03), "{name}: {p:?} inside");
+            }
+        }
+    }
+}
+
+#[test]
+fn one_sphere_for_a_ball_of_triangles_is_the_ball_and_more_spheres_leave_less_outside() {
+    let cube = scene(&cube(1.0));
+    let (set, report) = fit_spheres(&cube, &options(1), Job::default()).unwrap();
+    // The smallest ball around a cube also has least volume outside among those that contain it.
+    let center = set.centers()[0].map(f64::from);
+    assert!(center.iter().all(|x| x.abs() < 0.02), "the middle of the cube, found {center:?}");
+    assert!((f64::from(set.radii()[0]) - 3.0_f64.sqrt()).abs() < 0.02, "half the diagonal, found {}", set.radii()[0]);
+    let (_, more) = fit_spheres(&cube, &options(8), Job::default()).unwrap();
+    assert!(more.outside_volume < 0.6 * report.outside_volume, "{} and {}", more.outside_volume, report.outside_volume);
+}
+
+#[test]
+fn variational_sets_do_better_than_those_of_the_medial_axis() {
+    for (name, triangles) in [("star", star()), ("torus", torus(32, 12))] {
+        let scene = scene(&triangles);
+        let outside = |options: SphereFitOptions| fit_spheres(&scene, &options, Job::default()).unwrap().1.outside_volume;
+        let ours = outside(options(8));
+        for shrink in [false, true] {
+            let medial = outside(options(8).method(SphereFitMethod::MedialAxis).shrink(shrink));
+            assert!(ours < 0.9 * medial, "{name}: {ours}, of the medial axis {medial} with shrink {shrink}");
+        }
+    }
+}
+
+#[test]
+fn fits_are_the_same_for_any_number_of_threads() {
+    let scene = scene(&star());
+    let fit = || fit_spheres(&scene, &options(6).rounds(3), Job::default()).unwrap();
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let (one, three) = (pool(1).install(fit), pool(3).install(fit));
+    assert_eq!(one, three, "1 and 3 threads");
+}
+
+#[test]
+fn a_fit_that_was_stopped_continues_to_the_same_spheres() {
+    let scene = scene(&star());
+    let options = options(6);
+    let whole = fit_spheres(&scene, &options, Job::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("fit.checkpoint");
+    for stop_at in [1, 2, 3] {
+        let mut watch = |progress: &Progress| {
+            if progress.done < stop_at { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let stopped = fit_spheres(&scene, &options, Job::default().kept_in(&path).watched_by(&mut watch));
+        assert_eq!(stopped.unwrap_err().to_string(), "stopped before the end", "stopped after {stop_at}");
+    }
+    let mut resumed = 0;
+    let mut watch = |progress: &Progress| {
+        resumed = progress.resumed;
+        ControlFlow::Continue(())
+    };
+    let continued = fit_spheres(&scene, &options, Job::default().kept_in(&path).watched_by(&mut watch)).unwrap();
+    assert_eq!(continued, whole, "continued and in one go");
+    assert_eq!(resumed, 3, "rounds taken up");
+    let other = fit_spheres(&scene, &options.clone().seed(1), Job::default().kept_in(&path)).unwrap_err().to_string();
+    assert!(other.contains("this checkpoint is of another fit of spheres"), "{other}");
+    let medial = options.method(SphereFitMethod::MedialAxis);
+    let refused = fit_spheres(&scene, &medial, Job::default().kept_in(&path)).unwrap_err().to_string();
+    assert!(refused.starts_with("expected no checkpoint"), "{refused}");
+}
+
+#[test]
+fn a_set_can_be_refined_further() {
+    let scene = scene(&star());
+    let (start, before) = fit_spheres(&scene, &options(6).rounds(0), Job::default()).unwrap();
+    assert_eq!(before.history.len(), 1, "no rounds");
+    let (set, after) = refine_spheres(&scene, &start, &options(1), Job::default()).unwrap();
+    assert_eq!(set.len(), 6, "as many spheres");
+    assert!(after.outside_volume < before.outside_volume, "{} after {}", after.outside_volume, before.outside_volume);
+    // One that covers nothing of it is made to.
+    let far = SphereSet::new(vec![[9.0, 0.0, 0.0]; 2], vec![0.0; 2]).unwrap();
+    let (set, _) = refine_spheres(&scene, &far, &options(1), Job::default()).unwrap();
+    assert!(star().as_flattened().iter().all(|p| is_covered(&set, p.map(f64::from), 1e-6)), "the star, by {set:?}");
+}
+
+#[test]
+fn open_meshes_are_fitted_with_less_certainty() {
+    let open: Vec<Triangle> = torus(32, 12)[24..].to_vec();
+    let (set, report) = fit_spheres(&scene(&open), &options(6).rounds(2), Job::default()).unwrap();
+    assert_eq!(set.len(), 6, "spheres");
+    assert!(report.certainty > 0.9 && report.certainty < 1.0, "a torus with a piece missing: {}", report.certainty);
+    let whole = solid(&torus(32, 12)).signed_volume();
+    assert!((report.solid_volume / whole - 1.0).abs() < 0.1, "{} of {whole}", report.solid_volume);
+}
+
+#[test]
+fn what_cannot_be_fitted_is_refused_in_one_line() {
+    let star = scene(&star());
+    let refusal = |options: SphereFitOptions| fit_spheres(&star, &options, Job::default()).unwrap_err().to_string();
+    assert_eq!(refusal(options(0)), "expected 1 to 4096 spheres, found 0", "none");
+    assert_eq!(refusal(options(5000)), "expected 1 to 4096 spheres, found 5000", "too many");
+    assert_eq!(refusal(options(1).samples(0)), "expected 1 to 4194304 samples, found 0", "no samples");
+    assert_eq!(refusal(options(1).tolerance(f64::NAN)), "expected a tolerance in [0, 1), found NaN", "tolerance");
+    let more = refusal(options(4000).samples(300));
+    assert!(more.starts_with("expected at most a sphere for each of ") && more.ends_with(" samples, found 4000"), "{more}");
+    let flat = fit_spheres(&scene(&cube(1.0)[..2]), &options(1), Job::default()).unwrap_err().to_string();
+    assert!(flat.starts_with("expected a mesh around a volume") && !flat.contains('\n'), "{flat}");
+}
+
+#[test]
+fn json_has_the_spheres_and_the_report() {
+    let (set, report) = fit_spheres(&scene(&cube(1.0)), &options(2).rounds(1), Job::default()).unwrap();
+    let json = serde_json::to_value(SphereSetJson::new(&set, &report)).unwrap();
+    assert_eq!(json["spheres"].as_array().unwrap().len(), 2, "{json}");
+    assert_eq!(json["spheres"][1]["radius"].as_f64().unwrap() as f32, set.radii()[1], "{json}");
+    assert_eq!(json["history"].as_array().unwrap().len(), report.history.len(), "{json}");
+    assert_eq!(json["solid_volume"].as_f64().unwrap(), report.solid_volume, "{json}");
+}
