@@ -8,7 +8,7 @@
 //! Read `read` first, then the reader of a format. Uses `picture`.
 
 pub(crate) mod bc6h;
-#[cfg(not(feature = "bc6h"))]
+#[cfg(any(test, not(feature = "bc6h")))]
 pub(crate) mod bc6h_encode;
 pub(crate) mod dds;
 pub(crate) mod decoded;

@@ -232,12 +232,9 @@ fn blocks_of_a_real_sky_are_close() {
         let map = bundled.map();
         let cube = CubeMap::from_fn(128, |s| Rgb::from(map.radiance(s).to_array().map(|c| c.clamp(0.0, 65504.0))));
         let options = CubeWriteOptions::default().texels(TexelFormat::Bc6h);
-        let start = std::time::Instant::now();
         write_cube(&path, &CubeMipChain::single(cube.clone()), &options).unwrap();
-        let seconds = start.elapsed().as_secs_f64();
         let back = MappedMap::load(&path).unwrap().into_cube_map().unwrap();
         let error = difference_of_logarithms(&cube, &back);
-        println!("{}: {error:.4}, written in {seconds:.2} s (feature bc6h: {})", bundled.name, cfg!(feature = "bc6h"));
         assert!(error < limit, "{}: {error} against {limit}", bundled.name);
     }
 }
