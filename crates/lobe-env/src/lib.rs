@@ -99,6 +99,7 @@ pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
 pub use error::{EnvError, MapReadOption};
 pub use files::bundled;
+pub use files::cropped::Padding;
 pub use files::cube_faces::{FaceFiles, write_cube_faces};
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{MapReadOptions, MapReadReport};

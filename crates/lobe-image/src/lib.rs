@@ -59,7 +59,7 @@ pub use codec::decoded::{CubeTexture, EnvmapAttribute, mip_level_count, mip_leve
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::read::{
-    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, read_picture, read_picture_bytes, read_picture_file,
+    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
 };
 pub use codec::texel_format::TexelFormat;
 pub use codec::texture::{read_cube_texture_bytes, write_cube_texture};

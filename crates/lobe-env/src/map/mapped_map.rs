@@ -99,6 +99,18 @@ impl MappedMap {
         self.mapping
     }
 
+    /// The name of the mapping where a reader of the picture would take it for another by its proportions; none for lat-long
+    /// twice as wide as high, and for a cube.
+    #[must_use]
+    pub fn untold_mapping(&self) -> Option<&'static str> {
+        let is_told = match self.mapping {
+            Mapping::LatLong => self.width == 2 * self.height,
+            Mapping::Cube => true,
+            _ => false,
+        };
+        (!is_told).then(|| self.mapping.name())
+    }
+
     /// The number of columns, at least 1.
     #[must_use]
     pub fn width(&self) -> usize {

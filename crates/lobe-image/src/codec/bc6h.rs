@@ -128,9 +128,8 @@ mod tests {
         let size = sky.height();
         // The square in the middle of the panorama.
         let left = (sky.width() - size) / 2;
-        let square: Vec<Pixel> = (0..size * size)
-            .map(|i| sky.pixel(left + i % size, i / size).map(|c| c.clamp(0.0, 65504.0)))
-            .collect();
+        let square: Vec<Pixel> =
+            (0..size * size).map(|i| sky.pixel(left + i % size, i / size).map(|c| c.clamp(0.0, 65504.0))).collect();
         let ours = mean_error(crate::codec::bc6h_encode::encode, size, &square);
         let compiled = mean_error(encode, size, &square);
         let ratio = ours / compiled;

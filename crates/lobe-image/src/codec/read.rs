@@ -192,7 +192,7 @@ pub fn read_picture(
     path: impl AsRef<Path>,
     options: &PictureReadOptions,
 ) -> Result<(Picture, PictureReadReport), ImageError> {
-    let (name, bytes) = read_picture_file(path)?;
+    let (name, bytes) = picture_file_bytes(path)?;
     read_picture_bytes(&bytes, &name, options)
 }
 
@@ -238,7 +238,8 @@ pub fn read_picture_bytes(
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read, and the errors of [`FileFormat::of_bytes`].
-pub fn read_picture_file(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), ImageError> {
+#[doc(hidden)]
+pub fn picture_file_bytes(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), ImageError> {
     let path = path.as_ref();
     let name = path.display().to_string();
     let io = |source| ImageError::Io { place: name.clone(), source };

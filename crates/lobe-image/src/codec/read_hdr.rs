@@ -17,8 +17,9 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     let (width, height) = check_size(header.width, header.height, max_texels, name)?;
     let (least, there) = (least_bytes(width, height), rest.len());
     if (there as u64) < least {
-        let message =
-            format!("the file ends early: {width} x {height} texels need {least} bytes at the least, {there} are there");
+        let message = format!(
+            "the file ends early: {width} x {height} texels need {least} bytes at the least, {there} are there"
+        );
         return Err(invalid(name, message));
     }
     let mut notes = Vec::new();

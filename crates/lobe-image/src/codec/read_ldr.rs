@@ -36,26 +36,25 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
     };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: PNG_BYTES });
     let (width, height) = decoder.read_header_info().map_err(explain)?.size();
-    check_size(width.into(), height.into(), max_texels, name)?;
+    let size = check(width.into(), height.into(), max_texels, bytes, MOST_PNG_TEXELS_PER_BYTE, name)?;
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(explain)?;
     let (color, depth) = reader.output_color_type();
     let info = reader.info();
     let layout = Layout {
         kind: "PNG",
-        size: [width, height].map(|n| n as usize),
+        size,
         channels: color.samples(),
         is_wide: depth == BitDepth::Sixteen,
         orientation: info.exif_metadata.as_deref().map_or(Orientation::UPRIGHT, Orientation::of_exif),
         has_profile: info.icc_profile.is_some(),
     };
-    let primaries = info.source_chromaticities.and_then(|c| {
+    let primaries = info.chromaticities().and_then(|c| {
         let point = |(x, y): (png::ScaledFloat, png::ScaledFloat)| [x, y].map(|n| f64::from(n.into_scaled()) / 1e5);
         Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))
     });
     let texts = &info.uncompressed_latin1_text;
     let mapping = texts.iter().find(|text| text.keyword == MAPPING_KEY).map(|text| text.text.clone());
-    layout.check(bytes, MOST_PNG_TEXELS_PER_BYTE, name)?;
     let decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
     Ok(Decoded { primaries, mapping, ..decoded })
 }
@@ -73,17 +72,16 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result
         return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
     };
     let (width, height) = headers.dimensions().unwrap_or_default();
-    check_size(width as u64, height as u64, max_texels, name)?;
+    let size = check(width as u64, height as u64, max_texels, bytes, MOST_JPEG_TEXELS_PER_BYTE, name)?;
     let is_gray = headers.input_colorspace() == Some(ColorSpace::Luma);
     let layout = Layout {
         kind: "JPEG",
-        size: [width, height],
+        size,
         channels: if is_gray { 1 } else { 3 },
         is_wide: false,
         orientation: headers.exif().map_or(Orientation::UPRIGHT, |exif| Orientation::of_exif(exif)),
         has_profile: headers.icc_profile().is_some(),
     };
-    layout.check(bytes, MOST_JPEG_TEXELS_PER_BYTE, name)?;
     // Where it need not be strict, the decoder fills what is missing with gray.
     layout.decode(name, |raw| {
         let colors = if is_gray { ColorSpace::Luma } else { ColorSpace::RGB };
@@ -92,6 +90,23 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result
         let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
         decoder.decode_into(raw).map_err(damaged)
     })
+}
+
+/// Refuses a picture larger than the caller allows, or than the bytes of its file can hold.
+fn check(
+    width: u64,
+    height: u64,
+    max_texels: usize,
+    bytes: &[u8],
+    most_texels_per_byte: u64,
+    name: &str,
+) -> Result<[usize; 2], ImageError> {
+    let (width, height) = check_size(width, height, max_texels, name)?;
+    if (width * height) as u64 <= (bytes.len() as u64).saturating_mul(most_texels_per_byte) {
+        return Ok([width, height]);
+    }
+    let message = format!("the file ends early: {width} x {height} texels cannot be in {} bytes", bytes.len());
+    Err(invalid(name, message))
 }
 
 /// The bytes of a decoded picture, row by row, and what else its header says.
@@ -108,17 +123,6 @@ struct Layout {
 }
 
 impl Layout {
-    /// Refuses a picture that cannot be in so few bytes.
-    fn check(&self, bytes: &[u8], most_texels_per_byte: u64, name: &str) -> Result<(), ImageError> {
-        let [width, height] = self.orientation.upright_size(self.size);
-        if (width * height) as u64 <= (bytes.len() as u64).saturating_mul(most_texels_per_byte) {
-            return Ok(());
-        }
-        let length = bytes.len();
-        let message = format!("the file ends early: {width} x {height} texels cannot be in {length} bytes");
-        Err(invalid(name, message))
-    }
-
     /// The picture whose bytes `read` fills in.
     fn decode(
         &self,

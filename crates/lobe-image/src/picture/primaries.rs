@@ -33,7 +33,8 @@ pub(crate) struct Primaries {
 
 impl Primaries {
     /// Those of Rec. 709 and sRGB.
-    pub(crate) const REC_709: Self = Self { colors: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]], white: [0.3127, 0.3290] };
+    pub(crate) const REC_709: Self =
+        Self { colors: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]], white: [0.3127, 0.3290] };
 
     /// Primaries with the white; none if they are no numbers, lie on a line, or one has no luminance.
     pub(crate) fn new(red: [f64; 2], green: [f64; 2], blue: [f64; 2], white: [f64; 2]) -> Option<Self> {
@@ -91,7 +92,8 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
 
 /// The inverse, by the cross products of the rows.
 fn inverse(m: &Matrix) -> Matrix {
-    let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let columns = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
     let determinant: f64 = m[0].iter().zip(columns[0]).map(|(a, b)| a * b).sum();
     transposed(columns.map(|column| column.map(|c| c / determinant)))

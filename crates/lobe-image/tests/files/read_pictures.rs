@@ -114,7 +114,16 @@ fn png_and_jpeg_are_decoded_from_srgb() {
 #[test]
 fn photographs_are_turned_as_the_camera_noted() {
     // Where the table of Exif says that row 0 and column 0 of the stored picture are: as sides of the upright one.
-    let sides = ["top left", "top right", "bottom right", "bottom left", "left top", "right top", "right bottom", "left bottom"];
+    let sides = [
+        "top left",
+        "top right",
+        "bottom right",
+        "bottom left",
+        "left top",
+        "right top",
+        "right bottom",
+        "left bottom",
+    ];
     for (orientation, sides) in (1_u8..).zip(sides) {
         // Exif behind the first marker: one entry, tag 0x112, a short.
         let mut bytes = JPEG.to_vec();

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use lobe_image::{
-    ImageError, Picture, PictureReadOptions, PictureWriteOptions, PictureWriteReport, Tone, encode_picture, read_picture,
-    read_picture_bytes, write_picture,
+    ImageError, Picture, PictureReadOptions, PictureWriteOptions, PictureWriteReport, Tone, encode_picture,
+    read_picture, read_picture_bytes, write_picture,
 };
 use lobe_testkit::Random;
 

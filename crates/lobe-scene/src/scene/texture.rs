@@ -74,8 +74,7 @@ impl Texture {
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_compression(png::Compression::Fast);
         encoder.set_filter(png::Filter::Adaptive);
-        let written =
-            encoder.write_header().and_then(|mut writer| writer.write_image_data(self.texels.as_flattened()));
+        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(self.texels.as_flattened()));
         match written {
             Ok(()) => bytes,
             Err(error) => unreachable!("memory takes every PNG: {error}"),

@@ -4,7 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::Gltf;
-use lobe_scene::{Alpha, LOBE_EXTRAS_VERSION, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, Texture, Wrap, read_scene, read_scene_bytes};
+use lobe_scene::{
+    Alpha, LOBE_EXTRAS_VERSION, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, Texture, Wrap,
+    read_scene, read_scene_bytes,
+};
 use serde_json::json;
 
 fn read(file: &Gltf) -> Result<(Scene, SceneReadReport), SceneError> {

@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use lobe_scene::{MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport, Texture, Up, Wrap, read_scene, read_scene_bytes};
+use lobe_scene::{
+    MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport, Texture, Up, Wrap, read_scene,
+    read_scene_bytes,
+};
 
 fn read(name: &str, text: &str) -> Result<(Scene, SceneReadReport), SceneError> {
     read_scene_bytes(text.as_bytes(), name, &SceneReadOptions::default())
