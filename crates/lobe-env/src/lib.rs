@@ -79,6 +79,12 @@
 //! texel's size (see [`reconstruct()`]).
 //!
 //! A lookup in one direction, [`MappedMap::radiance`], interpolates instead, because there steps would show.
+//!
+//! # Watching and stopping
+//!
+//! Functions that may take minutes take a [`Job`](lobe_io::Job) as their last argument: [`prefilter_ggx`], [`filter_lobe`],
+//! [`filter_zonal`], [`filter_lobe_lat_long`] and [`irradiance_map_brute_force`]. All others, [`resample()`] and the
+//! projections among them, take about as long as reading the file.
 
 mod area_light;
 mod error;

@@ -44,7 +44,7 @@ pub(crate) struct MapPath {
     #[arg(long)]
     to_rec709: bool,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
-    /// to as much again while a .hdr, .png or .jpg is decoded: 3.2 GB for the most that is read without this option
+    /// to 8 more while a .png or .jpg is decoded: 3.2 GB for the most that is read without this option
     #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
     max_texels: usize,
 }

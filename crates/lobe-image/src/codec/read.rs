@@ -19,7 +19,6 @@ use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
 
 /// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
-/// While a Radiance picture is decoded, two copies of it exist.
 const MAX_TEXELS: usize = 1 << 28;
 
 /// The formats that are read, for messages.

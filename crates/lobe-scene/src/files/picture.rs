@@ -178,7 +178,7 @@ mod tests {
     fn pictures_of_any_color_and_depth_become_four_channels_of_eight_bits() {
         use BitDepth::{Eight, One, Sixteen};
         let gray = [[0, 0, 0, 255], [255, 255, 255, 255]];
-        let cases: [(&str, Vec<u8>, [[u8; 4]; 2]); 5] = [
+        let cases = [
             ("one bit", png_of(ColorType::Grayscale, One, &[], &[0b0100_0000]), gray),
             ("gray", png_of(ColorType::Grayscale, Eight, &[], &[0, 255]), gray),
             // A step of eight bits is 257 of these: 384 is nearer to one, 386 to two.
