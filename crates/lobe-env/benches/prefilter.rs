@@ -32,7 +32,11 @@ fn chain(c: &mut Criterion) {
         for exponent in [10.0, 100.0] {
             let lobe = SpecularLobe::Phong { exponent };
             group.bench_function(BenchmarkId::from_parameter(exponent), |b| {
-                b.iter(|| pool.install(|| filter_lobe(black_box(&source), lobe, 64, PrefilterMethod::default())));
+                b.iter(|| {
+                    pool.install(|| {
+                        filter_lobe(black_box(&source), lobe, 64, PrefilterMethod::default(), Job::default())
+                    })
+                });
             });
         }
     }

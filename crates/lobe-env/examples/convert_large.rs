@@ -10,8 +10,9 @@ use std::time::Instant;
 
 use lobe_env::{
     CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, Mapping,
-    PictureWriteOptions, Resample, resample, write_cube, write_env,
+    PictureWriteOptions, Resample, resample, write_cube,
 };
+use lobe_image::write_picture;
 use lobe_sh::Rgb;
 
 /// The allocator of the command-line program.
@@ -54,7 +55,6 @@ fn write(file: &Path, cube: &CubeMap) -> Result<(), EnvError> {
         return Ok(());
     }
     let picture = cube.to_picture(CubeLayout::HorizontalCross, CubeHandedness::Right);
-    let map = EnvMap::new(picture.width(), picture.height(), picture.into_pixels())?;
-    write_env(file, &map, &PictureWriteOptions::default())?;
+    write_picture(file, &picture, &PictureWriteOptions::default())?;
     Ok(())
 }

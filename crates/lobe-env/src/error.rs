@@ -14,7 +14,9 @@ pub enum EnvError {
     #[error(transparent)]
     Image(#[from] ImageError),
     /// Nothing tells the mapping of a picture.
-    #[error("{place}: {message}; say what it is with MapReadOptions::mapping")]
+    #[error(
+        "{place}: {message}; say what it is with MapReadOptions::mapping, or what a cropped panorama shows with elevations"
+    )]
     UnknownMapping {
         /// The file, or the name the caller gave to the bytes.
         place: String,
@@ -35,7 +37,7 @@ pub enum EnvError {
     #[error("{0}")]
     Options(String),
     /// The caller's progress callback asked to stop.
-    #[error("stopped before it was done")]
+    #[error("stopped before the end")]
     Cancelled,
 }
 
@@ -47,6 +49,8 @@ pub enum MapReadOption {
     Mapping,
     /// [`handedness`](crate::MapReadOptions::handedness): only cubes have one.
     Handedness,
+    /// [`elevations`](crate::MapReadOptions::elevations): only lat-long pictures are cropped.
+    Elevations,
 }
 
 impl fmt::Display for MapReadOption {
@@ -54,6 +58,7 @@ impl fmt::Display for MapReadOption {
         f.write_str(match self {
             Self::Mapping => "MapReadOptions::mapping",
             Self::Handedness => "MapReadOptions::handedness",
+            Self::Elevations => "MapReadOptions::elevations",
         })
     }
 }

@@ -79,6 +79,12 @@
 //! texel's size (see [`reconstruct()`]).
 //!
 //! A lookup in one direction, [`MappedMap::radiance`], interpolates instead, because there steps would show.
+//!
+//! # Watching and stopping
+//!
+//! Functions that may take minutes take a [`Job`](lobe_io::Job) as their last argument: [`prefilter_ggx`], [`filter_lobe`],
+//! [`filter_zonal`], [`filter_lobe_lat_long`] and [`irradiance_map_brute_force`]. All others, [`resample()`] and the
+//! projections among them, take about as long as reading the file.
 
 mod area_light;
 mod error;
@@ -98,6 +104,7 @@ pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
 pub use error::{EnvError, MapReadOption};
 pub use files::bundled;
+pub use files::cropped::Padding;
 pub use files::cube_faces::{FaceFiles, write_cube_faces};
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{MapReadOptions, MapReadReport};

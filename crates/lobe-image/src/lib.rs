@@ -35,7 +35,7 @@
 //! |---|---|
 //! | pictures | [`Picture`], [`Sheet`], [`Label`], [`color_bar()`]; colors for numbers: [`sequential`], [`diverging`] |
 //! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; OpenEXR of any channels: [`ExrLayers`]; what a file is: [`FileFormat`] |
-//! | writing light | [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
+//! | writing light | [`write_picture`], [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
 //! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | cube textures | [`read_cube_texture_bytes`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
 //! | differences | [`compare()`], [`relative_mse`], [`error_map`]; perceptual [`flip()`], [`hdr_flip()`]; statistical [`ZTest`] |
@@ -56,10 +56,10 @@ mod picture;
 mod pixel;
 
 pub use codec::decoded::{CubeTexture, EnvmapAttribute, mip_level_count, mip_level_size};
-pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture};
+pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::read::{
-    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, read_picture, read_picture_bytes, read_picture_file,
+    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
 };
 pub use codec::texel_format::TexelFormat;
 pub use codec::texture::{read_cube_texture_bytes, write_cube_texture};

@@ -6,11 +6,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::env::{EnvError, Nonfinite};
 use lobe::image::{ImageError, PictureReadReport, ReadOption};
 use lobe::sh::{ShFile, read_sh_json, read_sh_json_from};
 
+use crate::args::names::names;
 use crate::run::failure::image_error;
 use crate::run::talk::Talk;
 
@@ -81,20 +82,19 @@ impl NonfiniteOption {
     }
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum NonfiniteChoice {
-    /// Read them as black, and say how many there are
-    Zero,
-    /// Refuse the file
-    Error,
+names! {
+    /// What to do with pixels that are no numbers.
+    enum NonfiniteChoice for Nonfinite {
+        /// Read them as black, and say how many there are
+        Zero,
+        /// Refuse the file
+        Error,
+    }
 }
 
 impl From<&NonfiniteOption> for Nonfinite {
     fn from(option: &NonfiniteOption) -> Self {
-        match option.choice {
-            NonfiniteChoice::Zero => Self::Zero,
-            NonfiniteChoice::Error => Self::Error,
-        }
+        option.choice.into()
     }
 }
 

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::Args;
 use lobe::env::{
     CubeHandedness, CubeLayout, EnvMap, FaceFiles, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping,
-    Nonfinite, read_map,
+    Nonfinite, Padding, read_map,
 };
 use lobe::image::PictureReadOptions;
 
@@ -33,10 +33,42 @@ pub(crate) struct MapPath {
     /// The faces of the cube were made for left-handed directions, as by Direct3D or three.js
     #[arg(long)]
     from_left_handed: bool,
+    /// Of a cropped panorama, which shows all around but not all of the height: the degrees that it is high, half of them
+    /// above the horizon, or the lowest and the highest elevation that it shows
+    #[arg(long, value_name = "DEG|LOW,HIGH", value_parser = elevations, allow_hyphen_values = true)]
+    vertical_fov: Option<[f64; 2]>,
+    /// With --vertical-fov: what is above and below the picture
+    #[arg(long, value_name = "WHAT", value_enum, default_value = "black", requires = "vertical_fov")]
+    padding: Filling,
+    /// Convert colors of other primaries, where the file tells them, to those of Rec. 709 (sRGB)
+    #[arg(long)]
+    to_rec709: bool,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
-    /// to as much again while a .hdr, .png or .jpg is decoded: 3.2 GB for the most that is read without this option
+    /// to 8 more while a .png or .jpg is decoded: 3.2 GB for the most that is read without this option
     #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
     max_texels: usize,
+}
+
+/// The elevations of `DEG` or `LOW,HIGH`, in radians.
+fn elevations(text: &str) -> Result<[f64; 2], String> {
+    let degrees = match text.contains(',') {
+        true => values::numbers(text)?,
+        false => values::finite(text).map(|whole| [-0.5 * whole, 0.5 * whole])?,
+    };
+    match degrees {
+        [low, high] if -90.0 <= low && low < high && high <= 90.0 => Ok(degrees.map(f64::to_radians)),
+        _ => Err("expected up to 180 degrees, or two elevations that rise within -90 to 90".to_owned()),
+    }
+}
+
+names! {
+    /// What is above and below a cropped panorama.
+    enum Filling for Padding {
+        /// No light
+        Black,
+        /// The light of the nearest row
+        Edge,
+    }
 }
 
 fn max_texels(text: &str) -> Result<usize, String> {
@@ -78,7 +110,10 @@ impl MapInput {
     /// The map at a path, whose mapping the file or its proportions tell.
     pub(crate) fn of(path: &Path) -> Self {
         let max_texels = PictureReadOptions::default().max_texels;
-        let map = MapPath { path: path.to_owned(), from: None, from_left_handed: false, max_texels };
+        let (from, vertical_fov, padding) = (None, None, Filling::Black);
+        let (from_left_handed, to_rec709) = (false, false);
+        let path = path.to_owned();
+        let map = MapPath { path, from, from_left_handed, vertical_fov, padding, to_rec709, max_texels };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }
 
@@ -142,8 +177,15 @@ impl MapPath {
         }
         let handedness = if self.from_left_handed { CubeHandedness::Left } else { CubeHandedness::Right };
         let options = MapReadOptions::default()
-            .picture(PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels))
+            .picture(
+                PictureReadOptions::default()
+                    .nonfinite(nonfinite)
+                    .max_texels(self.max_texels)
+                    .to_rec_709(self.to_rec709),
+            )
             .mapping(self.from.map(Mapping::from))
+            .elevations(self.vertical_fov)
+            .padding(self.padding.into())
             .handedness(handedness);
         let (map, report) = read_map(&self.path, &options).map_err(|error| explain(&self.path, error))?;
         if let Some(layout) = report.layout {
@@ -177,6 +219,16 @@ mod tests {
     use clap::ValueEnum as _;
 
     use super::*;
+
+    #[test]
+    fn a_field_of_view_is_given_in_degrees_around_the_horizon_or_by_both_ends() {
+        let degrees = |text| elevations(text).map(|range| range.map(|angle| angle.to_degrees().round()));
+        assert_eq!(degrees("60"), Ok([-30.0, 30.0]), "around the horizon");
+        assert_eq!(degrees("-20,45"), Ok([-20.0, 45.0]), "both ends");
+        for bad in ["0", "-10", "181", "20,10", "-91,0", "1,2,3", "x"] {
+            assert!(elevations(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn every_mapping_has_its_name_on_the_command_line() {

@@ -6,8 +6,8 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, EnvMap, FaceFiles, MappedMap, Mapping, TexelFormat,
-    write_cube, write_cube_faces,
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, FaceFiles, MappedMap, Mapping, Resample, TexelFormat,
+    resample, write_cube, write_cube_faces, write_env,
 };
 use lobe::image::{ImageError, PictureWriteOptions};
 
@@ -139,6 +139,15 @@ impl MapOutput {
         self.is_texture() && !self.mips
     }
 
+    /// Whether the file can hold several levels, or stands for one file for each.
+    pub(crate) fn holds_levels(&self) -> bool {
+        match &self.output {
+            MapFile::Picture(_) => false,
+            MapFile::Texture(_) => true,
+            MapFile::Faces(files) => files.extension() != "png" && !self.left_handed,
+        }
+    }
+
     /// Refuses an output that could not be written, before any work is done for it.
     pub(crate) fn check(&self, mapping: Mapping) -> anyhow::Result<()> {
         let is_texture = self.is_texture();
@@ -193,22 +202,17 @@ impl MapOutput {
         match &self.output {
             MapFile::Picture(picture) if map.mapping() == Mapping::Cube => {
                 let layout = self.layout.unwrap_or(Layout::HorizontalCross).into();
-                let cube = map.into_cube_map()?.to_picture(layout, self.handedness());
-                picture.write_with(&EnvMap::new(cube.width(), cube.height(), cube.into_pixels())?, &options, talk)
+                picture.write(&map.into_cube_map()?.to_picture(layout, self.handedness()), &options, talk)
             }
-            MapFile::Picture(picture) => {
-                let (width, height) = (map.width(), map.height());
-                picture.write_with(&EnvMap::new(width, height, map.into_texels())?, &options, talk)
-            }
+            MapFile::Picture(picture) => picture.write_map(&map, &options, talk),
             MapFile::Texture(_) => {
                 let cube = map.into_cube_map()?;
                 let chain = if self.mips { CubeMipChain::averaged(cube) } else { CubeMipChain::single(cube) };
                 self.write_chain(chain, talk)
             }
             MapFile::Faces(files) => {
-                let (cube, folder) = (map.into_cube_map()?, files.folder());
-                std::fs::create_dir_all(folder)
-                    .map_err(|source| ImageError::Io { place: folder.display().to_string(), source })?;
+                let cube = map.into_cube_map()?;
+                create_folder(files)?;
                 let report = write_cube_faces(files, &cube, self.handedness(), &options)?;
                 let name = files.to_string();
                 note_clamped(&name, report, talk);
@@ -218,6 +222,26 @@ impl MapOutput {
                 Ok(())
             }
         }
+    }
+
+    /// Writes all levels of a chain: into a texture, or each as a lat-long picture of its own, noting what `level` says of it.
+    pub(crate) fn write_levels(
+        &self,
+        chain: CubeMipChain,
+        level: impl Fn(usize) -> String,
+        talk: Talk,
+    ) -> anyhow::Result<()> {
+        let MapFile::Faces(files) = &self.output else { return self.write_chain(chain, talk) };
+        create_folder(files)?;
+        let options = PictureWriteOptions::default().half(self.half);
+        for (k, path) in files.numbered(chain.levels().len()).iter().enumerate() {
+            let (name, cube) = (path.display().to_string(), &chain.levels()[k]);
+            // The horizon crosses four faces.
+            let to = Resample::to(Mapping::LatLong, 4 * cube.size(), 2 * cube.size());
+            note_clamped(&name, write_env(path, &resample(cube, &to)?, &options)?, talk);
+            talk.note(&name, &level(k));
+        }
+        Ok(())
     }
 
     /// Writes all levels of a chain; only a texture holds them.
@@ -236,6 +260,12 @@ impl MapOutput {
     fn handedness(&self) -> CubeHandedness {
         if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }
     }
+}
+
+/// Makes the folder of some files, if it is missing.
+fn create_folder(files: &FaceFiles) -> Result<(), ImageError> {
+    let folder = files.folder();
+    std::fs::create_dir_all(folder).map_err(|source| ImageError::Io { place: folder.display().to_string(), source })
 }
 
 #[cfg(test)]

@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lobe::env::{EnvMap, write_env};
-use lobe::image::{Picture, PictureWriteOptions, PictureWriteReport, Tone};
+use lobe::env::{MappedMap, write_env};
+use lobe::image::{ImageError, Picture, PictureWriteOptions, PictureWriteReport, Tone, write_picture};
 use lobe::io::write_atomically;
-use lobe::sh::ShError;
 
 use crate::args::input::texels_are;
 use crate::args::output;
@@ -53,27 +52,38 @@ impl PictureOutput {
         output::prepare_file(&self.path, &[])
     }
 
-    /// Writes the picture, and notes the values that the format could not hold.
-    pub(crate) fn write(&self, map: &EnvMap, talk: Talk) -> anyhow::Result<()> {
-        self.write_with(map, &PictureWriteOptions::default(), talk)
-    }
-
-    /// Writes the picture with these options, and notes the values that the format could not hold.
-    pub(crate) fn write_with(&self, map: &EnvMap, options: &PictureWriteOptions, talk: Talk) -> anyhow::Result<()> {
-        let name = self.path.display().to_string();
+    /// Writes a map, and notes the values that the format could not hold.
+    pub(crate) fn write_map(&self, map: &MappedMap, options: &PictureWriteOptions, talk: Talk) -> anyhow::Result<()> {
         match self.kind {
-            Kind::Light => note_clamped(&name, write_env(&self.path, map, options)?, talk),
+            Kind::Light => note_clamped(&self.name(), write_env(&self.path, map, options)?, talk),
             Kind::Display => {
-                let picture = Picture::from(map);
-                let exposure = Tone::PHOTOGRAPH.exposure.factor(&picture);
-                let png = picture.to_png(&Tone::PHOTOGRAPH)?;
-                write_atomically(&self.path, |w| w.write_all(&png))
-                    .map_err(|source| ShError::Io { place: name.clone(), source })?;
-                let text = format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values");
-                talk.note(&name, &text);
+                let picture = Picture::new(map.width(), map.height(), map.texels().to_vec())?;
+                self.write_png(&picture, map.untold_mapping(), talk)?;
             }
         }
         Ok(())
+    }
+
+    /// Writes a picture that is no map, and notes the values that the format could not hold.
+    pub(crate) fn write(&self, picture: &Picture, options: &PictureWriteOptions, talk: Talk) -> anyhow::Result<()> {
+        match self.kind {
+            Kind::Light => note_clamped(&self.name(), write_picture(&self.path, picture, options)?, talk),
+            Kind::Display => self.write_png(picture, None, talk)?,
+        }
+        Ok(())
+    }
+
+    fn write_png(&self, picture: &Picture, mapping: Option<&str>, talk: Talk) -> anyhow::Result<()> {
+        let exposure = Tone::PHOTOGRAPH.exposure.factor(picture);
+        let png = picture.to_png_with(&Tone::PHOTOGRAPH, mapping)?;
+        write_atomically(&self.path, |w| w.write_all(&png))
+            .map_err(|source| ImageError::Io { place: self.name(), source })?;
+        talk.note(&self.name(), &format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values"));
+        Ok(())
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
     }
 }
 

@@ -1,8 +1,8 @@
 //! `lobe env dfg`: the DFG table of the split sum, which goes with prefiltered maps.
 
 use clap::Args;
-use lobe::env::{DfgTable, EnvMap};
-use lobe::sh::Rgb;
+use lobe::env::DfgTable;
+use lobe::image::{Picture, PictureWriteOptions};
 
 use crate::args::picture::PictureOutput;
 use crate::args::values;
@@ -30,7 +30,7 @@ impl EnvDfg {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.output.check()?;
         let table = DfgTable::new(self.size);
-        let texels = table.texels().iter().map(|dfg| Rgb::new(dfg.scale as f32, dfg.bias as f32, 0.0)).collect();
-        self.output.write(&EnvMap::new(self.size, self.size, texels)?, talk)
+        let texels: Vec<[f32; 3]> = table.texels().iter().map(|dfg| [dfg.scale as f32, dfg.bias as f32, 0.0]).collect();
+        self.output.write(&Picture::new(self.size, self.size, texels)?, &PictureWriteOptions::default(), talk)
     }
 }

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, MappedMap, irradiance_at, irradiance_map, irradiance_map_brute_force, project_map};
+use lobe::image::PictureWriteOptions;
 use lobe::io::{Job, Progress};
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 
@@ -86,7 +87,7 @@ impl EnvIrradiance {
             Source::Any(map) => irradiance_map(map, order, 2 * height, height),
             Source::LatLong(map) => brute_force(map, 2 * height, height, talk)?,
         };
-        output.write(&irradiance, talk)
+        output.write_map(&irradiance, &PictureWriteOptions::default(), talk)
     }
 }
 

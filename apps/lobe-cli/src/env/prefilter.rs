@@ -6,13 +6,14 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeMap, CubeMipChain, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, Resample, RoughnessLevels,
+    CubeMap, CubeMipChain, EnvError, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, Resample, RoughnessLevels,
     SpecularLobe, filter_lobe, prefilter_ggx, resample,
 };
 use lobe::io::{Job, Progress};
 
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
+use crate::args::names::names;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -27,7 +28,8 @@ pub(crate) struct EnvPrefilter {
     input: MapInput,
     #[command(flatten)]
     output: MapOutput,
-    /// ggx: a chain of levels from the mirror to roughness 1, as .ktx2, .dds or .ktx; phong:E and blinn-phong:E: a
+    /// ggx: a chain of levels from the mirror to roughness 1, as .ktx2, .dds or .ktx, or as FOLDER/PREFIX%.exr (or .hdr, .pfm)
+    /// with one lat-long picture for each level, numbered from 0; phong:E and blinn-phong:E: a
     /// highlight map for this exponent, any kind of file. All are divided by their weights: an even map stays as it is
     #[arg(long, value_name = "ggx|phong:E|blinn-phong:E", default_value = "ggx")]
     lobe: Lobe,
@@ -76,12 +78,14 @@ impl FromStr for Lobe {
     }
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Roughness {
-    /// r = level / last level
-    Linear,
-    /// level = last level · r (2 - r): more levels for smooth surfaces
-    Quadratic,
+names! {
+    /// The roughness of each level.
+    enum Roughness for RoughnessLevels {
+        /// r = level / last level
+        Linear,
+        /// level = last level · r (2 - r): more levels for smooth surfaces
+        Quadratic,
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -100,7 +104,13 @@ impl EnvPrefilter {
         self.output.check(Mapping::Cube)?;
         let source = self.source(talk)?;
         match self.lobe {
-            Lobe::Ggx => self.output.write_chain(self.chain(&source, talk)?, talk),
+            Lobe::Ggx => {
+                let options = self.chain_options();
+                let chain = watched_chain(&source, &options, talk)?;
+                let roughness = |k| options.roughness.roughness_of_level(k, options.levels());
+                let level = |k| format!("roughness {:.4}, alpha {:.4}", roughness(k), options.alpha_of_level(k));
+                self.output.write_levels(chain, level, talk)
+            }
             Lobe::Phong(exponent) => self.write_highlights(&source, SpecularLobe::Phong { exponent }, talk),
             Lobe::BlinnPhong(exponent) => self.write_highlights(&source, SpecularLobe::BlinnPhong { exponent }, talk),
         }
@@ -118,7 +128,10 @@ impl EnvPrefilter {
                 is_chain && self.output.makes_levels(),
                 "--mips: the levels of the chain of --lobe ggx are its own; leave it out",
             ),
-            (is_chain && !self.output.is_texture(), "-o: the chain of --lobe ggx is written as .ktx2, .dds or .ktx"),
+            (
+                is_chain && !self.output.holds_levels(),
+                "-o: the chain of --lobe ggx is written as .ktx2, .dds or .ktx, or as %.exr, %.hdr or %.pfm, one for each level",
+            ),
         ];
         match ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             Some((_, message)) => bail!(message),
@@ -138,28 +151,18 @@ impl EnvPrefilter {
         Ok(resample(map, &Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size)))?.into_cube_map()?)
     }
 
-    fn chain(&self, source: &CubeMap, talk: Talk) -> anyhow::Result<CubeMipChain> {
+    fn chain_options(&self) -> PrefilterOptions {
         let mut options = PrefilterOptions::default();
         options.size = self.size;
         options.last_size = self.last_size.unwrap_or(options.last_size.min(self.size));
-        options.roughness = match self.roughness {
-            None | Some(Roughness::Linear) => RoughnessLevels::Linear,
-            Some(Roughness::Quadratic) => RoughnessLevels::Quadratic,
-        };
+        options.roughness = self.roughness.map_or(options.roughness, RoughnessLevels::from);
         options.method = self.filter_method();
-        let bar = talk.bar("prefilter", STEPS);
-        let mut watch = |progress: &Progress| {
-            bar.set_position(STEPS * progress.done as u64 / progress.total.max(1) as u64);
-            ControlFlow::Continue(())
-        };
-        let chain = prefilter_ggx(source, &options, Job::default().watched_by(&mut watch))?;
-        bar.finish_and_clear();
-        Ok(chain)
+        options
     }
 
     fn write_highlights(&self, source: &CubeMap, lobe: SpecularLobe, talk: Talk) -> anyhow::Result<()> {
-        let map = filter_lobe(source, lobe, self.size, self.filter_method())?;
-        self.output.write(map.into(), talk)
+        let filter = |job: Job<'_>| filter_lobe(source, lobe, self.size, self.filter_method(), job);
+        self.output.write(watched(filter, talk)?.into(), talk)
     }
 
     fn filter_method(&self) -> PrefilterMethod {
@@ -171,4 +174,25 @@ impl EnvPrefilter {
             Method::Importance => PrefilterMethod::Importance { samples: self.samples.unwrap_or(DEFAULT_SAMPLES) },
         }
     }
+}
+
+/// Prefilters a map while a bar shows how far it is.
+pub(crate) fn watched_chain(
+    source: &CubeMap,
+    options: &PrefilterOptions,
+    talk: Talk,
+) -> Result<CubeMipChain, EnvError> {
+    watched(|job| prefilter_ggx(source, options, job), talk)
+}
+
+/// Does some filtering while a bar shows how far it is.
+fn watched<T>(filter: impl FnOnce(Job<'_>) -> Result<T, EnvError>, talk: Talk) -> Result<T, EnvError> {
+    let bar = talk.bar("prefilter", STEPS);
+    let mut watch = |progress: &Progress| {
+        bar.set_position(STEPS * progress.done as u64 / progress.total.max(1) as u64);
+        ControlFlow::Continue(())
+    };
+    let filtered = filter(Job::default().watched_by(&mut watch))?;
+    bar.finish_and_clear();
+    Ok(filtered)
 }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use lobe::env::reconstruct;
+use lobe::image::PictureWriteOptions;
 
 use crate::args::input::ShInput;
 use crate::args::picture::PictureOutput;
@@ -25,6 +26,6 @@ impl EnvReconstruct {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.output.check()?;
         let f = self.input.read()?.coefficients.to_rgb();
-        self.output.write(&reconstruct(&f, 2 * self.size, self.size), talk)
+        self.output.write_map(&reconstruct(&f, 2 * self.size, self.size), &PictureWriteOptions::default(), talk)
     }
 }

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
+use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, resample};
 use lobe::image::Tone;
-use lobe::io::Job;
 use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;
 use crate::args::values;
+use crate::env::prefilter::watched_chain;
 use crate::run::talk::Talk;
 
 /// The most pixels on a side of one of the pictures.
@@ -44,7 +44,7 @@ impl EnvShow {
         let [fine, size, last_size] = CHAIN;
         let cube = resample(&map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;
         let options = PrefilterOptions::default().size(size).last_size(last_size);
-        let chain = prefilter_ggx(&cube.into_cube_map()?, &options, Job::default())?;
+        let chain = watched_chain(&cube.into_cube_map()?, &options, talk)?;
         let sky = if map.mapping() == Mapping::LatLong {
             map
         } else {

@@ -5,6 +5,7 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{CieSky, EnvError, Ground, PreethamFit, PreethamSky, Sky, SkyFitOptions, sky_map, sky_sh};
+use lobe::image::PictureWriteOptions;
 use lobe::sh::{Coefficient as _, Dir, Quantity, Rgb, ShFile};
 
 use crate::args::output::ShOutput;
@@ -134,7 +135,7 @@ impl EnvSky {
             SkyOutput::Picture(output) => {
                 output.check()?;
                 let rows = self.size.unwrap_or(DEFAULT_ROWS);
-                output.write(&sky_map(sky, &ground, 2 * rows, rows), talk)
+                output.write_map(&sky_map(sky, &ground, 2 * rows, rows), &PictureWriteOptions::default(), talk)
             }
             SkyOutput::Expansion(output) => {
                 output.check()?;

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use lobe::env::{EnvMap, write_env};
-use lobe::image::{Curve, Exposure, Picture, PictureWriteOptions, Tone};
+use lobe::image::{Curve, Exposure, Picture, PictureWriteOptions, Tone, write_picture};
 use lobe::render::{LitPicture, Truth};
 
 use crate::args::output::{self, has_extension};
@@ -110,8 +109,7 @@ impl Pictures {
         match rendered {
             Rendered::Traced(truth) => truth.write_exr(&path)?,
             Rendered::Shaded(LitPicture { picture, .. }) => {
-                let pixels = EnvMap::new(picture.width(), picture.height(), picture.clone().into_pixels())?;
-                note_clamped(&name, write_env(&path, &pixels, &PictureWriteOptions::default())?, talk);
+                note_clamped(&name, write_picture(&path, picture, &PictureWriteOptions::default())?, talk);
             }
         }
         Ok(())

@@ -89,12 +89,17 @@ fn plain(error: &anyhow::Error) -> String {
         return format!("{place}: {message}; {}", in_flags(*option));
     }
     if let Some(EnvError::UnknownMapping { place, message }) = error.downcast_ref() {
-        return format!("{place}: {message}; say what it is with --from");
+        return format!(
+            "{place}: {message}; say what it is with --from, or what a cropped panorama shows with --vertical-fov"
+        );
     }
     if let Some(EnvError::Contradiction { place, found, option }) = error.downcast_ref() {
         return match option {
             MapReadOption::Handedness => {
                 format!("--from-left-handed: only of a cube, but {place} is {found}; leave it out")
+            }
+            MapReadOption::Elevations => {
+                format!("--vertical-fov: only of a lat-long picture, but {place} is {found}; leave it out")
             }
             _ => format!("--from: {place} is {found}; leave the option out"),
         };

@@ -263,6 +263,46 @@ fn the_sun_leaves_its_light_and_the_sky() {
 }
 
 #[test]
+fn levels_of_roughness_are_written_as_pictures_too() {
+    let dir = Dir::new();
+    dir.map("one.exr", 32, 16, |_, _| [1.0; 3]);
+    let (_, notes) = dir.lobe("env prefilter one.exr -o level_%.exr --size 16 --last-size 4").succeeds();
+    assert!(notes.contains("level_1.exr: roughness 0.5000, alpha 0.2500"), "{notes}");
+    for (k, rows) in [32, 16, 8].into_iter().enumerate() {
+        let (picture, _) = read_picture(dir.path(&format!("level_{k}.exr")), &PictureReadOptions::default()).unwrap();
+        assert_eq!((picture.width(), picture.height()), (2 * rows, rows), "level {k}");
+        let error = picture.pixels().as_flattened().iter().map(|c| (c - 1.0).abs()).fold(0.0, f32::max);
+        assert!(error < 1e-6, "level {k}: the white furnace is {error} off");
+    }
+    let line = dir.lobe("env prefilter one.exr -o level_%.png").error();
+    assert!(line.contains("%.exr, %.hdr or %.pfm, one for each level"), "{line}");
+}
+
+#[test]
+fn what_a_panorama_shows_is_said_kept_and_found_again() {
+    let dir = Dir::new();
+    dir.map("cropped.exr", 40, 8, |_, _| [1.0; 3]);
+    let line = dir.lobe("env info cropped.exr").error();
+    assert!(line.contains("--from") && line.contains("--vertical-fov"), "{line}");
+    let (_, notes) = dir.lobe("env info cropped.exr --from lat-long").succeeds();
+    assert!(notes.contains("40 x 8 is not 2:1"), "{notes}");
+    let (info, _) = dir.lobe("env info cropped.exr --vertical-fov -15,45 --json").succeeds();
+    let info: Value = serde_json::from_str(&info).unwrap();
+    assert_eq!((&info["width"], &info["height"]), (&Value::from(40), &Value::from(24)), "{info}");
+    dir.lobe("env convert cropped.exr --vertical-fov 60 --padding edge --to octahedral --size 16 -o oct.exr")
+        .succeeds();
+    let (info, notes) = dir.lobe("env info oct.exr --json").succeeds();
+    let info: Value = serde_json::from_str(&info).unwrap();
+    assert_eq!(info["mapping"], "octahedral", "{info}");
+    assert!(notes.contains("as the file says"), "{notes}");
+    dir.lobe("env convert oct.exr -o oct.png").succeeds();
+    let (info, _) = dir.lobe("env info oct.png --json").succeeds();
+    assert!(info.contains("\"octahedral\""), "{info}");
+    let line = dir.lobe("env info oct.exr --from octahedral --vertical-fov 60").error();
+    assert!(line.starts_with("--vertical-fov: only of a lat-long picture"), "{line}");
+}
+
+#[test]
 fn an_even_sky_stays_even_however_rough_the_mirror() {
     let dir = Dir::new();
     dir.map("one.exr", 32, 16, |_, _| [1.0; 3]);

@@ -24,7 +24,7 @@ const NAMES: [[&str; FACES]; 5] = [
 /// The placeholder for the names of the faces in a path.
 const ANY_FACE: char = '%';
 
-/// The six files of a cube that a path with a percent sign stands for: `sky/%.exr`, `sky_%.png`.
+/// The files that a path with a percent sign stands for, `sky/%.exr`, `sky_%.png`: the six of a cube, or numbered ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaceFiles {
     folder: PathBuf,
@@ -56,6 +56,12 @@ impl FaceFiles {
 
     fn named(&self, names: &[&str; FACES]) -> [PathBuf; FACES] {
         names.map(|name| self.folder.join(format!("{}{name}{}", self.before, self.after)))
+    }
+
+    /// The files of numbered pictures: 0, 1 and so on in the place of the percent sign.
+    #[must_use]
+    pub fn numbered(&self, count: usize) -> Vec<PathBuf> {
+        (0..count).map(|k| self.folder.join(format!("{}{k}{}", self.before, self.after))).collect()
     }
 
     /// The files of the faces +X, -X, +Y, -Y, +Z, -Z that are written: `px` to `nz` in the place of the percent sign.
@@ -112,7 +118,7 @@ pub(crate) fn read_cube_faces(
 /// Writes a cube as [six files](FaceFiles::to_write), in a format of [`write_env`](crate::write_env), or as `.png`, tone-mapped
 /// for looking at with one exposure for all faces; the report counts over all faces.
 ///
-/// The files are renamed into place when all six are on the disk: where one cannot be written, none is.
+/// The files are renamed into place, one after another, when all six are on the disk: where one cannot be written, none is.
 ///
 /// # Errors
 /// As [`write_env`](crate::write_env).

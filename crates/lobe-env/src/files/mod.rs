@@ -2,9 +2,10 @@
 //! the writers.
 //!
 //! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping
-//! and interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]). Uses `map` and `mapping`.
+//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]) and completes cropped panoramas ([`cropped`]). Uses `map` and `mapping`.
 
 pub mod bundled;
+pub(crate) mod cropped;
 pub(crate) mod cube_faces;
 pub(crate) mod exr_envmap;
 pub(crate) mod read_map;

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use lobe_image::{
-    EnvmapAttribute, FileFormat, ImageError, Picture, PictureReadReport, read_cube_texture_bytes, read_picture_bytes,
-    read_picture_file,
+    EnvmapAttribute, FileFormat, ImageError, Picture, PictureReadReport, picture_file_bytes, read_cube_texture_bytes,
+    read_picture_bytes,
 };
 use lobe_sh::Rgb;
 
 use crate::files::bundled;
+use crate::files::cropped::whole_map;
 use crate::files::cube_faces::{FaceFiles, read_cube_faces};
 use crate::files::exr_envmap::{cube_from_edges, lat_long_from_edges};
 use crate::files::read_options::{MapReadOptions, MapReadReport};
@@ -93,10 +94,12 @@ impl MappedMap {
 /// * A texture (KTX2, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, and so is an OpenEXR picture
 ///   whose attribute `envmap` says so. Faces, their order and handedness are those of [`CubeMap`].
 /// * Another picture ([`lobe_image::read_picture`] lists the formats) is in the mapping of [`MapReadOptions::mapping`]. By
-///   default it follows from the proportions: lat-long if the picture is twice as wide as high, a cube if it is a cross, a
+///   default it is the one that [`write_env`](crate::write_env) has written into the file, or it follows from the proportions: lat-long if the picture is twice as wide as high, a cube if it is a cross, a
 ///   row or a column of six faces, which [`MapReadReport::layout`] reports.
 /// * With the attribute `envmap` of OpenEXR the outer texels lie on the edges of the picture, or of the faces of its cube,
 ///   as the format defines it: unless a mapping is asked for, the map is moved to Lobe's centers by interpolation.
+///
+/// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`].
 ///
 /// A file is opened and decoded once.
 ///
@@ -129,7 +132,7 @@ pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(Loa
         return read_map_bytes(bundled::named(bundled)?.bytes, &name, options);
     }
     let Some(files) = FaceFiles::of(path) else {
-        let (name, bytes) = read_picture_file(path)?;
+        let (name, bytes) = picture_file_bytes(path)?;
         return read_map_bytes(&bytes, &name, options);
     };
     options.expect(Mapping::Cube, &name, "a cube")?;
@@ -154,11 +157,16 @@ pub fn read_map_bytes(
         let chain = CubeMipChain::new(levels.collect::<Result<_, _>>()?)?;
         (LoadedMap::Chain(chain.of_handedness(options.handedness)), report.into())
     } else {
-        let (picture, report) = read_picture_bytes(bytes, name, &options.picture)?;
-        match (options.mapping, report.envmap) {
-            (Some(mapping), _) => (map_of(mapping, picture, name, options)?, report.into()),
-            (None, Some(envmap)) => map_of_edges(envmap, picture, report, name, options)?,
-            (None, None) => map_as_told(picture, report, name, options)?,
+        let (picture, mut report) = read_picture_bytes(bytes, name, &options.picture)?;
+        let kept = report.mapping.as_deref().and_then(Mapping::from_name);
+        match (options.asked(), report.envmap, kept) {
+            (Some(mapping), _, _) => map_of(mapping, picture, report.into(), name, options)?,
+            (None, Some(envmap), _) => map_of_edges(envmap, picture, report, name, options)?,
+            (None, None, Some(mapping)) => {
+                report.notes.push(format!("the map is {mapping}, as the file says"));
+                map_of(mapping, picture, report.into(), name, options)?
+            }
+            (None, None, None) => map_as_told(picture, report, name, options)?,
         }
     };
     options.check_handedness(read.0.base().mapping(), name)?;
@@ -201,7 +209,7 @@ fn map_as_told(
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
     let (width, height) = (picture.width(), picture.height());
     if width == 2 * height {
-        return Ok((map_of(Mapping::LatLong, picture, name, options)?, report.into()));
+        return map_of(Mapping::LatLong, picture, report.into(), name, options);
     }
     let Ok(layout) = CubeLayout::of_picture(width, height) else {
         let message =
@@ -209,17 +217,37 @@ fn map_as_told(
         return Err(EnvError::UnknownMapping { place: name.into(), message });
     };
     let report = MapReadReport { layout: Some(layout), ..report.into() };
-    Ok((map_of(Mapping::Cube, picture, name, options)?, report))
+    map_of(Mapping::Cube, picture, report, name, options)
 }
 
 /// The map of a picture of known mapping.
-fn map_of(mapping: Mapping, picture: Picture, name: &str, options: &MapReadOptions) -> Result<LoadedMap, EnvError> {
+fn map_of(
+    mapping: Mapping,
+    picture: Picture,
+    mut report: MapReadReport,
+    name: &str,
+    options: &MapReadOptions,
+) -> Result<(LoadedMap, MapReadReport), EnvError> {
+    options.expect(mapping, name, mapping.name())?;
     let named = |error: EnvError| EnvError::Options(format!("{name}: {error}"));
-    let map = if mapping == Mapping::Cube {
-        CubeMap::from_picture(&picture, options.handedness).map_err(named)?.into()
-    } else {
-        let (width, height) = (picture.width(), picture.height());
-        MappedMap::new(mapping, width, height, picture.into_pixels::<Rgb<f32>>()).map_err(named)?
+    let (width, height) = (picture.width(), picture.height());
+    let mut note = |note: String| report.picture.notes.push(note);
+    let map = match (mapping, options.elevations) {
+        (Mapping::Cube, _) => CubeMap::from_picture(&picture, options.handedness).map_err(named)?.into(),
+        (_, Some(elevations)) => {
+            let map = whole_map(&picture, elevations, options.padding, options.picture.max_texels, name)?;
+            // The degrees that were given, without the rounding of their change to radians.
+            let [low, high] = elevations.map(|angle| (angle.to_degrees() * 1e6).round() / 1e6);
+            let (width, height) = (map.width(), map.height());
+            note(format!("it shows the elevations {low}° to {high}° of a map of {width} x {height}"));
+            map.into()
+        }
+        (_, None) => {
+            if mapping == Mapping::LatLong && width != 2 * height {
+                note(format!("{width} x {height} is not 2:1; taken to show all elevations, -90° to 90°"));
+            }
+            MappedMap::new(mapping, width, height, picture.into_pixels::<Rgb<f32>>()).map_err(named)?
+        }
     };
-    Ok(LoadedMap::Single(map))
+    Ok((LoadedMap::Single(map), report))
 }

@@ -1,12 +1,20 @@
 //! Options and report of the map reader.
 
 use derive_setters::Setters;
-use lobe_image::{PictureReadOptions, PictureReadReport};
+use lobe_image::{Nonfinite, PictureReadOptions, PictureReadReport};
 
-use crate::{CubeHandedness, CubeLayout, EnvError, MapReadOption, Mapping};
+use crate::{CubeHandedness, CubeLayout, EnvError, MapReadOption, Mapping, Padding};
 
 /// Options of reading an environment map.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
+///
+/// ```
+/// use lobe_env::{MapReadOptions, Mapping, Padding};
+///
+/// // A cropped panorama of 60 degrees in height.
+/// let options = MapReadOptions::default().elevations([-0.52, 0.52]).padding(Padding::Edge).max_texels(1 << 20);
+/// assert_eq!(options.picture.max_texels, 1 << 20);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MapReadOptions {
@@ -15,17 +23,43 @@ pub struct MapReadOptions {
     /// The mapping of the picture; by default the file or its proportions determine it.
     #[setters(into)]
     pub mapping: Option<Mapping>,
+    /// The lowest and the highest elevation that the rows of a lat-long picture show, in radians; by default -π/2 and π/2.
+    /// The map is that of the whole sphere, and `mapping` lat-long.
+    #[setters(into)]
+    pub elevations: Option<[f64; 2]>,
+    /// What other elevations get; black by default.
+    pub padding: Padding,
     /// The handedness for which the faces of a cube were made; by default right.
     pub handedness: CubeHandedness,
 }
 
 impl MapReadOptions {
+    /// The options with another limit of texels, see [`PictureReadOptions::max_texels`].
+    #[must_use]
+    pub fn max_texels(mut self, max_texels: usize) -> Self {
+        self.picture.max_texels = max_texels;
+        self
+    }
+
+    /// The options with another treatment of NaN and infinity, see [`PictureReadOptions::nonfinite`].
+    #[must_use]
+    pub fn nonfinite(mut self, nonfinite: Nonfinite) -> Self {
+        self.picture.nonfinite = nonfinite;
+        self
+    }
+
+    /// The mapping that was asked for; only lat-long pictures have elevations.
+    pub(crate) fn asked(&self) -> Option<Mapping> {
+        self.mapping.or(self.elevations.map(|_| Mapping::LatLong))
+    }
+
     /// Refuses another requested mapping than that of the file, which is called `found`.
     pub(crate) fn expect(&self, mapping: Mapping, name: &str, found: &str) -> Result<(), EnvError> {
-        if self.mapping.is_none_or(|asked| asked == mapping) {
-            return Ok(());
-        }
-        let option = MapReadOption::Mapping;
+        let option = match self.mapping {
+            Some(asked) if asked != mapping => MapReadOption::Mapping,
+            _ if self.elevations.is_some() && mapping != Mapping::LatLong => MapReadOption::Elevations,
+            _ => return Ok(()),
+        };
         Err(EnvError::Contradiction { place: name.into(), found: found.into(), option })
     }
 

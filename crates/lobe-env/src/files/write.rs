@@ -3,32 +3,25 @@
 use derive_setters::Setters;
 use std::path::Path;
 
-use lobe_image::{
-    ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, encode_picture, write_cube_texture,
-};
-use lobe_io::write_atomically;
+use lobe_image::{ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, write_cube_texture, write_pixels};
 
 use crate::{CubeMipChain, MappedMap};
 
-/// Writes a map as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on the extension; see
-/// [`encode_picture`].
+/// Writes a map as a picture in its mapping; [`lobe_image::write_picture`] lists the formats.
 ///
-/// The file is written under a temporary name in the same folder and then renamed: no partial file ever has the final
-/// name.
+/// Where the proportions of the picture do not tell the mapping ([`MappedMap::untold_mapping`]), the file keeps its name, and
+/// [`read_map`](crate::read_map()) finds it again.
 ///
 /// # Errors
-/// [`ImageError::Options`] for another extension, or a map too wide for `.hdr`; [`ImageError::Io`] if the file cannot be
-/// written.
+/// Those of [`lobe_image::write_picture`].
 pub fn write_env(
     path: impl AsRef<Path>,
     map: &MappedMap,
     options: &PictureWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
-    let path = path.as_ref();
-    let (bytes, report) = encode_picture(path, map.width(), map.texels(), options)?;
-    let io = |source| ImageError::Io { place: path.display().to_string(), source };
-    write_atomically(path, |file| file.write_all(&bytes)).map_err(io)?;
-    Ok(report)
+    let mut options = options.clone();
+    options.mapping = options.mapping.or_else(|| map.untold_mapping().map(str::to_owned));
+    write_pixels(path, map.width(), map.texels(), &options)
 }
 
 /// Options of writing a cube map.

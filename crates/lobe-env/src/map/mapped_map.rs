@@ -6,7 +6,6 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::mapping::cube::FACES;
-use crate::mapping::interpolate::Texels;
 use crate::mapping::solid_angles::SolidAngles;
 use crate::mapping::taps::Grid;
 use crate::{EnvError, Mapping};
@@ -99,6 +98,18 @@ impl MappedMap {
         self.mapping
     }
 
+    /// The name of the mapping where a reader of the picture would take it for another by its proportions; none for lat-long
+    /// twice as wide as high, and for a cube.
+    #[must_use]
+    pub fn untold_mapping(&self) -> Option<&'static str> {
+        let is_told = match self.mapping {
+            Mapping::LatLong => self.width == 2 * self.height,
+            Mapping::Cube => true,
+            _ => false,
+        };
+        (!is_told).then(|| self.mapping.name())
+    }
+
     /// The number of columns, at least 1.
     #[must_use]
     pub fn width(&self) -> usize {
@@ -158,7 +169,8 @@ impl MappedMap {
     /// The column and the row of the texel that contains the direction `s`.
     #[must_use]
     pub fn texel_at(&self, s: Dir) -> (usize, usize) {
-        let index = self.view().nearest(s);
+        let grid = self.grid();
+        let index = grid.texel(grid.point(s));
         (index % self.width, index / self.width)
     }
 
@@ -180,7 +192,9 @@ impl MappedMap {
     /// `the_radiance_of_every_mapping_is_continuous_across_its_seams`).
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
-        self.view().radiance(s)
+        let grid = self.grid();
+        let taps = grid.taps(grid.tap_point(s));
+        taps.iter().fold(Rgb::ZERO, |sum, (index, weight)| sum + self.texels[index].scale(weight))
     }
 
     /// The mean over the sphere, every texel weighted with its solid angle.
@@ -202,11 +216,6 @@ impl MappedMap {
             })
             .collect();
         rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row).scale(0.25 * std::f64::consts::FRAC_1_PI)
-    }
-
-    /// The texels with their shape, borrowed.
-    pub(crate) fn view(&self) -> Texels<'_> {
-        Texels { grid: self.grid(), texels: &self.texels }
     }
 
     /// The shape of the picture.

@@ -9,7 +9,6 @@ pub(crate) mod azimuthal;
 pub mod cube;
 pub mod dual_paraboloid;
 pub mod equal_area;
-pub(crate) mod interpolate;
 pub mod lat_long;
 pub(crate) mod mapping;
 pub mod mirror_ball;

@@ -24,7 +24,7 @@ pub(crate) fn of_step(step: usize) -> f64 {
 }
 
 /// The step of every cell of a cube map, down to some depth; see
-/// [`FilterTree`](crate::prefilter::cell_tree::FilterTree).
+/// [`CellTree`](crate::prefilter::cell_tree::CellTree).
 pub(crate) struct Brightness {
     /// For each depth.
     cells: Vec<Vec<u8>>,

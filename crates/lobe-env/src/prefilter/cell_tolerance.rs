@@ -16,7 +16,7 @@ const BINS: usize = 512;
 const PROBES: usize = 2 * SIDE + 1;
 
 /// The choice of Gauss-Legendre rules along a texel, by their number of points.
-const RULES: [usize; 6] = [1, 2, 3, 4, 6, FilterCut::MOST_POINTS];
+const RULES: [usize; 6] = [1, 2, 3, 4, 6, CellTolerance::MOST_POINTS];
 
 /// Light below this fraction of the tolerance is left out.
 const NEGLIGIBLE: f64 = 0.1;
@@ -25,7 +25,7 @@ const NEGLIGIBLE: f64 = 0.1;
 ///
 /// An approximation is accurate enough for light `brightness` times as bright as the median of the map where its error
 /// is at most `tolerance (K(θ) + floor/brightness)`. Brightness comes in [steps](crate::prefilter::brightness).
-pub(crate) struct FilterCut {
+pub(crate) struct CellTolerance {
     /// For each class of cell sizes.
     cells: Vec<Limits>,
     /// For each of [`RULES`] on a texel.
@@ -36,7 +36,7 @@ pub(crate) struct FilterCut {
     nothing: Limits,
 }
 
-impl FilterCut {
+impl CellTolerance {
     /// The most points along a texel.
     pub(crate) const MOST_POINTS: usize = 8;
 
@@ -151,7 +151,7 @@ impl Limits {
 fn points_at_kinks(kernel: &impl Kernel, texel: f64) -> usize {
     let width = (integral(kernel).abs() / (PI * kernel.exact(0.0).abs())).sqrt();
     let points = (64.0 * texel / width).ceil() as usize;
-    RULES.into_iter().find(|rule| *rule >= points).unwrap_or(FilterCut::MOST_POINTS)
+    RULES.into_iter().find(|rule| *rule >= points).unwrap_or(CellTolerance::MOST_POINTS)
 }
 
 /// The largest class of cells at least this wide.

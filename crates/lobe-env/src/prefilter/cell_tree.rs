@@ -44,7 +44,7 @@ pub(crate) struct Piece {
 }
 
 /// The tree: cells of depth `k` have a side of `1/2^k` of their face.
-pub(crate) struct FilterTree<'a> {
+pub(crate) struct CellTree<'a> {
     pub(crate) source: &'a CubeMap,
     solid_angles: SolidAngles,
     /// For each column of the deepest cells, its pieces of texels.
@@ -53,7 +53,7 @@ pub(crate) struct FilterTree<'a> {
     pub(crate) levels: Vec<Vec<Cell>>,
 }
 
-impl<'a> FilterTree<'a> {
+impl<'a> CellTree<'a> {
     /// The greatest depth at which a cell has at least as many texels as nodes.
     pub(crate) fn last_depth(size: usize) -> usize {
         size.div_ceil(SIDE).next_power_of_two().ilog2() as usize
@@ -249,7 +249,7 @@ mod tests {
             let mut value = || random.unit() as f32;
             let texels = (0..6 * size * size).map(|_| Rgb::new(value(), 50.0 * value(), 1.0)).collect();
             let source = CubeMap::new(size, texels).unwrap();
-            let tree = FilterTree::new(&source, depth);
+            let tree = CellTree::new(&source, depth);
             let mean = source.mean();
             for (k, level) in tree.levels.iter().enumerate() {
                 let sum = |plane: usize| level.iter().flat_map(|cell| cell[plane]).map(f64::from).sum::<f64>();
@@ -270,7 +270,7 @@ mod tests {
         for (face, x, y) in [(0, 3, 40), (2, 24, 24), (5, 47, 0)] {
             let mut source = CubeMap::from_fn(size, |_| Rgb::splat(0.0));
             source.texels_mut()[(face * size + y) * size + x] = Rgb::splat(1.0);
-            let tree = FilterTree::new(&source, 3);
+            let tree = CellTree::new(&source, 3);
             let rule = gauss_legendre(4);
             let mut expected = 0.0;
             for (a, p) in &rule {

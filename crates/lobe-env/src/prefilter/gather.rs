@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use crate::CubeMap;
 use crate::mapping::cube::{self, FACES};
 use crate::prefilter::brightness::Brightness;
-use crate::prefilter::cell_tolerance::{FilterCut, class_of};
-use crate::prefilter::cell_tree::{FilterTree, NODES, PLANES, Piece, children_of, extent, place};
+use crate::prefilter::cell_tolerance::{CellTolerance, class_of};
+use crate::prefilter::cell_tree::{CellTree, NODES, PLANES, Piece, children_of, extent, place};
 use crate::reflection::specular_lobe::{Kernel, integral};
 
 /// Points summed side by side: a register of AVX.
@@ -33,9 +33,9 @@ const MIRROR: f64 = 1.0 / 16.0;
 /// where it is steep, texels where no cell is accurate enough. The source is piecewise constant over texels. Both sums
 /// go through the same operations, so a map of 1 stays exactly 1.
 pub(crate) struct ZonalFilter<'a, K> {
-    tree: &'a FilterTree<'a>,
+    tree: &'a CellTree<'a>,
     kernel: K,
-    cut: FilterCut,
+    cells: CellTolerance,
     brightness: &'a Brightness,
     /// Gauss-Legendre rules by their number of points.
     rules: Vec<Vec<(f64, f64)>>,
@@ -73,15 +73,16 @@ struct Points {
 
 impl<'a, K: Kernel> ZonalFilter<'a, K> {
     pub(crate) fn new(
-        tree: &'a FilterTree<'a>,
+        tree: &'a CellTree<'a>,
         shapes: &'a [Vec<Shape>],
         brightness: &'a Brightness,
         kernel: K,
-        cut: FilterCut,
+        cells: CellTolerance,
     ) -> Self {
-        let depth = cut.depth_needed(brightness.steps(), tree.depth());
-        let rules = (0..=FilterCut::MOST_POINTS).map(|n| if n == 0 { Vec::new() } else { gauss_legendre(n) }).collect();
-        Self { tree, kernel, cut, brightness, rules, depth, shapes }
+        let depth = cells.depth_needed(brightness.steps(), tree.depth());
+        let rules =
+            (0..=CellTolerance::MOST_POINTS).map(|n| if n == 0 { Vec::new() } else { gauss_legendre(n) }).collect();
+        Self { tree, kernel, cells, brightness, rules, depth, shapes }
     }
 
     /// The averages about directions that are near each other, by the widest instructions of the machine.
@@ -111,17 +112,17 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
             let around = |more: f64| [(angle - radius - more).max(0.0), (angle + radius + more).min(PI)];
             let step = self.brightness.step(i, depth);
             // Skip a cell whose light is negligible.
-            if self.cut.is_negligible(step, around(shape.radius)) {
+            if self.cells.is_negligible(step, around(shape.radius)) {
                 continue;
             }
             // Descend while the cell is too coarse for the kernel.
-            let is_good = self.cut.cell_is_good(shape.class, step, around(0.0));
+            let is_good = self.cells.cell_is_good(shape.class, step, around(0.0));
             if !is_good && depth < self.depth {
                 open.extend(children_of(i, depth).into_iter().rev().map(|child| (depth + 1, child)));
                 continue;
             }
             // Add the nodes of the cell, or Gauss points of its texels where no cell is accurate enough.
-            let count = if is_good { 1 } else { self.cut.texel_points(step, around(shape.radius)) };
+            let count = if is_good { 1 } else { self.cells.texel_points(step, around(shape.radius)) };
             if count == 1 {
                 // The nodes of the cell are no worse than one point in each of its texels, even at a kink.
                 let cell = &self.tree.levels[depth][i];
@@ -160,7 +161,7 @@ impl<K: Kernel> pulp::NullaryFnOnce for Wide<'_, '_, K> {
 
 impl Points {
     /// Fills in the points of Gauss-Legendre rules over the texels of a deepest cell.
-    fn fill(&mut self, tree: &FilterTree<'_>, i: usize, depth: usize, rule: &[(f64, f64)]) {
+    fn fill(&mut self, tree: &CellTree<'_>, i: usize, depth: usize, rule: &[(f64, f64)]) {
         let (face, column, row) = place(i, depth);
         self.planes.iter_mut().for_each(Vec::clear);
         let size = tree.source.size();

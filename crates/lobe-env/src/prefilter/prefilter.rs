@@ -14,6 +14,8 @@
 //!
 //! ```text
 //!   L_o(v) ≈ g · R_A        g = ∫ L(l) w(l) dl / ∫ w(l) dl        R_A = ∫ f(v, l) (n·l) dl = F₀ A + B
+//!
+//!   A = `Dfg::scale`, B = `Dfg::bias`
 //! ```
 //!
 //! 1. For the first factor assume a view along the normal: `v = n`, hence the reflected view `r` is `n`, too.
@@ -47,8 +49,8 @@ use rayon::prelude::*;
 use crate::map::cube_average::averaged_to;
 use crate::mapping::cube::FACES;
 use crate::prefilter::brightness::Brightness;
-use crate::prefilter::cell_tolerance::FilterCut;
-use crate::prefilter::cell_tree::FilterTree;
+use crate::prefilter::cell_tolerance::CellTolerance;
+use crate::prefilter::cell_tree::CellTree;
 use crate::prefilter::gather::{Shape, ZonalFilter, filter_tiles, is_mirror, shapes, texel_side, tiles};
 use crate::prefilter::importance::ImportanceFilter;
 use crate::reflection::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
@@ -56,6 +58,9 @@ use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, Specula
 
 /// Tiles between two calls of a progress callback.
 const TILES_TOGETHER: usize = 64;
+
+/// The same for directions; a multiple of the four that share their cells.
+const DIRS_TOGETHER: usize = 4096;
 
 /// The least tolerance: below, errors of single precision dominate.
 const LEAST_TOLERANCE: f64 = 1e-6;
@@ -122,15 +127,15 @@ impl PrefilterMethod {
 
 /// The roughness of each level of a prefiltered chain; `last` is the number of the last level.
 ///
-/// Roughness here is perceptual, `r = √α` in `[0, 1]`; level 0 is the mirror, the last level is `r = 1`.
+/// Roughness here is perceptual, `ρ = √α` in `[0, 1]`; level 0 is the mirror, the last level is `ρ = 1`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum RoughnessLevels {
-    /// `r = level/last`.
+    /// `ρ = level/last`.
     #[default]
     Linear,
-    /// `level = last r (2 - r)`: more levels for smooth surfaces, whose reflections change most.
+    /// `level = last ρ (2 - ρ)`: more levels for smooth surfaces, whose reflections change most.
     Quadratic,
 }
 
@@ -194,7 +199,7 @@ impl PrefilterOptions {
             .count()
     }
 
-    /// The GGX width `α = r²` of a level.
+    /// The GGX width `α = ρ²` of a level.
     ///
     /// # Panics
     /// If there is no such level.
@@ -219,7 +224,7 @@ impl PrefilterOptions {
 ///
 /// ```text
 ///   level k:  g(r) = ∫ L(l) D(h) max(r·l, 0) dl / ∫ D(h) max(r·l, 0) dl        h half-way between r and l
-///   r_k = level/(levels - 1), α = r_k²        (RoughnessLevels::Linear)
+///   roughness ρ_k = k/(levels - 1), α = ρ_k²        (RoughnessLevels::Linear)
 /// ```
 ///
 /// This is the first sum of the **split-sum approximation** ([Karis 2013]): normal, view and reflected view are assumed
@@ -228,7 +233,7 @@ impl PrefilterOptions {
 /// sum,
 ///
 /// ```text
-///   reflected(v, n) ≈ g(r) (F₀ scale + bias)        r = 2 (n·v) n - v        scale, bias of `dfg`(n·v, α)
+///   reflected(v, n) ≈ g(r) (F₀ A + B)        r = 2 (n·v) n - v        A, B of `dfg`(n·v, α)
 /// ```
 ///
 /// which is exact in uniform light; elsewhere the error is largest at grazing angles, where the true lobe is not
@@ -264,22 +269,25 @@ pub fn prefilter_ggx(source: &CubeMap, options: &PrefilterOptions, mut job: Job<
     let count = options.levels();
     let size = |k: usize| mip_level_size(options.size, k);
     let alphas: Vec<f64> = (1..count).map(|k| options.alpha_of_level(k)).collect();
-    let engine = Engine::new(source, options.method, alphas.iter().map(|alpha| GgxKernel::new(*alpha)));
+    let quadrature = Quadrature::new(source, options.method, alphas.iter().map(|alpha| GgxKernel::new(*alpha)));
     let work = |k: usize| FACES * size(k) * size(k);
-    let (start, total) = (Instant::now(), (1..count).map(work).sum());
+    let mut report = reporter(&mut job, (1..count).map(work).sum());
     // Average the source over the texels of the mirror's level.
     let mut levels = vec![averaged_to(source, options.size)];
     // Average it with the lobe of each rougher level.
     let mut before = 0;
     for (k, alpha) in (1..).zip(&alphas) {
-        let mut part = |p: f64| {
-            let done = before + (p * work(k) as f64) as usize;
-            job.report(&Progress { done, total, elapsed: start.elapsed(), ..Progress::default() })
-        };
-        levels.push(engine.filter(GgxKernel::new(*alpha), size(k), &mut part)?);
+        let mut part = |p: f64| report(before as f64 + p * work(k) as f64);
+        levels.push(quadrature.filter(GgxKernel::new(*alpha), size(k), &mut part)?);
         before += work(k);
     }
     CubeMipChain::new(levels)
+}
+
+/// Tells whoever watches a job how many of `total` texels are done.
+fn reporter(job: &mut Job<'_>, total: usize) -> impl FnMut(f64) -> ControlFlow<()> {
+    let start = Instant::now();
+    move |done| job.report(&Progress { done: done as usize, total, elapsed: start.elapsed(), ..Progress::default() })
 }
 
 /// Convolves a cube map with one lobe: for [`SpecularLobe::Phong`] and [`SpecularLobe::BlinnPhong`] a highlight map.
@@ -287,20 +295,23 @@ pub fn prefilter_ggx(source: &CubeMap, options: &PrefilterOptions, mut job: Job<
 /// The lobe integrates to 1, so a constant map stays the same; see [`SpecularLobe::integral`] for the other
 /// normalization. A lobe far narrower than the source's texels gives the source averaged over each texel.
 ///
+/// Progress counts texels of the result, on the calling thread. The job cannot be resumed.
+///
 /// # Errors
-/// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, or there can be no cube of this
-/// size.
+/// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, there can be no cube of this
+/// size, or the job has a checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
 pub fn filter_lobe(
     source: &CubeMap,
     lobe: SpecularLobe,
     size: usize,
     method: PrefilterMethod,
+    job: Job<'_>,
 ) -> Result<CubeMap, EnvError> {
     lobe.check()?;
     match lobe {
-        SpecularLobe::Ggx { alpha } => filter(source, || GgxKernel::new(alpha), size, method),
-        SpecularLobe::Phong { exponent } => filter(source, || PowerKernel::phong(exponent), size, method),
-        SpecularLobe::BlinnPhong { exponent } => filter(source, || PowerKernel::blinn(exponent), size, method),
+        SpecularLobe::Ggx { alpha } => filter(source, || GgxKernel::new(alpha), size, method, job),
+        SpecularLobe::Phong { exponent } => filter(source, || PowerKernel::phong(exponent), size, method, job),
+        SpecularLobe::BlinnPhong { exponent } => filter(source, || PowerKernel::blinn(exponent), size, method, job),
     }
 }
 
@@ -311,16 +322,19 @@ pub fn filter_lobe(
 /// ```
 ///
 /// Integrated to `tolerance`; see [`PrefilterMethod::Gather`]. The kernel should be highest on its axis;
-/// discontinuities and kinks cost time, and away from the horizon digits of the normalization.
+/// discontinuities and kinks cost time, and away from the horizon digits of the normalization. The job is that of
+/// [`filter_lobe`].
 ///
 /// # Errors
-/// [`EnvError::Options`] if there can be no cube of this size, the tolerance is out of its range, or the kernel has no
-/// positive integral or no positive value at 1.
+/// [`EnvError::Options`] if there can be no cube of this size, the tolerance is out of its range, the kernel has no
+/// positive integral or no positive value at 1, or the job has a checkpoint; [`EnvError::Cancelled`] if the callback
+/// cancelled it.
 pub fn filter_zonal(
     source: &CubeMap,
     size: usize,
     tolerance: f64,
     kernel: impl Fn(f64) -> f64 + Sync,
+    job: Job<'_>,
 ) -> Result<CubeMap, EnvError> {
     let total = integral(&CustomKernel(&kernel));
     if !(total > 0.0 && total.is_finite() && kernel(1.0) > 0.0) {
@@ -328,47 +342,70 @@ pub fn filter_zonal(
             format!("a kernel must be positive on its axis and on the whole, but it is {} and {total}", kernel(1.0));
         return Err(EnvError::Options(message));
     }
-    filter(source, || CustomKernel(&kernel), size, PrefilterMethod::Gather { tolerance })
+    filter(source, || CustomKernel(&kernel), size, PrefilterMethod::Gather { tolerance }, job)
 }
 
-/// Convolves a cube map with a lobe, as a lat-long map of `width` x `height`, integrated to `tolerance`.
+/// Convolves a cube map with a lobe, as a lat-long map of `width` x `height`, integrated to `tolerance`. The job is that of
+/// [`filter_lobe`].
 ///
 /// # Errors
-/// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, or there can be no picture of
-/// this size.
+/// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, there can be no picture of
+/// this size, or the job has a checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
 pub fn filter_lobe_lat_long(
     source: &CubeMap,
     lobe: SpecularLobe,
     [width, height]: [usize; 2],
     tolerance: f64,
+    mut job: Job<'_>,
 ) -> Result<EnvMap, EnvError> {
+    job.expect_no_checkpoint().map_err(EnvError::Options)?;
     lobe.check()?;
     PrefilterMethod::Gather { tolerance }.check()?;
     MappedMap::check(Mapping::LatLong, width, height)?;
     let mut out = EnvMap::from_rows(width, height, vec![Rgb::ZERO; width * height]);
     let dirs: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
+    let job = &mut job;
     let texels = match lobe {
-        SpecularLobe::Ggx { alpha } => gather_towards(source, &|| GgxKernel::new(alpha), &dirs, tolerance),
-        SpecularLobe::Phong { exponent } => gather_towards(source, &|| PowerKernel::phong(exponent), &dirs, tolerance),
-        SpecularLobe::BlinnPhong { exponent } => {
-            gather_towards(source, &|| PowerKernel::blinn(exponent), &dirs, tolerance)
+        SpecularLobe::Ggx { alpha } => gather_towards(source, &|| GgxKernel::new(alpha), &dirs, tolerance, job),
+        SpecularLobe::Phong { exponent } => {
+            gather_towards(source, &|| PowerKernel::phong(exponent), &dirs, tolerance, job)
         }
-    };
+        SpecularLobe::BlinnPhong { exponent } => {
+            gather_towards(source, &|| PowerKernel::blinn(exponent), &dirs, tolerance, job)
+        }
+    }?;
     out.texels_mut().copy_from_slice(&texels);
     Ok(out)
 }
 
-fn gather_towards<K: Kernel>(source: &CubeMap, kernel: &impl Fn() -> K, dirs: &[Dir], tolerance: f64) -> Vec<Rgb<f32>> {
+fn gather_towards<K: Kernel>(
+    source: &CubeMap,
+    kernel: &impl Fn() -> K,
+    dirs: &[Dir],
+    tolerance: f64,
+    job: &mut Job<'_>,
+) -> Result<Vec<Rgb<f32>>, EnvError> {
     if is_mirror(&kernel(), source.size()) {
-        return dirs.iter().map(|s| source.radiance(*s)).collect();
+        return Ok(dirs.iter().map(|s| source.radiance(*s)).collect());
     }
-    let engine = Engine::new(source, PrefilterMethod::Gather { tolerance }, std::iter::once(kernel()));
-    let Engine::Gather { tree, shapes, brightness, .. } = &engine else {
-        unreachable!("a gathering engine was asked for")
+    let quadrature = Quadrature::new(source, PrefilterMethod::Gather { tolerance }, std::iter::once(kernel()));
+    let Quadrature::Gather { tree, shapes, brightness, .. } = &quadrature else {
+        unreachable!("a gathering quadrature was asked for")
     };
-    let cut = cut(source, &kernel(), tolerance, brightness);
-    let filter = ZonalFilter::new(tree, shapes, brightness, kernel(), cut);
-    dirs.par_chunks(4).flat_map_iter(|dirs| filter.towards(dirs)).collect()
+    let cells = cell_tolerance(source, &kernel(), tolerance, brightness);
+    let filter = ZonalFilter::new(tree, shapes, brightness, kernel(), cells);
+    let mut report = reporter(job, dirs.len());
+    let mut texels = Vec::with_capacity(dirs.len());
+    for part in dirs.chunks(DIRS_TOGETHER) {
+        go_on(report(texels.len() as f64))?;
+        texels.par_extend(part.par_chunks(4).flat_map_iter(|dirs| filter.towards(dirs)));
+    }
+    go_on(report(texels.len() as f64))?;
+    Ok(texels)
+}
+
+fn go_on(flow: ControlFlow<()>) -> Result<(), EnvError> {
+    if flow.is_break() { Err(EnvError::Cancelled) } else { Ok(()) }
 }
 
 fn filter<K: Kernel>(
@@ -376,35 +413,41 @@ fn filter<K: Kernel>(
     kernel: impl Fn() -> K,
     size: usize,
     method: PrefilterMethod,
+    mut job: Job<'_>,
 ) -> Result<CubeMap, EnvError> {
+    job.expect_no_checkpoint().map_err(EnvError::Options)?;
     method.check()?;
     CubeMap::check_size(size)?;
-    Engine::new(source, method, std::iter::once(kernel())).filter(kernel(), size, &mut |_| ControlFlow::Continue(()))
+    let texels = FACES * size * size;
+    let mut report = reporter(&mut job, texels);
+    let mut part = |p: f64| report(p * texels as f64);
+    Quadrature::new(source, method, std::iter::once(kernel())).filter(kernel(), size, &mut part)
 }
 
 /// Fills the given tiles of a map.
 type FillTiles<'a> = dyn Fn(&[[usize; 3]], &mut [Rgb<f32>]) + 'a;
 
 /// The acceleration structure that all levels share.
-enum Engine<'a> {
-    Gather { tree: FilterTree<'a>, shapes: Vec<Vec<Shape>>, brightness: Brightness, tolerance: f64 },
+enum Quadrature<'a> {
+    Gather { tree: CellTree<'a>, shapes: Vec<Vec<Shape>>, brightness: Brightness, tolerance: f64 },
     Importance { source: ImportanceFilter, base: &'a CubeMap, samples: usize },
 }
 
-impl<'a> Engine<'a> {
+impl<'a> Quadrature<'a> {
     fn new<K: Kernel>(source: &'a CubeMap, method: PrefilterMethod, kernels: impl Iterator<Item = K>) -> Self {
         match method {
             PrefilterMethod::Importance { samples } => {
                 Self::Importance { source: ImportanceFilter::new(source), base: source, samples }
             }
             PrefilterMethod::Gather { tolerance } => {
-                let last = FilterTree::last_depth(source.size());
+                let last = CellTree::last_depth(source.size());
                 let brightness = Brightness::new(source, last);
                 let blurring = kernels.filter(|kernel| !is_mirror(kernel, source.size()));
-                let depth_for =
-                    |kernel| cut(source, &kernel, tolerance, &brightness).depth_needed(brightness.steps(), last);
+                let depth_for = |kernel| {
+                    cell_tolerance(source, &kernel, tolerance, &brightness).depth_needed(brightness.steps(), last)
+                };
                 let depth = blurring.map(depth_for).max().unwrap_or(0);
-                Self::Gather { tree: FilterTree::new(source, depth), shapes: shapes(depth), brightness, tolerance }
+                Self::Gather { tree: CellTree::new(source, depth), shapes: shapes(depth), brightness, tolerance }
             }
         }
     }
@@ -426,8 +469,8 @@ impl<'a> Engine<'a> {
         let mut out = vec![Rgb::ZERO; FACES * size * size];
         let part: Box<FillTiles<'_>> = match self {
             Self::Gather { tree, shapes, brightness, tolerance } => {
-                let cut = cut(source, &kernel, *tolerance, brightness);
-                let filter = ZonalFilter::new(tree, shapes, brightness, kernel, cut);
+                let cells = cell_tolerance(source, &kernel, *tolerance, brightness);
+                let filter = ZonalFilter::new(tree, shapes, brightness, kernel, cells);
                 Box::new(move |tiles, out| filter_tiles(size, side, tiles, out, |dirs| filter.towards(dirs)))
             }
             Self::Importance { source, samples, .. } => {
@@ -440,19 +483,15 @@ impl<'a> Engine<'a> {
             }
         };
         for (k, chunk) in tiles.chunks(TILES_TOGETHER).enumerate() {
-            if progress((k * TILES_TOGETHER) as f64 / tiles.len() as f64).is_break() {
-                return Err(EnvError::Cancelled);
-            }
+            go_on(progress((k * TILES_TOGETHER) as f64 / tiles.len() as f64))?;
             part(chunk, &mut out);
         }
-        if progress(1.0).is_break() {
-            return Err(EnvError::Cancelled);
-        }
+        go_on(progress(1.0))?;
         drop(part);
         CubeMap::new(size, out)
     }
 }
 
-fn cut(source: &CubeMap, kernel: &impl Kernel, tolerance: f64, brightness: &Brightness) -> FilterCut {
-    FilterCut::new(kernel, tolerance, FilterTree::last_depth(source.size()), texel_side(source), brightness.steps())
+fn cell_tolerance(source: &CubeMap, kernel: &impl Kernel, tolerance: f64, brightness: &Brightness) -> CellTolerance {
+    CellTolerance::new(kernel, tolerance, CellTree::last_depth(source.size()), texel_side(source), brightness.steps())
 }

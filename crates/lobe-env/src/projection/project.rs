@@ -6,8 +6,8 @@ use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, index, len};
 use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
-use crate::projection::row_dft::Azimuth;
-use crate::projection::row_legendre::{Polar, for_each_column};
+use crate::projection::row_dft::RowDft;
+use crate::projection::row_legendre::{RowLegendre, for_each_column};
 use crate::{EnvMap, MappedMap};
 
 /// Pairs of mirrored rows that share one pass over the tables of cosines.
@@ -84,8 +84,8 @@ pub(crate) fn project_rows(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
     if order == 0 {
         return ShVec::zero(0);
     }
-    let azimuth = Azimuth::new(map.width(), order);
-    let polar = Polar::integrals(order, map.height());
+    let azimuth = RowDft::new(map.width(), order);
+    let polar = RowLegendre::integrals(order, map.height());
     let columns = column_factors(map.width(), order);
     let pairs = map.height().div_ceil(2);
     let chunk = pairs.div_ceil(MAX_CHUNKS).max(PAIRS_TOGETHER);
@@ -121,8 +121,8 @@ fn column_factors(width: usize, order: usize) -> Vec<f64> {
 fn add_pairs(
     map: &MappedMap,
     pairs: std::ops::Range<usize>,
-    azimuth: &Azimuth,
-    polar: &Polar,
+    azimuth: &RowDft,
+    polar: &RowLegendre,
     columns: &[f64],
     part: &mut ShVec<Rgb<f64>>,
 ) {

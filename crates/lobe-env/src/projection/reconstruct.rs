@@ -4,8 +4,8 @@ use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, index, len};
 use rayon::prelude::*;
 
 use crate::EnvMap;
-use crate::projection::row_dft::Azimuth;
-use crate::projection::row_legendre::{Polar, for_each_column};
+use crate::projection::row_dft::RowDft;
+use crate::projection::row_legendre::{RowLegendre, for_each_column};
 
 /// The map whose texels have the value of the expansion towards their centers.
 ///
@@ -26,8 +26,8 @@ use crate::projection::row_legendre::{Polar, for_each_column};
 pub fn reconstruct(f: &ShVec<Rgb<f64>>, width: usize, height: usize) -> EnvMap {
     assert!(width > 0 && height > 0, "an environment map needs texels, but {width} x {height} has none");
     let order = f.order();
-    let azimuth = Azimuth::new(width, order);
-    let polar = Polar::values(order, height);
+    let azimuth = RowDft::new(width, order);
+    let polar = RowLegendre::values(order, height);
     let mut texels = vec![Rgb::ZERO; width * height];
     texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
         let mut values = vec![0.0; len(order)];

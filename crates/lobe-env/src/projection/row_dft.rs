@@ -41,7 +41,7 @@ type Plane = [f64; BLOCK];
 
 /// `cos mφ_x` and `sin mφ_x` for `m < order` over the columns of a picture, one quarter of them where the rest follows
 /// by symmetry.
-pub(crate) struct Azimuth {
+pub(crate) struct RowDft {
     width: usize,
     order: usize,
     folded: bool,
@@ -56,7 +56,7 @@ pub(crate) struct Azimuth {
 /// The sums of one or several rows: `[cos, sin]` for every `m < order`.
 pub(crate) type RowSums = [[Rgb<f64>; 2]];
 
-impl Azimuth {
+impl RowDft {
     /// The tables for `m < order` and `width` columns.
     pub(crate) fn new(width: usize, order: usize) -> Self {
         let folded = width.is_multiple_of(4);
@@ -151,7 +151,7 @@ impl Azimuth {
         }
     }
 
-    /// The inverse of [`Azimuth::fold`], up to a factor of four.
+    /// The inverse of [`RowDft::fold`], up to a factor of four.
     fn unfold(&self, planes: &[[Plane; 3]; PLANES], start: usize, count: usize, row: &mut [Rgb<f32>]) {
         let half = self.width / 2;
         for k in 0..count {
@@ -237,7 +237,7 @@ mod tests {
             for order in [1, 2, 3, 4, 7, 65] {
                 let row = random_row(width);
                 let mut sums = vec![[Rgb::ZERO; 2]; order];
-                Azimuth::new(width, order).add_sums(&[&row], &mut sums);
+                RowDft::new(width, order).add_sums(&[&row], &mut sums);
                 for (m, (found, expected)) in sums.iter().zip(slow_sums(&row, order)).enumerate() {
                     for part in 0..2 {
                         let error = (found[part] - expected[part]).to_array().map(f64::abs);
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn the_sines_of_a_constant_row_are_exactly_zero() {
         let mut sums = vec![[Rgb::ZERO; 2]; 9];
-        Azimuth::new(64, 9).add_sums(&[&[Rgb::new(0.3, 1.7, 9.1); 64]], &mut sums);
+        RowDft::new(64, 9).add_sums(&[&[Rgb::new(0.3, 1.7, 9.1); 64]], &mut sums);
         assert!(sums.iter().all(|[_, sin]| *sin == Rgb::ZERO), "{sums:?}");
     }
 
@@ -264,7 +264,7 @@ mod tests {
             let waves: Vec<[Rgb<f64>; 2]> =
                 (0..order).map(|_| [(); 2].map(|()| Rgb::from([(); 3].map(|()| random.signed())))).collect();
             let mut row = vec![Rgb::ZERO; width];
-            Azimuth::new(width, order).synthesise_into(&waves, &mut row);
+            RowDft::new(width, order).synthesise_into(&waves, &mut row);
             for (x, found) in row.iter().enumerate() {
                 let phi = std::f64::consts::PI * (1.0 - (2 * x + 1) as f64 / width as f64);
                 let expected: f64 = (0..order)

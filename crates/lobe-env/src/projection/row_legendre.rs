@@ -29,13 +29,13 @@ const QUADRATURE_REST: f64 = 1e-17;
 
 /// `P̃_l^m` over the upper half of the rows of a picture; the lower half follows from
 /// `P̃_l^m(-z) = (-1)^{l+m} P̃_l^m(z)`.
-pub(crate) struct Polar {
+pub(crate) struct RowLegendre {
     order: usize,
     height: usize,
     rule: Vec<(f64, f64)>,
 }
 
-impl Polar {
+impl RowLegendre {
     /// For integrals over the rows.
     pub(crate) fn integrals(order: usize, height: usize) -> Self {
         Self { order, height, rule: gauss_legendre(nodes(order, height)) }
@@ -105,7 +105,7 @@ mod tests {
     fn row_integrals_equal_their_closed_forms() {
         // ∫ sin θ = -cos θ;  ∫ cos θ sin θ = sin²θ/2;  ∫ sin²θ = (θ - sin θ cos θ)/2
         for height in [1, 2, 3, 16, 255] {
-            let polar = Polar::integrals(64, height);
+            let polar = RowLegendre::integrals(64, height);
             let mut out = vec![0.0; len(64)];
             for y in 0..height {
                 polar.integrate_into(y, &mut out);
@@ -126,8 +126,9 @@ mod tests {
     #[test]
     fn row_integrals_of_all_bands_do_not_change_with_more_nodes() {
         for (order, height) in [(6, 128), (64, 1), (64, 7), (64, 256), (100, 3)] {
-            let polar = Polar::integrals(order, height);
-            let finer = Polar { rule: gauss_legendre(2 * polar.rule.len() + 3), ..Polar::integrals(order, height) };
+            let polar = RowLegendre::integrals(order, height);
+            let finer =
+                RowLegendre { rule: gauss_legendre(2 * polar.rule.len() + 3), ..RowLegendre::integrals(order, height) };
             let (mut a, mut b) = (vec![0.0; len(order)], vec![0.0; len(order)]);
             for y in 0..height.div_ceil(2) {
                 polar.integrate_into(y, &mut a);

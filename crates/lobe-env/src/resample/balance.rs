@@ -98,7 +98,7 @@ impl<'a> Balance<'a> {
             let mut energies = self.weights.energies();
             // Sample the texels that the target undersamples from the side of the source.
             if passes == 1 {
-                let extras = undersampled::find(self.weights.sampler(), &self.solid_angles, &energies);
+                let extras = undersampled::additional_samples(self.weights.sampler(), &self.solid_angles, &energies);
                 self.weights.add_extras(extras, &mut energies);
             }
             // Stop when the remaining deficits are below the limits.
@@ -293,7 +293,7 @@ mod tests {
             });
             let mut balance = Balance::new(&sampler);
             let mut energies = balance.weights.energies();
-            let extras = undersampled::find(&sampler, &balance.solid_angles, &energies);
+            let extras = undersampled::additional_samples(&sampler, &balance.solid_angles, &energies);
             balance.weights.add_extras(extras, &mut energies);
             let (kept, energies) = (balance.weights.gather(map.texels()), balance.weights.energies());
             balance.weights.forget(true);

@@ -48,7 +48,7 @@ const fn coefficients() -> [f64; TERMS] {
 
 /// `y.atan2(x)` with an absolute error below 1e-8 (test `the_angle_is_right_to_the_stated_error`); 0 at the origin.
 #[inline]
-pub(crate) fn quick_atan2(y: f64, x: f64) -> f64 {
+pub(crate) fn fast_atan2(y: f64, x: f64) -> f64 {
     let (ax, ay) = (x.abs(), y.abs());
     let (small, large) = if ax < ay { (ax, ay) } else { (ay, ax) };
     let t = if large > 0.0 { small / large } else { 0.0 };
@@ -69,12 +69,12 @@ mod tests {
         for k in 0..200_000 {
             let angle = -PI + 2.0 * PI * (f64::from(k) + 0.5) / 200_000.0;
             let (y, x) = angle.sin_cos();
-            worst = worst.max((quick_atan2(3.0 * y, 3.0 * x) - angle).abs());
+            worst = worst.max((fast_atan2(3.0 * y, 3.0 * x) - angle).abs());
         }
         println!("worst error of the quick angle: {worst:e}");
         assert!(worst < 1e-8, "{worst:e}");
         for (y, x) in [(0.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (-0.0, 1.0)] {
-            let (found, expected) = (quick_atan2(y, x), f64::atan2(y, x));
+            let (found, expected) = (fast_atan2(y, x), f64::atan2(y, x));
             assert!((found - expected).abs() < 1e-8, "({y}, {x}): {found} against {expected}");
         }
     }

@@ -76,12 +76,12 @@ impl Quad {
 
 /// The footprint of a target texel; a source texel may occur several times.
 #[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
+pub(crate) struct Footprint<'a> {
     pub(crate) quads: &'a [Quad],
     pub(crate) shares: &'a [Share],
 }
 
-impl View<'_> {
+impl Footprint<'_> {
     /// The sum of all weights.
     #[inline(always)]
     pub(crate) fn sum(&self) -> f64 {
@@ -131,14 +131,14 @@ fn pair(light: &[Rgb<f32>], first: usize) -> &[Rgb<f32>; 2] {
 
 /// The footprints of several target texels.
 #[derive(Default)]
-pub(crate) struct Views {
+pub(crate) struct Footprints {
     /// Column and row of each texel, and where its quads and its shares end.
     texels: Vec<[u32; 4]>,
     pub(crate) quads: Vec<Quad>,
     pub(crate) shares: Vec<Share>,
 }
 
-impl Views {
+impl Footprints {
     /// Closes the footprint of texel `(x, y)`: the `quads` and `shares` added since the last one.
     pub(crate) fn end_texel(&mut self, [x, y]: [usize; 2]) {
         self.texels.push([x, y, self.quads.len(), self.shares.len()].map(|n| n as u32));
@@ -152,18 +152,19 @@ impl Views {
 
     /// All footprints, as that of one texel.
     #[inline(always)]
-    pub(crate) fn all(&self) -> View<'_> {
-        View { quads: &self.quads, shares: &self.shares }
+    pub(crate) fn all(&self) -> Footprint<'_> {
+        Footprint { quads: &self.quads, shares: &self.shares }
     }
 
     /// Calls `texel(place, view)` for every texel that is wanted.
     #[inline(always)]
-    pub(crate) fn for_each(&self, wants: impl Fn(Tile) -> bool, mut texel: impl FnMut([usize; 2], View<'_>)) {
+    pub(crate) fn for_each(&self, wants: impl Fn(Tile) -> bool, mut texel: impl FnMut([usize; 2], Footprint<'_>)) {
         let (mut first_quad, mut first_share) = (0, 0);
         for texel_and_ends in &self.texels {
             let [x, y, quads, shares] = texel_and_ends.map(|n| n as usize);
             if wants(Tile::of_texel([x, y])) {
-                let view = View { quads: &self.quads[first_quad..quads], shares: &self.shares[first_share..shares] };
+                let view =
+                    Footprint { quads: &self.quads[first_quad..quads], shares: &self.shares[first_share..shares] };
                 texel([x, y], view);
             }
             (first_quad, first_share) = (quads, shares);

@@ -1,7 +1,7 @@
 //! Quadratic patches: biquadratic interpolants of the sample positions of a block of target texels.
 
 use crate::mapping::taps::Grid;
-use crate::resample::footprint::{Quad, Tile, View, Views};
+use crate::resample::footprint::{Footprint, Footprints, Quad, Tile};
 
 /// The constant part of the rounding error by which samples leave the range of their patch, in texels.
 const MARGIN: f64 = 0.01;
@@ -36,7 +36,7 @@ impl Sample {
     }
 
     /// Adds the footprint of the sample.
-    pub(crate) fn look(&self, source: Grid, views: &mut Views) {
+    pub(crate) fn look(&self, source: Grid, views: &mut Footprints) {
         let taps = source.taps(self.point());
         views.shares.extend(taps.iter().map(|(index, weight)| (index as u32, self.weight * weight)));
     }
@@ -127,9 +127,9 @@ impl Patch {
         &self,
         source: Grid,
         wants: impl Fn(Tile) -> bool,
-        mut texel: impl FnMut([usize; 2], View<'_>),
+        mut texel: impl FnMut([usize; 2], Footprint<'_>),
     ) {
-        let (mut quads, mut views) = (Vec::new(), Views::default());
+        let (mut quads, mut views) = (Vec::new(), Footprints::default());
         for row in 0..self.tile.height {
             let y = self.tile.y + row;
             if !wants(Tile { y, height: 1, ..self.tile }) {
@@ -139,7 +139,7 @@ impl Patch {
                 let first = window.y * source.width + window.x;
                 self.find_quads(row, [window.x, window.y], first, source.width, &mut quads);
                 for (x, quads) in (self.tile.x..).zip(quads.chunks_exact(self.cells[0] * self.cells[1])) {
-                    texel([x, y], View { quads, shares: &[] });
+                    texel([x, y], Footprint { quads, shares: &[] });
                 }
             } else {
                 for column in 0..self.tile.width {
@@ -304,7 +304,7 @@ mod tests {
             |_| true,
             |[x, y], view| {
                 let [x, y] = [x - tile.x, y - tile.y];
-                let mut each = Views::default();
+                let mut each = Footprints::default();
                 patch.for_each_sample([x, y], |sample| sample.look(source, &mut each));
                 let mut sums = [vec![0.0; 64 * 32], vec![0.0; 64 * 32]];
                 view.for_each(64, |s, weight| sums[0][s] += weight);

@@ -8,8 +8,8 @@ use lobe_sh::{Dir, Rotation};
 use crate::Mapping;
 use crate::mapping::cube;
 use crate::mapping::taps::Grid;
-use crate::resample::fast_atan::quick_atan2;
-use crate::resample::footprint::{Tile, View, Views};
+use crate::resample::fast_atan::fast_atan2;
+use crate::resample::footprint::{Footprint, Footprints, Tile};
 use crate::resample::patch::{Limits, Patch, Sample};
 
 /// The distance of samples, in source texels.
@@ -48,15 +48,15 @@ impl Chunk {
         source: Grid,
         wants: impl Fn(Tile) -> bool,
         opens: impl Fn(Tile) -> bool,
-        mut each: impl FnMut(Sight<'_>),
+        mut each: impl FnMut(Sampled<'_>),
     ) {
         for patch in &self.patches {
             match patch.window() {
-                Some(window) if opens(patch.tile()) => each(Sight::Patch(patch, window)),
-                _ => patch.for_each_texel(source, &wants, |place, view| each(Sight::Texel(place, view))),
+                Some(window) if opens(patch.tile()) => each(Sampled::Patch(patch, window)),
+                _ => patch.for_each_texel(source, &wants, |place, view| each(Sampled::Texel(place, view))),
             }
         }
-        let (mut samples, mut views) = (self.samples.as_slice(), Views::default());
+        let (mut samples, mut views) = (self.samples.as_slice(), Footprints::default());
         for &(place, count) in &self.singles {
             let (own, rest) = samples.split_at(count as usize);
             samples = rest;
@@ -64,16 +64,16 @@ impl Chunk {
             if wants(Tile::of_texel(place)) {
                 views.clear();
                 own.iter().for_each(|sample| sample.look(source, &mut views));
-                each(Sight::Texel(place, views.all()));
+                each(Sampled::Texel(place, views.all()));
             }
         }
     }
 }
 
 /// Footprints of a part of the target.
-pub(crate) enum Sight<'a> {
+pub(crate) enum Sampled<'a> {
     /// The footprint of the texel at a place in the picture.
-    Texel([usize; 2], View<'a>),
+    Texel([usize; 2], Footprint<'a>),
     /// The footprints of all texels of a patch, within a window onto the source.
     Patch(&'a Patch, Tile),
 }
@@ -274,8 +274,8 @@ impl Sampler {
             return self.source.point(s);
         }
         let (x, y) = (s.x(), s.y());
-        let u = 0.5 - 0.5 * FRAC_1_PI * quick_atan2(y, x);
-        let v = FRAC_1_PI * quick_atan2((x * x + y * y).sqrt(), s.z());
+        let u = 0.5 - 0.5 * FRAC_1_PI * fast_atan2(y, x);
+        let v = FRAC_1_PI * fast_atan2((x * x + y * y).sqrt(), s.z());
         let row = v * height as f64;
         [u * width as f64, self.source.fair_row(row, self.bends[(row + 0.5) as usize])]
     }

@@ -116,7 +116,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::resample::footprint::View;
+    use crate::resample::footprint::Footprint;
     use crate::resample::sparse_sum::BLOCK;
 
     const COLUMNS: usize = 300;
@@ -145,7 +145,7 @@ mod tests {
             window_light.fill(WINDOW, &light, COLUMNS);
         }
         let (found, weight) = window_light.total(&quads);
-        let (expected, expected_weight) = View { quads: &quads_of_picture, shares: &[] }.total(&light, COLUMNS);
+        let (expected, expected_weight) = Footprint { quads: &quads_of_picture, shares: &[] }.total(&light, COLUMNS);
         assert!((found - expected).to_array().iter().all(|e| e.abs() < 1e-9), "{found:?}, not {expected:?}");
         assert!((weight - expected_weight).abs() < 1e-6 * expected_weight, "{weight}, not {expected_weight}");
     }
@@ -162,7 +162,7 @@ mod tests {
             sums.add_block(block, found);
         }
         let mut expected = vec![0.0; found.len()];
-        View { quads: &quads_of_picture, shares: &[] }.for_each(COLUMNS, |s, weight| expected[s] += 0.5 * weight);
+        Footprint { quads: &quads_of_picture, shares: &[] }.for_each(COLUMNS, |s, weight| expected[s] += 0.5 * weight);
         assert!(expected.iter().filter(|sum| **sum > 0.0).count() > WINDOW.len() / 2, "most texels are seen");
         for (s, (found, expected)) in found.iter().zip(&expected).enumerate() {
             assert!((found - expected).abs() < 1e-6, "texel {s}: {found}, not {expected}");

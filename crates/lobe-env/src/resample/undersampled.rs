@@ -6,35 +6,39 @@ use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::sample_points::{Sampler, midpoints};
 
 /// A source texel that lacks at least this fraction of its energy in the target is sampled from its own side too.
-const HARDLY_SEEN: f64 = 0.5;
+const UNDERSAMPLED: f64 = 0.5;
 
 /// An additional sample: one source texel in the footprint of a target texel.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Extra {
+pub(crate) struct AdditionalSample {
     pub(crate) target: u32,
     pub(crate) source: u32,
     pub(crate) weight: f32,
 }
 
 /// The additional samples of source texels with the given solid angles that have `energies` in the target.
-pub(crate) fn find(sampler: &Sampler, solid_angles: &SolidAngles, energies: &[f64]) -> Vec<Extra> {
+pub(crate) fn additional_samples(
+    sampler: &Sampler,
+    solid_angles: &SolidAngles,
+    energies: &[f64],
+) -> Vec<AdditionalSample> {
     let width = sampler.source.width;
     let of_row = |(y, energies): (usize, &[f64])| {
         let mut extras = Vec::new();
         for (x, energy) in energies.iter().enumerate() {
             let solid_angle = solid_angles.get(x, y);
-            if solid_angle - energy >= HARDLY_SEEN * solid_angle && solid_angle > 0.0 {
+            if solid_angle - energy >= UNDERSAMPLED * solid_angle && solid_angle > 0.0 {
                 add(sampler, [x, y], 1.0 - energy / solid_angle, &mut extras);
             }
         }
         extras
     };
-    let found: Vec<Vec<Extra>> = energies.par_chunks(width).enumerate().map(of_row).collect();
+    let found: Vec<Vec<AdditionalSample>> = energies.par_chunks(width).enumerate().map(of_row).collect();
     found.concat()
 }
 
 /// Adds four samples in a source texel, which together carry `share` of it.
-fn add(sampler: &Sampler, texel: [usize; 2], share: f64, extras: &mut Vec<Extra>) {
+fn add(sampler: &Sampler, texel: [usize; 2], share: f64, extras: &mut Vec<AdditionalSample>) {
     let (source, target) = (sampler.source, sampler.target);
     let mut nodes = Vec::new();
     crate::mapping::texel_quadrature::nodes_into(
@@ -47,6 +51,6 @@ fn add(sampler: &Sampler, texel: [usize; 2], share: f64, extras: &mut Vec<Extra>
     for (s, weight) in nodes {
         let index = target.texel(target.point(sampler.to_target(s)));
         let number = texel[1] * source.width + texel[0];
-        extras.push(Extra { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
+        extras.push(AdditionalSample { target: index as u32, source: number as u32, weight: (share * weight) as f32 });
     }
 }

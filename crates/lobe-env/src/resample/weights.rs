@@ -10,11 +10,11 @@ use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
 use crate::mapping::solid_angles::SolidAngles;
-use crate::resample::footprint::{Tile, View, Views};
-use crate::resample::sample_points::{Chunk, Sampler, Sight};
+use crate::resample::footprint::{Footprint, Footprints, Tile};
+use crate::resample::sample_points::{Chunk, Sampled, Sampler};
 use crate::resample::source_window::{WindowLight, WindowSums};
 use crate::resample::sparse_sum::{BLOCK, SparseSum};
-use crate::resample::undersampled::Extra;
+use crate::resample::undersampled::AdditionalSample;
 
 /// The target is divided into about this many chunks, whatever the number of threads.
 const CHUNKS: usize = 128;
@@ -29,7 +29,7 @@ const MOST_SAMPLES: usize = 1 << 27;
 
 /// The results of sampling that a chunk keeps for the next pass.
 enum Kept {
-    Views(Vec<Views>),
+    Footprints(Vec<Footprints>),
     Samples(Vec<Chunk>),
     Nothing,
 }
@@ -40,7 +40,7 @@ pub(crate) struct Weights<'a> {
     /// Solid angles of the target's texels.
     solid_angles: SolidAngles,
     kept: Kept,
-    extras: Vec<Extra>,
+    extras: Vec<AdditionalSample>,
     /// `c_s`; empty while all are 1.
     factors: Vec<f32>,
 }
@@ -58,7 +58,7 @@ impl<'a> Weights<'a> {
         let samples = sampler.estimate();
         let chunks = 0..weights.chunks();
         weights.kept = if samples <= MOST_VIEWS {
-            Kept::Views(chunks.into_par_iter().map(|chunk| weights.views(chunk)).collect())
+            Kept::Footprints(chunks.into_par_iter().map(|chunk| weights.views(chunk)).collect())
         } else if samples <= MOST_SAMPLES {
             Kept::Samples(chunks.into_par_iter().map(|chunk| sampler.chunk(weights.rows(chunk))).collect())
         } else {
@@ -89,9 +89,9 @@ impl<'a> Weights<'a> {
                 }
             };
             let (mut window_light, mut quads) = (WindowLight::default(), Vec::new());
-            self.for_each_sight(chunk, |sight| match sight {
-                Sight::Texel(place, view) => set(place, view.total(light, source.width)),
-                Sight::Patch(patch, window) => {
+            self.for_each_sampled(chunk, |sight| match sight {
+                Sampled::Texel(place, view) => set(place, view.total(light, source.width)),
+                Sampled::Patch(patch, window) => {
                     window_light.fill(window, light, source.width);
                     patch.for_each_texel_in(window, &mut quads, |place, quads| set(place, window_light.total(quads)));
                 }
@@ -105,12 +105,12 @@ impl<'a> Weights<'a> {
         let mut sums = vec![0.0; self.sampler.source.len()];
         self.spread_onto(&mut sums, |chunk, sums| {
             let (mut window_sums, mut quads) = (WindowSums::default(), Vec::new());
-            self.for_each_sight(chunk, |sight| match sight {
-                Sight::Texel(place, view) => self.add_energy(place, view, 1.0, sums),
-                Sight::Patch(patch, window) => {
+            self.for_each_sampled(chunk, |sight| match sight {
+                Sampled::Texel(place, view) => self.add_energy(place, view, 1.0, sums),
+                Sampled::Patch(patch, window) => {
                     window_sums.clear(window);
                     patch.for_each_texel_in(window, &mut quads, |[x, y], quads| {
-                        let sum = View { quads, shares: &[] }.sum();
+                        let sum = Footprint { quads, shares: &[] }.sum();
                         if sum > 0.0 {
                             window_sums.add(quads, (self.solid_angles.get(x, y) / sum) as f32);
                         }
@@ -144,7 +144,7 @@ impl<'a> Weights<'a> {
     }
 
     /// Adds extra samples and corrects the energies that were summed without them; all factors must still be 1.
-    pub(crate) fn add_extras(&mut self, mut extras: Vec<Extra>, energies: &mut [f64]) {
+    pub(crate) fn add_extras(&mut self, mut extras: Vec<AdditionalSample>, energies: &mut [f64]) {
         debug_assert!(self.factors.is_empty() && self.extras.is_empty(), "extras come first, and once");
         if extras.is_empty() {
             return;
@@ -161,7 +161,7 @@ impl<'a> Weights<'a> {
 
     /// Adds to `sums`, times `sign`, the energies of the source texels in the footprint of a target texel.
     #[inline(always)]
-    fn add_energy(&self, [x, y]: [usize; 2], view: View<'_>, sign: f64, sums: &mut SparseSum) {
+    fn add_energy(&self, [x, y]: [usize; 2], view: Footprint<'_>, sign: f64, sums: &mut SparseSum) {
         let (sum, width) = (view.sum(), self.sampler.source.width);
         if sum <= 0.0 {
             return;
@@ -208,28 +208,28 @@ impl<'a> Weights<'a> {
     }
 
     /// Calls `texel(place, view)` for the texels of a chunk.
-    fn for_each_texel(&self, chunk: usize, texel: impl FnMut([usize; 2], View<'_>)) {
+    fn for_each_texel(&self, chunk: usize, texel: impl FnMut([usize; 2], Footprint<'_>)) {
         self.for_each_balanced(chunk, false, only_texels(texel));
     }
 
     /// Calls `each` for all texels of a chunk, for whole patches where no factors and no extras interfere.
-    fn for_each_sight(&self, chunk: usize, each: impl FnMut(Sight<'_>)) {
+    fn for_each_sampled(&self, chunk: usize, each: impl FnMut(Sampled<'_>)) {
         self.for_each_balanced(chunk, self.factors.is_empty(), each);
     }
 
-    fn for_each_balanced(&self, chunk: usize, through_windows: bool, mut each: impl FnMut(Sight<'_>)) {
+    fn for_each_balanced(&self, chunk: usize, through_windows: bool, mut each: impl FnMut(Sampled<'_>)) {
         let (source, extras) = (self.sampler.source, self.extras_of(chunk));
         let opens = |tile| through_windows && self.extras_in(extras, tile).is_empty();
         if extras.is_empty() && self.factors.is_empty() {
             return self.for_each_seen(chunk, |_| true, opens, each);
         }
-        let mut balanced = Views::default();
+        let mut balanced = Footprints::default();
         self.for_each_seen(
             chunk,
             |_| true,
             opens,
             |sight| {
-                let Sight::Texel(place, view) = sight else { return each(sight) };
+                let Sampled::Texel(place, view) = sight else { return each(sight) };
                 let own = self.extras_in(extras, Tile::of_texel(place));
                 if own.is_empty() && self.factors.is_empty() {
                     return each(sight);
@@ -243,23 +243,23 @@ impl<'a> Weights<'a> {
                 }
                 balanced.shares.extend(view.shares.iter().map(|&(s, weight)| (s, weight * factor(s))));
                 balanced.shares.extend(own.iter().map(|extra| (extra.source, extra.weight * factor(extra.source))));
-                each(Sight::Texel(place, balanced.all()));
+                each(Sampled::Texel(place, balanced.all()));
             },
         );
     }
 
     /// Calls `texel(place, view without its extras, view with them)` for the texels of a chunk that have extras.
-    fn for_each_with_extras(&self, chunk: usize, mut texel: impl FnMut([usize; 2], View<'_>, View<'_>)) {
+    fn for_each_with_extras(&self, chunk: usize, mut texel: impl FnMut([usize; 2], Footprint<'_>, Footprint<'_>)) {
         let extras = self.extras_of(chunk);
         if extras.is_empty() {
             return;
         }
-        let mut all = Views::default();
+        let mut all = Footprints::default();
         self.for_each_seen(
             chunk,
             |tile| !self.extras_in(extras, tile).is_empty(),
             |_| false,
-            only_texels(|place, view: View<'_>| {
+            only_texels(|place, view: Footprint<'_>| {
                 let own = self.extras_in(extras, Tile::of_texel(place));
                 if !own.is_empty() {
                     all.clear();
@@ -280,20 +280,20 @@ impl<'a> Weights<'a> {
         chunk: usize,
         wants: impl Fn(Tile) -> bool,
         opens: impl Fn(Tile) -> bool,
-        mut each: impl FnMut(Sight<'_>),
+        mut each: impl FnMut(Sampled<'_>),
     ) {
         let source = self.sampler.source;
         match &self.kept {
-            Kept::Views(chunks) => chunks[chunk].for_each(wants, |place, view| each(Sight::Texel(place, view))),
+            Kept::Footprints(chunks) => chunks[chunk].for_each(wants, |place, view| each(Sampled::Texel(place, view))),
             Kept::Samples(chunks) => chunks[chunk].for_each(source, wants, opens, each),
             Kept::Nothing => self.sampler.chunk(self.rows(chunk)).for_each(source, wants, opens, each),
         }
     }
 
     /// The footprints of the texels of a chunk.
-    fn views(&self, chunk: usize) -> Views {
-        let mut views = Views::default();
-        let keep = only_texels(|place, view: View<'_>| {
+    fn views(&self, chunk: usize) -> Footprints {
+        let mut views = Footprints::default();
+        let keep = only_texels(|place, view: Footprint<'_>| {
             views.quads.extend_from_slice(view.quads);
             views.shares.extend_from_slice(view.shares);
             views.end_texel(place);
@@ -303,14 +303,18 @@ impl<'a> Weights<'a> {
     }
 
     /// The extra samples of a chunk.
-    fn extras_of(&self, chunk: usize) -> &[Extra] {
+    fn extras_of(&self, chunk: usize) -> &[AdditionalSample] {
         let (rows, width) = (self.rows(chunk), self.sampler.target.width);
         extras_between(&self.extras, rows.start * width..rows.end * width)
     }
 
     /// The extra samples between the first and the last texel of a tile.
     #[inline]
-    fn extras_in<'e>(&self, extras: &'e [Extra], Tile { x, y, width, height }: Tile) -> &'e [Extra] {
+    fn extras_in<'e>(
+        &self,
+        extras: &'e [AdditionalSample],
+        Tile { x, y, width, height }: Tile,
+    ) -> &'e [AdditionalSample] {
         let first = y * self.sampler.target.width + x;
         extras_between(extras, first..first + (height - 1) * self.sampler.target.width + width)
     }
@@ -320,8 +324,8 @@ impl<'a> Weights<'a> {
     pub(crate) fn texels_in_windows(&self) -> usize {
         let mut count = 0;
         for chunk in 0..self.chunks() {
-            self.for_each_sight(chunk, |sight| {
-                if let Sight::Patch(patch, _) = sight {
+            self.for_each_sampled(chunk, |sight| {
+                if let Sampled::Patch(patch, _) = sight {
                     count += patch.tile().len();
                 }
             });
@@ -338,16 +342,16 @@ impl<'a> Weights<'a> {
 }
 
 /// The callback for calls without windows.
-fn only_texels(mut texel: impl FnMut([usize; 2], View<'_>)) -> impl FnMut(Sight<'_>) {
+fn only_texels(mut texel: impl FnMut([usize; 2], Footprint<'_>)) -> impl FnMut(Sampled<'_>) {
     move |sight| match sight {
-        Sight::Texel(place, view) => texel(place, view),
-        Sight::Patch(..) => unreachable!("no window was opened"),
+        Sampled::Texel(place, view) => texel(place, view),
+        Sampled::Patch(..) => unreachable!("no window was opened"),
     }
 }
 
 /// The extra samples, sorted by target, of a range of target texels.
 #[inline]
-fn extras_between(extras: &[Extra], targets: Range<usize>) -> &[Extra] {
+fn extras_between(extras: &[AdditionalSample], targets: Range<usize>) -> &[AdditionalSample] {
     let (Some(first), Some(last)) = (extras.first(), extras.last()) else { return &[] };
     // In most chunks only a few rows have extras.
     if targets.end <= first.target as usize || targets.start > last.target as usize {

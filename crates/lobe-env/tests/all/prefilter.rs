@@ -100,7 +100,7 @@ fn the_white_furnace_is_exactly_one() {
                 assert!(level.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{method:?}, {size}, level {k}");
             }
             for lobe in [SpecularLobe::Phong { exponent: 40.0 }, SpecularLobe::BlinnPhong { exponent: 900.0 }] {
-                let map = filter_lobe(&white, lobe, 8, method).unwrap();
+                let map = filter_lobe(&white, lobe, 8, method, Job::default()).unwrap();
                 assert!(map.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{method:?}, {lobe:?}");
             }
         }
@@ -117,7 +117,7 @@ fn both_methods_against_brute_force() {
         for alpha in [0.0625, 0.25, 0.5625, 1.0] {
             let lobe = ggx(alpha);
             let error = |method| {
-                let found = filter_lobe(&source, lobe, 16, method).unwrap();
+                let found = filter_lobe(&source, lobe, 16, method, Job::default()).unwrap();
                 error_of_peak(&found, &points, |cos| lobe.value(cos))
             };
             let (gather, importance) = (error(GATHER), error(IMPORTANCE));
@@ -141,7 +141,7 @@ fn lamps_do_not_spoil_the_dark() {
         let points = brute_force_points(&source, 4);
         for alpha in [0.0625, 0.25, 0.5625] {
             let lobe = ggx(alpha);
-            let found = filter_lobe(&source, lobe, 16, GATHER).unwrap();
+            let found = filter_lobe(&source, lobe, 16, GATHER, Job::default()).unwrap();
             let mut order: Vec<usize> = (0..found.texels().len()).collect();
             order.sort_by(|a, b| found.texels()[*a].g.total_cmp(&found.texels()[*b].g));
             // The darkest, and some of all others.
@@ -170,13 +170,13 @@ fn highlight_maps_against_brute_force() {
         ggx(0.02),
     ];
     for lobe in lobes {
-        let found = filter_lobe(&source, lobe, 32, GATHER).unwrap();
+        let found = filter_lobe(&source, lobe, 32, GATHER, Job::default()).unwrap();
         let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
         println!("{lobe:?}: {error:.1e} of the peak");
         assert!(error < GATHER_ERROR, "{lobe:?}: {error} of the peak");
     }
     let kernel = |cos: f64| (30.0 * (cos - 1.0)).exp();
-    let found = filter_zonal(&source, 16, 1e-3, kernel).unwrap();
+    let found = filter_zonal(&source, 16, 1e-3, kernel, Job::default()).unwrap();
     let error = error_of_peak(&found, &points, kernel);
     assert!(error < 1e-3, "a spherical Gaussian: {error} of the peak");
 }
@@ -187,7 +187,7 @@ fn a_smaller_tolerance_has_a_smaller_error() {
     let points = brute_force_points(&source, 3);
     for tolerance in [1e-2, 1e-3] {
         let lobe = ggx(0.25);
-        let found = filter_lobe(&source, lobe, 16, PrefilterMethod::Gather { tolerance }).unwrap();
+        let found = filter_lobe(&source, lobe, 16, PrefilterMethod::Gather { tolerance }, Job::default()).unwrap();
         let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
         println!("tolerance {tolerance}: {error:.1e} of the peak");
         assert!(error < tolerance, "tolerance {tolerance}: {error} of the peak");
@@ -200,7 +200,7 @@ fn filtering_is_linear_in_the_source() {
     let both = a.texels().iter().zip(b.texels()).map(|(a, b)| a.scale(2.0) + b.scale(-0.5)).collect();
     let both = CubeMap::new(24, both).unwrap();
     for method in [GATHER, IMPORTANCE] {
-        let [a, b, both] = [&a, &b, &both].map(|map| filter_lobe(map, ggx(0.2), 8, method).unwrap());
+        let [a, b, both] = [&a, &b, &both].map(|map| filter_lobe(map, ggx(0.2), 8, method, Job::default()).unwrap());
         for ((a, b), both) in a.texels().iter().zip(b.texels()).zip(both.texels()) {
             let expected = 2.0 * a.g - 0.5 * b.g;
             assert!(
@@ -229,7 +229,7 @@ fn no_seam_shows_where_faces_meet() {
     let size = 32;
     let source = noise(32, 4);
     for method in [GATHER, IMPORTANCE] {
-        let map = filter_lobe(&source, ggx(0.25), size, method).unwrap();
+        let map = filter_lobe(&source, ggx(0.25), size, method, Job::default()).unwrap();
         let (mut inside, mut across) = (0.0_f32, 0.0_f32);
         for face in 0..6 {
             for k in 0..size {
@@ -281,8 +281,9 @@ fn the_split_sum_is_exact_in_even_light_and_near_it_elsewhere() {
             let table = dfg(cos_v, alpha);
             let brdf = Ggx { alpha, f0: 0.5 };
             let factor = brdf.f0 * table.scale + table.bias;
-            let split =
-                |map: &CubeMap| f64::from(filter_lobe(map, ggx(alpha), 64, GATHER).unwrap().radiance(r).g) * factor;
+            let split = |map: &CubeMap| {
+                f64::from(filter_lobe(map, ggx(alpha), 64, GATHER, Job::default()).unwrap().radiance(r).g) * factor
+            };
             let truth = |map: &CubeMap| reflected(&brute_force_points(map, 1), &brdf, n, v);
             let even = split(&white) / truth(&white) - 1.0;
             let error = split(&real) / truth(&real) - 1.0;
@@ -303,7 +304,7 @@ fn level_zero_is_the_source_averaged_over_each_texel() {
         let (found, expected) = (level.mean().g, source.mean().g);
         assert!((found / expected - 1.0).abs() < 1e-6, "24 to {size}: {found} against {expected}");
     }
-    let narrow = filter_lobe(&source, SpecularLobe::Phong { exponent: 1e9 }, 24, GATHER).unwrap();
+    let narrow = filter_lobe(&source, SpecularLobe::Phong { exponent: 1e9 }, 24, GATHER, Job::default()).unwrap();
     assert!(narrow == source, "a lobe far narrower than texels is a mirror");
 }
 
@@ -312,8 +313,10 @@ fn a_lat_long_highlight_map_shows_the_same() {
     let source = noise(16, 6);
     let lobe = SpecularLobe::Phong { exponent: 20.0 };
     let fine = PrefilterMethod::Gather { tolerance: 1e-4 };
-    let (cube, map) =
-        (filter_lobe(&source, lobe, 64, fine).unwrap(), filter_lobe_lat_long(&source, lobe, [16, 8], 1e-4).unwrap());
+    let (cube, map) = (
+        filter_lobe(&source, lobe, 64, fine, Job::default()).unwrap(),
+        filter_lobe_lat_long(&source, lobe, [16, 8], 1e-4, Job::default()).unwrap(),
+    );
     for y in 0..8 {
         for x in 0..16 {
             let (found, expected) = (map.texel(x, y).g, cube.radiance(map.dir(x, y)).g);
@@ -356,13 +359,19 @@ fn wrong_options_are_refused_and_the_work_can_be_stopped() {
         assert!(matches!(run(&options), Err(EnvError::Options(_))), "{options:?} was taken");
     }
     for lobe in [ggx(1.5), ggx(f64::NAN), SpecularLobe::Phong { exponent: -1.0 }] {
-        assert!(matches!(filter_lobe(&source, lobe, 8, GATHER), Err(EnvError::Options(_))), "{lobe:?} was taken");
+        assert!(
+            matches!(filter_lobe(&source, lobe, 8, GATHER, Job::default()), Err(EnvError::Options(_))),
+            "{lobe:?} was taken"
+        );
     }
-    assert!(matches!(filter_zonal(&source, 8, 1e-3, |_| 0.0), Err(EnvError::Options(_))), "a kernel of nothing");
+    assert!(
+        matches!(filter_zonal(&source, 8, 1e-3, |_| 0.0, Job::default()), Err(EnvError::Options(_))),
+        "a kernel of nothing"
+    );
     for size in [0, 1 << 20, usize::MAX] {
         let phong = SpecularLobe::Phong { exponent: 5.0 };
-        let cube = filter_lobe(&source, phong, size, GATHER).map(|_| ());
-        let picture = filter_lobe_lat_long(&source, phong, [size, size], 0.02).map(|_| ());
+        let cube = filter_lobe(&source, phong, size, GATHER, Job::default()).map(|_| ());
+        let picture = filter_lobe_lat_long(&source, phong, [size, size], 0.02, Job::default()).map(|_| ());
         assert!(matches!(cube, Err(EnvError::Options(_))), "a cube of {size}: {cube:?}");
         assert!(matches!(picture, Err(EnvError::Options(_))), "{size} x {size}: {picture:?}");
     }

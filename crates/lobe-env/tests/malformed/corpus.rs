@@ -49,8 +49,8 @@ const HEAD: &str = "\
 # Malformed files
 
 Every file in `bad/` is refused with the one line that the table shows; every file in `good/` is read, and those in
-`bad/` are made from them. All are put together byte by byte in `tests/malformed/`, a module for each format, except the
-JPEG pictures, which begin as the output of the `image` crate. No file holds anything of anybody else's.
+`bad/` are made from them. All are put together byte by byte in `tests/malformed/`, a module for each format, except
+`good/small.jpg`, which the crate `image` wrote. No file holds anything of anybody else's.
 
 The tests in `tests/malformed/main.rs` compare the folder with what its makers make, and read every file. After a change
 of a maker or of a message, make the folder anew, this page with it:

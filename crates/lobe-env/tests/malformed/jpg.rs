@@ -1,18 +1,11 @@
-//! Malformed JPEG pictures. Their tables take some hundred bytes, so an encoder writes the valid one.
-
-use std::io::Cursor;
-
-use image::{DynamicImage, ImageFormat};
+//! Malformed JPEG pictures. Their tables take some hundred bytes, so the valid one is kept as an encoder wrote it.
 
 use crate::bytes::{find, patched};
 use crate::corpus::{self, Bad, Good};
 
 /// 16 x 8 texels in three colors.
 fn small() -> Vec<u8> {
-    let picture = image::RgbImage::from_fn(16, 8, |x, y| image::Rgb([16 * x as u8, 32 * y as u8, 128]));
-    let mut bytes = Cursor::new(Vec::new());
-    DynamicImage::ImageRgb8(picture).write_to(&mut bytes, ImageFormat::Jpeg).unwrap();
-    bytes.into_inner()
+    include_bytes!("../corpus/good/small.jpg").to_vec()
 }
 
 /// The offset of the segment with this marker.

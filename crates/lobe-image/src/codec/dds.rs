@@ -1,35 +1,40 @@
-//! DDS header fields: 32-bit little-endian numbers.
+//! DDS cube maps: the headers, whose fields are little-endian numbers of 32 bits, the decoder and the writer.
+//!
+//! Programming Guide for DDS, Microsoft. What Direct3D 9 has no code for is written with the second header, of Direct3D 10.
 
-use crate::TexelFormat;
+use crate::codec::decoded::{
+    CubeTexture, check_cube_size, invalid, mip_level_count, mip_level_size, reserve, unsupported,
+};
+use crate::{ImageError, TexelFormat};
 
 /// The first four bytes.
 pub(crate) const MAGIC: [u8; 4] = *b"DDS ";
 
 /// Bytes up to the end of the first header.
-pub(crate) const HEADER: usize = 128;
+const HEADER: usize = 128;
 
 /// Bytes of the second header, added by Direct3D 10.
-pub(crate) const HEADER_DX10: usize = 20;
+const HEADER_DX10: usize = 20;
 
 /// The code that announces the second header.
-pub(crate) const DX10: u32 = u32::from_le_bytes(*b"DX10");
+const DX10: u32 = u32::from_le_bytes(*b"DX10");
 
 /// The codes of Direct3D 9, in place of a four-character code. Files with them need no second header, and more programs
 /// take them so (`PlayCanvas`).
-pub(crate) const D3D9: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
+const D3D9: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
 
 /// Flag: the format is given by a four-character code.
-pub(crate) const FOURCC_FLAG: u32 = 0x4;
+const FOURCC_FLAG: u32 = 0x4;
 
 /// A cube map with all its faces, in [`Field::Caps2`].
-pub(crate) const CUBE_ALL_FACES: u32 = 0xfe00;
+const CUBE_ALL_FACES: u32 = 0xfe00;
 
 /// A cube map, in [`Field::Misc`].
-pub(crate) const CUBE_MISC: u32 = 0x4;
+const CUBE_MISC: u32 = 0x4;
 
 /// A number in the headers; the value is its offset in the file.
 #[derive(Clone, Copy)]
-pub(crate) enum Field {
+enum Field {
     Size = 4,
     Flags = 8,
     Height = 12,
@@ -49,6 +54,141 @@ pub(crate) enum Field {
 }
 
 /// The value of a field, if the file is long enough.
-pub(crate) fn field(bytes: &[u8], field: Field) -> Option<u32> {
+fn field(bytes: &[u8], field: Field) -> Option<u32> {
     bytes[(field as usize).min(bytes.len())..].first_chunk().map(|b| u32::from_le_bytes(*b))
+}
+
+/// Decodes a DDS cube map; `name` stands for the file in messages.
+pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<CubeTexture, ImageError> {
+    let short = || invalid(name, "the file ends early: the header is not all there".into());
+    let get = |f: Field| field(bytes, f).ok_or_else(short);
+    if get(Field::Size)? != 124 || get(Field::PixelFormatSize)? != 32 {
+        return Err(invalid(name, "damaged DDS file: a header of 124 bytes with a format of 32 expected".into()));
+    }
+    let four_cc = get(Field::FourCc)?;
+    let has_code = get(Field::PixelFormatFlags)? & FOURCC_FLAG != 0;
+    let dx10 = has_code && four_cc == DX10;
+    let (format, is_cube, data) = if dx10 {
+        let dxgi = get(Field::DxgiFormat)?;
+        let format = TexelFormat::from_dxgi(dxgi).ok_or_else(|| format!("the DXGI format {dxgi}"));
+        let (misc, count) = (get(Field::Misc)?, get(Field::ArraySize)?);
+        if count != 1 {
+            return Err(unsupported(name, format!("one cube map expected, found an array of {count}")));
+        }
+        (format, misc & CUBE_MISC != 0, HEADER + HEADER_DX10)
+    } else {
+        let known = D3D9.iter().find(|(code, _)| has_code && *code == four_cc).map(|(_, format)| *format);
+        let format = known.ok_or_else(|| format!("the code \"{}\"", four_cc.to_le_bytes().escape_ascii()));
+        (format, get(Field::Caps2)? & CUBE_ALL_FACES == CUBE_ALL_FACES, HEADER)
+    };
+    let (width, height) = (get(Field::Width)?, get(Field::Height)?);
+    if !is_cube {
+        let message = format!("a cube map of 6 faces expected, found a texture of {width} x {height}");
+        return Err(unsupported(name, message));
+    }
+    let format = format.map_err(|found| {
+        unsupported(name, format!("RGBA16F, RGBA32F, RGB9E5, R11G11B10F or BC6H expected, found {found}"))
+    })?;
+    if width != height {
+        return Err(invalid(name, format!("the faces of a cube are square, these are {width} x {height}")));
+    }
+    check_cube_size(width.into(), max_texels, name)?;
+    let levels = get(Field::MipMapCount)?.max(1) as usize;
+    faces(bytes.get(data..).ok_or_else(short)?, width as usize, levels, format, name)
+}
+
+/// Decodes face after face, each with all its levels.
+fn faces(data: &[u8], size: usize, levels: usize, format: TexelFormat, name: &str) -> Result<CubeTexture, ImageError> {
+    if levels > mip_level_count(size) {
+        let message = format!("a cube map of size {size} has at most {} levels, not {levels}", mip_level_count(size));
+        return Err(invalid(name, message));
+    }
+    let face: u64 = (0..levels).map(|k| format.face_bytes(mip_level_size(size, k))).sum();
+    if (data.len() as u64) < 6 * face {
+        let message = format!(
+            "the file ends early: 6 faces of {size} x {size} {format} in {levels} level(s) need {} bytes, {} are there",
+            6 * face,
+            data.len()
+        );
+        return Err(invalid(name, message));
+    }
+    let mut notes = Vec::new();
+    if data.len() as u64 > 6 * face {
+        notes.push(format!("{} bytes after the picture are ignored", data.len() as u64 - 6 * face));
+    }
+    let mut decoded = Vec::with_capacity(levels);
+    for k in 0..levels {
+        let side = mip_level_size(size, k);
+        decoded.push((side, reserve(6 * side * side, name)?));
+    }
+    let mut source = data;
+    for _ in 0..6 {
+        for (side, texels) in &mut decoded {
+            let read = format.read_face(*side, &mut source, texels);
+            read.map_err(|e| invalid(name, format!("the file ends early: {e}")))?;
+        }
+    }
+    Ok(CubeTexture { format, levels: decoded, notes })
+}
+
+/// Flags of the fields that are set: capabilities, height, width, format, number of levels.
+const FLAGS: u32 = 0x1 | 0x2 | 0x4 | 0x1000 | 0x2_0000;
+
+/// Flag: the pitch of a row is given.
+const FLAG_PITCH: u32 = 0x8;
+
+/// Flag: the bytes of the first face are given instead, as blocks have no rows.
+const FLAG_LINEAR_SIZE: u32 = 0x8_0000;
+
+/// Capabilities: a texture of several surfaces with levels.
+const CAPS: u32 = 0x8 | 0x1000 | 0x40_0000;
+
+/// A texture of two dimensions.
+const DIMENSION_2D: u32 = 3;
+
+/// Alpha is opaque.
+const ALPHA_OPAQUE: u32 = 3;
+
+/// The pieces of the file in order, from the encoded faces of all levels, the largest first.
+pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>; 6]>) -> Vec<Vec<u8>> {
+    let is_block = matches!(format, TexelFormat::Bc6h | TexelFormat::Bc6hSigned);
+    let (flag, pitch) = if is_block {
+        (FLAG_LINEAR_SIZE, format.face_bytes(size))
+    } else {
+        (FLAG_PITCH, (size * format.block_bytes()) as u64)
+    };
+    let old = D3D9.iter().find(|(_, of_code)| *of_code == format).map(|(code, _)| *code);
+    let mut bytes = vec![0; HEADER + HEADER_DX10];
+    bytes[..MAGIC.len()].copy_from_slice(&MAGIC);
+    for (field, value) in [
+        (Field::Size, 124),
+        (Field::Flags, FLAGS | flag),
+        (Field::Height, size as u32),
+        (Field::Width, size as u32),
+        (Field::PitchOrLinearSize, pitch as u32),
+        (Field::MipMapCount, levels.len() as u32),
+        (Field::PixelFormatSize, 32),
+        (Field::PixelFormatFlags, FOURCC_FLAG),
+        (Field::FourCc, old.unwrap_or(DX10)),
+        (Field::Caps, CAPS),
+        (Field::Caps2, CUBE_ALL_FACES),
+        (Field::DxgiFormat, format.dxgi()),
+        (Field::Dimension, DIMENSION_2D),
+        (Field::Misc, CUBE_MISC),
+        (Field::ArraySize, 1),
+        (Field::AlphaMode, ALPHA_OPAQUE),
+    ] {
+        bytes[field as usize..][..4].copy_from_slice(&value.to_le_bytes());
+    }
+    if old.is_some() {
+        bytes.truncate(HEADER);
+    }
+    let mut pieces = vec![bytes];
+    for face in 0..6 {
+        for (k, level) in levels.iter_mut().enumerate() {
+            debug_assert_eq!(level[face].len() as u64, format.face_bytes(mip_level_size(size, k)), "level {k}");
+            pieces.push(std::mem::take(&mut level[face]));
+        }
+    }
+    pieces
 }

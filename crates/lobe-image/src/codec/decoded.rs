@@ -1,5 +1,6 @@
 //! Decoder results, and size limits that are checked before memory is allocated.
 
+use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 use crate::{ImageError, ReadOption, TexelFormat};
 
@@ -23,6 +24,16 @@ pub(crate) struct Decoded {
     pub(crate) texels: Vec<Pixel>,
     pub(crate) notes: Vec<String>,
     pub(crate) envmap: Option<EnvmapAttribute>,
+    pub(crate) mapping: Option<String>,
+    /// The primaries that the file declares.
+    pub(crate) primaries: Option<Primaries>,
+}
+
+impl Decoded {
+    /// A picture without remarks.
+    pub(crate) fn new(width: usize, height: usize, texels: Vec<Pixel>) -> Self {
+        Self { width, height, texels, notes: Vec::new(), envmap: None, mapping: None, primaries: None }
+    }
 }
 
 /// A cube texture as stored in a file: size and texels of each level, face after face (+X, -X, +Y, -Y, +Z, -Z), row

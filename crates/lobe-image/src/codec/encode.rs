@@ -1,20 +1,15 @@
-//! Encoders of HDR pictures: Radiance, OpenEXR and portable float map.
+//! Picture writers: the extension of the file decides on the format.
 
-use derive_setters::Setters;
 use std::path::Path;
 
-use exr::prelude::f16;
-use image::codecs::hdr::HdrEncoder;
+use derive_setters::Setters;
+use half::f16;
+use lobe_io::write_atomically;
 
-use crate::ImageError;
-use crate::codec::rgbe;
-use crate::codec::write_exr;
+use crate::codec::{rgbe, write_exr};
+use crate::picture::png::MAPPING_KEY;
 use crate::pixel::{IntoPixel, Pixel};
-
-/// The widest picture that the run-length encoding of Radiance can hold.
-///
-/// The encoder would write 32768 columns too, with a marker that no reader understands.
-const MAX_HDR_WIDTH: usize = 32767;
+use crate::{ImageError, Picture};
 
 /// The largest value of RGBE: mantissa 255/256, exponent 127.
 const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
@@ -26,6 +21,10 @@ const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
 pub struct PictureWriteOptions {
     /// Store OpenEXR as 16-bit `half` instead of 32-bit `float`: half the size, three digits, at most 65504.
     pub half: bool,
+    /// The name of a mapping of directions that the file keeps, so that a reader finds it again
+    /// ([`PictureReadReport::mapping`](crate::PictureReadReport)); `.pfm` has no room for it.
+    #[setters(into)]
+    pub mapping: Option<String>,
 }
 
 /// The loss of writing a picture.
@@ -36,6 +35,50 @@ pub struct PictureWriteReport {
     pub clamped: usize,
 }
 
+/// Writes a picture as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on the extension; see
+/// [`encode_picture`]. No partial file ever has the final name.
+///
+/// ```
+/// use lobe_image::{Picture, PictureReadOptions, PictureWriteOptions, read_picture, write_picture};
+///
+/// let path = std::env::temp_dir().join(format!("lobe-write-picture-{}.exr", std::process::id()));
+/// let picture = Picture::from_fn(8, 4, |x, y| [0.1 * x as f32, 0.2 * y as f32, 1.0]);
+/// write_picture(&path, &picture, &PictureWriteOptions::default())?;
+/// assert_eq!(read_picture(&path, &PictureReadOptions::default())?.0, picture);
+/// # std::fs::remove_file(path).ok();
+/// # Ok::<(), lobe_image::ImageError>(())
+/// ```
+///
+/// # Errors
+/// Those of [`encode_picture`], and [`ImageError::Io`] if the file cannot be written.
+pub fn write_picture(
+    path: impl AsRef<Path>,
+    picture: &Picture,
+    options: &PictureWriteOptions,
+) -> Result<PictureWriteReport, ImageError> {
+    write_pixels(path, picture.width(), picture.pixels(), options)
+}
+
+/// Writes rows of `width` pixels as [`write_picture`] writes a picture.
+///
+/// # Errors
+/// Those of [`write_picture`].
+///
+/// # Panics
+/// If `width` is 0 or does not divide the number of pixels.
+pub fn write_pixels(
+    path: impl AsRef<Path>,
+    width: usize,
+    pixels: &[impl IntoPixel],
+    options: &PictureWriteOptions,
+) -> Result<PictureWriteReport, ImageError> {
+    let path = path.as_ref();
+    let (bytes, report) = encode_picture(path, width, pixels, options)?;
+    let io = |source| ImageError::Io { place: path.display().to_string(), source };
+    write_atomically(path, |file| file.write_all(&bytes)).map_err(io)?;
+    Ok(report)
+}
+
 /// Encodes rows of `width` pixels as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on
 /// the extension of the path. Nothing is written.
 ///
@@ -43,30 +86,31 @@ pub struct PictureWriteReport {
 /// texel, of either sign); `.exr` and `.pfm` hold `f32` exactly.
 ///
 /// # Errors
-/// [`ImageError::Options`] for another extension, or a picture too wide for `.hdr`; [`ImageError::Io`] if the encoder
-/// refuses.
+/// [`ImageError::Options`] for another extension, a picture without pixels, or one too large for the format.
 ///
 /// # Panics
-/// If `width` is 0 or does not divide the number of pixels.
+/// If `width` is 0 while there are pixels, or does not divide their number.
 pub fn encode_picture(
     path: &Path,
     width: usize,
     pixels: &[impl IntoPixel],
     options: &PictureWriteOptions,
 ) -> Result<(Vec<u8>, PictureWriteReport), ImageError> {
+    let wrong = |message: String| ImageError::Options(format!("{}: {message}", path.display()));
+    if pixels.is_empty() {
+        return Err(wrong("a picture without pixels cannot be written".to_owned()));
+    }
     assert!(width > 0 && pixels.len().is_multiple_of(width), "{} pixels in rows of {width}", pixels.len());
-    let io = |source| ImageError::Io { place: path.display().to_string(), source };
+    let is_text = |mapping: &str| mapping.chars().all(|c| !c.is_control() && c <= '\u{ff}');
+    if !options.mapping.as_deref().is_none_or(is_text) {
+        return Err(wrong("the name of a mapping is one line of Latin-1 characters".to_owned()));
+    }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
-        "hdr" => {
-            encode_hdr(width, pixels).map_err(|message| ImageError::Options(format!("{}: {message}", path.display())))
-        }
-        "exr" => encode_exr(width, pixels, options.half).map_err(|e| io(std::io::Error::other(e))),
+        "hdr" => encode_hdr(width, pixels, options.mapping.as_deref()).map_err(wrong),
+        "exr" => encode_exr(width, pixels, options).map_err(|error| wrong(error.to_string())),
         "pfm" => Ok(encode_pfm(width, pixels)),
-        _ => {
-            let message = format!("{}: an environment is written as .hdr, .exr or .pfm", path.display());
-            Err(ImageError::Options(message))
-        }
+        _ => Err(wrong("a picture is written as .hdr, .exr or .pfm".to_owned())),
     }
 }
 
@@ -82,29 +126,38 @@ fn clamped(pixels: &[impl IntoPixel], low: f32, high: f32) -> (Vec<Pixel>, Pictu
     (texels.collect(), report)
 }
 
-fn encode_hdr(width: usize, pixels: &[impl IntoPixel]) -> Result<(Vec<u8>, PictureWriteReport), String> {
-    if width > MAX_HDR_WIDTH {
-        return Err(format!("a .hdr holds at most {MAX_HDR_WIDTH} columns, not {width}; write .exr"));
+fn encode_hdr(
+    width: usize,
+    pixels: &[impl IntoPixel],
+    mapping: Option<&str>,
+) -> Result<(Vec<u8>, PictureWriteReport), String> {
+    // A wider picture would have to be flat, and readers take the beginning of a flat row for a mark.
+    if width > rgbe::MAX_WIDTH {
+        return Err(format!("a .hdr holds at most {} columns, not {width}; write .exr", rgbe::MAX_WIDTH));
     }
     let (texels, report) = clamped(pixels, 0.0, MAX_RGBE);
-    // Below this the exponent would wrap around to the largest.
-    let flushed = |c: f32| if c < f32::MIN_POSITIVE { 0.0 } else { c };
-    let rounded: Vec<image::Rgb<f32>> = texels.iter().map(|t| image::Rgb(rgbe::rounded(*t).map(flushed))).collect();
-    let mut bytes = Vec::new();
-    HdrEncoder::new(&mut bytes).encode(&rounded, width, pixels.len() / width).map_err(|e| e.to_string())?;
+    let mapping = mapping.map_or(String::new(), |mapping| format!("{MAPPING_KEY}={mapping}\n"));
+    let height = texels.len() / width;
+    let header = format!("#?RADIANCE\n# Rust HDR encoder\nFORMAT=32-bit_rle_rgbe\n{mapping}\n-Y {height} +X {width}\n");
+    let mut bytes = header.into_bytes();
+    for row in texels.chunks_exact(width) {
+        let row: Vec<[u8; 4]> = row.iter().map(|texel| rgbe::encode(*texel)).collect();
+        rgbe::write_row(&row, &mut bytes);
+    }
     Ok((bytes, report))
 }
 
 fn encode_exr(
     width: usize,
     pixels: &[impl IntoPixel],
-    half: bool,
+    options: &PictureWriteOptions,
 ) -> exr::error::Result<(Vec<u8>, PictureWriteReport)> {
-    if half {
+    let mapping = options.mapping.as_deref();
+    if options.half {
         let (texels, report) = clamped(pixels, f16::MIN.to_f32(), f16::MAX.to_f32());
-        return Ok((write_exr::encode(&texels, width, true)?, report));
+        return Ok((write_exr::encode(&texels, width, true, mapping)?, report));
     }
-    Ok((write_exr::encode(pixels, width, false)?, PictureWriteReport::default()))
+    Ok((write_exr::encode(pixels, width, false, mapping)?, PictureWriteReport::default()))
 }
 
 /// Portable float map: a header of three lines, then little-endian `f32`, the lowest row first.

@@ -19,7 +19,6 @@ use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
 
 /// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
-/// While a Radiance picture is decoded, two copies of it exist.
 const MAX_TEXELS: usize = 1 << 28;
 
 /// The formats that are read, for messages.
@@ -55,11 +54,14 @@ pub struct PictureReadOptions {
     pub nonfinite: Nonfinite,
     /// The largest picture, in texels, for which memory is asked for; by default 2²⁸.
     pub max_texels: usize,
+    /// Convert a picture whose file declares other primaries to those of Rec. 709, the white adapted by Bradford's matrix;
+    /// by default the values are taken as they are. Colors outside of the gamut get negative channels.
+    pub to_rec_709: bool,
 }
 
 impl Default for PictureReadOptions {
     fn default() -> Self {
-        Self { nonfinite: Nonfinite::default(), max_texels: MAX_TEXELS }
+        Self { nonfinite: Nonfinite::default(), max_texels: MAX_TEXELS, to_rec_709: false }
     }
 }
 
@@ -151,9 +153,11 @@ pub struct PictureReadReport {
     pub levels: usize,
     /// The kind of file.
     pub format: FileFormat,
-    /// The attribute `envmap` of an OpenEXR file: an environment whose outer texels lie on the edges. It is reported
-    /// only.
+    /// The attribute `envmap` of an OpenEXR file: an environment whose outer texels lie on the edges. The picture is as it is
+    /// stored.
     pub envmap: Option<EnvmapAttribute>,
+    /// The name of the mapping that the file keeps, see [`PictureWriteOptions::mapping`](crate::PictureWriteOptions).
+    pub mapping: Option<String>,
     /// Texels with a NaN or infinite channel; they are black in the picture.
     pub nonfinite: usize,
     /// Column and row of the first of them; in a cube texture, of the faces of its level one above another.
@@ -169,13 +173,15 @@ pub struct PictureReadReport {
 /// The format is detected from the file's contents, not from its name.
 ///
 /// * **Radiance**: flat, old and new run-length encoding. `EXPOSURE` and `COLORCORR` are divided out, so the values
-///   are radiance; `PRIMARIES` is noted and not converted. Rows from the top and columns from the left
-///   (`-Y h +X w`) only.
+///   are radiance. Rows from the top and columns from the left (`-Y h +X w`) only.
 /// * **OpenEXR**: `half` and `float` channels; every compression but HTJ2K; scan lines and tiles, of which the largest
 ///   level is read; the first part, and in it the first layer, that has channels `R`, `G`, `B` or else `Y`. Alpha
 ///   and all other channels are ignored. The picture is the display window; outside the data window it is black.
 /// * **Portable float map**: color and gray, both byte orders, the scale of the header multiplied in.
 /// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB. White is 1 and nothing is brighter, which a note says.
+///
+/// Primaries that are not those of Rec. 709 (`PRIMARIES` of Radiance, `chromaticities` of OpenEXR, `cHRM` of PNG) are noted,
+/// or converted with [`PictureReadOptions::to_rec_709`].
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged, cut off or no such picture;
@@ -185,7 +191,7 @@ pub fn read_picture(
     path: impl AsRef<Path>,
     options: &PictureReadOptions,
 ) -> Result<(Picture, PictureReadReport), ImageError> {
-    let (name, bytes) = read_picture_file(path)?;
+    let (name, bytes) = picture_file_bytes(path)?;
     read_picture_bytes(&bytes, &name, options)
 }
 
@@ -211,8 +217,17 @@ pub fn read_picture_bytes(
             Err(unsupported(name, message))
         }
     })?;
+    if let Some(primaries) = decoded.primaries.filter(|primaries| !primaries.are_rec_709()) {
+        let which = primaries_of(format);
+        decoded.notes.push(if options.to_rec_709 {
+            primaries.convert(&mut decoded.texels);
+            format!("{which} are converted to those of Rec. 709")
+        } else {
+            format!("{which} are not those of Rec. 709; the values are taken as they are")
+        });
+    }
     let mut report = PictureReadReport::new(decoded.width, decoded.height, format, decoded.notes);
-    report.envmap = decoded.envmap;
+    (report.envmap, report.mapping) = (decoded.envmap, decoded.mapping);
     inspect(&mut decoded.texels, decoded.width, &mut report);
     report.judge(options.nonfinite, name)?;
     Ok((Picture::new(decoded.width, decoded.height, decoded.texels)?, report))
@@ -222,7 +237,8 @@ pub fn read_picture_bytes(
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read, and the errors of [`FileFormat::of_bytes`].
-pub fn read_picture_file(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), ImageError> {
+#[doc(hidden)]
+pub fn picture_file_bytes(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), ImageError> {
     let path = path.as_ref();
     let name = path.display().to_string();
     let io = |source| ImageError::Io { place: name.clone(), source };
@@ -233,6 +249,15 @@ pub fn read_picture_file(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), Im
     FileFormat::of_bytes(&bytes, &name)?;
     file.read_to_end(&mut bytes).map_err(io)?;
     Ok((name, bytes))
+}
+
+/// The name of the primaries in a file.
+fn primaries_of(format: FileFormat) -> &'static str {
+    match format {
+        FileFormat::Radiance => "the PRIMARIES of the header",
+        FileFormat::Png => "the primaries of the chunk cHRM",
+        _ => "the chromaticities",
+    }
 }
 
 /// Opens a file; a folder is refused with a message of its own on every system.
@@ -259,7 +284,7 @@ fn other_picture(bytes: &[u8]) -> Option<&'static str> {
         (b"II*\0", "a TIFF picture"),
         (b"MM\0*", "a TIFF picture"),
         (b"GIF8", "a GIF picture"),
-        (b"\xabKTX 1", "a KTX texture of version 1"),
+        (b"\xabKTX 1", "a KTX texture of version 1, which Lobe writes only"),
         (b"RIFF", "a RIFF file (WebP?)"),
     ];
     KINDS.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, kind)| *kind)
@@ -278,8 +303,9 @@ fn describe(bytes: &[u8]) -> String {
 
 impl PictureReadReport {
     pub(crate) fn new(width: usize, height: usize, format: FileFormat, notes: Vec<String>) -> Self {
-        let (levels, envmap) = (1, None);
-        Self { width, height, levels, format, envmap, nonfinite: 0, first_nonfinite: None, negative: 0, notes }
+        let (levels, nonfinite, negative) = (1, 0, 0);
+        let (envmap, mapping, first_nonfinite) = (None, None, None);
+        Self { width, height, levels, format, envmap, mapping, nonfinite, first_nonfinite, negative, notes }
     }
 
     /// Refuses non-finite texels where the options do.

@@ -7,13 +7,15 @@ use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::{self, BlockIndex, UncompressedBlock};
 use exr::error::Error as ExrError;
 use exr::meta::MetaData;
-use exr::meta::attribute::{ChannelList, Chromaticities, EnvironmentMap, SampleType};
+use exr::meta::attribute::{AttributeValue, ChannelList, EnvironmentMap, SampleType, Text};
 use exr::meta::header::Header;
-use exr::prelude::{Compression, f16};
+use exr::prelude::{Compression, Vec2, f16};
 use rayon::prelude::*;
 
 use crate::ImageError;
 use crate::codec::decoded::{Decoded, EnvmapAttribute, check_size, invalid, reserve, unsupported};
+use crate::picture::png::MAPPING_KEY;
+use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 
 /// Blocks decoded at a time, in parallel. This many are held compressed, and twice as many decoded, besides the file
@@ -59,6 +61,14 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
         EnvironmentMap::LatitudeLongitude => EnvmapAttribute::LatLong,
         EnvironmentMap::Cube => EnvmapAttribute::Cube,
     });
+    let mapping = match header.own_attributes.other.get(&Text::from(MAPPING_KEY)) {
+        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    };
+    let primaries = header.shared_attributes.chromaticities.and_then(|c| {
+        let point = |p: Vec2<f32>| [p.0, p.1].map(f64::from);
+        Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))
+    });
     let windows = Windows::of(header, max_texels, name)?;
     check_table(headers, bytes.len(), name)?;
     let notes = notes(headers, part, &channels, &windows);
@@ -100,7 +110,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     windows.blit(&decoded, &mut texels);
     texels.resize(windows.width * windows.height, BLACK);
     debug_assert!(expected.is_empty(), "as many blocks are read as are expected, and none twice");
-    Ok(Decoded { width: windows.width, height: windows.height, texels, notes, envmap })
+    Ok(Decoded { notes, envmap, mapping, primaries, ..Decoded::new(windows.width, windows.height, texels) })
 }
 
 /// Refuses windows that end before they begin: the library would swap the ends.
@@ -278,17 +288,7 @@ fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Wi
         let ((x, y), (w, h)) = (windows.offset, windows.data_size);
         notes.push(format!("the data window is {w} x {h} at ({x}, {y}) of the display window; outside it is black"));
     }
-    if header.shared_attributes.chromaticities.is_some_and(|c| !is_rec_709(&c)) {
-        notes.push("the chromaticities are not those of Rec. 709; the values are taken as they are".into());
-    }
     notes
-}
-
-/// Whether primaries and white are those of Rec. 709, to the digits found in files.
-fn is_rec_709(c: &Chromaticities) -> bool {
-    let expected = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)];
-    let near = |a: f32, b: f32| (a - b).abs() < 2e-3;
-    [c.red, c.green, c.blue, c.white].iter().zip(expected).all(|(c, (x, y))| near(c.0, x) && near(c.1, y))
 }
 
 /// Checks before decoding that a block is expected, occurs for the first time, and can hold its claimed size.

@@ -1,77 +1,148 @@
-//! Radiance (.hdr) decoder.
-
-use std::io::{Cursor, ErrorKind};
-
-use image::ImageDecoder;
-use image::codecs::hdr::{HdrDecoder, HdrMetadata};
+//! Radiance (.hdr) decoder: the header; rows are decoded by `rgbe`.
 
 use crate::ImageError;
 use crate::codec::decoded::{Decoded, check_size, invalid, reserve, unsupported};
+use crate::codec::rgbe::{self, RowError};
+use crate::picture::png::MAPPING_KEY;
+use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 
-/// Bytes of a decoded texel: three `f32`.
-const TEXEL_BYTES: usize = 12;
-
-/// Rows of these widths may be in the new run-length encoding; then they begin with 2, 2 and the width.
-const RUN_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32767;
+/// The value of `FORMAT` that is read.
+const RGBE: &str = "32-bit_rle_rgbe";
 
 /// Decodes a Radiance picture; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
-    let mut reader = Cursor::new(bytes);
-    // Not strict: the strict decoder knows the signature #?RADIANCE only, but #?RGBE is common too.
-    let decoder = HdrDecoder::new_nonstrict(&mut reader).map_err(|e| explain(&e, name))?;
-    let metadata = decoder.metadata();
-    let (width, height) = check_size(metadata.width.into(), metadata.height.into(), max_texels, name)?;
-    let header = header_len(bytes);
-    let least = least_bytes(width, height);
-    if ((bytes.len() - header) as u64) < least {
-        let rest = bytes.len() - header;
-        let message =
-            format!("the file ends early: {width} x {height} texels need {least} bytes at the least, {rest} are there");
+    let mut rest = bytes;
+    let header = Header::parse(&mut rest, name)?;
+    let (width, height) = check_size(header.width, header.height, max_texels, name)?;
+    let (least, there) = (least_bytes(width, height), rest.len());
+    if (there as u64) < least {
+        let message = format!(
+            "the file ends early: {width} x {height} texels need {least} bytes at the least, {there} are there"
+        );
         return Err(invalid(name, message));
     }
-    check_first_row(&bytes[header..], width, name)?;
-    let count = width * height;
-    let mut raw = reserve(count * TEXEL_BYTES, name)?;
-    let mut texels = reserve(count, name)?;
-    raw.resize(count * TEXEL_BYTES, 0);
-    decoder.read_image(&mut raw).map_err(|e| explain(&e, name))?;
-
     let mut notes = Vec::new();
-    let factor = radiance_factor(&metadata, name, &mut notes)?;
-    note_attributes(&metadata, &mut notes);
-    let (channels, _) = raw.as_chunks::<4>();
-    texels.extend(channels.as_chunks::<3>().0.iter().map(|texel| {
-        let [r, g, b] = texel.map(f32::from_ne_bytes);
-        [r * factor[0], g * factor[1], b * factor[2]]
-    }));
-    Ok(Decoded { width, height, texels, notes, envmap: None })
+    let factors = header.radiance_factors(name, &mut notes)?;
+    let primaries = header.primaries();
+    header.note_ignored(primaries.is_some(), &mut notes);
+    let mapping = header.lines.iter().find(|(key, _)| key == MAPPING_KEY).map(|(_, value)| value.clone());
+    let steps = rgbe::steps();
+    let mut row = reserve(width, name)?;
+    row.resize(width, [0; 4]);
+    let mut texels: Vec<Pixel> = reserve(width * height, name)?;
+    for _ in 0..height {
+        rgbe::read_row(&mut rest, &mut row).map_err(|error| match error {
+            RowError::Ends => invalid(name, "the file ends early: rows of the picture are missing".into()),
+            RowError::Damaged(what) => damaged(name, &what),
+        })?;
+        texels.extend(row.iter().map(|texel| {
+            let [r, g, b] = rgbe::decode(*texel, &steps);
+            [r * factors[0], g * factors[1], b * factors[2]]
+        }));
+    }
+    Ok(Decoded { notes, primaries, mapping, ..Decoded::new(width, height, texels) })
 }
 
-/// The length of the header: everything up to the end of the line after the first empty line.
-fn header_len(bytes: &[u8]) -> usize {
-    let end = |from: usize, pattern: &[u8]| {
-        bytes[from..]
-            .windows(pattern.len())
-            .position(|w| w == pattern)
-            .map_or(bytes.len(), |p| from + p + pattern.len())
-    };
-    end(end(0, b"\n\n"), b"\n")
+fn damaged(name: &str, what: &str) -> ImageError {
+    invalid(name, format!("damaged Radiance picture: {what}"))
 }
 
-/// Refuses a picture whose first row declares another width than the header: the decoder does not check.
-fn check_first_row(pixels: &[u8], width: usize, name: &str) -> Result<(), ImageError> {
-    match *pixels {
-        [2, 2, high, low, ..] if high < 128 && RUN_WIDTHS.contains(&width) => {
-            let marked = usize::from(high) << 8 | usize::from(low);
-            if marked == width {
-                return Ok(());
+/// The lines before the texels: `KEY=value` up to an empty line, then the size.
+struct Header {
+    width: u64,
+    height: u64,
+    lines: Vec<(String, String)>,
+}
+
+impl Header {
+    /// Reads the header from the start of `bytes`, and removes it from them. A line that is no `KEY=value` is a comment or the
+    /// command that made the picture.
+    fn parse(bytes: &mut &[u8], name: &str) -> Result<Self, ImageError> {
+        let mut next_line = |missing: &str| {
+            if bytes.is_empty() {
+                return Err(invalid(name, format!("the file ends early: {missing} is missing")));
             }
-            let message =
-                format!("damaged Radiance picture: {width} columns, but the first row is marked with {marked}");
-            Err(invalid(name, message))
+            let length = bytes.iter().position(|b| *b == b'\n').unwrap_or(bytes.len());
+            let line = String::from_utf8_lossy(&bytes[..length]).into_owned();
+            *bytes = &bytes[(length + 1).min(bytes.len())..];
+            Ok(line)
+        };
+        let mut lines = Vec::new();
+        loop {
+            let line = next_line("the empty line that ends the header")?;
+            if line.is_empty() {
+                break;
+            }
+            if !line.starts_with('#')
+                && let Some((key, value)) = line.split_once('=')
+            {
+                lines.push((key.trim().to_owned(), value.trim().to_owned()));
+            }
         }
-        _ => Ok(()),
+        let only = "only RGBE pictures with rows from the top and columns from the left (-Y h +X w) are read";
+        if let Some((_, found)) = lines.iter().find(|(key, value)| key == "FORMAT" && value != RGBE) {
+            return Err(unsupported(name, format!("{only}, found FORMAT={found}")));
+        }
+        let size = next_line("the size of the picture")?;
+        let (width, height) = match size.split_whitespace().collect::<Vec<_>>()[..] {
+            ["-Y", height, "+X", width, ..] => (width, height),
+            [first, _, second, _, ..] => return Err(unsupported(name, format!("{only}, found {first} {second}"))),
+            _ => return Err(damaged(name, &format!("a size as in \"-Y 512 +X 1024\" expected, found {size:?}"))),
+        };
+        let number = |text: &str, what: &str| {
+            let message = || damaged(name, &format!("the number of {what} expected, found {text:?}"));
+            text.parse::<u32>().map(u64::from).map_err(|_| message())
+        };
+        Ok(Self { height: number(height, "rows")?, width: number(width, "columns")?, lines })
+    }
+
+    /// The numbers of every line of a key.
+    fn numbers<'a>(&'a self, key: &'a str) -> impl Iterator<Item = Vec<f32>> + 'a {
+        let of_line = |value: &str| value.split_whitespace().map_while(|number| number.parse().ok()).collect();
+        self.lines.iter().filter(move |(found, _)| found == key).map(move |(_, value)| of_line(value))
+    }
+
+    /// The factors from stored values to radiance: `1 / (EXPOSURE COLORCORR)`, where all lines of a key are multiplied.
+    fn radiance_factors(&self, name: &str, notes: &mut Vec<String>) -> Result<Pixel, ImageError> {
+        let exposure: f32 = self.numbers("EXPOSURE").filter(|n| n.len() == 1).map(|n| n[0]).product();
+        let mut colors = [1.0_f32; 3];
+        for line in self.numbers("COLORCORR").filter(|n| n.len() >= 3) {
+            colors.iter_mut().zip(line).for_each(|(color, factor)| *color *= factor);
+        }
+        let ([r, g, b], factors) = (colors, colors.map(|color| 1.0 / (exposure * color)));
+        if !factors.iter().all(|f| f.is_normal() && *f > 0.0) {
+            let message = format!(
+                "EXPOSURE {exposure:?} and COLORCORR {r:?} {g:?} {b:?} must be positive numbers of ordinary size"
+            );
+            return Err(invalid(name, message));
+        }
+        if factors != [1.0; 3] {
+            notes.push(format!("EXPOSURE {exposure} and COLORCORR {r} {g} {b} of the header are divided out"));
+        }
+        Ok(factors)
+    }
+
+    /// The primaries and the white; some programs write eight zeros for "unknown".
+    fn primaries(&self) -> Option<Primaries> {
+        let numbers: [f32; 8] = self.numbers("PRIMARIES").last()?.try_into().ok()?;
+        let [red, green, blue, white] = *numbers.map(f64::from).as_chunks().0 else { return None };
+        Primaries::new(red, green, blue, white)
+    }
+
+    /// Adds remarks on lines that are ignored.
+    fn note_ignored(&self, has_primaries: bool, notes: &mut Vec<String>) {
+        for (key, value) in &self.lines {
+            let numbers: Vec<f64> = value.split_whitespace().filter_map(|n| n.parse().ok()).collect();
+            let is_neutral = match key.as_str() {
+                "PRIMARIES" => has_primaries || numbers.iter().all(|n| *n == 0.0),
+                "GAMMA" | "PIXASPECT" => numbers == [1.0],
+                _ => true,
+            };
+            if !is_neutral {
+                notes.push(format!("{key}={value} of the header is ignored"));
+            }
+        }
     }
 }
 
@@ -80,57 +151,6 @@ fn check_first_row(pixels: &[u8], width: usize, name: &str) -> Result<(), ImageE
 /// The densest rows are those of the old encoding: one texel of four bytes, then one repeat count for each digit of
 /// `width - 1` in base 256, four bytes each.
 fn least_bytes(width: usize, height: usize) -> u64 {
-    let mut digits = 0;
-    let mut rest = width - 1;
-    while rest > 0 {
-        digits += 1;
-        rest /= 256;
-    }
+    let digits = (width - 1).checked_ilog(256).map_or(0, |digits| u64::from(digits) + 1);
     4 * (1 + digits) * height as u64
-}
-
-/// The factor from stored values to radiance: `1 / (EXPOSURE COLORCORR)`.
-fn radiance_factor(metadata: &HdrMetadata, name: &str, notes: &mut Vec<String>) -> Result<Pixel, ImageError> {
-    let exposure = metadata.exposure.unwrap_or(1.0);
-    let (r, g, b) = metadata.color_correction.unwrap_or((1.0, 1.0, 1.0));
-    let factors = [r, g, b].map(|c| 1.0 / (exposure * c));
-    if !factors.iter().all(|f| f.is_normal() && *f > 0.0) {
-        let message =
-            format!("EXPOSURE {exposure:?} and COLORCORR {r:?} {g:?} {b:?} must be positive numbers of ordinary size");
-        return Err(invalid(name, message));
-    }
-    if factors != [1.0; 3] {
-        notes.push(format!("EXPOSURE {exposure} and COLORCORR {r} {g} {b} of the header are divided out"));
-    }
-    Ok(factors)
-}
-
-/// Adds remarks on header lines that are ignored.
-fn note_attributes(metadata: &HdrMetadata, notes: &mut Vec<String>) {
-    for (key, value) in &metadata.custom_attributes {
-        let numbers: Vec<f64> = value.split_whitespace().filter_map(|n| n.parse().ok()).collect();
-        let neutral = match key.as_str() {
-            // Some programs write eight zeros for "unknown".
-            "PRIMARIES" => numbers.iter().all(|n| *n == 0.0),
-            "GAMMA" | "PIXASPECT" => numbers == [1.0],
-            _ => true,
-        };
-        if !neutral {
-            notes.push(format!("{key}={} of the header is ignored", value.trim()));
-        }
-    }
-}
-
-/// Translates an error of the decoder.
-fn explain(error: &image::ImageError, name: &str) -> ImageError {
-    match error {
-        image::ImageError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {
-            invalid(name, "the file ends early: rows of the picture are missing".into())
-        }
-        image::ImageError::Unsupported(e) => {
-            let message = "only RGBE pictures with rows from the top and columns from the left (-Y h +X w) are read";
-            unsupported(name, format!("{message}: {e}"))
-        }
-        other => invalid(name, format!("damaged Radiance picture: {other}")),
-    }
 }

@@ -1,11 +1,9 @@
 //! PNG and JPEG decoders: 8 or 16 bits, sRGB-encoded.
 
-use std::io::Cursor;
+use std::io::{Cursor, ErrorKind};
 
-use image::codecs::jpeg::JpegDecoder;
-use image::codecs::png::PngDecoder;
-use image::metadata::Orientation;
-use image::{ColorType, ImageDecoder};
+use png::{BitDepth, DecodingError, Transformations};
+use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
@@ -13,6 +11,8 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use crate::ImageError;
 use crate::codec::decoded::{Decoded, check_size, invalid, reserve, unsupported};
 use crate::codec::jpeg_end;
+use crate::picture::png::MAPPING_KEY;
+use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 use crate::srgb_decode;
 
@@ -23,113 +23,154 @@ const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 /// color; twice that.
 const MOST_JPEG_TEXELS_PER_BYTE: u64 = 2 * 8 * 64;
 
+/// The most memory that the PNG decoder takes besides the picture, for a row, a profile and texts.
+const PNG_BYTES: usize = 512 << 20;
+
 /// Decodes a PNG picture; `name` stands for the file in messages.
 pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
-    let within = image::Limits::default();
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), within).map_err(|e| explain(&e, "PNG", name))?;
-    let read = |decoder: PngDecoder<_>, raw: &mut [u8]| decoder.read_image(raw).map_err(|e| explain(&e, "PNG", name));
-    decode(decoder, bytes.len(), MOST_PNG_TEXELS_PER_BYTE, "PNG", name, max_texels, read)
+    let explain = |error: DecodingError| match error {
+        DecodingError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {
+            invalid(name, "the file ends early: the PNG picture is not all there".into())
+        }
+        other => invalid(name, format!("damaged PNG picture: {other}")),
+    };
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: PNG_BYTES });
+    let (width, height) = decoder.read_header_info().map_err(explain)?.size();
+    let size = check(width.into(), height.into(), max_texels, bytes, MOST_PNG_TEXELS_PER_BYTE, name)?;
+    decoder.set_transformations(Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(explain)?;
+    let (color, depth) = reader.output_color_type();
+    let info = reader.info();
+    let layout = Layout {
+        kind: "PNG",
+        size,
+        channels: color.samples(),
+        is_wide: depth == BitDepth::Sixteen,
+        orientation: info.exif_metadata.as_deref().map_or(Orientation::UPRIGHT, Orientation::of_exif),
+        has_profile: info.icc_profile.is_some(),
+    };
+    let primaries = info.chromaticities().and_then(|c| {
+        let point = |(x, y): (png::ScaledFloat, png::ScaledFloat)| [x, y].map(|n| f64::from(n.into_scaled()) / 1e5);
+        Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))
+    });
+    let texts = &info.uncompressed_latin1_text;
+    let mapping = texts.iter().find(|text| text.keyword == MAPPING_KEY).map(|text| text.text.clone());
+    let decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
+    Ok(Decoded { primaries, mapping, ..decoded })
 }
 
 /// Decodes a JPEG picture; `name` stands for the file in messages.
 pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
-    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|e| explain(&e, "JPEG", name))?;
+    let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
+    let lenient = options.set_strict_mode(false);
+    let mut headers = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), lenient);
+    headers.decode_headers().map_err(|error| match error {
+        DecodeErrors::Unsupported(what) => unsupported(name, format!("this kind of JPEG is not read: {what:?}")),
+        other => invalid(name, format!("damaged JPEG picture: {other}")),
+    })?;
     let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
         return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
     };
-    // `image` decodes what it finds, and fills the rest with gray.
-    let read = |decoder: JpegDecoder<_>, raw: &mut [u8]| {
-        let colors = if decoder.color_type() == ColorType::L8 { ColorSpace::Luma } else { ColorSpace::RGB };
-        let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(colors);
-        let options = options.set_max_width(usize::MAX).set_max_height(usize::MAX);
-        let mut strict = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), options);
+    let (width, height) = headers.dimensions().unwrap_or_default();
+    let size = check(width as u64, height as u64, max_texels, bytes, MOST_JPEG_TEXELS_PER_BYTE, name)?;
+    let is_gray = headers.input_colorspace() == Some(ColorSpace::Luma);
+    let layout = Layout {
+        kind: "JPEG",
+        size,
+        channels: if is_gray { 1 } else { 3 },
+        is_wide: false,
+        orientation: headers.exif().map_or(Orientation::UPRIGHT, |exif| Orientation::of_exif(exif)),
+        has_profile: headers.icc_profile().is_some(),
+    };
+    // Where it need not be strict, the decoder fills what is missing with gray.
+    layout.decode(name, |raw| {
+        let colors = if is_gray { ColorSpace::Luma } else { ColorSpace::RGB };
+        let strict = options.set_strict_mode(true).jpeg_set_out_colorspace(colors);
+        let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), strict);
         let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
-        strict.decode_into(raw).map_err(damaged)
-    };
-    decode(decoder, bytes.len(), MOST_JPEG_TEXELS_PER_BYTE, "JPEG", name, max_texels, read)
+        decoder.decode_into(raw).map_err(damaged)
+    })
 }
 
-fn decode<D: ImageDecoder>(
-    mut decoder: D,
-    length: usize,
-    most_texels_per_byte: u64,
-    kind: &str,
-    name: &str,
+/// Refuses a picture larger than the caller allows, or than the bytes of its file can hold.
+fn check(
+    width: u64,
+    height: u64,
     max_texels: usize,
-    read: impl FnOnce(D, &mut [u8]) -> Result<(), ImageError>,
-) -> Result<Decoded, ImageError> {
-    let (width, height) = decoder.dimensions();
-    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
-    let (width, height) = if is_lying(orientation) { (height, width) } else { (width, height) };
-    let (width, height) = check_size(width.into(), height.into(), max_texels, name)?;
-    let count = width * height;
-    if count as u64 > (length as u64).saturating_mul(most_texels_per_byte) {
-        let message = format!("the file ends early: {width} x {height} texels cannot be in {length} bytes");
-        return Err(invalid(name, message));
-    }
-    let color = decoder.color_type();
-    let notes = notes(&mut decoder, kind);
-    let raw_bytes = count * usize::from(color.bytes_per_pixel());
-    let mut raw = reserve(raw_bytes, name)?;
-    let mut texels = reserve(count, name)?;
-    raw.resize(raw_bytes, 0);
-    read(decoder, &mut raw)?;
-
-    let channels = usize::from(color.channel_count());
-    match color {
-        ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => {
-            let linear: Vec<f32> = (0..=u8::MAX).map(|c| srgb_decode(f64::from(c) / 255.0) as f32).collect();
-            texels.extend(raw.chunks_exact(channels).map(|texel| rgb(texel, |c| linear[usize::from(*c)])));
-        }
-        ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => {
-            let linear: Vec<f32> = (0..=u16::MAX).map(|c| srgb_decode(f64::from(c) / 65535.0) as f32).collect();
-            let values = raw.as_chunks::<2>().0;
-            texels.extend(
-                values.chunks_exact(channels).map(|texel| rgb(texel, |c| linear[usize::from(u16::from_ne_bytes(*c))])),
-            );
-        }
-        other => return Err(unsupported(name, format!("8 or 16 bits in gray or RGB expected, found {other:?}"))),
-    }
-    if orientation != Orientation::NoTransforms {
-        texels = upright(&texels, [width, height], orientation, name)?;
-    }
-    Ok(Decoded { width, height, texels, notes, envmap: None })
-}
-
-/// Whether the orientation swaps columns and rows.
-fn is_lying(orientation: Orientation) -> bool {
-    use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
-    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
-}
-
-/// The texels of the upright picture, which has the given size, from those of the stored one.
-fn upright(
-    stored: &[Pixel],
-    [width, height]: [usize; 2],
-    orientation: Orientation,
+    bytes: &[u8],
+    most_texels_per_byte: u64,
     name: &str,
-) -> Result<Vec<Pixel>, ImageError> {
-    let (right, bottom) = (width - 1, height - 1);
-    // The number of stored columns, and the index of a texel among the stored ones.
-    let columns = if is_lying(orientation) { height } else { width };
-    let place = |x: usize, y: usize| match orientation {
-        Orientation::NoTransforms => [x, y],
-        Orientation::FlipHorizontal => [right - x, y],
-        Orientation::Rotate180 => [right - x, bottom - y],
-        Orientation::FlipVertical => [x, bottom - y],
-        Orientation::Rotate90FlipH => [y, x],
-        Orientation::Rotate90 => [y, right - x],
-        Orientation::Rotate270FlipH => [bottom - y, right - x],
-        Orientation::Rotate270 => [bottom - y, x],
-    };
-    let mut texels = reserve(width * height, name)?;
-    for y in 0..height {
-        texels.extend((0..width).map(|x| {
-            let [x, y] = place(x, y);
-            stored[y * columns + x]
-        }));
+) -> Result<[usize; 2], ImageError> {
+    let (width, height) = check_size(width, height, max_texels, name)?;
+    if (width * height) as u64 <= (bytes.len() as u64).saturating_mul(most_texels_per_byte) {
+        return Ok([width, height]);
     }
-    Ok(texels)
+    let message = format!("the file ends early: {width} x {height} texels cannot be in {} bytes", bytes.len());
+    Err(invalid(name, message))
+}
+
+/// The bytes of a decoded picture, row by row, and what else its header says.
+struct Layout {
+    kind: &'static str,
+    /// The columns and rows that are stored.
+    size: [usize; 2],
+    /// Gray or three colors, with alpha if they are 2 or 4.
+    channels: usize,
+    /// Whether a channel has 16 bits, the higher eight first, rather than 8.
+    is_wide: bool,
+    orientation: Orientation,
+    has_profile: bool,
+}
+
+impl Layout {
+    /// The picture whose bytes `read` fills in.
+    fn decode(
+        &self,
+        name: &str,
+        read: impl FnOnce(&mut [u8]) -> Result<(), ImageError>,
+    ) -> Result<Decoded, ImageError> {
+        let count = self.size[0] * self.size[1];
+        let raw_bytes = count * self.channels * if self.is_wide { 2 } else { 1 };
+        let mut raw: Vec<u8> = reserve(raw_bytes, name)?;
+        let mut texels: Vec<Pixel> = reserve(count, name)?;
+        raw.resize(raw_bytes, 0);
+        read(&mut raw)?;
+        let linear = |most: u16| -> Vec<f32> {
+            (0..=most).map(|c| srgb_decode(f64::from(c) / f64::from(most)) as f32).collect()
+        };
+        if self.is_wide {
+            let (linear, values) = (linear(u16::MAX), raw.as_chunks::<2>().0);
+            let value = |c: &[u8; 2]| linear[usize::from(u16::from_be_bytes(*c))];
+            texels.extend(values.chunks_exact(self.channels).map(|texel| rgb(texel, value)));
+        } else {
+            let linear = linear(u8::MAX.into());
+            texels.extend(raw.chunks_exact(self.channels).map(|texel| rgb(texel, |c| linear[usize::from(*c)])));
+        }
+        let [width, height] = self.orientation.upright_size(self.size);
+        if self.orientation != Orientation::UPRIGHT {
+            texels = self.orientation.upright(&texels, [width, height], name)?;
+        }
+        Ok(Decoded { notes: self.notes(), ..Decoded::new(width, height, texels) })
+    }
+
+    /// Remarks for the caller.
+    fn notes(&self) -> Vec<String> {
+        let bits = if self.is_wide { 16 } else { 8 };
+        let mut notes = vec![format!(
+            "{} of {bits} bits, decoded from sRGB: white is 1, and whatever was brighter has been cut off",
+            self.kind
+        )];
+        if self.channels.is_multiple_of(2) {
+            notes.push("alpha is ignored".into());
+        }
+        if self.has_profile {
+            notes.push("the color profile is ignored; sRGB is assumed".into());
+        }
+        if self.orientation != Orientation::UPRIGHT {
+            notes.push("turned upright, as the camera noted".into());
+        }
+        notes
+    }
 }
 
 /// Gray, or the first three channels.
@@ -141,31 +182,67 @@ fn rgb<T>(texel: &[T], linear: impl Fn(&T) -> f32) -> Pixel {
     [linear(&texel[0]), linear(&texel[1]), linear(&texel[2])]
 }
 
-/// Remarks for the caller.
-fn notes(decoder: &mut impl ImageDecoder, kind: &str) -> Vec<String> {
-    let bits = 8 * u32::from(decoder.color_type().bytes_per_pixel() / decoder.color_type().channel_count());
-    let mut notes = vec![format!(
-        "{kind} of {bits} bits, decoded from sRGB: white is 1, and whatever was brighter has been cut off"
-    )];
-    if decoder.color_type().has_alpha() {
-        notes.push("alpha is ignored".into());
-    }
-    if matches!(decoder.icc_profile(), Ok(Some(_))) {
-        notes.push("the color profile is ignored; sRGB is assumed".into());
-    }
-    if matches!(decoder.orientation(), Ok(o) if o != Orientation::NoTransforms) {
-        notes.push("turned upright, as the camera noted".into());
-    }
-    notes
-}
+/// How a camera was held, by the numbers 1 to 8 of the tag `Orientation` of Exif (CIPA DC-008, 4.6.5).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Orientation(u16);
 
-/// Translates an error of the decoder.
-fn explain(error: &image::ImageError, kind: &str, name: &str) -> ImageError {
-    match error {
-        image::ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
-            invalid(name, format!("the file ends early: the {kind} picture is not all there"))
+impl Orientation {
+    const UPRIGHT: Self = Self(1);
+
+    /// The tag in the first directory of a block of Exif, which is a TIFF file; upright without one.
+    fn of_exif(exif: &[u8]) -> Self {
+        Self::tag(exif).map(Self).unwrap_or(Self::UPRIGHT)
+    }
+
+    fn tag(exif: &[u8]) -> Option<u16> {
+        let is_big = match exif.first_chunk()? {
+            b"II*\0" => false,
+            b"MM\0*" => true,
+            _ => return None,
+        };
+        let short = |at: usize| {
+            let bytes = *exif.get(at..)?.first_chunk()?;
+            Some(if is_big { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
+        };
+        let long = |at: usize| {
+            let bytes = *exif.get(at..)?.first_chunk()?;
+            Some(if is_big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+        };
+        let directory = long(4)? as usize;
+        // An entry has its tag, its type (3 is a short), the number of values, and the value.
+        let mut entries = (0..short(directory)?).map(|k| directory + 2 + 12 * usize::from(k));
+        let entry = entries.find(|at| short(*at) == Some(0x112))?;
+        let is_one_short = short(entry + 2)? == 3 && long(entry + 4)? == 1;
+        short(entry + 8).filter(|number| is_one_short && (1..=8).contains(number))
+    }
+
+    /// Columns and rows of the upright picture; from 5 on the stored one lies on its side.
+    fn upright_size(self, [width, height]: [usize; 2]) -> [usize; 2] {
+        if self.0 >= 5 { [height, width] } else { [width, height] }
+    }
+
+    /// The texels of the upright picture, which has the given size, from those of the stored one.
+    fn upright(self, stored: &[Pixel], size: [usize; 2], name: &str) -> Result<Vec<Pixel>, ImageError> {
+        let ([width, height], [columns, _]) = (size, self.upright_size(size));
+        let (right, bottom) = (width - 1, height - 1);
+        // The column and row of a texel in the stored picture.
+        let place = |x: usize, y: usize| match self.0 {
+            2 => [right - x, y],
+            3 => [right - x, bottom - y],
+            4 => [x, bottom - y],
+            5 => [y, x],
+            6 => [y, right - x],
+            7 => [bottom - y, right - x],
+            8 => [bottom - y, x],
+            _ => [x, y],
+        };
+        let mut texels = reserve(width * height, name)?;
+        for y in 0..height {
+            texels.extend((0..width).map(|x| {
+                let [x, y] = place(x, y);
+                stored[y * columns + x]
+            }));
         }
-        image::ImageError::Unsupported(e) => unsupported(name, format!("this kind of {kind} is not read: {e}")),
-        other => invalid(name, format!("damaged {kind} picture: {other}")),
+        Ok(texels)
     }
 }

@@ -40,7 +40,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
             [value(0) * factor, value(1) * factor, value(2) * factor]
         }));
     }
-    Ok(Decoded { width, height, texels, notes, envmap: None })
+    Ok(Decoded { notes, ..Decoded::new(width, height, texels) })
 }
 
 struct Header {

@@ -19,7 +19,7 @@ use crate::pixel::{IntoPixel, Pixel};
 /// The largest `half`.
 const MAX_HALF: f32 = 65504.0;
 
-/// The texel format of a cube map in `.ktx2` and `.dds`.
+/// The texel format of a cube map in `.ktx2`, `.dds` and `.ktx`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

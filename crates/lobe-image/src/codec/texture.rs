@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::codec::decoded::{CubeTexture, unsupported};
 use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect};
-use crate::codec::{read_dds, read_ktx2, write_dds, write_ktx1, write_ktx2};
+use crate::codec::{dds, read_ktx2, write_ktx1, write_ktx2};
 use crate::pixel::IntoPixel;
 use crate::{ImageError, PictureWriteReport, TexelFormat};
 
@@ -32,7 +32,7 @@ pub fn read_cube_texture_bytes(
     let format = FileFormat::of_bytes(bytes, name)?;
     let mut decoded = match format {
         FileFormat::Ktx2 => guarded(format, name, || read_ktx2::decode(bytes, name, options.max_texels))?,
-        FileFormat::Dds => guarded(format, name, || read_dds::decode(bytes, name, options.max_texels))?,
+        FileFormat::Dds => guarded(format, name, || dds::decode(bytes, name, options.max_texels))?,
         other => {
             let message = format!("a cube map in KTX2, DDS or OpenEXR expected, found a {other} picture");
             return Err(unsupported(name, message));
@@ -88,7 +88,7 @@ pub fn write_cube_texture(
     let pieces = match extension.as_str() {
         "ktx2" => write_ktx2::pieces(*size, format, encoded, zstd).map_err(io)?,
         "ktx" => write_ktx1::pieces(*size, encoded),
-        _ => write_dds::pieces(*size, format, encoded),
+        _ => dds::pieces(*size, format, encoded),
     };
     write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;
     Ok(report)

@@ -14,12 +14,13 @@ use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::{self, writer::ChunksWriter};
 use exr::error::Result;
 use exr::meta::BlockDescription;
-use exr::meta::attribute::{ChannelDescription, LineOrder, SampleType};
+use exr::meta::attribute::{AttributeValue, ChannelDescription, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::{Compression, f16};
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use rayon::prelude::*;
 
+use crate::picture::png::MAPPING_KEY;
 use crate::pixel::{IntoPixel, Pixel};
 
 /// The number of rows compressed together.
@@ -31,13 +32,17 @@ const BLOCK_HEADER: usize = 16;
 /// The effort of zlib; the low bits of floats rarely repeat.
 const ZLIB_LEVEL: u8 = 1;
 
-/// Encodes rows of `width` texels, as 16-bit `half` or 32-bit `float`.
-pub(crate) fn encode(texels: &[impl IntoPixel], width: usize, half: bool) -> Result<Vec<u8>> {
+/// Encodes rows of `width` texels, as 16-bit `half` or 32-bit `float`, with the name of their mapping.
+pub(crate) fn encode(texels: &[impl IntoPixel], width: usize, half: bool, mapping: Option<&str>) -> Result<Vec<u8>> {
     let sample_type = if half { SampleType::F16 } else { SampleType::F32 };
     let channels = ["B", "G", "R"].map(|name| ChannelDescription::named(name, sample_type));
+    let mut attributes = LayerAttributes::default();
+    if let Some(mapping) = mapping.and_then(Text::new_or_none) {
+        attributes.other.insert(Text::from(MAPPING_KEY), AttributeValue::Text(mapping));
+    }
     let header = Header::new("".into(), (width, texels.len() / width), channels.into_iter().collect())
         .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
-        .with_attributes(LayerAttributes::default());
+        .with_attributes(attributes);
     let blocks: Vec<Vec<u8>> = texels
         .par_chunks(ROWS * width)
         .map(|rows| {
@@ -99,11 +104,11 @@ mod tests {
             let texels: Vec<Pixel> = (0..width * height)
                 .map(|i| [1.0, 2.0, 0.5].map(|c| (c * (i / width) as f64 + noise * random.unit()) as f32))
                 .collect();
-            let bytes = encode(&texels, width, false).unwrap();
+            let bytes = encode(&texels, width, false, None).unwrap();
             let (found, _) = read_picture_bytes(&bytes, "test.exr", &PictureReadOptions::default()).unwrap();
             assert!((found.width(), found.height()) == (width, height), "{width} x {height}");
             assert!(found.pixels() == texels, "{width} x {height} as float");
-            let bytes = encode(&texels, width, true).unwrap();
+            let bytes = encode(&texels, width, true, None).unwrap();
             let (found, _) = read_picture_bytes(&bytes, "test.exr", &PictureReadOptions::default()).unwrap();
             let halved = |texel: &Pixel| texel.map(|c| f16::from_f32(c).to_f32());
             assert!(

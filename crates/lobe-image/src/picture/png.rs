@@ -5,11 +5,14 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
 use lobe_io::write_atomically;
+use png::{ColorType, Compression, Filter};
 
 use crate::{ImageError, Picture, Tone};
+
+/// The name under which a picture keeps the name of its mapping: of a text of PNG, of an attribute of OpenEXR, of a line
+/// of the header of Radiance.
+pub(crate) const MAPPING_KEY: &str = "lobe-mapping";
 
 impl Picture {
     /// The bytes of the picture as an 8-bit sRGB PNG file.
@@ -17,6 +20,15 @@ impl Picture {
     /// # Errors
     /// [`ImageError::Invalid`] if the picture is empty or too large for the format.
     pub fn to_png(&self, tone: &Tone) -> Result<Vec<u8>, ImageError> {
+        self.to_png_with(tone, None)
+    }
+
+    /// The bytes of the picture as an 8-bit sRGB PNG file that keeps the name of a mapping, see
+    /// [`PictureWriteOptions::mapping`](crate::PictureWriteOptions).
+    ///
+    /// # Errors
+    /// As [`to_png`](Picture::to_png), and if the name is no Latin-1 text.
+    pub fn to_png_with(&self, tone: &Tone, mapping: Option<&str>) -> Result<Vec<u8>, ImageError> {
         let (width, height) = (self.width(), self.height());
         let invalid = |what: &str| ImageError::Invalid {
             place: format!("a {width} x {height} picture as PNG"),
@@ -28,11 +40,19 @@ impl Picture {
         if columns == 0 || rows == 0 {
             return Err(invalid("it has no pixels"));
         }
-        let mut png = Vec::new();
-        PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
-            .write_image(&tone.to_bytes(self), columns, rows, ExtendedColorType::Rgb8)
-            .map_err(|error| invalid(&error.to_string()))?;
-        Ok(png)
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, columns, rows);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_compression(Compression::Balanced);
+        encoder.set_filter(Filter::Adaptive);
+        let write = || -> Result<(), png::EncodingError> {
+            if let Some(mapping) = mapping {
+                encoder.add_text_chunk(MAPPING_KEY.to_owned(), mapping.to_owned())?;
+            }
+            encoder.write_header()?.write_image_data(&tone.to_bytes(self))
+        };
+        write().map_err(|error| invalid(&error.to_string()))?;
+        Ok(bytes)
     }
 
     /// An SVG document that shows the picture, as PNG inside of it: for pages that take only SVG.

@@ -1,16 +1,14 @@
 //! Damaged cube maps and pictures: an error of one line, no panic, no memory for false sizes.
 
-use std::time::{Duration, Instant};
-
-use image::ImageFormat;
 use lobe_image::{
     FileFormat, ImageError, PictureReadOptions, TexelFormat, read_cube_texture_bytes, read_picture_bytes,
 };
 use lobe_testkit::Random;
+use png::{BitDepth, ColorType};
 
 use crate::cubes::{all_levels, encoded, formats, levels};
 use crate::malformed::damage;
-use crate::read_pictures::{ldr, pfm};
+use crate::read_pictures::{JPEG, pfm, png};
 
 /// Offset of the index of levels in a KTX2 file.
 const INDEX: usize = 80;
@@ -56,9 +54,9 @@ fn small_files() -> Vec<(String, Vec<u8>)> {
     let mut files = vec![
         ("PFM".to_owned(), pfm("PF\n4 2\n-1.0\n", &[1.5; 24], f32::to_le_bytes)),
         ("gray PFM".into(), pfm("Pf\n4 2\n1.0\n", &[1.5; 8], f32::to_be_bytes)),
-        ("PNG".into(), ldr(|p| p, ImageFormat::Png)),
-        ("PNG of 16 bits".into(), ldr(|p| p.to_rgba16().into(), ImageFormat::Png)),
-        ("JPEG".into(), ldr(|p| p, ImageFormat::Jpeg)),
+        ("PNG".into(), png(ColorType::Rgb, BitDepth::Eight)),
+        ("PNG of 16 bits".into(), png(ColorType::Rgba, BitDepth::Sixteen)),
+        ("JPEG".into(), JPEG.to_vec()),
     ];
     for (format, _) in formats() {
         for (name, zstd) in [("a.ktx2", false), ("a.ktx2", true), ("a.dds", false)] {
@@ -136,7 +134,6 @@ fn levels_that_overlap_or_have_a_wrong_size_are_errors() {
 
 #[test]
 fn large_headers_without_data_are_errors_at_once() {
-    let start = Instant::now();
     for size in [6688u32, 100_000, u32::MAX] {
         for zstd in [false, true] {
             let side = size.to_le_bytes();
@@ -161,12 +158,10 @@ fn large_headers_without_data_are_errors_at_once() {
     ] {
         message(header.as_bytes(), header);
     }
-    assert!(start.elapsed() < Duration::from_secs(5), "took {:?}", start.elapsed());
 }
 
 #[test]
 fn a_bomb_of_zstandard_is_an_error_before_memory_is_taken() {
-    let start = Instant::now();
     // One level of 4096 x 4096, 768 MiB of zeros, which Zstandard stores in 24 KiB.
     let zeros = zstd::bulk::compress(&vec![0; 32 << 20], 1).unwrap();
     let one = encoded("a.ktx2", &levels(&[1]), TexelFormat::Rgba16F, true);
@@ -187,7 +182,6 @@ fn a_bomb_of_zstandard_is_an_error_before_memory_is_taken() {
     expect(&bomb(1, 32 << 20, &zeros), "needs 48 bytes");
     expect(&bomb(4096, (6 * 8) << 24, &zeros[..100]), "needs 805306368 bytes");
     expect(&bomb(4096, (6 * 8) << 24, &[zeros.as_slice(), &[0; 30_000]].concat()), "level 0");
-    assert!(start.elapsed() < Duration::from_secs(5), "took {:?}", start.elapsed());
 }
 
 #[test]

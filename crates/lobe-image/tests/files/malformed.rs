@@ -1,7 +1,6 @@
 //! Damaged, truncated and wrong files: an error of one line, never a panic, never a partial picture.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use exr::prelude::{Blocks, Compression, Encoding, SampleType, Vec2};
 use lobe_image::{
@@ -119,8 +118,7 @@ fn pictures_without_texels_are_errors() {
 }
 
 #[test]
-fn a_large_header_without_data_is_an_error_at_once() {
-    let start = Instant::now();
+fn a_large_header_without_data_is_an_error_before_memory_is_taken() {
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 50000 +X 100000\n";
     expect(read(hdr), "hdr", &["100000 x 50000", "limit", "scale it down, or raise max_texels"]);
     let error = read(hdr).unwrap_err();
@@ -135,7 +133,6 @@ fn a_large_header_without_data_is_an_error_at_once() {
     let read = |bytes: &[u8]| read_picture_bytes(bytes, "test", &options).map(|(map, _)| map);
     expect(read(hdr), "hdr without limit", &["ends early", "100000 x 50000"]);
     message(read(&exr), "exr without limit");
-    assert!(start.elapsed() < Duration::from_secs(5), "took {:?}", start.elapsed());
 }
 
 #[test]

@@ -1,10 +1,7 @@
 //! Portable float maps, PNG and JPEG.
 
-use std::io::Cursor;
-
-use image::metadata::Orientation;
-use image::{DynamicImage, ImageFormat};
-use lobe_image::{FileFormat, Picture, PictureReadOptions, PictureReadReport, read_picture_bytes};
+use lobe_image::{FileFormat, Picture, PictureReadOptions, PictureReadReport, Tone, read_picture_bytes};
+use png::{BitDepth, ColorType};
 
 fn read(bytes: &[u8]) -> (Picture, PictureReadReport) {
     read_picture_bytes(bytes, "test", &PictureReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
@@ -15,12 +12,51 @@ pub(crate) fn pfm(header: &str, values: &[f32], bytes: fn(f32) -> [u8; 4]) -> Ve
     [header.as_bytes(), &values.iter().flat_map(|v| bytes(*v)).collect::<Vec<_>>()].concat()
 }
 
-/// A picture of 16 x 8 as a file, in `color` of the `image` crate; red rises to the right, green downwards.
-pub(crate) fn ldr(color: fn(DynamicImage) -> DynamicImage, format: ImageFormat) -> Vec<u8> {
-    let picture = image::RgbImage::from_fn(16, 8, |x, y| image::Rgb([17 * x as u8, 36 * y as u8, 128]));
-    let mut bytes = Cursor::new(Vec::new());
-    color(DynamicImage::ImageRgb8(picture)).write_to(&mut bytes, format).unwrap();
-    bytes.into_inner()
+/// A picture of 16 x 8 as a JPEG, of the colors of [`color`].
+pub(crate) const JPEG: &[u8] = include_bytes!("../data/color.jpg");
+
+/// The color of a texel of the small pictures: red rises to the right, green downwards.
+fn color(x: usize, y: usize) -> [u8; 3] {
+    [17 * x as u8, 36 * y as u8, 128]
+}
+
+/// A picture of 16 x 8 as a PNG; gray is green.
+pub(crate) fn png(kind: ColorType, depth: BitDepth) -> Vec<u8> {
+    png_with(kind, depth, |_| {})
+}
+
+/// A picture of 16 x 8 as a PNG with further chunks.
+fn png_with(kind: ColorType, depth: BitDepth, change: impl FnOnce(&mut png::Encoder<'_, &mut Vec<u8>>)) -> Vec<u8> {
+    let texel = |i: usize| {
+        let [r, g, b] = color(i % 16, i / 16);
+        match kind {
+            ColorType::Grayscale => vec![g],
+            ColorType::GrayscaleAlpha => vec![g, 255],
+            ColorType::Rgb => vec![r, g, b],
+            _ => vec![r, g, b, 255],
+        }
+    };
+    let values: Vec<u8> = (0..16 * 8).flat_map(texel).collect();
+    // A value of sixteen bits is that of eight, twice.
+    let values = if depth == BitDepth::Sixteen { values.iter().flat_map(|v| [*v; 2]).collect() } else { values };
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 16, 8);
+    encoder.set_color(kind);
+    encoder.set_depth(depth);
+    change(&mut encoder);
+    encoder.write_header().unwrap().write_image_data(&values).unwrap();
+    bytes
+}
+
+/// The light of a value of eight bits.
+fn linear(c: u8) -> f64 {
+    let c = f64::from(c) / 255.0;
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The largest error of a channel.
+fn error_of(found: [f32; 3], expected: [f64; 3]) -> f64 {
+    (0..3).map(|c| (f64::from(found[c]) - expected[c]).abs()).fold(0.0, f64::max)
 }
 
 #[test]
@@ -48,14 +84,15 @@ fn the_scale_of_a_portable_float_map_is_a_factor_and_noted() {
 
 #[test]
 fn png_and_jpeg_are_decoded_from_srgb() {
-    let linear = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
-    // With tolerances: rounding for PNG, the loss at the default quality for JPEG.
-    let cases: [(&str, Vec<u8>, FileFormat, f64); 5] = [
-        ("8 bits", ldr(|p| p, ImageFormat::Png), FileFormat::Png, 1e-7),
-        ("8 bits and alpha", ldr(|p| p.to_rgba8().into(), ImageFormat::Png), FileFormat::Png, 1e-7),
-        ("16 bits", ldr(|p| p.to_rgb16().into(), ImageFormat::Png), FileFormat::Png, 1e-7),
-        ("16 bits and alpha", ldr(|p| p.to_rgba16().into(), ImageFormat::Png), FileFormat::Png, 1e-7),
-        ("JPEG", ldr(|p| p, ImageFormat::Jpeg), FileFormat::Jpeg, 0.12),
+    use BitDepth::{Eight, Sixteen};
+    // With tolerances: rounding for PNG, the loss of the quality for JPEG.
+    let cases: [(&str, Vec<u8>, FileFormat, f64); 6] = [
+        ("8 bits", png(ColorType::Rgb, Eight), FileFormat::Png, 1e-7),
+        ("8 bits and alpha", png(ColorType::Rgba, Eight), FileFormat::Png, 1e-7),
+        ("16 bits", png(ColorType::Rgb, Sixteen), FileFormat::Png, 1e-7),
+        ("16 bits and alpha", png(ColorType::Rgba, Sixteen), FileFormat::Png, 1e-7),
+        ("JPEG", JPEG.to_vec(), FileFormat::Jpeg, 0.12),
+        ("JPEG of inks", include_bytes!("../data/cmyk.jpg").to_vec(), FileFormat::Jpeg, 0.12),
     ];
     for (what, bytes, format, tolerance) in cases {
         let (map, report) = read(&bytes);
@@ -67,9 +104,8 @@ fn png_and_jpeg_are_decoded_from_srgb() {
         );
         assert_eq!(report.notes.len(), 1 + usize::from(what.contains("alpha")), "{what}: {:?}", report.notes);
         for (x, y) in [(0, 0), (15, 0), (0, 7), (9, 4)] {
-            let expected = [17 * x, 36 * y, 128].map(|c| linear(c as f64 / 255.0));
-            let found = map.pixel(x, y).map(f64::from);
-            let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
+            let (expected, found) = (color(x, y).map(linear), map.pixel(x, y));
+            let error = error_of(found, expected);
             assert!(error < tolerance, "{what} at ({x}, {y}): {found:?} against {expected:?}");
         }
     }
@@ -77,39 +113,72 @@ fn png_and_jpeg_are_decoded_from_srgb() {
 
 #[test]
 fn photographs_are_turned_as_the_camera_noted() {
-    for orientation in 1..=8 {
-        let (width, height) = if orientation > 4 { (8, 16) } else { (16, 8) };
-        let stored = image::RgbImage::from_fn(width, height, |x, y| image::Rgb([15 * x as u8, 15 * y as u8, 128]));
-        let mut upright = DynamicImage::ImageRgb8(stored);
-        let mut jpeg = Cursor::new(Vec::new());
-        upright.write_to(&mut jpeg, ImageFormat::Jpeg).unwrap();
+    // Where the table of Exif says that row 0 and column 0 of the stored picture are: as sides of the upright one.
+    let sides = [
+        "top left",
+        "top right",
+        "bottom right",
+        "bottom left",
+        "left top",
+        "right top",
+        "right bottom",
+        "left bottom",
+    ];
+    for (orientation, sides) in (1_u8..).zip(sides) {
         // Exif behind the first marker: one entry, tag 0x112, a short.
-        let mut bytes = jpeg.into_inner();
+        let mut bytes = JPEG.to_vec();
         let mut exif = b"\xff\xe1\0\x22Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01".to_vec();
         exif.extend([0, orientation, 0, 0, 0, 0, 0, 0]);
         bytes.splice(2..2, exif);
         let (map, report) = read(&bytes);
         assert_eq!(report.notes.len(), 1 + usize::from(orientation > 1), "{orientation}: {:?}", report.notes);
-        upright.apply_orientation(Orientation::from_exif(orientation).unwrap());
-        let upright = upright.to_rgb8();
-        assert_eq!((map.width(), map.height()), (16, 8), "orientation {orientation}");
-        for (x, y) in [(0, 0), (15, 0), (0, 7), (15, 7), (9, 2)] {
-            let linear = |c: u8| (f64::from(c) / 255.0).powf(2.2);
-            let expected = upright.get_pixel(x, y).0.map(linear);
-            let found = map.pixel(x as usize, y as usize).map(f64::from);
-            let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
+        let (width, height) = if orientation > 4 { (8, 16) } else { (16, 8) };
+        assert_eq!((map.width(), map.height()), (width, height), "orientation {orientation}");
+        let (row_side, column_side) = sides.split_once(' ').unwrap();
+        // The distance of an upright texel from a side.
+        let from = |side: &str, x: usize, y: usize| match side {
+            "top" => y,
+            "bottom" => height - 1 - y,
+            "left" => x,
+            _ => width - 1 - x,
+        };
+        for (x, y) in [(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1), (5, 2)] {
+            let (found, expected) = (map.pixel(x, y), color(from(column_side, x, y), from(row_side, x, y)).map(linear));
+            let error = error_of(found, expected);
             assert!(error < 0.12, "orientation {orientation} at ({x}, {y}): {found:?} against {expected:?}");
         }
     }
 }
 
 #[test]
+fn other_primaries_are_noted_or_converted() {
+    let rec_2020 = png::SourceChromaticities::new((0.3127, 0.329), (0.708, 0.292), (0.17, 0.797), (0.131, 0.046));
+    let bytes = png_with(ColorType::Rgb, BitDepth::Sixteen, |encoder| encoder.set_source_chromaticities(rec_2020));
+    let (kept, report) = read(&bytes);
+    assert!(report.notes[1].contains("cHRM are not those of Rec. 709"), "{:?}", report.notes);
+    let options = PictureReadOptions::default().to_rec_709(true);
+    let (converted, report) = read_picture_bytes(&bytes, "test", &options).unwrap();
+    assert!(report.notes[1].contains("converted"), "{:?}", report.notes);
+    // ITU-R BT.2087, rounded to four digits.
+    let matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+    for (x, y) in [(0, 0), (15, 0), (0, 7), (9, 4)] {
+        let color = kept.pixel(x, y).map(f64::from);
+        let expected = matrix.map(|row: [f64; 3]| row[0] * color[0] + row[1] * color[1] + row[2] * color[2]);
+        let error = error_of(converted.pixel(x, y), expected);
+        assert!(error < 2e-4, "({x}, {y}): {:?} against {expected:?}", converted.pixel(x, y));
+    }
+    assert!(report.negative > 0, "saturated colors lie outside of Rec. 709");
+    let (_, report) = read(&png(ColorType::Rgb, BitDepth::Sixteen));
+    assert_eq!(report.notes.len(), 1, "without primaries there is nothing to say: {:?}", report.notes);
+}
+
+#[test]
 fn gray_pictures_are_read() {
     for (what, bytes) in [
-        ("8 bits", ldr(|p| p.to_luma8().into(), ImageFormat::Png)),
-        ("16 bits", ldr(|p| p.to_luma16().into(), ImageFormat::Png)),
-        ("alpha", ldr(|p| p.to_luma_alpha8().into(), ImageFormat::Png)),
-        ("JPEG", ldr(|p| p.to_luma8().into(), ImageFormat::Jpeg)),
+        ("8 bits", png(ColorType::Grayscale, BitDepth::Eight)),
+        ("16 bits", png(ColorType::Grayscale, BitDepth::Sixteen)),
+        ("alpha", png(ColorType::GrayscaleAlpha, BitDepth::Eight)),
+        ("JPEG", include_bytes!("../data/gray.jpg").to_vec()),
     ] {
         let (map, _) = read(&bytes);
         let texel = map.pixel(12, 6);
@@ -120,10 +189,8 @@ fn gray_pictures_are_read() {
 
 #[test]
 fn pictures_of_any_shape_are_read_when_asked_for() {
-    let picture = image::RgbImage::from_fn(3, 5, |x, y| image::Rgb([255 * u8::from(x == 2 && y == 1), 0, 255]));
-    let mut bytes = Cursor::new(Vec::new());
-    DynamicImage::ImageRgb8(picture).write_to(&mut bytes, ImageFormat::Png).unwrap();
-    let (picture, report) = read_picture_bytes(&bytes.into_inner(), "test", &PictureReadOptions::default()).unwrap();
+    let stored = Picture::from_fn(3, 5, |x, y| [f32::from(u8::from(x == 2 && y == 1)), 0.0, 1.0]);
+    let (picture, report) = read(&stored.to_png(&Tone::PLAIN).unwrap());
     assert_eq!((picture.width(), picture.height(), report.levels), (3, 5, 1), "size");
     assert_eq!((picture.pixel(2, 1), picture.pixel(1, 1)), ([1.0, 0.0, 1.0], [0.0, 0.0, 1.0]), "texels in rows");
 }

@@ -4,16 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use lobe_image::{
-    ImageError, Picture, PictureReadOptions, PictureWriteOptions, PictureWriteReport, encode_picture, read_picture,
+    ImageError, Picture, PictureReadOptions, PictureWriteOptions, PictureWriteReport, Tone, encode_picture,
+    read_picture, read_picture_bytes, write_picture,
 };
 use lobe_testkit::Random;
-
-/// Writes a picture as a file.
-fn write(path: &Path, picture: &Picture, options: &PictureWriteOptions) -> Result<PictureWriteReport, ImageError> {
-    let (bytes, report) = encode_picture(path, picture.width(), picture.pixels(), options)?;
-    fs::write(path, bytes).unwrap();
-    Ok(report)
-}
 
 fn random_map(width: usize, height: usize) -> Picture {
     let mut random = Random::new(4);
@@ -25,7 +19,7 @@ fn random_map(width: usize, height: usize) -> Picture {
 fn round_trip(name: &str, map: &Picture, options: &PictureWriteOptions) -> (Picture, PictureWriteReport) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
-    let report = write(&path, map, options).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_picture(&path, map, options).unwrap_or_else(|e| panic!("{e}"));
     let files: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
     assert_eq!(files, [name], "nothing temporary is left");
     (read_picture(&path, &PictureReadOptions::default()).unwrap_or_else(|e| panic!("{e}")).0, report)
@@ -83,7 +77,7 @@ fn nan_is_black_and_counted_in_hdr_and_kept_in_half() {
     assert_eq!((report.clamped, hdr.pixels()[9]), (1, [0.0, 1.0, 0.5]), "hdr");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    assert_eq!(write(&path, &map, &PictureWriteOptions::default().half(true)).unwrap().clamped, 0, "half");
+    assert_eq!(write_picture(&path, &map, &PictureWriteOptions::default().half(true)).unwrap().clamped, 0, "half");
     let error = read_picture(&path, &PictureReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("column 1, row 1"), "half: {error}");
 }
@@ -94,7 +88,7 @@ fn pfm_has_its_lowest_row_first() {
     let path = folder.path().join("a.pfm");
     let map = Picture::new(2, 1, vec![[1.0, 2.0, 3.0], [-4.0, 5.5, 6.0]]).unwrap();
     let tall = Picture::new(1, 2, map.pixels().to_vec()).unwrap();
-    write(&path, &tall, &PictureWriteOptions::default()).unwrap();
+    write_picture(&path, &tall, &PictureWriteOptions::default()).unwrap();
     let numbers = [-4.0_f32, 5.5, 6.0, 1.0, 2.0, 3.0].iter().flat_map(|v| v.to_le_bytes());
     let expected: Vec<u8> = b"PF\n1 2\n-1.0\n".iter().copied().chain(numbers).collect();
     assert_eq!(fs::read(path).unwrap(), expected, "bytes of the file");
@@ -109,4 +103,22 @@ fn what_cannot_be_encoded_is_refused() {
     }
     let error = encode_picture(Path::new("a.hdr"), 32768, &[[1.0; 3]; 32768], &PictureWriteOptions::default());
     assert!(matches!(&error, Err(ImageError::Options(m)) if m.contains("32767")), "{error:?}");
+}
+
+#[test]
+fn the_name_of_a_mapping_comes_back_from_every_format_with_room_for_it() {
+    let options = PictureWriteOptions::default().mapping("octahedral".to_owned());
+    let picture = random_map(8, 8);
+    let mapping = |bytes: &[u8]| read_picture_bytes(bytes, "test", &PictureReadOptions::default()).unwrap().1.mapping;
+    for (name, expected) in [("a.exr", Some("octahedral")), ("a.hdr", Some("octahedral")), ("a.pfm", None)] {
+        let bytes = encode_picture(Path::new(name), 8, picture.pixels(), &options).unwrap().0;
+        assert_eq!(mapping(&bytes).as_deref(), expected, "{name}");
+        let without = encode_picture(Path::new(name), 8, picture.pixels(), &PictureWriteOptions::default()).unwrap().0;
+        assert_eq!(mapping(&without), None, "{name} without a mapping");
+    }
+    let png = picture.to_png_with(&Tone::PLAIN, Some("octahedral")).unwrap();
+    assert_eq!(mapping(&png).as_deref(), Some("octahedral"), "PNG");
+    let lines = PictureWriteOptions::default().mapping("two\nlines".to_owned());
+    let error = encode_picture(Path::new("a.hdr"), 8, picture.pixels(), &lines).unwrap_err().to_string();
+    assert!(error.contains("one line"), "{error}");
 }

@@ -1,11 +1,13 @@
 //! Pictures of scene files: PNG, JPEG, WebP, and KTX2 with Basis Universal textures.
 
-use std::fmt::Display;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
-use image::{ImageError, ImageReader, Limits};
+use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::files::source::Source;
 use crate::{SceneError, Texture, Wrap};
@@ -14,6 +16,9 @@ const KTX2: &[u8] = &[0xAB, b'K', b'T', b'X', b' ', b'2', b'0'];
 
 /// The number that a KTX2 has for the compression of its levels by Zstandard.
 const ZSTANDARD: u32 = 2;
+
+/// The most memory that the PNG decoder takes besides the picture, for a row, a profile and texts.
+const PNG_BYTES: usize = 512 << 20;
 
 /// Decodes a texture; `name` stands in messages.
 pub(crate) fn decode(
@@ -33,25 +38,88 @@ pub(crate) fn decode(
 type Texels = (u32, u32, Vec<[u8; 4]>);
 
 fn decode_picture(bytes: &[u8], name: &str, source: &mut Source<'_>) -> Result<Texels, SceneError> {
-    let file = || ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let invalid = |error: &dyn Display, source: &Source<'_>| {
+    let invalid = |error: &str, source: &Source<'_>| {
         source.invalid(format!("{name}: expected a PNG, JPEG, WebP or KTX2, found {error}"))
     };
-    let size = file().map_err(ImageError::from).and_then(ImageReader::into_dimensions);
-    let (width, height) = size.map_err(|error| invalid(&error, source))?;
+    let ([width, height], decode) = open(bytes).map_err(|error| invalid(&error, source))?;
     source.count_texels(width, height)?;
-    let texels = u64::from(width) * u64::from(height);
     // A texel that is kept takes four bytes; decoding takes up to eight for its four numbers, and four for its bytes.
-    source.check_bytes(texels.saturating_mul(8 + 4))?;
-    let mut limits = Limits::default();
-    // The limit of texels is ours; what a decoder takes beside them stays below the limit of the library.
-    limits.max_alloc = limits.max_alloc.map(|bytes| bytes.saturating_add(texels.saturating_mul(16)));
-    let picture = file().map_err(ImageError::from).and_then(|mut reader| {
-        reader.limits(limits);
-        reader.decode()
-    });
-    let picture = picture.map_err(|error| invalid(&error, source))?.into_rgba8();
-    Ok((picture.width(), picture.height(), picture.pixels().map(|pixel| pixel.0).collect()))
+    source.check_bytes((u64::from(width) * u64::from(height)).saturating_mul(8 + 4))?;
+    let decoded = catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err("damaged data".to_owned()));
+    Ok((width, height, decoded.map_err(|error| invalid(&error, source))?))
+}
+
+/// What decodes a picture whose header has been read.
+type Decode<'a> = Box<dyn FnOnce() -> Result<Vec<[u8; 4]>, String> + 'a>;
+
+/// The columns and rows of a picture, and what decodes it.
+fn open(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), String> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => open_png(bytes).map_err(|error| error.to_string()),
+        [0xff, 0xd8, 0xff, ..] => open_jpeg(bytes).map_err(|error| error.to_string()),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => {
+            open_webp(bytes).map_err(|error| error.to_string())
+        }
+        _ => Err("another kind of file".to_owned()),
+    }
+}
+
+fn open_png(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), png::DecodingError> {
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: PNG_BYTES });
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let (width, height) = decoder.read_header_info()?.size();
+    let decode = move || {
+        let mut reader = decoder.read_info()?;
+        let (color, depth) = reader.output_color_type();
+        let mut raw = vec![0; reader.output_buffer_size().ok_or(png::DecodingError::LimitsExceeded)?];
+        reader.next_frame(&mut raw)?;
+        if depth == png::BitDepth::Sixteen {
+            // The nearest of 255 parts of the whole.
+            let narrow = |value: &[u8; 2]| ((u32::from(u16::from_be_bytes(*value)) + 128) / 257) as u8;
+            raw = raw.as_chunks().0.iter().map(narrow).collect();
+        }
+        Ok(rgba(&raw, color.samples()))
+    };
+    Ok(([width, height], Box::new(move || decode().map_err(|error: png::DecodingError| error.to_string()))))
+}
+
+fn open_jpeg(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), DecodeErrors> {
+    // Missing parts become gray.
+    let options = DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
+    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers()?;
+    let is_gray = decoder.input_colorspace() == Some(ColorSpace::Luma);
+    let (colors, channels) = if is_gray { (ColorSpace::Luma, 1) } else { (ColorSpace::RGB, 3) };
+    let (width, height) = decoder.dimensions().unwrap_or_default();
+    let decode = move || {
+        decoder.set_options(options.jpeg_set_out_colorspace(colors));
+        decoder.decode().map(|raw| rgba(&raw, channels)).map_err(|error| error.to_string())
+    };
+    // A side of a JPEG has sixteen bits.
+    Ok(([width as u32, height as u32], Box::new(decode)))
+}
+
+fn open_webp(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), image_webp::DecodingError> {
+    let mut decoder = image_webp::WebPDecoder::new(Cursor::new(bytes))?;
+    let ((width, height), channels) = (decoder.dimensions(), if decoder.has_alpha() { 4 } else { 3 });
+    let mut decode = move || {
+        let mut raw = vec![0; decoder.output_buffer_size().ok_or(image_webp::DecodingError::ImageTooLarge)?];
+        decoder.read_image(&mut raw)?;
+        Ok(rgba(&raw, channels))
+    };
+    Ok(([width, height], Box::new(move || decode().map_err(|error: image_webp::DecodingError| error.to_string()))))
+}
+
+/// Texels of gray or three colors, with or without alpha.
+fn rgba(raw: &[u8], channels: usize) -> Vec<[u8; 4]> {
+    let texel = |texel: &[u8]| match *texel {
+        [gray] => [gray, gray, gray, 255],
+        [gray, alpha] => [gray, gray, gray, alpha],
+        [r, g, b] => [r, g, b, 255],
+        [r, g, b, alpha, ..] => [r, g, b, alpha],
+        [] => [0; 4],
+    };
+    raw.chunks_exact(channels).map(texel).collect()
 }
 
 /// The first level of a Basis Universal texture, the only kind that glTF allows in KTX2.
@@ -83,5 +151,54 @@ fn decode_ktx2(bytes: &[u8], name: &str, source: &mut Source<'_>) -> Result<Texe
         _ => Err(source.unsupported(format!(
             "{name}: expected a Basis Universal texture in the KTX2: convert it with `ktx extract --level 0 IN OUT.png`"
         ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use png::{BitDepth, ColorType};
+
+    use super::*;
+
+    /// Two texels as a PNG.
+    fn png_of(color: ColorType, depth: BitDepth, palette: &[u8], raw: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        if !palette.is_empty() {
+            encoder.set_palette(palette);
+            encoder.set_trns(&[255_u8, 51] as &[u8]);
+        }
+        encoder.write_header().unwrap().write_image_data(raw).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn pictures_of_any_color_and_depth_become_four_channels_of_eight_bits() {
+        use BitDepth::{Eight, One, Sixteen};
+        let gray = [[0, 0, 0, 255], [255, 255, 255, 255]];
+        let cases = [
+            ("one bit", png_of(ColorType::Grayscale, One, &[], &[0b0100_0000]), gray),
+            ("gray", png_of(ColorType::Grayscale, Eight, &[], &[0, 255]), gray),
+            // A step of eight bits is 257 of these: 384 is nearer to one, 386 to two.
+            (
+                "sixteen bits",
+                png_of(ColorType::GrayscaleAlpha, Sixteen, &[], &[0x01, 0x80, 255, 255, 0x01, 0x82, 0, 0]),
+                [[1, 1, 1, 255], [2, 2, 2, 0]],
+            ),
+            (
+                "a palette with alpha",
+                png_of(ColorType::Indexed, Eight, &[1, 2, 3, 4, 5, 6], &[1, 0]),
+                [[4, 5, 6, 51], [1, 2, 3, 255]],
+            ),
+            ("color", png_of(ColorType::Rgb, Eight, &[], &[1, 2, 3, 4, 5, 6]), [[1, 2, 3, 255], [4, 5, 6, 255]]),
+        ];
+        for (what, bytes, expected) in cases {
+            let ([width, height], decode) = open(&bytes).unwrap();
+            assert_eq!((width, height, decode().unwrap()), (2, 1, expected.to_vec()), "{what}");
+            let cut = open(&bytes[..bytes.len() / 2]).and_then(|(_, decode)| decode());
+            assert!(cut.is_err(), "{what}: half of it is read");
+        }
     }
 }

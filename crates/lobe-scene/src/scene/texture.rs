@@ -2,9 +2,6 @@
 
 use std::sync::{Arc, OnceLock};
 
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder as _};
-
 /// The continuation of a texture outside of the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Wrap {
@@ -73,11 +70,14 @@ impl Texture {
     #[must_use]
     pub fn to_png(&self) -> Vec<u8> {
         let [width, height] = [self.width, self.height].map(|n| u32::try_from(n).expect("a side of 2^32 texels"));
-        let mut png = Vec::new();
-        let written =
-            PngEncoder::new(&mut png).write_image(self.texels.as_flattened(), width, height, ExtendedColorType::Rgba8);
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_compression(png::Compression::Fast);
+        encoder.set_filter(png::Filter::Adaptive);
+        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(self.texels.as_flattened()));
         match written {
-            Ok(()) => png,
+            Ok(()) => bytes,
             Err(error) => unreachable!("memory takes every PNG: {error}"),
         }
     }

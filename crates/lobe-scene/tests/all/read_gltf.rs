@@ -5,8 +5,8 @@ use std::path::Path;
 
 use crate::common::Gltf;
 use lobe_scene::{
-    Alpha, LOBE_EXTRAS_VERSION, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, read_scene,
-    read_scene_bytes,
+    Alpha, LOBE_EXTRAS_VERSION, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, Texture, Wrap,
+    read_scene, read_scene_bytes,
 };
 use serde_json::{Value, json};
 
@@ -74,11 +74,7 @@ fn mirrored_nodes_keep_their_outside() {
 
 #[test]
 fn materials_vertex_colors_and_textures_are_read() {
-    let mut png = Vec::new();
-    let mut pixels = image::RgbaImage::new(2, 1);
-    pixels.put_pixel(0, 0, image::Rgba([255, 0, 0, 255]));
-    pixels.put_pixel(1, 0, image::Rgba([0, 255, 0, 0]));
-    pixels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    let png = Texture::new(2, 1, vec![[255, 0, 0, 255], [0, 255, 0, 0]], [Wrap::Repeat; 2]).to_png();
     let uri = format!("data:image/png;base64,{}", crate::common::base64(&png));
     let file = Gltf::square()
         .with_attribute("COLOR_0", "VEC3", &[0.5, 1.0, 1.0].repeat(4))
@@ -325,10 +321,9 @@ fn a_small_file_that_unfolds_to_too_much_is_refused_before_memory_is_taken() {
 }
 
 /// A PNG of one color as a `data:` URI.
-fn png(width: u32, height: u32) -> String {
-    let mut png = Vec::new();
-    let picture = image::GrayImage::from_pixel(width, height, image::Luma([255]));
-    picture.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+fn png(width: usize, height: usize) -> String {
+    let white = vec![[255; 4]; width * height];
+    let png = Texture::new(width, height, white, [Wrap::Repeat; 2]).to_png();
     format!("data:image/png;base64,{}", crate::common::base64(&png))
 }
 

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use lobe_scene::{
-    MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, read_scene, read_scene_bytes,
+    MissingNormals, Scene, SceneError, SceneReadOptions, SceneReadReport, Texture, Up, Wrap, read_scene,
+    read_scene_bytes,
 };
 
 fn read(name: &str, text: &str) -> Result<(Scene, SceneReadReport), SceneError> {
@@ -54,9 +55,8 @@ fn obj_materials_textures_and_colors_are_read() {
     let error = read_scene(&path, &SceneReadOptions::default()).unwrap_err();
     assert!(matches!(error, SceneError::Io { .. }) && error.to_string().contains("w.png, named by"), "{error}");
 
-    let mut pixels = image::RgbImage::new(1, 2);
-    pixels.put_pixel(0, 0, image::Rgb([255, 0, 255]));
-    pixels.save(folder.path().join("w.png")).unwrap();
+    let picture = Texture::new(1, 2, vec![[255, 0, 255, 255], [0, 0, 0, 255]], [Wrap::Repeat; 2]);
+    fs::write(folder.path().join("w.png"), picture.to_png()).unwrap();
     let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
     assert_eq!(report.notes, Vec::<String>::new(), "nothing to note");
     assert_eq!(scene.vertex_base_color(0, 0), [0.8, 0.1, 0.05, 1.0], "red");

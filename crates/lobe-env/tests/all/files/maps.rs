@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use lobe_env::{
-    CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, LoadedMap, MapReadOptions, MappedMap, Mapping,
-    PictureWriteOptions, TexelFormat, cube, project_env, read_map_bytes, write_cube, write_env,
+    CubeMap, CubeMipChain, CubeWriteOptions, EnvError, EnvMap, LoadedMap, MapReadOptions, MappedMap, Mapping, Padding,
+    PictureWriteOptions, TexelFormat, cube, project_env, read_map, read_map_bytes, write_cube, write_env,
 };
 use lobe_image::{ImageError, encode_picture};
 use lobe_sh::{Coefficient as _, Expansion, Rgb, ShVec};
@@ -22,7 +22,7 @@ fn a_file_says_itself_whether_it_is_a_cube() {
     let path = folder.path().join("a.dds");
     write_cube(&path, &chain, &CubeWriteOptions::default().texels(TexelFormat::Rgba32F)).unwrap();
     let options = MapReadOptions::default();
-    let (loaded, report) = lobe_env::read_map(&path, &options).unwrap();
+    let (loaded, report) = read_map(&path, &options).unwrap();
     assert_eq!((&loaded, report.picture.levels), (&LoadedMap::Chain(chain.clone()), 3), "cube");
     assert_eq!(loaded.into_chain().unwrap(), chain, "with its levels");
     let bundled = lobe_env::bundled::sunset();
@@ -232,12 +232,59 @@ fn blocks_of_a_real_sky_are_close() {
         let map = bundled.map();
         let cube = CubeMap::from_fn(128, |s| Rgb::from(map.radiance(s).to_array().map(|c| c.clamp(0.0, 65504.0))));
         let options = CubeWriteOptions::default().texels(TexelFormat::Bc6h);
-        let start = std::time::Instant::now();
         write_cube(&path, &CubeMipChain::single(cube.clone()), &options).unwrap();
-        let seconds = start.elapsed().as_secs_f64();
         let back = MappedMap::load(&path).unwrap().into_cube_map().unwrap();
         let error = difference_of_logarithms(&cube, &back);
-        println!("{}: {error:.4}, written in {seconds:.2} s (feature bc6h: {})", bundled.name, cfg!(feature = "bc6h"));
         assert!(error < limit, "{}: {error} against {limit}", bundled.name);
     }
+}
+
+#[test]
+fn every_mapping_is_found_again_in_files_with_room_for_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = MapReadOptions::default();
+    for mapping in Mapping::ALL {
+        let map = MappedMap::from_fn(mapping, 16, mapping.height_for(16), |s| Rgb::new(s.x() as f32 + 2.0, 1.0, 0.5));
+        for name in ["a.exr", "a.hdr"] {
+            let path = folder.path().join(name);
+            write_env(&path, &map, &PictureWriteOptions::default()).unwrap();
+            let (found, report) = read_map(&path, &options).unwrap();
+            assert_eq!(found.base().mapping(), mapping, "{name}");
+            let is_noted = report.picture.notes.iter().any(|note| note.contains("as the file says"));
+            assert_eq!(is_noted, map.untold_mapping().is_some(), "{mapping}: {:?}", report.picture.notes);
+            let asked = read_map(&path, &options.clone().mapping(Mapping::Octahedral)).map(|(map, _)| map.into_base());
+            assert!(
+                asked.is_ok_and(|map| map.mapping() == Mapping::Octahedral) || mapping == Mapping::Cube,
+                "{mapping}"
+            );
+        }
+    }
+    let wide = MappedMap::from_fn(Mapping::LatLong, 16, 4, |_| Rgb::splat(1.0));
+    let path = folder.path().join("wide.exr");
+    write_env(&path, &wide, &PictureWriteOptions::default()).unwrap();
+    assert_eq!(MappedMap::load(&path).unwrap(), wide, "a lat-long map of any proportions");
+}
+
+#[test]
+fn cropped_panoramas_become_whole_maps() {
+    let texels: Vec<[f32; 3]> = (0..12 * 4).map(|i| [1.0 + i as f32, 2.0, 3.0]).collect();
+    let (bytes, _) = encode_picture("a.exr".as_ref(), 12, &texels, &PictureWriteOptions::default()).unwrap();
+    let read = |options: &MapReadOptions| {
+        read_map_bytes(&bytes, "test", options).map(|(map, report)| (map.into_base(), report.picture.notes))
+    };
+    let cropped = MapReadOptions::default().elevations([-30.0, 30.0].map(f64::to_radians));
+    let (map, notes) = read(&cropped).unwrap();
+    assert_eq!((map.mapping(), map.width(), map.height()), (Mapping::LatLong, 12, 12), "rows of 15 degrees");
+    assert!(notes[0].contains("-30° to 30°"), "{notes:?}");
+    let row = |map: &MappedMap, y: usize| map.row(y).iter().map(|t| t.to_array()).collect::<Vec<_>>();
+    for y in 0..12 {
+        let expected = if (4..8).contains(&y) { texels[12 * (y - 4)..][..12].to_vec() } else { vec![[0.0; 3]; 12] };
+        assert_eq!(row(&map, y), expected, "row {y}");
+    }
+    let (map, _) = read(&cropped.padding(Padding::Edge)).unwrap();
+    assert_eq!([row(&map, 0), row(&map, 11)], [texels[..12].to_vec(), texels[36..].to_vec()], "the rows of the edges");
+    let (map, notes) = read(&MapReadOptions::default().mapping(Mapping::LatLong)).unwrap();
+    assert!(map.height() == 4 && notes[0].contains("not 2:1; taken to show all elevations"), "{notes:?}");
+    let error = read(&MapReadOptions::default().mapping(Mapping::Angular).elevations([-0.5, 0.5])).unwrap_err();
+    assert!(error.to_string().contains("leave MapReadOptions::elevations at its default"), "{error}");
 }
