@@ -201,4 +201,21 @@ mod tests {
             assert!(cut.is_err(), "{what}: half of it is read");
         }
     }
+
+    #[test]
+    fn photographs_of_color_and_gray_are_read() {
+        let color = include_bytes!("../../../lobe-image/tests/data/color.jpg");
+        let gray = include_bytes!("../../../lobe-image/tests/data/gray.jpg");
+        for (what, bytes) in [("color", color.as_slice()), ("gray", gray)] {
+            let (size, decode) = open(bytes).unwrap();
+            let texels = decode().unwrap();
+            assert_eq!((size, texels.len()), ([16, 8], 16 * 8), "{what}");
+            // Red is 17 for each column, green 36 for each row, blue 128; of gray the luma is stored.
+            let [r, g, b, alpha] = texels[4 * 16 + 9];
+            let luma = (0.299 * 153.0 + 0.587 * 144.0 + 0.114 * 128.0_f64) as u8;
+            let expected = if what == "gray" { [luma; 3] } else { [153, 144, 128] };
+            let error = [r, g, b].iter().zip(expected).map(|(a, b)| a.abs_diff(b)).max();
+            assert!(alpha == 255 && error <= Some(8), "{what}: {:?} for {expected:?}", texels[4 * 16 + 9]);
+        }
+    }
 }
