@@ -8,7 +8,8 @@ use lobe::env::{bundled, project_env};
 use lobe::image::compare;
 use lobe::io::Job;
 use lobe::prt::{
-    BakeOptions, BakedGlb, CompressOptions, CompressedTransfer, Mode, Receivers, Recipe, WeightBits, bake, read_baked,
+    BakeMode, BakeOptions, BakedGlb, CompressOptions, CompressedTransfer, Receivers, Recipe, WeightBits, bake,
+    read_baked,
 };
 use lobe::scene::{Bvh, SceneReadOptions, built_in};
 use lobe::sh::Expansion as _;
@@ -16,7 +17,7 @@ use lobe::sh::Expansion as _;
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene)?;
-    let options = BakeOptions::default().mode(Mode::Shadowed).order(4).samples(64);
+    let options = BakeOptions::default().mode(BakeMode::Shadowed).order(4).samples(64);
     let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default())?;
     let light = project_env(&bundled::sunset().map(), 4);
     let plain = transfer.exit_radiance(light.coefficients());

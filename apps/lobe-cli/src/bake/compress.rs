@@ -75,9 +75,9 @@ impl Compress {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
         let recipe = recipe
-            .clusters(Some(options.clusters))
-            .components(Some(options.components))
-            .weights(Some(8 * options.weights.bytes()))
+            .clusters(options.clusters)
+            .components(options.components)
+            .weights(8 * options.weights.bytes())
             .relative_error(report.relative_error)
             .compressed_by(env!("CARGO_PKG_VERSION").to_owned());
         write_compressed_transfer(&self.output, &compressed, &recipe)?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lobe::prt::{BakeOptions, BakeReport, CompressReport, Mode};
+use lobe::prt::{BakeOptions, BakeReport, CompressReport};
 use lobe::scene::Scene;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -76,7 +76,7 @@ impl Done<'_> {
             report.seconds,
             100.0 * report.stderr_dc
         );
-        if self.options.mode == Mode::Interreflected {
+        if self.options.mode.reflects() {
             let all = report.energy_left + report.energy_per_bounce.iter().sum::<f64>();
             let left = if all > 0.0 { 100.0 * report.energy_left / all } else { 0.0 };
             text += &format!("; {} bounces, at most {left:.2} % of the light goes on", report.bounces);

@@ -1,7 +1,7 @@
 //! Subdivision before a bake: options that split long edges, or those along which transfer changes.
 
 use clap::Args;
-use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, Mode, split_adaptively};
+use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, split_adaptively};
 use lobe::scene::Scene;
 
 use crate::args::values;
@@ -49,7 +49,7 @@ impl Splitting {
         talk: Talk,
     ) -> anyhow::Result<(Scene, Option<AdaptiveReport>)> {
         let Some(threshold) = self.adaptive else { return Ok((scene, None)) };
-        let mode = if bake.mode == Mode::Unshadowed { Mode::Unshadowed } else { Mode::Shadowed };
+        let mode = if bake.mode == BakeMode::Unshadowed { BakeMode::Unshadowed } else { BakeMode::Shadowed };
         let defaults = AdaptiveOptions::default();
         let bake = bake.clone().mode(mode).samples(defaults.bake.samples);
         let min_edge = self.min_edge.map(|edge| edge as f32);

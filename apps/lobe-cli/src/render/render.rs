@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::io::Job;
+use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
     BakedScene, Camera, DistantLight, GlossyLobe, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions,
     ViewOptions, light_baked_scene, light_by_irradiance, render_truth,
@@ -22,9 +23,8 @@ use crate::render::transfer::{Asked, parse_lobe};
 use crate::render::view::ViewInput;
 use crate::run::talk::Talk;
 
-/// Limits of the options. Larger numbers are taken for typing errors.
+/// The most samples; larger numbers are taken for typing errors.
 const MAX_SAMPLES: usize = 1 << 20;
-const MAX_BOUNCES: usize = 255;
 
 /// Samples of a pixel without --samples: paths of the truth, rays of all else.
 const PATHS: usize = 64;
@@ -140,7 +140,7 @@ fn samples(text: &str) -> Result<usize, String> {
 }
 
 fn bounces(text: &str) -> Result<usize, String> {
-    values::whole(text, 0, MAX_BOUNCES, "a number of reflections")
+    values::whole(text, 0, BakeOptions::MAX_BOUNCES, "a number of reflections")
 }
 
 /// The scene, with transfer where the mode needs it.
@@ -245,9 +245,10 @@ impl Render {
     fn asked(&self) -> Option<Asked> {
         let mode = match self.mode {
             Mode::Truth | Mode::Irradiance => return None,
-            Mode::Unshadowed => lobe::prt::Mode::Unshadowed,
-            Mode::Shadowed => lobe::prt::Mode::Shadowed,
-            Mode::Interreflected | Mode::Glossy => lobe::prt::Mode::Interreflected,
+            Mode::Unshadowed => BakeMode::Unshadowed,
+            Mode::Shadowed => BakeMode::Shadowed,
+            Mode::Interreflected => BakeMode::Interreflected,
+            Mode::Glossy => BakeMode::Glossy,
         };
         let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
         let (order, samples, file) = (self.light.order(), self.bake_samples, self.transfer.clone());

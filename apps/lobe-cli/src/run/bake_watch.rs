@@ -13,7 +13,7 @@ use crate::run::ctrl_c;
 use crate::run::talk::{ProgressLine, Talk};
 
 /// Advice on work that was stopped and has a checkpoint.
-pub(crate) const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
+const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
 
 /// An error that may say that work was stopped.
 pub(crate) trait Cancellable: Error + Send + Sync + 'static {
@@ -51,6 +51,21 @@ pub(crate) fn watched<T, E: Cancellable>(
         (Err(error), Some(last)) if error.is_cancelled() => Ok(Err(last)),
         (other, _) => Ok(Ok(other?)),
     }
+}
+
+/// Writes what a bake has left in its checkpoint. Ctrl-C ends it, and leaves the checkpoint and no output.
+pub(crate) fn write_watched(talk: Talk, write: impl FnOnce(Job<'_>) -> Result<(), PrtError>) -> anyhow::Result<()> {
+    watched(talk, "write", write)?.or_else(|_| stopped())
+}
+
+/// The error when the bake is done, but the work after it was stopped.
+pub(crate) fn stopped<T>() -> anyhow::Result<T> {
+    bail!("stopped after the bake, before its output was written; {GO_ON}")
+}
+
+/// Ends a command whose bake is done if the user has pressed Ctrl-C, before an output that takes no time to write.
+pub(crate) fn stop_before_writing() -> anyhow::Result<()> {
+    if ctrl_c::go_on().is_break() { stopped() } else { Ok(()) }
 }
 
 /// Notes that an output is complete although the user has pressed Ctrl-C.

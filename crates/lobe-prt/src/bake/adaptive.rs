@@ -7,7 +7,7 @@ use derive_setters::Setters;
 use lobe_io::{Job, Progress};
 use lobe_scene::{Bounds, Bvh, Mesh, Scene};
 
-use crate::{BakeOptions, Mode, PrtError, Receivers, Transfer, bake, bake_on_disk};
+use crate::{BakeMode, BakeOptions, PrtError, Receivers, Transfer, bake, bake_on_disk};
 
 /// The shortest edge that is split if nothing else is said, as a part of the scene's diagonal.
 const SHORTEST_EDGE: f32 = 1.0 / 512.0;
@@ -28,7 +28,7 @@ pub struct AdaptiveOptions {
 impl Default for AdaptiveOptions {
     /// Splits where transfer changes by a tenth, found by 256 paths of shadowed transfer, which are enough to see that.
     fn default() -> Self {
-        Self { threshold: 0.1, min_edge: None, bake: BakeOptions::default().mode(Mode::Shadowed).samples(256) }
+        Self { threshold: 0.1, min_edge: None, bake: BakeOptions::default().mode(BakeMode::Shadowed).samples(256) }
     }
 }
 

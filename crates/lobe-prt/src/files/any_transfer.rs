@@ -111,7 +111,7 @@ mod tests {
         let light: Vec<Rgb<f64>> = random.signed_vec(9).into_iter().map(Rgb::splat).collect();
         let (folder, recipe) = (tempfile::tempdir().unwrap(), Recipe::from(json!({"samples": 7})));
         let path = |name: &str| folder.path().join(name);
-        write_transfer(path("p"), &plain, &recipe).unwrap();
+        write_transfer(path("p"), &plain, &recipe, Job::default()).unwrap();
         write_compressed_transfer(path("c"), &compressed, &recipe).unwrap();
         write_zonal_transfer(path("z"), &zonal, &recipe).unwrap();
         let expected = [

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use lobe_io::Job;
 use serde::{Deserialize, Serialize};
 
 use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
@@ -32,9 +33,14 @@ struct Header {
 /// The matrices are read a few points at a time; until all is written, nothing has the file's name.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the system refuses.
-pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe: &Recipe) -> Result<(), PrtError> {
-    write_with(path.as_ref(), matrices, MATRICES, None, recipe)
+/// [`PrtError::Io`] if the system refuses, [`PrtError::Cancelled`] if the job was told to stop.
+pub fn write_matrices(
+    path: impl AsRef<Path>,
+    matrices: &dyn MatrixRows,
+    recipe: &Recipe,
+    job: Job<'_>,
+) -> Result<(), PrtError> {
+    write_with(path.as_ref(), matrices, MATRICES, None, recipe, job)
 }
 
 /// Reads what [`write_matrices`] wrote: the matrices and their recipe.
@@ -66,10 +72,11 @@ pub fn write_neighborhood(
     grid: &Grid,
     matrices: &dyn MatrixRows,
     recipe: &Recipe,
+    job: Job<'_>,
 ) -> Result<(), PrtError> {
     grid.check_points(matrices.points())?;
     let [min, max] = grid.corners();
-    write_with(path.as_ref(), matrices, NEIGHBORHOOD, Some((min, max, grid.counts())), recipe)
+    write_with(path.as_ref(), matrices, NEIGHBORHOOD, Some((min, max, grid.counts())), recipe, job)
 }
 
 /// Reads what [`write_neighborhood`] wrote.
@@ -99,12 +106,13 @@ fn write_with(
     format: &str,
     grid: Option<([f64; 3], [f64; 3], [usize; 3])>,
     recipe: &Recipe,
+    job: Job<'_>,
 ) -> Result<(), PrtError> {
     let (order, channels) = (matrices.order(), matrices.channels().count());
     let shape = vec![matrices.points(), channels, order * order, order * order];
     let header = Header { format: format.to_owned(), version: VERSION, order, channels, grid, recipe: recipe.clone() };
     let read_rows = |first: usize, rows: &mut [f32]| matrices.read_rows(first, rows);
-    write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows })
+    write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows }, job)
 }
 
 fn read_with(bytes: &[u8], name: &str, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
@@ -134,11 +142,11 @@ mod tests {
     fn what_is_written_is_read_and_kinds_are_not_mixed_up() {
         let folder = tempfile::tempdir().unwrap();
         let [a, b] = ["a.safetensors", "b.safetensors"].map(|name| folder.path().join(name));
-        write_matrices(&a, &matrices(5), &Recipe::from(json!({"seed": 3}))).unwrap();
+        write_matrices(&a, &matrices(5), &Recipe::from(json!({"seed": 3})), Job::default()).unwrap();
         assert_eq!(read_matrices(&a).unwrap(), (matrices(5), Recipe::from(json!({"seed": 3}))), "matrices");
         let grid = Grid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
         let neighborhood = Neighborhood::new(grid, matrices(12)).unwrap();
-        write_neighborhood(&b, &grid, neighborhood.matrices(), &Recipe::default()).unwrap();
+        write_neighborhood(&b, &grid, neighborhood.matrices(), &Recipe::default(), Job::default()).unwrap();
         assert_eq!(read_neighborhood(&b).unwrap(), (neighborhood, Recipe::default()), "neighborhood");
         let error = read_matrices(&b).unwrap_err().to_string();
         assert!(error.ends_with("expected lobe-transfer-matrices, found lobe-neighbourhood-transfer"), "{error}");

@@ -4,13 +4,14 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::{fs, io};
 
-use lobe_io::write_atomically;
+use lobe_io::{Job, write_atomically};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors, serialize};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::json;
 
+use crate::job::meter::Meter;
 use crate::job::stored_rows::rows_at_once;
 use crate::transfer::transfer::check_order;
 use crate::{Channels, PrtError};
@@ -71,8 +72,14 @@ pub(crate) struct Streamed<'a> {
 /// Writes a file of one tensor, 4 MiB at a time; until all is written, nothing has its name.
 ///
 /// # Errors
-/// [`PrtError::Io`] if it cannot be written, or the rows cannot be read.
-pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Streamed<'_>) -> Result<(), PrtError> {
+/// [`PrtError::Io`] if it cannot be written, or the rows cannot be read; [`PrtError::Cancelled`] if the job was told to
+/// stop.
+pub(crate) fn write_streamed(
+    path: &Path,
+    header: &impl Serialize,
+    tensor: &Streamed<'_>,
+    job: Job<'_>,
+) -> Result<(), PrtError> {
     let file = path.display().to_string();
     let lobe = serde_json::to_string(header).map_err(|e| PrtError::invalid(&file, e.to_string()))?;
     let (rows, row) = (tensor.shape[0], tensor.shape[1..].iter().product::<usize>());
@@ -83,21 +90,23 @@ pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Stre
     });
     let mut json = json.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(8), b' ');
-    let at_once = rows_at_once(row);
+    let (at_once, mut meter) = (rows_at_once(row), Meter::new(rows, job)?);
     let written = write_atomically(path, |out| {
         out.write_all(&(json.len() as u64).to_le_bytes())?;
         out.write_all(&json)?;
         let (mut numbers, mut bytes) = (vec![0.0; row * at_once.min(rows)], Vec::new());
         for first in (0..rows).step_by(at_once) {
+            meter.go_on_writing()?;
             let numbers = &mut numbers[..row * at_once.min(rows - first)];
             (tensor.read_rows)(first, numbers)?;
             bytes.clear();
             bytes.extend(numbers.iter().flat_map(|c| c.to_le_bytes()));
             out.write_all(&bytes)?;
+            meter.step(numbers.len() / row);
         }
         Ok(())
     });
-    written.map_err(|source| PrtError::Io { place: file, source })
+    meter.written(&file, written)
 }
 
 /// A file's bytes.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use lobe_io::Job;
 use serde::{Deserialize, Serialize};
 
 use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
@@ -28,8 +29,13 @@ struct Header {
 /// The transfer is read a few receivers at a time; until all is written, nothing has the file's name.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the system refuses.
-pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
+/// [`PrtError::Io`] if the system refuses, [`PrtError::Cancelled`] if the job was told to stop.
+pub fn write_transfer(
+    path: impl AsRef<Path>,
+    transfer: &dyn TransferRows,
+    recipe: &Recipe,
+    job: Job<'_>,
+) -> Result<(), PrtError> {
     let (receivers, channels, bands) =
         (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
     let header = Header {
@@ -41,11 +47,8 @@ pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
         recipe: recipe.clone(),
     };
     let read_rows = |first: usize, rows: &mut [f32]| transfer.read_rows(first, rows);
-    write_streamed(
-        path.as_ref(),
-        &header,
-        &Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows },
-    )
+    let tensor = Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows };
+    write_streamed(path.as_ref(), &header, &tensor, job)
 }
 
 /// Reads what [`write_transfer`] wrote: the transfer and its recipe.
@@ -79,7 +82,9 @@ pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe
 #[cfg(test)]
 mod tests {
     use std::fs;
+    use std::ops::ControlFlow;
 
+    use lobe_io::Progress;
     use serde_json::json;
 
     use super::*;
@@ -89,7 +94,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.safetensors");
         let transfer = Transfer::new(2, Channels::Rgb, (0..24).map(|i| i as f32).collect()).unwrap();
-        write_transfer(&path, &transfer, &Recipe::from(json!({"samples": 1024}))).unwrap();
+        write_transfer(&path, &transfer, &Recipe::from(json!({"samples": 1024})), Job::default()).unwrap();
         fs::read(path).unwrap()
     }
 
@@ -154,6 +159,27 @@ mod tests {
         assert!(error.starts_with("t: expected safetensors, found "), "{error}");
         for length in 0..file().len() {
             assert!(read_transfer_bytes(&file()[..length], "t").is_err(), "cut off after {length} bytes");
+        }
+    }
+
+    #[test]
+    fn whoever_stops_while_rows_are_written_gets_no_file_and_nobody_else_loses_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.safetensors");
+        // Several times what is read at once.
+        let transfer = Transfer::new(1, Channels::Gray, (0..3 << 20).map(|i| i as f32).collect()).unwrap();
+        for stop_at in [1, 2, 3, 4, 5] {
+            let mut calls = Vec::new();
+            let watch = &mut |progress: &Progress| {
+                calls.push(progress.done);
+                if calls.len() == stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            let written = write_transfer(&path, &transfer, &Recipe::default(), Job::default().watched_by(watch));
+            let is_stopped = matches!(written, Err(PrtError::Cancelled));
+            assert_eq!(is_stopped, stop_at < 4, "{written:?}, stopped at call {stop_at}");
+            assert_eq!(calls, [0, 1 << 20, 2 << 20, 3 << 20][..stop_at.min(4)], "rows written at each call");
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), usize::from(!is_stopped), "files");
+            let _ = fs::remove_file(&path);
         }
     }
 

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 
 use lobe_io::Job;
-use lobe_prt::{AdaptiveOptions, BakeOptions, Mode, PrtError, Receivers, Transfer, bake, split_adaptively};
+use lobe_prt::{AdaptiveOptions, BakeMode, BakeOptions, PrtError, Receivers, Transfer, bake, split_adaptively};
 use lobe_scene::{Bvh, Scene, built_in};
 
-fn options(mode: Mode, threshold: f64, min_edge: f32) -> AdaptiveOptions {
+fn options(mode: BakeMode, threshold: f64, min_edge: f32) -> AdaptiveOptions {
     let bake = BakeOptions::default().mode(mode).order(3).samples(64);
     AdaptiveOptions::default().threshold(threshold).min_edge(Some(min_edge)).bake(bake)
 }
@@ -38,7 +38,7 @@ fn no_long_edge_is_left_along_which_transfer_changes_and_nothing_else_is_split()
     let scene = built_in::ball_over_ground(8);
     // The closed form has no noise: on the ground transfer is the same everywhere, on the ball it turns with the
     // normal.
-    let options = options(Mode::Unshadowed, 0.15, 0.05);
+    let options = options(BakeMode::Unshadowed, 0.15, 0.05);
     let before = transfer(&scene, &options);
     let squares: f64 = before.coefficients().iter().map(|&c| f64::from(c).powi(2)).sum();
     let limit = 0.15 * (squares / before.receivers() as f64).sqrt();
@@ -62,7 +62,7 @@ fn no_long_edge_is_left_along_which_transfer_changes_and_nothing_else_is_split()
 #[test]
 fn edges_that_are_short_are_left_and_counted() {
     let scene = built_in::ball_over_ground(8);
-    let options = options(Mode::Unshadowed, 0.01, 0.5);
+    let options = options(BakeMode::Unshadowed, 0.01, 0.5);
     let (fine, report) = split_adaptively(&scene, &options, Job::default()).unwrap();
     let ground = scene.meshes()[0].positions().len();
     let longest =
@@ -78,7 +78,7 @@ fn rounds_that_split_gray_surfaces_alone_keep_the_colors_of_the_others() {
     let (mut meshes, materials, _) = coarse.into_parts();
     meshes[1] = fine_ball.meshes()[1].clone();
     let scene = Scene::new(meshes, materials, vec![]).unwrap();
-    let options = options(Mode::Shadowed, 0.2, 0.15);
+    let options = options(BakeMode::Shadowed, 0.2, 0.15);
     let (fine, report) = split_adaptively(&scene, &options, Job::default()).unwrap();
     assert!(fine.meshes()[1] == scene.meshes()[1], "the ball stays as it was");
     assert!(report.rounds >= 2 && report.vertices > report.vertices_before, "{report:?}");
@@ -88,12 +88,12 @@ fn rounds_that_split_gray_surfaces_alone_keep_the_colors_of_the_others() {
 fn options_that_cannot_be_are_refused_and_progress_may_stop() {
     let scene = built_in::closed_white_box(1);
     let refusal = |threshold, min_edge| {
-        let options = options(Mode::Shadowed, threshold, min_edge);
+        let options = options(BakeMode::Shadowed, threshold, min_edge);
         split_adaptively(&scene, &options, Job::default()).unwrap_err().to_string()
     };
     assert_eq!(refusal(0.0, 1.0), "expected a threshold above zero, found 0", "threshold");
     assert_eq!(refusal(0.1, -1.0), "expected a shortest edge above zero, found -1", "edge");
-    let options = options(Mode::Shadowed, 0.1, 0.1);
+    let options = options(BakeMode::Shadowed, 0.1, 0.1);
     let stopped =
         split_adaptively(&scene, &options, Job::default().watched_by(&mut |_| ControlFlow::Break(()))).unwrap_err();
     assert!(matches!(stopped, PrtError::Cancelled), "{stopped:?}");
@@ -105,7 +105,7 @@ fn a_split_that_is_stopped_everywhere_ends_with_the_same_scene() {
     let path = folder.path().join("checkpoint");
     let path_of = |round: usize| folder.path().join(format!("checkpoint.split-{round}"));
     let scene = built_in::ball_over_ground(8);
-    let options = options(Mode::Shadowed, 0.2, 0.15);
+    let options = options(BakeMode::Shadowed, 0.2, 0.15);
     let (expected, expected_report) = split_adaptively(&scene, &options, Job::default()).unwrap();
     // Each time it is stopped a few calls later, so that some calls find new work done before.
     let mut stops = 0;

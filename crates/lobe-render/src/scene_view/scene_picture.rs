@@ -3,13 +3,13 @@
 use std::time::Instant;
 
 use derive_setters::Setters;
+use lobe_image::Picture;
 use lobe_io::Job;
-use lobe_scene::{Bvh, Ray, Scene};
+use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, RenderError};
-use lobe_image::Picture;
 
 /// The size and the sampling of a picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -60,14 +60,10 @@ pub fn scene_picture(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
     };
-    let (camera, has_holes) = (camera.relative_to(scene.origin()), scene.has_holes());
+    let (camera, surfaces) = (camera.relative_to(scene.origin()), SurfaceRays::new(scene, bvh));
     // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
-        let hit = match has_holes {
-            true => bvh.closest_where(ray, |hit| scene.stops(ray, hit)),
-            false => bvh.closest(ray),
-        };
-        let Some(hit) = hit else { return background(towards) };
+        let Some(hit) = surfaces.closest(ray) else { return background(towards) };
         let hit = SceneHit::new(scene, hit, towards);
         if hit.is_lit { radiance(&hit) } else { Rgb::ZERO }
     };
