@@ -10,19 +10,19 @@
 //! |---|---|
 //! | transfer vectors | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
-//! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
+//! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
 //! | compression of any table | [`compress_table`], [`compress_table_within`] |
 //! | zonal lobes of deformable surfaces | [`fit_zonal`], [`ZonalTransfer`] |
-//! | files of both | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers |
+//! | files of both | [`write_compressed_transfer`], [`read_compressed_transfer`], [`write_zonal_transfer`], [`read_zonal_transfer`] |
 //! | files of any form | [`AnyTransfer`], [`read_any_transfer`] |
 //! | transfer matrices | [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
 //! | baking matrices | [`bake_matrices`], [`bake_matrices_on_disk`] |
 //! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`Grid`] |
-//! | files of matrices | [`write_matrices`], [`write_neighborhood`] and their readers |
+//! | files of matrices | [`write_matrices`], [`read_matrices`], [`write_neighborhood`], [`read_neighborhood`] |
 //! | the record of how transfer was made | [`Recipe`] |
 //! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`] |
 //!
@@ -41,7 +41,7 @@ mod sampling;
 mod transfer;
 mod zonal;
 
-pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
+pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
 pub use bake::bake::{bake, bake_on_disk};
 pub use bake::glossy::{bake_matrices, bake_matrices_on_disk};
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};

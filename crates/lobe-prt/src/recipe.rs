@@ -98,11 +98,13 @@ Recipe {
     albedo: String,
     /// The longest edge that was left when triangles were split.
     max_edge: f64,
-    /// The change of transfer along an edge that was split, see
+    /// The error in the middle of an edge that was split, see
     /// [`AdaptiveOptions::threshold`](crate::AdaptiveOptions::threshold).
     adaptive: f64,
     /// Edges that are shorter were not split.
     min_edge: f64,
+    /// The most vertices after that, if there was a limit.
+    max_vertices: usize,
     /// Whether light went straight through glass and blended surfaces.
     straight_through: bool,
     /// Texels along a side of a lightmap.

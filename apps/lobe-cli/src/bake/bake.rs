@@ -228,6 +228,7 @@ impl Bake {
             .max_edge(self.splitting.max_edge)
             .adaptive(self.splitting.adaptive)
             .min_edge(self.splitting.min_edge)
+            .max_vertices(self.splitting.max_vertices)
             .texels(self.texels)
             .grid(self.grid)
             .grid_box(self.grid_box)

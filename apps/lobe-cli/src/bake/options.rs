@@ -157,6 +157,10 @@ impl Bake {
                 "-o: --mode glossy, --texels and --grid are written as .safetensors",
             ),
             (self.splitting.min_edge.is_some() && !self.splitting.is_adaptive(), "--min-edge: only of --adaptive"),
+            (
+                self.splitting.max_vertices.is_some() && !self.splitting.is_adaptive(),
+                "--max-vertices: only of --adaptive",
+            ),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!(message);

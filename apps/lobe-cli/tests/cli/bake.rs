@@ -127,14 +127,14 @@ fn edges_are_split_where_transfer_changes() {
     let bake = "bake wall.obj -o out.glb --order 2 --samples 16 --mode shadowed --quiet --max-edge 2";
     dir.lobe(bake).stdout();
     let even = dir.baked("out.glb").scene;
-    dir.lobe(&format!("{bake} --adaptive 0.2 --min-edge 0.3")).stdout();
+    dir.lobe(&format!("{bake} --adaptive 0.02 --min-edge 0.3")).stdout();
     let fine = dir.baked("out.glb").scene;
     let near = |scene: &lobe::scene::Scene, inside: bool| {
         let positions = scene.meshes().iter().flat_map(Mesh::positions);
         positions.filter(|p| (p[0].abs().max(p[1].abs()) < 3.0) == inside).count()
     };
     let (gained, elsewhere) = (near(&fine, true) - near(&even, true), near(&fine, false) - near(&even, false));
-    assert!(gained > 50 && elsewhere * 4 < gained, "{gained} new vertices near the wall, {elsewhere} elsewhere");
+    assert!(gained > 20 && elsewhere * 4 < gained, "{gained} new vertices near the wall, {elsewhere} elsewhere");
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn a_scene_far_from_its_origin_has_the_transfer_of_one_that_is_near() {
     };
     dir.file("near.obj", wall([0.0; 3]));
     dir.file("far.obj", wall([1e5, -7e5, 65536.0]));
-    for options in ["", "--adaptive 0.2 --min-edge 0.25", "--mode glossy", "--grid 2,2,2"] {
+    for options in ["", "--adaptive 0.05 --min-edge 0.25", "--mode glossy", "--grid 2,2,2"] {
         let [near, far] = ["near", "far"].map(|name| {
             let bake = format!("bake {name}.obj -o {name}.safetensors --order 3 --samples 256 {options}");
             let (_, said) = dir.lobe(&bake).succeeds();
@@ -214,6 +214,7 @@ fn options_that_would_be_ignored_or_cannot_be_are_refused() {
         ("--mode shadowed --bounces 2", "--bounces: only of --mode interreflected and glossy"),
         ("--mode shadowed --energy-stop 0", "--energy-stop: only of --mode interreflected and glossy"),
         ("--min-edge 1", "--min-edge: only of --adaptive"),
+        ("--max-vertices 9", "--max-vertices: only of --adaptive"),
         ("--mode glossy", "-o: --mode glossy, --texels and --grid are written as .safetensors"),
         ("--texels 4 --max-edge 1", "--max-edge and --adaptive: light is not at vertices with --texels and --grid"),
         ("--mode glossy --clusters 2", "--clusters, --components and --weights: not of --mode glossy"),

@@ -40,7 +40,7 @@ fn ball(is_cut: bool) -> Scene {
 
 /// The ball with its faces cut into 64 each: most vertices lie within faces.
 fn finely_cut_ball() -> Scene {
-    (0..3).fold(ball(false), |scene, _| scene.halve_edges(|_, _| true).unwrap())
+    (0..3).fold(ball(false), |scene, _| scene.halve_edges(|_, _| true).unwrap().0)
 }
 
 /// The part of a constant sky that each receiver sends back, in both modes that trace rays.
@@ -104,7 +104,7 @@ fn within_a_face_the_part_of_the_sky_below_the_face_is_lost() {
 fn adaptive_splitting_finds_nothing_to_split_by_light_that_a_face_sends_itself() {
     let split = |mode| {
         let bake = BakeOptions::default().mode(mode).order(2).samples(256).energy_stop(0.0);
-        let options = AdaptiveOptions::default().threshold(0.2).min_edge(Some(0.05)).bake(bake);
+        let options = AdaptiveOptions::default().threshold(0.02).min_edge(Some(0.05)).bake(bake);
         split_adaptively(&ball(false), &options, Job::default()).unwrap().0
     };
     let [shadowed, interreflected] = [BakeMode::Shadowed, BakeMode::Interreflected].map(split);
