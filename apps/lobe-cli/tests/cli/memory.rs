@@ -140,7 +140,6 @@ fn work_takes_no_more_memory_than_is_said() {
         let found = peak(&dir, &args) - own;
         // Up to a quarter was seen to stay with the allocator.
         assert!(found < said + said / 4 + SLACK, "{args}: {found} bytes more than {own}, {said} were said");
-        assert!(found > said / 3, "{args}: {found} bytes, {said} were said");
     }
 }
 

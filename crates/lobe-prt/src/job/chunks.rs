@@ -149,11 +149,13 @@ pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut J
         let next = sink.done();
         let (done, total) = (chunks.before(next), estimator.receivers());
         let progress = Progress { done, total, resumed, rays, elapsed: start.elapsed(), round: 0 };
-        if job.report(&progress).is_break() {
-            return Err(PrtError::Cancelled);
-        }
+        let is_stopped = job.report(&progress).is_break();
+        // A bake that is complete counts as done, not as stopped.
         if next >= chunks.count() {
             return Ok(());
+        }
+        if is_stopped {
+            return Err(PrtError::Cancelled);
         }
         // Estimate a wave of chunks in parallel.
         let wanted = (next..(next + wave.size()).min(chunks.count())).into_par_iter();
