@@ -3,28 +3,13 @@
 use std::path::Path;
 
 use lobe_io::Job;
-use serde::{Deserialize, Serialize};
 
-use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
+use crate::files::tensor_file::{GridMember, Header, Streamed, TensorFile, load, write_streamed};
 use crate::{Grid, MatrixRows, Neighborhood, PrtError, Recipe, TransferMatrices};
 
-/// The version of both headers.
-const VERSION: u32 = 1;
 const MATRICES: &str = "lobe-transfer-matrices";
 const NEIGHBORHOOD: &str = "lobe-neighbourhood-transfer";
 const TENSOR: &str = "matrices";
-
-#[derive(Serialize, Deserialize)]
-struct Header {
-    format: String,
-    version: u32,
-    order: usize,
-    channels: usize,
-    /// Of a neighborhood: the corners of its box, and its points along x, y and z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    grid: Option<([f64; 3], [f64; 3], [usize; 3])>,
-    recipe: Recipe,
-}
 
 /// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by
 /// row.
@@ -104,21 +89,20 @@ fn write_with(
     path: &Path,
     matrices: &dyn MatrixRows,
     format: &str,
-    grid: Option<([f64; 3], [f64; 3], [usize; 3])>,
+    grid: Option<GridMember>,
     recipe: &Recipe,
     job: Job<'_>,
 ) -> Result<(), PrtError> {
-    let (order, channels) = (matrices.order(), matrices.channels().count());
-    let shape = vec![matrices.points(), channels, order * order, order * order];
-    let header = Header { format: format.to_owned(), version: VERSION, order, channels, grid, recipe: recipe.clone() };
+    let (order, channels) = (matrices.order(), matrices.channels());
+    let shape = vec![matrices.points(), channels.count(), order * order, order * order];
+    let header = Header { grid, ..Header::new(format, order, channels, recipe) };
     let read_rows = |first: usize, rows: &mut [f32]| matrices.read_rows(first, rows);
     write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows }, job)
 }
 
 fn read_with(bytes: &[u8], name: &str, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
-    let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, format, VERSION)?;
-    let order = file.header.order;
-    let channels = checked_channels(order, file.header.channels, file.name())?;
+    let file = TensorFile::parse(bytes, name, &[format])?;
+    let (order, channels) = file.order_and_channels()?;
     let bands = Some(order * order);
     let numbers = file.f32(TENSOR, &[None, Some(channels.count()), bands, bands])?;
     let matrices = TransferMatrices::new(order, channels, numbers).map_err(|error| error.within(file.name()))?;
@@ -168,7 +152,7 @@ mod tests {
             (2, 3, Some(([0.0; 3], [0.0; 3], [2, 2, 2])), "expected a box with a volume"),
         ] {
             let header =
-                Header { format: NEIGHBORHOOD.into(), version: 1, order, channels, grid, recipe: Recipe::default() };
+                Header { order, channels, grid, ..Header::new(NEIGHBORHOOD, 2, Channels::Gray, &Recipe::default()) };
             let numbers = matrices(5).coefficients().to_vec();
             write(&path, &header, &[Tensor::f32(TENSOR, vec![5, 3, 4, 4], numbers)]).unwrap();
             let error = read_neighborhood(&path).unwrap_err().to_string();

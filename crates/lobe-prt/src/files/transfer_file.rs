@@ -3,25 +3,13 @@
 use std::path::Path;
 
 use lobe_io::Job;
-use serde::{Deserialize, Serialize};
 
-use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
+use crate::files::tensor_file::{Header, Streamed, TensorFile, load, write_streamed};
 use crate::{PrtError, Recipe, Transfer, TransferRows};
 
-const VERSION: u32 = 1;
-const FORMAT: &str = "lobe-transfer";
+pub(crate) const TRANSFER: &str = "lobe-transfer";
 const QUANTITY: &str = "transfer";
 const TENSOR: &str = "transfer";
-
-#[derive(Serialize, Deserialize)]
-struct Header {
-    format: String,
-    version: u32,
-    quantity: String,
-    order: usize,
-    channels: usize,
-    recipe: Recipe,
-}
 
 /// Writes transfer as a safetensors file: one tensor `transfer` of `[receivers, channels, n²]` floats.
 ///
@@ -39,12 +27,8 @@ pub fn write_transfer(
     let (receivers, channels, bands) =
         (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
     let header = Header {
-        format: FORMAT.to_owned(),
-        version: VERSION,
-        quantity: QUANTITY.to_owned(),
-        order: transfer.order(),
-        channels,
-        recipe: recipe.clone(),
+        quantity: Some(QUANTITY.to_owned()),
+        ..Header::new(TRANSFER, transfer.order(), transfer.channels(), recipe)
     };
     let read_rows = |first: usize, rows: &mut [f32]| transfer.read_rows(first, rows);
     let tensor = Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows };
@@ -67,15 +51,19 @@ pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtEr
 /// # Errors
 /// As [`read_transfer`].
 pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe), PrtError> {
-    let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, FORMAT, VERSION)?;
-    let Header { order, channels, quantity, .. } = &file.header;
-    let channels = checked_channels(*order, *channels, file.name())?;
+    transfer_of(TensorFile::parse(bytes, name, &[TRANSFER])?)
+}
+
+/// The transfer and the recipe in a file of this format.
+pub(crate) fn transfer_of(file: TensorFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
+    let (order, channels) = file.order_and_channels()?;
+    let quantity = file.header.quantity.as_deref().unwrap_or_default();
     if quantity != QUANTITY {
         return Err(PrtError::invalid(file.name(), format!("expected the quantity {QUANTITY}, found {quantity:?}")));
     }
     let coefficients = file.f32(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
-    let transfer = Transfer::new(*order, channels, coefficients).map_err(|error| error.within(file.name()))?;
-    let recipe = file.header.recipe.understood(name)?;
+    let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(file.name()))?;
+    let recipe = file.header.recipe.clone().understood(file.name())?;
     Ok((transfer, recipe))
 }
 
