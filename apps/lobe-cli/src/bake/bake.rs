@@ -15,10 +15,6 @@ use crate::bake::split;
 use crate::run::bake_watch::{Checkpoint, stop_before_writing, stopped, tell_if_too_late, watched, write_watched};
 use crate::run::talk::Talk;
 
-/// Bytes that a texel of a lightmap takes in memory at most, beside what is written: a place on a triangle, and a
-/// receiver with the plane it is on.
-const TEXEL: u64 = 40 + 44 + 20;
-
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
@@ -169,7 +165,7 @@ impl Bake {
         let is_picture = has_extension(&self.output, "exr");
         let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
         let what = format!("--texels {width}");
-        self.memory.check(&what, numbers + TEXEL * (width * width) as u64, "fewer --texels, or a lower --order")
+        self.memory.check(&what, numbers + TexelReceivers::bytes_for(width), "fewer --texels, or a lower --order")
     }
 
     fn bake_grid(

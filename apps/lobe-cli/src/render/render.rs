@@ -39,12 +39,6 @@ const IRRADIANCE_ORDER: usize = 3;
 /// The lobe without --lobe: about the sharpest that order 4 can show.
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 
-/// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers
-/// four times: traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers
-/// five times: twice as they are, compressed in blocks and as a file, and some room.
-const TRACED_PIXEL: u64 = 4 * 14 * 4;
-const SHADED_PIXEL: u64 = 4 * 3 * 5;
-
 const NOTES: &str = "\
 Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
 that falls on their back. Baked files hold fronts; backs are baked on the way, with as many paths, as far as the view shows them: of a \
@@ -208,9 +202,7 @@ impl Render {
                 let (camera, options) = (&work.camera, self.view_options());
                 let lit = match stage {
                     Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, job),
-                    Stage::Plain(scene, bvh) => {
-                        light_by_irradiance((scene, bvh), &f, camera, &options, background, job)
-                    }
+                    Stage::Plain(scene, bvh) => light_by_irradiance(scene, bvh, &f, camera, &options, background, job),
                 };
                 lit.map(Rendered::Shaded)
             }
@@ -258,8 +250,8 @@ impl Render {
     /// Refuses a picture that takes too much memory.
     fn check_memory(&self) -> anyhow::Result<()> {
         let (width, height) = self.view.size();
-        let each = if self.mode == Mode::Truth { TRACED_PIXEL } else { SHADED_PIXEL };
-        let bytes = each.saturating_mul((width * height) as u64);
+        let is_truth = self.mode == Mode::Truth;
+        let bytes = if is_truth { self.truth_options().bytes() } else { self.view_options().bytes() };
         self.memory.check(&format!("--size {width}x{height}"), bytes, "a smaller picture")
     }
 

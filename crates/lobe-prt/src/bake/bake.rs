@@ -8,9 +8,9 @@ use lobe_scene::{Bvh, Scene};
 use crate::bake::diffuse::Diffuse;
 use crate::bake::pilot::{Pilot, pilot};
 use crate::job::checkpoint::Checkpoint;
+use crate::job::checkpoint::StoredRows;
 use crate::job::chunks::{Estimator, Memory, Tally, run};
 use crate::job::fingerprint::fingerprint_scene;
-use crate::job::stored_rows::StoredRows;
 use crate::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
 
 /// Bakes the transfer vectors of receivers in a scene.

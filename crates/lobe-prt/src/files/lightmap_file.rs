@@ -7,8 +7,8 @@ use lobe_image::{ExrAttribute, ExrLayers, ImageError};
 use lobe_io::{Job, write_atomically};
 use serde_json::{Value, json};
 
+use crate::job::checkpoint::rows_at_once;
 use crate::job::meter::Meter;
-use crate::job::stored_rows::rows_at_once;
 use crate::{Channels, PrtError, Recipe, Transfer, TransferRows};
 
 /// The version of the attribute. Files with a higher one are refused.

@@ -10,8 +10,8 @@ use safetensors::{Dtype, SafeTensors, serialize};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use crate::job::checkpoint::rows_at_once;
 use crate::job::meter::Meter;
-use crate::job::stored_rows::rows_at_once;
 use crate::transfer::transfer::check_order;
 use crate::{Channels, PrtError, Recipe};
 

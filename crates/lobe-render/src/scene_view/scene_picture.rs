@@ -31,6 +31,15 @@ impl Default for ViewOptions {
     }
 }
 
+impl ViewOptions {
+    /// The most bytes that a picture takes until it is written: its numbers twice as they are, compressed in blocks and as a
+    /// file, and some room (test `work_takes_no_more_memory_than_is_said` of `lobe-cli`).
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        (5 * size_of::<[f32; 3]>() as u64).saturating_mul((self.width * self.height) as u64)
+    }
+}
+
 /// A scene seen by a camera in its world: `radiance` of the hit where a ray from the eye hits, `background` of its
 /// direction where it escapes.
 ///
