@@ -28,7 +28,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         let seen = compare(&compressed.exit_radiance(light.coefficients()), &plain).relative_rmse;
         println!(
             "{clusters} clusters, {components} components: {:.1} times fewer bytes, error {:.1} % of the transfer, {:.1} % of its light",
-            report.ratio(),
+            report.ratio,
             100.0 * report.relative_error,
             100.0 * seen,
         );

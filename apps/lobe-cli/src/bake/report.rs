@@ -60,7 +60,7 @@ impl Done<'_> {
             compression: self.compression.map(|saved| {
                 json!({
                     "clusters": saved.clusters, "components": saved.components, "bytes": saved.bytes,
-                    "ratio": saved.ratio(), "relative_error": saved.relative_error,
+                    "ratio": saved.ratio, "relative_error": saved.relative_error,
                 })
             }),
         }
@@ -82,7 +82,7 @@ impl Done<'_> {
             text += &format!("; {} bounces, at most {left:.2} % of the light goes on", report.bounces);
         }
         if let Some(saved) = self.compression {
-            text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio(), 100.0 * saved.relative_error);
+            text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio, 100.0 * saved.relative_error);
         }
         text
     }
