@@ -19,12 +19,11 @@ mod sh;
 use std::panic::catch_unwind;
 use std::process::ExitCode;
 
-/// Maps are many large arrays, each used once: memory that is kept, in large pages, spares the system's work for every
-/// page of them (`cargo run --release -p lobe-env --example convert_large`: a quarter of the time).
 #[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+static ALLOCATOR: run::system::Allocator = run::system::Allocator;
 
 fn main() -> ExitCode {
+    run::system::tell_refused_memory();
     run::failure::keep_panics_quiet();
     match catch_unwind(|| cli::parse().and_then(cli::run)) {
         Ok(Ok(())) => ExitCode::SUCCESS,

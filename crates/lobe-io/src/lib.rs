@@ -3,7 +3,7 @@
 //! | to | use |
 //! |---|---|
 //! | write a file all or nothing | [`write_atomically`]; piece by piece [`StagedWriter`]; several at once [`StagedFile`] |
-//! | watch, stop and continue long work | [`Job`], [`Progress`] |
+//! | watch, stop and continue long work | [`Job`], [`Progress`]; between two reports [`Portions`] |
 //! | tell one piece of work from another | [`Fingerprint`] |
 //! | keep its results in a checkpoint and continue from it | [`RecordFile`], read by [`RecordReader`] |
 //! | learn before long work whether its result can be written | [`check_writable`] |
@@ -12,11 +12,13 @@
 mod error;
 mod fingerprint;
 mod job;
+mod portions;
 mod records;
 mod staged;
 
 pub use error::IoError;
 pub use fingerprint::Fingerprint;
 pub use job::{Job, Progress, Watch};
+pub use portions::Portions;
 pub use records::{RecordFile, RecordFormat, RecordLayout, RecordReader};
 pub use staged::{StagedFile, StagedWriter, check_writable, remove_abandoned, write_atomically};

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Mode, Receivers, bake};
+use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe_scene::{Bvh, Scene, built_in};
 
 /// Paths from each receiver.
@@ -18,11 +18,11 @@ fn bakes(c: &mut Criterion) {
         let mut group = c.benchmark_group(format!("bake-{name}"));
         group.sample_size(10).measurement_time(Duration::from_secs(3));
         for (mode, bounces, order) in [
-            (Mode::Shadowed, 0, 4),
-            (Mode::Shadowed, 0, 8),
-            (Mode::Interreflected, 1, 4),
-            (Mode::Interreflected, 2, 4),
-            (Mode::Interreflected, 2, 8),
+            (BakeMode::Shadowed, 0, 4),
+            (BakeMode::Shadowed, 0, 8),
+            (BakeMode::Interreflected, 1, 4),
+            (BakeMode::Interreflected, 2, 4),
+            (BakeMode::Interreflected, 2, 8),
         ] {
             let options =
                 BakeOptions::default().mode(mode).bounces(bounces).order(order).samples(SAMPLES).energy_stop(0.0);

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Mode, Receivers, bake};
+use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, SceneReadOptions, read_scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let receivers = Receivers::at_vertices(&scene)?;
     let (count, triangles) = (receivers.len(), scene.triangle_count());
     println!("{count} vertices, {triangles} triangles, tree in {:.2} s", start.elapsed().as_secs_f64());
-    let mode = if bounces == 0 { Mode::Shadowed } else { Mode::Interreflected };
+    let mode = if bounces == 0 { BakeMode::Shadowed } else { BakeMode::Interreflected };
     let options = BakeOptions::default().mode(mode).bounces(bounces).energy_stop(0.0);
     let (_, report) = bake(&scene, &bvh, &receivers, &options, Job::default())?;
     let rate = report.rays as f64 / report.seconds / 1e6;

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, CompressOptions, Mode, Receivers, bake_matrices, compress_table};
+use lobe_prt::{BakeMode, BakeOptions, CompressOptions, Receivers, bake_matrices, compress_table};
 use lobe_scene::{Bvh, built_in};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let receivers = Receivers::new(pick(all.positions()), pick(all.normals()), pick(all.albedos()))?;
     let bvh = Bvh::new(&scene);
     for order in 2..=4 {
-        let options = BakeOptions::default().mode(Mode::Interreflected).order(order).samples(256).bounces(1);
+        let options = BakeOptions::default().mode(BakeMode::Interreflected).order(order).samples(256).bounces(1);
         let (matrices, _) = bake_matrices(&scene, &bvh, &receivers, &options, Job::default())?;
         let rows = matrices.coefficients();
         let width = rows.len() / count;

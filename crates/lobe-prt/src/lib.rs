@@ -10,21 +10,21 @@
 //! |---|---|
 //! | transfer vectors | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
-//! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
-//! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`Mode`], [`AlbedoMode`], [`BakeReport`] |
+//! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
+//! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
 //! | compression of any table | [`compress_table`], [`compress_table_within`] |
 //! | zonal lobes of deformable surfaces | [`fit_zonal`], [`ZonalTransfer`] |
-//! | files of both | [`write_compressed_transfer`], [`write_zonal_transfer`] and their readers |
+//! | files of both | [`write_compressed_transfer`], [`read_compressed_transfer`], [`write_zonal_transfer`], [`read_zonal_transfer`] |
 //! | files of any form | [`AnyTransfer`], [`read_any_transfer`] |
 //! | transfer matrices | [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
 //! | baking matrices | [`bake_matrices`], [`bake_matrices_on_disk`] |
 //! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`Grid`] |
-//! | files of matrices | [`write_matrices`], [`write_neighborhood`] and their readers |
+//! | files of matrices | [`write_matrices`], [`read_matrices`], [`write_neighborhood`], [`read_neighborhood`] |
 //! | the record of how transfer was made | [`Recipe`] |
-//! | fingerprints of scenes | [`fingerprint_scene`] |
+//! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`] |
 //!
 //! Long functions end with a [`lobe_io::Job`], which says who watches them and in which file they are kept. Those that
 //! bake can be resumed; searches ([`fit_zonal`], [`compress_table`] and what is built on them) cannot, and refuse a
@@ -41,10 +41,10 @@ mod sampling;
 mod transfer;
 mod zonal;
 
-pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
+pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
 pub use bake::bake::{bake, bake_on_disk};
 pub use bake::glossy::{bake_matrices, bake_matrices_on_disk};
-pub use bake::options::{AlbedoMode, BakeOptions, BakeReport, Mode};
+pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_on_disk};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
@@ -64,12 +64,12 @@ pub use files::matrix_file::{
 };
 pub use files::read_baked::{Baked, BakedOrScene, read_baked, read_baked_or_scene};
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_transfer};
-pub use job::fingerprint::fingerprint_scene;
+pub use job::fingerprint::{fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;
 pub use receivers::texel_receivers::TexelReceivers;
 pub use receivers::texel_rows::TexelRows;
-pub use recipe::{Recipe, RecipeMode};
+pub use recipe::Recipe;
 pub use transfer::transfer::{Channels, Transfer};
 pub use transfer::transfer_matrices::TransferMatrices;
 pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};

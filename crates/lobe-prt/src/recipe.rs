@@ -7,52 +7,15 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::{AlbedoMode, BakeOptions, BakeReport, Mode, PrtError};
+use crate::job::fingerprint::scene_hash;
+use crate::{AlbedoMode, BakeMode, BakeOptions, BakeReport, PrtError};
 
 /// The name of [`AlbedoMode::None`] in a recipe.
 const DEMODULATED: &str = "none";
 
-/// The light paths of the transfer in a file, as its recipe names them.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum RecipeMode {
-    /// [`Mode::Unshadowed`].
-    Unshadowed,
-    /// [`Mode::Shadowed`].
-    Shadowed,
-    /// [`Mode::Interreflected`].
-    Interreflected,
-    /// The same before it is reflected, as matrices.
-    Glossy,
-    /// A mode of another program, or of a later version.
-    #[serde(untagged)]
-    Other(String),
-}
-
-impl RecipeMode {
-    /// The name in the file.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Unshadowed => "unshadowed",
-            Self::Shadowed => "shadowed",
-            Self::Interreflected => "interreflected",
-            Self::Glossy => "glossy",
-            Self::Other(name) => name,
-        }
-    }
-}
-
-impl From<Mode> for RecipeMode {
-    fn from(mode: Mode) -> Self {
-        match mode {
-            Mode::Unshadowed => Self::Unshadowed,
-            Mode::Shadowed => Self::Shadowed,
-            Mode::Interreflected => Self::Interreflected,
-        }
-    }
-}
+/// Members that a bake may leave open: where nothing was chosen they are `null`.
+const CHOICES: [&str; 9] =
+    ["max_edge", "adaptive", "min_edge", "texels", "grid", "grid_box", "clusters", "components", "weights"];
 
 /// Declares a struct whose fields are the members of a JSON object, with setters.
 macro_rules! members {
@@ -60,7 +23,7 @@ macro_rules! members {
         $(#[$doc])*
         pub struct $name {
             $($(#[$field_doc])* pub $field: Option<$type>,)+
-            /// Members that are none of these, or are not of their type.
+            /// Members that are none of these, or are not of their type, such as `null` for a choice that was left open.
             pub others: Map<String, Value>,
         }
 
@@ -68,8 +31,8 @@ macro_rules! members {
             $(
                 #[doc = concat!("The same recipe with another `", stringify!($field), "`.")]
                 #[must_use]
-                pub fn $field(mut self, $field: $type) -> Self {
-                    self.$field = Some($field);
+                pub fn $field(mut self, $field: impl Into<Option<$type>>) -> Self {
+                    self.$field = $field.into();
                     self
                 }
             )+
@@ -97,15 +60,14 @@ members! {
 /// The record of a bake: everything that decided the numbers of its transfer, and nothing that differs from run to run.
 ///
 /// Every file of transfer has one, a JSON object whose members have the names of these fields. It is a note to people
-/// and programs: light is applied to transfer without it. A field is `None` if the recipe does not say. Choices that a
-/// bake may leave open are options themselves: `Some(None)` stands for `null`, nothing was chosen. What Lobe does not
-/// know is kept in [`Recipe::others`] and written again.
+/// and programs: light is applied to transfer without it. A field is `None` if the recipe does not say, or says that
+/// nothing was chosen. What Lobe does not know is kept in [`Recipe::others`] and written again.
 ///
 /// ```
 /// use lobe_prt::{BakeOptions, Recipe};
 ///
 /// let recipe: Recipe = serde_json::from_str(r#"{"samples": 64, "grid": null, "weather": "fine"}"#).unwrap();
-/// assert_eq!((recipe.samples, recipe.grid, recipe.order), (Some(64), Some(None), None));
+/// assert_eq!((recipe.samples, recipe.grid, recipe.order), (Some(64), None, None));
 /// assert_eq!(recipe.others["weather"], "fine");
 /// assert_eq!(recipe.bake_options(), BakeOptions::default().samples(64));
 /// ```
@@ -118,7 +80,7 @@ Recipe {
     /// The [fingerprint](lobe_io::Fingerprint) of the scene, 32 hexadecimal digits.
     scene_hash: String,
     /// The light paths.
-    mode: RecipeMode,
+    mode: BakeMode,
     /// Number of bands.
     order: usize,
     /// Paths from each receiver.
@@ -135,26 +97,28 @@ Recipe {
     /// the albedo of the receivers is part of their transfer.
     albedo: String,
     /// The longest edge that was left when triangles were split.
-    max_edge: Option<f64>,
-    /// The change of transfer along an edge that was split, see
+    max_edge: f64,
+    /// The error in the middle of an edge that was split, see
     /// [`AdaptiveOptions::threshold`](crate::AdaptiveOptions::threshold).
-    adaptive: Option<f64>,
+    adaptive: f64,
     /// Edges that are shorter were not split.
-    min_edge: Option<f64>,
+    min_edge: f64,
+    /// The most vertices after that, if there was a limit.
+    max_vertices: usize,
     /// Whether light went straight through glass and blended surfaces.
     straight_through: bool,
     /// Texels along a side of a lightmap.
-    texels: Option<usize>,
+    texels: usize,
     /// Points of a grid along its axes.
-    grid: Option<[usize; 3]>,
+    grid: [usize; 3],
     /// Two corners of the box of that grid.
-    grid_box: Option<[f64; 6]>,
+    grid_box: [f64; 6],
     /// The most clusters of compressed transfer.
-    clusters: Option<usize>,
+    clusters: usize,
     /// Directions of each cluster.
-    components: Option<usize>,
+    components: usize,
     /// Bits of a weight of compressed transfer.
-    weights: Option<usize>,
+    weights: usize,
     /// The relative error of compressed or zonal transfer.
     relative_error: f64,
     /// Lobes of each receiver of zonal transfer.
@@ -183,9 +147,12 @@ impl Recipe {
         let is_see_through = (0..scene.meshes().len()).map(|mesh| scene.material(mesh)).any(|material| {
             material.straight_through && (material.alpha == Alpha::Blend || material.transmission > 0.0)
         });
-        let straight_through = is_see_through.then_some(true);
-        Self { albedo, straight_through, ..Self::default() }
-            .mode(options.mode.into())
+        let others = CHOICES.map(|choice| (choice.to_owned(), Value::Null)).into_iter().collect();
+        Self { others, ..Self::default() }
+            .scene_hash(scene_hash(scene))
+            .albedo(albedo)
+            .straight_through(is_see_through.then_some(true))
+            .mode(options.mode)
             .order(options.order)
             .samples(options.samples)
             .bounces(options.most_bounces())
@@ -204,9 +171,8 @@ impl Recipe {
         let defaults = BakeOptions::default();
         BakeOptions {
             mode: match self.mode {
-                Some(RecipeMode::Unshadowed) => Mode::Unshadowed,
-                Some(RecipeMode::Shadowed) => Mode::Shadowed,
-                _ => Mode::Interreflected,
+                None | Some(BakeMode::Glossy) => BakeMode::Interreflected,
+                Some(mode) => mode,
             },
             order: self.order.unwrap_or(defaults.order),
             samples: self.samples.unwrap_or(defaults.samples),
@@ -217,9 +183,13 @@ impl Recipe {
             albedo: if self.albedo.as_deref() == Some(DEMODULATED) { AlbedoMode::None } else { AlbedoMode::Vertex },
         }
     }
-}
 
-impl Recipe {
+    /// The name of the light paths, also of those that this version does not know.
+    #[must_use]
+    pub fn mode_name(&self) -> Option<&str> {
+        self.mode.map(BakeMode::name).or_else(|| self.others.get("mode")?.as_str())
+    }
+
     /// Refuses transfer whose albedo is where this version does not know it to be: it would be shown as if the albedo
     /// were part of it.
     pub(crate) fn understood(self, place: &str) -> Result<Self, PrtError> {
@@ -275,7 +245,8 @@ mod tests {
     fn options_are_those_of_the_bake_and_defaults_where_nothing_is_said() {
         let defaults = BakeOptions::default();
         assert_eq!(Recipe::default().bake_options(), defaults, "an empty recipe");
-        let options = BakeOptions { mode: Mode::Shadowed, order: 3, samples: 7, energy_stop: 0.5, seed: 9, ..defaults };
+        let options =
+            BakeOptions { mode: BakeMode::Shadowed, order: 3, samples: 7, energy_stop: 0.5, seed: 9, ..defaults };
         let report = BakeReport {
             receivers: 1,
             rays: 2,
@@ -290,6 +261,9 @@ mod tests {
         assert_eq!(recipe.bake_options(), BakeOptions { bounces: 0, ..options }, "{recipe:?}");
         assert_eq!((recipe.rays, recipe.stderr_dc), (Some(2), Some(0.25)), "what the report says");
         assert_eq!(recipe.straight_through, None, "nothing of it lets light through");
+        assert_eq!((recipe.texels, recipe.others.get("texels")), (None, Some(&Value::Null)), "no lightmap");
+        let text = serde_json::to_string(&recipe.clone().texels(64)).unwrap();
+        assert!(text.contains("\"texels\":64") && text.contains("\"grid\":null"), "{text}");
         let (meshes, mut materials, textures) = scene.into_parts();
         materials.iter_mut().for_each(|m| (m.transmission, m.straight_through) = (0.5, true));
         let glass = Scene::new(meshes, materials, textures).unwrap();

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use lobe_io::Progress;
+use lobe_io::{Portions, Progress};
 use rayon::prelude::*;
 
 use crate::RenderError;
@@ -21,21 +21,13 @@ pub(crate) fn in_portions<T: Send>(
     of: impl Fn(usize) -> T + Sync,
     mut ask: impl FnMut(&[T]) -> Result<(), RenderError>,
 ) -> Result<Vec<T>, RenderError> {
-    let least = rayon::current_num_threads();
-    let mut portion = least;
+    let mut portions = Portions::new(PORTION, rayon::current_num_threads());
     ask(&done)?;
     // At once: growing takes up to three times as much for a while.
     done.reserve_exact(count.saturating_sub(done.len()));
     while done.len() < count {
-        let start = Instant::now();
-        let next = done.len()..(done.len() + portion).min(count);
-        done.par_extend(next.into_par_iter().map(&of));
-        let elapsed = start.elapsed();
-        if elapsed < PORTION / 2 {
-            portion *= 2;
-        } else if elapsed > PORTION {
-            portion = (portion / 2).max(least);
-        }
+        let next = done.len()..done.len().saturating_add(portions.size()).min(count);
+        portions.time(|| done.par_extend(next.into_par_iter().map(&of)));
         ask(&done)?;
     }
     Ok(done)

@@ -52,7 +52,7 @@
 //! | built-in scenes | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | subdivision | [`Scene::split_edges`] |
-//! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`] |
+//! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`]; among surfaces with holes [`SurfaceRays`] |
 //! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::stops`] |
 
 pub mod built_in;
@@ -64,6 +64,7 @@ mod scene;
 
 pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
+pub use bvh::surface_rays::SurfaceRays;
 pub use error::{SceneError, SceneReadOption};
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::{GltfDocument, read_scene_and_document};

@@ -7,14 +7,14 @@ use std::ops::ControlFlow;
 
 use lobe::env::{bundled, project_env};
 use lobe::io::Job;
-use lobe::prt::{BakeOptions, Mode, Receivers, bake};
+use lobe::prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe::scene::{Bvh, built_in};
 use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene)?;
-    let options = BakeOptions::default().mode(Mode::Interreflected).order(4).samples(64);
+    let options = BakeOptions::default().mode(BakeMode::Interreflected).order(4).samples(64);
 
     // A job may be watched, and stopped by `ControlFlow::Break`.
     let mut reports = 0;

@@ -8,7 +8,8 @@ use lobe::env::{bundled, project_env};
 use lobe::image::compare;
 use lobe::io::Job;
 use lobe::prt::{
-    BakeOptions, BakedGlb, CompressOptions, CompressedTransfer, Mode, Receivers, Recipe, WeightBits, bake, read_baked,
+    BakeMode, BakeOptions, BakedGlb, CompressOptions, CompressedTransfer, Receivers, Recipe, WeightBits, bake,
+    read_baked,
 };
 use lobe::scene::{Bvh, SceneReadOptions, built_in};
 use lobe::sh::Expansion as _;
@@ -16,7 +17,7 @@ use lobe::sh::Expansion as _;
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene)?;
-    let options = BakeOptions::default().mode(Mode::Shadowed).order(4).samples(64);
+    let options = BakeOptions::default().mode(BakeMode::Shadowed).order(4).samples(64);
     let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default())?;
     let light = project_env(&bundled::sunset().map(), 4);
     let plain = transfer.exit_radiance(light.coefficients());
@@ -27,7 +28,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         let seen = compare(&compressed.exit_radiance(light.coefficients()), &plain).relative_rmse;
         println!(
             "{clusters} clusters, {components} components: {:.1} times fewer bytes, error {:.1} % of the transfer, {:.1} % of its light",
-            report.ratio(),
+            report.ratio,
             100.0 * report.relative_error,
             100.0 * seen,
         );

@@ -7,7 +7,7 @@ use std::error::Error;
 use lobe::env::{bundled, project_env};
 use lobe::image::{Tone, compare};
 use lobe::io::Job;
-use lobe::prt::{BakeOptions, Mode};
+use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
     BakedScene, Camera, DistantLight, PathOptions, SampleCount, TruthOptions, ViewOptions, light_baked_scene,
     render_truth,
@@ -21,7 +21,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
 
     // Both are lit by the same function: the expansion of order 4.
     let light = project_env(&bundled::sunset().map(), 4);
-    let options = BakeOptions::default().mode(Mode::Shadowed).order(4).samples(256);
+    let options = BakeOptions::default().mode(BakeMode::Shadowed).order(4).samples(256);
     let baked = BakedScene::bake(built_in::ball_over_ground(24), &options, None, Job::default())?;
     let view = ViewOptions::default().width(width).height(height);
     let fast = light_baked_scene(&baked, &light, &camera, &view, |s| light.eval(s), Job::default())?.picture;

@@ -11,6 +11,8 @@ use lobe::io::{IoError, check_writable, remove_abandoned};
 use lobe::sh::{Quantity, ShFile, write_sh_json, write_sh_json_to};
 use serde::Serialize;
 
+use crate::run::system::stdout;
+
 /// A `.sh.json` file to write, or `-` for stdout.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ShOutput {
@@ -48,7 +50,7 @@ impl ShOutput {
     /// Writes the expansion.
     pub(crate) fn write(&self, file: &ShFile) -> anyhow::Result<()> {
         match self {
-            Self::Stdout => write_sh_json_to(io::stdout().lock(), file, "stdout")?,
+            Self::Stdout => write_sh_json_to(stdout().map_err(stdout_error)?, file, "stdout")?,
             Self::File(path) => write_sh_json(path, file)?,
         }
         Ok(())
@@ -109,7 +111,7 @@ pub(crate) fn check_png(path: &Path) -> anyhow::Result<()> {
 
 /// Prints a result on stdout.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
-    let mut stdout = io::stdout().lock();
+    let mut stdout = stdout().map_err(stdout_error)?;
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(stdout_error)
 }
 

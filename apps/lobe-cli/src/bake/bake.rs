@@ -1,11 +1,10 @@
 //! `lobe bake`: the transfer of a scene at its vertices, its texels, or points in space.
 
 use anyhow::anyhow;
-use lobe::io::Fingerprint;
 use lobe::prt::{
     BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Receivers, Recipe, TexelReceivers,
-    bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, fingerprint_scene, write_compressed_transfer,
-    write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, write_compressed_transfer, write_lightmap,
+    write_matrices, write_neighborhood, write_transfer,
 };
 use lobe::scene::{Bvh, GltfDocument, Scene};
 
@@ -13,13 +12,8 @@ use crate::args::output::{self, has_extension};
 use crate::bake::options::{Bake, ModeName};
 use crate::bake::report;
 use crate::bake::split;
-use crate::run::bake_watch::{Checkpoint, tell_if_too_late, watched};
-use crate::run::bake_write::{stop_before_writing, stopped, write_watched};
+use crate::run::bake_watch::{Checkpoint, stop_before_writing, stopped, tell_if_too_late, watched, write_watched};
 use crate::run::talk::Talk;
-
-/// Bytes that a texel of a lightmap takes in memory at most, beside what is written: a place on a triangle, and a
-/// receiver with the plane it is on.
-const TEXEL: u64 = 40 + 44 + 20;
 
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
@@ -109,9 +103,9 @@ impl Bake {
         let recipe = self.recipe(scene, &report);
         // Write the transfer as it is, unless it is to be compressed.
         let Some(compression) = self.compression.options() else {
-            write_watched(&transfer, talk, |transfer| match glb {
-                Some(glb) => glb.write(&self.output, transfer, &recipe),
-                None => write_transfer(&self.output, transfer, &recipe),
+            write_watched(talk, |job| match glb {
+                Some(glb) => glb.write(&self.output, &transfer, &recipe, job),
+                None => write_transfer(&self.output, &transfer, &recipe, job),
             })?;
             return Ok((report, None));
         };
@@ -136,7 +130,7 @@ impl Bake {
         let (matrices, report) =
             checkpoint.watched(talk, |job| bake_matrices_on_disk(scene, &bvh, &receivers, &options, job))?;
         let recipe = self.recipe(scene, &report);
-        write_watched(&matrices, talk, |matrices| write_matrices(&self.output, matrices, &recipe))?;
+        write_watched(talk, |job| write_matrices(&self.output, &matrices, &recipe, job))?;
         Ok(report)
     }
 
@@ -158,9 +152,9 @@ impl Bake {
         let (transfer, report) =
             checkpoint.watched(talk, |job| bake_on_disk(scene, &bvh, texels.receivers(), &options, job))?;
         let (picture, recipe) = (texels.rows(&transfer)?, self.recipe(scene, &report));
-        write_watched(&picture, talk, |rows| match has_extension(&self.output, "exr") {
-            true => write_lightmap(&self.output, rows, &recipe),
-            false => write_transfer(&self.output, rows, &recipe),
+        write_watched(talk, |job| match has_extension(&self.output, "exr") {
+            true => write_lightmap(&self.output, &picture, &recipe, job),
+            false => write_transfer(&self.output, &picture, &recipe, job),
         })?;
         Ok(report)
     }
@@ -171,7 +165,7 @@ impl Bake {
         let is_picture = has_extension(&self.output, "exr");
         let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
         let what = format!("--texels {width}");
-        self.memory.check(&what, numbers + TEXEL * (width * width) as u64, "fewer --texels, or a lower --order")
+        self.memory.check(&what, numbers + TexelReceivers::bytes_for(width), "fewer --texels, or a lower --order")
     }
 
     fn bake_grid(
@@ -189,7 +183,7 @@ impl Bake {
         let (matrices, report) =
             checkpoint.watched(talk, |job| bake_neighborhood_on_disk(scene, &bvh, &grid, &options, job))?;
         let recipe = self.recipe(scene, &report);
-        write_watched(&matrices, talk, |matrices| write_neighborhood(&self.output, &grid, matrices, &recipe))?;
+        write_watched(talk, |job| write_neighborhood(&self.output, &grid, &matrices, &recipe, job))?;
         Ok(report)
     }
 
@@ -222,18 +216,15 @@ impl Bake {
 
     /// The recipe: everything that decides the bytes of the output, and nothing that differs from run to run.
     fn recipe(&self, scene: &Scene, report: &BakeReport) -> Recipe {
-        let mut fingerprint = Fingerprint::of_kind(0);
-        fingerprint_scene(&mut fingerprint, scene);
         let compression = self.compression.options();
         let recipe = Recipe::of_bake(scene, &self.bake_options(), report);
         let recipe = if self.input.is_see_through() { recipe.straight_through(true) } else { recipe };
         recipe
             .scene(self.input.file_name())
-            .scene_hash(fingerprint.to_string())
-            .mode(self.mode.in_recipe())
             .max_edge(self.splitting.max_edge)
             .adaptive(self.splitting.adaptive)
             .min_edge(self.splitting.min_edge)
+            .max_vertices(self.splitting.max_vertices)
             .texels(self.texels)
             .grid(self.grid)
             .grid_box(self.grid_box)

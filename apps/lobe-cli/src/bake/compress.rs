@@ -43,25 +43,10 @@ pub(crate) struct Compress {
 #[derive(Serialize)]
 struct Printed<'a> {
     receivers: usize,
-    clusters: usize,
-    components: usize,
-    squared_error: f64,
-    relative_error: f64,
-    bytes_before: usize,
-    bytes: usize,
-    ratio: f64,
-    iterations: &'a [f64],
+    #[serde(flatten)]
+    report: &'a CompressReport,
     #[serde(skip_serializing_if = "Option::is_none")]
-    curve: Option<Vec<Point>>,
-}
-
-#[derive(Serialize)]
-struct Point {
-    clusters: usize,
-    components: usize,
-    squared_error: f64,
-    relative_error: f64,
-    bytes: usize,
+    curve: Option<Vec<CurvePoint>>,
 }
 
 impl Compress {
@@ -75,17 +60,16 @@ impl Compress {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
         let recipe = recipe
-            .clusters(Some(options.clusters))
-            .components(Some(options.components))
-            .weights(Some(8 * options.weights.bytes()))
+            .clusters(options.clusters)
+            .components(options.components)
+            .weights(8 * options.weights.bytes())
             .relative_error(report.relative_error)
             .compressed_by(env!("CARGO_PKG_VERSION").to_owned());
         write_compressed_transfer(&self.output, &compressed, &recipe)?;
         tell_if_too_late(&self.output, talk);
         let curve = if self.curve { Some(self.curve_of(&transfer, &options, talk)?) } else { None };
         if self.json {
-            let printed = printed(transfer.receivers(), &report, curve.as_deref());
-            output::print_json(&printed)
+            output::print_json(&Printed { receivers: transfer.receivers(), report: &report, curve })
         } else {
             output::print(&text(&report, curve.as_deref()))
         }
@@ -103,37 +87,10 @@ impl Compress {
     }
 }
 
-fn printed<'a>(receivers: usize, report: &'a CompressReport, curve: Option<&[CurvePoint]>) -> Printed<'a> {
-    let point = |p: &CurvePoint| Point {
-        clusters: p.clusters,
-        components: p.components,
-        squared_error: p.squared_error,
-        relative_error: p.relative_error,
-        bytes: p.bytes,
-    };
-    Printed {
-        receivers,
-        clusters: report.clusters,
-        components: report.components,
-        squared_error: report.squared_error,
-        relative_error: report.relative_error,
-        bytes_before: report.bytes_before,
-        bytes: report.bytes,
-        ratio: report.ratio(),
-        iterations: &report.iterations,
-        curve: curve.map(|points| points.iter().map(point).collect()),
-    }
-}
-
 fn text(report: &CompressReport, curve: Option<&[CurvePoint]>) -> String {
     let mut text = format!(
         "clusters        {}\ncomponents      {}\nrelative error  {:.3e}\nbytes           {} of {}, {:.1} times fewer\n",
-        report.clusters,
-        report.components,
-        report.relative_error,
-        report.bytes,
-        report.bytes_before,
-        report.ratio()
+        report.clusters, report.components, report.relative_error, report.bytes, report.bytes_before, report.ratio
     );
     if let Some(points) = curve {
         text += "\nclusters  components  relative error  bytes with weights of 32 bits\n";

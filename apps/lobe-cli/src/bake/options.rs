@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
-use lobe::prt::{AlbedoMode, BakeOptions, Mode, RecipeMode, Transfer};
+use clap::Args;
+use lobe::prt::{AlbedoMode, BakeMode, BakeOptions, Transfer};
 
 use crate::args::compression::Compression;
 use crate::args::memory::MemoryLimit;
@@ -13,10 +13,6 @@ use crate::args::output::has_extension;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
 use crate::bake::split::Splitting;
-
-/// The most paths that a bake takes.
-const MAX_SAMPLES: usize = 1 << 24;
-const MAX_BOUNCES: usize = 255;
 
 const NOTES: &str = "\
 Stopping: results are kept in OUT.checkpoint, those of --adaptive in OUT.checkpoint.split-0, -1 and so on. Ctrl-C (or SIGTERM, SIGHUP) ends \
@@ -85,16 +81,17 @@ pub(crate) struct Bake {
     pub(super) json: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(super) enum ModeName {
-    /// Light that meets nothing on its way
-    Unshadowed,
-    /// Light that the scene may block
-    Shadowed,
-    /// Light that the scene may block, and that its surfaces reflect
-    Interreflected,
-    /// The same light before a vertex reflects it, as matrices: for glossy surfaces
-    Glossy,
+names! {
+    pub(super) enum ModeName for BakeMode {
+        /// Light that meets nothing on its way
+        Unshadowed,
+        /// Light that the scene may block
+        Shadowed,
+        /// Light that the scene may block, and that its surfaces reflect
+        Interreflected,
+        /// The same light before a vertex reflects it, as matrices: for glossy surfaces
+        Glossy,
+    }
 }
 
 names! {
@@ -106,35 +103,16 @@ names! {
     }
 }
 
-impl ModeName {
-    pub(super) const fn mode(self) -> Mode {
-        match self {
-            Self::Unshadowed => Mode::Unshadowed,
-            Self::Shadowed => Mode::Shadowed,
-            Self::Interreflected | Self::Glossy => Mode::Interreflected,
-        }
-    }
-
-    pub(super) const fn in_recipe(self) -> RecipeMode {
-        match self {
-            Self::Unshadowed => RecipeMode::Unshadowed,
-            Self::Shadowed => RecipeMode::Shadowed,
-            Self::Interreflected => RecipeMode::Interreflected,
-            Self::Glossy => RecipeMode::Glossy,
-        }
-    }
-}
-
 fn order(text: &str) -> Result<usize, String> {
     values::whole(text, 1, Transfer::MAX_ORDER, "an order (number of bands)")
 }
 
 fn samples(text: &str) -> Result<u32, String> {
-    values::whole(text, 1, MAX_SAMPLES, "a number of paths").map(|n| n as u32)
+    values::whole(text, 1, BakeOptions::MAX_SAMPLES as usize, "a number of paths").map(|n| n as u32)
 }
 
 fn bounces(text: &str) -> Result<usize, String> {
-    values::whole(text, 0, MAX_BOUNCES, "a number of reflections")
+    values::whole(text, 0, BakeOptions::MAX_BOUNCES, "a number of reflections")
 }
 
 fn texels(text: &str) -> Result<usize, String> {
@@ -161,7 +139,7 @@ impl Bake {
     /// Refuses options that would be ignored.
     pub(super) fn check_options(&self) -> anyhow::Result<()> {
         let is_glossy = self.mode == ModeName::Glossy;
-        let has_bounces = is_glossy || self.mode == ModeName::Interreflected;
+        let has_bounces = BakeMode::from(self.mode).reflects();
         let (has_edges, is_compressed) = (self.splitting.is_asked(), self.compression.options().is_some());
         let is_elsewhere = self.texels.is_some() || self.grid.is_some();
         let ignored = [
@@ -179,6 +157,10 @@ impl Bake {
                 "-o: --mode glossy, --texels and --grid are written as .safetensors",
             ),
             (self.splitting.min_edge.is_some() && !self.splitting.is_adaptive(), "--min-edge: only of --adaptive"),
+            (
+                self.splitting.max_vertices.is_some() && !self.splitting.is_adaptive(),
+                "--max-vertices: only of --adaptive",
+            ),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!(message);
@@ -201,7 +183,7 @@ impl Bake {
         let defaults = BakeOptions::default();
         defaults
             .clone()
-            .mode(self.mode.mode())
+            .mode(self.mode.into())
             .order(self.order)
             .samples(self.samples)
             .bounces(self.bounces.unwrap_or(defaults.bounces))

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lobe::prt::{BakeOptions, BakeReport, CompressReport, Mode};
+use lobe::prt::{BakeOptions, BakeReport, CompressReport};
 use lobe::scene::Scene;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -60,7 +60,7 @@ impl Done<'_> {
             compression: self.compression.map(|saved| {
                 json!({
                     "clusters": saved.clusters, "components": saved.components, "bytes": saved.bytes,
-                    "ratio": saved.ratio(), "relative_error": saved.relative_error,
+                    "ratio": saved.ratio, "relative_error": saved.relative_error,
                 })
             }),
         }
@@ -76,13 +76,13 @@ impl Done<'_> {
             report.seconds,
             100.0 * report.stderr_dc
         );
-        if self.options.mode == Mode::Interreflected {
+        if self.options.mode.reflects() {
             let all = report.energy_left + report.energy_per_bounce.iter().sum::<f64>();
             let left = if all > 0.0 { 100.0 * report.energy_left / all } else { 0.0 };
             text += &format!("; {} bounces, at most {left:.2} % of the light goes on", report.bounces);
         }
         if let Some(saved) = self.compression {
-            text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio(), 100.0 * saved.relative_error);
+            text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio, 100.0 * saved.relative_error);
         }
         text
     }

@@ -1,7 +1,7 @@
 //! Subdivision before a bake: options that split long edges, or those along which transfer changes.
 
 use clap::Args;
-use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, Mode, split_adaptively};
+use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, split_adaptively};
 use lobe::scene::Scene;
 
 use crate::args::values;
@@ -13,12 +13,19 @@ pub(crate) struct Splitting {
     /// Split triangles first until no edge is longer than this, in the scene's unit of length
     #[arg(long, value_name = "L", value_parser = values::positive)]
     pub(crate) max_edge: Option<f64>,
-    /// Split edges whose ends' transfer differs by more than this part of the mean, such as 0.1
+    /// Split edges in whose middle interpolated transfer is off by more than this part of the mean, such as 0.05
     #[arg(long, value_name = "X", value_parser = values::positive)]
     pub(crate) adaptive: Option<f64>,
     /// With --adaptive: leave edges that are shorter than this [default: 1/512 of the scene's diagonal]
     #[arg(long, value_name = "L", value_parser = values::positive)]
     pub(crate) min_edge: Option<f64>,
+    /// With --adaptive: the most vertices, spent where interpolation is worst [default: as many as it takes]
+    #[arg(long, value_name = "N", value_parser = vertices)]
+    pub(crate) max_vertices: Option<usize>,
+}
+
+fn vertices(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, u32::MAX as usize, "a number of vertices")
 }
 
 impl Splitting {
@@ -49,11 +56,11 @@ impl Splitting {
         talk: Talk,
     ) -> anyhow::Result<(Scene, Option<AdaptiveReport>)> {
         let Some(threshold) = self.adaptive else { return Ok((scene, None)) };
-        let mode = if bake.mode == Mode::Unshadowed { Mode::Unshadowed } else { Mode::Shadowed };
+        let mode = if bake.mode == BakeMode::Unshadowed { BakeMode::Unshadowed } else { BakeMode::Shadowed };
         let defaults = AdaptiveOptions::default();
         let bake = bake.clone().mode(mode).samples(defaults.bake.samples);
         let min_edge = self.min_edge.map(|edge| edge as f32);
-        let options = defaults.threshold(threshold).min_edge(min_edge).bake(bake);
+        let options = defaults.threshold(threshold).min_edge(min_edge).max_vertices(self.max_vertices).bake(bake);
         let (finer, report) = checkpoint.watched_rounds(talk, |job| split_adaptively(&scene, &options, job))?;
         Ok((finer, Some(report)))
     }
@@ -61,15 +68,20 @@ impl Splitting {
 
 /// The report of adaptive splitting, as a note: its outcome.
 pub(crate) fn note_of(report: &AdaptiveReport, threshold: f64) -> String {
-    let AdaptiveReport { vertices_before, vertices, rounds, unresolved, largest_change, .. } = report;
+    let AdaptiveReport { vertices_before, vertices, rounds, too_short, left_out, largest_error, .. } = report;
     let text = format!("{vertices} vertices after {rounds} rounds of splitting, {vertices_before} before");
-    match unresolved {
-        0 => format!(
-            "{text}; transfer changes by {largest_change:.3} along any edge at most, --adaptive {threshold} is reached"
-        ),
-        _ => format!(
-            "{text}; --adaptive {threshold} is not reached on {unresolved} edges, too short to be split, where transfer changes \
-             by up to {largest_change:.3}; a smaller --min-edge splits them too"
-        ),
+    if too_short + left_out == 0 {
+        return format!(
+            "{text}; transfer is off by {largest_error:.3} along any edge at most, --adaptive {threshold} is reached"
+        );
     }
+    let reasons = [
+        (too_short, "too short to be split: a smaller --min-edge splits them too"),
+        (left_out, "left out: a larger --max-vertices has room for them"),
+    ];
+    let reasons = reasons.into_iter().filter(|(count, _)| **count > 0).map(|(count, why)| format!("{count} {why}"));
+    format!(
+        "{text}; --adaptive {threshold} is not reached: transfer may be off by up to {largest_error:.3}, on edges of which {}",
+        reasons.collect::<Vec<_>>().join(", ")
+    )
 }

@@ -2,7 +2,7 @@
 
 use lobe::image::{Picture, Pixel, Tone, compare, error_map, write_animated_png};
 use lobe::io::Job;
-use lobe::prt::{BakeOptions, BakeReport, Mode, Receivers, Transfer, bake};
+use lobe::prt::{BakeMode, BakeOptions, BakeReport, Receivers, Transfer, bake};
 use lobe::render::{
     Camera, DistantLight, PathOptions, RenderError, SampleCount, SceneHit, Truth, TruthOptions, ViewOptions,
     render_truth, scene_picture,
@@ -155,7 +155,7 @@ impl Hall {
         let samples = picture as u32;
         // Bake as many bounces as the page says, whatever energy they carry.
         let options = BakeOptions::default()
-            .mode(Mode::Interreflected)
+            .mode(BakeMode::Interreflected)
             .order(SWEEP)
             .samples(samples)
             .bounces(BOUNCES)

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::io::Job;
+use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
     BakedScene, Camera, DistantLight, GlossyLobe, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions,
     ViewOptions, light_baked_scene, light_by_irradiance, render_truth,
@@ -22,9 +23,8 @@ use crate::render::transfer::{Asked, parse_lobe};
 use crate::render::view::ViewInput;
 use crate::run::talk::Talk;
 
-/// Limits of the options. Larger numbers are taken for typing errors.
+/// The most samples; larger numbers are taken for typing errors.
 const MAX_SAMPLES: usize = 1 << 20;
-const MAX_BOUNCES: usize = 255;
 
 /// Samples of a pixel without --samples: paths of the truth, rays of all else.
 const PATHS: usize = 64;
@@ -38,12 +38,6 @@ const IRRADIANCE_ORDER: usize = 3;
 
 /// The lobe without --lobe: about the sharpest that order 4 can show.
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
-
-/// Bytes that a pixel takes in memory at most (test `work_takes_no_more_memory_than_is_said`). Of the truth 14 numbers
-/// four times: traced and on the way to the checkpoint, or in layers, as channels and compressed. Else three numbers
-/// five times: twice as they are, compressed in blocks and as a file, and some room.
-const TRACED_PIXEL: u64 = 4 * 14 * 4;
-const SHADED_PIXEL: u64 = 4 * 3 * 5;
 
 const NOTES: &str = "\
 Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
@@ -140,7 +134,7 @@ fn samples(text: &str) -> Result<usize, String> {
 }
 
 fn bounces(text: &str) -> Result<usize, String> {
-    values::whole(text, 0, MAX_BOUNCES, "a number of reflections")
+    values::whole(text, 0, BakeOptions::MAX_BOUNCES, "a number of reflections")
 }
 
 /// The scene, with transfer where the mode needs it.
@@ -208,9 +202,7 @@ impl Render {
                 let (camera, options) = (&work.camera, self.view_options());
                 let lit = match stage {
                     Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, job),
-                    Stage::Plain(scene, bvh) => {
-                        light_by_irradiance((scene, bvh), &f, camera, &options, background, job)
-                    }
+                    Stage::Plain(scene, bvh) => light_by_irradiance(scene, bvh, &f, camera, &options, background, job),
                 };
                 lit.map(Rendered::Shaded)
             }
@@ -245,9 +237,10 @@ impl Render {
     fn asked(&self) -> Option<Asked> {
         let mode = match self.mode {
             Mode::Truth | Mode::Irradiance => return None,
-            Mode::Unshadowed => lobe::prt::Mode::Unshadowed,
-            Mode::Shadowed => lobe::prt::Mode::Shadowed,
-            Mode::Interreflected | Mode::Glossy => lobe::prt::Mode::Interreflected,
+            Mode::Unshadowed => BakeMode::Unshadowed,
+            Mode::Shadowed => BakeMode::Shadowed,
+            Mode::Interreflected => BakeMode::Interreflected,
+            Mode::Glossy => BakeMode::Glossy,
         };
         let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
         let (order, samples, file) = (self.light.order(), self.bake_samples, self.transfer.clone());
@@ -257,8 +250,8 @@ impl Render {
     /// Refuses a picture that takes too much memory.
     fn check_memory(&self) -> anyhow::Result<()> {
         let (width, height) = self.view.size();
-        let each = if self.mode == Mode::Truth { TRACED_PIXEL } else { SHADED_PIXEL };
-        let bytes = each.saturating_mul((width * height) as u64);
+        let is_truth = self.mode == Mode::Truth;
+        let bytes = if is_truth { self.truth_options().bytes() } else { self.view_options().bytes() };
         self.memory.check(&format!("--size {width}x{height}"), bytes, "a smaller picture")
     }
 

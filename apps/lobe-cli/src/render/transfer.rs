@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use lobe::io::{Job, Progress};
-use lobe::prt::{BakeOptions, BakedOrScene, Mode, RecipeMode, Transfer};
+use lobe::prt::{BakeMode, BakeOptions, BakedOrScene, Transfer};
 use lobe::render::{BakedScene, Camera, GlossyLobe, RenderError, ViewOptions, transfer_bytes};
 use lobe::scene::Scene;
 
@@ -20,7 +20,7 @@ const BAKE_FIRST: &str = "lobe bake can be stopped and continued, and what it wr
 
 /// The transfer that the options ask for.
 pub(crate) struct Asked {
-    pub(crate) mode: Mode,
+    pub(crate) mode: BakeMode,
     pub(crate) order: Option<usize>,
     pub(crate) samples: Option<usize>,
     pub(crate) bounces: Option<usize>,
@@ -98,9 +98,9 @@ impl Asked {
                 );
             }
         }
-        let wanted = if self.lobe.is_some() { "glossy" } else { mode_name(self.mode) };
+        let wanted = self.mode.name();
         // A recipe that does not say is believed.
-        let found = baked.recipe().mode.as_ref().map_or(wanted, RecipeMode::name);
+        let found = baked.recipe().mode_name().unwrap_or(wanted);
         if found != wanted {
             bail!("--mode {wanted}: {name} was baked as {found}; ask for that, or render the scene it was baked from");
         }
@@ -174,14 +174,6 @@ fn check_memory(
 ) -> anyhow::Result<()> {
     let what = format!("transfer of {count} vertices at order {}", options.order);
     memory.check(&what, transfer_bytes(scene, count, options, is_glossy), "a lower --order")
-}
-
-fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Unshadowed => "unshadowed",
-        Mode::Shadowed => "shadowed",
-        Mode::Interreflected => "interreflected",
-    }
 }
 
 #[cfg(test)]

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use lobe::io::{Job, Progress};
-use lobe::prt::PrtError;
+use lobe::prt::{PrtError, split_checkpoints};
 use lobe::render::RenderError;
 
 use crate::run::ctrl_c;
 use crate::run::talk::{ProgressLine, Talk};
 
 /// Advice on work that was stopped and has a checkpoint.
-pub(crate) const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
+const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
 
 /// An error that may say that work was stopped.
 pub(crate) trait Cancellable: Error + Send + Sync + 'static {
@@ -53,6 +53,21 @@ pub(crate) fn watched<T, E: Cancellable>(
     }
 }
 
+/// Writes what a bake has left in its checkpoint. Ctrl-C ends it, and leaves the checkpoint and no output.
+pub(crate) fn write_watched(talk: Talk, write: impl FnOnce(Job<'_>) -> Result<(), PrtError>) -> anyhow::Result<()> {
+    watched(talk, "write", write)?.or_else(|_| stopped())
+}
+
+/// The error when the bake is done, but the work after it was stopped.
+pub(crate) fn stopped<T>() -> anyhow::Result<T> {
+    bail!("stopped after the bake, before its output was written; {GO_ON}")
+}
+
+/// Ends a command whose bake is done if the user has pressed Ctrl-C, before an output that takes no time to write.
+pub(crate) fn stop_before_writing() -> anyhow::Result<()> {
+    if ctrl_c::go_on().is_break() { stopped() } else { Ok(()) }
+}
+
 /// Notes that an output is complete although the user has pressed Ctrl-C.
 pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     if ctrl_c::go_on().is_break() {
@@ -60,12 +75,12 @@ pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     }
 }
 
-/// Shows the progress of a bake, or of other work, which traces no rays. Of splitting also how many edges changed too
-/// much in the last round, each of which has a new vertex.
+/// Shows the progress of a bake, or of other work, which traces no rays. Of splitting also how many edges may be off,
+/// whose middles are baked.
 fn show(line: &ProgressLine, progress: &Progress) {
     let Progress { done, total, rays, round, .. } = *progress;
     let pace = (rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
-    let edges = (round > 0).then(|| format!("round {round}: {total} edges changed too much"));
+    let edges = (round > 0).then(|| format!("round {round}: {total} edges may be off"));
     let parts: Vec<String> = edges.into_iter().chain(pace).collect();
     let text = (!parts.is_empty()).then(|| parts.join(", "));
     line.show(done, total, text.as_deref(), progress.seconds_left());
@@ -87,22 +102,9 @@ impl Checkpoint {
         &self.path
     }
 
-    /// The file of a round of splitting, as [`lobe::prt::split_adaptively`] names it.
-    fn of_round(&self, round: usize) -> PathBuf {
-        let mut name = self.path.clone().into_os_string();
-        name.push(format!(".split-{round}"));
-        name.into()
-    }
-
-    /// The files of the rounds there are. They are made in their order and removed in the reverse one, so that there
-    /// are no gaps.
-    fn rounds(&self) -> Vec<PathBuf> {
-        (0..).map(|round| self.of_round(round)).take_while(|path| path.exists()).collect()
-    }
-
     /// Forgets earlier work.
     pub(crate) fn discard(&self) -> anyhow::Result<()> {
-        let rounds = self.rounds();
+        let rounds = split_checkpoints(&self.path);
         for path in [&self.path].into_iter().chain(rounds.iter().rev()).filter(|path| path.exists()) {
             fs::remove_file(path).map_err(|error| anyhow!("{}: cannot be removed: {error}", path.display()))?;
         }
@@ -113,7 +115,7 @@ impl Checkpoint {
     pub(crate) fn finish(&self) {
         // One that cannot be removed is found to be done by the next bake, which then takes no time.
         let _ = fs::remove_file(&self.path);
-        for path in self.rounds().iter().rev() {
+        for path in split_checkpoints(&self.path).iter().rev() {
             let _ = fs::remove_file(path);
         }
     }
@@ -121,10 +123,10 @@ impl Checkpoint {
     /// Refuses to begin beside a checkpoint that cannot be of this bake, whose splitting, or else whose bake, would be
     /// in vain.
     pub(crate) fn check_kind(&self, is_adaptive: bool) -> anyhow::Result<()> {
-        let first_round = self.of_round(0);
-        let (other, of) = match (is_adaptive, first_round.exists()) {
-            (true, false) if self.path.exists() => (&self.path, "without"),
-            (false, true) => (&first_round, "with"),
+        let rounds = split_checkpoints(&self.path);
+        let (other, of) = match (is_adaptive, rounds.first()) {
+            (true, None) if self.path.exists() => (&self.path, "without"),
+            (false, Some(first)) => (first, "with"),
             _ => return Ok(()),
         };
         bail!(
@@ -195,7 +197,7 @@ impl Checkpoint {
         checkpoint: u64,
         rounds: u64,
     ) -> anyhow::Result<()> {
-        let there: u64 = self.rounds().iter().map(|path| length(path)).sum();
+        let there: u64 = split_checkpoints(&self.path).iter().map(|path| length(path)).sum();
         let rest = [checkpoint.saturating_sub(length(&self.path)), rounds.saturating_sub(there)];
         Self::check_rest(output, bytes, rest[0].saturating_add(rest[1]))
     }
@@ -247,7 +249,6 @@ mod tests {
         let refusal = checkpoint.check_kind(false).unwrap_err().to_string();
         assert!(refusal.contains("split-0: this checkpoint is of a bake with --adaptive; "), "{refusal}");
         assert!(checkpoint.check_kind(true).is_ok(), "its own files");
-        assert_eq!(checkpoint.rounds().len(), 2, "rounds");
         for remove in [Checkpoint::finish, |checkpoint: &Checkpoint| checkpoint.discard().unwrap()] {
             make(&["out.glb.checkpoint"]);
             make(&rounds);

@@ -1,10 +1,10 @@
 //! Running a command: notes and progress, Ctrl-C, checkpoints, and the message when it fails.
 //!
-//! `talk` speaks to the user, `ctrl_c` listens. `bake_watch` watches long work and keeps its checkpoint, `bake_write`
-//! the writing that follows. `failure` turns errors into one line and an exit code. Uses no other room.
+//! `talk` speaks to the user, `ctrl_c` listens. `bake_watch` watches long work and keeps its checkpoint.
+//! `failure` turns errors into one line and an exit code, `system` refused memory and a closed stdout. Uses no other room.
 
 pub(crate) mod bake_watch;
-pub(crate) mod bake_write;
 pub(crate) mod ctrl_c;
 pub(crate) mod failure;
+pub(crate) mod system;
 pub(crate) mod talk;

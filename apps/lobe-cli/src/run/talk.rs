@@ -1,8 +1,14 @@
-//! Notes and progress bars on stderr; progress is drawn on a terminal only.
+//! Notes and progress on stderr: a bar on a terminal, lines in a log.
 
-use std::io::{self, Write as _};
+use std::io::{self, IsTerminal as _, Write as _};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+/// The time after which work has a line in a log, and the time between two lines.
+const LOG_AFTER: Duration = Duration::from_secs(2);
+const LOG_EVERY: Duration = Duration::from_secs(10);
 
 /// Prints notes and progress, unless `--quiet` forbids it.
 #[derive(Clone, Copy)]
@@ -19,49 +25,90 @@ impl Talk {
         }
     }
 
-    /// A bar of `steps` steps; it is drawn on a terminal only.
-    pub(crate) fn bar(self, what: &'static str, steps: u64) -> ProgressBar {
-        if self.quiet {
-            return ProgressBar::hidden();
-        }
-        let bar = ProgressBar::new(steps).with_message(what);
-        match ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %  {eta} left") {
-            Ok(style) => bar.with_style(style),
-            Err(_) => bar,
-        }
+    /// The progress of work of `steps` steps.
+    pub(crate) fn bar(self, what: &'static str, steps: u64) -> ProgressLine {
+        self.line(what, steps, "{prefix} {wide_bar} {percent:>3} %  {eta} left")
     }
 
-    /// A line of progress with its pace; it is drawn on a terminal only.
+    /// The progress of work that knows its pace.
     pub(crate) fn progress(self, what: &'static str) -> ProgressLine {
-        if self.quiet {
-            return ProgressLine(ProgressBar::hidden());
-        }
-        let bar = ProgressBar::new(1).with_prefix(what);
-        ProgressLine(match ProgressStyle::with_template("{prefix} {wide_bar} {percent:>3} %  {msg}") {
+        self.line(what, 1, "{prefix} {wide_bar} {percent:>3} %  {msg}")
+    }
+
+    fn line(self, what: &'static str, steps: u64, template: &str) -> ProgressLine {
+        let bar = if self.quiet { ProgressBar::hidden() } else { ProgressBar::new(steps) };
+        let bar = bar.with_prefix(what);
+        let bar = match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,
-        })
+        };
+        let is_logged = !self.quiet && !io::stderr().is_terminal();
+        ProgressLine { bar, what, log: is_logged.then(|| Mutex::new(Log { next: Instant::now() + LOG_AFTER })) }
     }
 }
 
-/// A line of progress: the part that is done, the pace, the time left. It goes away when dropped.
-pub(crate) struct ProgressLine(ProgressBar);
+/// The progress of work: the part that is done, the pace, the time left. On a terminal it is one line, which goes away when
+/// dropped; elsewhere, as in a log, a line now and then of what takes longer than two seconds.
+pub(crate) struct ProgressLine {
+    bar: ProgressBar,
+    what: &'static str,
+    log: Option<Mutex<Log>>,
+}
+
+/// Lines of progress in a log.
+struct Log {
+    /// When there will be another.
+    next: Instant,
+}
+
+impl Log {
+    fn is_due(&mut self, now: Instant) -> bool {
+        let is_due = now >= self.next;
+        if is_due {
+            self.next = now + LOG_EVERY;
+        }
+        is_due
+    }
+}
 
 impl ProgressLine {
     /// Shows that `done` of `total` steps are done. `pace` is the work of a second with its unit, `seconds_left` an
     /// estimate; either may be unknown.
     pub(crate) fn show(&self, done: usize, total: usize, pace: Option<&str>, seconds_left: Option<f64>) {
-        self.0.set_length(total as u64);
-        self.0.set_position(done as u64);
+        self.bar.set_length(total as u64);
         let left = seconds_left.map(|seconds| format!("{} left", duration(seconds)));
         let parts: Vec<&str> = pace.into_iter().chain(left.as_deref()).collect();
-        self.0.set_message(parts.join(", "));
+        self.bar.set_message(parts.join(", "));
+        self.set_position(done as u64);
+    }
+
+    /// Shows that further steps are done.
+    pub(crate) fn inc(&self, steps: u64) {
+        self.set_position(self.bar.position() + steps);
+    }
+
+    /// Shows that so many steps are done.
+    pub(crate) fn set_position(&self, done: u64) {
+        self.bar.set_position(done);
+        let Some(Ok(mut log)) = self.log.as_ref().map(Mutex::lock) else { return };
+        let total = self.bar.length().unwrap_or(0).max(1);
+        if done < total && log.is_due(Instant::now()) {
+            let (percent, message) = (100 * done / total, self.bar.message());
+            let comma = if message.is_empty() { "" } else { ", " };
+            // A line that nobody can read does not stop the work.
+            let _ = writeln!(io::stderr(), "progress: {}: {percent} %{comma}{message}", self.what);
+        }
+    }
+
+    /// Takes the line away.
+    pub(crate) fn finish_and_clear(&self) {
+        self.bar.finish_and_clear();
     }
 }
 
 impl Drop for ProgressLine {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.finish_and_clear();
     }
 }
 
@@ -94,6 +141,14 @@ mod tests {
     }
 
     #[test]
+    fn a_log_has_a_line_after_two_seconds_and_then_every_ten() {
+        let start = Instant::now();
+        let mut log = Log { next: start + LOG_AFTER };
+        let due = [0, 1, 2, 3, 11, 12, 13, 30].map(|second| log.is_due(start + Duration::from_secs(second)));
+        assert_eq!(due, [false, false, true, false, false, true, false, true], "lines");
+    }
+
+    #[test]
     fn a_line_says_pace_and_time_left_where_they_are_known() {
         let line = Talk { quiet: false }.progress("bake");
         for (pace, seconds, text) in [
@@ -103,7 +158,11 @@ mod tests {
             (None, None, ""),
         ] {
             line.show(3, 7, pace, seconds);
-            assert_eq!((line.0.position(), line.0.length(), line.0.message().as_str()), (3, Some(7), text), "shown");
+            assert_eq!(
+                (line.bar.position(), line.bar.length(), line.bar.message().as_str()),
+                (3, Some(7), text),
+                "shown"
+            );
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `lobe bake`: its outputs, and refusals in one line before any work.
 
-use lobe::prt::{RecipeMode, read_compressed_transfer, read_matrices, read_neighborhood, read_transfer};
+use lobe::prt::{BakeMode, read_compressed_transfer, read_matrices, read_neighborhood, read_transfer};
 use lobe::scene::{Mesh, SceneReadOptions, built_in, read_scene};
 use serde_json::{Value, json};
 
@@ -68,12 +68,7 @@ fn a_file_comes_back_vertex_for_vertex_with_transfer() {
     let (scene, _) = read_scene(dir.path("scene.gltf"), &SceneReadOptions::default()).unwrap();
     assert_eq!(baked.scene.meshes(), scene.meshes(), "meshes");
     assert_eq!((baked.transfer.order(), baked.transfer.receivers()), (3, 4), "transfer");
-    assert_eq!(
-        (&baked.recipe.mode, baked.recipe.samples),
-        (&Some(RecipeMode::Shadowed), Some(64)),
-        "{:?}",
-        baked.recipe
-    );
+    assert_eq!((&baked.recipe.mode, baked.recipe.samples), (&Some(BakeMode::Shadowed), Some(64)), "{:?}", baked.recipe);
     // Nothing in the way: all of the light, T_0 = y_0 for a white surface.
     let t = baked.transfer.vector(0, 0)[0];
     assert!((t - 0.28209479).abs() < 1e-5, "{t}");
@@ -104,7 +99,7 @@ fn built_in_scenes_and_split_ones_are_written_as_they_were_baked() {
     let (transfer, recipe) = read_transfer(dir.path("out.safetensors")).unwrap();
     let split = scene.split_edges(0.1).unwrap();
     assert_eq!(transfer.receivers(), split.vertex_count(), "vertices of the split scene");
-    assert_eq!(recipe.max_edge, Some(Some(0.1)), "{recipe:?}");
+    assert_eq!(recipe.max_edge, Some(0.1), "{recipe:?}");
 }
 
 #[test]
@@ -132,14 +127,14 @@ fn edges_are_split_where_transfer_changes() {
     let bake = "bake wall.obj -o out.glb --order 2 --samples 16 --mode shadowed --quiet --max-edge 2";
     dir.lobe(bake).stdout();
     let even = dir.baked("out.glb").scene;
-    dir.lobe(&format!("{bake} --adaptive 0.2 --min-edge 0.3")).stdout();
+    dir.lobe(&format!("{bake} --adaptive 0.02 --min-edge 0.3")).stdout();
     let fine = dir.baked("out.glb").scene;
     let near = |scene: &lobe::scene::Scene, inside: bool| {
         let positions = scene.meshes().iter().flat_map(Mesh::positions);
         positions.filter(|p| (p[0].abs().max(p[1].abs()) < 3.0) == inside).count()
     };
     let (gained, elsewhere) = (near(&fine, true) - near(&even, true), near(&fine, false) - near(&even, false));
-    assert!(gained > 50 && elsewhere * 4 < gained, "{gained} new vertices near the wall, {elsewhere} elsewhere");
+    assert!(gained > 20 && elsewhere * 4 < gained, "{gained} new vertices near the wall, {elsewhere} elsewhere");
 }
 
 #[test]
@@ -157,7 +152,7 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
     assert_eq!((compressed.table().components(), compressed.order()), (2, 2), "compressed");
     bake("scene.gltf -o c.safetensors --clusters 2");
     let recipe = read_compressed_transfer(dir.path("c.safetensors")).unwrap().1;
-    assert_eq!((recipe.samples, recipe.clusters), (Some(8), Some(Some(2))), "{recipe:?}");
+    assert_eq!((recipe.samples, recipe.clusters), (Some(8), Some(2)), "{recipe:?}");
     assert!(recipe.scene_hash.is_some() && recipe.relative_error.is_some(), "{recipe:?}");
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
     bake("t.obj -o t.safetensors --texels 8");
@@ -177,7 +172,7 @@ fn points_of_a_grid_are_off_the_floor_or_where_they_are_asked_for() {
         let open = found.matrices().matrix(point, 0)[0];
         assert!(open < 0.85, "{open} of the sky arrives at {place:?}");
     }
-    assert_eq!(recipe.grid, Some(Some([3, 3, 4])), "{recipe:?}");
+    assert_eq!(recipe.grid, Some([3, 3, 4]), "{recipe:?}");
     dir.lobe(&format!("{bake} b.safetensors --grid-box 1,1,9,-1,-1,5")).stdout();
     let corners = read_neighborhood(dir.path("b.safetensors")).unwrap().0.grid().corners();
     assert_eq!(corners, [[-1.0, -1.0, 5.0], [1.0, 1.0, 9.0]], "the box asked for");
@@ -198,7 +193,7 @@ fn a_scene_far_from_its_origin_has_the_transfer_of_one_that_is_near() {
     };
     dir.file("near.obj", wall([0.0; 3]));
     dir.file("far.obj", wall([1e5, -7e5, 65536.0]));
-    for options in ["", "--adaptive 0.2 --min-edge 0.25", "--mode glossy", "--grid 2,2,2"] {
+    for options in ["", "--adaptive 0.05 --min-edge 0.25", "--mode glossy", "--grid 2,2,2"] {
         let [near, far] = ["near", "far"].map(|name| {
             let bake = format!("bake {name}.obj -o {name}.safetensors --order 3 --samples 256 {options}");
             let (_, said) = dir.lobe(&bake).succeeds();
@@ -219,6 +214,7 @@ fn options_that_would_be_ignored_or_cannot_be_are_refused() {
         ("--mode shadowed --bounces 2", "--bounces: only of --mode interreflected and glossy"),
         ("--mode shadowed --energy-stop 0", "--energy-stop: only of --mode interreflected and glossy"),
         ("--min-edge 1", "--min-edge: only of --adaptive"),
+        ("--max-vertices 9", "--max-vertices: only of --adaptive"),
         ("--mode glossy", "-o: --mode glossy, --texels and --grid are written as .safetensors"),
         ("--texels 4 --max-edge 1", "--max-edge and --adaptive: light is not at vertices with --texels and --grid"),
         ("--mode glossy --clusters 2", "--clusters, --components and --weights: not of --mode glossy"),

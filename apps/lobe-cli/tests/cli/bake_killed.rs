@@ -14,7 +14,7 @@ fn start(dir: &Dir, args: &str) -> Child {
     command.args(args.split(' ')).current_dir(dir.path("")).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Waits until `is_time`, or the command has come to its end by itself, which is what is returned.
+/// Waits until `is_time`, or the command has come to its end by itself, which is what is returned: it is not to fail.
 pub(crate) fn ends_before(child: &mut Child, mut is_time: impl FnMut() -> bool) -> bool {
     while !is_time() {
         if let Some(status) = child.try_wait().unwrap() {
@@ -28,7 +28,7 @@ pub(crate) fn ends_before(child: &mut Child, mut is_time: impl FnMut() -> bool) 
 
 /// The part of the records in a checkpoint that is done: their checksums, at their ends, are no longer zero. None without
 /// a file.
-fn part_done(path: &Path) -> f64 {
+pub(crate) fn part_done(path: &Path) -> f64 {
     let bytes = fs::read(path).unwrap_or_default();
     let Some(header) = bytes.get(..64).filter(|header| header.starts_with(b"LOBE")) else { return 0.0 };
     let [records, len] = [16, 24].map(|at| u64::from_le_bytes(header[at..at + 8].try_into().unwrap()) as usize);

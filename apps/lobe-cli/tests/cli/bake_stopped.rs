@@ -1,11 +1,11 @@
 //! Ctrl-C in `lobe bake`, `compress` and `fit-lobes`: the files that are left, and resumption by the same command.
 
 use std::fs;
-use std::thread::sleep;
-use std::time::Duration;
 
-use crate::bake_killed::half_written;
+use crate::bake_killed::{ends_before, half_written, part_done};
 use crate::harness::Dir;
+#[cfg(target_os = "linux")]
+use crate::stopped::stopped_at_work;
 use crate::stopped::{line, started, stopped};
 
 /// The end of a line that says how to continue.
@@ -13,28 +13,6 @@ const GO_ON: &str = "; the same command goes on from there, --fresh starts anew\
 
 /// A bake that takes no time, of enough vertices that the work after it takes long.
 const MANY: &str = "bake built-in:ball --max-edge 0.1 --order 4 --mode unshadowed --quiet";
-
-/// Starts a command that takes minutes and presses Ctrl-C, later each time until `is_meant` says of its line that it
-/// was at the right moment; that line. What it leaves otherwise is removed.
-fn pressed_until(dir: &Dir, args: &str, leaves: &[&str], is_meant: impl Fn(&str) -> bool) -> String {
-    let before = dir.names();
-    for tenths in [5, 10, 20, 40, 80, 160, 320] {
-        let child = started(dir, args);
-        sleep(Duration::from_millis(100 * tenths));
-        let output = stopped(dir, child, "").unwrap_or_else(|| panic!("lobe {args} was done after {tenths} tenths"));
-        // Where it had not begun its work, it ended as any program does.
-        if output.status.code().is_some() {
-            let line = line(output);
-            if is_meant(&line) {
-                return line;
-            }
-        }
-        for name in leaves.iter().filter(|name| !before.iter().any(|old| old == *name)) {
-            let _ = fs::remove_file(dir.path(name));
-        }
-    }
-    panic!("lobe {args} was never at the right moment");
-}
 
 #[test]
 fn a_bake_that_was_stopped_goes_on_to_the_same_bytes() {
@@ -97,19 +75,23 @@ fn adaptive_splitting_that_was_stopped_goes_on_to_the_same_bytes() {
 fn compression_after_a_bake_stops_and_keeps_the_bake() {
     let dir = Dir::new();
     let args = format!("{MANY} -o out.glb --clusters 65536");
-    let line = pressed_until(&dir, &args, &["out.glb.checkpoint"], |line| !line.contains(" points"));
+    let mut child = started(&dir, &args);
+    let checkpoint = dir.path("out.glb.checkpoint");
+    assert!(!ends_before(&mut child, || part_done(&checkpoint) == 1.0), "done before it could be stopped");
+    let line = line(stopped(&dir, child, "").unwrap());
     assert_eq!(line, format!("lobe: stopped after the bake, before its output was written{GO_ON}"), "said");
     assert_eq!(dir.names(), ["out.glb.checkpoint"], "files after Ctrl-C");
     let (_, said) = dir.lobe(&format!("{} -o out.glb", MANY.replace(" --quiet", ""))).succeeds();
     assert!(said.contains("found; going on from 100 %"), "nothing is baked twice: {said}");
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn compression_and_fits_stop_and_write_nothing() {
     let dir = Dir::new();
     dir.lobe(&format!("{MANY} -o in.safetensors")).stdout();
     for command in ["compress in.safetensors --clusters 65536", "fit-lobes in.safetensors --lobes 8"] {
-        let line = pressed_until(&dir, &format!("{command} -o out.safetensors"), &[], |_| true);
+        let line = line(stopped_at_work(&dir, &format!("{command} --quiet -o out.safetensors")));
         assert_eq!(line, "lobe: stopped; nothing is written, and the same command starts anew\n", "{command}");
         assert_eq!(dir.names(), ["in.safetensors"], "files after {command}");
     }

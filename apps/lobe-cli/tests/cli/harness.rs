@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, ExitStatus, Output, Stdio};
 
 use lobe::env::{EnvMap, PictureWriteOptions, write_env};
 use lobe::prt::{Baked, read_baked};
@@ -104,12 +104,19 @@ impl TestCommand {
         child.wait_with_output().unwrap()
     }
 
+    /// Runs the command; what it returns, stdout, and stderr but for lines of progress, of which a slow machine has more.
+    fn texts(self) -> (ExitStatus, String, String) {
+        let Output { status, stdout, stderr } = self.output();
+        let [stdout, stderr] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        let lines = stderr.split_inclusive('\n').filter(|line| !line.starts_with("progress: "));
+        (status, stdout, lines.collect())
+    }
+
     /// Runs the command, which must succeed; stdout and stderr.
     pub(crate) fn succeeds(self) -> (String, String) {
         let args = self.args.clone();
-        let output = self.output();
-        let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        assert_eq!(output.status.code(), Some(0), "exit code of lobe {args}; stderr: {stderr}");
+        let (status, stdout, stderr) = self.texts();
+        assert_eq!(status.code(), Some(0), "exit code of lobe {args}; stderr: {stderr}");
         (stdout, stderr)
     }
 
@@ -125,9 +132,8 @@ impl TestCommand {
     /// without `lobe: `.
     pub(crate) fn error(self) -> String {
         let args = self.args.clone();
-        let output = self.output();
-        let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        assert_eq!(output.status.code(), Some(2), "exit code of lobe {args}; stderr: {stderr}");
+        let (status, stdout, stderr) = self.texts();
+        assert_eq!(status.code(), Some(2), "exit code of lobe {args}; stderr: {stderr}");
         assert_eq!(stdout, "", "stdout of lobe {args}");
         let line = stderr.strip_prefix("lobe: ").and_then(|rest| rest.strip_suffix('\n'));
         let line = line.unwrap_or_else(|| panic!("stderr of lobe {args} is no line of ours: {stderr:?}"));

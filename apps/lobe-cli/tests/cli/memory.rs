@@ -79,6 +79,25 @@ fn what_the_system_does_not_give_is_told_and_nothing_aborts() {
     assert_eq!(dir.names(), before, "nothing was written");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_that_is_refused_in_the_middle_of_work_is_a_line_and_no_fault() {
+    let dir = Dir::new();
+    // Triangles by the million, in 384 MiB.
+    let output = limited(&dir, 3 << 17, "bake built-in:ball --max-edge 0.004 -o a.glb");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let last = stderr.lines().last().unwrap_or_default();
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(last.starts_with("lobe: out of memory: ") && last.contains(" more bytes were asked for"), "{stderr}");
+    assert!(!dir.path("a.glb").exists(), "no output");
+}
+
+#[cfg(not(target_os = "linux"))]
+#[test]
+fn memory_that_is_refused_in_the_middle_of_work_is_a_line_and_no_fault() {
+    lobe_testkit::skipped("this system does not limit the memory of a program");
+}
+
 /// Runs `lobe` to its end, which must be good, and returns the most bytes that it had in memory; what it took in its
 /// last millisecond may be missing.
 #[cfg(target_os = "linux")]
@@ -121,7 +140,6 @@ fn work_takes_no_more_memory_than_is_said() {
         let found = peak(&dir, &args) - own;
         // Up to a quarter was seen to stay with the allocator.
         assert!(found < said + said / 4 + SLACK, "{args}: {found} bytes more than {own}, {said} were said");
-        assert!(found > said / 3, "{args}: {found} bytes, {said} were said");
     }
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use lobe::image::{Picture, PictureReadOptions, Tone, read_picture};
+use lobe::io::Job;
 use lobe::prt::{Channels, Recipe, Transfer, read_transfer, write_lightmap};
 use lobe::sh::{Quantity, Rgb, ShVec};
 use serde_json::Value;
@@ -257,7 +258,7 @@ fn a_pattern_planted_in_a_lightmap_is_seen_where_its_texels_are() {
     // Even light of radiance 1 is √(4π) y_0.
     let values = (0..64).map(|texel| (planted(texel % 8, texel / 8) / (4.0 * PI).sqrt()) as f32).collect();
     let transfer = Transfer::new(1, Channels::Gray, values).unwrap();
-    write_lightmap(dir.path("p.exr"), &transfer, &Recipe::default()).unwrap();
+    write_lightmap(dir.path("p.exr"), &transfer, &Recipe::default(), Job::default()).unwrap();
     // Seen from above +x is up and +y to the left: 8 x 8 pixels of two by two rays, each over a texel.
     let fov = 2.0 * f64::atan(0.1).to_degrees();
     let args =

@@ -1,9 +1,8 @@
 //! Ctrl-C in `lobe render`: the files that are left, and resumption by the same command.
 
 use std::process::{Child, Command, Output, Stdio};
-use std::thread::sleep;
-use std::time::Duration;
 
+use crate::bake_killed::{ends_before, part_done};
 use crate::harness::Dir;
 
 pub(crate) fn started(dir: &Dir, args: &str) -> Child {
@@ -19,13 +18,25 @@ pub(crate) fn stopped(dir: &Dir, child: Child, file: &str) -> Option<Output> {
 
 /// Sends a signal as soon as a file is there; the output of the command, or none if it was done before.
 fn signaled(dir: &Dir, mut child: Child, file: &str, signal: &str) -> Option<Output> {
-    while !dir.path(file).exists() && child.try_wait().unwrap().is_none() {
-        sleep(Duration::from_millis(5));
-    }
-    sleep(Duration::from_millis(50));
+    ends_before(&mut child, || dir.path(file).exists());
     Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
     let output = child.wait_with_output().unwrap();
     (!output.status.success()).then_some(output)
+}
+
+/// Starts a command and presses Ctrl-C as soon as it listens, which is when its long work begins; its output.
+#[cfg(target_os = "linux")]
+pub(crate) fn stopped_at_work(dir: &Dir, args: &str) -> Output {
+    let mut child = started(dir, args);
+    let status = format!("/proc/{}/status", child.id());
+    // A mask of the signals that have a handler; SIGINT is number 2.
+    let listens = || {
+        let status = std::fs::read_to_string(&status).unwrap_or_default();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        caught.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() >> 1 & 1 == 1)
+    };
+    assert!(!ends_before(&mut child, listens), "lobe {args} was done before it listened");
+    stopped(dir, child, "").unwrap_or_else(|| panic!("lobe {args} was done before it could be stopped"))
 }
 
 /// The one line with which a command that was stopped ends.
@@ -87,15 +98,14 @@ fn what_was_started_with_nohup_does_not_hear_that_the_terminal_is_gone() {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("trap '' HUP; exec {lobe} {args}")]).current_dir(dir.path("")).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
-    while !dir.path("out.exr.checkpoint").exists() {
-        sleep(Duration::from_millis(5));
-    }
+    let checkpoint = dir.path("out.exr.checkpoint");
+    assert!(!ends_before(&mut child, || part_done(&checkpoint) > 0.0), "done before the signal");
     let kill = |signal: &str, child: &Child| {
         Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
     };
     kill("-HUP", &child);
-    sleep(Duration::from_millis(500));
-    assert!(child.try_wait().unwrap().is_none(), "it goes on after SIGHUP");
+    let before = part_done(&checkpoint);
+    assert!(!ends_before(&mut child, || part_done(&checkpoint) > before), "it goes on after SIGHUP");
     kill("-TERM", &child);
     assert!(line(child.wait_with_output().unwrap()).starts_with("lobe: stopped before the end"), "after SIGTERM");
 }
@@ -117,21 +127,16 @@ fn frames_that_were_complete_stay_and_nothing_is_half_written() {
     }
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn a_bake_on_the_way_to_a_picture_stops_and_keeps_nothing() {
     let dir = Dir::new();
     let args = "render built-in:ball --env bundled:studio --mode shadowed --bake-samples 2048 --quiet -o out.png";
-    for seconds in [1, 2, 4, 8, 16] {
-        let child = started(&dir, args);
-        sleep(Duration::from_secs(seconds));
-        let output = stopped(&dir, child, "").unwrap();
-        assert_eq!(dir.names(), Vec::<String>::new(), "files");
-        if output.status.code().is_some() {
-            let line = line(output);
-            let said = "lobe: stopped while transfer was baked, of which nothing is kept; lobe bake can";
-            return assert!(line.starts_with(said), "{line}");
-        }
-        // It had not begun to bake, and ended as any program does.
-    }
-    panic!("the bake never began");
+    let output = stopped_at_work(&dir, args);
+    assert_eq!(dir.names(), Vec::<String>::new(), "files");
+    let line = line(output);
+    assert!(
+        line.starts_with("lobe: stopped while transfer was baked, of which nothing is kept; lobe bake can"),
+        "{line}"
+    );
 }

@@ -98,3 +98,30 @@ fn a_reader_that_goes_away_is_no_error() {
         assert_eq!((output.status.code(), stderr.as_str()), (Some(0), ""), "exit code and stderr of lobe {args}");
     }
 }
+
+/// Runs `lobe` with a stdout that is closed.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+fn closed(dir: &Dir, args: &str) -> std::process::Output {
+    let line = format!("exec {} {args} >&-", env!("CARGO_BIN_EXE_lobe"));
+    Command::new("sh").args(["-c", &line]).current_dir(dir.path("")).output().unwrap()
+}
+
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+#[test]
+fn a_result_that_a_closed_stdout_would_lose_is_an_error_and_all_else_is_none() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(2, 1.0));
+    for args in [
+        "sh eval p.sh.json --dir 0,0,1",
+        "sh eval p.sh.json --json --dir 0,0,1",
+        "sh rotate p.sh.json --quat 0,0,0,1 -o -",
+    ] {
+        let output = closed(&dir, args);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        let said = "lobe: stdout: it is closed, so the result would be lost; open it, or send it to /dev/null\n";
+        assert_eq!((output.status.code(), stderr.as_str()), (Some(2), said), "lobe {args}");
+    }
+    let output = closed(&dir, "sh rotate p.sh.json --quat 0,0,0,1 -o q.sh.json");
+    assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "nothing is printed");
+    assert_eq!(dir.read_sh("q.sh.json").coefficients, dir.read_sh("p.sh.json").coefficients, "the file");
+}

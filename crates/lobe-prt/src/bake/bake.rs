@@ -8,10 +8,10 @@ use lobe_scene::{Bvh, Scene};
 use crate::bake::diffuse::Diffuse;
 use crate::bake::pilot::{Pilot, pilot};
 use crate::job::checkpoint::Checkpoint;
+use crate::job::checkpoint::StoredRows;
 use crate::job::chunks::{Estimator, Memory, Tally, run};
 use crate::job::fingerprint::fingerprint_scene;
-use crate::job::stored_rows::StoredRows;
-use crate::{BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
+use crate::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
 
 /// Bakes the transfer vectors of receivers in a scene.
 ///
@@ -32,12 +32,12 @@ use crate::{BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transf
 ///
 /// ```
 /// use lobe_io::Job;
-/// use lobe_prt::{BakeOptions, Mode, Receivers, bake};
+/// use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 /// use lobe_scene::{Bvh, built_in};
 ///
 /// let scene = built_in::ball_over_ground(8);
 /// let receivers = Receivers::at_vertices(&scene)?;
-/// let options = BakeOptions::default().mode(Mode::Shadowed).order(3).samples(64);
+/// let options = BakeOptions::default().mode(BakeMode::Shadowed).order(3).samples(64);
 /// let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default())?;
 /// assert_eq!((transfer.receivers(), report.rays), (receivers.len(), 64 * receivers.len() as u64));
 /// # Ok::<(), lobe_prt::PrtError>(())
@@ -170,6 +170,10 @@ fn prepare<'a>(
     options: &'a BakeOptions,
 ) -> Result<PreparedBake<Diffuse<'a>>, PrtError> {
     options.check()?;
+    if options.mode == BakeMode::Glossy {
+        let message = "expected light that receivers reflect, found glossy; bake_matrices bakes the matrices of that";
+        return Err(PrtError::Options(message.to_owned()));
+    }
     check_tree(scene, bvh)?;
     let diffuse = Diffuse::new(scene, bvh, receivers, options);
     Ok(PreparedBake::new(diffuse, options.energy_stop, |diffuse, bounces| diffuse.bounces = bounces))

@@ -1,6 +1,6 @@
 //! Diffuse transfer: the vectors of matte receivers by Monte Carlo sampling.
 
-use lobe_scene::{Bvh, Ray, Scene};
+use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 
 use crate::bake::basis_sum::BasisSum;
@@ -9,7 +9,7 @@ use crate::job::chunks::{Estimator, Tally};
 use crate::receivers::planes::is_below;
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
-use crate::{AlbedoMode, BakeOptions, Channels, Mode, Receivers};
+use crate::{AlbedoMode, BakeMode, BakeOptions, Channels, Receivers};
 
 /// The estimator of transfer vectors.
 ///
@@ -40,7 +40,7 @@ pub(crate) struct Scratch {
 impl<'a> Diffuse<'a> {
     pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, receivers: &'a Receivers, options: &'a BakeOptions) -> Self {
         Self {
-            tracer: Tracer::new(scene, bvh),
+            tracer: Tracer(SurfaceRays::new(scene, bvh)),
             receivers,
             options,
             bounces: options.most_bounces(),
@@ -67,7 +67,7 @@ impl<'a> Diffuse<'a> {
         directions.clear();
         directions.extend(self.order.iter().map(|&index| frame.cosine(sobol.point(index, 0))));
         occluded.resize(directions.len(), false);
-        self.tracer.occluded_from_into(origin, directions, occluded);
+        self.tracer.0.occluded_from_into(origin, directions, occluded);
         // Add the basis in the directions that see the light.
         let planes = self.receivers.planes(receiver);
         let (mut escaped, mut met) = (0_u32, 0_u32);
@@ -167,7 +167,7 @@ impl Estimator for Diffuse<'_> {
 
     fn scratch(&self) -> Scratch {
         // Visibility alone has no hue.
-        let channels = if self.options.mode == Mode::Interreflected { self.channels.count() } else { 1 };
+        let channels = if self.options.mode.reflects() { self.channels.count() } else { 1 };
         Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
     }
 
@@ -177,9 +177,9 @@ impl Estimator for Diffuse<'_> {
 
     fn estimate(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
         match self.options.mode {
-            Mode::Unshadowed => self.unshadowed(receiver, row),
-            Mode::Shadowed => self.shadowed(seed, receiver, scratch, row),
-            Mode::Interreflected => self.interreflected(seed, receiver, scratch, row),
+            BakeMode::Unshadowed => self.unshadowed(receiver, row),
+            BakeMode::Shadowed => self.shadowed(seed, receiver, scratch, row),
+            BakeMode::Interreflected | BakeMode::Glossy => self.interreflected(seed, receiver, scratch, row),
         }
     }
 }

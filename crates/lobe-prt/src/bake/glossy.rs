@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use lobe_io::{Fingerprint, Job};
-use lobe_scene::{Bvh, Ray, Scene};
+use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 
 use crate::bake::bake::{PreparedBake, check_tree};
 use crate::bake::outer_sum::OuterSum;
@@ -13,12 +13,12 @@ use crate::job::fingerprint::fingerprint_scene;
 use crate::receivers::planes::is_below;
 use crate::sampling::sobol::{Sobol, coherent_order};
 use crate::sampling::warp::{Frame, sphere};
-use crate::{BakeOptions, BakeReport, Channels, Mode, PrtError, Receivers, StoredMatrices, TransferMatrices};
+use crate::{BakeMode, BakeOptions, BakeReport, Channels, PrtError, Receivers, StoredMatrices, TransferMatrices};
 
 /// Bakes the transfer matrix of every receiver; its albedo is not in it.
 ///
 /// [`BakeOptions`] mean what they mean to [`fn@crate::bake`]; directions are uniform over the hemisphere. With
-/// [`Mode::Unshadowed`] nothing is in the way. Memory: `4 n⁴` bytes for each receiver and channel, 1 KiB at order 4.
+/// [`BakeMode::Unshadowed`] nothing is in the way. Memory: `4 n⁴` bytes for each receiver and channel, 1 KiB at order 4.
 ///
 /// # Errors
 /// Those of [`fn@crate::bake`].
@@ -96,7 +96,7 @@ fn prepare<'a>(
     options.check()?;
     check_tree(scene, bvh)?;
     let matrices = Matrices {
-        tracer: Tracer::new(scene, bvh),
+        tracer: Tracer(SurfaceRays::new(scene, bvh)),
         points,
         options,
         bounces: options.most_bounces(),
@@ -139,8 +139,8 @@ impl Matrices<'_> {
     /// The end of the path that starts along a ray.
     fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
         match self.options.mode {
-            Mode::Unshadowed => PathEnd::Escaped { direction: ray.direction, throughput: [1.0; 3], bounce: 0 },
-            Mode::Shadowed | Mode::Interreflected => self.tracer.follow(ray, self.bounces, sobol, index, rays),
+            BakeMode::Unshadowed => PathEnd::Escaped { direction: ray.direction, throughput: [1.0; 3], bounce: 0 },
+            _ => self.tracer.follow(ray, self.bounces, sobol, index, rays),
         }
     }
 }
@@ -183,7 +183,7 @@ impl Estimator for Matrices<'_> {
             // Start a path uniformly over the hemisphere, or over the sphere.
             let point = sobol.point(index, 0);
             let first = frame.map_or_else(|| sphere(point), |frame| frame.hemisphere(point));
-            if self.options.mode != Mode::Unshadowed && is_below(planes, first) {
+            if self.options.mode != BakeMode::Unshadowed && is_below(planes, first) {
                 continue;
             }
             // Follow it to its end.

@@ -10,17 +10,41 @@ use crate::{Channels, PrtError};
 
 /// The light paths of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-pub enum Mode {
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum BakeMode {
     /// Direct light without occlusion: the closed form.
     Unshadowed,
     /// Direct light with shadows.
     Shadowed,
     /// Shadows and interreflections.
     Interreflected,
+    /// The same before a receiver reflects it: of matrices alone.
+    Glossy,
+}
+
+impl BakeMode {
+    /// The name in recipes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unshadowed => "unshadowed",
+            Self::Shadowed => "shadowed",
+            Self::Interreflected => "interreflected",
+            Self::Glossy => "glossy",
+        }
+    }
+
+    /// Whether surfaces send light on.
+    #[must_use]
+    pub fn reflects(self) -> bool {
+        matches!(self, Self::Interreflected | Self::Glossy)
+    }
 }
 
 /// Where the albedo of the receivers is; that of the surfaces which light meets on its way is always in the transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub enum AlbedoMode {
     /// Each receiver's is a factor of its transfer. Between receivers it is interpolated with the light: detail of
     /// textures is lost.
@@ -36,12 +60,12 @@ pub enum AlbedoMode {
 #[non_exhaustive]
 pub struct BakeOptions {
     /// The light paths.
-    pub mode: Mode,
+    pub mode: BakeMode,
     /// Number of bands, 1 to 8.
     pub order: usize,
-    /// Paths from each receiver, at most 2²⁴. Powers of two are distributed best.
+    /// Paths from each receiver, at most [`BakeOptions::MAX_SAMPLES`]. Powers of two are distributed best.
     pub samples: u32,
-    /// Reflections at most, for [`Mode::Interreflected`]; at most 255.
+    /// Reflections at most, where the mode [has any](BakeMode::reflects); at most [`BakeOptions::MAX_BOUNCES`].
     pub bounces: usize,
     /// Bounces that carry less than this part of the energy are left out, see [`BakeReport::energy_per_bounce`]; 0
     /// keeps all.
@@ -59,7 +83,7 @@ impl Default for BakeOptions {
     /// out.
     fn default() -> Self {
         Self {
-            mode: Mode::Interreflected,
+            mode: BakeMode::Interreflected,
             order: 4,
             samples: 1024,
             bounces: 3,
@@ -72,14 +96,20 @@ impl Default for BakeOptions {
 }
 
 impl BakeOptions {
+    /// The most paths from a receiver.
+    pub const MAX_SAMPLES: u32 = 1 << 24;
+
+    /// The most reflections of a path.
+    pub const MAX_BOUNCES: usize = 255;
+
     pub(crate) fn check(&self) -> Result<(), PrtError> {
         let refuse = |message: String| Err(PrtError::Options(message));
         check_order(self.order)?;
-        if !(1..=1 << 24).contains(&self.samples) {
+        if !(1..=Self::MAX_SAMPLES).contains(&self.samples) {
             return refuse(format!("expected 1 to 2^24 samples, found {}", self.samples));
         }
-        if self.bounces > 255 {
-            return refuse(format!("expected at most 255 bounces, found {}", self.bounces));
+        if self.bounces > Self::MAX_BOUNCES {
+            return refuse(format!("expected at most {} bounces, found {}", Self::MAX_BOUNCES, self.bounces));
         }
         if !(0.0..1.0).contains(&self.energy_stop) {
             return refuse(format!("expected an energy to stop at in [0, 1), found {}", self.energy_stop));
@@ -91,7 +121,9 @@ impl BakeOptions {
     pub(crate) fn write_into(&self, fingerprint: &mut Fingerprint) {
         let Self { mode, order, samples, bounces, energy_stop, seed, channels, albedo } = self;
         let channels = channels.map_or(0, |channels| channels.count() as u64);
-        let numbers = [*mode as u64, *order as u64, u64::from(*samples), *bounces as u64, *seed, channels];
+        // Glossy light is interreflected light.
+        let mode = (*mode as u64).min(BakeMode::Interreflected as u64);
+        let numbers = [mode, *order as u64, u64::from(*samples), *bounces as u64, *seed, channels];
         fingerprint.words(numbers.into_iter());
         fingerprint.word(energy_stop.to_bits());
         if *albedo == AlbedoMode::None {
@@ -109,12 +141,12 @@ impl BakeOptions {
 
     /// The numbers of the paths from each receiver, so that neighbors follow each other; none where none is needed.
     pub(crate) fn path_order(&self) -> Vec<u32> {
-        if self.mode == Mode::Unshadowed { Vec::new() } else { coherent_order(self.samples) }
+        if self.mode == BakeMode::Unshadowed { Vec::new() } else { coherent_order(self.samples) }
     }
 
     /// The most reflections of a path.
     pub(crate) fn most_bounces(&self) -> usize {
-        if self.mode == Mode::Interreflected { self.bounces } else { 0 }
+        if self.mode.reflects() { self.bounces } else { 0 }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Path tracing from a receiver towards the distant light.
 
 use glam::Vec3;
-use lobe_scene::{Bvh, Hit, Ray, Scene};
+use lobe_scene::{Ray, SurfaceRays};
 
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
@@ -17,11 +17,7 @@ use crate::sampling::warp::Frame;
 ///   L(x, -d) = ρ/π ∫ L_in(s) max(n·s, 0) ds = ρ E[L_in(s)],    s of density max(n·s, 0)/π
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Tracer<'a> {
-    scene: &'a Scene,
-    bvh: &'a Bvh,
-    has_holes: bool,
-}
+pub(crate) struct Tracer<'a>(pub(crate) SurfaceRays<'a>);
 
 /// The end of a path, with its throughput.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,58 +30,29 @@ pub(crate) enum PathEnd {
     Absorbed,
 }
 
-impl<'a> Tracer<'a> {
-    pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
-        Self { scene, bvh, has_holes: scene.has_holes() }
-    }
-
+impl Tracer<'_> {
     /// The origin of rays from a receiver.
     pub(crate) fn origin_above(&self, position: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
-        self.bvh.origin_above(position, normal)
-    }
-
-    fn is_occluded(&self, ray: &Ray) -> bool {
-        if self.has_holes {
-            self.bvh.is_occluded_where(ray, |hit| self.scene.stops(ray, &hit))
-        } else {
-            self.bvh.is_occluded(ray)
-        }
-    }
-
-    fn closest(&self, ray: &Ray) -> Option<Hit> {
-        if self.has_holes {
-            self.bvh.closest_where(ray, |hit| self.scene.stops(ray, hit))
-        } else {
-            self.bvh.closest(ray)
-        }
-    }
-
-    /// Whether each of many rays from one point is occluded.
-    pub(crate) fn occluded_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], occluded: &mut [bool]) {
-        if self.has_holes {
-            for (direction, occluded) in directions.iter().zip(occluded) {
-                *occluded = self.is_occluded(&Ray::new(origin, *direction));
-            }
-        } else {
-            self.bvh.occluded_from_into(origin, directions, occluded);
-        }
+        self.0.bvh().origin_above(position, normal)
     }
 
     /// Follows a path for at most `bounces` reflections, whose directions come from point `index` of the sequences.
     /// Counts its rays.
     pub(crate) fn follow(&self, ray: Ray, bounces: usize, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
+        let Self(surfaces) = self;
+        let scene = surfaces.scene();
         let mut ray = ray;
         let mut throughput = [1.0; 3];
         for bounce in 0..bounces {
             // Find the first surface along the ray; without one the path escapes to the light.
             *rays += 1;
-            let Some(hit) = self.closest(&ray) else {
+            let Some(hit) = surfaces.closest(&ray) else {
                 return PathEnd::Escaped { direction: ray.direction, throughput, bounce };
             };
             // End at back sides that reflect nothing.
-            let surface = self.scene.surface(&hit);
+            let surface = scene.surface(&hit);
             let towards = Vec3::from(surface.geometric_normal).dot(Vec3::from(ray.direction));
-            if towards >= 0.0 && !self.scene.material(surface.mesh).double_sided {
+            if towards >= 0.0 && !scene.material(surface.mesh).double_sided {
                 return PathEnd::Absorbed;
             }
             // Multiply the throughput by the albedo.
@@ -99,11 +66,11 @@ impl<'a> Tracer<'a> {
                 return PathEnd::Absorbed;
             }
             // Go on from above the surface.
-            ray = Ray::new(self.bvh.origin_above(surface.position, geometric), direction);
+            ray = Ray::new(self.origin_above(surface.position, geometric), direction);
         }
         // After the last reflection only ask whether the path escapes.
         *rays += 1;
-        if self.is_occluded(&ray) {
+        if surfaces.is_occluded(&ray) {
             PathEnd::Left { throughput }
         } else {
             PathEnd::Escaped { direction: ray.direction, throughput, bounce: bounces }

@@ -68,17 +68,11 @@ pub struct CompressReport {
     pub bytes_before: usize,
     /// Bytes after: the clusters' numbers unless there is but one cluster, the weights and the bases.
     pub bytes: usize,
+    /// Bytes before for each byte after.
+    pub ratio: f64,
     /// The squared error before rounding, at the start and after every iteration with all clusters; it may rise for a
     /// moment where a cluster was moved to another place.
     pub iterations: Vec<f64>,
-}
-
-impl CompressReport {
-    /// Bytes before for each byte after.
-    #[must_use]
-    pub fn ratio(&self) -> f64 {
-        self.bytes_before as f64 / self.bytes.max(1) as f64
-    }
 }
 
 /// Compresses a table, rows of `width` numbers, by clustered principal components ([Sloan 2003]).
@@ -285,13 +279,15 @@ fn encoded(
 ) -> (CompressedTable, CompressReport) {
     let table = CompressedTable::encode(rows, &clustering.of_row, &clustering.spaces, components, weights);
     let (squared_error, energy) = difference(rows, &table);
+    let (bytes_before, bytes) = (4 * rows.count() * rows.width(), table.bytes());
     let report = CompressReport {
         clusters: table.cluster_count(),
         components,
         squared_error,
         relative_error: relative(squared_error, energy),
-        bytes_before: 4 * rows.count() * rows.width(),
-        bytes: table.bytes(),
+        bytes_before,
+        bytes,
+        ratio: bytes_before as f64 / bytes.max(1) as f64,
         iterations: clustering.history.clone(),
     };
     (table, report)

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use lobe_sh::Rgb;
 
-use crate::files::compressed_file::{COMPRESSED, ZONAL, read_compressed_transfer_bytes, read_zonal_transfer_bytes};
-use crate::files::tensor_file::{format_of, load};
-use crate::files::transfer_file::read_transfer_bytes;
+use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of, zonal_of};
+use crate::files::tensor_file::{TensorFile, load};
+use crate::files::transfer_file::{TRANSFER, transfer_of};
 use crate::{CompressedTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
 
 /// Transfer vectors as they are, compressed, or as lobes; each is lit in its own form, without being expanded.
@@ -78,14 +78,12 @@ pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Recipe)
 /// # Errors
 /// As [`read_any_transfer`].
 pub fn read_any_transfer_bytes(bytes: &[u8], name: &str) -> Result<(AnyTransfer, Recipe), PrtError> {
-    match format_of(bytes).as_deref() {
-        Some(COMPRESSED) => read_compressed_transfer_bytes(bytes, name)
-            .map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe)),
-        Some(ZONAL) => {
-            read_zonal_transfer_bytes(bytes, name).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))
-        }
-        _ => read_transfer_bytes(bytes, name).map(|(transfer, recipe)| (transfer.into(), recipe)),
-    }
+    let file = TensorFile::parse(bytes, name, &[TRANSFER, COMPRESSED, ZONAL])?;
+    Ok(match file.header.format.as_str() {
+        COMPRESSED => compressed_of(file).map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe))?,
+        ZONAL => zonal_of(file).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))?,
+        _ => transfer_of(file).map(|(transfer, recipe)| (transfer.into(), recipe))?,
+    })
 }
 
 #[cfg(test)]
@@ -111,7 +109,7 @@ mod tests {
         let light: Vec<Rgb<f64>> = random.signed_vec(9).into_iter().map(Rgb::splat).collect();
         let (folder, recipe) = (tempfile::tempdir().unwrap(), Recipe::from(json!({"samples": 7})));
         let path = |name: &str| folder.path().join(name);
-        write_transfer(path("p"), &plain, &recipe).unwrap();
+        write_transfer(path("p"), &plain, &recipe, Job::default()).unwrap();
         write_compressed_transfer(path("c"), &compressed, &recipe).unwrap();
         write_zonal_transfer(path("z"), &zonal, &recipe).unwrap();
         let expected = [

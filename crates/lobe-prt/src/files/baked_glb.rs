@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::Path;
 
-use lobe_io::write_atomically;
+use lobe_io::{Job, write_atomically};
 use lobe_scene::{GltfDocument, LOBE_EXTRAS_VERSION, Mesh, MeshSource, Scene};
 use serde_json::{Map, Value, json};
 
@@ -12,6 +12,7 @@ use crate::files::baked_compressed::Compressed;
 use crate::files::baked_layout::{
     Attribute, AttributeGroup, PlainTransfer, VertexData, attribute_groups, attributes_per_channel,
 };
+use crate::job::meter::Meter;
 use crate::{Channels, CompressedTransfer, PrtError, Recipe, TransferRows};
 
 /// The number of vertices in memory at a time while their transfer is written.
@@ -108,9 +109,15 @@ impl BakedGlb {
     ///
     /// # Errors
     /// [`PrtError::Options`] if the transfer is not that of the scene's vertices or too large for a .glb,
-    /// [`PrtError::Io`] if the system refuses.
-    pub fn write(&self, path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
-        self.write_data(path.as_ref(), &PlainTransfer(transfer), recipe)
+    /// [`PrtError::Io`] if the system refuses, [`PrtError::Cancelled`] if the job was told to stop.
+    pub fn write(
+        &self,
+        path: impl AsRef<Path>,
+        transfer: &dyn TransferRows,
+        recipe: &Recipe,
+        job: Job<'_>,
+    ) -> Result<(), PrtError> {
+        self.write_data(path.as_ref(), &PlainTransfer(transfer), recipe, job)
     }
 
     /// [`BakedGlb::write`] for compressed transfer.
@@ -130,14 +137,14 @@ impl BakedGlb {
         transfer: &CompressedTransfer,
         recipe: &Recipe,
     ) -> Result<(), PrtError> {
-        self.write_data(path.as_ref(), &Compressed(transfer), recipe)
+        self.write_data(path.as_ref(), &Compressed(transfer), recipe, Job::default())
     }
 
     fn vertices(&self) -> usize {
         self.places.iter().map(|place| place.vertices).sum()
     }
 
-    fn write_data(&self, path: &Path, data: &dyn VertexData, recipe: &Recipe) -> Result<(), PrtError> {
+    fn write_data(&self, path: &Path, data: &dyn VertexData, recipe: &Recipe, job: Job<'_>) -> Result<(), PrtError> {
         let (expected, found) = (self.vertices(), data.vertices());
         if expected != found {
             let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
@@ -149,19 +156,20 @@ impl BakedGlb {
         let json = padded_json(&json);
         let total = 12 + 8 + json.len() as u64 + 8 + length as u64;
         check_length(total)?;
-        write_atomically(path, |out| {
+        let mut meter = Meter::new(groups.len() * expected, job)?;
+        let written = write_atomically(path, |out| {
             out.write_all(b"glTF")?;
             write_words(out, &[2, total as u32, json.len() as u32, u32::from_le_bytes(*b"JSON")])?;
             out.write_all(&json)?;
             write_words(out, &[length as u32, u32::from_le_bytes(*b"BIN\0")])?;
             out.write_all(&self.document.bytes)?;
             out.write_all(&[0; 3][..padding(self.document.bytes.len())])?;
-            self.write_vertices(out, data, &groups)?;
+            self.write_vertices(out, data, &groups, &mut meter)?;
             let shared = shared.as_ref().map_or(&[][..], |(_, bytes)| bytes);
             out.write_all(shared)?;
             out.write_all(&[0; 3][..padding(shared.len())])
-        })
-        .map_err(|source| PrtError::Io { place: path.display().to_string(), source })
+        });
+        meter.written(&path.display().to_string(), written)
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.
@@ -203,16 +211,24 @@ impl BakedGlb {
         (json, length)
     }
 
-    fn write_vertices(&self, out: &mut dyn Write, data: &dyn VertexData, groups: &[AttributeGroup]) -> io::Result<()> {
+    fn write_vertices(
+        &self,
+        out: &mut dyn Write,
+        data: &dyn VertexData,
+        groups: &[AttributeGroup],
+        meter: &mut Meter<'_>,
+    ) -> io::Result<()> {
         let mut bytes = Vec::new();
         let mut first = 0;
         for place in &self.places {
             for group in groups {
                 for start in (0..place.vertices).step_by(VERTICES_AT_ONCE) {
+                    meter.go_on_writing()?;
                     let end = (start + VERTICES_AT_ONCE).min(place.vertices);
                     bytes.clear();
                     data.push_bytes(first + start..first + end, group.attributes.clone(), &mut bytes)?;
                     out.write_all(&bytes)?;
+                    meter.step(end - start);
                 }
             }
             first += place.vertices;

@@ -3,37 +3,12 @@
 use std::path::Path;
 
 use safetensors::Dtype;
-use serde::{Deserialize, Serialize};
 
-use crate::files::tensor_file::{Tensor, TensorFile, checked_channels, f32s, load, u16s, write};
+use crate::files::tensor_file::{Header, Tensor, TensorFile, f32s, load, u16s, write};
 use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, Weights, ZonalTransfer};
 
 pub(crate) const COMPRESSED: &str = "lobe-compressed-transfer";
 pub(crate) const ZONAL: &str = "lobe-zonal-transfer";
-const VERSION: u32 = 1;
-
-#[derive(Serialize, Deserialize)]
-struct CompressedHeader {
-    format: String,
-    version: u32,
-    order: usize,
-    channels: usize,
-    clusters: usize,
-    components: usize,
-    #[serde(default)]
-    recipe: Recipe,
-}
-
-#[derive(Serialize, Deserialize)]
-struct ZonalHeader {
-    format: String,
-    version: u32,
-    order: usize,
-    channels: usize,
-    lobes: usize,
-    #[serde(default)]
-    recipe: Recipe,
-}
 
 /// Writes compressed transfer as safetensors.
 ///
@@ -54,14 +29,12 @@ pub fn write_compressed_transfer(
     recipe: &Recipe,
 ) -> Result<(), PrtError> {
     let table = transfer.table();
-    let header = CompressedHeader {
-        format: COMPRESSED.to_owned(),
-        version: VERSION,
-        order: transfer.order(),
-        channels: transfer.channels().count(),
-        clusters: table.cluster_count(),
-        components: table.components(),
-        recipe: recipe.clone(),
+    let (order, channels) = (transfer.order(), transfer.channels());
+    let (clusters, components) = (table.cluster_count(), table.components());
+    let header = Header {
+        clusters: Some(clusters),
+        components: Some(components),
+        ..Header::new(COMPRESSED, order, channels, recipe)
     };
     let shape = vec![table.rows(), table.components()];
     let weights = match table.weights() {
@@ -69,7 +42,7 @@ pub fn write_compressed_transfer(
         Weights::U16(w) => Tensor::u16("weights", shape, w),
         Weights::U8(w) => Tensor { name: "weights", dtype: Dtype::U8, shape, bytes: w.clone() },
     };
-    let vectors = vec![header.clusters, 1 + header.components, header.channels, header.order * header.order];
+    let vectors = vec![clusters, 1 + components, channels.count(), order * order];
     let tensors = [
         Tensor::u16("clusters", vec![table.rows()], table.clusters()),
         weights,
@@ -94,9 +67,14 @@ pub fn read_compressed_transfer(path: impl AsRef<Path>) -> Result<(CompressedTra
 /// # Errors
 /// As [`read_compressed_transfer`].
 pub fn read_compressed_transfer_bytes(bytes: &[u8], name: &str) -> Result<(CompressedTransfer, Recipe), PrtError> {
-    let file = TensorFile::<CompressedHeader>::parse(bytes, name, COMPRESSED, VERSION)?;
-    let CompressedHeader { order, channels, clusters, components, .. } = file.header;
-    let channels = checked_channels(order, channels, file.name())?;
+    compressed_of(TensorFile::parse(bytes, name, &[COMPRESSED])?)
+}
+
+/// The transfer and the recipe in a file of this format.
+pub(crate) fn compressed_of(file: TensorFile<'_>) -> Result<(CompressedTransfer, Recipe), PrtError> {
+    let (order, channels) = file.order_and_channels()?;
+    let clusters = file.member("clusters", file.header.clusters)?;
+    let components = file.member("components", file.header.components)?;
     let n = order * order;
     let vectors = components.saturating_add(1);
     let bases = file.f32("bases", &[Some(clusters), Some(vectors), Some(channels.count()), Some(n)])?;
@@ -115,7 +93,7 @@ pub fn read_compressed_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Compr
     let table = CompressedTable::new(n * channels.count(), components, of_receiver, weights, bases);
     let transfer = table.and_then(|table| CompressedTransfer::from_table(order, channels, table));
     let transfer = transfer.map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
-    let recipe = file.header.recipe.understood(name)?;
+    let recipe = file.header.recipe.clone().understood(file.name())?;
     Ok((transfer, recipe))
 }
 
@@ -131,9 +109,9 @@ pub fn read_compressed_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Compr
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be written.
 pub fn write_zonal_transfer(path: impl AsRef<Path>, transfer: &ZonalTransfer, recipe: &Recipe) -> Result<(), PrtError> {
-    let (order, channels, lobes) = (transfer.order(), transfer.channels().count(), transfer.lobes());
-    let recipe = recipe.clone();
-    let header = ZonalHeader { format: ZONAL.to_owned(), version: VERSION, order, channels, lobes, recipe };
+    let (order, channels, lobes) = (transfer.order(), transfer.channels(), transfer.lobes());
+    let header = Header { lobes: Some(lobes), ..Header::new(ZONAL, order, channels, recipe) };
+    let channels = channels.count();
     let receivers = transfer.receivers();
     let tensors = [
         Tensor::f32("axes", vec![receivers, lobes, 3], transfer.axes().iter().flatten().copied()),
@@ -157,15 +135,19 @@ pub fn read_zonal_transfer(path: impl AsRef<Path>) -> Result<(ZonalTransfer, Rec
 /// # Errors
 /// As [`read_zonal_transfer`].
 pub fn read_zonal_transfer_bytes(bytes: &[u8], name: &str) -> Result<(ZonalTransfer, Recipe), PrtError> {
-    let file = TensorFile::<ZonalHeader>::parse(bytes, name, ZONAL, VERSION)?;
-    let ZonalHeader { order, channels, lobes, .. } = file.header;
-    let channels = checked_channels(order, channels, file.name())?;
+    zonal_of(TensorFile::parse(bytes, name, &[ZONAL])?)
+}
+
+/// The transfer and the recipe in a file of this format.
+pub(crate) fn zonal_of(file: TensorFile<'_>) -> Result<(ZonalTransfer, Recipe), PrtError> {
+    let (order, channels) = file.order_and_channels()?;
+    let lobes = file.member("lobes", file.header.lobes)?;
     let axes = file.f32("axes", &[None, Some(lobes), Some(3)])?;
     let axes = axes.as_chunks::<3>().0.to_vec();
     let coefficients = file.f32("coefficients", &[None, Some(lobes), Some(channels.count()), Some(order)])?;
     let transfer = ZonalTransfer::new(order, channels, lobes, axes, coefficients)
         .map_err(|e| PrtError::invalid(file.name(), e.to_string()))?;
-    let recipe = file.header.recipe.understood(name)?;
+    let recipe = file.header.recipe.clone().understood(file.name())?;
     Ok((transfer, recipe))
 }
 

@@ -1,14 +1,14 @@
 //! Lightmaps of transfer as OpenEXR pictures.
 
 use std::fs;
-use std::io;
 use std::path::Path;
 
 use lobe_image::{ExrAttribute, ExrLayers, ImageError};
-use lobe_io::write_atomically;
+use lobe_io::{Job, write_atomically};
 use serde_json::{Value, json};
 
-use crate::job::stored_rows::rows_at_once;
+use crate::job::checkpoint::rows_at_once;
+use crate::job::meter::Meter;
 use crate::{Channels, PrtError, Recipe, Transfer, TransferRows};
 
 /// The version of the attribute. Files with a higher one are refused.
@@ -40,8 +40,14 @@ fn channel(coefficient: usize, name: &str) -> String {
 /// numbers and the growing file.
 ///
 /// # Errors
-/// [`PrtError::Invalid`] if the receivers are no square, [`PrtError::Io`] if the system refuses.
-pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
+/// [`PrtError::Invalid`] if the receivers are no square, [`PrtError::Io`] if the system refuses,
+/// [`PrtError::Cancelled`] if the job was told to stop.
+pub fn write_lightmap(
+    path: impl AsRef<Path>,
+    transfer: &dyn TransferRows,
+    recipe: &Recipe,
+    job: Job<'_>,
+) -> Result<(), PrtError> {
     let path = path.as_ref();
     let file = path.display().to_string();
     let receivers = transfer.receivers();
@@ -60,7 +66,8 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
         "channels": transfer.channels().count(),
         "recipe": recipe,
     });
-    let mut planes = planes(transfer).map_err(|source| PrtError::Io { place: file.clone(), source })?.into_iter();
+    let mut meter = Meter::new(receivers, job)?;
+    let mut planes = planes(transfer, &file, &mut meter)?.into_iter();
     let mut picture = ExrLayers::new(width, width);
     for name in names(transfer.channels()) {
         for (i, plane) in planes.by_ref().take(transfer.order().pow(2)).enumerate() {
@@ -72,17 +79,20 @@ pub fn write_lightmap(path: impl AsRef<Path>, transfer: &dyn TransferRows, recip
     write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { place: file, source })
 }
 
-/// The pictures of all coefficients, channel by channel.
-fn planes(transfer: &dyn TransferRows) -> io::Result<Vec<Vec<f32>>> {
+/// The pictures of all coefficients, channel by channel; `place` stands for them in messages.
+fn planes(transfer: &dyn TransferRows, place: &str, meter: &mut Meter<'_>) -> Result<Vec<Vec<f32>>, PrtError> {
     let (receivers, row) = (transfer.receivers(), transfer.row_len());
     let mut planes: Vec<Vec<f32>> = (0..row).map(|_| Vec::with_capacity(receivers)).collect();
     let mut rows = vec![0.0; row * rows_at_once(row).min(receivers)];
     for first in (0..receivers).step_by(rows_at_once(row)) {
+        meter.go_on()?;
         let rows = &mut rows[..row * rows_at_once(row).min(receivers - first)];
-        transfer.read_rows(first, rows)?;
+        let read = transfer.read_rows(first, rows);
+        read.map_err(|source| PrtError::Io { place: place.to_owned(), source })?;
         for (k, plane) in planes.iter_mut().enumerate() {
             plane.extend(rows[k..].iter().step_by(row));
         }
+        meter.step(rows.len() / row);
     }
     Ok(planes)
 }
@@ -167,7 +177,7 @@ mod tests {
     fn written(transfer: &Transfer) -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.exr");
-        write_lightmap(&path, transfer, &Recipe::default().scene("Gießerei".to_owned())).unwrap();
+        write_lightmap(&path, transfer, &Recipe::default().scene("Gießerei".to_owned()), Job::default()).unwrap();
         fs::read(path).unwrap()
     }
 
@@ -197,7 +207,12 @@ mod tests {
     #[test]
     fn what_is_no_lightmap_is_refused_in_one_line() {
         let folder = tempfile::tempdir().unwrap();
-        let refused = write_lightmap(folder.path().join("t.exr"), &numbered(1, Channels::Gray, 5), &Recipe::default());
+        let refused = write_lightmap(
+            folder.path().join("t.exr"),
+            &numbered(1, Channels::Gray, 5),
+            &Recipe::default(),
+            Job::default(),
+        );
         assert!(
             refused.unwrap_err().to_string().ends_with("expected transfer of a square picture, found 5 points"),
             "5"

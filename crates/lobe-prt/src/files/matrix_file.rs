@@ -2,28 +2,14 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use lobe_io::Job;
 
-use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
+use crate::files::tensor_file::{GridMember, Header, Streamed, TensorFile, load, write_streamed};
 use crate::{Grid, MatrixRows, Neighborhood, PrtError, Recipe, TransferMatrices};
 
-/// The version of both headers.
-const VERSION: u32 = 1;
 const MATRICES: &str = "lobe-transfer-matrices";
 const NEIGHBORHOOD: &str = "lobe-neighbourhood-transfer";
 const TENSOR: &str = "matrices";
-
-#[derive(Serialize, Deserialize)]
-struct Header {
-    format: String,
-    version: u32,
-    order: usize,
-    channels: usize,
-    /// Of a neighborhood: the corners of its box, and its points along x, y and z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    grid: Option<([f64; 3], [f64; 3], [usize; 3])>,
-    recipe: Recipe,
-}
 
 /// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by
 /// row.
@@ -32,9 +18,14 @@ struct Header {
 /// The matrices are read a few points at a time; until all is written, nothing has the file's name.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the system refuses.
-pub fn write_matrices(path: impl AsRef<Path>, matrices: &dyn MatrixRows, recipe: &Recipe) -> Result<(), PrtError> {
-    write_with(path.as_ref(), matrices, MATRICES, None, recipe)
+/// [`PrtError::Io`] if the system refuses, [`PrtError::Cancelled`] if the job was told to stop.
+pub fn write_matrices(
+    path: impl AsRef<Path>,
+    matrices: &dyn MatrixRows,
+    recipe: &Recipe,
+    job: Job<'_>,
+) -> Result<(), PrtError> {
+    write_with(path.as_ref(), matrices, MATRICES, None, recipe, job)
 }
 
 /// Reads what [`write_matrices`] wrote: the matrices and their recipe.
@@ -66,10 +57,11 @@ pub fn write_neighborhood(
     grid: &Grid,
     matrices: &dyn MatrixRows,
     recipe: &Recipe,
+    job: Job<'_>,
 ) -> Result<(), PrtError> {
     grid.check_points(matrices.points())?;
     let [min, max] = grid.corners();
-    write_with(path.as_ref(), matrices, NEIGHBORHOOD, Some((min, max, grid.counts())), recipe)
+    write_with(path.as_ref(), matrices, NEIGHBORHOOD, Some((min, max, grid.counts())), recipe, job)
 }
 
 /// Reads what [`write_neighborhood`] wrote.
@@ -97,20 +89,20 @@ fn write_with(
     path: &Path,
     matrices: &dyn MatrixRows,
     format: &str,
-    grid: Option<([f64; 3], [f64; 3], [usize; 3])>,
+    grid: Option<GridMember>,
     recipe: &Recipe,
+    job: Job<'_>,
 ) -> Result<(), PrtError> {
-    let (order, channels) = (matrices.order(), matrices.channels().count());
-    let shape = vec![matrices.points(), channels, order * order, order * order];
-    let header = Header { format: format.to_owned(), version: VERSION, order, channels, grid, recipe: recipe.clone() };
+    let (order, channels) = (matrices.order(), matrices.channels());
+    let shape = vec![matrices.points(), channels.count(), order * order, order * order];
+    let header = Header { grid, ..Header::new(format, order, channels, recipe) };
     let read_rows = |first: usize, rows: &mut [f32]| matrices.read_rows(first, rows);
-    write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows })
+    write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows }, job)
 }
 
 fn read_with(bytes: &[u8], name: &str, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
-    let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, format, VERSION)?;
-    let order = file.header.order;
-    let channels = checked_channels(order, file.header.channels, file.name())?;
+    let file = TensorFile::parse(bytes, name, &[format])?;
+    let (order, channels) = file.order_and_channels()?;
     let bands = Some(order * order);
     let numbers = file.f32(TENSOR, &[None, Some(channels.count()), bands, bands])?;
     let matrices = TransferMatrices::new(order, channels, numbers).map_err(|error| error.within(file.name()))?;
@@ -134,11 +126,11 @@ mod tests {
     fn what_is_written_is_read_and_kinds_are_not_mixed_up() {
         let folder = tempfile::tempdir().unwrap();
         let [a, b] = ["a.safetensors", "b.safetensors"].map(|name| folder.path().join(name));
-        write_matrices(&a, &matrices(5), &Recipe::from(json!({"seed": 3}))).unwrap();
+        write_matrices(&a, &matrices(5), &Recipe::from(json!({"seed": 3})), Job::default()).unwrap();
         assert_eq!(read_matrices(&a).unwrap(), (matrices(5), Recipe::from(json!({"seed": 3}))), "matrices");
         let grid = Grid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
         let neighborhood = Neighborhood::new(grid, matrices(12)).unwrap();
-        write_neighborhood(&b, &grid, neighborhood.matrices(), &Recipe::default()).unwrap();
+        write_neighborhood(&b, &grid, neighborhood.matrices(), &Recipe::default(), Job::default()).unwrap();
         assert_eq!(read_neighborhood(&b).unwrap(), (neighborhood, Recipe::default()), "neighborhood");
         let error = read_matrices(&b).unwrap_err().to_string();
         assert!(error.ends_with("expected lobe-transfer-matrices, found lobe-neighbourhood-transfer"), "{error}");
@@ -160,7 +152,7 @@ mod tests {
             (2, 3, Some(([0.0; 3], [0.0; 3], [2, 2, 2])), "expected a box with a volume"),
         ] {
             let header =
-                Header { format: NEIGHBORHOOD.into(), version: 1, order, channels, grid, recipe: Recipe::default() };
+                Header { order, channels, grid, ..Header::new(NEIGHBORHOOD, 2, Channels::Gray, &Recipe::default()) };
             let numbers = matrices(5).coefficients().to_vec();
             write(&path, &header, &[Tensor::f32(TENSOR, vec![5, 3, 4, 4], numbers)]).unwrap();
             let error = read_neighborhood(&path).unwrap_err().to_string();

@@ -4,22 +4,66 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::{fs, io};
 
-use lobe_io::write_atomically;
+use lobe_io::{Job, write_atomically};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors, serialize};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::job::stored_rows::rows_at_once;
+use crate::job::checkpoint::rows_at_once;
+use crate::job::meter::Meter;
 use crate::transfer::transfer::check_order;
-use crate::{Channels, PrtError};
+use crate::{Channels, PrtError, Recipe};
 
 /// The one entry of the metadata. With more than one their order, and so the bytes, would change from run to run.
 const ENTRY: &str = "lobe";
 
-/// The members of every header.
-#[derive(serde::Deserialize)]
+/// The version of every format.
+const VERSION: u32 = 1;
+
+/// The corners of the box of a grid, and its points along x, y and z.
+pub(crate) type GridMember = ([f64; 3], [f64; 3], [usize; 3]);
+
+/// The header of every format, without the members that it does not have.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Header {
+    pub(crate) format: String,
+    pub(crate) version: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) quantity: Option<String>,
+    pub(crate) order: usize,
+    pub(crate) channels: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) clusters: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) components: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) lobes: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) grid: Option<GridMember>,
+    #[serde(default)]
+    pub(crate) recipe: Recipe,
+}
+
+impl Header {
+    pub(crate) fn new(format: &str, order: usize, channels: Channels, recipe: &Recipe) -> Self {
+        Self {
+            format: format.to_owned(),
+            version: VERSION,
+            quantity: None,
+            order,
+            channels: channels.count(),
+            clusters: None,
+            components: None,
+            lobes: None,
+            grid: None,
+            recipe: recipe.clone(),
+        }
+    }
+}
+
+/// The members that are looked at first.
+#[derive(Deserialize)]
 struct Kind {
     format: String,
     version: u32,
@@ -47,7 +91,7 @@ impl Tensor {
 ///
 /// # Errors
 /// [`PrtError::Io`] if it cannot be written.
-pub(crate) fn write(path: &Path, header: &impl Serialize, tensors: &[Tensor]) -> Result<(), PrtError> {
+pub(crate) fn write(path: &Path, header: &Header, tensors: &[Tensor]) -> Result<(), PrtError> {
     let file = path.display().to_string();
     let invalid = |message: String| PrtError::invalid(&file, message);
     let header = serde_json::to_string(header).map_err(|e| invalid(e.to_string()))?;
@@ -71,8 +115,14 @@ pub(crate) struct Streamed<'a> {
 /// Writes a file of one tensor, 4 MiB at a time; until all is written, nothing has its name.
 ///
 /// # Errors
-/// [`PrtError::Io`] if it cannot be written, or the rows cannot be read.
-pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Streamed<'_>) -> Result<(), PrtError> {
+/// [`PrtError::Io`] if it cannot be written, or the rows cannot be read; [`PrtError::Cancelled`] if the job was told to
+/// stop.
+pub(crate) fn write_streamed(
+    path: &Path,
+    header: &Header,
+    tensor: &Streamed<'_>,
+    job: Job<'_>,
+) -> Result<(), PrtError> {
     let file = path.display().to_string();
     let lobe = serde_json::to_string(header).map_err(|e| PrtError::invalid(&file, e.to_string()))?;
     let (rows, row) = (tensor.shape[0], tensor.shape[1..].iter().product::<usize>());
@@ -83,21 +133,23 @@ pub(crate) fn write_streamed(path: &Path, header: &impl Serialize, tensor: &Stre
     });
     let mut json = json.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(8), b' ');
-    let at_once = rows_at_once(row);
+    let (at_once, mut meter) = (rows_at_once(row), Meter::new(rows, job)?);
     let written = write_atomically(path, |out| {
         out.write_all(&(json.len() as u64).to_le_bytes())?;
         out.write_all(&json)?;
         let (mut numbers, mut bytes) = (vec![0.0; row * at_once.min(rows)], Vec::new());
         for first in (0..rows).step_by(at_once) {
+            meter.go_on_writing()?;
             let numbers = &mut numbers[..row * at_once.min(rows - first)];
             (tensor.read_rows)(first, numbers)?;
             bytes.clear();
             bytes.extend(numbers.iter().flat_map(|c| c.to_le_bytes()));
             out.write_all(&bytes)?;
+            meter.step(numbers.len() / row);
         }
         Ok(())
     });
-    written.map_err(|source| PrtError::Io { place: file, source })
+    meter.written(&file, written)
 }
 
 /// A file's bytes.
@@ -108,25 +160,19 @@ pub(crate) fn load(path: &Path) -> Result<Vec<u8>, PrtError> {
     fs::read(path).map_err(|source| PrtError::Io { place: path.display().to_string(), source })
 }
 
-/// The format that the bytes of a file state, if they are tensors of Lobe.
-pub(crate) fn format_of(bytes: &[u8]) -> Option<String> {
-    let (_, metadata) = SafeTensors::read_metadata(bytes).ok()?;
-    let kind: Kind = serde_json::from_str(metadata.metadata().as_ref()?.get(ENTRY)?).ok()?;
-    Some(kind.format)
-}
-
 /// A file that has been read, its header understood.
-pub(crate) struct TensorFile<'a, H> {
+pub(crate) struct TensorFile<'a> {
     name: String,
-    pub(crate) header: H,
+    pub(crate) header: Header,
     tensors: SafeTensors<'a>,
 }
 
-impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
+impl<'a> TensorFile<'a> {
     /// # Errors
-    /// [`PrtError::Invalid`] if these are no safetensors or not those of `format`; [`PrtError::Unsupported`] if a later
+    /// [`PrtError::Invalid`] if these are no safetensors or of none of the formats; [`PrtError::Unsupported`] if a later
     /// version wrote them.
-    pub(crate) fn parse(bytes: &'a [u8], name: &str, format: &str, version: u32) -> Result<Self, PrtError> {
+    pub(crate) fn parse(bytes: &'a [u8], name: &str, formats: &[&str]) -> Result<Self, PrtError> {
+        let format = formats[0];
         // Remove line breaks: messages may quote the file.
         let invalid = |message: String| PrtError::invalid(name, message.replace(['\n', '\r'], " "));
         let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
@@ -137,13 +183,13 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
         };
         let bad_header = |e: serde_json::Error| invalid(format!("the entry {ENTRY} of its metadata is wrong: {e}"));
         let kind: Kind = serde_json::from_str(header).map_err(bad_header)?;
-        if kind.format != format {
+        if !formats.contains(&kind.format.as_str()) {
             return Err(invalid(format!("expected {format}, found {}", kind.format)));
         }
-        if kind.version != version {
+        if kind.version != VERSION {
             let message = format!(
-                "expected version {version} of {format}, found {}; take a Lobe as new as the file",
-                kind.version
+                "expected version {VERSION} of {}, found {}; take a Lobe as new as the file",
+                kind.format, kind.version
             );
             return Err(PrtError::Unsupported { place: name.to_owned(), message });
         }
@@ -154,6 +200,23 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
 
     pub(crate) fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The order and the channels of the header, if transfer can have them.
+    pub(crate) fn order_and_channels(&self) -> Result<(usize, Channels), PrtError> {
+        let Header { order, channels, .. } = self.header;
+        check_order(order).map_err(|error| PrtError::invalid(&self.name, error.to_string()))?;
+        let message = match channels {
+            1 => return Ok((order, Channels::Gray)),
+            3 => return Ok((order, Channels::Rgb)),
+            found => format!("expected 1 or 3 channels, found {found}"),
+        };
+        Err(PrtError::invalid(&self.name, message))
+    }
+
+    /// A member of the header that the format has.
+    pub(crate) fn member<T>(&self, name: &str, member: Option<T>) -> Result<T, PrtError> {
+        member.ok_or_else(|| PrtError::invalid(&self.name, format!("expected {name} in its header, found none")))
     }
 
     /// A tensor's type, and its bytes if the shape is as expected; `None` in it stands for any length.
@@ -191,19 +254,6 @@ impl<'a, H: DeserializeOwned> TensorFile<'a, H> {
             return Ok(());
         }
         Err(PrtError::invalid(&self.name, format!("expected a tensor {name} of {expected:?}, found {found:?}")))
-    }
-}
-
-/// The channels that a header gives as a number, if its order is one that transfer has.
-///
-/// # Errors
-/// [`PrtError::Invalid`] of the file `name` otherwise.
-pub(crate) fn checked_channels(order: usize, channels: usize, name: &str) -> Result<Channels, PrtError> {
-    check_order(order).map_err(|error| PrtError::invalid(name, error.to_string()))?;
-    match channels {
-        1 => Ok(Channels::Gray),
-        3 => Ok(Channels::Rgb),
-        found => Err(PrtError::invalid(name, format!("expected 1 or 3 channels, found {found}"))),
     }
 }
 

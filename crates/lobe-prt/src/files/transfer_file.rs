@@ -2,25 +2,14 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use lobe_io::Job;
 
-use crate::files::tensor_file::{Streamed, TensorFile, checked_channels, load, write_streamed};
+use crate::files::tensor_file::{Header, Streamed, TensorFile, load, write_streamed};
 use crate::{PrtError, Recipe, Transfer, TransferRows};
 
-const VERSION: u32 = 1;
-const FORMAT: &str = "lobe-transfer";
+pub(crate) const TRANSFER: &str = "lobe-transfer";
 const QUANTITY: &str = "transfer";
 const TENSOR: &str = "transfer";
-
-#[derive(Serialize, Deserialize)]
-struct Header {
-    format: String,
-    version: u32,
-    quantity: String,
-    order: usize,
-    channels: usize,
-    recipe: Recipe,
-}
 
 /// Writes transfer as a safetensors file: one tensor `transfer` of `[receivers, channels, n²]` floats.
 ///
@@ -28,24 +17,22 @@ struct Header {
 /// The transfer is read a few receivers at a time; until all is written, nothing has the file's name.
 ///
 /// # Errors
-/// [`PrtError::Io`] if the system refuses.
-pub fn write_transfer(path: impl AsRef<Path>, transfer: &dyn TransferRows, recipe: &Recipe) -> Result<(), PrtError> {
+/// [`PrtError::Io`] if the system refuses, [`PrtError::Cancelled`] if the job was told to stop.
+pub fn write_transfer(
+    path: impl AsRef<Path>,
+    transfer: &dyn TransferRows,
+    recipe: &Recipe,
+    job: Job<'_>,
+) -> Result<(), PrtError> {
     let (receivers, channels, bands) =
         (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
     let header = Header {
-        format: FORMAT.to_owned(),
-        version: VERSION,
-        quantity: QUANTITY.to_owned(),
-        order: transfer.order(),
-        channels,
-        recipe: recipe.clone(),
+        quantity: Some(QUANTITY.to_owned()),
+        ..Header::new(TRANSFER, transfer.order(), transfer.channels(), recipe)
     };
     let read_rows = |first: usize, rows: &mut [f32]| transfer.read_rows(first, rows);
-    write_streamed(
-        path.as_ref(),
-        &header,
-        &Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows },
-    )
+    let tensor = Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows };
+    write_streamed(path.as_ref(), &header, &tensor, job)
 }
 
 /// Reads what [`write_transfer`] wrote: the transfer and its recipe.
@@ -64,22 +51,28 @@ pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtEr
 /// # Errors
 /// As [`read_transfer`].
 pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe), PrtError> {
-    let file: TensorFile<'_, Header> = TensorFile::parse(bytes, name, FORMAT, VERSION)?;
-    let Header { order, channels, quantity, .. } = &file.header;
-    let channels = checked_channels(*order, *channels, file.name())?;
+    transfer_of(TensorFile::parse(bytes, name, &[TRANSFER])?)
+}
+
+/// The transfer and the recipe in a file of this format.
+pub(crate) fn transfer_of(file: TensorFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
+    let (order, channels) = file.order_and_channels()?;
+    let quantity = file.header.quantity.as_deref().unwrap_or_default();
     if quantity != QUANTITY {
         return Err(PrtError::invalid(file.name(), format!("expected the quantity {QUANTITY}, found {quantity:?}")));
     }
     let coefficients = file.f32(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
-    let transfer = Transfer::new(*order, channels, coefficients).map_err(|error| error.within(file.name()))?;
-    let recipe = file.header.recipe.understood(name)?;
+    let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(file.name()))?;
+    let recipe = file.header.recipe.clone().understood(file.name())?;
     Ok((transfer, recipe))
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs;
+    use std::ops::ControlFlow;
 
+    use lobe_io::Progress;
     use serde_json::json;
 
     use super::*;
@@ -89,7 +82,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.safetensors");
         let transfer = Transfer::new(2, Channels::Rgb, (0..24).map(|i| i as f32).collect()).unwrap();
-        write_transfer(&path, &transfer, &Recipe::from(json!({"samples": 1024}))).unwrap();
+        write_transfer(&path, &transfer, &Recipe::from(json!({"samples": 1024})), Job::default()).unwrap();
         fs::read(path).unwrap()
     }
 
@@ -154,6 +147,27 @@ mod tests {
         assert!(error.starts_with("t: expected safetensors, found "), "{error}");
         for length in 0..file().len() {
             assert!(read_transfer_bytes(&file()[..length], "t").is_err(), "cut off after {length} bytes");
+        }
+    }
+
+    #[test]
+    fn whoever_stops_while_rows_are_written_gets_no_file_and_nobody_else_loses_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.safetensors");
+        // Several times what is read at once.
+        let transfer = Transfer::new(1, Channels::Gray, (0..3 << 20).map(|i| i as f32).collect()).unwrap();
+        for stop_at in [1, 2, 3, 4, 5] {
+            let mut calls = Vec::new();
+            let watch = &mut |progress: &Progress| {
+                calls.push(progress.done);
+                if calls.len() == stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            let written = write_transfer(&path, &transfer, &Recipe::default(), Job::default().watched_by(watch));
+            let is_stopped = matches!(written, Err(PrtError::Cancelled));
+            assert_eq!(is_stopped, stop_at < 4, "{written:?}, stopped at call {stop_at}");
+            assert_eq!(calls, [0, 1 << 20, 2 << 20, 3 << 20][..stop_at.min(4)], "rows written at each call");
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), usize::from(!is_stopped), "files");
+            let _ = fs::remove_file(&path);
         }
     }
 

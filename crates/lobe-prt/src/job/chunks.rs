@@ -3,7 +3,7 @@
 use std::ops::{AddAssign, Range};
 use std::time::{Duration, Instant};
 
-use lobe_io::{Job, Progress};
+use lobe_io::{Job, Portions, Progress};
 use rayon::prelude::*;
 
 use crate::PrtError;
@@ -142,54 +142,31 @@ pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut J
     let start = Instant::now();
     let resumed = chunks.before(sink.done());
     let mut rays = 0;
-    let mut wave = Wave::of(estimator, &chunks);
+    let bytes = size_of::<f32>() * estimator.row() * chunks.size();
+    let mut wave = Portions::new(WAVE, rayon::current_num_threads()).at_most(WAVE_BYTES / bytes);
     loop {
         // Report the progress; end where the job says so, or all is done.
         let next = sink.done();
         let (done, total) = (chunks.before(next), estimator.receivers());
         let progress = Progress { done, total, resumed, rays, elapsed: start.elapsed(), round: 0 };
-        if job.report(&progress).is_break() {
-            return Err(PrtError::Cancelled);
-        }
+        let is_stopped = job.report(&progress).is_break();
+        // A bake that is complete counts as done, not as stopped.
         if next >= chunks.count() {
             return Ok(());
         }
+        if is_stopped {
+            return Err(PrtError::Cancelled);
+        }
         // Estimate a wave of chunks in parallel.
-        let begin = Instant::now();
-        let done: Vec<Chunk> = (next..(next + wave.chunks()).min(chunks.count()))
-            .into_par_iter()
-            .map_init(|| estimator.scratch(), |scratch, chunk| estimate(estimator, chunks.range(chunk), scratch))
-            .collect();
-        wave.adapt(begin.elapsed());
+        let wanted = (next..(next + wave.size()).min(chunks.count())).into_par_iter();
+        let estimated =
+            wanted.map_init(|| estimator.scratch(), |scratch, chunk| estimate(estimator, chunks.range(chunk), scratch));
+        let done: Vec<Chunk> = wave.time(|| estimated.collect());
         // Hand them over in their order.
         for chunk in done {
             rays += chunk.tally.rays;
             sink.push(chunk)?;
         }
-    }
-}
-
-/// The number of chunks between two reports: few at first, then as many as the time of the last ones suggests.
-#[derive(Debug)]
-struct Wave {
-    per_thread: usize,
-    most: usize,
-}
-
-impl Wave {
-    fn of<E: Estimator>(estimator: &E, chunks: &Chunks) -> Self {
-        let bytes = size_of::<f32>() * estimator.row() * chunks.size();
-        Self { per_thread: 1, most: (WAVE_BYTES / bytes).max(1) }
-    }
-
-    fn chunks(&self) -> usize {
-        self.per_thread * rayon::current_num_threads()
-    }
-
-    /// At most twice as many as before: the next chunks may take longer.
-    fn adapt(&mut self, took: Duration) {
-        let factor = (WAVE.as_secs_f64() / took.as_secs_f64().max(1e-6)).min(2.0);
-        self.per_thread = ((self.per_thread as f64 * factor) as usize).clamp(1, self.most);
     }
 }
 
@@ -199,24 +176,4 @@ fn estimate<E: Estimator>(estimator: &E, range: Range<usize>, scratch: &mut E::S
         chunk.tally += &estimator.estimate(estimator.seed(), receiver, scratch, row);
     }
     chunk
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn waves_come_to_take_the_time_they_should_whatever_a_chunk_takes() {
-        for (milliseconds, most, expected) in [(10.0, 1000, 63..=70), (0.001, 1000, 1000..=1000), (9000.0, 7, 1..=1)] {
-            let mut wave = Wave { per_thread: 1, most };
-            for _ in 0..20 {
-                wave.adapt(Duration::from_secs_f64(wave.per_thread as f64 * milliseconds / 1000.0));
-            }
-            let found = wave.per_thread;
-            assert!(expected.contains(&found), "{found} chunks of {milliseconds} ms, at most {most}");
-        }
-        let mut wave = Wave { per_thread: 100, most: 100 };
-        wave.adapt(Duration::from_secs(70));
-        assert_eq!(wave.per_thread, 1, "at once where chunks begin to take long");
-    }
 }

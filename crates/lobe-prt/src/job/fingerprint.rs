@@ -3,6 +3,16 @@
 use lobe_io::Fingerprint;
 use lobe_scene::{Alpha, Material, Scene};
 
+/// The fingerprint of all of a scene that a bake depends on, 32 hexadecimal digits: [`Recipe::scene_hash`](crate::Recipe).
+#[must_use]
+pub fn scene_hash(scene: &Scene) -> String {
+    /// The kind of scenes among fingerprints.
+    const KIND: u64 = 0;
+    let mut all = Fingerprint::of_kind(KIND);
+    fingerprint_scene(&mut all, scene);
+    all.to_string()
+}
+
 /// Writes into a fingerprint all of a scene that a bake depends on: not what makes surfaces shine.
 pub fn fingerprint_scene(all: &mut Fingerprint, scene: &Scene) {
     for mesh in scene.meshes() {

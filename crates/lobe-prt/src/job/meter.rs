@@ -1,5 +1,6 @@
-//! Progress meter of a search that may end before its last step.
+//! Progress meter of a search that may end before its last step, or of a file while it is written.
 
+use std::io;
 use std::time::Instant;
 
 use lobe_io::{Job, Progress};
@@ -54,6 +55,19 @@ impl<'a> Meter<'a> {
     /// [`PrtError::Cancelled`] if the search is to stop.
     pub(crate) fn go_on(&self) -> Result<(), PrtError> {
         if self.is_stopped { Err(PrtError::Cancelled) } else { Ok(()) }
+    }
+
+    /// [`Meter::go_on`] while a file is written, which is given up by an error of the system.
+    pub(crate) fn go_on_writing(&self) -> io::Result<()> {
+        self.go_on().map_err(io::Error::other)
+    }
+
+    /// The outcome of a file that was written: one that was complete before it was to stop is there.
+    pub(crate) fn written(&self, place: &str, written: io::Result<()>) -> Result<(), PrtError> {
+        written.map_err(|source| match self.is_stopped {
+            true => PrtError::Cancelled,
+            false => PrtError::Io { place: place.to_owned(), source },
+        })
     }
 }
 

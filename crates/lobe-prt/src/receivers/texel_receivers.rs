@@ -48,6 +48,15 @@ struct Place {
 }
 
 impl TexelReceivers {
+    /// The most bytes that the texels of a picture of `width` × `width` take, while they are looked for and after.
+    #[must_use]
+    pub fn bytes_for(width: usize) -> u64 {
+        // The place, what is known of the texel and of its receiver, and its plane.
+        let receiver = size_of::<[u32; 2]>() + size_of::<[[f32; 3]; 3]>();
+        let texel = size_of::<Option<Place>>() + receiver + size_of::<([u32; 2], [f32; 3])>();
+        (texel as u64).saturating_mul(width as u64 * width as u64)
+    }
+
     /// The receivers of a picture of `width` × `width` texels.
     ///
     /// # Errors

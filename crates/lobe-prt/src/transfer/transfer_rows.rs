@@ -2,7 +2,7 @@
 
 use std::io;
 
-use crate::job::stored_rows::StoredRows;
+use crate::job::checkpoint::StoredRows;
 use crate::{Channels, PrtError, Transfer, TransferMatrices};
 
 /// Declares rows of `channels · order^power` numbers: the trait, the type for those in a checkpoint, and the trait for it

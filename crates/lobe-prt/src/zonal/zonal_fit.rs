@@ -1,9 +1,9 @@
 //! Nonlinear fit of zonal lobes to transfer.
 
 use derive_setters::Setters;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use lobe_io::Job;
+use lobe_io::{Job, Portions};
 use lobe_sh::{Dir, ShVec, optimal_linear_direction};
 use rayon::prelude::*;
 
@@ -98,14 +98,13 @@ pub fn fit_zonal(
     let mut meter = Meter::new(transfer.receivers(), job)?;
     let mut axes = Vec::with_capacity(transfer.receivers() * options.lobes);
     let mut coefficients = Vec::new();
-    let (mut rest, mut at_once) = (transfer.coefficients(), 4 * rayon::current_num_threads());
+    let mut rest = transfer.coefficients();
+    let mut portions = Portions::new(WAVE, 4 * rayon::current_num_threads());
     while !rest.is_empty() {
-        let begin = Instant::now();
-        let (rows, later) = rest.split_at(rest.len().min(at_once * width));
+        let (rows, later) = rest.split_at(rest.len().min(portions.size().saturating_mul(width)));
         let search = || Search::new(order, channels, &candidates, options);
-        let fits: Vec<_> = rows.par_chunks(width).map_init(search, Search::stored).collect();
+        let fits: Vec<_> = portions.time(|| rows.par_chunks(width).map_init(search, Search::stored).collect());
         rest = later;
-        at_once = if begin.elapsed() < WAVE { 2 * at_once } else { (at_once / 2).max(1) };
         meter.step(fits.len());
         meter.go_on()?;
         for (of_axes, of_coefficients) in fits {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use crate::common::{baked, cone_transfer, is_gray, largest_difference, options, receiver, revolved, scene_of};
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Channels, Mode, PrtError, Receivers, bake};
+use lobe_prt::{BakeMode, BakeOptions, Channels, PrtError, Receivers, bake};
 use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 use lobe_testkit::directions;
@@ -41,7 +41,7 @@ fn closed_form(receivers: &Receivers, order: usize) -> Vec<Vec<f64>> {
 fn unshadowed_transfer_is_the_clamped_cosine_about_the_normal() {
     let receivers = receivers_everywhere();
     let scene = built_in::closed_white_box(1);
-    let (transfer, report) = baked(&scene, &receivers, &options(Mode::Unshadowed, 8, 1));
+    let (transfer, report) = baked(&scene, &receivers, &options(BakeMode::Unshadowed, 8, 1));
     for (r, expected) in closed_form(&receivers, 8).iter().enumerate() {
         for (c, albedo) in [1.0, 0.5, 0.25].into_iter().enumerate() {
             let expected: Vec<f64> = expected.iter().map(|t| albedo * t).collect();
@@ -55,7 +55,7 @@ fn unshadowed_transfer_is_the_clamped_cosine_about_the_normal() {
 #[test]
 fn sampling_with_nothing_in_the_way_agrees_with_the_closed_form_to_1e_3_at_4096_samples() {
     let (receivers, scene) = (receivers_everywhere(), nothing_in_the_way());
-    for mode in [Mode::Shadowed, Mode::Interreflected] {
+    for mode in [BakeMode::Shadowed, BakeMode::Interreflected] {
         let (transfer, report) = baked(&scene, &receivers, &options(mode, 8, 4096));
         let mut worst = 0.0_f64;
         for (r, expected) in closed_form(&receivers, 8).iter().enumerate() {
@@ -71,7 +71,8 @@ fn sampling_with_nothing_in_the_way_agrees_with_the_closed_form_to_1e_3_at_4096_
 fn the_middle_of_a_plane_under_a_sphere_has_its_closed_form() {
     // sin a = r/d: the sphere hides the cone of half angle a, and its 256 cells around stay 1.5e-4 inside of it.
     let scene = built_in::ball_over_ground(256);
-    let (transfer, report) = baked(&scene, &receiver([0.0; 3], [0.0, 0.0, 1.0]), &options(Mode::Shadowed, 6, 1 << 14));
+    let (transfer, report) =
+        baked(&scene, &receiver([0.0; 3], [0.0, 0.0, 1.0]), &options(BakeMode::Shadowed, 6, 1 << 14));
     let cosine = (1.0 - (1.0_f64 / 1.5).powi(2)).sqrt();
     let open = &Zonal::clamped_cosine(6) * (1.0 / PI);
     let expected = (&open - &cone_transfer(6, cosine)).towards(Dir::Z, 1.0);
@@ -101,7 +102,7 @@ fn the_bottom_of_a_pit_sees_its_mouth_whatever_its_walls() {
         ("cone that narrows", 0.5, 1.0, vec![(2.0, 0.0), (0.5, 1.0)]),
     ] {
         let pit = revolved(&profile, SIDES, 0.5);
-        let (transfer, _) = baked(&pit, &receiver([0.0; 3], [0.0, 0.0, 1.0]), &options(Mode::Shadowed, 6, 1 << 14));
+        let (transfer, _) = baked(&pit, &receiver([0.0; 3], [0.0, 0.0, 1.0]), &options(BakeMode::Shadowed, 6, 1 << 14));
         let visible = f64::from(transfer.vector(0, 0)[0]) / y_0();
         let polygon = regular_polygon(SIDES, radius, depth);
         let circle = radius * radius / (radius * radius + depth * depth);
@@ -119,7 +120,7 @@ fn a_closed_white_box_loses_no_light_at_any_bounce_count() {
     let scene = built_in::closed_white_box(3);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     for bounces in [0, 1, 2, 7] {
-        let options = options(Mode::Interreflected, 2, 64).bounces(bounces);
+        let options = options(BakeMode::Interreflected, 2, 64).bounces(bounces);
         let (transfer, report) = baked(&scene, &receivers, &options);
         // No path escapes and none is absorbed: whatever the walls gave off would come back in full.
         assert_eq!(report.energy_left, 1.0, "{bounces} bounces: the part that still travels");
@@ -137,7 +138,7 @@ fn a_white_scene_returns_a_constant_sky_but_for_what_still_travels() {
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let mut before = 0.0;
     for bounces in [0, 1, 4, 12] {
-        let options = options(Mode::Interreflected, 1, 64).bounces(bounces);
+        let options = options(BakeMode::Interreflected, 1, 64).bounces(bounces);
         let (transfer, report) = baked(&scene, &receivers, &options);
         let count = receivers.len() as f64;
         let mean = transfer.coefficients().iter().map(|&t| f64::from(t)).sum::<f64>() / y_0() / count;
@@ -170,7 +171,7 @@ fn a_sphere_with_a_hole_has_the_closed_form_of_every_bounce() {
     for bounces in [0, 1, 4] {
         let expected: f64 = f * (0..=bounces).map(|b| (rho * (1.0 - f)).powi(b)).sum::<f64>();
         for (name, receivers) in [("bottom", &down), ("side", &side)] {
-            let options = options(Mode::Interreflected, 2, 1 << 15).bounces(bounces as usize);
+            let options = options(BakeMode::Interreflected, 2, 1 << 15).bounces(bounces as usize);
             let (transfer, report) = baked(&scene, receivers, &options);
             let found = f64::from(transfer.vector(0, 0)[0]) / y_0();
             let allowed = 1e-3 + 4.0 * report.stderr_dc * found;
@@ -187,7 +188,7 @@ fn a_sphere_with_a_hole_has_the_closed_form_of_every_bounce() {
 fn the_standard_error_is_that_of_independent_bakes() {
     let scene = built_in::cornell_box(8);
     let receivers = Receivers::at_vertices(&scene).unwrap();
-    for mode in [Mode::Shadowed, Mode::Interreflected] {
+    for mode in [BakeMode::Shadowed, BakeMode::Interreflected] {
         let bake = |seed| baked(&scene, &receivers, &options(mode, 1, 64).seed(seed));
         let ((a, report), (b, _)) = (bake(1), bake(2));
         // Half the square of a difference is an estimate of the variance of one.
@@ -211,7 +212,7 @@ fn shadows_only_take_and_bounces_only_give() {
         let transfer = baked(&scene, &receivers, &options(mode, 1, 256)).0;
         (0..receivers.len()).map(|r| transfer.vector(r, 0)[0]).collect::<Vec<_>>()
     };
-    let (open, shadowed, bounced) = (dc(Mode::Unshadowed), dc(Mode::Shadowed), dc(Mode::Interreflected));
+    let (open, shadowed, bounced) = (dc(BakeMode::Unshadowed), dc(BakeMode::Shadowed), dc(BakeMode::Interreflected));
     for r in 0..receivers.len() {
         let (u, s, i) = (open[r], shadowed[r], bounced[r]);
         assert!(s <= u * (1.0 + 1e-6) && s <= i * (1.0 + 1e-6), "receiver {r}: {u}, shadowed {s}, with bounces {i}");
@@ -222,8 +223,8 @@ fn shadows_only_take_and_bounces_only_give() {
 fn no_bounce_is_shadowed_transfer_by_another_route() {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene).unwrap();
-    let shadowed = baked(&scene, &receivers, &options(Mode::Shadowed, 4, 128)).0;
-    let none = options(Mode::Interreflected, 4, 128).bounces(0);
+    let shadowed = baked(&scene, &receivers, &options(BakeMode::Shadowed, 4, 128)).0;
+    let none = options(BakeMode::Interreflected, 4, 128).bounces(0);
     let (followed, report) = baked(&scene, &receivers, &none);
     let expected: Vec<f64> = shadowed.coefficients().iter().map(|&t| f64::from(t)).collect();
     let difference = largest_difference(followed.coefficients(), &expected);
@@ -242,7 +243,7 @@ fn back_sides_reflect_only_where_the_material_is_double_sided() {
     };
     let receiver = receiver([0.0; 3], [0.0, 0.0, 1.0]);
     let energy = |double_sided| {
-        let options = options(Mode::Interreflected, 1, 4096).bounces(2);
+        let options = options(BakeMode::Interreflected, 1, 4096).bounces(2);
         baked(&scene(double_sided), &receiver, &options).1.energy_per_bounce
     };
     let (one, two) = (energy(false), energy(true));
@@ -255,13 +256,13 @@ fn back_sides_reflect_only_where_the_material_is_double_sided() {
 fn light_takes_the_color_of_what_it_met() {
     let scene = built_in::cornell_box(8);
     let white = receiver([-0.9, 0.0, 0.0], [0.0, 0.0, 1.0]);
-    let (transfer, _) = baked(&scene, &white, &options(Mode::Interreflected, 2, 4096));
+    let (transfer, _) = baked(&scene, &white, &options(BakeMode::Interreflected, 2, 4096));
     assert_eq!(transfer.channels(), Channels::Rgb, "a scene with hues");
     let dc = |c| transfer.vector(0, c)[0];
     assert!(dc(0) > 1.05 * dc(1), "beside the red wall: {} red, {} green", dc(0), dc(1));
-    let (shadowed, _) = baked(&scene, &white, &options(Mode::Shadowed, 2, 64));
+    let (shadowed, _) = baked(&scene, &white, &options(BakeMode::Shadowed, 2, 64));
     assert!(is_gray(&shadowed), "a white receiver without bounces");
-    let rgb = options(Mode::Shadowed, 2, 64).channels(Some(Channels::Rgb));
+    let rgb = options(BakeMode::Shadowed, 2, 64).channels(Some(Channels::Rgb));
     let (all, _) = baked(&scene, &white, &rgb);
     (0..3).for_each(|c| assert_eq!(all.vector(0, c), shadowed.vector(0, 0), "channel {c}"));
 }
@@ -272,7 +273,7 @@ fn coefficients_do_not_depend_on_the_number_of_threads() {
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let bake = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| baked(&scene, &receivers, &options(Mode::Interreflected, 3, 16)))
+        pool.install(|| baked(&scene, &receivers, &options(BakeMode::Interreflected, 3, 16)))
     };
     let (one, two, five) = (bake(1), bake(2), bake(5));
     assert!(one.0 == two.0 && one.0 == five.0, "transfer of 1, 2 and 5 threads");
@@ -303,7 +304,7 @@ fn bounces_are_kept_where_the_receivers_looked_at_see_no_light() {
     };
     meshes.push(Mesh::new(walls).unwrap());
     let scene = Scene::new(meshes, vec![Material::WHITE], vec![]).unwrap();
-    let options = options(Mode::Interreflected, 1, 64).energy_stop(1e-3);
+    let options = options(BakeMode::Interreflected, 1, 64).energy_stop(1e-3);
     let (_, report) = baked(&scene, &Receivers::at_vertices(&scene).unwrap(), &options);
     assert!(report.receivers > 64 * 6, "few enough see light: {report:?}");
     assert_eq!(report.bounces, 3, "{report:?}");
@@ -315,7 +316,7 @@ fn bounces_without_energy_are_left_out() {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let bounces = |energy_stop| {
-        let options = options(Mode::Interreflected, 1, 64).energy_stop(energy_stop).bounces(6);
+        let options = options(BakeMode::Interreflected, 1, 64).energy_stop(energy_stop).bounces(6);
         baked(&scene, &receivers, &options).1
     };
     let (all, some) = (bounces(0.0), bounces(0.02));
@@ -330,7 +331,7 @@ fn bounces_without_energy_are_left_out() {
 fn a_bake_can_be_watched_and_stopped() {
     let scene = built_in::ball_over_ground(16);
     let (receivers, bvh) = (Receivers::at_vertices(&scene).unwrap(), Bvh::new(&scene));
-    let options = options(Mode::Shadowed, 1, 1 << 14);
+    let options = options(BakeMode::Shadowed, 1, 1 << 14);
     let mut seen = Vec::new();
     let mut watch = |p: &lobe_io::Progress| {
         seen.push(*p);
@@ -350,7 +351,7 @@ fn a_bake_can_be_watched_and_stopped() {
 fn options_out_of_range_are_refused_in_one_line() {
     let scene = built_in::closed_white_box(1);
     let (receivers, bvh) = (Receivers::at_vertices(&scene).unwrap(), Bvh::new(&scene));
-    let good = options(Mode::Shadowed, 1, 1);
+    let good = options(BakeMode::Shadowed, 1, 1);
     let refusal =
         |options: BakeOptions| bake(&scene, &bvh, &receivers, &options, Job::default()).unwrap_err().to_string();
     let cases = [
@@ -385,7 +386,7 @@ fn transfer_does_not_depend_on_where_a_scene_is() {
     let middle = [0, 1, 2].map(|k| 0.5 * (min[k] + max[k]));
     let transfer = |scene: &Scene| {
         let receivers = Receivers::at_vertices(scene).unwrap();
-        baked(scene, &receivers, &options(Mode::Interreflected, 2, 16)).0
+        baked(scene, &receivers, &options(BakeMode::Interreflected, 2, 16)).0
     };
     let here = transfer(&at([0.0; 3], middle));
     let far = at([1e5, -1e5, 1e5], middle);

@@ -89,7 +89,7 @@ fn built_in_scenes_come_back_with_their_transfer() {
         let transfer = transfer_of(&scene, order, channels);
         let recipe = Recipe::from(json!({"mode": "shadowed", "samples": 1024, "nested": {"a": [1, 2.5]}}));
         let baked = BakedGlb::of_scene(&scene);
-        baked.write(&path, &transfer, &recipe).unwrap();
+        baked.write(&path, &transfer, &recipe, Job::default()).unwrap();
         parts_of(&path);
         let found = read_baked(&path, &SceneReadOptions::default()).unwrap();
         assert_same_scene(&found.scene, &scene);
@@ -134,7 +134,9 @@ fn materials_and_textures_of_a_scene_without_a_gltf_file_come_back() {
     let scene = Scene::new(meshes.to_vec(), materials, vec![texture]).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Rgb), &Recipe::default()).unwrap();
+    BakedGlb::of_scene(&scene)
+        .write(&path, &transfer_of(&scene, 2, Channels::Rgb), &Recipe::default(), Job::default())
+        .unwrap();
     parts_of(&path);
     let found = read_baked(&path, &SceneReadOptions::default()).unwrap().scene;
     let map = found.material(2).base_color_texture.unwrap().uv_map;
@@ -181,7 +183,7 @@ fn a_gltf_file_keeps_all_it_has_and_every_node_has_transfer_of_its_own() {
     let (_, report, document) = read_scene_and_document(&input, &SceneReadOptions::default()).unwrap();
     let baked = BakedGlb::of_document(document, &scene).unwrap();
     let path = folder.path().join("baked.glb");
-    baked.write(&path, &transfer, &Recipe::default().seed(7)).unwrap();
+    baked.write(&path, &transfer, &Recipe::default().seed(7), Job::default()).unwrap();
 
     let found = read_baked(&path, &SceneReadOptions::default()).unwrap();
     for (a, b) in found.scene.meshes().iter().zip(scene.meshes()) {
@@ -228,7 +230,7 @@ fn baking_again_replaces_the_transfer_and_adds_nothing() {
     let [first, second, third] = ["1.glb", "2.glb", "3.glb"].map(|name| folder.path().join(name));
     let write = |from: &Path, to: &Path, order| {
         let transfer = transfer_of(&scene, order, Channels::Rgb);
-        glb_of_file(from).write(to, &transfer, &Recipe::default()).unwrap();
+        glb_of_file(from).write(to, &transfer, &Recipe::default(), Job::default()).unwrap();
     };
     write(&input, &first, 3);
     write(&first, &second, 5);
@@ -244,7 +246,7 @@ fn compressed_transfer_comes_back_bit_for_bit() {
     let scene = scene_of(&input);
     let transfer = transfer_of(&scene, 3, Channels::Rgb);
     let [first, second, plain] = ["1.glb", "2.glb", "3.glb"].map(|name| folder.path().join(name));
-    glb_of_file(&input).write(&plain, &transfer, &Recipe::default()).unwrap();
+    glb_of_file(&input).write(&plain, &transfer, &Recipe::default(), Job::default()).unwrap();
     for (components, weights) in [(5, WeightBits::F32), (4, WeightBits::U16), (3, WeightBits::U8), (0, WeightBits::U8)]
     {
         let options = CompressOptions::default().clusters(7).components(components).weights(weights);
@@ -260,7 +262,7 @@ fn compressed_transfer_comes_back_bit_for_bit() {
             "the rest"
         );
         // Baked again without compression, nothing of it is left.
-        glb_of_file(&first).write(&second, &transfer, &Recipe::default()).unwrap();
+        glb_of_file(&first).write(&second, &transfer, &Recipe::default(), Job::default()).unwrap();
         assert!(parts_of(&second) == parts_of(&plain), "{components} components, {weights:?}: left over");
     }
 }
@@ -305,7 +307,9 @@ fn refusal(change: impl FnOnce(&mut Value)) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(1);
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Recipe::default()).unwrap();
+    BakedGlb::of_scene(&scene)
+        .write(&path, &transfer_of(&scene, 2, Channels::Gray), &Recipe::default(), Job::default())
+        .unwrap();
     let (mut json, bytes) = parts_of(&path);
     change(&mut json);
     let path = write_gltf(&folder, "changed", &json, &bytes);
@@ -369,7 +373,7 @@ fn what_does_not_belong_together_is_not_written() {
     assert!(BakedGlb::of_document(document(), &split).is_err(), "a scene that was split");
     let path = folder.path().join("baked.glb");
     let transfer = transfer_of(&other, 2, Channels::Gray);
-    let error = glb_of_file(&input).write(&path, &transfer, &Recipe::default()).unwrap_err();
+    let error = glb_of_file(&input).write(&path, &transfer, &Recipe::default(), Job::default()).unwrap_err();
     let (expected, found) = (scene.vertex_count(), other.vertex_count());
     let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
     assert_eq!(error.to_string(), message, "fewer receivers");
@@ -383,7 +387,7 @@ fn suzi_comes_back_vertex_for_vertex() {
     let scene = scene_of(&path);
     let transfer = transfer_of(&scene, 4, Channels::Rgb);
     let out = folder.path().join("suzi.glb");
-    glb_of_file(&path).write(&out, &transfer, &Recipe::default()).unwrap();
+    glb_of_file(&path).write(&out, &transfer, &Recipe::default(), Job::default()).unwrap();
     parts_of(&out);
     let found = read_baked(&out, &SceneReadOptions::default()).unwrap();
     assert_eq!(found.scene.meshes(), scene.meshes(), "meshes, bit for bit");
@@ -395,7 +399,9 @@ fn a_file_that_is_broken_on_purpose_is_found_to_be() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("baked.glb");
     let scene = built_in::closed_white_box(1);
-    BakedGlb::of_scene(&scene).write(&path, &transfer_of(&scene, 2, Channels::Gray), &Recipe::default()).unwrap();
+    BakedGlb::of_scene(&scene)
+        .write(&path, &transfer_of(&scene, 2, Channels::Gray), &Recipe::default(), Job::default())
+        .unwrap();
     let (json, buffer) = parts_of(&path);
     assert_eq!(glb_faults(&glb_of(&json, &buffer)), Vec::<String>::new(), "put together again");
     let attributes = &json["meshes"][0]["primitives"][0]["attributes"];

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::common::options;
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, BakeReport, Mode, PrtError, Receivers, Transfer, bake, bake_on_disk};
+use lobe_prt::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, Transfer, bake, bake_on_disk};
 use lobe_scene::{Bvh, Scene, built_in};
 
 struct World {
@@ -20,7 +20,7 @@ struct World {
 fn world() -> World {
     let scene = built_in::ball_over_ground(16);
     let receivers = Receivers::at_vertices(&scene).unwrap();
-    let options = options(Mode::Interreflected, 2, 16).bounces(1);
+    let options = options(BakeMode::Interreflected, 2, 16).bounces(1);
     World { bvh: Bvh::new(&scene), scene, receivers, options }
 }
 
@@ -106,7 +106,7 @@ fn resumes_from(world: &World, path: &Path, records: u64, complete: &[u8]) {
 #[test]
 fn a_bake_stopped_by_its_user_goes_on_where_it_was() {
     let (folder, world) = (tempfile::tempdir().unwrap(), world());
-    let world = World { options: world.options.mode(Mode::Shadowed).samples(1 << 12), ..world };
+    let world = World { options: world.options.mode(BakeMode::Shadowed).samples(1 << 12), ..world };
     let path = folder.path().join("a");
     let mut stops = 0;
     for _ in 0..1000 {

@@ -5,7 +5,8 @@ use std::path::Path;
 use crate::common::{baked, options};
 use lobe_io::Job;
 use lobe_prt::{
-    CompressOptions, CompressedTransfer, Mode, Receivers, Transfer, compress_table, compress_table_within, error_curve,
+    BakeMode, CompressOptions, CompressedTransfer, Receivers, Transfer, compress_table, compress_table_within,
+    error_curve,
 };
 use lobe_scene::{Scene, SceneReadOptions, built_in, read_scene};
 
@@ -20,7 +21,7 @@ fn transfer_of(scene: &Scene) -> Transfer {
     let all = Receivers::at_vertices(scene).unwrap();
     let pick = |v: &[[f32; 3]]| (0..RECEIVERS).map(|k| v[k * all.len() / RECEIVERS]).collect();
     let receivers = Receivers::new(pick(all.positions()), pick(all.normals()), pick(all.albedos())).unwrap();
-    let options = options(Mode::Interreflected, 3, 64).bounces(1);
+    let options = options(BakeMode::Interreflected, 3, 64).bounces(1);
     baked(scene, &receivers, &options).0
 }
 

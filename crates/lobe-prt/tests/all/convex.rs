@@ -2,7 +2,7 @@
 
 use crate::common::{baked, options};
 use lobe_io::Job;
-use lobe_prt::{AdaptiveOptions, BakeOptions, Mode, Receivers, TexelReceivers, bake_matrices, split_adaptively};
+use lobe_prt::{AdaptiveOptions, BakeMode, BakeOptions, Receivers, TexelReceivers, bake_matrices, split_adaptively};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene};
 use lobe_sh::vector::{dot, normalized};
 
@@ -40,12 +40,12 @@ fn ball(is_cut: bool) -> Scene {
 
 /// The ball with its faces cut into 64 each: most vertices lie within faces.
 fn finely_cut_ball() -> Scene {
-    (0..3).fold(ball(false), |scene, _| scene.halve_edges(|_, _| true).unwrap())
+    (0..3).fold(ball(false), |scene, _| scene.halve_edges(|_, _| true).unwrap().0)
 }
 
 /// The part of a constant sky that each receiver sends back, in both modes that trace rays.
 fn sent(scene: &Scene, receivers: &Receivers) -> [Vec<f64>; 2] {
-    [Mode::Shadowed, Mode::Interreflected].map(|mode| {
+    [BakeMode::Shadowed, BakeMode::Interreflected].map(|mode| {
         let (transfer, _) = baked(scene, receivers, &options(mode, 1, 1024));
         transfer.coefficients().iter().map(|&t| f64::from(t) * (4.0 * std::f64::consts::PI).sqrt()).collect()
     })
@@ -68,7 +68,7 @@ fn a_convex_body_has_the_same_transfer_with_and_without_reflections() {
             assert!((a - b).abs() < 1e-6, "{name}: shadowed {a}, interreflected {b} at {p:?}, normal {n:?}");
             assert!(!name.starts_with("vertices") || name.ends_with("faces") || *a > 0.999_999, "{name}: {a} at {p:?}");
         }
-        let matrices = [Mode::Shadowed, Mode::Interreflected].map(|mode| {
+        let matrices = [BakeMode::Shadowed, BakeMode::Interreflected].map(|mode| {
             let options = options(mode, 2, 64);
             bake_matrices(&scene, &Bvh::new(&scene), &receivers, &options, Job::default()).unwrap().0
         });
@@ -104,10 +104,10 @@ fn within_a_face_the_part_of_the_sky_below_the_face_is_lost() {
 fn adaptive_splitting_finds_nothing_to_split_by_light_that_a_face_sends_itself() {
     let split = |mode| {
         let bake = BakeOptions::default().mode(mode).order(2).samples(256).energy_stop(0.0);
-        let options = AdaptiveOptions::default().threshold(0.2).min_edge(Some(0.05)).bake(bake);
+        let options = AdaptiveOptions::default().threshold(0.02).min_edge(Some(0.05)).bake(bake);
         split_adaptively(&ball(false), &options, Job::default()).unwrap().0
     };
-    let [shadowed, interreflected] = [Mode::Shadowed, Mode::Interreflected].map(split);
+    let [shadowed, interreflected] = [BakeMode::Shadowed, BakeMode::Interreflected].map(split);
     assert_eq!(shadowed.meshes(), interreflected.meshes(), "the same triangles in both modes");
     assert!(shadowed.triangle_count() > 100, "{} triangles: some were split", shadowed.triangle_count());
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::{baked, cone_transfer, largest_difference, options, receiver, revolved};
-use lobe_prt::Mode;
+use lobe_prt::BakeMode;
 use lobe_scene::{Alpha, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap};
 use lobe_sh::{Dir, Expansion as _};
 
@@ -55,7 +55,7 @@ fn room(alpha: Alpha) -> Scene {
 fn a_round_hole_in_a_mask_lets_in_the_light_of_its_cone() {
     let below = receiver([0.0; 3], [0.0, 0.0, 1.0]);
     let expected = cone_transfer(6, f64::from(HEIGHT) / RADIUS.hypot(f64::from(HEIGHT))).towards(Dir::Z, 1.0);
-    for mode in [Mode::Shadowed, Mode::Interreflected] {
+    for mode in [BakeMode::Shadowed, BakeMode::Interreflected] {
         // Black walls reflect nothing, and the lid sees nothing else.
         let options = options(mode, 6, 1 << 14).bounces(2);
         let (transfer, report) = baked(&room(Alpha::Mask(0.5)), &below, &options);
@@ -86,7 +86,7 @@ fn a_sphere_with_a_masked_cap_has_the_closed_form_of_every_bounce() {
     for (name, receivers) in
         [("bottom", receiver([0.0, 0.0, -1.0], [0.0, 0.0, 1.0])), ("side", receiver([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]))]
     {
-        let options = options(Mode::Interreflected, 2, 1 << 15).bounces(4);
+        let options = options(BakeMode::Interreflected, 2, 1 << 15).bounces(4);
         let (_, report) = baked(&scene, &receivers, &options);
         for (b, energy) in report.energy_per_bounce.iter().enumerate() {
             let expected = f * (rho * (1.0 - f)).powi(b as i32);

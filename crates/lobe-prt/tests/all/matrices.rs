@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use crate::common::{baked, options, receiver, scene_of};
 use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Channels, Grid, Mode, Neighborhood, Receivers, TransferMatrices, bake_matrices, bake_matrices_on_disk,
-    bake_neighborhood,
+    BakeMode, BakeOptions, Channels, Grid, Neighborhood, Receivers, TransferMatrices, bake_matrices,
+    bake_matrices_on_disk, bake_neighborhood,
 };
 use lobe_scene::{Bounds, Bvh, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Zonal};
@@ -32,7 +32,7 @@ fn with_nothing_in_the_way_a_matrix_cuts_the_light_off_at_the_horizon() {
     let rule = SphereQuadrature::of_degree(200);
     for n in directions().into_iter().step_by(40) {
         let receivers = receiver([0.0; 3], n.map(|c| c as f32));
-        let found = matrices(&scene, &receivers, &options(Mode::Unshadowed, 3, 4096));
+        let found = matrices(&scene, &receivers, &options(BakeMode::Unshadowed, 3, 4096));
         let light = sky(3, 1);
         let incident = found.incident(0, light.coefficients());
         for i in 0..9 {
@@ -53,7 +53,7 @@ fn a_constant_sky_is_sent_on_unchanged_by_a_lobe_that_is_the_cosine() {
     let scene = built_in::closed_white_box(1);
     let constant = ShVec::constant(4, Rgb::new(1.0, 2.0, 0.0));
     for n in directions().into_iter().step_by(30) {
-        let found = matrices(&scene, &receiver([0.0; 3], n.map(|c| c as f32)), &options(Mode::Unshadowed, 4, 4096));
+        let found = matrices(&scene, &receiver([0.0; 3], n.map(|c| c as f32)), &options(BakeMode::Unshadowed, 4, 4096));
         let normal = Dir::from_unit(n);
         let sent = |lobe: &Zonal, v| found.exit_radiance(0, constant.coefficients(), lobe, normal, v);
         let sum = sent(&Zonal::phong(4, 1.0), normal);
@@ -67,7 +67,7 @@ fn a_mirror_lobe_shows_the_light_along_the_reflected_view() {
     // Over a white plane without end a receiver that looks up sees the sky; a sharp lobe of high order finds its bright
     // side.
     let scene = built_in::closed_white_box(1);
-    let found = matrices(&scene, &receiver([0.0; 3], [0.0, 0.0, 1.0]), &options(Mode::Unshadowed, 6, 4096));
+    let found = matrices(&scene, &receiver([0.0; 3], [0.0, 0.0, 1.0]), &options(BakeMode::Unshadowed, 6, 4096));
     let light = ShVec::impulse(6, Dir::new([1.0, 0.0, 1.0]).unwrap(), Rgb::new(1.0, 1.0, 1.0));
     let eye = |x: f64| Dir::new([x, 0.0, 1.0]).unwrap();
     let sent = |x| found.exit_radiance(0, light.coefficients(), &Zonal::ggx(6, 0.1), Dir::Z, eye(x)).g;
@@ -79,10 +79,10 @@ fn a_cosine_lobe_seen_from_above_sends_what_transfer_vectors_send() {
     // Both are 1/π ∫ L_in max(n·s, 0) ds, here with the cosine cut off at band 8.
     let scene = built_in::cornell_box(8);
     let receivers = receiver([-0.7, -0.5, 0.0], [0.0, 0.0, 1.0]);
-    for mode in [Mode::Shadowed, Mode::Interreflected] {
+    for mode in [BakeMode::Shadowed, BakeMode::Interreflected] {
         let vectors = baked(&scene, &receivers, &options(mode, 8, 4096)).0;
         let matrices = matrices(&scene, &receivers, &options(mode, 8, 4096));
-        let expected_channels = if mode == Mode::Shadowed { Channels::Gray } else { Channels::Rgb };
+        let expected_channels = if mode == BakeMode::Shadowed { Channels::Gray } else { Channels::Rgb };
         assert_eq!(matrices.channels(), expected_channels, "{mode:?}");
         for seed in 0..4 {
             let light = sky(3, seed).resized(8);
@@ -99,7 +99,7 @@ fn around_nothing_the_neighborhood_changes_no_light() {
     let triangle = vec![[0.0, 0.0, -1e6], [1e-3, 0.0, -1e6], [0.0, 1e-3, -1e6]];
     let scene = scene_of(triangle, vec![[0, 1, 2]], 0.5, true);
     let grid = Grid::new(Bounds { min: [-1.0; 3], max: [1.0; 3] }, [2, 3, 2]).unwrap();
-    let options = options(Mode::Interreflected, 4, 4096);
+    let options = options(BakeMode::Interreflected, 4, 4096);
     let (around, report) = bake_neighborhood(&scene, &Bvh::new(&scene), &grid, &options, Job::default()).unwrap();
     assert!((report.energy_per_bounce[0] - 1.0).abs() < 1e-9, "{report:?}");
     let light = sky(4, 3);
@@ -115,7 +115,7 @@ fn what_moves_is_lit_as_a_receiver_of_the_scene_at_its_place() {
     let scene = built_in::ball_over_ground(32);
     let bvh = Bvh::new(&scene);
     let grid = Grid::new(Bounds { min: [1.0, -0.5, 0.2], max: [2.0, 0.5, 1.2] }, [2, 3, 2]).unwrap();
-    let options = options(Mode::Interreflected, 6, 4096).bounces(1);
+    let options = options(BakeMode::Interreflected, 6, 4096).bounces(1);
     let (around, _) = bake_neighborhood(&scene, &bvh, &grid, &options, Job::default()).unwrap();
     for n in [[-0.6_f32, 0.0, 0.8], [0.0, 0.6, 0.8], [0.0, 0.0, -1.0]] {
         let place = [1.0, 0.0, 0.2];
@@ -161,7 +161,7 @@ fn matrices_resume_from_their_checkpoint_and_from_no_other() {
     let path = folder.path().join("m.lobe-partial");
     let scene = built_in::ball_over_ground(8);
     let (bvh, receivers) = (Bvh::new(&scene), Receivers::at_vertices(&scene).unwrap());
-    let options = options(Mode::Interreflected, 2, 64).bounces(1);
+    let options = options(BakeMode::Interreflected, 2, 64).bounces(1);
     let expected = bake_matrices(&scene, &bvh, &receivers, &options, Job::default()).unwrap().0;
     let bake = || {
         let (stored, _) =

@@ -1,7 +1,7 @@
 //! Receivers at the texels of a lightmap.
 
 use crate::common::{baked, options};
-use lobe_prt::{Mode, TexelReceivers, Transfer};
+use lobe_prt::{BakeMode, TexelReceivers, Transfer};
 use lobe_scene::{Material, Mesh, MeshParts, Scene};
 
 /// A square of side 2 about the origin, facing up, whose picture fills the part `[from, to]²` of the unit square; x
@@ -67,7 +67,7 @@ fn every_texel_of_the_picture_shows_a_nearest_receiver() {
 fn transfer_at_texels_is_that_of_receivers_there() {
     let scene = scene([square(0.0, 0.5, 1, 0.0), square(0.5, 1.0, 1, 1.0)]);
     let texels = TexelReceivers::new(&scene, 8).unwrap();
-    let (transfer, _) = baked(&scene, texels.receivers(), &options(Mode::Shadowed, 2, 256));
+    let (transfer, _) = baked(&scene, texels.receivers(), &options(BakeMode::Shadowed, 2, 256));
     for (i, position) in texels.receivers().positions().iter().enumerate() {
         let [below, above] = [position[2] < 0.5, position[2] > 0.5];
         let open = transfer.vector(i, 1)[0] / (0.5 * 0.5 / std::f32::consts::PI.sqrt());
@@ -108,7 +108,7 @@ fn texels_whose_center_is_on_an_edge_of_the_picture_do_not_see_behind_a_wall_the
     wall.positions = vec![[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];
     let scene = scene([floor, wall]);
     let texels = TexelReceivers::new(&scene, 32).unwrap();
-    let (transfer, _) = baked(&scene, texels.receivers(), &options(Mode::Shadowed, 1, 1024));
+    let (transfer, _) = baked(&scene, texels.receivers(), &options(BakeMode::Shadowed, 1, 1024));
     let mut beside_the_wall = 0;
     for (i, position) in texels.receivers().positions().iter().enumerate() {
         if position[0] > 0.999 && position[1].abs() < 0.8 && position[2] == 0.0 {

@@ -2,15 +2,14 @@
 //!
 //! Read `path_tracer`, the estimator with next-event estimation and multiple importance sampling; then what it draws
 //! from: `bsdf` with the microfacets of `ggx`, `distant_light` with its `sphere_table`, and the Owen-scrambled Sobol'
-//! points of `sampler`. `estimate` makes means and variances of paths, `reference` pictures of `pixel`s,
-//! `truth_checkpoint` keeps them, `truth_exr` writes them. Uses `camera`.
+//! points of `sampler`. `estimate` makes means and variances of paths, `reference` pictures,
+//! `truth_checkpoint` keeps their pixels, `truth_exr` writes them. Uses `camera`.
 
 pub(crate) mod bsdf;
 pub(crate) mod distant_light;
 pub(crate) mod estimate;
 pub(crate) mod ggx;
 pub(crate) mod path_tracer;
-pub(crate) mod pixel;
 pub(crate) mod reference;
 pub(crate) mod sampler;
 pub(crate) mod sphere_table;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use derive_setters::Setters;
 use lobe_prt::Receivers;
-use lobe_scene::{Bvh, Hit, Ray, Scene};
+use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
@@ -108,11 +108,9 @@ impl<'a> PathReceiver<'a> {
 /// decides about glass. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
 /// unbiased.
 pub struct PathTracer<'a> {
-    scene: &'a Scene,
-    bvh: &'a Bvh,
+    surfaces: SurfaceRays<'a>,
     light: &'a DistantLight,
     options: PathOptions,
-    has_holes: bool,
 }
 
 /// A point of a surface that a path visits.
@@ -170,7 +168,7 @@ impl<'a> PathTracer<'a> {
     /// Paths through `scene`, whose tree is `bvh`.
     #[must_use]
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, light: &'a DistantLight, options: PathOptions) -> Self {
-        Self { scene, bvh, light, options, has_holes: scene.has_holes() }
+        Self { surfaces: SurfaceRays::new(scene, bvh), light, options }
     }
 
     /// The exit radiance of receiver number `place`, with its variance.
@@ -255,14 +253,14 @@ impl<'a> PathTracer<'a> {
 
     /// Intersects a ray with the scene: the first surface, or none if the ray escapes.
     pub(crate) fn intersect(&self, ray: &Ray) -> Option<FirstHit> {
-        let hit = self.closest(ray)?;
-        let surface = self.scene.surface(&hit);
+        let hit = self.surfaces.closest(ray)?;
+        let surface = self.surfaces.scene().surface(&hit);
         let towards = ray.direction.map(f64::from);
         let length = dot(towards, towards).sqrt();
         // Turn both normals to the side that is hit.
         let geometric = surface.geometric_normal.map(f64::from);
         let is_front = dot(towards, geometric) < 0.0;
-        let material = self.scene.material(surface.mesh);
+        let material = self.surfaces.scene().material(surface.mesh);
         let side = if is_front { 1.0 } else { -1.0 };
         // Normals of f32 are not of unit length to the last digit of f64.
         let shading = normalized(surface.shading_normal.map(|c| side * f64::from(c)));
@@ -280,7 +278,7 @@ impl<'a> PathTracer<'a> {
                     Bsdf::metallic_roughness(shading, base.widen(), metallic, facets, view)
                 }
             };
-            let origin = self.bvh.origin_above(surface.position, plane.map(|c| c as f32));
+            let origin = self.surfaces.bvh().origin_above(surface.position, plane.map(|c| c as f32));
             Interaction { origin, planes: SurfacePlanes::One(plane), bsdf }
         });
         let distance = f64::from(hit.t) * length;
@@ -314,7 +312,7 @@ impl<'a> PathTracer<'a> {
             // Trace the ray; at the last bounce it only matters whether it escapes.
             let ray = Ray::new(at.origin, sample.towards.map(|c| c as f32));
             let hit = match is_last {
-                true => self.is_occluded(&ray).then_some(None),
+                true => self.surfaces.is_occluded(&ray).then_some(None),
                 false => self.intersect(&ray).map(|hit| hit.interaction),
             };
             match hit {
@@ -345,7 +343,7 @@ impl<'a> PathTracer<'a> {
             return Rgb::ZERO;
         }
         // Trace the shadow ray.
-        if self.is_occluded(&Ray::new(at.origin, s.map(|c| c as f32))) {
+        if self.surfaces.is_occluded(&Ray::new(at.origin, s.map(|c| c as f32))) {
             return Rgb::ZERO;
         }
         // Weight the sample against the same direction drawn from the BSDF.
@@ -377,28 +375,12 @@ impl<'a> PathTracer<'a> {
 
     fn receiver_interaction(&self, receiver: &PathReceiver<'_>) -> Interaction {
         let normal = normalized(receiver.normal.map(f64::from));
-        let origin = self.bvh.origin_above(receiver.position, receiver.normal);
+        let origin = self.surfaces.bvh().origin_above(receiver.position, receiver.normal);
         let planes = match receiver.planes {
             [] => SurfacePlanes::One(normal),
             planes => SurfacePlanes::Around(planes.iter().map(|n| n.map(f64::from)).collect()),
         };
         Interaction { origin, planes, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
-    }
-
-    fn closest(&self, ray: &Ray) -> Option<Hit> {
-        if self.has_holes {
-            self.bvh.closest_where(ray, |hit| self.scene.stops(ray, hit))
-        } else {
-            self.bvh.closest(ray)
-        }
-    }
-
-    fn is_occluded(&self, ray: &Ray) -> bool {
-        if self.has_holes {
-            self.bvh.is_occluded_where(ray, |hit| self.scene.stops(ray, &hit))
-        } else {
-            self.bvh.is_occluded(ray)
-        }
     }
 }
 

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use derive_setters::Setters;
+use lobe_image::Picture;
 use lobe_io::{Fingerprint, Job};
 use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
@@ -10,12 +11,10 @@ use lobe_sh::{Coefficient as _, Rgb};
 
 use crate::path_tracer::estimate::{Moments, SampleCount};
 use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit};
-use crate::path_tracer::pixel::Pixel;
 use crate::path_tracer::sampler::SampleSet;
-use crate::path_tracer::truth_checkpoint::TruthCheckpoint;
+use crate::path_tracer::truth_checkpoint::{PIXEL, TracedPixel, TruthCheckpoint};
 use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
-use lobe_image::Picture;
 
 /// Options of [`render_truth`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -104,7 +103,7 @@ pub fn render_truth(
         if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
     })?;
     // Take the pixels apart into pictures.
-    let picture = |of: fn(&Pixel) -> Rgb<f32>| Picture::new(width, height, traced.iter().map(of).collect());
+    let picture = |of: fn(&TracedPixel) -> Rgb<f32>| Picture::new(width, height, traced.iter().map(of).collect());
     Ok(Truth {
         mean: picture(|p| p.mean)?,
         variance: picture(|p| p.variance)?,
@@ -117,6 +116,13 @@ pub fn render_truth(
 }
 
 impl TruthOptions {
+    /// The most bytes that tracing and writing a picture take: the numbers of each pixel four times, traced and on the way to
+    /// the checkpoint, or in layers, as channels and compressed (test `work_takes_no_more_memory_than_is_said` of `lobe-cli`).
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        (4 * PIXEL as u64).saturating_mul((self.width * self.height) as u64)
+    }
+
     /// The number of pixels.
     fn check(&self) -> Result<usize, RenderError> {
         let Self { width, height, count: SampleCount { sets, per_set }, .. } = *self;
@@ -157,7 +163,7 @@ fn trace_pixel(
     light: &DistantLight,
     options: &TruthOptions,
     index: usize,
-) -> Pixel {
+) -> TracedPixel {
     let TruthOptions { width, height, count, paths } = *options;
     let (x, y) = ((index % width) as f64, (index / width) as f64);
     let mut moments = Moments::default();
@@ -187,7 +193,7 @@ fn trace_pixel(
     }
     let estimate = moments.estimate();
     let part = (count.total() as f64).recip();
-    Pixel {
+    TracedPixel {
         mean: Rgb::narrow(estimate.mean),
         variance: Rgb::narrow(estimate.variance),
         albedo: Rgb::narrow(albedo.scale(part)),

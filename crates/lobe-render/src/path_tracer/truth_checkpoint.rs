@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout};
+use lobe_sh::Rgb;
 
 use crate::RenderError;
-use crate::path_tracer::pixel::Pixel;
 
 /// Checkpoints of traced pictures among those of Lobe.
 const FORMAT: RecordFormat = RecordFormat {
@@ -16,9 +16,32 @@ const FORMAT: RecordFormat = RecordFormat {
 };
 
 /// Bytes of a pixel: 14 numbers (f32, little-endian).
-const PIXEL: usize = 4 * 14;
+pub(crate) const PIXEL: usize = 4 * 14;
 
-/// The pixels of a picture that are done, a record for each: its numbers in the order of [`Pixel::to_numbers`].
+/// The channels of a traced pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TracedPixel {
+    pub(crate) mean: Rgb<f32>,
+    pub(crate) variance: Rgb<f32>,
+    pub(crate) albedo: Rgb<f32>,
+    pub(crate) normal: Rgb<f32>,
+    pub(crate) depth: f32,
+    pub(crate) coverage: f32,
+}
+
+impl TracedPixel {
+    fn to_numbers(self) -> [f32; 14] {
+        let Self { mean: m, variance: v, albedo: a, normal: n, depth, coverage } = self;
+        [m.r, m.g, m.b, v.r, v.g, v.b, a.r, a.g, a.b, n.r, n.g, n.b, depth, coverage]
+    }
+
+    fn from_numbers(x: [f32; 14]) -> Self {
+        let [mean, variance, albedo, normal] = [0, 3, 6, 9].map(|k| Rgb::new(x[k], x[k + 1], x[k + 2]));
+        Self { mean, variance, albedo, normal, depth: x[12], coverage: x[13] }
+    }
+}
+
+/// The pixels of a picture that are done, a record for each: its numbers in the order of [`TracedPixel::to_numbers`].
 pub(crate) struct TruthCheckpoint(RecordFile);
 
 impl TruthCheckpoint {
@@ -27,19 +50,19 @@ impl TruthCheckpoint {
         path: &Path,
         fingerprint: &Fingerprint,
         pixels: usize,
-    ) -> Result<(Self, Vec<Pixel>), RenderError> {
+    ) -> Result<(Self, Vec<TracedPixel>), RenderError> {
         let layout = RecordLayout { count: pixels, bytes: PIXEL, last: PIXEL };
         let mut found = Vec::new();
         let take_up = |record: &[u8]| {
             let numbers = record.as_chunks::<4>().0;
-            found.push(Pixel::from_numbers(std::array::from_fn(|k| f32::from_le_bytes(numbers[k]))));
+            found.push(TracedPixel::from_numbers(std::array::from_fn(|k| f32::from_le_bytes(numbers[k]))));
         };
         let file = RecordFile::open(path, &FORMAT, layout, fingerprint, take_up)?;
         Ok((Self(file), found))
     }
 
     /// Keeps the pixels that are not in the file yet. If there will be no other time, waits until they are on the disk.
-    pub(crate) fn keep(&mut self, done: &[Pixel], is_last: bool) -> Result<(), RenderError> {
+    pub(crate) fn keep(&mut self, done: &[TracedPixel], is_last: bool) -> Result<(), RenderError> {
         let Self(file) = self;
         let mut push = || -> Result<(), IoError> {
             for pixel in &done[file.done()..] {
@@ -58,12 +81,12 @@ impl TruthCheckpoint {
 mod tests {
     use super::*;
 
-    fn pixels(range: std::ops::Range<usize>) -> Vec<Pixel> {
-        range.map(|i| Pixel::from_numbers(std::array::from_fn(|k| (14 * i + k) as f32))).collect()
+    fn pixels(range: std::ops::Range<usize>) -> Vec<TracedPixel> {
+        range.map(|i| TracedPixel::from_numbers(std::array::from_fn(|k| (14 * i + k) as f32))).collect()
     }
 
-    fn numbers(pixels: &[Pixel]) -> Vec<[f32; 14]> {
-        pixels.iter().copied().map(Pixel::to_numbers).collect()
+    fn numbers(pixels: &[TracedPixel]) -> Vec<[f32; 14]> {
+        pixels.iter().copied().map(TracedPixel::to_numbers).collect()
     }
 
     #[test]

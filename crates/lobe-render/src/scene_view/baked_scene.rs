@@ -70,7 +70,7 @@ impl BakedScene {
             read_any_transfer(path)?
         };
         let width = transfer.receivers().isqrt();
-        let places = if is_picture || recipe.texels == Some(Some(width)) {
+        let places = if is_picture || recipe.texels == Some(width) {
             Places::Texels(Box::new(Lightmap::new(&scene, width)?))
         } else {
             expect_vertices(&scene, transfer.receivers(), path)?;

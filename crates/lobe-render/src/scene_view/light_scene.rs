@@ -3,11 +3,10 @@
 use std::f64::consts::FRAC_1_PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use lobe_image::Picture;
 use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal, convolved};
-
-use lobe_image::Picture;
 
 use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions, scene_picture};
 
@@ -80,7 +79,8 @@ pub fn light_baked_scene(
 /// # Errors
 /// As [`scene_picture`](fn@crate::scene_picture).
 pub fn light_by_irradiance(
-    (scene, bvh): (&Scene, &Bvh),
+    scene: &Scene,
+    bvh: &Bvh,
     light: &ShVec<Rgb<f64>>,
     camera: &Camera,
     options: &ViewOptions,

@@ -3,13 +3,13 @@
 use std::time::Instant;
 
 use derive_setters::Setters;
+use lobe_image::Picture;
 use lobe_io::Job;
-use lobe_scene::{Bvh, Ray, Scene};
+use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, RenderError};
-use lobe_image::Picture;
 
 /// The size and the sampling of a picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -28,6 +28,15 @@ impl Default for ViewOptions {
     /// A picture of 512 × 384 pixels with 2 × 2 rays each.
     fn default() -> Self {
         Self { width: 512, height: 384, rays: 2 }
+    }
+}
+
+impl ViewOptions {
+    /// The most bytes that a picture takes until it is written: its numbers twice as they are, compressed in blocks and as a
+    /// file, and some room (test `work_takes_no_more_memory_than_is_said` of `lobe-cli`).
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        (5 * size_of::<[f32; 3]>() as u64).saturating_mul((self.width * self.height) as u64)
     }
 }
 
@@ -60,14 +69,10 @@ pub fn scene_picture(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
     };
-    let (camera, has_holes) = (camera.relative_to(scene.origin()), scene.has_holes());
+    let (camera, surfaces) = (camera.relative_to(scene.origin()), SurfaceRays::new(scene, bvh));
     // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
-        let hit = match has_holes {
-            true => bvh.closest_where(ray, |hit| scene.stops(ray, hit)),
-            false => bvh.closest(ray),
-        };
-        let Some(hit) = hit else { return background(towards) };
+        let Some(hit) = surfaces.closest(ray) else { return background(towards) };
         let hit = SceneHit::new(scene, hit, towards);
         if hit.is_lit { radiance(&hit) } else { Rgb::ZERO }
     };

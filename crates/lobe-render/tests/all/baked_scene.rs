@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use lobe_image::Picture;
 use lobe_io::{Job, Progress};
 use lobe_prt::{
-    AlbedoMode, AnyTransfer, BakeOptions, BakedGlb, Mode, Receivers, Recipe, RecipeMode, TexelReceivers, bake,
-    bake_matrices, write_lightmap, write_matrices, write_transfer,
+    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakedGlb, Receivers, Recipe, TexelReceivers, bake, bake_matrices,
+    write_lightmap, write_matrices, write_transfer,
 };
 use lobe_render::{
     BakedScene, Camera, GlossyLobe, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance,
@@ -44,7 +44,7 @@ fn camera(height: f64) -> Camera {
     Camera::look_at([0.1, 0.2, height], [0.0; 3], 0.17).unwrap()
 }
 
-fn options(mode: Mode) -> BakeOptions {
+fn options(mode: BakeMode) -> BakeOptions {
     BakeOptions::default().mode(mode).order(ORDER).samples(64)
 }
 
@@ -72,11 +72,11 @@ fn assert_close(found: &Picture, expected: &Picture, what: &str) {
 
 #[test]
 fn transfer_without_shadows_shows_the_irradiance_of_a_flat_surface() {
-    let baked = BakedScene::bake(square(), &options(Mode::Unshadowed), None, Job::default()).unwrap();
+    let baked = BakedScene::bake(square(), &options(BakeMode::Unshadowed), None, Job::default()).unwrap();
     let (scene, light) = (square(), light());
     let bvh = Bvh::new(&scene);
     let by_normal =
-        light_by_irradiance((&scene, &bvh), &light, &camera(3.0), &view(), |_| Rgb::ZERO, Job::default()).unwrap();
+        light_by_irradiance(&scene, &bvh, &light, &camera(3.0), &view(), |_| Rgb::ZERO, Job::default()).unwrap();
     assert_close(&lit(&baked, &light, 3.0).picture, &by_normal.picture, "by transfer");
     assert_eq!(by_normal.below_zero, 0.0, "light from above");
 }
@@ -84,7 +84,7 @@ fn transfer_without_shadows_shows_the_irradiance_of_a_flat_surface() {
 #[test]
 fn backs_are_black_until_they_are_baked_and_then_show_their_own_light() {
     for lobe in [None, Some(GlossyLobe::Phong(5.0))] {
-        let mut baked = BakedScene::bake(square(), &options(Mode::Shadowed), lobe, Job::default()).unwrap();
+        let mut baked = BakedScene::bake(square(), &options(BakeMode::Shadowed), lobe, Job::default()).unwrap();
         let light = light();
         assert!(lit(&baked, &light, -3.0).picture.pixels().iter().all(|p| *p == [0.0; 3]), "{lobe:?}: black");
         assert_eq!(
@@ -104,15 +104,15 @@ fn backs_are_black_until_they_are_baked_and_then_show_their_own_light() {
 fn every_kind_of_file_is_lit_as_what_was_baked() {
     let (folder, scene, light) = (tempfile::tempdir().unwrap(), square(), light());
     let (bvh, receivers) = (Bvh::new(&scene), Receivers::at_vertices(&scene).unwrap());
-    let options = options(Mode::Shadowed);
-    let recipe = Recipe::default().mode(RecipeMode::Shadowed).samples(64);
+    let options = options(BakeMode::Shadowed);
+    let recipe = Recipe::default().mode(BakeMode::Shadowed).samples(64);
     let path = |name: &str| folder.path().join(name);
     let transfer = bake(&scene, &bvh, &receivers, &options, Job::default()).unwrap().0;
-    BakedGlb::of_scene(&scene).write(path("a.glb"), &transfer, &recipe).unwrap();
-    write_transfer(path("a.safetensors"), &transfer, &recipe).unwrap();
+    BakedGlb::of_scene(&scene).write(path("a.glb"), &transfer, &recipe, Job::default()).unwrap();
+    write_transfer(path("a.safetensors"), &transfer, &recipe, Job::default()).unwrap();
     let lobe = GlossyLobe::Ggx(0.4);
     let matrices = bake_matrices(&scene, &bvh, &receivers, &options, Job::default()).unwrap().0;
-    write_matrices(path("m.safetensors"), &matrices, &recipe).unwrap();
+    write_matrices(path("m.safetensors"), &matrices, &recipe, Job::default()).unwrap();
 
     let matte = BakedScene::bake(square(), &options, None, Job::default()).unwrap();
     let glossy = BakedScene::bake(square(), &options, Some(lobe), Job::default()).unwrap();
@@ -125,16 +125,16 @@ fn every_kind_of_file_is_lit_as_what_was_baked() {
         let picture = lit(&found, &light, 3.0).picture;
         assert_close(&picture, &lit(expected, &light, 3.0).picture, what);
         assert!(picture.pixels().iter().any(|p| p[0] > 0.01), "{what} is lit");
-        assert_eq!((found.options().mode, found.options().samples), (Mode::Shadowed, 64), "{what}: its recipe");
+        assert_eq!((found.options().mode, found.options().samples), (BakeMode::Shadowed, 64), "{what}: its recipe");
     }
 
     // Texels of a flat square under even shadows have the transfer of its corners.
     let texels = TexelReceivers::new(&scene, 4).unwrap();
-    let flat = options.mode(Mode::Unshadowed);
+    let flat = options.mode(BakeMode::Unshadowed);
     let transfer = bake(&scene, &bvh, texels.receivers(), &flat, Job::default()).unwrap().0;
     let picture: AnyTransfer = texels.picture(&transfer).unwrap().into();
     let AnyTransfer::Plain(picture) = &picture else { unreachable!("plain") };
-    write_lightmap(path("l.exr"), picture, &Recipe::default().mode(RecipeMode::Unshadowed)).unwrap();
+    write_lightmap(path("l.exr"), picture, &Recipe::default().mode(BakeMode::Unshadowed), Job::default()).unwrap();
     let lightmap = beside("l.exr", None);
     assert!(lightmap.is_lightmap() && !matte.is_lightmap(), "texels");
     let vertices = BakedScene::bake(square(), &flat, None, Job::default()).unwrap();
@@ -147,13 +147,13 @@ fn transfer_of_another_scene_is_refused_and_whoever_stops_gets_nothing() {
     let path = folder.path().join("t.safetensors");
     let ball = lobe_scene::built_in::ball_over_ground(4);
     let receivers = Receivers::at_vertices(&ball).unwrap();
-    let transfer = bake(&ball, &Bvh::new(&ball), &receivers, &options(Mode::Unshadowed), Job::default()).unwrap().0;
-    write_transfer(&path, &transfer, &Recipe::default()).unwrap();
+    let transfer = bake(&ball, &Bvh::new(&ball), &receivers, &options(BakeMode::Unshadowed), Job::default()).unwrap().0;
+    write_transfer(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
     let error = BakedScene::read_transfer(square(), &path, None).err().unwrap().to_string();
     assert!(error.contains("t.safetensors: expected transfer of 4 vertices as the scene has, found"), "{error}");
     let stop = &mut |_: &Progress| ControlFlow::Break(());
     let job = Job::default().watched_by(stop);
-    let stopped = BakedScene::bake(ball, &options(Mode::Shadowed), None, job);
+    let stopped = BakedScene::bake(ball, &options(BakeMode::Shadowed), None, job);
     assert!(matches!(stopped, Err(RenderError::Cancelled)), "stopped");
 }
 
@@ -166,7 +166,7 @@ fn light_that_rings_is_reported() {
     let bvh = Bvh::new(&scene);
     for (from, expected) in [(below, 1.0), (Dir::Z, 0.0)] {
         let light = ShVec::impulse(ORDER, from, Rgb::splat(1.0_f64));
-        let lit = light_by_irradiance((&scene, &bvh), &light, &camera(3.0), &view(), |_| Rgb::ZERO, Job::default());
+        let lit = light_by_irradiance(&scene, &bvh, &light, &camera(3.0), &view(), |_| Rgb::ZERO, Job::default());
         let lit = lit.unwrap();
         assert_eq!(lit.below_zero, expected, "light from {from:?}: {:?}", lit.picture.pixels()[90]);
     }
@@ -175,7 +175,7 @@ fn light_that_rings_is_reported() {
 #[test]
 fn other_options_for_backs_leave_the_fronts_as_they_are() {
     for albedo in [AlbedoMode::Vertex, AlbedoMode::None] {
-        let options = options(Mode::Unshadowed).albedo(albedo);
+        let options = options(BakeMode::Unshadowed).albedo(albedo);
         let baked = || BakedScene::bake(gray_square(), &options, None, Job::default()).unwrap();
         let expected = lit(&baked(), &light(), 3.0).picture;
         for other in [AlbedoMode::Vertex, AlbedoMode::None] {
@@ -195,9 +195,9 @@ fn light_goes_through_glass_as_it_did_in_the_bake_whatever_reading_says() {
     let glass = Scene::new(meshes, materials, textures).unwrap();
     for went in [false, true] {
         let scene = glass.clone().with_straight_through(went);
-        let (receivers, options) = (Receivers::at_vertices(&scene).unwrap(), options(Mode::Shadowed));
+        let (receivers, options) = (Receivers::at_vertices(&scene).unwrap(), options(BakeMode::Shadowed));
         let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default()).unwrap();
-        write_transfer(&path, &transfer, &Recipe::of_bake(&scene, &options, &report)).unwrap();
+        write_transfer(&path, &transfer, &Recipe::of_bake(&scene, &options, &report), Job::default()).unwrap();
         for asked in [false, true] {
             let read = glass.clone().with_straight_through(asked);
             let shown = BakedScene::read_transfer(read, &path, None).unwrap();

@@ -3,7 +3,7 @@
 use lobe_env::bundled;
 use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Grid, Mode, Receivers, TexelReceivers, bake, bake_matrices, bake_neighborhood, split_adaptively,
+    BakeMode, BakeOptions, Grid, Receivers, TexelReceivers, bake, bake_matrices, bake_neighborhood, split_adaptively,
 };
 use lobe_render::{Camera, DistantLight, PathOptions, SampleCount, Truth, TruthOptions, render_truth};
 use lobe_scene::{
@@ -48,7 +48,7 @@ fn truth(scene: &Scene, place: [f64; 3]) -> Truth {
 
 #[test]
 fn a_scene_has_the_same_light_wherever_a_node_puts_it() {
-    let options = BakeOptions::default().mode(Mode::Interreflected).order(2).samples(32);
+    let options = BakeOptions::default().mode(BakeMode::Interreflected).order(2).samples(32);
     let here = ball_at([0.0; 3]);
     let transfer = |scene: &Scene, receivers: &Receivers| {
         bake(scene, &Bvh::new(scene), receivers, &options, Job::default()).unwrap().0
@@ -70,7 +70,7 @@ fn a_scene_has_the_same_light_wherever_a_node_puts_it() {
 
 #[test]
 fn texels_matrices_grids_and_splits_do_not_depend_on_the_place_either() {
-    let options = BakeOptions::default().mode(Mode::Interreflected).order(2).samples(16);
+    let options = BakeOptions::default().mode(BakeMode::Interreflected).order(2).samples(16);
     let place = [1e6, -1e7, 1e5];
     let [here, there] = [[0.0; 3], place].map(ball_at);
     let matrices = |scene: &Scene| {

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 use lobe_env::{DfgTable, bundled, project_env};
 use lobe_image::{Measured, ZTest};
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Channels, Mode, Receivers, TransferMatrices, bake_matrices};
+use lobe_prt::{BakeMode, BakeOptions, Channels, Receivers, TransferMatrices, bake_matrices};
 use lobe_render::{
     Camera, DistantLight, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, TruthOptions, render_truth,
 };
@@ -85,7 +85,7 @@ fn mirrored(n: Dir, v: Dir) -> Dir {
     Dir::new(std::array::from_fn(|k| twice * n.to_array()[k] - v.to_array()[k])).unwrap()
 }
 
-fn matrices(scene: &Scene, receivers: &Receivers, mode: Mode, bounces: usize, seed: u64) -> TransferMatrices {
+fn matrices(scene: &Scene, receivers: &Receivers, mode: BakeMode, bounces: usize, seed: u64) -> TransferMatrices {
     let samples = PER_SET as u32;
     let options =
         BakeOptions::default().mode(mode).order(HIGHEST).samples(samples).bounces(bounces).energy_stop(0.0).seed(seed);
@@ -203,7 +203,8 @@ fn over_hemisphere(light: &ShVec<Rgb<f64>>, lobe: &Zonal, n: Dir, r: Dir) -> Rgb
 #[test]
 fn without_occluders_glossy_transfer_is_the_convolution_of_the_light_above_the_horizon() {
     let (scene, receivers) = ball();
-    let baked: Vec<_> = (0..SETS as u64).map(|seed| matrices(&scene, &receivers, Mode::Unshadowed, 0, seed)).collect();
+    let baked: Vec<_> =
+        (0..SETS as u64).map(|seed| matrices(&scene, &receivers, BakeMode::Unshadowed, 0, seed)).collect();
     for order in ORDERS {
         let claims: Vec<Sent> = baked.iter().map(|m| by_matrices(m, &receivers, order)).collect();
         let light = sky(order);
@@ -246,7 +247,7 @@ fn by_arrivals(scene: &Scene, receivers: &Receivers, order: usize, bounces: usiz
 #[test]
 fn with_occluders_glossy_transfer_is_the_kernel_over_the_light_that_paths_find() {
     let (scene, receivers) = ball();
-    for (mode, bounces) in [(Mode::Shadowed, 0), (Mode::Interreflected, 2)] {
+    for (mode, bounces) in [(BakeMode::Shadowed, 0), (BakeMode::Interreflected, 2)] {
         let seeds = 0..SETS as u64;
         let baked: Vec<_> = seeds.map(|seed| matrices(&scene, &receivers, mode, bounces, seed)).collect();
         for order in ORDERS {
@@ -280,7 +281,7 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
     let indices: Vec<usize> =
         (0..VERTICES).map(|k| ground + (2 * k + 1) * (all.len() - ground) / (2 * VERTICES)).collect();
     let receivers = all.subset(&indices).unwrap();
-    let matrices = matrices(&scene, &receivers, Mode::Shadowed, 0, 0);
+    let matrices = matrices(&scene, &receivers, BakeMode::Shadowed, 0, 0);
     let lobe = Zonal::ggx(order, alpha);
     let paths = PathOptions::default().bounces(0).surfaces(Surfaces::MetallicRoughness);
     let options = TruthOptions::default().width(1).height(1).count(SampleCount::of(256)).paths(paths);

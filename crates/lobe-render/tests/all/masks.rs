@@ -2,7 +2,7 @@
 
 use lobe_env::{bundled, project_env};
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Mode, Receivers, bake};
+use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Alpha, Bvh, Material, Scene, Texture, TextureUse, Wrap, built_in};
 use lobe_sh::{Expansion as _, Rgb};
@@ -44,7 +44,7 @@ fn transfer_and_paths_agree_behind_stripes() {
     let sky = project_env(&bundled::sunset().map(), ORDER);
     let bake_of = |scene: &Scene, seed: usize| {
         let options = BakeOptions::default()
-            .mode(Mode::Interreflected)
+            .mode(BakeMode::Interreflected)
             .order(ORDER)
             .samples(1024)
             .bounces(BOUNCES)

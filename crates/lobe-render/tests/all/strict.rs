@@ -18,7 +18,7 @@ use std::path::Path;
 use lobe_env::{EnvMap, bundled, project_env};
 use lobe_image::{Measured, ZTest, compare};
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Mode, Receivers, Transfer, bake};
+use lobe_prt::{BakeMode, BakeOptions, Receivers, Transfer, bake};
 use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, project, read_sh_json};
@@ -134,7 +134,7 @@ fn in_sets(receivers: &Receivers) -> Receivers {
 }
 
 /// By transfer: one bake for all sets, since each begins with a pilot of as much work as many receivers are.
-fn baked(scene: &Scene, bvh: &Bvh, receivers: &Receivers, mode: Mode, samples: usize) -> Vec<Radiances> {
+fn baked(scene: &Scene, bvh: &Bvh, receivers: &Receivers, mode: BakeMode, samples: usize) -> Vec<Radiances> {
     let options = BakeOptions::default()
         .mode(mode)
         .order(HIGHEST)
@@ -222,7 +222,7 @@ fn agree(name: &str, scene: &Scene, samples: usize) {
     let skies = skies();
     let truths = traced(scene, &bvh, &receivers, samples);
     let lights = skies.len() * turns().len() * ORDERS.len();
-    for (mode, truth) in [Mode::Shadowed, Mode::Interreflected].into_iter().zip(&truths) {
+    for (mode, truth) in [BakeMode::Shadowed, BakeMode::Interreflected].into_iter().zip(&truths) {
         let claim = baked(scene, &bvh, &receivers, mode, samples);
         let (mut worst, mut least_p, mut noise, mut finders) = (0.0_f64, 1.0_f64, 0.0_f64, 0);
         let of_sky = lights / skies.len();

@@ -4,7 +4,8 @@
 //! Read `bvh` first, the public type; then `ploc`, which builds a binary tree, `collapse`, which makes wide nodes of it,
 //! and `wide_node`, their layout in memory, and `refit`, which moves the boxes of a tree; then `traverse`, one ray at a time:
 //! `ray_frame` prepares it, `watertight` intersects triangles. `ray_stream` traces many rays from one point at once:
-//! `octant_slabs` for boxes, `edge_planes` for triangles. `lanes` has the vector instructions of all this. Uses `scene`.
+//! `octant_slabs` for boxes, `edge_planes` for triangles. `surface_rays` asks surfaces whether they have holes. `lanes` has
+//! the vector instructions of all this. Uses `scene`.
 
 pub(crate) mod bvh;
 pub(crate) mod collapse;
@@ -17,6 +18,7 @@ pub(crate) mod ploc;
 pub(crate) mod ray_frame;
 pub(crate) mod ray_stream;
 pub(crate) mod refit;
+pub(crate) mod surface_rays;
 pub(crate) mod traverse;
 pub(crate) mod watertight;
 pub(crate) mod wide_node;

@@ -31,18 +31,22 @@ impl Scene {
         if area > MOST_TRIANGLES as f64 * 0.75_f64.sqrt() / 2.0 * limit {
             return Err(too_many(&format!("edges of at most {max_edge}")));
         }
-        self.split_where(&|edge| squared_length(edge) > limit, &format!("edges of at most {max_edge}"))
+        Ok(self.split_where(&|edge| squared_length(edge) > limit, &format!("edges of at most {max_edge}"))?.0)
     }
 
     /// Halves chosen edges once, and with them the longest edge of each triangle that loses another edge, so that
     /// triangles keep their shape however often they are split [Rivara 1984].
     ///
     /// `is_chosen` is called for each triangle's edges by mesh and vertices. A chosen edge is halved in all triangles
-    /// with an edge at that place, in other meshes too, as in [`Scene::split_edges`].
+    /// with an edge at that place, in other meshes too, as in [`Scene::split_edges`]. Beside the scene it returns for each
+    /// mesh the ends of the edges that were halved, the smaller index first, in the order of their new vertices.
     ///
     /// # Errors
     /// [`SceneError::Options`] if the scene would have more than 2²⁶ triangles.
-    pub fn halve_edges(&self, is_chosen: impl Fn(usize, [u32; 2]) -> bool) -> Result<Self, SceneError> {
+    pub fn halve_edges(
+        &self,
+        is_chosen: impl Fn(usize, [u32; 2]) -> bool,
+    ) -> Result<(Self, Vec<Vec<[u32; 2]>>), SceneError> {
         let mut chosen = HashSet::new();
         for (m, mesh) in self.meshes().iter().enumerate() {
             for &t in mesh.triangles() {
@@ -73,16 +77,22 @@ impl Scene {
     }
 
     /// `goal` describes the cause of too many triangles.
-    fn split_where(&self, is_to_be_split: &dyn Fn(Edge) -> bool, goal: &str) -> Result<Self, SceneError> {
+    fn split_where(
+        &self,
+        is_to_be_split: &dyn Fn(Edge) -> bool,
+        goal: &str,
+    ) -> Result<(Self, Vec<Vec<[u32; 2]>>), SceneError> {
         let mut budget = MOST_TRIANGLES;
-        let mut meshes = Vec::new();
+        let (mut meshes, mut halved) = (Vec::new(), Vec::new());
         for mesh in self.meshes() {
-            let Some(parts) = split(mesh.clone().into_parts(), is_to_be_split, &mut budget) else {
+            let Some((parts, edges)) = split(mesh.clone().into_parts(), is_to_be_split, &mut budget) else {
                 return Err(too_many(goal));
             };
             meshes.push(Mesh::new(parts)?);
+            halved.push(edges);
         }
-        Ok(Self::new(meshes, self.materials().to_vec(), self.textures().to_vec())?.moved(self.origin()))
+        let scene = Self::new(meshes, self.materials().to_vec(), self.textures().to_vec())?;
+        Ok((scene.moved(self.origin()), halved))
     }
 }
 
@@ -97,7 +107,14 @@ fn too_many(goal: &str) -> SceneError {
 // when none of its edges is to be split. The order of longest first affects the shape of the triangles alone. Of
 // equally long edges the one whose end points come first in order of their coordinates goes first, so that duplicates
 // are split alike. Returns `None` if the budget of triangles does not suffice.
-fn split(mut parts: MeshParts, is_to_be_split: &dyn Fn(Edge) -> bool, budget: &mut usize) -> Option<MeshParts> {
+//
+// Beside the mesh stand the ends of the edges that were halved, in the order of their middles.
+fn split(
+    mut parts: MeshParts,
+    is_to_be_split: &dyn Fn(Edge) -> bool,
+    budget: &mut usize,
+) -> Option<(MeshParts, Vec<[u32; 2]>)> {
+    let mut halved = Vec::new();
     let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
     let mut finished = Vec::with_capacity(parts.triangles.len());
     let mut open = Vec::new();
@@ -110,7 +127,10 @@ fn split(mut parts: MeshParts, is_to_be_split: &dyn Fn(Edge) -> bool, budget: &m
                 continue;
             };
             let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
-            let middle = *middles.entry((a.min(b), a.max(b))).or_insert_with(|| parts.middle(a, b));
+            let middle = *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                halved.push([a.min(b), a.max(b)]);
+                parts.middle(a, b)
+            });
             if [a, b].iter().any(|&i| parts.positions[i as usize] == parts.positions[middle as usize]) {
                 // Neighbors in f32: there is nothing between them.
                 finished.push(t);
@@ -120,7 +140,7 @@ fn split(mut parts: MeshParts, is_to_be_split: &dyn Fn(Edge) -> bool, budget: &m
         }
     }
     parts.triangles = finished;
-    Some(parts)
+    Some((parts, halved))
 }
 
 /// The edge of a triangle to split first: the longest of those to be split.

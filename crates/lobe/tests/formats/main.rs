@@ -8,8 +8,8 @@
 use std::path::{Path, PathBuf};
 
 use lobe::prt::{
-    BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Grid, Mode, Neighborhood, Receivers, Recipe,
-    Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer,
+    BakeMode, BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Grid, Neighborhood, Receivers,
+    Recipe, Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer,
     write_lightmap, write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::{Bounds, Bvh, built_in};
@@ -78,7 +78,7 @@ fn plain_transfer_is_read_from_the_page() {
     for channels in [Channels::Gray, Channels::Rgb] {
         let path = folder.path().join("t.safetensors");
         let (transfer, light) = (random_transfer(3, channels, 5), random_light(3));
-        write_transfer(&path, &transfer, &Recipe::default()).unwrap();
+        write_transfer(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
         let (about, table) = read_safetensors(&path);
         assert_eq!(about["format"], "lobe-transfer", "{about}");
         let expected = transfer.exit_radiance(light.coefficients());
@@ -123,8 +123,8 @@ fn matrices_are_read_from_the_page() {
     let bounds = Bounds { min: [0.0, 0.0, 0.0], max: [1.0, 2.0, 3.0] };
     let grid = Grid::new(bounds, [2, 3, 2]).unwrap();
     let paths = ["m", "g"].map(|name| folder.path().join(name));
-    write_matrices(&paths[0], &matrices, &Recipe::default()).unwrap();
-    write_neighborhood(&paths[1], &grid, &matrices, &Recipe::default()).unwrap();
+    write_matrices(&paths[0], &matrices, &Recipe::default(), Job::default()).unwrap();
+    write_neighborhood(&paths[1], &grid, &matrices, &Recipe::default(), Job::default()).unwrap();
     let (about, _) = read_safetensors(&paths[1]);
     assert_eq!(about["format"], "lobe-neighbourhood-transfer", "{about}");
     assert_eq!(about["grid"], serde_json::json!([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [2, 3, 2]]), "{about}");
@@ -157,7 +157,7 @@ fn baked_scenes_are_read_from_the_page() {
     for (order, channels) in [(2, Channels::Gray), (3, Channels::Gray), (3, Channels::Rgb)] {
         let transfer = random_transfer(order, channels, scene.vertex_count());
         let light = random_light(order);
-        BakedGlb::of_scene(&scene).write(&path, &transfer, &Recipe::default()).unwrap();
+        BakedGlb::of_scene(&scene).write(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
         let (about, table) = read_glb(&path);
         let expected = transfer.exit_radiance(light.coefficients());
         compare_light(&format!("order {order}, {channels:?}"), &about, &table, &light, &expected);
@@ -186,7 +186,7 @@ fn a_lightmap_is_read_from_the_page() {
     let path = folder.path().join("map.exr");
     for channels in [Channels::Gray, Channels::Rgb] {
         let transfer = random_transfer(3, channels, 4 * 4);
-        write_lightmap(&path, &transfer, &Recipe::default()).unwrap();
+        write_lightmap(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
         let (about, planes) = read_exr(&path);
         assert_eq!((about["format"].as_str(), about["version"].as_u64()), (Some("lobe-lightmap"), Some(1)), "{about}");
         let names: &[&str] = if channels == Channels::Gray { &["Y"] } else { &["R", "G", "B"] };
@@ -218,7 +218,7 @@ fn a_checkpoint_is_laid_out_as_the_page_says() {
     let path = folder.path().join("bake.checkpoint");
     let scene = built_in::ball_over_ground(4);
     let receivers = Receivers::at_vertices(&scene).unwrap();
-    let options = BakeOptions::default().mode(Mode::Shadowed).order(2).samples(8).channels(Some(Channels::Gray));
+    let options = BakeOptions::default().mode(BakeMode::Shadowed).order(2).samples(8).channels(Some(Channels::Gray));
     let job = Job::default().kept_in(&path);
     let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, job).unwrap();
     let bytes = std::fs::read(&path).unwrap();

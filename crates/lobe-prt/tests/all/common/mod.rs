@@ -5,7 +5,7 @@
 use std::f64::consts::{PI, TAU};
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, BakeReport, Channels, Mode, Receivers, Transfer, bake};
+use lobe_prt::{BakeMode, BakeOptions, BakeReport, Channels, Receivers, Transfer, bake};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene};
 use lobe_sh::Zonal;
 
@@ -13,7 +13,7 @@ pub(crate) fn baked(scene: &Scene, receivers: &Receivers, options: &BakeOptions)
     bake(scene, &Bvh::new(scene), receivers, options, Job::default()).unwrap()
 }
 
-pub(crate) fn options(mode: Mode, order: usize, samples: u32) -> BakeOptions {
+pub(crate) fn options(mode: BakeMode, order: usize, samples: u32) -> BakeOptions {
     BakeOptions::default().mode(mode).order(order).samples(samples).bounces(3).energy_stop(0.0).seed(1)
 }
 
