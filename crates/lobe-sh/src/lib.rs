@@ -75,7 +75,7 @@
 //! | rotate | [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
 //! | multiply functions | [`fn@product`], [`product_into`], [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
-//! | combine shadows | [`logarithm`], [`Zonal::sphere_logarithm`], [`Exponential`] |
+//! | combine shadows | [`logarithm`], [`Zonal::sphere_logarithm`], [`ZonalLogarithm`], [`Exponential`] ([`ExpMethod`], [`OptimalLinear`]) |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
 //! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
@@ -156,6 +156,8 @@ pub use expansion::zonal::Zonal;
 pub use exponential::exponential::{ExpMethod, Exponential};
 pub use exponential::logarithm::{LOG_CLAMP, logarithm};
 pub use extrema::Extremum;
+pub use exponential::optimal_linear::OptimalLinear;
+pub use exponential::zonal_logarithm::ZonalLogarithm;
 pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
 pub use filter::kernel::{convolve_in_place, convolved};
 pub use filter::window::{

@@ -16,12 +16,27 @@
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`]; hierarchies of them [`SphereHierarchy`] |
 //! | spheres that follow joints | [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
 //! | files of sphere sets | [`write_spheres`], [`read_spheres`], [`SphereSetJson`] |
+//! | spheres' shadows ([Ren et al. 2006]) | [`SphereShadows`] of [`Occluder`]s, [`ShadowOptions`], [`Receivers`]; [`SphereTree`] |
+//! | the table that they need | [`LogTable`], [`cached_log_table`], [`read_log_table`], [`write_log_table`] |
+//! | visibility to irradiance | [`SkyLight`]; light that spheres reflect [`Bounce`] |
+//! | exponentials of many functions at once | [`BatchExponential`] |
+//!
+//! [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
 
+mod accumulate;
 mod error;
 mod field;
 mod placement;
 mod spheres;
 
+pub use accumulate::batch_exponential::BatchExponential;
+pub use accumulate::bounce::Bounce;
+pub use accumulate::log_table::{LogTable, LogTableOptions};
+pub use accumulate::log_table_file::{cached_log_table, read_log_table, read_log_table_bytes, write_log_table};
+pub use accumulate::receivers::Receivers;
+pub use accumulate::sky_light::SkyLight;
+pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
+pub use accumulate::sphere_tree::{Occluder, SphereTree};
 pub use error::ShadowError;
 pub use field::bake_field::{FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_visibility};
 pub use field::field_file::{read_field, read_field_bytes, write_field};

@@ -33,6 +33,19 @@ pub enum ExpMethod {
     Grid,
 }
 
+impl Default for ExpMethod {
+    /// [`Grid`](Self::Grid).
+    ///
+    /// Against what 16 random spheres leave visible, its mean error at orders 3 to 6 is 0.12 to 0.17, that of
+    /// [`Eigen`](Self::Eigen) 0.12 to 0.13, of [`Hybrid`](Self::Hybrid) with limit 1 0.13 to 0.25, of
+    /// [`OptimalLinear`](Self::OptimalLinear) 0.15 to 0.37 (test
+    /// `the_grid_is_nearer_to_the_truth_than_the_optimal_linear_and_the_hybrid_methods`); and what it costs does not depend
+    /// on the function.
+    fn default() -> Self {
+        Self::Grid
+    }
+}
+
 /// The exponential of functions of one order, by one method, with what that method prepares.
 ///
 /// ```
@@ -41,7 +54,7 @@ pub enum ExpMethod {
 /// // Two spheres in the sky: their logarithms add up, and the exponential is what both leave of it.
 /// let sphere = Zonal::sphere_logarithm(4, 0.4, LOG_CLAMP);
 /// let both = &sphere.towards(Dir::Z, 1.0) + &sphere.towards(Dir::X, 1.0);
-/// let visibility = Exponential::new(4, ExpMethod::Grid).of(&both);
+/// let visibility = Exponential::new(4, ExpMethod::default()).of(&both);
 /// assert!(visibility.mean() < 1.0 && visibility.mean() > 0.9, "{}", visibility.mean());
 /// ```
 #[derive(Clone, Debug)]
@@ -90,6 +103,18 @@ impl Exponential {
             }
         };
         Self { order, method }
+    }
+
+    /// The method.
+    #[must_use]
+    pub fn method(&self) -> ExpMethod {
+        match &self.method {
+            Prepared::Eigen => ExpMethod::Eigen,
+            Prepared::ProductSeries(terms) => ExpMethod::ProductSeries(*terms),
+            Prepared::OptimalLinear(_, limit) if limit.is_infinite() => ExpMethod::OptimalLinear,
+            Prepared::OptimalLinear(_, limit) => ExpMethod::Hybrid { limit: *limit },
+            Prepared::Grid { .. } => ExpMethod::Grid,
+        }
     }
 
     /// The order of functions and of their exponentials.

@@ -1,14 +1,12 @@
 //! The logarithm of a function on the sphere.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::expansion::zonal::Zonal;
 use crate::exponential::matrix_function::{apply, spectrum};
-use crate::{Dir, Expansion, ShVec};
+use crate::{Expansion, ShVec};
 
 /// The least eigenvalue that [`logarithm`] keeps unless told otherwise, relative to the largest.
 ///
@@ -37,19 +35,14 @@ pub const LOG_CLAMP: f64 = 0.02;
 /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
 #[must_use]
 pub fn logarithm(g: &impl Expansion<f64>, clamp: f64) -> ShVec<f64> {
-    assert!(clamp > 0.0 && clamp <= 1.0, "the clamp of a logarithm lies in (0, 1], it is not {clamp}");
-    logarithm_relative_to(0.0, g, clamp)
-}
-
-/// As [`logarithm`], with eigenvalues of at least `clamp` times `size` in any case.
-fn logarithm_relative_to(size: f64, g: &impl Expansion<f64>, clamp: f64) -> ShVec<f64> {
+    check_clamp(clamp);
     let mut rest = ShVec::zero(g.order());
     rest.coefficients_mut().copy_from_slice(g.coefficients());
     if g.order() == 0 {
         return rest;
     }
     let Some(spectrum) = spectrum(g) else { return rest.map(|_| f64::NAN) };
-    let largest = spectrum.eigenvalues.max().max(size);
+    let largest = spectrum.eigenvalues.max();
     if largest <= 0.0 {
         return ShVec::constant(g.order(), clamp.ln());
     }
@@ -57,31 +50,12 @@ fn logarithm_relative_to(size: f64, g: &impl Expansion<f64>, clamp: f64) -> ShVe
     apply(&spectrum, |d| slope_of_ln(d.max(clamp * largest)), rest.coefficients())
 }
 
-/// `ln x / (x - 1)`, 1 at `x = 1`.
-fn slope_of_ln(x: f64) -> f64 {
-    let h = x - 1.0;
-    if h == 0.0 { 1.0 } else { h.ln_1p() / h }
+pub(crate) fn check_clamp(clamp: f64) {
+    assert!(clamp > 0.0 && clamp <= 1.0, "the clamp of a logarithm lies in (0, 1], it is not {clamp}");
 }
 
-impl Zonal {
-    /// The logarithm of the visibility that a sphere of angular radius `half_angle` (radians, in `[0, π]`) leaves: 0
-    /// within that angle of the axis, 1 outside; see [`logarithm`] for `clamp`.
-    ///
-    /// What is relative in the clamp is so to 1, the open sky, or to the overshoot of the basis above it. A sphere around the
-    /// point leaves the constant `ln clamp / (1 - clamp)`.
-    ///
-    /// Spheres that stand together add up: the exponential of the sum is what all of them leave.
-    ///
-    /// # Panics
-    /// If `half_angle` is outside `[0, π]`, or as [`logarithm`].
-    #[must_use]
-    pub fn sphere_logarithm(order: usize, half_angle: f64, clamp: f64) -> Self {
-        let hidden = Self::cone(order, half_angle).towards(Dir::Z, -1.0);
-        let visible = &ShVec::constant(order, 1.0) + &hidden;
-        if order == 0 {
-            return Self::new(Vec::new());
-        }
-        assert!(clamp > 0.0 && clamp <= 1.0, "the clamp of a logarithm lies in (0, 1], it is not {clamp}");
-        Self::about(Dir::Z, &logarithm_relative_to(1.0, &visible, clamp))
-    }
+/// `ln x / (x - 1)`, 1 at `x = 1`.
+pub(crate) fn slope_of_ln(x: f64) -> f64 {
+    let h = x - 1.0;
+    if h == 0.0 { 1.0 } else { h.ln_1p() / h }
 }

@@ -1,9 +1,12 @@
 //! Exponentials and logarithms of functions on the sphere: a product of many functions as a sum of their logarithms.
 //!
 //! Read [`logarithm`] first, then [`exponential`], which lists the methods. [`matrix_function`] is what both rest on,
-//! [`optimal_linear`] the table of one method. Uses `basis`, `expansion`, `product` and `sphere`.
+//! [`zonal_logarithm`] the fast logarithm for tables of spheres, [`optimal_linear`] the table of one method, [`error_bound`]
+//! what is proven. Uses `basis`, `expansion`, `product` and `sphere`.
 
+mod error_bound;
 pub(crate) mod exponential;
 pub(crate) mod logarithm;
 mod matrix_function;
-mod optimal_linear;
+pub(crate) mod optimal_linear;
+pub(crate) mod zonal_logarithm;

@@ -8,15 +8,20 @@ use num_traits::Float as _;
 
 use crate::exponential::logarithm::LOG_CLAMP;
 use crate::exponential::matrix_function::{apply, spectrum};
-use crate::{Dir, Expansion, ShVec, Zonal};
+use crate::exponential::zonal_logarithm::ZonalLogarithm;
+use crate::{Dir, Expansion, ShVec};
 
 /// Angles of the spheres that the table is made from. Between two of them `a` and `b` change by less than 3 %, below the
 /// error of the method itself.
 const ANGLES: usize = 180;
 
-/// `a` and `b` over `‖f‖`, made from single spheres of all sizes, in ascending norm.
+/// The two numbers of [`ExpMethod::OptimalLinear`](crate::ExpMethod::OptimalLinear) over `‖f‖`, made from single spheres
+/// of all sizes: `exp(f) ≈ a 1 + b f` for a function without mean.
+///
+/// For exponentials of many functions at once, elsewhere; [`Exponential`](crate::Exponential) holds its own.
 #[derive(Clone, Debug)]
-pub(crate) struct OptimalLinear {
+pub struct OptimalLinear {
+    /// Norm, `a` and `b`, in ascending norm.
     rows: Vec<[f64; 3]>,
 }
 
@@ -28,12 +33,14 @@ impl OptimalLinear {
     /// ```text
     ///   a = ⟨g, 1⟩/⟨1, 1⟩        b = ⟨g, f⟩/⟨f, f⟩
     /// ```
-    pub(crate) fn new(order: usize) -> Self {
+    #[must_use]
+    pub fn new(order: usize) -> Self {
         // ‖f‖ = 0: exp(f) = 1 + f.
         let mut rows = alloc::vec![[0.0, 1.0, 1.0]];
+        let logarithm = ZonalLogarithm::new(order, LOG_CLAMP);
         for k in 1..=if order == 0 { 0 } else { ANGLES } {
             let angle = 0.5 * PI * k as f64 / ANGLES as f64;
-            let mut f = Zonal::sphere_logarithm(order, angle, LOG_CLAMP).towards(Dir::Z, 1.0);
+            let mut f = logarithm.of_sphere(angle).towards(Dir::Z, 1.0);
             isolate_mean(f.coefficients_mut());
             let square = f.dot(&f);
             let norm = square.sqrt();
@@ -47,7 +54,8 @@ impl OptimalLinear {
     }
 
     /// `a` and `b` for a norm; those of the last row beyond it.
-    pub(crate) fn factors(&self, norm: f64) -> (f64, f64) {
+    #[must_use]
+    pub fn factors(&self, norm: f64) -> (f64, f64) {
         let above = self.rows.partition_point(|row| row[0] <= norm);
         let [low, high] = [self.rows[above.max(1) - 1], self.rows[above.min(self.rows.len() - 1)]];
         let t = if high[0] > low[0] { (norm - low[0]) / (high[0] - low[0]) } else { 0.0 };

@@ -14,3 +14,6 @@ mod sphere_files;
 mod sphere_fits;
 mod sphere_skins;
 mod sphere_trees;
+mod accumulate;
+mod log_table;
+mod sphere_bounce;

@@ -1,0 +1,98 @@
+//! How near the exponential of a sum of logarithms is to what random spheres really leave of the sky.
+//!
+//! For clusters of 8 to 512 spheres, and orders 3 to 6, prints the mean of `‖found - truth‖/‖truth‖`, the truth being the
+//! projection of the sky's visibility by quadrature: for chained truncated products, for every method of
+//! [`lobe_sh::Exponential`], and for the single-precision path of the crate with its table.
+//!
+//! ```sh
+//! cargo run --release --package lobe-shadow --example exponential_errors [CLUSTERS]
+//! ```
+
+#![allow(clippy::unwrap_used, reason = "an example fails by panicking")]
+
+use std::env;
+
+use lobe_sh::{Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShVec, Zonal, ZonalLogarithm, product, project};
+use lobe_shadow::{BatchExponential, LogTable, LogTableOptions};
+use lobe_testkit::Random;
+
+const METHODS: [(&str, ExpMethod); 6] = [
+    ("eigen", ExpMethod::Eigen),
+    ("linear", ExpMethod::OptimalLinear),
+    ("hybrid4.8", ExpMethod::Hybrid { limit: 4.8 }),
+    ("hybrid1", ExpMethod::Hybrid { limit: 1.0 }),
+    ("series4", ExpMethod::ProductSeries(4)),
+    ("grid", ExpMethod::Grid),
+];
+
+/// Degree of the quadrature of the truth: its error is below a percent of the errors that are printed.
+const TRUTH_DEGREE: usize = 220;
+
+fn main() {
+    let clusters = env::args().nth(1).map_or(6, |text| text.parse::<usize>().expect("a number of clusters"));
+    print!("order spheres hidden  products");
+    METHODS.iter().for_each(|(name, _)| print!(" {name:>9}"));
+    println!("  f32 grid  windowed");
+    for order in 3..=6 {
+        for count in [8, 16, 32, 64, 128, 256, 512] {
+            let (hidden, errors) = mean_errors(order, count, clusters);
+            print!("{order:5} {count:7} {hidden:6.3}");
+            errors.iter().for_each(|error| print!(" {error:9.3}"));
+            println!();
+        }
+    }
+}
+
+/// The part of the sky that is hidden, and the mean errors of products, methods, the fast path, and that with a window.
+fn mean_errors(order: usize, count: usize, clusters: usize) -> (f64, Vec<f64>) {
+    let exponentials = METHODS.map(|(_, method)| Exponential::new(order, method));
+    let fast = BatchExponential::new(order, ExpMethod::default()).unwrap();
+    let options = LogTableOptions::default().order(order);
+    let tables = [LogTable::new(&options).unwrap(), LogTable::new(&options.window(2.0 * order as f64)).unwrap()];
+    let exact = ZonalLogarithm::new(order, LOG_CLAMP);
+    let mut random = Random::new(5);
+    let (mut hidden, mut errors) = (0.0, vec![0.0; METHODS.len() + 3]);
+    for _ in 0..clusters {
+        let spheres = cluster(count, &mut random);
+        let truth = truth(order, &spheres);
+        hidden += (1.0 - truth.mean()) / clusters as f64;
+        let mut f = ShVec::zero(order);
+        spheres.iter().for_each(|&(s, angle)| f += &exact.of_sphere(angle).towards(s, 1.0));
+        let mut found = vec![chain(order, &spheres)];
+        found.extend(exponentials.iter().map(|exponential| exponential.of(&f)));
+        for table in &tables {
+            let mut f = ShVec::zero(order);
+            spheres.iter().for_each(|&(s, angle)| f += &table.at(angle).towards(s, 1.0));
+            let mut blocks: Vec<[f32; 16]> = f.coefficients().iter().map(|c| [*c as f32; 16]).collect();
+            fast.of_block_in_place(&mut blocks);
+            found.push(ShVec::from_vec(blocks.iter().map(|block| f64::from(block[0])).collect()).unwrap());
+        }
+        for (sum, found) in errors.iter_mut().zip(&found) {
+            let mut rest = found.clone();
+            rest -= &truth;
+            *sum += (rest.dot(&rest) / truth.dot(&truth)).sqrt() / clusters as f64;
+        }
+    }
+    (hidden, errors)
+}
+
+/// Spheres of 5 to 25 degrees in random directions where there are 16, smaller where there are more, so that about as much
+/// of the sky is hidden.
+fn cluster(count: usize, random: &mut Random) -> Vec<(Dir, f64)> {
+    let scale = (16.0 / count as f64).sqrt().min(1.0);
+    let direction = |random: &mut Random| Dir::try_from(random.direction()).unwrap();
+    (0..count).map(|_| (direction(random), scale * (5.0 + 20.0 * random.unit()).to_radians())).collect()
+}
+
+fn chain(order: usize, spheres: &[(Dir, f64)]) -> ShVec<f64> {
+    spheres.iter().fold(ShVec::constant(order, 1.0), |all, &(s, angle)| {
+        let visible = &ShVec::constant(order, 1.0) + &Zonal::cone(order, angle).towards(s, -1.0);
+        product(&all, &visible, order)
+    })
+}
+
+fn truth(order: usize, spheres: &[(Dir, f64)]) -> ShVec<f64> {
+    let cones: Vec<(Dir, f64)> = spheres.iter().map(|&(s, angle)| (s, angle.cos())).collect();
+    let hides = |s: Dir| cones.iter().any(|(axis, cosine)| axis.dot(s) > *cosine);
+    project(order, TRUTH_DEGREE, |s: Dir| if hides(s) { 0.0 } else { 1.0 })
+}

@@ -1,0 +1,93 @@
+//! Where a receiver sees a sphere, and how large.
+
+use pulp::Simd;
+
+use crate::accumulate::lanes::{Block, Lanes};
+
+/// Sixteen receivers: places and unit normals, coordinate by coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct ReceiverBlock {
+    pub(crate) position: [Block; 3],
+    pub(crate) normal: [Block; 3],
+}
+
+/// A part of a block in registers.
+#[derive(Clone, Copy)]
+pub(crate) struct Receivers<S: Simd> {
+    position: [Lanes<S>; 3],
+    pub(crate) normal: [Lanes<S>; 3],
+}
+
+impl<S: Simd> Receivers<S> {
+    #[inline(always)]
+    pub(crate) fn load(simd: S, block: &ReceiverBlock, part: usize) -> Self {
+        // Array::map is not inlined where the instructions are.
+        let ([px, py, pz], [nx, ny, nz]) = (&block.position, &block.normal);
+        let load = |c| Lanes::load(simd, c, part);
+        Self { position: [load(px), load(py), load(pz)], normal: [load(nx), load(ny), load(nz)] }
+    }
+}
+
+/// The direction to a sphere, and the square of the sine of its half angle.
+pub(crate) struct Aim<S: Simd> {
+    pub(crate) towards: [Lanes<S>; 3],
+    pub(crate) sin_squared: Lanes<S>,
+}
+
+/// Below this square of a distance a direction is zero, and the reciprocal still is a number.
+const NO_DISTANCE: f32 = 1e-30;
+
+/// How a sphere hides the sky from receivers on surfaces.
+///
+/// With `c` the center seen from the receiver, `d = |c|`, `h = n·c` its height above the tangent plane and `r` the radius,
+/// a sphere above the plane has `sin θ = r/d`. For all others two rules hold, which leave that as it is.
+///
+/// **Plane.** What is below the plane hides nothing. A sphere that crosses it counts as one as much smaller as the part above
+/// has of the sphere's height, in the middle of that part:
+///
+/// ```text
+///   t = clamp((h + r)/2r, 0, 1)        r' = r √t        c' = c + n max(0, (r - h)/2)
+/// ```
+///
+/// so that a surface is not hidden by the sphere that stands for what is behind it, and one at its foot by half of it.
+///
+/// **Ratio.** Spheres reach out of the surfaces for which they stand, and receivers on these are inside. No sphere is nearer
+/// than its surface:
+///
+/// ```text
+///   sin θ = r' / max(|c'|, r)
+/// ```
+///
+/// A receiver a tenth of the radius below the surface, which looks outward, loses a twentieth of its sky straight above
+/// instead of all of it; one at the center half. The result is continuous in place and normal, in and out of the sphere (test
+/// `what_hides_is_continuous_through_the_surface_and_the_center`). The paper's own wording of such rules was not at hand.
+///
+/// Without a plane, `PLANE` being false, only the second rule holds, and a sphere around the receiver's own place hides
+/// nothing.
+#[inline(always)]
+pub(crate) fn aim<S: Simd, const PLANE: bool>(simd: S, at: &Receivers<S>, center: [f32; 3], radius: f32) -> Aim<S> {
+    let splat = |value| Lanes::splat(simd, value);
+    let (zero, r) = (splat(0.0), splat(radius));
+    let [nx, ny, nz] = at.normal;
+    let [px, py, pz] = at.position;
+    let mut c = [splat(center[0]) - px, splat(center[1]) - py, splat(center[2]) - pz];
+    let mut hiding = splat(radius * radius);
+    if PLANE {
+        let h = nx.times_plus(c[0], ny.times_plus(c[1], nz * c[2]));
+        let half = splat(0.5);
+        // r t and r'² = r² t.
+        let above = (half * (h + r)).max(zero).min(r);
+        hiding = r * above;
+        let lift = (half * (r - h)).max(zero);
+        c = [nx.times_plus(lift, c[0]), ny.times_plus(lift, c[1]), nz.times_plus(lift, c[2])];
+    }
+    let squared = c[0].times_plus(c[0], c[1].times_plus(c[1], c[2] * c[2]));
+    let nearest = splat((radius * radius).max(NO_DISTANCE));
+    if !PLANE {
+        hiding = squared.if_less(splat(NO_DISTANCE), zero, hiding);
+    }
+    let inverse_squared = squared.max(splat(NO_DISTANCE)).recip();
+    let inverse = inverse_squared.sqrt();
+    let sin_squared = hiding * inverse_squared.min(nearest.recip());
+    Aim { towards: [c[0] * inverse, c[1] * inverse, c[2] * inverse], sin_squared }
+}

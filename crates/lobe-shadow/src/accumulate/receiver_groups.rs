@@ -1,0 +1,117 @@
+//! Receivers that lie together, and what hides the sky of all of them.
+
+use crate::accumulate::receivers::Receivers;
+use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
+
+/// Bits of each coordinate along the curve.
+const CURVE_BITS: u32 = 10;
+
+/// The receivers along Morton's curve through their box, so that neighbors in the list are neighbors in space.
+pub(crate) fn coherent_order(receivers: &Receivers<'_>) -> Vec<u32> {
+    let count = receivers.len() as u32;
+    let corner = |of: fn(f32, f32) -> f32, start: f32| {
+        (0..count).fold([start; 3], |corner, k| {
+            let p = receivers.position(k);
+            [0, 1, 2].map(|axis| of(corner[axis], p[axis]))
+        })
+    };
+    let (low, high) = (corner(f32::min, f32::INFINITY), corner(f32::max, f32::NEG_INFINITY));
+    let side = (0..3).map(|axis| high[axis] - low[axis]).fold(f32::MIN_POSITIVE, f32::max);
+    let scale = ((1 << CURVE_BITS) - 1) as f32 / side;
+    let key = |k: u32| {
+        let p = receivers.position(k);
+        let [x, y, z] = [0, 1, 2].map(|axis| spread(((p[axis] - low[axis]) * scale) as u32));
+        (x | y << 1 | z << 2, k)
+    };
+    let mut order: Vec<u32> = (0..count).collect();
+    order.sort_by_cached_key(|k| key(*k));
+    order
+}
+
+/// Two zeros between any two of the ten lowest bits.
+fn spread(x: u32) -> u32 {
+    (0..CURVE_BITS).fold(0, |out, bit| out | (x >> bit & 1) << (3 * bit))
+}
+
+/// A sphere around receivers, and a cone around their normals.
+pub(crate) struct Group {
+    pub(crate) center: [f32; 3],
+    radius: f32,
+    axis: [f32; 3],
+    /// The cosine and the sine of the largest angle between the axis and a normal.
+    spread: [f32; 2],
+}
+
+/// The least length of a mean of normals that has a direction.
+const LEAST_AXIS: f32 = 1e-3;
+
+impl Group {
+    pub(crate) fn new(receivers: &Receivers<'_>, members: &[u32]) -> Self {
+        let mean = |of: &dyn Fn(u32) -> [f32; 3]| {
+            let sum = members.iter().map(|k| of(*k)).fold([0.0; 3], |sum, v| [0, 1, 2].map(|axis| sum[axis] + v[axis]));
+            sum.map(|c| c / members.len().max(1) as f32)
+        };
+        let center = mean(&|k| receivers.position(k));
+        let radius = members.iter().map(|k| distance(center, receivers.position(*k))).fold(0.0, f32::max);
+        let axis = mean(&|k| receivers.normal(k));
+        let length = distance(axis, [0.0; 3]);
+        let (axis, least) = if length > LEAST_AXIS {
+            let axis = axis.map(|c| c / length);
+            (axis, members.iter().map(|k| dot(axis, receivers.normal(*k))).fold(1.0, f32::min).max(-1.0))
+        } else {
+            // Normals that cancel may have any angle to an axis.
+            (UP, -1.0)
+        };
+        Self { center, radius, axis, spread: [least, (1.0 - least * least).sqrt()] }
+    }
+
+    /// The least and the greatest height of a point above the tangent plane of any receiver, or a wider interval:
+    /// `d cos(α ± β)` for the angles `α` of the point and `β` of the normals to the axis, less or more the radius.
+    fn heights(&self, point: [f32; 3]) -> [f32; 2] {
+        let to = [0, 1, 2].map(|k| point[k] - self.center[k]);
+        let d = distance(point, self.center);
+        let along = dot(self.axis, to);
+        let across = (d * d - along * along).max(0.0).sqrt();
+        let [cos, sin] = self.spread;
+        let low = if along <= -d * cos { -d } else { along * cos - across * sin };
+        let high = if along >= d * cos { d } else { along * cos + across * sin };
+        [low - self.radius, high + self.radius]
+    }
+}
+
+/// The axis of normals that have none.
+const UP: [f32; 3] = [0.0, 0.0, 1.0];
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Sorts what can be seen by a group into nodes that each receiver sees by itself and, if there is a limit for them, nodes
+/// that are far: as large as they may be by `cut`, both in the order of the tree.
+///
+/// What is wholly below the planes of all receivers is in neither. What is far is wholly above them, so that the group needs
+/// no plane.
+pub(crate) fn sort_out(
+    tree: &SphereTree,
+    group: &Group,
+    cut: f32,
+    far_limit: Option<f32>,
+    near: &mut Vec<Node>,
+    far: &mut Vec<Node>,
+) {
+    let mut waiting = if tree.is_empty() { Vec::new() } else { vec![0_usize] };
+    while let Some(k) = waiting.pop() {
+        let node = tree.nodes[k];
+        let [low, high] = group.heights(node.center);
+        if high < -node.reach {
+            continue;
+        }
+        let d = distance(node.center, group.center);
+        if node.is_leaf() || node.reach <= cut * (d - group.radius) {
+            let is_far = far_limit.is_some_and(|limit| group.radius <= limit * (d - node.reach)) && low >= node.reach;
+            if is_far { far.push(node) } else { near.push(node) }
+        } else {
+            waiting.extend(node.children().rev());
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Light of the sky, made ready to fall on surfaces that see a part of it.
+
+use lobe_sh::{Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, Rgb, Zonal, len};
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::ShadowError;
+use crate::accumulate::lanes::{BLOCK, Block, Lanes};
+use crate::accumulate::log_table::{MAX_TABLE_ORDER, rotation_factor};
+use crate::accumulate::sum_logarithms::{MAX_LEN, basis_towards};
+
+/// Bands of the clamped cosine at most. The first that is left out, of degree 10, has 0.3 % of the mean.
+const COSINE_BANDS: usize = 9;
+
+/// Channels of light, and one of uniform white, which tells how much of the cosine is hidden.
+pub(crate) const CHANNELS: usize = 4;
+
+/// The operator from visibility to irradiance under one sky.
+///
+/// ```text
+///   E(n) = ∫ V L max(n·s, 0) ds = Σ_j A_j y_j(n) Σ_i G_ji V_i        G_ji = Σ_k Γ_jik L_k
+/// ```
+///
+/// `L V` is multiplied out to all its bands and then convolved with the clamped cosine, whose factors `A_l` vanish for odd `l`
+/// above 1: the product operator `H(n)` of the clamped cosine ([Sloan 2008], A8) applied to `L`, in the world's frame, for any
+/// normal without a table. For visibility and light of their orders it is exact up to band 8 of the cosine.
+///
+/// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
+#[derive(Clone, Debug)]
+pub struct SkyLight {
+    order: usize,
+    /// `j` of the bands that the clamped cosine has.
+    functions: Vec<usize>,
+    /// `A_j G_ji` for every function, `i`, and channel.
+    operator: Vec<[f32; CHANNELS]>,
+    /// The light itself, cut off or filled up to the order of the visibility.
+    pub(crate) light: Vec<Rgb<f64>>,
+}
+
+impl SkyLight {
+    /// For visibility of an order from 1 to 8, under `light`, radiance of any order.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] for another order of the visibility; [`ShadowError::Invalid`] if the light is not finite.
+    pub fn new(light: &impl Expansion<Rgb<f32>>, order: usize) -> Result<Self, ShadowError> {
+        if !(1..=MAX_TABLE_ORDER).contains(&order) {
+            let message = format!("expected an order from 1 to {MAX_TABLE_ORDER}, found {order}");
+            return Err(ShadowError::Options(message));
+        }
+        let light: Vec<Rgb<f64>> = light.coefficients().iter().map(|c| c.widen()).collect();
+        if let Some(i) = light.iter().position(|c| !c.to_array().iter().all(|x| x.is_finite())) {
+            let message = format!("expected finite light, found {:?} for coefficient {i}", light[i]);
+            return Err(ShadowError::Invalid { place: "light".to_owned(), message });
+        }
+        // Bands beyond these have no part in products of the other two.
+        let used = light.len().isqrt().min((order + COSINE_BANDS - 1).min(MAX_GAUNT_ORDER));
+        let bands = (order + used).saturating_sub(1).clamp(1, COSINE_BANDS);
+        let functions: Vec<usize> = (0..len(bands)).filter(|j| has_cosine(j.isqrt())).collect();
+        let cosine = Zonal::clamped_cosine(bands);
+        let mut place = vec![usize::MAX; len(bands)];
+        functions.iter().enumerate().for_each(|(row, j)| place[*j] = row);
+        let mut operator = vec![[0.0_f64; CHANNELS]; functions.len() * len(order)];
+        let white = (4.0 * std::f64::consts::PI).sqrt();
+        for t in GauntTensor::new(bands, order, used.max(1)).coefficients() {
+            if place[t.i] == usize::MAX {
+                continue;
+            }
+            let band = t.i.isqrt();
+            let value = t.value * cosine.coefficients()[band] * rotation_factor(band);
+            let [r, g, b] = light.get(t.k).copied().unwrap_or(Rgb::ZERO).to_array();
+            let uniform = if t.k == 0 { white } else { 0.0 };
+            let entry = &mut operator[place[t.i] * len(order) + t.j];
+            entry.iter_mut().zip([r, g, b, uniform]).for_each(|(entry, light)| *entry += value * light);
+        }
+        let operator = operator.iter().map(|row| row.map(|x| x as f32)).collect();
+        let mut light = light;
+        light.resize(len(order), Rgb::ZERO);
+        Ok(Self { order, functions, operator, light })
+    }
+
+    /// The order of the visibility.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// The irradiance of one receiver with the unit normal `normal`, from the `n²` coefficients of what it sees of the sky.
+    ///
+    /// # Panics
+    /// If `visibility` has another order.
+    #[must_use]
+    pub fn irradiance(&self, normal: [f32; 3], visibility: &[f32]) -> Rgb<f32> {
+        assert_eq!(visibility.len(), len(self.order), "coefficients against those of order {}", self.order);
+        let blocks: Vec<Block> = visibility.iter().map(|v| [*v; BLOCK]).collect();
+        let [r, g, b, _] = self.irradiance_of_block(Arch::new(), &normal.map(|n| [n; BLOCK]), &blocks);
+        Rgb::new(r[0], g[0], b[0])
+    }
+
+    /// Irradiance of sixteen receivers: red, green, blue, and under a white sky of radiance 1.
+    pub(crate) fn irradiance_of_block(
+        &self,
+        arch: Arch,
+        normal: &[Block; 3],
+        visibility: &[Block],
+    ) -> [Block; CHANNELS] {
+        let bands = self.functions.last().map_or(1, |j| j.isqrt() + 1);
+        let mut y = [[0.0; BLOCK]; COSINE_BANDS * COSINE_BANDS];
+        let mut one = [0.0; COSINE_BANDS * COSINE_BANDS];
+        for k in 0..BLOCK {
+            basis_towards([normal[0][k], normal[1][k], normal[2][k]], &mut one[..len(bands)]);
+            y.iter_mut().zip(&one).for_each(|(y, value)| y[k] = *value);
+        }
+        let mut out = [[0.0; BLOCK]; CHANNELS];
+        arch.dispatch(Apply { sky: self, y: &y, visibility, out: &mut out });
+        out
+    }
+}
+
+/// Whether the clamped cosine has a band.
+fn has_cosine(l: usize) -> bool {
+    l <= 1 || l.is_multiple_of(2)
+}
+
+/// To be compiled for the machine's registers.
+struct Apply<'a> {
+    sky: &'a SkyLight,
+    y: &'a [Block],
+    visibility: &'a [Block],
+    out: &'a mut [Block; CHANNELS],
+}
+
+impl WithSimd for Apply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for part in 0..Lanes::<S>::PARTS {
+            let mut v = [Lanes::splat(simd, 0.0); MAX_LEN];
+            v.iter_mut().zip(self.visibility).for_each(|(v, block)| *v = Lanes::load(simd, block, part));
+            let v = &v[..self.visibility.len()];
+            let mut sums = [Lanes::splat(simd, 0.0); CHANNELS];
+            for (j, row) in self.sky.functions.iter().zip(self.sky.operator.chunks_exact(v.len())) {
+                let mut along = [Lanes::splat(simd, 0.0); CHANNELS];
+                for (v, entry) in v.iter().zip(row) {
+                    for c in 0..CHANNELS {
+                        along[c] = v.times_plus(Lanes::splat(simd, entry[c]), along[c]);
+                    }
+                }
+                let y = Lanes::load(simd, &self.y[*j], part);
+                for c in 0..CHANNELS {
+                    sums[c] = y.times_plus(along[c], sums[c]);
+                }
+            }
+            for (sum, out) in sums.iter().zip(self.out.iter_mut()) {
+                sum.store(out, part);
+            }
+        }
+    }
+}

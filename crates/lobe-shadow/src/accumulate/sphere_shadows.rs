@@ -1,0 +1,257 @@
+//! Receivers under a sky that many spheres hide.
+
+use derive_setters::Setters;
+use lobe_sh::{ExpMethod, Rgb, len};
+use pulp::Arch;
+use rayon::prelude::*;
+
+use crate::ShadowError;
+use crate::accumulate::aim::ReceiverBlock;
+use crate::accumulate::batch_exponential::BatchExponential;
+use crate::accumulate::bounce::Bounce;
+use crate::accumulate::lanes::{BLOCK, Block};
+use crate::accumulate::log_table::LogTable;
+use crate::accumulate::receiver_groups::{Group, coherent_order, sort_out};
+use crate::accumulate::receivers::Receivers;
+use crate::accumulate::sky_light::SkyLight;
+use crate::accumulate::sphere_tree::{Node, Occluder, SphereTree};
+use crate::accumulate::sum_logarithms::{Columns, MAX_LEN, add_logarithms};
+
+/// Options of [`SphereShadows`].
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[non_exhaustive]
+pub struct ShadowOptions {
+    /// The exponential: [`ExpMethod::Grid`], [`ExpMethod::OptimalLinear`] or [`ExpMethod::Hybrid`].
+    pub method: ExpMethod,
+    /// Spheres under a node count as one where the node's reach is at most this part of its distance; 0 takes every sphere
+    /// by itself.
+    pub cut: f32,
+    /// Receivers in a group, a multiple of 16: spheres far away are accumulated once for a group, as its center sees them.
+    /// 0 takes every receiver by itself.
+    pub group: usize,
+    /// Spheres are far from a group where its radius is at most this part of their distance.
+    pub far: f32,
+}
+
+/// Receivers that a thread takes at a time where they share nothing.
+const AT_ONCE: usize = 16 * BLOCK;
+
+impl Default for ShadowOptions {
+    /// On the grid, nodes up to a fifth of their distance, every receiver by itself; groups take what is twenty times
+    /// as far as they are large.
+    fn default() -> Self {
+        Self { method: ExpMethod::default(), cut: 0.2, group: 0, far: 0.05 }
+    }
+}
+
+impl ShadowOptions {
+    fn check(&self) -> Result<(), ShadowError> {
+        let options = |message: String| Err(ShadowError::Options(message));
+        for (name, value) in [("cut", self.cut), ("far", self.far)] {
+            if !(0.0..=1.0).contains(&value) {
+                return options(format!("expected {name} from 0 to 1, found {value}"));
+            }
+        }
+        if !self.group.is_multiple_of(BLOCK) {
+            return options(format!("expected groups of a multiple of {BLOCK} receivers, found {}", self.group));
+        }
+        Ok(())
+    }
+}
+
+/// The shadows of spheres under a whole sky, by exponentials of sums of logarithms ([Ren et al. 2006]).
+///
+/// ```text
+///   V = exp(Σ_spheres log V_sphere)        E(n) = ∫ V L max(n·s, 0) ds
+/// ```
+///
+/// A receiver adds up the logarithms of all spheres, each from the table by its size and turned to its direction, takes the
+/// exponential, and lets light and cosine through it. Sixteen receivers go together in lanes. Spheres in front of each other
+/// count twice in the sum: the exponential darkens what the two hide together, and stays positive. How near the result is to the
+/// truth is printed by the example `exponential_errors` for random spheres.
+///
+/// [`aim`](crate::accumulate::aim) has the rules for receivers on, in and under spheres. Without spheres the sky is open.
+/// Results are the same for any number of threads.
+///
+/// ```
+/// use lobe_sh::{Rgb, ShL2};
+/// use lobe_shadow::{LogTable, LogTableOptions, Occluder, Receivers, ShadowOptions, SkyLight, SphereShadows};
+///
+/// let table = LogTable::new(&LogTableOptions::default().order(3))?;
+/// let above = [Occluder::new([0.0, 0.0, 2.0], 1.0)];
+/// let shadows = SphereShadows::new(&table, &above, &ShadowOptions::default())?;
+/// let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 1.0, 1.0)), 3)?;
+/// let under = Receivers::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]])?;
+/// // The sphere hides sin²θ = 1/4 of the irradiance π.
+/// let irradiance = shadows.irradiance(&under, &sky)?[0].g / std::f32::consts::PI;
+/// assert!((irradiance - 0.75).abs() < 0.06, "{irradiance}");
+/// # Ok::<(), lobe_shadow::ShadowError>(())
+/// ```
+///
+/// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
+#[derive(Clone, Debug)]
+pub struct SphereShadows<'a> {
+    pub(crate) table: &'a LogTable,
+    pub(crate) tree: SphereTree,
+    pub(crate) columns: Columns,
+    pub(crate) exponential: BatchExponential,
+    pub(crate) arch: Arch,
+    /// The spheres one by one.
+    pub(crate) leaves: Vec<Node>,
+    options: ShadowOptions,
+}
+
+impl<'a> SphereShadows<'a> {
+    /// Prepares spheres, with a tree of its own over them.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] for options out of their range, [`ShadowError::Invalid`] for spheres with numbers that are not
+    /// finite or negative radii.
+    pub fn new(table: &'a LogTable, spheres: &[Occluder], options: &ShadowOptions) -> Result<Self, ShadowError> {
+        Self::with_tree(table, SphereTree::over(spheres)?, options)
+    }
+
+    /// Prepares spheres that are in a tree.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] for options out of their range.
+    pub fn with_tree(table: &'a LogTable, tree: SphereTree, options: &ShadowOptions) -> Result<Self, ShadowError> {
+        options.check()?;
+        let exponential = BatchExponential::new(table.order(), options.method)?;
+        let leaves = tree.nodes.iter().copied().filter(|node| node.is_leaf()).collect();
+        Ok(Self { table, tree, columns: Columns::new(), exponential, arch: Arch::new(), leaves, options: *options })
+    }
+
+    /// The expansions of what each receiver sees of the sky, one after the other: factors for products with transfer.
+    #[must_use]
+    pub fn visibility(&self, receivers: &Receivers<'_>) -> Vec<f32> {
+        let n = len(self.table.order());
+        self.of_all(receivers, n, |_, _, visibility, out| {
+            for (k, row) in out.chunks_exact_mut(n).enumerate() {
+                row.iter_mut().zip(visibility).for_each(|(out, v)| *out = v[k]);
+            }
+        })
+    }
+
+    /// The irradiance of each receiver from the sky.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if the light is prepared for another order than the table's.
+    pub fn irradiance(&self, receivers: &Receivers<'_>, sky: &SkyLight) -> Result<Vec<Rgb<f32>>, ShadowError> {
+        self.irradiance_with(receivers, sky, None)
+    }
+
+    /// The irradiance of each receiver from the sky and from the spheres that hide it, lit by the same sky.
+    ///
+    /// # Errors
+    /// As [`SphereShadows::irradiance`].
+    pub fn irradiance_with_bounce(
+        &self,
+        receivers: &Receivers<'_>,
+        sky: &SkyLight,
+        bounce: &Bounce,
+    ) -> Result<Vec<Rgb<f32>>, ShadowError> {
+        self.irradiance_with(receivers, sky, Some(bounce))
+    }
+
+    fn irradiance_with(
+        &self,
+        receivers: &Receivers<'_>,
+        sky: &SkyLight,
+        bounce: Option<&Bounce>,
+    ) -> Result<Vec<Rgb<f32>>, ShadowError> {
+        self.check_order(sky)?;
+        let flat = self.of_all(receivers, 3, |at, nodes, visibility, out| {
+            let mut irradiance = sky.irradiance_of_block(self.arch, &at.normal, visibility);
+            if let Some(bounce) = bounce {
+                bounce.add_to(self.arch, at, nodes, &mut irradiance);
+            }
+            for (k, row) in out.chunks_exact_mut(3).enumerate() {
+                row.iter_mut().zip(&irradiance).for_each(|(out, channel)| *out = channel[k]);
+            }
+        });
+        Ok(flat.as_chunks().0.iter().map(|rgb| Rgb::from(*rgb)).collect())
+    }
+
+    pub(crate) fn check_order(&self, sky: &SkyLight) -> Result<(), ShadowError> {
+        if sky.order() != self.table.order() {
+            let message =
+                format!("expected light for order {}, that of the table, found {}", self.table.order(), sky.order());
+            return Err(ShadowError::Options(message));
+        }
+        Ok(())
+    }
+
+    /// Hands the visibility of every sixteen receivers, the nodes that hide their sky, and room for `stride` numbers of each
+    /// receiver to `write`; the numbers of all receivers, in their order.
+    fn of_all(
+        &self,
+        receivers: &Receivers<'_>,
+        stride: usize,
+        write: impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]) + Sync,
+    ) -> Vec<f32> {
+        let plain = self.is_plain();
+        let together = if plain { AT_ONCE } else { self.options.group.max(BLOCK) };
+        let order = if plain { (0..receivers.len() as u32).collect() } else { coherent_order(receivers) };
+        let groups: Vec<Vec<f32>> = order
+            .par_chunks(together)
+            .map(|members| {
+                let mut out = vec![0.0; members.len() * stride];
+                self.of_group(receivers, members, &mut out, &write);
+                out
+            })
+            .collect();
+        let mut out = vec![0.0; receivers.len() * stride];
+        for (members, values) in order.chunks(together).zip(&groups) {
+            for (k, values) in members.iter().zip(values.chunks_exact(stride)) {
+                out[*k as usize * stride..][..stride].copy_from_slice(values);
+            }
+        }
+        out
+    }
+
+    /// Whether every receiver takes every sphere by itself.
+    fn is_plain(&self) -> bool {
+        self.options.cut == 0.0 && self.options.group == 0
+    }
+
+    /// The same for a group of receivers.
+    fn of_group(
+        &self,
+        receivers: &Receivers<'_>,
+        members: &[u32],
+        out: &mut [f32],
+        write: &impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]),
+    ) {
+        let n = len(self.table.order());
+        let stride = out.len() / members.len().max(1);
+        let (mut near, mut far) = (Vec::new(), Vec::new());
+        let mut shared = [[0.0; BLOCK]; MAX_LEN];
+        if !self.is_plain() {
+            let group = Group::new(receivers, members);
+            let limit = (self.options.group > 0).then_some(self.options.far);
+            sort_out(&self.tree, &group, self.options.cut, limit, &mut near, &mut far);
+            // Accumulate what is far once, as the center of the group sees it.
+            let center = ReceiverBlock { position: group.center.map(|c| [c; BLOCK]), normal: [[0.0; BLOCK]; 3] };
+            self.add(&center, &far, false, &mut shared[..n]);
+        }
+        let nodes = Nodes { near: if self.is_plain() { &self.leaves } else { &near }, far: &far };
+        for (members, out) in members.chunks(BLOCK).zip(out.chunks_mut(BLOCK * stride)) {
+            let at = receivers.block(members);
+            let mut f = shared;
+            self.add(&at, nodes.near, true, &mut f[..n]);
+            self.exponential.of_block_in_place(&mut f[..n]);
+            write(&at, &nodes, &f[..n], out);
+        }
+    }
+
+    pub(crate) fn add(&self, at: &ReceiverBlock, nodes: &[Node], plane: bool, sums: &mut [Block]) {
+        add_logarithms(self.arch, self.table, &self.columns, at, nodes, plane, sums);
+    }
+}
+
+/// What hides the sky of a group: nodes that every receiver sees from where it is, and such that all see alike.
+pub(crate) struct Nodes<'a> {
+    pub(crate) near: &'a [Node],
+    pub(crate) far: &'a [Node],
+}

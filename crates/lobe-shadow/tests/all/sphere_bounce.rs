@@ -1,0 +1,105 @@
+//! One bounce of light from spheres, against rays.
+
+use std::f64::consts::PI;
+
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL1, ShVec, SphereQuadrature};
+use lobe_shadow::{Bounce, LogTable, LogTableOptions, Occluder, Receivers, ShadowOptions, SkyLight, SphereShadows};
+use lobe_testkit::Random;
+
+const ALBEDO: f64 = 0.7;
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| a[k] * b[k]).sum()
+}
+
+/// The nearest sphere along a ray, and how far.
+fn hit(spheres: &[Occluder], p: [f64; 3], s: [f64; 3]) -> Option<(usize, f64)> {
+    let distance = |sphere: &Occluder| {
+        let to = [0, 1, 2].map(|k| f64::from(sphere.center[k]) - p[k]);
+        let (along, r) = (dot(to, s), f64::from(sphere.radius));
+        let root = along * along - dot(to, to) + r * r;
+        let t = along - root.max(0.0).sqrt();
+        (root > 0.0 && t > 1e-6).then_some(t)
+    };
+    let hits = spheres.iter().enumerate().filter_map(|(k, sphere)| distance(sphere).map(|t| (k, t)));
+    hits.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Irradiance past the spheres, and that with one bounce, by rays in all directions of a rule.
+fn traced(spheres: &[Occluder], sky: &ShVec<f64>, p: [f64; 3], n: [f64; 3], rule: &SphereQuadrature) -> [f64; 2] {
+    let mut out = [0.0; 2];
+    for (s, weight) in rule.points() {
+        let cosine = weight * dot(n, s.to_array());
+        if cosine <= 0.0 {
+            continue;
+        }
+        match hit(spheres, p, s.to_array()) {
+            None => out.iter_mut().for_each(|out| *out += cosine * sky.eval(s)),
+            Some((k, t)) => {
+                let there = [0, 1, 2].map(|c| p[c] + t * s.to_array()[c]);
+                let normal =
+                    [0, 1, 2].map(|c| (there[c] - f64::from(spheres[k].center[c])) / f64::from(spheres[k].radius));
+                let coarse = SphereQuadrature::of_degree(24);
+                let arriving: f64 = coarse
+                    .points()
+                    .filter(|(s, _)| dot(normal, s.to_array()) > 0.0 && hit(spheres, there, s.to_array()).is_none())
+                    .map(|(s, weight)| weight * dot(normal, s.to_array()) * sky.eval(s))
+                    .sum();
+                out[1] += cosine * ALBEDO / PI * arriving;
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn a_bounce_brings_irradiance_nearer_to_the_traced_truth() {
+    let mut random = Random::new(1);
+    let sky = ShL1::constant(1.0) + ShL1::impulse(Dir::Z, 0.6);
+    let sky = ShVec::from_vec(sky.coefficients().to_vec()).unwrap();
+    let light = sky.map(|c: f64| Rgb::splat(c as f32));
+    let table = LogTable::new(&LogTableOptions::default().order(4).tolerance(0.05)).unwrap();
+    let light = SkyLight::new(&light, 4).unwrap();
+    let rule = SphereQuadrature::of_degree(60);
+    let (mut without, mut with, mut exact) = (0.0, 0.0, 0.0);
+    for _ in 0..4 {
+        let sphere = |random: &mut Random| {
+            let [x, y, z] = [0, 1, 2].map(|_| random.signed() as f32);
+            Occluder::new([1.5 * x, 1.5 * y, 1.3 + 0.4 * z], 0.3 + 0.4 * random.unit() as f32)
+        };
+        let spheres: Vec<Occluder> = (0..4).map(|_| sphere(&mut random)).collect();
+        let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default().cut(0.0)).unwrap();
+        let bounce = Bounce::new(&shadows, &light, &[Rgb::splat(ALBEDO as f32); 4]).unwrap();
+        let positions: Vec<[f32; 3]> =
+            (0..6).map(|_| [1.5 * random.signed() as f32, 1.5 * random.signed() as f32, 0.0]).collect();
+        let normals = vec![[0.0, 0.0, 1.0]; 6];
+        let receivers = Receivers::new(&positions, &normals).unwrap();
+        let dark = shadows.irradiance(&receivers, &light).unwrap();
+        let bright = shadows.irradiance_with_bounce(&receivers, &light, &bounce).unwrap();
+        for k in 0..6 {
+            let [direct, truth] = traced(&spheres, &sky, positions[k].map(f64::from), [0.0, 0.0, 1.0], &rule);
+            without += (f64::from(dark[k].g) - truth).powi(2);
+            with += (f64::from(bright[k].g) - truth).powi(2);
+            exact += (direct - truth).powi(2);
+        }
+    }
+    println!("rms of 24 receivers: {without:.3} {with:.3}, exact direct light {exact:.3} (sums of squares)");
+    assert!(with < 0.5 * without, "with a bounce {with}, without {without}");
+}
+
+#[test]
+fn a_white_sphere_under_a_white_sky_is_not_seen() {
+    // Of albedo 1, and with nothing else there, it sends on what it hides.
+    let table = LogTable::new(&LogTableOptions::default().order(3).tolerance(0.05)).unwrap();
+    let sky = SkyLight::new(&ShL1::constant(Rgb::splat(1.0)), 3).unwrap();
+    let spheres = [Occluder::new([0.5, 0.0, 2.0], 0.8)];
+    let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default()).unwrap();
+    let bounce = Bounce::new(&shadows, &sky, &[Rgb::splat(1.0)]).unwrap();
+    let (at, normal) = ([[0.0; 3]], [[0.0, 0.0, 1.0]]);
+    let found = shadows.irradiance_with_bounce(&Receivers::new(&at, &normal).unwrap(), &sky, &bounce).unwrap()[0].g;
+    assert!((f64::from(found) / PI - 1.0).abs() < 0.05, "{found} against pi");
+    let message = Bounce::new(&shadows, &sky, &[]).unwrap_err().to_string();
+    assert!(message.contains("expected one for every sphere, found 0"), "{message}");
+    let message = Bounce::new(&shadows, &sky, &[Rgb::splat(1.5)]).unwrap_err().to_string();
+    assert!(message.contains("from 0 to 1"), "{message}");
+}
