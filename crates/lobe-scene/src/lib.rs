@@ -50,6 +50,7 @@ mod scene;
 pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
 pub use error::{SceneError, SceneLimit};
+pub use files::folder::referenced_file;
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::{GltfDocument, read_scene_and_document};
 pub use files::gltf::extensions::LOBE_EXTRAS_VERSION;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use crate::error::one_line;
-use crate::files::folder::find_within;
+use crate::files::folder::referenced_file;
 use crate::scene::flat::FlatMesh;
 use crate::{
     DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneLimit, SceneReadOptions, SceneReadReport,
@@ -226,19 +226,9 @@ impl<'a> Source<'a> {
                 self.unsupported(format!("names the file `{relative}`, but only bytes were given: read the file"))
             );
         };
-        let (name, path) = (self.name, folder.join(relative));
-        let found =
-            if self.options.allow_outside { Ok(Some(path.clone())) } else { find_within(folder, Path::new(relative)) };
-        let refused = |source: io::Error| {
-            let place = one_line(&format!("{}, named by {name}", path.display()));
-            SceneError::Io { place, source }
-        };
-        let Some(file) = found.map_err(refused)? else {
-            return Err(self.unsupported(format!(
-                "names the file `{relative}`, which is outside of its folder: move it there, or trust the file with \
-                 --allow-outside (SceneReadOptions::allow_outside)"
-            )));
-        };
+        let file = referenced_file(folder, relative, self.options.allow_outside, self.name)?;
+        let place = one_line(&format!("{}, named by {}", file.display(), self.name));
+        let refused = |source: io::Error| SceneError::Io { place: place.clone(), source };
         self.count_bytes(length_of(&file).map_err(refused)?)?;
         fs::read(&file).map_err(refused)
     }

@@ -1,11 +1,12 @@
 //! Scenes: meshes, materials and textures; positions and directions are arrays, z is up.
 //!
 //! Read `scene` first, then `mesh`, `material`, `texture` and `ray`. `vertex_normals`, `flat` and `split_edges` compute what
-//! a file lacks, `coincident` counts duplicates, `near_origin` moves a scene to where `f32` is precise, `up` rotates y up to
+//! a file lacks, `coincident` counts duplicates, `joined` puts scenes together, `near_origin` moves a scene to where `f32` is precise, `up` rotates y up to
 //! z up. Uses no other room.
 
 pub(crate) mod coincident;
 pub(crate) mod flat;
+pub(crate) mod joined;
 pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod near_origin;
