@@ -1,10 +1,37 @@
-//! Scenes put together: each part at a place of its own, as a scene of their meshes one after the other.
+//! Scenes taken apart and put together: some of the meshes, the same meshes elsewhere, and those of several scenes in one.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::{Mesh, Scene, SceneError};
 
 impl Scene {
+    /// The scene of some of its meshes, in their order, with the materials and textures that they use.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] without any mesh.
+    ///
+    /// # Panics
+    /// If there is no such mesh.
+    pub fn part(&self, meshes: impl IntoIterator<Item = usize>) -> Result<Self, SceneError> {
+        let (mut materials, mut textures) = (Kept::default(), Kept::default());
+        let meshes = meshes.into_iter().map(|index| {
+            let mut mesh = self.meshes()[index].clone().into_parts();
+            mesh.material = mesh.material.map(|index| materials.place_of(index));
+            Mesh::new(mesh)
+        });
+        let meshes = meshes.collect::<Result<Vec<_>, _>>()?;
+        let material = |&index: &usize| {
+            let mut material = self.materials()[index].clone();
+            if let Some(used) = &mut material.base_color_texture {
+                used.texture = textures.place_of(used.texture);
+            }
+            material
+        };
+        let materials = materials.0.iter().map(material).collect();
+        let textures = textures.0.iter().map(|&index| self.textures()[index].clone()).collect();
+        Ok(Self::new(meshes, materials, textures)?.moved(self.origin()))
+    }
+
     /// The same scene under an affine map, three rows `[a, b, c, t]`: a point p of the world goes to `(a b c) p + t`, normals by
     /// the inverse transpose. A map that mirrors turns the corners of triangles around, so that their fronts stay fronts.
     ///
@@ -55,6 +82,20 @@ impl Scene {
             textures.extend(part_textures);
         }
         Ok(Self::new(meshes, materials, textures)?.moved(first.unwrap_or_default()))
+    }
+}
+
+/// Indices of what is kept of a list, in the order in which it was asked for.
+#[derive(Default)]
+struct Kept(Vec<usize>);
+
+impl Kept {
+    /// The place of `index` among what is kept.
+    fn place_of(&mut self, index: usize) -> usize {
+        self.0.iter().position(|&kept| kept == index).unwrap_or_else(|| {
+            self.0.push(index);
+            self.0.len() - 1
+        })
     }
 }
 
@@ -117,6 +158,19 @@ mod tests {
         let [first_min, first_max] = near.world_bounds();
         assert!((min[0] - first_min[0]).abs() < 1e-3, "{min:?} against {first_min:?}");
         assert!((max[0] - first_max[0] - 4.0).abs() < 1e-3, "{max:?} against {first_max:?}");
+    }
+
+    #[test]
+    fn the_parts_of_a_scene_joined_are_the_scene() {
+        let scene = built_in::cornell_box();
+        let parts = (0..scene.meshes().len()).map(|mesh| scene.part([mesh]).unwrap());
+        let joined = Scene::joined(parts).unwrap();
+        for mesh in 0..scene.meshes().len() {
+            let colors = [&scene, &joined].map(|scene| scene.vertex_base_color(mesh, 0));
+            assert_eq!(joined.meshes()[mesh].positions(), scene.meshes()[mesh].positions(), "mesh {mesh}");
+            assert_eq!(colors[0], colors[1], "the color of mesh {mesh}");
+        }
+        assert!(scene.part([0]).unwrap().materials().len() <= 1, "other materials are left out");
     }
 
     #[test]
