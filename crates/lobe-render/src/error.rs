@@ -5,6 +5,8 @@ use std::path::Path;
 use lobe_image::ImageError;
 use lobe_io::IoError;
 use lobe_prt::PrtError;
+use lobe_scene::SceneError;
+use lobe_shadow::ShadowError;
 
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -24,6 +26,12 @@ pub enum RenderError {
     /// A picture could not be made, read, written or compared.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// What moves, or its files, are at fault.
+    #[error(transparent)]
+    Shadow(ShadowError),
+    /// A scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// A scene, its transfer or their files are at fault.
     #[error(transparent)]
     Prt(PrtError),
@@ -66,6 +74,16 @@ impl From<PrtError> for RenderError {
         match error {
             PrtError::Cancelled => Self::Cancelled,
             other => Self::Prt(other),
+        }
+    }
+}
+
+impl From<ShadowError> for RenderError {
+    /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
+    fn from(error: ShadowError) -> Self {
+        match error {
+            ShadowError::Cancelled => Self::Cancelled,
+            other => Self::Shadow(other),
         }
     }
 }

@@ -62,6 +62,7 @@
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
+//! | scenes that move | [`MovingScene`], its [`MovingPart`]s, [`Moment`]; [`light_moving_scene`] by [`MovingShading`] |
 //! | scenes without transfer | [`light_by_irradiance`] |
 //! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | the variance in a traced picture | [`read_variance`] |
@@ -72,6 +73,7 @@
 mod camera;
 mod error;
 mod mapping_gallery;
+mod moving;
 mod path_tracer;
 mod plot;
 mod progressive;
@@ -94,6 +96,12 @@ pub use mapping_gallery::reflection_space::{BruteForceReflection, ReflectionSpac
 pub use mapping_gallery::solid::Solid;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
+pub use moving::moment::Moment;
+pub use moving::moving_bake::MovingBakeOptions;
+pub use moving::moving_part::{Motion, MovingPart};
+pub use moving::moving_picture::light_moving_scene;
+pub use moving::moving_scene::MovingScene;
+pub use moving::moving_shading::{MovingMethod, MovingOptions, MovingShading};
 pub use path_tracer::distant_light::DistantLight;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};

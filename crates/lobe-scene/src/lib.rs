@@ -66,6 +66,7 @@ pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
 pub use bvh::surface_rays::SurfaceRays;
 pub use error::{SceneError, SceneReadOption};
+pub use files::folder::referenced_file;
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes};
 pub use files::gltf::document::{GltfDocument, read_scene_and_document};
 pub use files::gltf::extensions::LOBE_EXTRAS_VERSION;

@@ -12,7 +12,7 @@ use lobe_io::Job;
 use lobe_scene::{Scene, SceneReadOptions, read_scene};
 use lobe_sh::{Expansion as _, Rotation};
 use lobe_shadow::{
-    Entity, FieldOptions, OcclusionField, Placement, RadialInterpolation, ShadowFieldOptions, ShadowFields, bake_field,
+    PlacedField, FieldOptions, OcclusionField, Placement, RadialInterpolation, ShadowFieldOptions, ShadowFields, bake_field,
 };
 use lobe_testkit::Random;
 
@@ -159,8 +159,8 @@ fn several(case: &Case) {
             let n = order * order;
             let cut = |v: &[f32]| -> Vec<f32> { v.chunks_exact(64).flat_map(|v| &v[..n]).copied().collect() };
             let Ok(field) = full.truncated(order) else { continue };
-            let entities: Vec<Entity<'_>> =
-                placements.iter().map(|p| Entity { field: &field, placement: *p }).collect();
+            let entities: Vec<PlacedField<'_>> =
+                placements.iter().map(|p| PlacedField { field: &field, placement: *p }).collect();
             let chained = |options: ShadowFieldOptions| -> f64 {
                 let Ok(fields) = ShadowFields::new(order, &entities, options) else { return f64::NAN };
                 let at = |p: &[f32; 3]| fields.visibility_at(*p, None, None).map(lobe_sh::ShVec::into_vec);

@@ -7,12 +7,13 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | where an entity is | [`Placement`], [`relative_placement`] |
+//! | where an entity is | [`Placement`], [`relative_placement`]; over time [`Track`] |
+//! | scenes of entities in files | [`SceneDescription`] |
 //! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`FieldOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
 //! | visibility of an entity's own surface | [`bake_visibility`] |
 //! | lamps near by | [`RadianceField`], [`PatchField`], [`Rectangle`] |
-//! | entities together, and shading | [`ShadowFields`], [`Entity`], [`LocalLight`], [`ShadowReceivers`] |
+//! | entities together, and shading | [`ShadowFields`], [`PlacedField`], [`LocalLight`], [`ShadowReceivers`] |
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`]; hierarchies of them [`SphereHierarchy`] |
 //! | spheres that follow joints | [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
 //! | files of sphere sets | [`write_spheres`], [`read_spheres`], [`SphereSetJson`] |
@@ -24,6 +25,7 @@
 //! [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
 
 mod accumulate;
+mod description;
 mod error;
 mod field;
 mod placement;
@@ -37,6 +39,9 @@ pub use accumulate::receivers::Receivers;
 pub use accumulate::sky_light::SkyLight;
 pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
 pub use accumulate::sphere_tree::{Occluder, SphereTree};
+mod track;
+
+pub use description::{EntityDescription, SceneDescription};
 pub use error::ShadowError;
 pub use field::bake_field::{FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_visibility};
 pub use field::field_file::{read_field, read_field_bytes, write_field};
@@ -44,7 +49,7 @@ pub use field::field_grid::{FieldGrid, RadialInterpolation};
 pub use field::field_storage::{FieldStorage, StorageReport};
 pub use field::occlusion_field::OcclusionField;
 pub use field::radiance_field::{PatchField, RadianceField, RadianceOptions, Rectangle};
-pub use field::shadow_fields::{Entity, LocalLight, ShadowFieldOptions, ShadowFields, relative_placement};
+pub use field::shadow_fields::{PlacedField, LocalLight, ShadowFieldOptions, ShadowFields, relative_placement};
 pub use field::shadow_receivers::ShadowReceivers;
 pub use placement::Placement;
 pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};
@@ -57,3 +62,4 @@ pub use spheres::sphere_file::{
 pub use spheres::sphere_hierarchy::{SphereHierarchy, SphereNode};
 pub use spheres::sphere_json::{SphereJson, SphereSetJson};
 pub use spheres::sphere_set::SphereSet;
+pub use track::{Key, Track};

@@ -20,6 +20,9 @@ pub struct Placement {
 }
 
 impl Placement {
+    /// At the origin, not turned, and as large as it is.
+    pub const IDENTITY: Self = Self { translation: [0.0; 3], rotation: Rotation::IDENTITY, scale: 1.0 };
+
     /// A place by its translation, rotation and scale.
     ///
     /// # Panics
@@ -47,6 +50,15 @@ impl Placement {
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.scale
+    }
+
+    /// The rows `[s R, t]` of the map to the world.
+    #[must_use]
+    pub fn rows(&self) -> [[f64; 4]; 3] {
+        let r = self.rotation.matrix();
+        std::array::from_fn(|k| {
+            [self.scale * r[k][0], self.scale * r[k][1], self.scale * r[k][2], self.translation[k]]
+        })
     }
 
     /// `t + s R p`.

@@ -66,10 +66,7 @@ pub fn light_baked_scene(
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let lit = baked.lit(light);
-    let counted = Counted::new(light, |hit| lit.radiance(hit));
-    let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
-    let picture = scene_picture(baked.scene(), baked.bvh(), camera, options, background, radiance, job)?;
-    Ok(LitPicture { picture, below_zero: counted.below_zero() })
+    picture_of((baked.scene(), baked.bvh()), light, camera, options, background, |hit| lit.radiance(hit), job)
 }
 
 /// Lights a scene by the irradiance of its shading normals, without shadows: `B = albedo/π · E(n)`.
@@ -88,7 +85,21 @@ pub fn light_by_irradiance(
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let irradiance = convolved(light, &Zonal::clamped_cosine(light.order()));
-    let counted = Counted::new(light, |hit| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI));
+    let radiance = |hit: &SceneHit<'_>| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI);
+    picture_of((scene, bvh), light, camera, options, background, radiance, job)
+}
+
+/// A picture of a scene, with the part of its hits that are visibly below zero.
+pub(crate) fn picture_of(
+    (scene, bvh): (&Scene, &Bvh),
+    light: &ShVec<Rgb<f64>>,
+    camera: &Camera,
+    options: &ViewOptions,
+    background: impl Fn(Dir) -> Rgb<f64> + Sync,
+    shade: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Sync,
+    job: Job<'_>,
+) -> Result<LitPicture, RenderError> {
+    let counted = Counted::new(light, shade);
     let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
     let picture = scene_picture(scene, bvh, camera, options, background, radiance, job)?;
     Ok(LitPicture { picture, below_zero: counted.below_zero() })

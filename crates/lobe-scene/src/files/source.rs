@@ -1,9 +1,10 @@
 //! Input of the scene readers: a file's name for messages, its limits, and the files it references.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use crate::error::one_line;
+use crate::files::folder::referenced_file;
 use crate::scene::flat::FlatMesh;
 use crate::{
     DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
@@ -230,19 +231,9 @@ impl<'a> Source<'a> {
                 self.unsupported(format!("names the file `{relative}`, but only bytes were given: read the file"))
             );
         };
-        let (name, path) = (self.name, folder.join(relative));
-        let found =
-            if self.options.allow_outside { Ok(Some(path.clone())) } else { find_within(folder, Path::new(relative)) };
-        let refused = |source: io::Error| {
-            let place = one_line(&format!("{}, named by {name}", path.display()));
-            SceneError::Io { place, source }
-        };
-        let Some(file) = found.map_err(refused)? else {
-            return Err(self.unsupported(format!(
-                "names the file `{relative}`, which is outside of its folder: move it there, or trust the file with \
-                 --allow-outside (SceneReadOptions::allow_outside)"
-            )));
-        };
+        let file = referenced_file(folder, relative, self.options.allow_outside, self.name)?;
+        let place = one_line(&format!("{}, named by {}", file.display(), self.name));
+        let refused = |source: io::Error| SceneError::Io { place: place.clone(), source };
         self.count_bytes(length_of(&file).map_err(refused)?)?;
         fs::read(&file).map_err(refused)
     }
@@ -258,24 +249,6 @@ pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
 }
 
 /// The length of a regular file: devices and pipes may be endless.
-/// The place of a file that a scene names, links resolved; `None` if it is not within the folder.
-///
-/// A name from the root of the file system or one that climbs out of the folder is not looked up at all.
-fn find_within(folder: &Path, name: &Path) -> io::Result<Option<PathBuf>> {
-    let mut depth = 0_usize;
-    for component in name.components() {
-        match component {
-            Component::CurDir => {}
-            Component::Normal(_) => depth += 1,
-            Component::ParentDir if depth > 0 => depth -= 1,
-            Component::ParentDir | Component::RootDir | Component::Prefix(_) => return Ok(None),
-        }
-    }
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let (file, folder) = (fs::canonicalize(folder.join(name))?, fs::canonicalize(folder)?);
-    Ok(file.starts_with(folder).then_some(file))
-}
-
 fn length_of(path: &Path) -> io::Result<u64> {
     let found = fs::metadata(path)?;
     if !(found.is_file() || found.is_dir()) {

@@ -2,10 +2,11 @@
 //!
 //! Read `scene` first, then `mesh`, `material`, `texture` and `ray`. `vertex_normals`, `flat` and `split_edges` compute what
 //! a file lacks, `coincident` counts duplicates, `near_origin` moves a scene to where `f32` is precise, `up` rotates y up to
-//! z up, `transform` places meshes. Uses no other room.
+//! z up, `transform` places meshes, `joined` takes scenes apart and puts them together. Uses no other room.
 
 pub(crate) mod coincident;
 pub(crate) mod flat;
+pub(crate) mod joined;
 pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod near_origin;

@@ -15,7 +15,7 @@ const PIECE: usize = 64;
 
 /// An entity that hides the sky, and where it is.
 #[derive(Clone, Copy, Debug)]
-pub struct Entity<'a> {
+pub struct PlacedField<'a> {
     /// What it hides.
     pub field: &'a OcclusionField,
     /// Where.
@@ -81,12 +81,12 @@ impl Default for ShadowFieldOptions {
 /// use lobe_io::Job;
 /// use lobe_scene::built_in;
 /// use lobe_sh::{Expansion as _, Rotation};
-/// use lobe_shadow::{Entity, FieldOptions, Placement, ShadowFieldOptions, ShadowFields, bake_field};
+/// use lobe_shadow::{PlacedField, FieldOptions, Placement, ShadowFieldOptions, ShadowFields, bake_field};
 ///
 /// let options = FieldOptions::default().order(3).spheres(4).cells(4).rays(64);
 /// let (field, _) = bake_field(&built_in::ball_over_ground(8), &options, Job::default())?;
 /// let above = Placement::new([0.0, 0.0, 6.0], Rotation::IDENTITY, 1.0);
-/// let fields = ShadowFields::new(3, &[Entity { field: &field, placement: above }], ShadowFieldOptions::default())?;
+/// let fields = ShadowFields::new(3, &[PlacedField { field: &field, placement: above }], ShadowFieldOptions::default())?;
 /// let visible = fields.visibility_at([0.0; 3], None, None)?;
 /// assert!(visible.mean() < 0.95, "the scene above hides a part of the sky");
 /// # Ok::<(), lobe_shadow::ShadowError>(())
@@ -94,7 +94,7 @@ impl Default for ShadowFieldOptions {
 #[derive(Clone, Debug)]
 pub struct ShadowFields<'a> {
     order: usize,
-    entities: Vec<Entity<'a>>,
+    entities: Vec<PlacedField<'a>>,
     lights: Vec<LocalLight<'a>>,
     options: ShadowFieldOptions,
 }
@@ -105,7 +105,7 @@ impl<'a> ShadowFields<'a> {
     ///
     /// # Errors
     /// [`ShadowError::Options`] if the order is not 1 to 8 or above that of a field, or `negligible` is negative.
-    pub fn new(order: usize, entities: &[Entity<'a>], options: ShadowFieldOptions) -> Result<Self, ShadowError> {
+    pub fn new(order: usize, entities: &[PlacedField<'a>], options: ShadowFieldOptions) -> Result<Self, ShadowError> {
         if !(1..=8).contains(&order) {
             return Err(ShadowError::Options(format!("expected an order of 1 to 8, found {order}")));
         }
@@ -193,8 +193,9 @@ impl<'a> ShadowFields<'a> {
         Ok(out)
     }
 
-    /// The exit radiance of receivers whose transfer was baked: it is multiplied by what the entities leave visible. Their
-    /// albedo and what they hide themselves is in their transfer; those of the receivers are not used.
+    /// The exit radiance of receivers whose transfer was baked: it is multiplied by what the entities leave visible, and by
+    /// visibility of the receivers' own, if they have some: of what is in neither. Their albedo is in their transfer; that of
+    /// the receivers is not used.
     ///
     /// Transfer of more bands than the fields is cut off.
     ///
@@ -220,8 +221,8 @@ impl<'a> ShadowFields<'a> {
             cut = transfer.coefficients().chunks_exact(full).flat_map(|row| &row[..n]).copied().collect();
             &cut
         };
-        let open = ShadowReceivers::new(receivers.positions(), receivers.normals())?;
-        Ok(self.shade_with(&open, Response::Transfer { rows, channels: transfer.channels().count() }, light))
+        self.check_own(receivers)?;
+        Ok(self.shade_with(receivers, Response::Transfer { rows, channels: transfer.channels().count() }, light))
     }
 
     fn shade_with(
@@ -256,7 +257,7 @@ impl<'a> ShadowFields<'a> {
             turn: (*light.placement.rotation() != Rotation::IDENTITY)
                 .then(|| RotationMatrices::new(light.placement.rotation(), self.order)),
         };
-        let placed = |e: &Entity<'a>| Placed::new(e.field, &e.placement, self.order, receivers);
+        let placed = |e: &PlacedField<'a>| Placed::new(e.field, &e.placement, self.order, receivers);
         Chain {
             order: self.order,
             entities: self.entities.par_iter().map(placed).collect(),

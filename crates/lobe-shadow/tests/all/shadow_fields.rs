@@ -8,7 +8,7 @@ use lobe_prt::{Channels, Transfer};
 use lobe_scene::Scene;
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, product_into};
 use lobe_shadow::{
-    Entity, FieldOptions, LocalLight, OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowFieldOptions,
+    PlacedField, FieldOptions, LocalLight, OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowFieldOptions,
     ShadowFields, ShadowReceivers, bake_field, relative_placement,
 };
 use lobe_testkit::Random;
@@ -39,8 +39,8 @@ fn herd(count: usize) -> Vec<Placement> {
     (0..count).map(place).collect()
 }
 
-fn entities<'a>(field: &'a OcclusionField, placements: &[Placement]) -> Vec<Entity<'a>> {
-    placements.iter().map(|placement| Entity { field, placement: *placement }).collect()
+fn entities<'a>(field: &'a OcclusionField, placements: &[Placement]) -> Vec<PlacedField<'a>> {
+    placements.iter().map(|placement| PlacedField { field, placement: *placement }).collect()
 }
 
 fn all_of_it() -> ShadowFieldOptions {

@@ -1,0 +1,127 @@
+//! Moments: a moving scene at one time.
+
+use lobe_scene::{Bvh, Entity, PosedScene, Scene};
+use lobe_sh::{Rgb, Rotation};
+use lobe_shadow::{Placement, WorldSphere};
+
+use crate::{MovingPart, MovingScene, RenderError};
+
+/// A [`MovingScene`] at one time: its triangles in the world, and where its parts are.
+#[derive(Clone, Debug)]
+pub struct Moment<'a> {
+    moving: &'a MovingScene,
+    scene: Scene,
+    bvh: Bvh,
+    pub(crate) parts: Vec<PlacedPart>,
+}
+
+/// A part where it is.
+#[derive(Clone, Debug)]
+pub(crate) struct PlacedPart {
+    /// The place of its own frame, in which its field is; the world's of one that is deformed.
+    pub(crate) placement: Placement,
+    /// Its spheres in the world.
+    pub(crate) spheres: Vec<WorldSphere>,
+    /// Its vertices: in its own frame, or of one that is deformed in the world.
+    pub(crate) surface: Surface,
+}
+
+/// Vertices of a part as receivers of light.
+#[derive(Clone, Debug)]
+pub(crate) struct Surface {
+    /// The frame of the positions.
+    pub(crate) frame: Placement,
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) albedos: Vec<[f32; 3]>,
+}
+
+impl<'a> Moment<'a> {
+    pub(crate) fn new(moving: &'a MovingScene, placed: Vec<(Scene, PlacedPart)>) -> Result<Self, RenderError> {
+        let (scenes, parts): (Vec<_>, Vec<_>) = placed.into_iter().unzip();
+        let scene = Scene::joined(scenes)?;
+        Ok(Self { moving, bvh: Bvh::new(&scene), scene, parts })
+    }
+
+    /// The moving scene.
+    #[must_use]
+    pub fn moving(&self) -> &'a MovingScene {
+        self.moving
+    }
+
+    /// All triangles in the world, to be traced for a reference.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The tree over them.
+    #[must_use]
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+}
+
+impl PlacedPart {
+    /// A part at a place.
+    pub(crate) fn rigid(part: &MovingPart, placement: Placement) -> Self {
+        let sphere = |(center, radius): (&[f32; 3], &f32)| WorldSphere {
+            center: placement.to_world(center.map(f64::from)),
+            radius: f64::from(*radius) * placement.scale(),
+        };
+        let spheres = part.spheres.iter().flat_map(|set| set.centers().iter().zip(set.radii()).map(sphere));
+        let origin = placement.to_world(part.scene.origin());
+        let frame = Placement::new(origin, *placement.rotation(), placement.scale());
+        Self { placement, spheres: spheres.collect(), surface: Surface::new(&part.scene, &part.scene, frame) }
+    }
+
+    /// A part that an animation deforms; its spheres follow its joints.
+    pub(crate) fn deformed(
+        part: &MovingPart,
+        posed: &PosedScene,
+        entity: &Entity,
+        scene: &Scene,
+    ) -> Result<Self, RenderError> {
+        // Without a skin, spheres of a part whose scales differ or that is morphed move with its node.
+        let maps = match entity.skin() {
+            Some(skin) => posed.joint_maps(skin),
+            None => vec![posed.place(entity)],
+        };
+        let origin = posed.scene().origin();
+        let rows = maps.iter().map(|place| {
+            let mut rows = place.rows();
+            (0..3).for_each(|k| rows[k][3] += origin[k]);
+            rows
+        });
+        let spheres = match &part.spheres {
+            Some(set) => set.posed(&rows.collect::<Vec<_>>())?,
+            None => Vec::new(),
+        };
+        let frame = Placement::new(scene.origin(), Rotation::IDENTITY, 1.0);
+        Ok(Self { placement: Placement::IDENTITY, spheres, surface: Surface::new(scene, &part.scene, frame) })
+    }
+}
+
+impl Surface {
+    /// The vertices of a scene, with the albedo of another that has the same ones.
+    fn new(scene: &Scene, colored: &Scene, frame: Placement) -> Self {
+        let mut surface = Self { frame, positions: Vec::new(), normals: Vec::new(), albedos: Vec::new() };
+        for (index, mesh) in scene.meshes().iter().enumerate() {
+            surface.positions.extend_from_slice(mesh.positions());
+            surface.normals.extend_from_slice(mesh.normals());
+            surface.albedos.extend((0..mesh.positions().len()).map(|vertex| {
+                let [r, g, b, _] = colored.vertex_base_color(index, vertex);
+                [r, g, b]
+            }));
+        }
+        surface
+    }
+
+    /// The mean albedo of the vertices.
+    pub(crate) fn mean_albedo(&self) -> Rgb<f32> {
+        let mut sum = [0.0_f64; 3];
+        self.albedos.iter().for_each(|albedo| (0..3).for_each(|c| sum[c] += f64::from(albedo[c])));
+        let [r, g, b] = sum.map(|sum| (sum / self.albedos.len().max(1) as f64) as f32);
+        Rgb::new(r, g, b)
+    }
+}

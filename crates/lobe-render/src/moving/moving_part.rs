@@ -1,0 +1,61 @@
+//! Parts of a moving scene: what stands still, what moves as a whole, and what changes its shape.
+
+use lobe_prt::Transfer;
+use lobe_scene::{Entity, Scene};
+use lobe_shadow::{OcclusionField, SphereSet, Track};
+
+/// How a part moves.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Motion {
+    /// It stands still.
+    Still,
+    /// It moves as a whole along a track.
+    Track(Track),
+    /// It is an entity of the scene's animated glTF file, which moves it as a whole.
+    Node(Entity),
+    /// It is such an entity and is deformed: by a skin, by morph targets, or by scales that differ.
+    Deformed(Entity),
+}
+
+/// A part of a [`MovingScene`](crate::MovingScene).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct MovingPart {
+    /// The name in messages.
+    pub name: String,
+    /// Its triangles in its own frame; of a part that is deformed those that it was bound with.
+    pub scene: Scene,
+    /// How it moves.
+    pub motion: Motion,
+    /// The transfer of its vertices from itself alone, in its own frame. None of a part that is deformed.
+    pub transfer: Option<Transfer>,
+    /// Whether the transfer leaves out the albedo of the vertices.
+    pub is_demodulated: bool,
+    /// What it hides of the sky around it. None of a part that is deformed.
+    pub field: Option<OcclusionField>,
+    /// The spheres that stand for it.
+    pub spheres: Option<SphereSet>,
+}
+
+impl MovingPart {
+    /// A part of which nothing is baked yet.
+    #[must_use]
+    pub fn new(name: impl Into<String>, scene: Scene, motion: Motion) -> Self {
+        Self { name: name.into(), scene, motion, transfer: None, is_demodulated: false, field: None, spheres: None }
+    }
+
+    /// Whether it keeps its shape, so that transfer and fields can be baked for it.
+    #[must_use]
+    pub fn is_rigid(&self) -> bool {
+        !matches!(self.motion, Motion::Deformed(_))
+    }
+
+    /// The entity of an animated file that it is.
+    pub(crate) fn entity(&self) -> Option<&Entity> {
+        match &self.motion {
+            Motion::Node(entity) | Motion::Deformed(entity) => Some(entity),
+            Motion::Still | Motion::Track(_) => None,
+        }
+    }
+}
