@@ -60,5 +60,6 @@ pub use scene::material::{Alpha, Material, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};
 pub use scene::scene::{Bounds, Scene, Surface};
+pub use scene::split_edges::HalvedEdges;
 pub use scene::texture::{Texture, Wrap};
 pub use scene::up::{Up, y_up_from_z_up, z_up_from_y_up};
