@@ -37,7 +37,7 @@
 //! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`read_scene_and_document`], [`GltfDocument`], [`read_scene_and_attributes`], [`GltfAttributes`] |
 //! | built-in scenes | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
-//! | subdivision | [`Scene::split_edges`] |
+//! | subdivision | [`Scene::split_edges`], [`Scene::halve_edges`], [`HalvedEdges`] |
 //! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`]; among surfaces with holes [`SurfaceRays`] |
 //! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::stops`] |
 
