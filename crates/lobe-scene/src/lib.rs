@@ -51,7 +51,7 @@
 //! | what moves in them, and where it is | [`Entity`], [`EntityKind`], [`Place`], [`Similarity`] |
 //! | built-in scenes | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
-//! | subdivision | [`Scene::split_edges`] |
+//! | subdivision | [`Scene::split_edges`], [`Scene::halve_edges`], [`HalvedEdges`] |
 //! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`]; among surfaces with holes [`SurfaceRays`] |
 //! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::stops`] |
 
@@ -81,5 +81,6 @@ pub use scene::material::{Alpha, Material, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};
 pub use scene::scene::{Bounds, Scene, Surface};
+pub use scene::split_edges::HalvedEdges;
 pub use scene::texture::{Texture, Wrap};
 pub use scene::up::{Up, y_up_from_z_up, z_up_from_y_up};

@@ -66,7 +66,7 @@ impl Bake {
             }
             let rows = |power| bytes(scene.vertex_count(), self.order.pow(power), channels);
             let transfer = rows(if self.mode == ModeName::Glossy { 4 } else { 2 });
-            checkpoint.check_room_to_split(&self.output, transfer, transfer, rows(2))?;
+            checkpoint.check_room(&self.output, transfer, transfer, rows(2))?;
         }
         let (scene, report) = self.splitting.split_adaptively(scene, &options, checkpoint, talk)?;
         if let (Some(report), Some(threshold)) = (report, self.splitting.adaptive) {
@@ -95,6 +95,7 @@ impl Bake {
             &self.output,
             glb.as_ref().map_or(transfer, |glb| glb.size(self.order, channels)),
             transfer,
+            0,
         )?;
         let bvh = Bvh::new(scene);
         // Bake, into the checkpoint.
@@ -125,7 +126,7 @@ impl Bake {
     fn bake_glossy(&self, scene: &Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<BakeReport> {
         let (receivers, options) = (Receivers::at_vertices(scene)?, self.bake_options());
         let bytes = bytes(receivers.len(), self.order.pow(4), options.channels_for(scene, receivers.is_gray()));
-        checkpoint.check_room(&self.output, bytes, bytes)?;
+        checkpoint.check_room(&self.output, bytes, bytes, 0)?;
         let bvh = Bvh::new(scene);
         let (matrices, report) =
             checkpoint.watched(talk, |job| bake_matrices_on_disk(scene, &bvh, &receivers, &options, job))?;
@@ -147,7 +148,7 @@ impl Bake {
         let channels = options.channels_for(scene, texels.receivers().is_gray());
         let [picture, receivers] =
             [width * width, texels.receivers().len()].map(|points| bytes(points, self.order.pow(2), channels));
-        checkpoint.check_room(&self.output, picture, receivers)?;
+        checkpoint.check_room(&self.output, picture, receivers, 0)?;
         let bvh = Bvh::new(scene);
         let (transfer, report) =
             checkpoint.watched(talk, |job| bake_on_disk(scene, &bvh, texels.receivers(), &options, job))?;
@@ -178,7 +179,7 @@ impl Bake {
         let grid = self.points_of_grid(scene, counts)?;
         let options = self.bake_options();
         let bytes = bytes(counts.iter().product(), self.order.pow(4), options.channels_for(scene, true));
-        checkpoint.check_room(&self.output, bytes, bytes)?;
+        checkpoint.check_room(&self.output, bytes, bytes, 0)?;
         let bvh = Bvh::new(scene);
         let (matrices, report) =
             checkpoint.watched(talk, |job| bake_neighborhood_on_disk(scene, &bvh, &grid, &options, job))?;

@@ -184,26 +184,10 @@ impl Checkpoint {
     }
 
     /// Refuses to begin work whose results do not fit on the disk: an output of `bytes` beside a checkpoint of
-    /// `checkpoint` bytes, of which some may be there already.
-    pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64) -> anyhow::Result<()> {
-        Self::check_rest(output, bytes, checkpoint.saturating_sub(length(&self.path)))
-    }
-
-    /// The same before the scene is split, with files for the rounds that take at least `rounds` bytes.
-    pub(crate) fn check_room_to_split(
-        &self,
-        output: &Path,
-        bytes: u64,
-        checkpoint: u64,
-        rounds: u64,
-    ) -> anyhow::Result<()> {
+    /// `checkpoint` bytes and files of rounds of splitting that take at least `rounds`, of which some may be there already.
+    pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64, rounds: u64) -> anyhow::Result<()> {
         let there: u64 = split_checkpoints(&self.path).iter().map(|path| length(path)).sum();
-        let rest = [checkpoint.saturating_sub(length(&self.path)), rounds.saturating_sub(there)];
-        Self::check_rest(output, bytes, rest[0].saturating_add(rest[1]))
-    }
-
-    /// `rest` is what the checkpoint will take beside what it takes now.
-    fn check_rest(output: &Path, bytes: u64, rest: u64) -> anyhow::Result<()> {
+        let rest = checkpoint.saturating_sub(length(&self.path)).saturating_add(rounds.saturating_sub(there));
         let folder = match output.parent() {
             Some(folder) if folder != Path::new("") => folder,
             _ => Path::new("."),
@@ -264,10 +248,10 @@ mod tests {
         let checkpoint = Checkpoint::beside(&output);
         let huge = 1 << 60;
         for (bytes, of_bake, of_rounds) in [(huge, 0, 0), (0, huge, 0), (0, 0, huge), (u64::MAX, u64::MAX, u64::MAX)] {
-            let refusal = checkpoint.check_room_to_split(&output, bytes, of_bake, of_rounds).unwrap_err().to_string();
+            let refusal = checkpoint.check_room(&output, bytes, of_bake, of_rounds).unwrap_err().to_string();
             assert!(refusal.contains("out.glb: expected ") && refusal.contains(" MiB of free space"), "{refusal}");
         }
-        assert!(checkpoint.check_room_to_split(&output, 1, 1, 1).is_ok(), "three bytes");
-        assert!(checkpoint.check_room(&output, 0, huge).is_err(), "a checkpoint that is too large");
+        assert!(checkpoint.check_room(&output, 1, 1, 1).is_ok(), "three bytes");
+        assert!(checkpoint.check_room(&output, 0, huge, 0).is_err(), "a checkpoint that is too large");
     }
 }

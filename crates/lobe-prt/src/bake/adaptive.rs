@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use derive_setters::Setters;
 use lobe_io::{Job, Progress};
-use lobe_scene::{Bounds, Bvh, Mesh, Scene};
+use lobe_scene::{Bounds, Bvh, HalvedEdges, Mesh, Scene};
 
 use crate::{BakeMode, BakeOptions, PrtError, Receivers, Transfer, bake, bake_on_disk};
 
@@ -70,8 +70,8 @@ pub struct AdaptiveReport {
 /// ```
 ///
 /// R makes the threshold t a part of what surfaces of this scene send back at all, so that noise in dark corners splits
-/// nothing. Where transfer changes evenly along an edge, however much, nothing is gained by a vertex and none is added. T_m
-/// is baked only where ½‖T_a - T_b‖ > t R, which e does not exceed while transfer changes one way along the edge: what comes
+/// nothing. Where transfer changes evenly along an edge, however much, nothing is gained by a vertex and none is added. `T_m`
+/// is baked only where `½‖T_a - T_b‖ > t R`, which e does not exceed while transfer changes one way along the edge: what comes
 /// and goes between two vertices is not found, so that edges should be no longer than the shadows that matter (see
 /// [`Scene::split_edges`]). Nor are the middles of triangles looked at: where normals to shade with tilt off convex
 /// surfaces, a vertex loses less light below the planes around it than points within its triangles do, and a bake between
@@ -203,7 +203,7 @@ fn within(
     scene: &Scene,
     mut chosen: Vec<(f64, Edge)>,
     max_vertices: Option<usize>,
-) -> Result<Option<(Scene, Vec<Vec<[u32; 2]>>)>, PrtError> {
+) -> Result<Option<(Scene, HalvedEdges)>, PrtError> {
     while !chosen.is_empty() {
         let edges: HashSet<Edge> = chosen.iter().map(|(_, edge)| *edge).collect();
         let (finer, halved) = scene.halve_edges(|mesh, edge| edges.contains(&(mesh, sorted(edge))))?;

@@ -80,9 +80,9 @@ pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Recipe)
 pub fn read_any_transfer_bytes(bytes: &[u8], name: &str) -> Result<(AnyTransfer, Recipe), PrtError> {
     let file = TensorFile::parse(bytes, name, &[TRANSFER, COMPRESSED, ZONAL])?;
     Ok(match file.header.format.as_str() {
-        COMPRESSED => compressed_of(file).map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe))?,
-        ZONAL => zonal_of(file).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))?,
-        _ => transfer_of(file).map(|(transfer, recipe)| (transfer.into(), recipe))?,
+        COMPRESSED => compressed_of(&file).map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe))?,
+        ZONAL => zonal_of(&file).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))?,
+        _ => transfer_of(&file).map(|(transfer, recipe)| (transfer.into(), recipe))?,
     })
 }
 

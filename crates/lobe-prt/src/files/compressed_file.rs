@@ -67,11 +67,11 @@ pub fn read_compressed_transfer(path: impl AsRef<Path>) -> Result<(CompressedTra
 /// # Errors
 /// As [`read_compressed_transfer`].
 pub fn read_compressed_transfer_bytes(bytes: &[u8], name: &str) -> Result<(CompressedTransfer, Recipe), PrtError> {
-    compressed_of(TensorFile::parse(bytes, name, &[COMPRESSED])?)
+    compressed_of(&TensorFile::parse(bytes, name, &[COMPRESSED])?)
 }
 
 /// The transfer and the recipe in a file of this format.
-pub(crate) fn compressed_of(file: TensorFile<'_>) -> Result<(CompressedTransfer, Recipe), PrtError> {
+pub(crate) fn compressed_of(file: &TensorFile<'_>) -> Result<(CompressedTransfer, Recipe), PrtError> {
     let (order, channels) = file.order_and_channels()?;
     let clusters = file.member("clusters", file.header.clusters)?;
     let components = file.member("components", file.header.components)?;
@@ -135,11 +135,11 @@ pub fn read_zonal_transfer(path: impl AsRef<Path>) -> Result<(ZonalTransfer, Rec
 /// # Errors
 /// As [`read_zonal_transfer`].
 pub fn read_zonal_transfer_bytes(bytes: &[u8], name: &str) -> Result<(ZonalTransfer, Recipe), PrtError> {
-    zonal_of(TensorFile::parse(bytes, name, &[ZONAL])?)
+    zonal_of(&TensorFile::parse(bytes, name, &[ZONAL])?)
 }
 
 /// The transfer and the recipe in a file of this format.
-pub(crate) fn zonal_of(file: TensorFile<'_>) -> Result<(ZonalTransfer, Recipe), PrtError> {
+pub(crate) fn zonal_of(file: &TensorFile<'_>) -> Result<(ZonalTransfer, Recipe), PrtError> {
     let (order, channels) = file.order_and_channels()?;
     let lobes = file.member("lobes", file.header.lobes)?;
     let axes = file.f32("axes", &[None, Some(lobes), Some(3)])?;

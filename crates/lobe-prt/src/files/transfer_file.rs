@@ -51,11 +51,11 @@ pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtEr
 /// # Errors
 /// As [`read_transfer`].
 pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe), PrtError> {
-    transfer_of(TensorFile::parse(bytes, name, &[TRANSFER])?)
+    transfer_of(&TensorFile::parse(bytes, name, &[TRANSFER])?)
 }
 
 /// The transfer and the recipe in a file of this format.
-pub(crate) fn transfer_of(file: TensorFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
+pub(crate) fn transfer_of(file: &TensorFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
     let (order, channels) = file.order_and_channels()?;
     let quantity = file.header.quantity.as_deref().unwrap_or_default();
     if quantity != QUANTITY {

@@ -11,6 +11,9 @@ const MOST_TRIANGLES: usize = 1 << 26;
 /// The end points of an edge, the one with the smaller coordinates first: the same for all triangles that have it.
 type Edge = ([f32; 3], [f32; 3]);
 
+/// For each mesh the ends of its edges that were halved, the smaller index first, in the order of their new vertices.
+pub type HalvedEdges = Vec<Vec<[u32; 2]>>;
+
 impl Scene {
     /// Splits edges until none is longer than `max_edge`, so that light at vertices is resolved.
     ///
@@ -38,15 +41,12 @@ impl Scene {
     /// triangles keep their shape however often they are split [Rivara 1984].
     ///
     /// `is_chosen` is called for each triangle's edges by mesh and vertices. A chosen edge is halved in all triangles
-    /// with an edge at that place, in other meshes too, as in [`Scene::split_edges`]. Beside the scene it returns for each
-    /// mesh the ends of the edges that were halved, the smaller index first, in the order of their new vertices.
+    /// with an edge at that place, in other meshes too, as in [`Scene::split_edges`]. Returns the scene and the edges that
+    /// were halved.
     ///
     /// # Errors
     /// [`SceneError::Options`] if the scene would have more than 2²⁶ triangles.
-    pub fn halve_edges(
-        &self,
-        is_chosen: impl Fn(usize, [u32; 2]) -> bool,
-    ) -> Result<(Self, Vec<Vec<[u32; 2]>>), SceneError> {
+    pub fn halve_edges(&self, is_chosen: impl Fn(usize, [u32; 2]) -> bool) -> Result<(Self, HalvedEdges), SceneError> {
         let mut chosen = HashSet::new();
         for (m, mesh) in self.meshes().iter().enumerate() {
             for &t in mesh.triangles() {
@@ -81,7 +81,7 @@ impl Scene {
         &self,
         is_to_be_split: &dyn Fn(Edge) -> bool,
         goal: &str,
-    ) -> Result<(Self, Vec<Vec<[u32; 2]>>), SceneError> {
+    ) -> Result<(Self, HalvedEdges), SceneError> {
         let mut budget = MOST_TRIANGLES;
         let (mut meshes, mut halved) = (Vec::new(), Vec::new());
         for mesh in self.meshes() {
