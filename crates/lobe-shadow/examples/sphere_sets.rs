@@ -1,8 +1,9 @@
 //! Compares variational sphere sets with those of the medial axis.
 //!
-//! `cargo run --release -p lobe-shadow --example sphere_sets -- bunny.obj suzi.glb` prints a table for the files and for a torus
-//! and a star made by formula: the summed outside volume over the volume of the solid, by either method; that of the medial
-//! axis with twice as many spheres; and whether half the spheres do no worse. Times are for the variational fit.
+//! `cargo run --release -p lobe-shadow --example sphere_sets -- bunny.obj suzi.glb` prints a table for the files and
+//! for a torus and a star made by formula: the summed outside volume over the volume of the solid, by either method;
+//! that of the medial axis with twice as many spheres; and whether half the spheres do no worse. Times are for the
+//! variational fit.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -21,7 +22,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     scenes.push(("torus".to_owned(), torus()?));
     scenes.push(("star".to_owned(), star()?));
-    println!("mesh        n  variational  medial n  medial 2n  half suffice  shrunk n  shrunk 2n  half suffice  seconds  rounds  certainty");
+    println!(
+        "mesh        n  variational  medial n  medial 2n  half suffice  shrunk n  shrunk 2n  half suffice  seconds  rounds  certainty"
+    );
     for (name, scene) in &scenes {
         for count in [8, 16, 32, 64] {
             row(name, scene, count)?;
@@ -46,7 +49,9 @@ fn row(name: &str, scene: &Scene, count: usize) -> Result<(), Box<dyn Error>> {
         let (same, twice) = (medial(count, shrink)?, medial(2 * count, shrink)?);
         print!("  {same:8.4}  {twice:9.4}  {:12}", if ours <= twice { "yes" } else { "no" });
     }
-    if std::env::var("HIST").is_ok() { println!("{:?}", report.history.iter().map(|h| h/report.solid_volume).collect::<Vec<_>>()); }
+    if std::env::var("HIST").is_ok() {
+        println!("{:?}", report.history.iter().map(|h| h / report.solid_volume).collect::<Vec<_>>());
+    }
     println!("  {seconds:7.2}  {:6}  {:9.3}", report.history.len() - 1, report.certainty);
     Ok(())
 }

@@ -30,6 +30,7 @@ mod error;
 mod field;
 mod placement;
 mod spheres;
+mod track;
 
 pub use accumulate::batch_exponential::BatchExponential;
 pub use accumulate::bounce::Bounce;
@@ -39,8 +40,6 @@ pub use accumulate::receivers::Receivers;
 pub use accumulate::sky_light::SkyLight;
 pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
 pub use accumulate::sphere_tree::{Occluder, SphereTree};
-mod track;
-
 pub use description::{EntityDescription, SceneDescription};
 pub use error::ShadowError;
 pub use field::bake_field::{FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_visibility};
@@ -57,7 +56,8 @@ pub use spheres::pose::{SkinnedMesh, WorldSphere};
 pub use spheres::skin::Skin;
 pub use spheres::solid::Solid;
 pub use spheres::sphere_file::{
-    read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres, read_spheres_bytes, write_sphere_hierarchy, write_spheres,
+    read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres, read_spheres_bytes, write_sphere_hierarchy,
+    write_spheres,
 };
 pub use spheres::sphere_hierarchy::{SphereHierarchy, SphereNode};
 pub use spheres::sphere_json::{SphereJson, SphereSetJson};

@@ -4,15 +4,15 @@ use lobe_scene::{Bvh, Entity, PosedScene, Scene};
 use lobe_sh::{Rgb, Rotation};
 use lobe_shadow::{Placement, WorldSphere};
 
-use crate::{MovingPart, MovingScene, RenderError};
+use crate::{MovingPart, RenderError};
 
-/// A [`MovingScene`] at one time: its triangles in the world, and where its parts are.
+/// A [`MovingScene`](crate::MovingScene) at one time: its triangles in the world, and where its parts are.
 #[derive(Clone, Debug)]
 pub struct Moment<'a> {
-    moving: &'a MovingScene,
+    of: &'a [MovingPart],
     scene: Scene,
     bvh: Bvh,
-    pub(crate) parts: Vec<PlacedPart>,
+    pub(crate) placed: Vec<PlacedPart>,
 }
 
 /// A part where it is.
@@ -37,16 +37,16 @@ pub(crate) struct Surface {
 }
 
 impl<'a> Moment<'a> {
-    pub(crate) fn new(moving: &'a MovingScene, placed: Vec<(Scene, PlacedPart)>) -> Result<Self, RenderError> {
-        let (scenes, parts): (Vec<_>, Vec<_>) = placed.into_iter().unzip();
+    pub(crate) fn new(of: &'a [MovingPart], placed: Vec<(Scene, PlacedPart)>) -> Result<Self, RenderError> {
+        let (scenes, placed): (Vec<_>, Vec<_>) = placed.into_iter().unzip();
         let scene = Scene::joined(scenes)?;
-        Ok(Self { moving, bvh: Bvh::new(&scene), scene, parts })
+        Ok(Self { of, bvh: Bvh::new(&scene), scene, placed })
     }
 
-    /// The moving scene.
+    /// The parts of the moving scene. Their vertices, one part after the other, are those of [`Moment::scene`].
     #[must_use]
-    pub fn moving(&self) -> &'a MovingScene {
-        self.moving
+    pub fn parts(&self) -> &'a [MovingPart] {
+        self.of
     }
 
     /// All triangles in the world, to be traced for a reference.

@@ -135,7 +135,7 @@ impl MovingScene {
         };
         let placed = self.parts.iter().map(|part| placed(part, time, posed.as_ref()));
         let placed = placed.collect::<Result<Vec<_>, RenderError>>()?;
-        Moment::new(self, placed)
+        Moment::new(&self.parts, placed)
     }
 }
 

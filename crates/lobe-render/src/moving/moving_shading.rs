@@ -125,7 +125,7 @@ impl MovingShading {
         shade: impl Fn(&MovingPart, &PlacedPart, &Hiding<'_>) -> Result<Vec<Rgb<f32>>, RenderError>,
     ) -> Result<Vec<Rgb<f32>>, RenderError> {
         let mut all = Vec::with_capacity(moment.scene().vertex_count());
-        for (index, (part, placed)) in moment.moving().parts().iter().zip(&moment.parts).enumerate() {
+        for (index, (part, placed)) in moment.parts().iter().zip(&moment.placed).enumerate() {
             all.extend(shade(part, placed, &self.hiding(moment, index))?);
         }
         Ok(all)
@@ -133,9 +133,9 @@ impl MovingShading {
 
     /// What hides the sky from a part: all others, and itself if it is deformed.
     fn hiding<'a>(&self, moment: &'a Moment<'_>, receiver: usize) -> Hiding<'a> {
-        let frame = &moment.parts[receiver].surface.frame;
+        let frame = &moment.placed[receiver].surface.frame;
         let mut hiding = Hiding { fields: Vec::new(), spheres: Vec::new(), albedos: Vec::new() };
-        for (index, (part, placed)) in moment.moving().parts().iter().zip(&moment.parts).enumerate() {
+        for (index, (part, placed)) in moment.parts().iter().zip(&moment.placed).enumerate() {
             if index == receiver && part.is_rigid() {
                 continue;
             }

@@ -1,22 +1,24 @@
 //! One sphere of a set: the ball around given points that has the least volume outside a solid.
 //!
-//! A larger ball around the same center has no less volume outside, so the best ball of a center c reaches to the farthest
-//! of its points, and what is left is to minimize over three numbers
+//! A larger ball around the same center has no less volume outside, so the best ball of a center c reaches to the
+//! farthest of its points, and what is left is to minimize over three numbers
 //!
 //! ```text
 //!   f(c) = SOTV(c, R(c)),   R(c) = max_i |p_i - c|
 //! ```
 //!
-//! The derivatives of SOTV are known wherever it is (see [`Solid`]), but R has ridges where two points are equally far, and the best
-//! center is mostly on one. So the search is a trust-region method for such compositions: from a center c it minimizes the model
+//! The derivatives of SOTV are known wherever it is (see [`Solid`]), but R has ridges where two points are equally
+//! far, and the best center is mostly on one. So the search is a trust-region method for such compositions: from a
+//! center c it minimizes the model
 //!
 //! ```text
 //!   m(δ) = ∂SOTV/∂c · δ + ∂SOTV/∂R R(c + δ)      for |δ| ≤ Δ
 //! ```
 //!
-//! which is convex, keeps the ridges and needs distances alone; goes there if f falls, and doubles or shrinks Δ by how well the
-//! model foretold it. The minimum of the model is found by the simplex method of [Nelder and Mead 1965]. [Wang et al. 2006] minimize f
-//! by Powell's method, without derivatives; this takes a quarter of the evaluations of f that Nelder and Mead's takes on f itself.
+//! which is convex, keeps the ridges and needs distances alone; goes there if f falls, and doubles or shrinks Δ by how
+//! well the model foretold it. The minimum of the model is found by the simplex method of [Nelder and Mead 1965].
+//! [Wang et al. 2006] minimize f by Powell's method, without derivatives; this takes a quarter of the evaluations of f
+//! that Nelder and Mead's takes on f itself.
 
 use glam::DVec3;
 
@@ -66,8 +68,8 @@ impl Search {
     pub(crate) const FINE: Self = Self { step: 0.1, evaluations: 30, size: 0.001 };
 }
 
-/// The model is trusted farther where f falls by more than this part of what it foretold, and less where by less than the
-/// second; the customary values.
+/// The model is trusted farther where f falls by more than this part of what it foretold, and less where by less than
+/// the second; the customary values.
 const TRUSTED: [f64; 2] = [0.7, 0.1];
 
 /// A foretold fall of less than this part of the volume outside is not worth an evaluation.
@@ -98,15 +100,23 @@ fn descended(solid: &Solid, points: &[DVec3], start: Ball, search: Search) -> Ba
         // Nearer points are not the farthest from any center within the trust region.
         let far = (best.radius - 2.0 * trust).max(0.0).powi(2);
         let farthest: Vec<DVec3> = points.iter().copied().filter(|p| p.distance_squared(best.center) >= far).collect();
-        let model = |step: DVec3| by_center.dot(step) + by_radius * (reach(best.center + step, &farthest) - best.radius);
-        let (step, fall) = nelder_mead(|step| if step.length() <= trust { model(step) } else { f64::INFINITY }, 0.5 * trust);
+        let model =
+            |step: DVec3| by_center.dot(step) + by_radius * (reach(best.center + step, &farthest) - best.radius);
+        let (step, fall) =
+            nelder_mead(|step| if step.length() <= trust { model(step) } else { f64::INFINITY }, 0.5 * trust);
         if -fall > WORTH * best.outside {
             let next = evaluated(best.center + step);
             let ratio = (best.outside - next.0.outside) / -fall;
             if ratio > 0.0 {
                 (best, by_center, by_radius) = next;
             }
-            trust *= if ratio > TRUSTED[0] { 2.0 } else if ratio < TRUSTED[1] { 0.3 } else { 1.0 };
+            trust *= if ratio > TRUSTED[0] {
+                2.0
+            } else if ratio < TRUSTED[1] {
+                0.3
+            } else {
+                1.0
+            };
         } else {
             trust *= 0.3;
         }
@@ -123,7 +133,8 @@ pub(crate) fn fitted(solid: &Solid, points: &[DVec3], search: Search) -> Ball {
     improved(solid, points, Ball::around(solid, start, points), search)
 }
 
-/// About the center of the smallest ball around points: steps towards the farthest, ever shorter (Bădoiu and Clarkson 2003).
+/// About the center of the smallest ball around points: steps towards the farthest, ever shorter (Bădoiu and Clarkson
+/// 2003).
 pub(crate) fn enclosing_center(points: &[DVec3]) -> DVec3 {
     /// The radius is within 1/√32 of the smallest, which is enough to start from.
     const STEPS: usize = 32;
@@ -138,7 +149,8 @@ pub(crate) fn enclosing_center(points: &[DVec3]) -> DVec3 {
 /// Evaluations of the model at most.
 const MODEL_EVALUATIONS: usize = 90;
 
-/// The place of the least value found from 0 on, where the function is 0, by steps that begin with `step`; and that value.
+/// The place of the least value found from 0 on, where the function is 0, by steps that begin with `step`; and that
+/// value.
 fn nelder_mead(at: impl Fn(DVec3) -> f64, step: f64) -> (DVec3, f64) {
     let vertex = |place: DVec3| (place, at(place));
     let mut simplex = [(DVec3::ZERO, 0.0), vertex(DVec3::X * step), vertex(DVec3::Y * step), vertex(DVec3::Z * step)];

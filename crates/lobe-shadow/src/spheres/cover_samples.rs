@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::ShadowError;
+use crate::spheres::overlaps::Overlaps;
 use crate::spheres::solid::Solid;
 
 /// The part of the points that lies inside; the rest is on the surface, where a cover that is too small shows.
@@ -18,7 +19,7 @@ const COARSE: f64 = 24.0;
 /// Cells of a lattice at most: a solid that fills little of its box gets fewer points inside.
 const MOST_CELLS: f64 = 1e6;
 
-/// A winding number farther from 0 and from 1 than this says little.
+/// A winding number that is by more than this between 0 and 1 says little.
 const SURE: f64 = 0.25;
 
 /// Points to cover, and what finding them told about the solid.
@@ -31,8 +32,10 @@ pub(crate) struct CoverSamples {
     pub(crate) normals: Vec<DVec3>,
     /// The volume of the solid.
     pub(crate) volume: f64,
-    /// The part of the points of a lattice over the box whose winding number is within a quarter of 0 or of 1.
+    /// The part of the points of a lattice over the box whose winding number says whether they are inside.
     pub(crate) certainty: f64,
+    /// Where the winding number counts too much.
+    pub(crate) overlaps: Overlaps,
 }
 
 impl CoverSamples {
@@ -53,9 +56,10 @@ impl CoverSamples {
             return Err(ShadowError::Options(message.to_owned()));
         }
         let spacing = (volume / (count as f64 * INNER)).cbrt();
-        let Inside { points, volume: counted, certainty } = Lattice::new([min, max], spacing, shift).inside(solid);
-        let volume = if solid.is_closed() { volume } else { counted };
-        let mut samples = Self { inner: points.len(), points, normals: Vec::new(), volume, certainty };
+        let Inside { points, volume: counted, certainty, overlaps } =
+            Lattice::new([min, max], spacing, shift).inside(solid);
+        let volume = if solid.is_closed() { volume - overlaps.volume() } else { counted };
+        let mut samples = Self { inner: points.len(), points, normals: Vec::new(), volume, certainty, overlaps };
         samples.add_surface(solid, (count as f64 * (1.0 - INNER)) as usize, seed);
         Ok(samples)
     }
@@ -105,10 +109,12 @@ struct Inside {
     points: Vec<DVec3>,
     volume: f64,
     certainty: f64,
+    overlaps: Overlaps,
 }
 
 impl Lattice {
-    /// The lattice of a spacing, wider if it had too many cells; `shift`, from 0 to 1, is where in its cells points are.
+    /// The lattice of a spacing, wider if it had too many cells; `shift`, from 0 to 1, is where in its cells points
+    /// are.
     fn new([min, max]: [DVec3; 2], spacing: f64, shift: DVec3) -> Self {
         let extent = max - min;
         let least = (extent.element_product() / MOST_CELLS).cbrt().max(extent.max_element() / MOST_CELLS);
@@ -119,30 +125,25 @@ impl Lattice {
 
     fn inside(&self, solid: &Solid) -> Inside {
         let [nx, ny, nz] = self.cells;
-        let rows: Vec<(Vec<DVec3>, usize)> = (0..ny * nz)
-            .into_par_iter()
-            .map(|row| {
-                let mut sure = 0;
-                let place = |i: usize| self.first + DVec3::new(i as f64, (row % ny) as f64, (row / ny) as f64) * self.spacing;
-                let points = (0..nx).map(place).filter(|&p| {
-                    let w = solid.winding(p);
-                    sure += usize::from(w.abs().min((w - 1.0).abs()) <= SURE);
-                    w >= 0.5
-                });
-                (points.collect(), sure)
-            })
-            .collect();
-        let sure: usize = rows.iter().map(|row| row.1).sum();
-        let points: Vec<DVec3> = rows.into_iter().flat_map(|row| row.0).collect();
+        let place = |i: usize, row: usize| {
+            self.first + DVec3::new(i as f64, (row % ny) as f64, (row / ny) as f64) * self.spacing
+        };
+        let row = |row: usize| (0..nx).map(|i| (place(i, row), solid.winding(place(i, row)))).collect::<Vec<_>>();
+        let rows: Vec<Vec<(DVec3, f64)>> = (0..ny * nz).into_par_iter().map(row).collect();
+        let all = || rows.iter().flatten().copied();
+        let points: Vec<DVec3> = all().filter(|(_, w)| *w >= 0.5).map(|(place, _)| place).collect();
+        let sure = all().filter(|(_, w)| *w <= SURE || *w >= 1.0 - SURE).count();
         Inside {
             volume: points.len() as f64 * self.spacing.powi(3),
             points,
             certainty: sure as f64 / (nx * ny * nz) as f64,
+            overlaps: Overlaps::new(self.spacing, all()),
         }
     }
 }
 
-/// The two-dimensional Kronecker sequence of the plastic number g, g³ = g + 1: places in the unit square, evenly spread.
+/// The two-dimensional Kronecker sequence of the plastic number g, g³ = g + 1: places in the unit square, evenly
+/// spread.
 fn plastic(index: u64) -> [f64; 2] {
     const G: f64 = 1.324_717_957_244_746;
     let i = index as f64 + 1.0;

@@ -1,19 +1,21 @@
-//! A triangle as a ball sees it: how much of it is nearer than the surface of the ball, and what solid angle the rest fills.
+//! A triangle as a ball sees it: how much of it is nearer than the surface of the ball, and what solid angle the rest
+//! fills.
 //!
-//! The plane of the triangle is at the signed height h over the center of the ball, positive where the normal n points away
-//! from the center, and the ball cuts a disk of radius r₀ = √(R² - h²) out of it, about the foot of the center. Let an edge
-//! of the triangle run at the signed distance d from the foot, positive where the foot is on the inner side, from the place t₁
-//! to t₂ along it (t = 0 is the place nearest to the foot). Pieces of it in the disk bound the near part themselves; in the
-//! place of a piece outside, an arc of the circle with the same angle Δφ about the foot does:
+//! The plane of the triangle is at the signed height h over the center of the ball, positive where the normal n points
+//! away from the center, and the ball cuts a disk of radius r₀ = √(R² - h²) out of it, about the foot of the center.
+//! Let an edge of the triangle run at the signed distance d from the foot, positive where the foot is on the inner
+//! side, from the place t₁ to t₂ along it (t = 0 is the place nearest to the foot). Pieces of it in the disk bound the
+//! near part themselves; in the place of a piece outside, an arc of the circle with the same angle Δφ about the foot
+//! does:
 //!
 //! ```text
 //!   area of the near part     A  = Σ_in  d (t₂ - t₁) / 2  +  Σ_out r₀² Δφ / 2
 //!   solid angle of the rest   Ω  = sign(h) Σ_out ( |h|/R Δφ - g(t₂) + g(t₁) ),   g(t) = atan( |h| t / (d √(h² + d² + t²)) )
 //! ```
 //!
-//! For the angle in the polar coordinates (r, φ) of the plane, `dω = |h| r dr dφ / (h² + r²)^{3/2}`, whose integral over r from
-//! the circle to the edge, at r = d / cos φ, is `|h|/R - |h| / √(h² + r²)`; the integral of its second term over φ is g. There is
-//! no jump where h changes its sign, since pieces outside keep away from the foot.
+//! For the angle in the polar coordinates (r, φ) of the plane, `dω = |h| r dr dφ / (h² + r²)^{3/2}`, whose integral
+//! over r from the circle to the edge, at r = d / cos φ, is `|h|/R - |h| / √(h² + r²)`; the integral of its second
+//! term over φ is g. There is no jump where h changes its sign, since pieces outside keep away from the foot.
 
 use glam::DVec3;
 
@@ -36,8 +38,8 @@ impl Seen {
     }
 }
 
-/// The signed solid angle of a triangle seen from the origin, from -2π to 2π: positive where its normal points away from there;
-/// 0 where the origin is in its plane. [Van Oosterom and Strackee 1983]
+/// The signed solid angle of a triangle seen from the origin, from -2π to 2π: positive where its normal points away
+/// from there; 0 where the origin is in its plane. [Van Oosterom and Strackee 1983]
 pub(crate) fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let [la, lb, lc] = [a.length(), b.length(), c.length()];
     let volume = a.dot(b.cross(c));
@@ -85,14 +87,15 @@ struct Plane {
 }
 
 impl Plane {
-    /// The terms of an edge between two points relative to the foot: of the near area, and of the far angle over sign(h).
+    /// The terms of an edge between two points relative to the foot: of the near area, and of the far angle over
+    /// sign(h).
     fn edge(&self, p: DVec3, q: DVec3) -> (f64, f64) {
         let edge = q - p;
         let length = edge.length();
         let along = edge / length;
         let (start, end) = (p.dot(along), q.dot(along));
-        // Also where the length is 0, or lost in the rounding of its ends.
-        if !(start < end) {
+        // An edge of length 0 has no direction, and a short one may be lost in the rounding of its ends.
+        if start.is_nan() || end.is_nan() || start >= end {
             return (0.0, 0.0);
         }
         let d = self.normal.dot(p.cross(along));

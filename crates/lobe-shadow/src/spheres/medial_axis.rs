@@ -1,13 +1,14 @@
-//! Sphere sets from the medial axis, to compare the variational ones with: a simplified form of the adaptive medial axis of
-//! [Bradshaw and O'Sullivan 2004].
+//! Sphere sets from the medial axis, to compare the variational ones with: a simplified form of the adaptive medial
+//! axis of [Bradshaw and O'Sullivan 2004].
 //!
-//! Kept of it: candidates are balls of the medial axis, and *expand and select*: all of them are expanded by the same length d,
-//! and then chosen greedily, always the one that contains most points that no chosen one does. The least d for which n suffice
-//! is found by bisection. At last every ball shrinks to the points that are its own.
+//! Kept of it: candidates are balls of the medial axis, and *expand and select*: all of them are expanded by the same
+//! length d, and then chosen greedily, always the one that contains most points that no chosen one does. The least d
+//! for which n suffice is found by bisection. At last every ball shrinks to the points that are its own.
 //!
-//! Changed: medial balls are the largest ones inside that touch the surface at a sample, found by shrinking from outside in
-//! [Ma, Bae and Choi 2012], instead of the Voronoi vertices of the samples; samples are not refined where the fit is bad, as they
-//! are dense from the start; and no better variants are searched for by merging or bursting single spheres.
+//! Changed: medial balls are the largest ones inside that touch the surface at a sample, found by shrinking from
+//! outside in [Ma, Bae and Choi 2012], instead of the Voronoi vertices of the samples; samples are not refined where
+//! the fit is bad, as they are dense from the start; and no better variants are searched for by merging or bursting
+//! single spheres.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -22,6 +23,10 @@ const LEAST_CANDIDATES: usize = 1000;
 /// Candidates for each sphere.
 const CANDIDATES: usize = 16;
 
+/// Points of either kind that candidates are found and selected by at most; the sets of points in each of as many
+/// candidates take 32 MiB.
+const MOST_POINTS: usize = 1 << 14;
+
 /// Halvings of the interval of d, which begins as wide as the solid.
 const HALVINGS: usize = 14;
 
@@ -31,34 +36,35 @@ const SHRINKINGS: usize = 64;
 /// A ball is medial when no point is inside by more than this part of its radius.
 const INSIDE: f64 = 1e-3;
 
-/// At most `count` balls that contain all points.
+/// At most `count` balls that contain all points; if they shrink, to those which are their own.
 pub(crate) fn medial_balls(solid: &Solid, samples: &CoverSamples, count: usize, shrink: bool) -> Vec<Ball> {
     let candidates = candidates(solid, samples, count);
+    let points = thinned_out(&samples.points);
     let [min, max] = solid.tree().bounds();
     let (mut least, mut most) = (0.0, (max - min).length());
-    let mut best = selected(&candidates, &samples.points, most, count).unwrap_or_default();
+    let mut best = selected(&candidates, &points, most, count).unwrap_or_default();
     for _ in 0..HALVINGS {
         let middle = 0.5 * (least + most);
-        match selected(&candidates, &samples.points, middle, count) {
+        match selected(&candidates, &points, middle, count) {
             Some(found) => (best, most) = (found, middle),
             None => least = middle,
         }
     }
-    if shrink {
-        shrunk(solid, &best, &samples.points)
-    } else {
-        best.into_iter().map(|(center, radius)| Ball::new(solid, center, radius)).collect()
-    }
+    fitted(solid, &best, &samples.points, shrink)
+}
+
+/// Every so many, so that there are not too many.
+fn thinned_out<T: Copy>(all: &[T]) -> Vec<T> {
+    all.iter().copied().step_by(all.len().div_ceil(MOST_POINTS).max(1)).collect()
 }
 
 /// Centers and radii of medial balls at points of the surface.
 fn candidates(solid: &Solid, samples: &CoverSamples, count: usize) -> Vec<(DVec3, f64)> {
-    let surface = &samples.points[samples.inner..];
+    let (surface, normals) = (thinned_out(&samples.points[samples.inner..]), thinned_out(&samples.normals));
     let wanted = (count * CANDIDATES).max(LEAST_CANDIDATES);
     let [min, max] = solid.tree().bounds();
-    let stride = (surface.len() / wanted).max(1);
-    let places: Vec<usize> = (0..surface.len()).step_by(stride).collect();
-    places.par_iter().map(|&i| medial_ball(surface, i, samples.normals[i], (max - min).length())).collect()
+    let places: Vec<usize> = (0..surface.len()).step_by((surface.len() / wanted).max(1)).collect();
+    places.par_iter().map(|&i| medial_ball(&surface, i, normals[i], (max - min).length())).collect()
 }
 
 /// The largest ball about a center behind a point that touches the surface there and contains no other point.
@@ -117,8 +123,8 @@ fn bits(points: &[DVec3], is_set: impl Fn(DVec3) -> bool) -> u64 {
     points.iter().enumerate().map(|(i, &p)| u64::from(is_set(p)) << i).sum()
 }
 
-/// The balls about the same centers around the points that are deepest in them.
-fn shrunk(solid: &Solid, balls: &[(DVec3, f64)], points: &[DVec3]) -> Vec<Ball> {
+/// The balls, those that must larger, or all as small as can be, to contain the points that are deepest in them.
+fn fitted(solid: &Solid, balls: &[(DVec3, f64)], points: &[DVec3], shrink: bool) -> Vec<Ball> {
     let mut groups = vec![Vec::new(); balls.len()];
     for &p in points {
         let gap = |k: &usize| p.distance(balls[*k].0) - balls[*k].1;
@@ -126,6 +132,9 @@ fn shrunk(solid: &Solid, balls: &[(DVec3, f64)], points: &[DVec3]) -> Vec<Ball> 
             groups[k].push(p);
         }
     }
-    let fits = |(&(center, _), group): (&(DVec3, f64), &Vec<DVec3>)| Ball::new(solid, center, reach(center, group));
-    balls.par_iter().zip(&groups).map(fits).collect()
+    let fit = |(&(center, radius), group): (&(DVec3, f64), &Vec<DVec3>)| {
+        let reach = reach(center, group);
+        Ball::new(solid, center, if shrink { reach } else { reach.max(radius) })
+    };
+    balls.par_iter().zip(&groups).map(fit).collect()
 }

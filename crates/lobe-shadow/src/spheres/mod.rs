@@ -1,10 +1,11 @@
 //! Sphere sets: few spheres that stand for a solid, its shadows and its distance.
 //!
-//! Read `solid` first: what is inside a mesh, and how much of that in a ball, by the tree of `patch_tree`, at whose leaves
-//! `far_part` cuts triangles with balls. `cover_samples` are the points to cover. `ball` fits one sphere; `variational` many, in
-//! rounds that end with `teleport`; `medial_axis` is the other way. `fit_spheres` has options, reports and the job. The result is
-//! a `sphere_set`, which may move with a `skin`; `pose` binds and moves it, by `near_triangle`. `sphere_hierarchy` is for levels of
-//! detail; `sphere_file`, on `tensors`, and `sphere_json` are files of all of it. Uses no other room.
+//! Read `solid` first: what is inside a mesh, and how much of that in a ball, by the tree of `patch_tree`, at whose
+//! leaves `far_part` cuts triangles with balls, less what `overlaps` count twice. `cover_samples` are the points to
+//! cover. `ball` fits one sphere; `variational` many, in rounds that end with `teleport`; `medial_axis` is the other
+//! way. `fit_spheres` has options, reports and the job. The result is a `sphere_set`, which may move with a `skin`;
+//! `pose` binds and moves it, by `near_triangle`. `sphere_hierarchy` is for levels of detail; `sphere_file`, on
+//! `tensors`, and `sphere_json` are files of all of it. Uses no other room.
 
 pub(crate) mod ball;
 pub(crate) mod cover_samples;
@@ -12,6 +13,7 @@ pub(crate) mod far_part;
 pub(crate) mod fit_spheres;
 pub(crate) mod medial_axis;
 pub(crate) mod near_triangle;
+pub(crate) mod overlaps;
 pub(crate) mod patch_tree;
 pub(crate) mod pose;
 pub(crate) mod skin;
@@ -20,6 +22,6 @@ pub(crate) mod sphere_file;
 pub(crate) mod sphere_hierarchy;
 pub(crate) mod sphere_json;
 pub(crate) mod sphere_set;
-pub(crate) mod tensors;
 pub(crate) mod teleport;
+pub(crate) mod tensors;
 pub(crate) mod variational;

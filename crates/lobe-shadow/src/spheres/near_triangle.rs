@@ -4,8 +4,8 @@ use glam::DVec3;
 
 /// Barycentric coordinates of the nearest place.
 ///
-/// The plane is cut into the regions that project to the inside, to an edge or to a corner, which are told apart by the signs of
-/// scalar products with the edges. A triangle without area is treated as its edges.
+/// The plane is cut into the regions that project to the inside, to an edge or to a corner, which are told apart by
+/// the signs of scalar products with the edges. A triangle without area is treated as its edges.
 pub(crate) fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let normal = (b - a).cross(c - a);
     let square = normal.length_squared();

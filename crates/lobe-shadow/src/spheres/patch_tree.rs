@@ -1,13 +1,15 @@
-//! A tree over the triangles of a surface that answers, for a ball, what of the surface is in it and what solid angle the
-//! rest fills, without looking at most of the triangles.
+//! A tree over the triangles of a surface that answers, for a ball, what of the surface is in it and what solid angle
+//! the rest fills, without looking at most of the triangles.
 //!
 //! A node is a patch of the surface with a box around it.
 //!
-//! * A patch whose box is in the ball adds the volume of its cones, `Σ n·(a - c) A / 3`, which two sums over its triangles give
+//! * A patch whose box is in the ball adds the volume of its cones, `Σ n·(a - c) A / 3`, which two sums over its
+//!   triangles give
 //!   for every c.
-//! * A patch whose box is outside fills a solid angle that depends on its rim alone: any other surface in the box with the same
+//! * A patch whose box is outside fills a solid angle that depends on its rim alone: any other surface in the box with
+//!   the same
 //!   rim fills the same, since both together are closed and the center is not in the box. The other surface is a fan over the
-//!   edges of the rim, of which a patch of T triangles has about √T. [Jacobson, Kavan and Sorkine-Hornung 2013, section 4.2]
+//!   edges of the rim, of which a patch of T triangles has about √T. [Jacobson, Kavan and Sorkine-Hornung 2013]
 //!   Patches of unconnected triangles have longer rims than that; they are opened instead.
 //! * The rest is opened; at a leaf, [`triangle_in_ball`] answers.
 //!
@@ -22,8 +24,9 @@ use crate::spheres::far_part::{Seen, solid_angle, triangle_in_ball};
 /// Triangles of a leaf: a rim of fewer is hardly shorter than the patch.
 const LEAF: usize = 4;
 
-/// Nodes on the way from the root to a leaf at most: every level halves the patch, and there are fewer than 2³² triangles.
-const DEPTH: usize = 34;
+/// Nodes on the way from the root to a leaf at most: every level halves the patch, and there are at most 2²⁶
+/// triangles.
+const DEPTH: usize = 28;
 
 /// Triangles of a fan whose solid angles are added as one product at most: four to this power is far from overflowing.
 const MOST_AT_ONCE: f64 = 32.0;
@@ -123,7 +126,10 @@ impl PatchTree {
                 seen.near_area += node.area;
                 return false;
             }
-            if nearest >= square && nearest > 0.0 && let Some(angle) = self.rim_angle(node, center) {
+            if nearest >= square
+                && nearest > 0.0
+                && let Some(angle) = self.rim_angle(node, center)
+            {
                 seen.far_angle += angle;
                 return false;
             }
@@ -156,7 +162,8 @@ impl PatchTree {
         sum
     }
 
-    /// Visits nodes from the root on, the children of those for which `open` says so; it is also told whether there are none.
+    /// Visits nodes from the root on, the children of those for which `open` says so; it is also told whether there
+    /// are none.
     fn visit(&self, mut open: impl FnMut(&Node, bool) -> bool) {
         let mut stack = [0_u32; DEPTH + 1];
         let mut depth = 1;
@@ -174,10 +181,10 @@ impl PatchTree {
 
     /// The signed solid angle of a fan over the rim, if it is kept.
     ///
-    /// With unit vectors to its corners, the solid angle of a triangle is twice the argument of `1 + a·b + b·c + c·a + i a·(b×c)`.
-    /// The arguments of several add up in the product, which saves arc tangents as long as the sum is below π for sure: each
-    /// triangle of the fan lies in the box, and so fills less than the ball around the box, `2π (1 - √(1 - s²))` for a ball of
-    /// radius s times its distance.
+    /// With unit vectors to its corners, the solid angle of a triangle is twice the argument of `1 + a·b + b·c + c·a +
+    /// i a·(b×c)`. The arguments of several add up in the product, which saves arc tangents as long as the sum is
+    /// below π for sure: each triangle of the fan lies in the box, and so fills less than the ball around the box, `2π
+    /// (1 - √(1 - s²))` for a ball of radius s times its distance.
     fn rim_angle(&self, node: &Node, center: DVec3) -> Option<f64> {
         let [start, end] = node.rim?;
         let rim = &self.rims[start as usize..end as usize];
@@ -248,9 +255,10 @@ impl PatchTree {
         let vertices = &self.vertices;
         let middle = |t: &[u32; 3]| t.iter().map(|&v| vertices[v as usize]).sum::<DVec3>();
         let part = &mut self.triangles[start..end];
-        let (min, max) = part.iter().map(middle).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), m| {
-            (min.min(m), max.max(m))
-        });
+        let (min, max) = part
+            .iter()
+            .map(middle)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), m| (min.min(m), max.max(m)));
         let axis = (max - min).max_position();
         let half = usize::midpoint(start, end) - start;
         // Triangles of equal middles are told apart by their vertices, so that the order is always the same.

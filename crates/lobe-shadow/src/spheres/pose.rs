@@ -1,22 +1,22 @@
 //! Sphere sets that move with the joints of their mesh.
 //!
-//! A sphere moves like the place of the surface nearest to its center: with its four strongest joints, by linear blending, and with
-//! the mean scale of these,
+//! A sphere moves like the place of the surface nearest to its center: with its four strongest joints, by linear
+//! blending, and with the mean scale of these,
 //!
 //! ```text
 //!   c' = Σ_j w_j M_j c        R' = R Σ_j w_j |det M_j|^{1/3}
 //! ```
 //!
-//! where M_j takes points of the mesh as it was bound to the world. The scales are blended, not the scale of the blended matrix
-//! taken: that falls to 0 where joints turn against each other.
+//! where `M_j` takes points of the mesh as it was bound to the world. The scales are blended, not the scale of the
+//! blended matrix taken: that falls to 0 where joints turn against each other.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::ShadowError;
 use crate::spheres::near_triangle::{nearest_on_triangle, place};
 use crate::spheres::skin::Skin;
 use crate::spheres::sphere_set::SphereSet;
-use crate::ShadowError;
 
 /// A mesh in the pose that it was bound in, with the joints of its vertices.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +44,8 @@ impl SphereSet {
     /// The set bound to the joints of a mesh. Takes time proportional to spheres times triangles.
     ///
     /// # Errors
-    /// [`ShadowError::Options`] if the mesh has no triangles, an index is out of range, its attributes are not as long as its
-    /// positions, a weight is not finite or negative, or no joint moves a place.
+    /// [`ShadowError::Options`] if the mesh has no triangles, an index is out of range, its attributes are not as long
+    /// as its positions, a weight is not finite or negative, or no joint moves a place.
     pub fn bind(self, mesh: &SkinnedMesh<'_>) -> Result<Self, ShadowError> {
         check(mesh)?;
         let four = |center: &[f32; 3]| joints_at(mesh, DVec3::from_array(center.map(f64::from)));
@@ -53,8 +53,8 @@ impl SphereSet {
         self.with_skin(Skin::new(joints, weights)?)
     }
 
-    /// The spheres in the world, as joints are now: the rows of a matrix for each, which takes points of the mesh as it was
-    /// bound to the world. Without a [`Skin`], all spheres move with the first.
+    /// The spheres in the world, as joints are now: the rows of a matrix for each, which takes points of the mesh as
+    /// it was bound to the world. Without a [`Skin`], all spheres move with the first.
     ///
     /// ```
     /// use lobe_shadow::SphereSet;
@@ -71,7 +71,10 @@ impl SphereSet {
     /// [`ShadowError::Options`] if a joint has no matrix, or a matrix is not finite.
     pub fn posed(&self, matrices: &[[[f64; 4]; 3]]) -> Result<Vec<WorldSphere>, ShadowError> {
         if let Some(j) = matrices.iter().position(|m| m.as_flattened().iter().any(|x| !x.is_finite())) {
-            return Err(ShadowError::Options(format!("expected finite matrices, found {:?} at joint {j}", matrices[j])));
+            return Err(ShadowError::Options(format!(
+                "expected finite matrices, found {:?} at joint {j}",
+                matrices[j]
+            )));
         }
         let scales: Vec<f64> = matrices.iter().map(scale).collect();
         let posed = |k: usize| {
@@ -82,7 +85,8 @@ impl SphereSet {
             let mut sphere = WorldSphere::default();
             for (&joint, &weight) in joints.iter().zip(&weights).filter(|pair| *pair.1 > 0.0) {
                 let Some(matrix) = matrices.get(usize::from(joint)) else {
-                    let message = format!("expected a matrix for joint {joint} of sphere {k}, found {}", matrices.len());
+                    let message =
+                        format!("expected a matrix for joint {joint} of sphere {k}, found {}", matrices.len());
                     return Err(ShadowError::Options(message));
                 };
                 let weight = f64::from(weight);

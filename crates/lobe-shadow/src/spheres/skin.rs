@@ -13,7 +13,8 @@ impl Skin {
     /// Joints and weights, which are scaled to sum to 1.
     ///
     /// # Errors
-    /// [`ShadowError::Options`] if there are not as many of both, a weight is negative or not finite, or all of a sphere are 0.
+    /// [`ShadowError::Options`] if there are not as many of both, a weight is negative or not finite, or all of a
+    /// sphere are 0.
     pub fn new(joints: Vec<[u16; 4]>, weights: Vec<[f32; 4]>) -> Result<Self, ShadowError> {
         let (mut weights, refuse) = (weights, |message: String| Err(ShadowError::Options(message)));
         if joints.len() != weights.len() {

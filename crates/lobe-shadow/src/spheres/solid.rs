@@ -7,11 +7,15 @@ use lobe_scene::Scene;
 
 use crate::ShadowError;
 use crate::spheres::far_part::Seen;
+use crate::spheres::overlaps::Overlaps;
 use crate::spheres::patch_tree::PatchTree;
 
-/// A surface whose signed volume is below this part of the cube of its width is taken for flat: single precision of the
-/// positions alone makes up to 1e-7.
+/// A surface whose signed volume is below this part of the cube of its width is taken for flat: single precision of
+/// the positions alone makes up to 1e-7.
 const FLAT: f64 = 1e-6;
+
+/// The tree takes up to 400 bytes for each triangle while it is made, and counts edges of its levels in 32 bits.
+const MOST_TRIANGLES: usize = 1 << 26;
 
 /// What is inside a surface of triangles, which need not be watertight.
 ///
@@ -27,19 +31,20 @@ const FLAT: f64 = 1e-6;
 ///   V_in(c, R) = ∫_{|x - c| < R} w(x) dx = Σ_T s_T ∫_{Ω_T} min(ρ, R)³/3 dω
 /// ```
 ///
-/// where the triangle T is at the distance ρ in the direction ω from c, and s_T is 1 where it faces away, -1 where it faces c.
-/// The second form holds for any triangles: w is the flux of the field of a charge at x through them, and that field
-/// integrated over a ball of charges is `(y - c)/3` at a place y in the ball and that of a charge `4π R³/3` at c outside
-/// (Newton's shell theorem). Its derivatives are areas, so they come at no cost:
+/// where the triangle T is at the distance ρ in the direction ω from c, and `s_T` is 1 where it faces away, -1 where
+/// it faces c. The second form holds for any triangles: w is the flux of the field of a charge at x through them, and
+/// that field integrated over a ball of charges is `(y - c)/3` at a place y in the ball and that of a charge `4π R³/3`
+/// at c outside (Newton's shell theorem). Its derivatives are areas, so they come at no cost:
 ///
 /// ```text
 ///   ∂V_in/∂R = R² Σ_T (solid angle of T farther than R)      ∂V_in/∂c = -Σ_T n_T (area of T nearer than R)
 /// ```
 ///
-/// Parts of a surface that overlap count twice where they do. A surface whose triangles face inwards is turned over.
+/// Parts of a surface that overlap count twice where they do; [`fit_spheres`](crate::fit_spheres) counts them once. A
+/// surface whose triangles face inwards is turned over.
 ///
-/// Sources: [Jacobson, Kavan and Sorkine-Hornung 2013] for w. The test `balls_at_faces_edges_and_corners_of_a_cube_are_cut_in_closed_form`
-/// finds V_in within 1e-13 of closed forms.
+/// Sources: [Jacobson, Kavan and Sorkine-Hornung 2013] for w. The test
+/// `balls_at_faces_edges_and_corners_of_a_cube_are_cut_in_closed_form` finds `V_in` within 1e-13 of closed forms.
 ///
 /// ```
 /// use lobe_shadow::Solid;
@@ -54,27 +59,30 @@ const FLAT: f64 = 1e-6;
 /// ```
 pub struct Solid {
     tree: PatchTree,
+    /// What the winding number counts too much; nothing until it is known.
+    overlaps: Overlaps,
 }
 
 impl Solid {
     /// The solid inside triangles, given by their corners, counter-clockwise as seen from outside.
     ///
     /// # Errors
-    /// [`ShadowError::Options`] if there are none, more than 2³² - 1, a corner is not finite, or they are flat: without volume.
+    /// [`ShadowError::Options`] if there are none, more than 2²⁶, a corner is not finite, or they are flat: without
+    /// volume.
     pub fn new(corners: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Result<Self, ShadowError> {
         let corners: Vec<_> = corners.into_iter().collect();
         if corners.is_empty() {
             return Err(ShadowError::Options("expected a mesh with triangles, found none".to_owned()));
         }
-        if corners.len() > u32::MAX as usize {
-            let message = format!("expected at most {} triangles, found {}", u32::MAX, corners.len());
+        if corners.len() > MOST_TRIANGLES {
+            let message = format!("expected at most {MOST_TRIANGLES} triangles, found {}", corners.len());
             return Err(ShadowError::Options(message));
         }
         if let Some(bad) = corners.iter().position(|t| t.iter().flatten().any(|x| !x.is_finite())) {
             let message = format!("expected finite corners, found {:?} at triangle {bad}", corners[bad]);
             return Err(ShadowError::Options(message));
         }
-        let mut solid = Self { tree: PatchTree::new(corners.into_iter()) };
+        let mut solid = Self { tree: PatchTree::new(corners.into_iter()), overlaps: Overlaps::default() };
         let [min, max] = solid.tree.bounds();
         let volume = solid.signed_volume();
         let width = (max - min).max_element();
@@ -99,13 +107,15 @@ impl Solid {
         Self::new(scene.corners())
     }
 
-    /// The generalized winding number of a point. On the surface it is the mean of those of its two sides, to rounding.
+    /// The generalized winding number of a point. On the surface it is the mean of those of its two sides, to
+    /// rounding.
     #[must_use]
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
         self.winding(point.into())
     }
 
-    /// V_in, the volume of the solid in a ball; of any radius, 0 and infinity among them for none and all of a closed one.
+    /// `V_in`, the volume of the solid in a ball; of any radius, 0 and infinity among them for none and all of a
+    /// closed one.
     #[must_use]
     pub fn volume_in_ball(&self, center: [f64; 3], radius: f64) -> f64 {
         self.inside(center.into(), radius)
@@ -130,11 +140,17 @@ impl Solid {
         self.tree.is_closed()
     }
 
-    /// The signed volume of the cones from the middle of the bounding box to all triangles: of a closed surface, its volume.
+    /// The signed volume of the cones from the middle of the bounding box to all triangles: of a closed surface, its
+    /// volume.
     #[must_use]
     pub fn signed_volume(&self) -> f64 {
         let [min, max] = self.tree.bounds();
         self.tree.cone_volume(0.5 * (min + max))
+    }
+
+    /// The solid whose volumes count overlaps once.
+    pub(crate) fn without(self, overlaps: Overlaps) -> Self {
+        Self { overlaps, ..self }
     }
 
     pub(crate) fn tree(&self) -> &PatchTree {
@@ -146,7 +162,10 @@ impl Solid {
     }
 
     pub(crate) fn inside(&self, center: DVec3, radius: f64) -> f64 {
-        if radius > 0.0 { volume(&self.tree.seen(center, radius), radius) } else { 0.0 }
+        if radius <= 0.0 {
+            return 0.0;
+        }
+        volume(&self.tree.seen(center, radius), radius) - self.overlaps.in_ball(center, radius).0
     }
 
     pub(crate) fn outside(&self, center: DVec3, radius: f64) -> f64 {
@@ -159,12 +178,13 @@ impl Solid {
             return (0.0, DVec3::ZERO, 0.0);
         }
         let seen = self.tree.seen(center, radius);
-        let outside = 4.0 / 3.0 * PI * radius.powi(3) - volume(&seen, radius);
-        (outside, seen.near_area, radius * radius * (4.0 * PI - seen.far_angle))
+        let (excess, by_center, by_radius) = self.overlaps.in_ball(center, radius);
+        let outside = 4.0 / 3.0 * PI * radius.powi(3) - volume(&seen, radius) + excess;
+        (outside, seen.near_area + by_center, radius * radius * (4.0 * PI - seen.far_angle) + by_radius)
     }
 }
 
-/// V_in of what a ball sees.
+/// `V_in` of what a ball sees.
 fn volume(seen: &Seen, radius: f64) -> f64 {
     // Nothing is farther than infinity.
     let far = if seen.far_angle == 0.0 { 0.0 } else { radius.powi(3) / 3.0 * seen.far_angle };

@@ -9,10 +9,11 @@ use crate::{ShadowError, Skin, SphereHierarchy, SphereNode, SphereSet};
 const SPHERES: &str = "lobe-spheres";
 const HIERARCHY: &str = "lobe-sphere-hierarchy";
 
-/// Writes a set: tensors `centers` of `[n, 3]` and `radii` of `[n]` floats, and of a set with a [`Skin`] also `joints`, 16-bit
-/// numbers, and `weights`, floats, both of `[n, 4]`.
+/// Writes a set: tensors `centers` of `[n, 3]` and `radii` of `[n]` floats, and of a set with a [`Skin`] also
+/// `joints`, 16-bit numbers, and `weights`, floats, both of `[n, 4]`.
 ///
-/// The metadata's entry `lobe` is JSON: format `lobe-spheres`, version 1. Until all is written, nothing has the file's name.
+/// The metadata's entry `lobe` is JSON: format `lobe-spheres`, version 1. Until all is written, nothing has the file's
+/// name.
 ///
 /// # Errors
 /// [`ShadowError::Io`] if the system refuses.
@@ -32,14 +33,15 @@ pub fn write_spheres(path: impl AsRef<Path>, set: &SphereSet) -> Result<(), Shad
 /// Reads what [`write_spheres`] wrote. A set without spheres and spheres of radius 0 are read as they are.
 ///
 /// # Errors
-/// [`ShadowError::Io`] if the file cannot be read, [`ShadowError::Invalid`] if it is none of ours or contradicts itself.
+/// [`ShadowError::Io`] if the file cannot be read, [`ShadowError::Invalid`] if it is none of ours or contradicts
+/// itself.
 pub fn read_spheres(path: impl AsRef<Path>) -> Result<SphereSet, ShadowError> {
     let path = path.as_ref();
     read_spheres_bytes(&load(path)?, &path.display().to_string())
 }
 
-/// [`read_spheres`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than they
-/// are.
+/// [`read_spheres`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than
+/// they are.
 ///
 /// # Errors
 /// As [`read_spheres`].
@@ -58,8 +60,8 @@ pub fn read_spheres_bytes(bytes: &[u8], name: &str) -> Result<SphereSet, ShadowE
     set.with_skin(Skin::from_normalized(joints, weights).map_err(within)?).map_err(within)
 }
 
-/// Writes a hierarchy: tensors `balls` of `[nodes, 4]` floats (center, radius), `links` of `[nodes, 4]` 32-bit numbers (first
-/// child, children, first leaf, leaves) and `leaves` of `[n]`, the order of the spheres.
+/// Writes a hierarchy: tensors `balls` of `[nodes, 4]` floats (center, radius), `links` of `[nodes, 4]` 32-bit numbers
+/// (first child, children, first leaf, leaves) and `leaves` of `[n]`, the order of the spheres.
 ///
 /// The metadata's entry `lobe` is JSON: format `lobe-sphere-hierarchy`, version 1.
 ///
@@ -68,8 +70,7 @@ pub fn read_spheres_bytes(bytes: &[u8], name: &str) -> Result<SphereSet, ShadowE
 pub fn write_sphere_hierarchy(path: impl AsRef<Path>, hierarchy: &SphereHierarchy) -> Result<(), ShadowError> {
     let nodes = hierarchy.nodes();
     let balls: Vec<f32> = nodes.iter().flat_map(|n| [n.center[0], n.center[1], n.center[2], n.radius]).collect();
-    let links: Vec<u32> =
-        nodes.iter().flat_map(|n| [n.first_child, n.children, n.first_leaf, n.leaf_count]).collect();
+    let links: Vec<u32> = nodes.iter().flat_map(|n| [n.first_child, n.children, n.first_leaf, n.leaf_count]).collect();
     let tensors = [
         Tensor::f32("balls", vec![nodes.len(), 4], &balls),
         Tensor::u32("links", vec![nodes.len(), 4], &links),
@@ -81,7 +82,8 @@ pub fn write_sphere_hierarchy(path: impl AsRef<Path>, hierarchy: &SphereHierarch
 /// Reads what [`write_sphere_hierarchy`] wrote.
 ///
 /// # Errors
-/// [`ShadowError::Io`] if the file cannot be read, [`ShadowError::Invalid`] if it is none of ours or contradicts itself.
+/// [`ShadowError::Io`] if the file cannot be read, [`ShadowError::Invalid`] if it is none of ours or contradicts
+/// itself.
 pub fn read_sphere_hierarchy(path: impl AsRef<Path>) -> Result<SphereHierarchy, ShadowError> {
     let path = path.as_ref();
     read_sphere_hierarchy_bytes(&load(path)?, &path.display().to_string())

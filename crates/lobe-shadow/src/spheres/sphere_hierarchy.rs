@@ -1,13 +1,14 @@
 //! Trees of spheres: each parent contains its children, so that fewer spheres stand for a set where it looks small.
 //!
-//! The two nodes whose smallest common ball is smallest are joined, again and again, until one is left (agglomerative clustering).
-//! The smallest ball around two balls that do not contain each other is along the line of their centers:
+//! The two nodes whose smallest common ball is smallest are joined, again and again, until one is left (agglomerative
+//! clustering). The smallest ball around two balls that do not contain each other is along the line of their centers:
 //!
 //! ```text
 //!   R = (|c₂ - c₁| + R₁ + R₂) / 2        c = c₁ + (R - R₁) (c₂ - c₁)/|c₂ - c₁|
 //! ```
 //!
-//! A node with up to `arity` children takes, in the place of its largest child, that one's children, while there is room.
+//! A node with up to `arity` children takes, in the place of its largest child, that one's children, while there is
+//! room.
 
 use glam::DVec3;
 
@@ -19,7 +20,8 @@ const MOST_LEAVES: usize = 1 << 14;
 /// Children of a node at most.
 const MOST_CHILDREN: usize = 64;
 
-/// Rounding of a radius to single precision must not uncover a child: a part of the radius and of the distance to the origin.
+/// Rounding of a radius to single precision must not uncover a child: a part of the radius and of the distance to the
+/// origin.
 const SLACK: f64 = 4.0 * f32::EPSILON as f64;
 
 /// A node of a [`SphereHierarchy`].
@@ -259,7 +261,12 @@ fn check(nodes: &[SphereNode], leaves: &[u32]) -> Result<(), String> {
     for (place, &leaf) in leaves.iter().enumerate() {
         match seen.get_mut(leaf as usize) {
             Some(seen) if !*seen => *seen = true,
-            _ => return Err(format!("expected every sphere once among {} leaves, found {leaf} at {place}", leaves.len())),
+            _ => {
+                return Err(format!(
+                    "expected every sphere once among {} leaves, found {leaf} at {place}",
+                    leaves.len()
+                ));
+            }
         }
     }
     let Some(root) = nodes.first() else { return Err("expected nodes, found none".to_owned()) };

@@ -35,14 +35,17 @@ impl SphereSetJson {
     ///
     /// ```
     /// use lobe_io::Job;
-    /// use lobe_scene::built_in;
+    /// use lobe_scene::{Mesh, MeshParts, Scene};
     /// use lobe_shadow::{SphereFitOptions, SphereSetJson, fit_spheres};
     ///
-    /// let cave = built_in::cave(8);
+    /// let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let triangles = vec![[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]];
+    /// let mesh = Mesh::new(MeshParts { positions, triangles, ..MeshParts::default() })?;
+    /// let scene = Scene::new(vec![mesh], Vec::new(), Vec::new())?;
     /// let options = SphereFitOptions::default().count(2).samples(200).rounds(2);
-    /// if let Ok((set, report)) = fit_spheres(&cave, &options, Job::default()) {
-    ///     assert_eq!(SphereSetJson::new(&set, &report).spheres.len(), 2);
-    /// }
+    /// let (set, report) = fit_spheres(&scene, &options, Job::default())?;
+    /// assert_eq!(SphereSetJson::new(&set, &report).spheres.len(), 2);
+    /// # Ok::<(), lobe_shadow::ShadowError>(())
     /// ```
     #[must_use]
     pub fn new(set: &SphereSet, report: &SphereFitReport) -> Self {

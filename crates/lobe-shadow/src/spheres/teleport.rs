@@ -1,10 +1,11 @@
 //! Teleportation: spheres move from where they gain little to where one more gains much.
 //!
-//! *Gain.* The points of a sphere are cut in two and each half gets a sphere of its own; what falls away of the outside volume is
-//! the gain. *Cost.* A sphere is taken away by giving each of its points to the nearest other sphere, which grows, or by one
-//! sphere around its points and those of a neighbor; what the outside volume grows by is the cost. A sphere is taken away for
-//! another to be cut where the gain is larger than the cost and no sphere has a part in both, so the energy falls by exactly
-//! their difference. [Cohen-Steiner, Alliez and Desbrun 2004] introduced the step for clusters of triangles.
+//! *Gain.* The points of a sphere are cut in two and each half gets a sphere of its own; what falls away of the
+//! outside volume is the gain. *Cost.* A sphere is taken away by giving each of its points to the nearest other
+//! sphere, which grows, or by one sphere around its points and those of a neighbor; what the outside volume grows by
+//! is the cost. A sphere is taken away for another to be cut where the gain is larger than the cost and no sphere has
+//! a part in both, so the energy falls by exactly their difference. [Cohen-Steiner, Alliez and Desbrun 2004]
+//! introduced the step for clusters of triangles.
 
 use std::collections::HashSet;
 
@@ -131,11 +132,12 @@ fn halves(points: &[DVec3]) -> [Vec<DVec3>; 2] {
     halves
 }
 
-/// The removals that cost less than `most`, those that cost least first. Balls around the points of two spheres are fitted only
-/// where they are cheapest before.
+/// The removals that cost less than `most`, those that cost least first. Balls around the points of two spheres are
+/// fitted only where they are cheapest before.
 fn removals(solid: &Solid, balls: &[Ball], groups: &[Vec<DVec3>], most: f64) -> Vec<Removal> {
     let cheapest = |sphere: usize| {
-        let joined = neighbors(balls, sphere).into_iter().map(|other| joined(solid, balls, groups, sphere, other, None));
+        let joined =
+            neighbors(balls, sphere).into_iter().map(|other| joined(solid, balls, groups, sphere, other, None));
         joined.fold(spread(solid, balls, groups, sphere), |best, next| if next.cost < best.cost { next } else { best })
     };
     let mut removals: Vec<Removal> = (0..balls.len()).into_par_iter().map(cheapest).collect();

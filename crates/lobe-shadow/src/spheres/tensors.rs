@@ -74,8 +74,10 @@ impl<'a> TensorFile<'a> {
     /// The tensors of a file of the format.
     pub(crate) fn parse(bytes: &'a [u8], name: &str, format: &str) -> Result<Self, ShadowError> {
         // Remove line breaks: messages may quote the file.
-        let invalid =
-            |message: String| ShadowError::Invalid { place: name.to_owned(), message: message.replace(['\n', '\r'], " ") };
+        let invalid = |message: String| ShadowError::Invalid {
+            place: name.to_owned(),
+            message: message.replace(['\n', '\r'], " "),
+        };
         let broken = |e: safetensors::SafeTensorError| invalid(format!("expected safetensors, found {e}"));
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
         let Some(header) = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY)) else {

@@ -1,16 +1,21 @@
-//! Rounds of the variational approximation: points are shared out among the spheres, each sphere is fitted to its points, and
-//! spheres move to where they are worth more. [Wang et al. 2006]
+//! Rounds of the variational approximation: points are shared out among the spheres, each sphere is fitted to its
+//! points, and spheres move to where they are worth more. [Wang et al. 2006]
 //!
-//! The energy is the summed outside volume, `E = Σ_k SOTV(c_k, R_k)`, under the constraint that every point is in a sphere.
-//! No step raises it:
+//! The energy is the summed outside volume, `E = Σ_k SOTV(c_k, R_k)`, under the constraint that every point is in a
+//! sphere. No step raises it:
 //!
-//! 1. *Assignment.* A point goes to one of the spheres that contain it, the one for which it costs least: the k with the least
-//!    `SOTV(c_k, |p - c_k|)`, and the least `|p - c_k| / R_k` among those for which it costs nothing. Any choice keeps the cover.
+//! 1. *Assignment.* A point goes to one of the spheres that contain it, the one for which it costs least: the k with
+//!    the least `SOTV(c_k, |p - c_k|)`, and the least `|p - c_k| / R_k` among those for which it costs nothing. Any
+//!    choice keeps the cover.
 //! 2. *Fit.* Each sphere gets the best center found for its points ([`improved`]), or stays as it was.
 //! 3. *Teleportation* ([`teleported`]), where the volume gained is more than the volume lost.
 //!
-//! When a round of these gains little, spheres are tightened one after the other instead, each around the points that no other
-//! sphere contains: coordinate descent on the same energy.
+//! Between such rounds spheres are tightened one after the other, each around the points that no other sphere
+//! contains: coordinate descent on the same energy.
+//!
+//! What the energy falls to depends on the start more than on the rounds. For 64 spheres in the bunny, from clusters
+//! of the points it falls to 0.203 of its volume, from 64 balls of the medial axis to 0.171, and to 0.136 from 128, of
+//! which the cheapest are taken away a few at a time.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -40,15 +45,20 @@ pub(crate) fn energy(balls: &[Ball]) -> f64 {
 }
 
 impl Cover<'_> {
-    /// Takes spheres away until `count` are left, a few at a time, with a round after each time.
-    pub(crate) fn thinned(&self, balls: Vec<Ball>, count: usize) -> Vec<Ball> {
+    /// Takes spheres away until `count` are left, a few at a time, with a round before each time. `None` if `go_on`,
+    /// asked before each round, says no.
+    pub(crate) fn thinned(&self, balls: Vec<Ball>, count: usize, go_on: &mut dyn FnMut() -> bool) -> Option<Vec<Ball>> {
         let mut balls = balls;
         while balls.len() > count {
+            if !go_on() {
+                return None;
+            }
             balls = self.round(&balls);
             let most = (balls.len() - count).min(balls.len().div_ceil(THIN_ONE_OF));
-            balls = thinned(self.solid, balls.clone(), &self.assigned(&balls), most);
+            let groups = self.assigned(&balls);
+            balls = thinned(self.solid, balls, &groups, most);
         }
-        balls
+        Some(balls)
     }
 
     fn grouped(&self, count: usize, choose: impl Fn(DVec3) -> usize + Sync) -> Vec<Vec<DVec3>> {
@@ -72,7 +82,8 @@ impl Cover<'_> {
                 } else {
                     (true, distance - ball.radius, 0.0)
                 };
-                let is_less = (key.0, key.1) < (least.0, least.1) || ((key.0, key.1) == (least.0, least.1) && key.2 < least.2);
+                let is_less =
+                    (key.0, key.1) < (least.0, least.1) || ((key.0, key.1) == (least.0, least.1) && key.2 < least.2);
                 if k == 0 || is_less {
                     (best, least) = (k, key);
                 }
@@ -84,11 +95,8 @@ impl Cover<'_> {
     /// One round of assignment, fit and teleportation.
     pub(crate) fn round(&self, balls: &[Ball]) -> Vec<Ball> {
         let groups = self.assigned(balls);
-        let balls: Vec<Ball> = balls
-            .par_iter()
-            .zip(&groups)
-            .map(|(&ball, group)| self.refitted(ball, group, Search::ROUGH))
-            .collect();
+        let balls: Vec<Ball> =
+            balls.par_iter().zip(&groups).map(|(&ball, group)| self.refitted(ball, group, Search::ROUGH)).collect();
         teleported(self.solid, balls, groups)
     }
 
@@ -105,7 +113,8 @@ impl Cover<'_> {
         improved(self.solid, group, if shrunk.outside <= ball.outside { shrunk } else { ball }, search)
     }
 
-    /// Fits the balls one after the other to the points that no other contains, those with the most volume outside first.
+    /// Fits the balls one after the other to the points that no other contains, those with the most volume outside
+    /// first.
     pub(crate) fn tightened(&self, balls: &[Ball]) -> Vec<Ball> {
         let mut balls = balls.to_vec();
         let contains = |ball: &Ball, p: DVec3| ball.center.distance(p) <= ball.radius * (1.0 + TOUCH);

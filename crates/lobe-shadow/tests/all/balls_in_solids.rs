@@ -29,7 +29,9 @@ fn balls_at_faces_edges_and_corners_of_a_cube_are_cut_in_closed_form() {
             }
         }
     }
-    for (center, share) in [([1.0, 1.0, 0.2], 4.0), ([1.0, -1.0, 0.0], 4.0), ([1.0, 1.0, 1.0], 8.0), ([-1.0, 1.0, -1.0], 8.0)] {
+    for (center, share) in
+        [([1.0, 1.0, 0.2], 4.0), ([1.0, -1.0, 0.0], 4.0), ([1.0, 1.0, 1.0], 8.0), ([-1.0, 1.0, -1.0], 8.0)]
+    {
         let (found, expected) = (solid.volume_in_ball(center, 0.6), ball(0.6) / share);
         assert!((found - expected).abs() < 1e-13, "at {center:?}: {found}, expected {expected}");
     }
@@ -54,7 +56,9 @@ fn volumes_are_those_that_sampling_finds() {
     let mut random = Random::new(7);
     for (name, triangles) in [("star", star()), ("torus", torus(24, 12))] {
         let solid = solid(&triangles);
-        for (center, radius) in [([0.8, 0.1, 0.05], 0.4), ([0.1, 0.2, 0.0], 0.5), ([1.3, 0.0, 0.3], 0.5), ([0.0, 0.0, 0.6], 0.9)] {
+        for (center, radius) in
+            [([0.8, 0.1, 0.05], 0.4), ([0.1, 0.2, 0.0], 0.5), ([1.3, 0.0, 0.3], 0.5), ([0.0, 0.0, 0.6], 0.9)]
+        {
             let mut inside = 0.0;
             for _ in 0..SAMPLES {
                 let (direction, distance) = (random.direction(), radius * random.unit().cbrt());
@@ -107,9 +111,8 @@ fn the_tree_finds_what_a_plain_sum_over_solid_angles_does() {
 /// min(ρ, R)³/3 over the solid angle of a triangle, cut until it is all near or all far or tiny.
 fn subdivided([a, b, c]: [[f64; 3]; 3], radius: f64, depth: u32) -> f64 {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let volume = dot(a, cross(b, c));
     let [la, lb, lc] = [a, b, c].map(|p| dot(p, p).sqrt());
     let angle = 2.0 * volume.atan2(la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
@@ -164,7 +167,8 @@ fn a_mesh_inside_out_is_turned_over_and_one_without_volume_refused() {
     let inside_out: Vec<Triangle> = cube(1.0).iter().map(|[a, b, c]| [*a, *c, *b]).collect();
     let found = solid(&inside_out).volume_in_ball([1.0, 0.0, 0.0], 0.5);
     assert!((found - ball(0.5) / 2.0).abs() < 1e-13, "half a ball: {found}");
-    let message = |triangles: &[Triangle]| lobe_shadow::Solid::new(triangles.iter().copied()).err().unwrap().to_string();
+    let message =
+        |triangles: &[Triangle]| lobe_shadow::Solid::new(triangles.iter().copied()).err().unwrap().to_string();
     assert_eq!(message(&[]), "expected a mesh with triangles, found none", "empty");
     let flat = message(&cube(1.0)[..2]);
     assert!(flat.starts_with("expected a mesh around a volume, found one of volume 0"), "{flat}");

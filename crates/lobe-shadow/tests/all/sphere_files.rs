@@ -3,8 +3,8 @@
 use std::fs;
 
 use lobe_shadow::{
-    Skin, SphereHierarchy, SphereSet, read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres, read_spheres_bytes,
-    write_sphere_hierarchy, write_spheres,
+    Skin, SphereHierarchy, SphereSet, read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres,
+    read_spheres_bytes, write_sphere_hierarchy, write_spheres,
 };
 
 fn set() -> SphereSet {
@@ -58,7 +58,8 @@ fn damaged_files_are_refused_in_one_line() {
     ] {
         assert_eq!(changed(&file, from, to), expected, "{from} as {to}");
     }
-    for (from, to) in [("[2,3]", "[18446744073709551615,3]"), ("{", "["), (r#"\"version\":1"#, r#"\"version\":\"\n\""#)] {
+    for (from, to) in [("[2,3]", "[18446744073709551615,3]"), ("{", "["), (r#"\"version\":1"#, r#"\"version\":\"\n\""#)]
+    {
         let message = changed(&file, from, to);
         assert!(message.starts_with("s: ") && !message.contains('\n'), "{from} as {to}: {message}");
     }

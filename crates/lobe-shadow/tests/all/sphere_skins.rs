@@ -4,17 +4,24 @@ use lobe_shadow::{Skin, SkinnedMesh, SphereSet};
 
 const STILL: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
+struct Strip {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    joints: [[u16; 4]; 6],
+    weights: Vec<[f32; 4]>,
+}
+
 /// A strip from x = 0 to 2, its left end on joint 3, its right end on joint 5, both at its middle.
-fn strip() -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<[u16; 4]>, Vec<[f32; 4]>) {
+fn strip() -> Strip {
     let positions = (0..3).flat_map(|x| [[x as f32, 0.0, 0.0], [x as f32, 1.0, 0.0]]).collect();
     let triangles = vec![[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]];
     let weights = [[2.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [0.0, 3.0, 0.0, 0.0]];
-    (positions, triangles, vec![[3, 5, 0, 0]; 6], (0..6).map(|v| weights[v / 2]).collect())
+    Strip { positions, triangles, joints: [[3, 5, 0, 0]; 6], weights: (0..6).map(|v| weights[v / 2]).collect() }
 }
 
 #[test]
 fn spheres_take_the_joints_of_the_nearest_place() {
-    let (positions, triangles, joints, weights) = strip();
+    let Strip { positions, triangles, joints, weights } = strip();
     let mesh = SkinnedMesh { positions: &positions, triangles: &triangles, joints: &joints, weights: &weights };
     let centers = vec![[-1.0, 0.5, 0.3], [1.0, 0.5, 0.2], [3.0, 0.5, 0.0], [0.5, 0.5, 0.1]];
     let set = SphereSet::new(centers, vec![0.5; 4]).unwrap().bind(&mesh).unwrap();
@@ -50,11 +57,15 @@ fn radii_follow_the_mean_scale_of_the_joints_and_never_collapse() {
 
 #[test]
 fn joints_that_do_not_fit_are_refused() {
-    let (positions, triangles, joints, weights) = strip();
+    let Strip { positions, triangles, joints, weights } = strip();
     let mesh = SkinnedMesh { positions: &positions, triangles: &triangles, joints: &joints, weights: &weights };
     let set = || SphereSet::new(vec![[0.0; 3]], vec![1.0]).unwrap();
     let bind = |mesh: SkinnedMesh<'_>| set().bind(&mesh).unwrap_err().to_string();
-    assert_eq!(bind(SkinnedMesh { triangles: &[], ..mesh }), "expected a mesh with triangles to bind to, found none", "");
+    assert_eq!(
+        bind(SkinnedMesh { triangles: &[], ..mesh }),
+        "expected a mesh with triangles to bind to, found none",
+        ""
+    );
     assert_eq!(
         bind(SkinnedMesh { triangles: &[[0, 1, 6]], ..mesh }),
         "expected vertices below 6, found [0, 1, 6] at triangle 0",

@@ -25,8 +25,7 @@ fn parents_contain_their_children_and_every_sphere_is_below_the_root_once() {
             }
             for &leaf in tree.leaves_below(index) {
                 let leaf = leaf as usize;
-                let square: f64 =
-                    (0..3).map(|k| f64::from(node.center[k] - set.centers()[leaf][k]).powi(2)).sum();
+                let square: f64 = (0..3).map(|k| f64::from(node.center[k] - set.centers()[leaf][k]).powi(2)).sum();
                 let reach = square.sqrt() + f64::from(set.radii()[leaf]);
                 assert!(reach <= f64::from(node.radius) * (1.0 + 1e-6) + 1e-6, "{node:?}: sphere {leaf} at {reach}");
             }
