@@ -16,8 +16,12 @@ use crate::{FieldGrid, OcclusionField, ShadowError};
 const FIELD_KIND: u64 = 20;
 const VISIBILITY_KIND: u64 = 21;
 
-const FIELD_FORMAT: RecordFormat =
-    RecordFormat { kind: *b"OCCF", version: 1, work: "bake of an occlusion field", arguments: "the scene or the options" };
+const FIELD_FORMAT: RecordFormat = RecordFormat {
+    kind: *b"OCCF",
+    version: 1,
+    work: "bake of an occlusion field",
+    arguments: "the scene or the options",
+};
 const VISIBILITY_FORMAT: RecordFormat = RecordFormat {
     kind: *b"VISB",
     version: 1,
@@ -226,7 +230,11 @@ pub fn bake_visibility(
     check(options.order, options.rays)?;
     let invalid = |message: String| Err(ShadowError::Invalid { place: "receivers".to_owned(), message });
     if positions.len() != normals.len() {
-        return invalid(format!("expected a normal for each of {} positions, found {}", positions.len(), normals.len()));
+        return invalid(format!(
+            "expected a normal for each of {} positions, found {}",
+            positions.len(),
+            normals.len()
+        ));
     }
     if let Some(at) = positions.iter().zip(normals).position(|(p, n)| !p.iter().chain(n).all(|c| c.is_finite())) {
         return invalid(format!("receiver {at} is not finite: {:?}, {:?}", positions[at], normals[at]));

@@ -36,9 +36,11 @@ pub(crate) fn bake_rows<S>(
     let chunks = work.rows.div_ceil(CHUNK);
     let mut rows: Vec<f32> = Vec::with_capacity(work.rows * work.width);
     let mut records = match job.checkpoint() {
-        Some(path) if chunks > 0 => Some(RecordFile::open(path, &work.format, layout(work), &work.fingerprint, |bytes| {
-            rows.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
-        })?),
+        Some(path) if chunks > 0 => {
+            Some(RecordFile::open(path, &work.format, layout(work), &work.fingerprint, |bytes| {
+                rows.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
+            })?)
+        }
         _ => None,
     };
     let (begin, resumed) = (Instant::now(), rows.len() / work.width);

@@ -78,10 +78,9 @@ fn file_bytes(field: &OcclusionField, stored: &StoredRows) -> Result<Vec<u8>, Sa
     let (storage, tensors) = match stored {
         StoredRows::F32(x) => ("f32", vec![rows(Dtype::F32, floats(x))]),
         StoredRows::F16(x) => ("f16", vec![rows(Dtype::F16, x.iter().flat_map(|x| x.to_le_bytes()).collect())]),
-        StoredRows::U8 { ranges, steps } => (
-            "u8",
-            vec![rows(Dtype::U8, steps.clone()), ("ranges", Dtype::F32, vec![2, width], floats(ranges))],
-        ),
+        StoredRows::U8 { ranges, steps } => {
+            ("u8", vec![rows(Dtype::U8, steps.clone()), ("ranges", Dtype::F32, vec![2, width], floats(ranges))])
+        }
         StoredRows::Clustered(table) => ("clustered", clustered_tensors(table)),
     };
     let [inner, outer] = grid.range();
@@ -187,7 +186,10 @@ impl<'a> File<'a> {
         if kind.version != VERSION {
             return Err(invalid(
                 name,
-                format!("expected version {VERSION} of {FORMAT}, found {}; take a Lobe as new as the file", kind.version),
+                format!(
+                    "expected version {VERSION} of {FORMAT}, found {}; take a Lobe as new as the file",
+                    kind.version
+                ),
             ));
         }
         let header = serde_json::from_str(entry).map_err(bad)?;

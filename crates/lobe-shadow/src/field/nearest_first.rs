@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn what_is_left_out_is_below_the_horizon_or_small_in_all() {
         let grid = FieldGrid::new([0.0; 3], 1.0, [0.5, 4.0], 2, 2).unwrap();
-        let field = OcclusionField::new(grid, 1, vec![0.0; grid.points()]).unwrap();
+        let field = OcclusionField::new(grid, 1, vec![0.0; 2 * grid.points()]).unwrap();
         let heights = [3.0, -2.0, 40.0, 50.0, 60.0, -0.5];
         let entities: Vec<Placed<'_>> = heights
             .iter()

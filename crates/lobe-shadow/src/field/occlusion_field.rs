@@ -29,7 +29,7 @@ const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;
 ///
 /// Beyond the last sphere `O` falls as `1/r²`. There the entity is within a cap of solid angle `Ω <= 2π (1 - √(1 - (R/r)²))`,
 /// truth and extrapolation each have `‖O‖² <= Ω`, and what differs is the shape and the direction of a spot: the direction
-/// by at most `R/r_last` radians. The test `beyond_the_last_sphere_occlusion_falls_with_the_solid_angle` measures it.
+/// by at most `R/r_last` radians, and of a ball band `l` by the part `l(l+1)/8 (R/r_last)²`. The test `beyond_the_last_sphere_occlusion_falls_with_the_solid_angle` measures it.
 ///
 /// Samples inside the solid hold what is seen from the nearest samples outside, see [`bake_field`](crate::bake_field).
 ///

@@ -93,7 +93,8 @@ impl RadianceField {
         check_order(order)?;
         let numbers = center.into_iter().chain(radiance.to_array());
         if !(numbers.chain([radius]).all(f64::is_finite) && radius > 0.0) {
-            let message = format!("expected a ball of finite radiance and radius above 0, found {radiance:?}, {radius}");
+            let message =
+                format!("expected a ball of finite radiance and radius above 0, found {radiance:?}, {radius}");
             return Err(ShadowError::Options(message));
         }
         Ok(Self { order, shape: Shape::Ball { center, radius, radiance } })
@@ -222,7 +223,9 @@ impl PatchField {
         let normal = cross(u, v);
         let radius = 0.5 * length(add(u, v)).max(length(add(u, v.map(|c| -c))));
         if !(length(normal).is_finite() && length(normal) > 0.0) {
-            return Err(ShadowError::Options(format!("expected a rectangle with an area, found edges {u:?} and {v:?}")));
+            return Err(ShadowError::Options(format!(
+                "expected a rectangle with an area, found edges {u:?} and {v:?}"
+            )));
         }
         let center = std::array::from_fn(|k| corner[k] + 0.5 * (u[k] + v[k]));
         let range = [options.inner, options.outer];
@@ -260,7 +263,11 @@ impl PatchField {
     pub fn with_colors(&self, colors: &[Rgb<f64>]) -> Result<RadianceField, ShadowError> {
         let invalid = |message: String| Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
         if colors.len() != self.tables.len() {
-            return invalid(format!("expected a radiance for each of {} patches, found {}", self.tables.len(), colors.len()));
+            return invalid(format!(
+                "expected a radiance for each of {} patches, found {}",
+                self.tables.len(),
+                colors.len()
+            ));
         }
         if let Some(bad) = colors.iter().find(|c| !c.to_array().iter().all(|c| c.is_finite())) {
             return invalid(format!("expected finite radiance, found {bad:?}"));
@@ -313,9 +320,7 @@ fn parts(patch: usize, patches: usize, pixels: usize) -> Vec<(usize, f64)> {
     let edge = |k: usize| k as f64 * pixels as f64 / patches as f64;
     let (from, to) = (edge(patch), edge(patch + 1));
     let last = (to.ceil() as usize).min(pixels);
-    (from as usize..last)
-        .map(|x| (x, (to.min(x as f64 + 1.0) - from.max(x as f64)).max(0.0) / (to - from)))
-        .collect()
+    (from as usize..last).map(|x| (x, (to.min(x as f64 + 1.0) - from.max(x as f64)).max(0.0) / (to - from))).collect()
 }
 
 fn patch(rectangle: &Rectangle, [columns, rows]: [usize; 2], k: usize) -> Rectangle {

@@ -225,12 +225,7 @@ impl<'a> ShadowFields<'a> {
         Ok(self.shade_with(receivers, Response::Transfer { rows, channels: transfer.channels().count() }, light))
     }
 
-    fn shade_with(
-        &self,
-        receivers: &ShadowReceivers<'_>,
-        response: Response<'_>,
-        light: &[Rgb<f64>],
-    ) -> Vec<Rgb<f32>> {
+    fn shade_with(&self, receivers: &ShadowReceivers<'_>, response: Response<'_>, light: &[Rgb<f64>]) -> Vec<Rgb<f32>> {
         let n = self.order * self.order;
         let mut channels = vec![0.0; 3 * n];
         for (i, color) in light.iter().take(n).enumerate() {

@@ -43,7 +43,11 @@ impl<'a> ShadowReceivers<'a> {
     pub fn with_own_visibility(self, order: usize, own: &'a [f32]) -> Result<Self, ShadowError> {
         let width = order * order;
         if own.len() != self.len() * width {
-            return invalid(format!("expected visibility of {width} numbers for each of {}, found {}", self.len(), own.len()));
+            return invalid(format!(
+                "expected visibility of {width} numbers for each of {}, found {}",
+                self.len(),
+                own.len()
+            ));
         }
         finite("visibility", own, width)?;
         Ok(Self { own, ..self })
@@ -90,7 +94,11 @@ impl<'a> ShadowReceivers<'a> {
 }
 
 fn same(expected: usize, what: &str, found: usize) -> Result<(), ShadowError> {
-    if expected == found { Ok(()) } else { invalid(format!("expected one {what} for each of {expected}, found {found}")) }
+    if expected == found {
+        Ok(())
+    } else {
+        invalid(format!("expected one {what} for each of {expected}, found {found}"))
+    }
 }
 
 fn finite(what: &str, numbers: &[f32], width: usize) -> Result<(), ShadowError> {

@@ -184,8 +184,7 @@ mod tests {
         let rays = SkyRays::new(&scene, &bvh, 4, 4096);
         for distance in [1.2_f64, 2.0, 5.0] {
             let axis = Dir::new([0.3, -0.5, 0.8]).unwrap();
-            let origin: [f32; 3] =
-                std::array::from_fn(|k| ([0.0, 0.0, 1.5][k] - distance * axis.to_array()[k]) as f32);
+            let origin: [f32; 3] = std::array::from_fn(|k| ([0.0, 0.0, 1.5][k] - distance * axis.to_array()[k]) as f32);
             let half_angle = (1.0 / distance).asin();
             let expected = Zonal::cone(4, half_angle).towards(axis, 1.0_f64);
             let wide = Cap { axis, cosine: (1.1 / distance).min(1.0).asin().cos() };

@@ -125,7 +125,10 @@ fn fields_of_wrong_parts_are_refused() {
     let grid = *field.grid();
     for (found, expected) in [
         (OcclusionField::new(grid, 0, vec![]), "an order of 1 to 8, found 0"),
-        (OcclusionField::new(grid, 3, field.rows()[1..].to_vec()), "expected 12 numbers for each of 151 points, found 1811"),
+        (
+            OcclusionField::new(grid, 3, field.rows()[1..].to_vec()),
+            "expected 12 numbers for each of 151 points, found 1811",
+        ),
         (OcclusionField::new(grid, 3, vec![f32::INFINITY; 1812]), "found inf at point 0"),
         (field.truncated(4), "expected an order of 1 to 3, which the field has, found 4"),
         (field.truncated(0), "found 0"),

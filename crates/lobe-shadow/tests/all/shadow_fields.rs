@@ -8,8 +8,8 @@ use lobe_prt::{Channels, Transfer};
 use lobe_scene::Scene;
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, product_into};
 use lobe_shadow::{
-    PlacedField, FieldOptions, LocalLight, OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowFieldOptions,
-    ShadowFields, ShadowReceivers, bake_field, relative_placement,
+    PlacedField, FieldOptions, LocalLight, OcclusionField, Placement, RadialInterpolation, RadianceField,
+    ShadowFieldOptions, ShadowFields, ShadowReceivers, bake_field, relative_placement,
 };
 use lobe_testkit::Random;
 
@@ -93,7 +93,11 @@ fn a_chain_is_the_plain_loop_nearest_first() {
         for q in order {
             let seen = field.visibility_at(q.to_own(p.map(f64::from)), RadialInterpolation::Linear);
             let mut product = ShVec::zero(ORDER);
-            product_into(visible.coefficients(), q.rotation().rotated(&seen).coefficients(), product.coefficients_mut());
+            product_into(
+                visible.coefficients(),
+                q.rotation().rotated(&seen).coefficients(),
+                product.coefficients_mut(),
+            );
             visible = product;
         }
         let found = fields.visibility_at(p, None, None).unwrap();
@@ -184,7 +188,8 @@ fn exit_radiance_is_the_integral_of_light_visibility_and_cosine() {
             let mut product = [0.0_f32; 16];
             product_into(&visible[16 * k..][..16], cosine.coefficients(), &mut product);
             let sum = |c: usize| -> f64 {
-                (0..16).map(|i| f64::from(product[i]) * light()[i].to_array()[c]).sum::<f64>() * f64::from(albedos[k][c])
+                (0..16).map(|i| f64::from(product[i]) * light()[i].to_array()[c]).sum::<f64>()
+                    * f64::from(albedos[k][c])
             };
             for c in 0..3 {
                 let found = f64::from(shaded[k].to_array()[c]);
@@ -302,7 +307,8 @@ fn wrong_orders_and_numbers_are_refused_in_one_line() {
     let receivers = ShadowReceivers::new(&positions, &positions).unwrap();
     let own = [0.0; 32];
     let of_order_4 = receivers.with_own_visibility(4, &own).unwrap();
-    let transfer = |order: usize, rows: usize| Transfer::new(order, Channels::Gray, vec![0.0; rows * order * order]).unwrap();
+    let transfer =
+        |order: usize, rows: usize| Transfer::new(order, Channels::Gray, vec![0.0; rows * order * order]).unwrap();
     let four = ShadowFields::new(4, &[], all_of_it()).unwrap();
     for (found, expected) in [
         (new(4, all_of_it()).map(drop), "expected the field of entity 0 to have 4 bands at least, found 3"),

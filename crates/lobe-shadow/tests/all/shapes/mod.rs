@@ -56,7 +56,9 @@ pub(crate) fn rabbit() -> Scene {
             let cosine = (0..3).map(|k| s[k] * axis[k]).sum::<f64>() / length;
             (sharpness * (cosine - 1.0)).exp()
         };
-        0.55 + 0.5 * lobe([0.25, 0.1, 1.0], 60.0) + 0.5 * lobe([-0.3, 0.15, 1.0], 60.0) + 0.15 * lobe([0.9, 0.0, 0.2], 6.0)
+        0.55 + 0.5 * lobe([0.25, 0.1, 1.0], 60.0)
+            + 0.5 * lobe([-0.3, 0.15, 1.0], 60.0)
+            + 0.15 * lobe([0.9, 0.0, 0.2], 6.0)
             - 0.2 * lobe([0.0, -1.0, 0.1], 10.0)
     })
 }
@@ -141,12 +143,16 @@ pub(crate) fn traced(scene: &Scene, points: &[[f32; 3]], order: usize, rays: usi
     points.iter().flat_map(|p| truth.visibility(*p, order, rays)).collect()
 }
 
-/// Points outside the solid whose distances from the origin are evenly distributed in their logarithm between two.
+/// Points outside the solid whose distances from the origin are evenly distributed in their logarithm between two. Fewer, or
+/// none, where nearly all is solid.
 pub(crate) fn points_between(scene: &Scene, [near, far]: [f64; 2], count: usize, seed: u64) -> Vec<[f32; 3]> {
     let truth = Truth::new(scene);
     let mut random = Random::new(seed);
     let mut found = Vec::new();
-    while found.len() < count {
+    for _ in 0..20 * count {
+        if found.len() == count {
+            break;
+        }
         let r = near * (far / near).powf(random.unit());
         let p = random.direction().map(|c| (r * c) as f32);
         // Of the sky nothing is left inside.
