@@ -97,6 +97,10 @@ enum ShCommand {
     Mirror(sh::mirror::ShMirror),
     /// Multiply two functions given as expansions
     Product(sh::product::ShProduct),
+    /// Take the logarithm of a visibility, so that shadows add up
+    Log(sh::log::ShLog),
+    /// Raise e to a log-visibility: what several occluders leave visible
+    Exp(sh::exp::ShExp),
     /// Convolve an expansion with a kernel that is symmetric about its axis
     Convolve(sh::convolve::ShConvolve),
     /// Scale the bands of an expansion, so that it rings less
@@ -211,6 +215,8 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Scale(args)) => args.run()?,
         Command::Sh(ShCommand::Mirror(args)) => args.run()?,
         Command::Sh(ShCommand::Product(args)) => args.run()?,
+        Command::Sh(ShCommand::Log(args)) => args.run()?,
+        Command::Sh(ShCommand::Exp(args)) => args.run()?,
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,

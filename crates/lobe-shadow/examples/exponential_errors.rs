@@ -5,8 +5,10 @@
 //! [`lobe_sh::Exponential`], and for the single-precision path of the crate with its table.
 //!
 //! ```sh
-//! cargo run --release --package lobe-shadow --example exponential_errors [CLUSTERS]
+//! cargo run --release --package lobe-shadow --example exponential_errors [CLUSTERS [SCALE]]
 //! ```
+//!
+//! `SCALE` multiplies the sizes of the spheres: with 1.4 half of the sky is hidden.
 
 #![allow(clippy::unwrap_used, reason = "an example fails by panicking")]
 
@@ -30,12 +32,13 @@ const TRUTH_DEGREE: usize = 220;
 
 fn main() {
     let clusters = env::args().nth(1).map_or(6, |text| text.parse::<usize>().expect("a number of clusters"));
+    let scale = env::args().nth(2).map_or(1.0, |text| text.parse::<f64>().expect("a factor for sizes"));
     print!("order spheres hidden  products");
     METHODS.iter().for_each(|(name, _)| print!(" {name:>9}"));
     println!("  f32 grid  windowed");
     for order in 3..=6 {
         for count in [8, 16, 32, 64, 128, 256, 512] {
-            let (hidden, errors) = mean_errors(order, count, clusters);
+            let (hidden, errors) = mean_errors(order, count, clusters, scale);
             print!("{order:5} {count:7} {hidden:6.3}");
             errors.iter().for_each(|error| print!(" {error:9.3}"));
             println!();
@@ -44,7 +47,7 @@ fn main() {
 }
 
 /// The part of the sky that is hidden, and the mean errors of products, methods, the fast path, and that with a window.
-fn mean_errors(order: usize, count: usize, clusters: usize) -> (f64, Vec<f64>) {
+fn mean_errors(order: usize, count: usize, clusters: usize, scale: f64) -> (f64, Vec<f64>) {
     let exponentials = METHODS.map(|(_, method)| Exponential::new(order, method));
     let fast = BatchExponential::new(order, ExpMethod::default()).unwrap();
     let options = LogTableOptions::default().order(order);
@@ -53,7 +56,7 @@ fn mean_errors(order: usize, count: usize, clusters: usize) -> (f64, Vec<f64>) {
     let mut random = Random::new(5);
     let (mut hidden, mut errors) = (0.0, vec![0.0; METHODS.len() + 3]);
     for _ in 0..clusters {
-        let spheres = cluster(count, &mut random);
+        let spheres = cluster(count, scale, &mut random);
         let truth = truth(order, &spheres);
         hidden += (1.0 - truth.mean()) / clusters as f64;
         let mut f = ShVec::zero(order);
@@ -78,8 +81,8 @@ fn mean_errors(order: usize, count: usize, clusters: usize) -> (f64, Vec<f64>) {
 
 /// Spheres of 5 to 25 degrees in random directions where there are 16, smaller where there are more, so that about as much
 /// of the sky is hidden.
-fn cluster(count: usize, random: &mut Random) -> Vec<(Dir, f64)> {
-    let scale = (16.0 / count as f64).sqrt().min(1.0);
+fn cluster(count: usize, scale: f64, random: &mut Random) -> Vec<(Dir, f64)> {
+    let scale = scale * (16.0 / count as f64).sqrt().min(1.0);
     let direction = |random: &mut Random| Dir::try_from(random.direction()).unwrap();
     (0..count).map(|_| (direction(random), scale * (5.0 + 20.0 * random.unit()).to_radians())).collect()
 }

@@ -25,6 +25,7 @@ mod ringing;
 mod scene_options;
 mod sh;
 mod sh_arithmetic;
+mod sh_log_exp;
 #[cfg(unix)]
 mod stopped;
 mod streams;

@@ -82,12 +82,11 @@ pub(crate) fn aim<S: Simd, const PLANE: bool>(simd: S, at: &Receivers<S>, center
         c = [nx.times_plus(lift, c[0]), ny.times_plus(lift, c[1]), nz.times_plus(lift, c[2])];
     }
     let squared = c[0].times_plus(c[0], c[1].times_plus(c[1], c[2] * c[2]));
-    let nearest = splat((radius * radius).max(NO_DISTANCE));
     if !PLANE {
         hiding = squared.if_less(splat(NO_DISTANCE), zero, hiding);
     }
     let inverse_squared = squared.max(splat(NO_DISTANCE)).recip();
     let inverse = inverse_squared.sqrt();
-    let sin_squared = hiding * inverse_squared.min(nearest.recip());
+    let sin_squared = hiding * inverse_squared.min(splat((radius * radius).max(NO_DISTANCE).recip()));
     Aim { towards: [c[0] * inverse, c[1] * inverse, c[2] * inverse], sin_squared }
 }

@@ -74,9 +74,10 @@ impl<S: Simd> Lanes<S> {
         self.with(self.simd.select_f32s(self.simd.less_than_f32s(self.values, other.values), then.values, or.values))
     }
 
+    /// Whether any is above `limit`.
     #[inline(always)]
-    pub(crate) fn largest(self) -> f32 {
-        self.simd.reduce_max_f32s(self.values)
+    pub(crate) fn any_above(self, limit: Self) -> bool {
+        self.simd.first_true_m32s(self.simd.less_than_f32s(limit.values, self.values)) < S::F32_LANES
     }
 
     #[inline(always)]

@@ -17,7 +17,9 @@ pub struct LogTableOptions {
     /// Number of bands, 1 to 8.
     pub order: usize,
     /// The width `h > 0` of a window on the visibility before its logarithm, `α_l = cos(πl/2h)`, 0 from `l = h` on; none
-    /// unless it is given. The window of a public re-implementation of [Ren et al. 2006] has `h = 2n`.
+    /// unless it is given. The window of a public re-implementation of [Ren et al. 2006] has `h = 2n`. Without one the result is
+    /// nearer to the true visibility: against 16 random spheres the error is 0.071 instead of 0.080 at order 3, 0.064 instead
+    /// of 0.075 at order 4, 0.071 instead of 0.088 at order 5 (example `exponential_errors`). A window rings less.
     ///
     /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
     #[setters(strip_option)]

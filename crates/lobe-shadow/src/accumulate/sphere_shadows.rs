@@ -70,8 +70,11 @@ impl ShadowOptions {
 /// count twice in the sum: the exponential darkens what the two hide together, and stays positive. How near the result is to the
 /// truth is printed by the example `exponential_errors` for random spheres.
 ///
-/// [`aim`](crate::accumulate::aim) has the rules for receivers on, in and under spheres. Without spheres the sky is open.
-/// Results are the same for any number of threads.
+/// A sphere above the tangent plane of a receiver has `sin θ = r/d`. One that crosses it counts by the share `t` of its height
+/// above, as a sphere of radius `r √t` in the middle of that part, and no sphere is nearer than its radius. So a receiver on the
+/// surface of a sphere that looks outward is not hidden by it; a tenth of the radius below it loses a twentieth of its sky
+/// instead of all, because spheres reach out of the surfaces for which they stand; at the center it loses half. The result is
+/// continuous in place and normal. Without spheres the sky is open. Results are the same for any number of threads.
 ///
 /// ```
 /// use lobe_sh::{Rgb, ShL2};

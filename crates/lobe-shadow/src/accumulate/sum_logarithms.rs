@@ -128,7 +128,7 @@ fn factors<S: Simd, const N: usize>(
         }
         factors[l] = p * scaled;
     }
-    if u.largest() > end {
+    if u.any_above(Lanes::splat(simd, end)) {
         let (mut sizes, mut rows) = ([0.0; BLOCK], [[0.0; BLOCK]; N]);
         u.store(&mut sizes, 0);
         for l in 0..N {

@@ -1,0 +1,96 @@
+//! `lobe sh exp`: the exponential of a log-visibility, what several occluders leave visible.
+
+use anyhow::bail;
+use clap::Args;
+use lobe::sh::{Coefficient as _, ExpMethod, Exponential, FileCoefficients, Quantity, Rgb, ShFile, ShVec};
+
+use crate::args::input::ShInput;
+use crate::args::output::ShOutput;
+use crate::args::values;
+
+/// The highest order of logarithms and exponentials: the eigenvectors of one function of order 10 take a second.
+const MOST_BANDS: usize = 10;
+
+/// The norm above which the hybrid method halves.
+const HYBRID_LIMIT: f64 = 1.0;
+
+/// The most terms of a series of products; `e^x` to rounding needs fewer for any sum of logarithms that leaves light.
+const MOST_TERMS: usize = 100;
+
+#[derive(Args)]
+pub(crate) struct ShExp {
+    /// The log-visibility, a .sh.json file, such as a sum of logarithms; - reads stdin
+    #[arg(value_name = "Q")]
+    input: ShInput,
+    /// How: on a grid of directions; by the best linear function; that after halving, then squared; by P truncated products;
+    /// by eigenvectors of the product matrix
+    #[arg(long, value_name = "grid|optimal-linear|hybrid|series:P|eigen", default_value = "grid", value_parser = method)]
+    method: ExpMethod,
+    /// The visibility, a .sh.json file; - writes to stdout
+    #[arg(short, long, value_name = "P")]
+    output: ShOutput,
+}
+
+fn method(text: &str) -> Result<ExpMethod, String> {
+    match text {
+        "grid" => Ok(ExpMethod::Grid),
+        "optimal-linear" => Ok(ExpMethod::OptimalLinear),
+        "hybrid" => Ok(ExpMethod::Hybrid { limit: HYBRID_LIMIT }),
+        "eigen" => Ok(ExpMethod::Eigen),
+        _ => match text.strip_prefix("series:") {
+            Some(terms) => values::whole(terms, 1, MOST_TERMS, "a number of terms").map(ExpMethod::ProductSeries),
+            None => Err("expected grid, optimal-linear, hybrid, series:P or eigen".to_owned()),
+        },
+    }
+}
+
+impl ShExp {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        self.output.check()?;
+        let file = self.input.read()?;
+        expect(&self.input, file.quantity, Quantity::LogVisibility)?;
+        check_order(&self.input, &file.coefficients)?;
+        let exponential = Exponential::new(file.coefficients.order(), self.method);
+        let visibility = by_channel(&file.coefficients, |f| exponential.of(f));
+        self.output.write(&ShFile::new(Quantity::Visibility, visibility))
+    }
+}
+
+/// Refuses another quantity than the one that a command is for.
+pub(crate) fn expect(input: &ShInput, found: Quantity, expected: Quantity) -> anyhow::Result<()> {
+    if found != expected {
+        let hint = match expected {
+            Quantity::LogVisibility => "lobe sh log makes it of visibility",
+            _ => "lobe sh exp makes it of log-visibility",
+        };
+        bail!("{input}: expected {expected}, found {found}; {hint}");
+    }
+    Ok(())
+}
+
+/// Refuses orders that would take minutes.
+pub(crate) fn check_order(input: &ShInput, coefficients: &FileCoefficients) -> anyhow::Result<()> {
+    let order = coefficients.order();
+    if order > MOST_BANDS {
+        bail!("{input}: expected order {MOST_BANDS} at most, found {order}; shadows this soft need no more than 8");
+    }
+    Ok(())
+}
+
+/// The same function of every channel.
+pub(crate) fn by_channel(
+    coefficients: &FileCoefficients,
+    function: impl Fn(&ShVec<f64>) -> ShVec<f64>,
+) -> FileCoefficients {
+    match coefficients {
+        FileCoefficients::Scalar(f) => function(f).into(),
+        FileCoefficients::Rgb(f) => {
+            let [r, g, b] = [0, 1, 2].map(|k| function(&f.map(|c| c.channel(k))));
+            let mut out = f.clone();
+            for (i, c) in out.coefficients_mut().iter_mut().enumerate() {
+                *c = Rgb::new(r[i], g[i], b[i]);
+            }
+            out.into()
+        }
+    }
+}
