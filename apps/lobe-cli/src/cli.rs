@@ -10,6 +10,7 @@ use crate::bake::{compress, fit_lobes, options};
 use crate::render::render;
 use crate::run::failure::Failure;
 use crate::run::talk::Talk;
+use crate::shadow::{field, spheres};
 use crate::{compare, demo, env, light, manual, project, sh};
 
 /// More threads than any machine has. A larger number is taken for a typing error.
@@ -69,6 +70,10 @@ enum Command {
     Compress(compress::Compress),
     /// Write transfer as lobes that turn with a surface that bends
     FitLobes(fit_lobes::FitLobes),
+    /// Bake what an entity that moves does to the light around it
+    Field(field::Field),
+    /// Fit few spheres to a mesh, for the shadows of what moves
+    Spheres(spheres::Spheres),
     /// Work on expansions in .sh.json files
     #[command(subcommand)]
     Sh(ShCommand),
@@ -208,6 +213,8 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         }
         Command::Compress(args) => args.run(talk)?,
         Command::FitLobes(args) => args.run(talk)?,
+        Command::Field(args) => args.run(talk)?,
+        Command::Spheres(args) => args.run(talk)?,
         Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,

@@ -15,6 +15,7 @@ mod project;
 mod render;
 mod run;
 mod sh;
+mod shadow;
 
 use std::panic::catch_unwind;
 use std::process::ExitCode;

@@ -155,9 +155,9 @@ pub use expansion::sh_vec::ShVec;
 pub use expansion::zonal::Zonal;
 pub use exponential::exponential::{ExpMethod, Exponential};
 pub use exponential::logarithm::{LOG_CLAMP, logarithm};
-pub use extrema::Extremum;
 pub use exponential::optimal_linear::OptimalLinear;
 pub use exponential::zonal_logarithm::ZonalLogarithm;
+pub use extrema::Extremum;
 pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
 pub use filter::kernel::{convolve_in_place, convolved};
 pub use filter::window::{

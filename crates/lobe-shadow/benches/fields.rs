@@ -13,8 +13,8 @@ use lobe_io::Job;
 use lobe_scene::built_in;
 use lobe_sh::{Dir, GauntTensor, Rgb, Rotation, RotationMatrices, Zonal};
 use lobe_shadow::{
-    PlacedField, FieldGrid, FieldOptions, OcclusionField, Placement, RadialInterpolation, ShadowFieldOptions, ShadowFields,
-    ShadowReceivers, bake_field,
+    FieldGrid, FieldOptions, OcclusionField, PlacedField, Placement, RadialInterpolation, ShadowFieldOptions,
+    ShadowFields, ShadowReceivers, bake_field,
 };
 use lobe_testkit::Random;
 

@@ -13,7 +13,7 @@ use lobe_prt::{CompressOptions, WeightBits};
 use lobe_scene::{Scene, SceneReadOptions, read_scene};
 use lobe_sh::{Expansion as _, Rotation};
 use lobe_shadow::{
-    PlacedField, FieldOptions, FieldStorage, OcclusionField, Placement, RadialInterpolation, ShadowFieldOptions,
+    FieldOptions, FieldStorage, OcclusionField, PlacedField, Placement, RadialInterpolation, ShadowFieldOptions,
     ShadowFields, bake_field, read_field, write_field,
 };
 use lobe_testkit::Random;

@@ -106,7 +106,10 @@ impl SceneDescription {
         let io = |source: io::Error| ShadowError::Io { place: place.clone(), source };
         let length = fs::metadata(path).map_err(io)?.len();
         if length > MAX_BYTES {
-            return Err(invalid(&place, format!("expected a description of at most {MAX_BYTES} bytes, found {length}")));
+            return Err(invalid(
+                &place,
+                format!("expected a description of at most {MAX_BYTES} bytes, found {length}"),
+            ));
         }
         let json = parse(&fs::read(path).map_err(io)?, &place)?;
         let folder = path.parent().unwrap_or(Path::new(""));

@@ -48,7 +48,7 @@ pub use field::field_grid::{FieldGrid, RadialInterpolation};
 pub use field::field_storage::{FieldStorage, StorageReport};
 pub use field::occlusion_field::OcclusionField;
 pub use field::radiance_field::{PatchField, RadianceField, RadianceOptions, Rectangle};
-pub use field::shadow_fields::{PlacedField, LocalLight, ShadowFieldOptions, ShadowFields, relative_placement};
+pub use field::shadow_fields::{LocalLight, PlacedField, ShadowFieldOptions, ShadowFields, relative_placement};
 pub use field::shadow_receivers::ShadowReceivers;
 pub use placement::Placement;
 pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};

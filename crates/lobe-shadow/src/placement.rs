@@ -56,9 +56,7 @@ impl Placement {
     #[must_use]
     pub fn rows(&self) -> [[f64; 4]; 3] {
         let r = self.rotation.matrix();
-        std::array::from_fn(|k| {
-            [self.scale * r[k][0], self.scale * r[k][1], self.scale * r[k][2], self.translation[k]]
-        })
+        std::array::from_fn(|k| [self.scale * r[k][0], self.scale * r[k][1], self.scale * r[k][2], self.translation[k]])
     }
 
     /// `t + s R p`.

@@ -17,7 +17,7 @@ pub struct Key {
 /// arc of rotations at constant speed (slerp, [Shoemake 1985]); before the first key that of the first, after the last that
 /// of the last.
 ///
-/// [Shoemake 1985]: https://doi.org/10.1145/325165.325242
+/// [Shoemake 1985]: https://doi.org/10.1145/325334.325242
 ///
 /// ```
 /// use lobe_sh::{Dir, Rotation};

@@ -100,6 +100,11 @@ impl SceneInput {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
+    /// Whether the scene is one of the program that moves.
+    pub(crate) fn is_built_in_motion(&self) -> bool {
+        self.name().strip_prefix(BUILT_IN).is_some_and(|name| built_in::MOVING_NAMES.contains(&name))
+    }
+
     /// Whether the scene is read from a glTF file.
     pub(crate) fn is_gltf(&self) -> bool {
         self.has_extension(&["glb", "gltf"])
@@ -182,6 +187,12 @@ impl SceneInput {
         Ok(())
     }
 
+    /// The options of reading a file that is read elsewhere.
+    pub(crate) fn checked_options(&self, memory: &MemoryLimit) -> anyhow::Result<SceneReadOptions> {
+        self.check_options()?;
+        Ok(self.options(memory))
+    }
+
     /// The options of reading a file.
     fn options(&self, memory: &MemoryLimit) -> SceneReadOptions {
         let mut options = SceneReadOptions::default();
@@ -200,7 +211,7 @@ impl SceneInput {
         options.max_bytes(memory.bytes()).straight_through(self.transparency)
     }
 
-    fn has_extension(&self, extensions: &[&str]) -> bool {
+    pub(crate) fn has_extension(&self, extensions: &[&str]) -> bool {
         let found = self.path.extension().unwrap_or_default();
         extensions.iter().any(|extension| found.eq_ignore_ascii_case(extension))
     }

@@ -14,7 +14,7 @@ use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
 /// A turn of 36 frames takes three seconds.
-const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
+pub(crate) const SECONDS_PER_FRAME: f64 = 1.0 / 12.0;
 
 /// Steps of one picture in the line of progress.
 const STEPS: usize = 1000;
@@ -26,6 +26,8 @@ pub(crate) struct Frames<'a> {
     pub(crate) size: (usize, usize),
     /// Whether an unfinished picture is kept in a checkpoint.
     pub(crate) is_kept: bool,
+    /// In the animation.
+    pub(crate) seconds_per_frame: f64,
     pub(crate) talk: Talk,
 }
 
@@ -63,7 +65,7 @@ impl Frames<'_> {
         let mut file = StagedWriter::new(path).map_err(io)?;
         let (width, height) = self.size;
         let mut animation =
-            AnimatedPng::new(&mut file, width, height, checkpoints.len(), SECONDS_PER_FRAME).map_err(in_file)?;
+            AnimatedPng::new(&mut file, width, height, checkpoints.len(), self.seconds_per_frame).map_err(in_file)?;
         self.render_each(checkpoints, render, &mut |picture, tone| animation.add(picture, tone).map_err(in_file))?;
         animation.finish().map_err(in_file)?;
         Ok(file.finish().and_then(StagedFile::publish).map_err(io)?)

@@ -25,14 +25,33 @@ pub(crate) struct Pictures {
     /// Multiply the light of a .png by this before it is tone-mapped [default: as suits the picture, with --frames the first one]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     exposure: Option<f64>,
-    /// Turn the light once around in this many pictures: OUT-000.png (or .exr) and on, and all of them as an animation in
-    /// OUT.png
-    #[arg(long, value_name = "N", value_parser = frames)]
-    frames: Option<usize>,
+    /// Turn the light once around in N pictures: OUT-000.png (or .exr) and on, and all of them as an animation in OUT.png. Of a
+    /// scene that moves A..B: pictures A to B, both included, of which 0 is at time 0
+    #[arg(long, value_name = "N|A..B", value_parser = frames)]
+    frames: Option<FrameNumbers>,
 }
 
-fn frames(text: &str) -> Result<usize, String> {
-    values::whole(text, 2, MAX_FRAMES, "a number of pictures")
+/// The pictures of `--frames`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum FrameNumbers {
+    /// As many of a turn of the light.
+    Turn(usize),
+    /// From the first to the last, of a scene that moves.
+    Range(usize, usize),
+}
+
+/// The last number of a picture. A larger one is taken for a typing error.
+const MAX_FRAME: usize = 1_000_000;
+
+fn frames(text: &str) -> Result<FrameNumbers, String> {
+    let Some((first, last)) = text.split_once("..") else {
+        return values::whole(text, 2, MAX_FRAMES, "a number of pictures").map(FrameNumbers::Turn);
+    };
+    let number = |text: &str| values::whole(text, 0, MAX_FRAME, "a number of a picture");
+    match (number(first)?, number(last)?) {
+        (first, last) if first <= last && last - first < MAX_FRAMES => Ok(FrameNumbers::Range(first, last)),
+        (first, last) => Err(format!("expected 1 to {MAX_FRAMES} pictures in order, found {first} to {last}")),
+    }
 }
 
 /// A picture, with all its channels if it was traced.
@@ -52,7 +71,24 @@ impl Rendered {
 
 impl Pictures {
     pub(crate) fn count(&self) -> usize {
-        self.frames.unwrap_or(1)
+        match self.frames {
+            None => 1,
+            Some(FrameNumbers::Turn(count)) => count,
+            Some(FrameNumbers::Range(first, last)) => last - first + 1,
+        }
+    }
+
+    /// Whether there are numbers of pictures of a scene that moves.
+    pub(crate) fn is_range(&self) -> bool {
+        matches!(self.frames, Some(FrameNumbers::Range(..)))
+    }
+
+    /// The number of picture `k` in the scene that moves.
+    pub(crate) fn frame(&self, k: usize) -> Option<usize> {
+        match self.frames {
+            Some(FrameNumbers::Range(first, _)) => Some(first + k),
+            _ => None,
+        }
     }
 
     pub(crate) fn name(&self) -> String {
@@ -66,7 +102,8 @@ impl Pictures {
         }
         let stem = self.output.file_stem().unwrap_or_default().to_string_lossy();
         let extension = if self.is_png() { "png" } else { "exr" };
-        self.output.with_file_name(format!("{stem}-{k:03}.{extension}"))
+        let number = self.frame(k).unwrap_or(k);
+        self.output.with_file_name(format!("{stem}-{number:03}.{extension}"))
     }
 
     pub(crate) fn animation_path(&self) -> Option<PathBuf> {

@@ -7,8 +7,9 @@ use clap::{Args, ValueEnum};
 use lobe::io::Job;
 use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, GlossyLobe, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions,
-    ViewOptions, light_baked_scene, light_by_irradiance, render_truth,
+    BakedScene, Camera, DistantLight, GlossyLobe, MovingMethod, MovingScene, MovingShading, PathOptions, RenderError,
+    SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene,
+    render_truth,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
@@ -16,8 +17,9 @@ use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
-use crate::render::frames::Frames;
+use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{LightInput, ReadLight};
+use crate::render::moving::MovingInput;
 use crate::render::pictures::{Pictures, Rendered};
 use crate::render::transfer::{Asked, parse_lobe};
 use crate::render::view::ViewInput;
@@ -80,6 +82,8 @@ pub(crate) struct Render {
     /// .safetensors file, or an .exr file of lobe bake --texels
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
+    #[command(flatten)]
+    moving: MovingInput,
     /// glossy: the lobe of reflection about the mirrored view, tinted by the base color [default: ggx:0.3]. For metals of α 0.3
     /// the picture differs by 18 % from --mode truth --surfaces gltf, for rougher ones by more
     #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
@@ -109,6 +113,10 @@ enum Mode {
     Interreflected,
     /// Transfer matrices with shadows and reflections between surfaces, and rough mirrors
     Glossy,
+    /// A scene that moves: transfer of its parts, which hide the sky from each other by precomputed shadow fields
+    Fields,
+    /// The same by exponentials of sums of spheres (SHEXP)
+    Shexp,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -141,6 +149,32 @@ fn bounces(text: &str) -> Result<usize, String> {
 enum Stage {
     Plain(Scene, Bvh),
     Baked(Box<BakedScene>),
+    /// Its parts move; how they are shaded, unless they are traced.
+    Moving(Box<MovingScene>, Option<MovingShading>),
+}
+
+impl Stage {
+    /// The bands that the light needs, unless it is asked for others.
+    fn order(&self) -> usize {
+        match self {
+            Self::Plain(..) | Self::Moving(_, None) => IRRADIANCE_ORDER,
+            Self::Baked(baked) => baked.order(),
+            Self::Moving(_, Some(shading)) => shading.order(),
+        }
+    }
+}
+
+/// A box around a scene at some of its times.
+fn moving_bounds(moving: &MovingScene, times: &[f64]) -> Result<[[f64; 3]; 2], RenderError> {
+    let mut all = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for &time in times {
+        let [min, max] = moving.at(time)?.scene().world_bounds();
+        for k in 0..3 {
+            all[0][k] = all[0][k].min(min[k]);
+            all[1][k] = all[1][k].max(max[k]);
+        }
+    }
+    Ok(all)
 }
 
 /// The inputs that all frames share.
@@ -159,7 +193,34 @@ impl Render {
         let inputs = [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref()];
         self.pictures.check(&inputs.into_iter().flatten().collect::<Vec<_>>())?;
         let light = self.light.read(talk)?;
-        let (stage, camera) = match self.asked() {
+        let (stage, camera) = self.stage(talk)?;
+        let order = stage.order();
+        let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
+        let expansion = is_expansion.then(|| self.light.expansion(&light, order));
+        let work = Work { stage, camera, light: &light, expansion };
+        let is_kept = self.mode == Mode::Truth;
+        let is_range = self.pictures.is_range();
+        let seconds_per_frame = if is_range { self.moving.seconds_per_frame() } else { SECONDS_PER_FRAME };
+        let frames = Frames { pictures: &self.pictures, size: self.view.size(), is_kept, seconds_per_frame, talk };
+        let count = if is_range { 1 } else { self.pictures.count() };
+        frames.render(self.fresh, &mut |k, job| {
+            let (turn, time) = (self.light.turn(k % count, count), self.moving.time_of(self.pictures.frame(k)));
+            self.render(&work, &turn, time, job)
+        })
+    }
+
+    /// The scene as the mode needs it, and the camera that sees it.
+    fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera)> {
+        if self.is_moving() {
+            let mut moving = self.moving.read(&self.scene, &self.memory, talk)?;
+            let camera = self.view.camera_around(moving_bounds(&moving, &self.times())?)?;
+            let shading = match self.moving_method() {
+                Some(method) => Some(self.moving.prepare(&mut moving, method, &self.bake_options(), talk)?),
+                None => None,
+            };
+            return Ok((Stage::Moving(Box::new(moving), shading), camera));
+        }
+        Ok(match self.asked() {
             None => {
                 let scene = self.scene.read(&self.memory, talk)?;
                 let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
@@ -170,20 +231,21 @@ impl Render {
                 let (baked, camera) = asked.prepare(&self.scene, view, &self.memory, talk)?;
                 (Stage::Baked(Box::new(baked)), camera)
             }
-        };
-        let order = if let Stage::Baked(baked) = &stage { baked.order() } else { IRRADIANCE_ORDER };
-        let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
-        let expansion = is_expansion.then(|| self.light.expansion(&light, order));
-        let work = Work { stage, camera, light: &light, expansion };
-        let is_kept = self.mode == Mode::Truth;
-        let frames = Frames { pictures: &self.pictures, size: self.view.size(), is_kept, talk };
-        let count = self.pictures.count();
-        frames.render(self.fresh, &mut |k, job| self.render(&work, &self.light.turn(k, count), job))
+        })
     }
 
-    fn render(&self, work: &Work<'_>, turn: &Rotation, job: Job<'_>) -> Result<Rendered, RenderError> {
-        match (&work.stage, &work.expansion) {
-            (Stage::Plain(scene, bvh), expansion) if self.mode == Mode::Truth => {
+    fn render(&self, work: &Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
+        let moment = match &work.stage {
+            Stage::Moving(moving, _) => Some(moving.at(time)?),
+            _ => None,
+        };
+        let traced = match (&work.stage, &moment) {
+            (Stage::Plain(scene, bvh), _) => Some((scene, bvh)),
+            (Stage::Moving(..), Some(moment)) => Some((moment.scene(), moment.bvh())),
+            _ => None,
+        };
+        match (traced, &work.expansion) {
+            (Some((scene, bvh)), expansion) if self.mode == Mode::Truth => {
                 let light = match expansion {
                     Some(f) => DistantLight::from_expansion(f.clone()),
                     None => work.light.as_it_is(),
@@ -192,7 +254,7 @@ impl Render {
                 let truth = render_truth(scene, bvh, &work.camera, &light, &options, job)?;
                 Ok(Rendered::Traced(Box::new(truth)))
             }
-            (stage, Some(f)) => {
+            (traced, Some(f)) => {
                 let behind = match self.background.unwrap_or(Background::Env) {
                     Background::Env => work.light.as_it_is(),
                     Background::Light => DistantLight::from_expansion(f.clone()),
@@ -200,9 +262,13 @@ impl Render {
                 let (behind, f) = (behind.turned(turn), turn.rotated(f));
                 let background = |s: Dir| behind.radiance(s);
                 let (camera, options) = (&work.camera, self.view_options());
-                let lit = match stage {
-                    Stage::Baked(baked) => light_baked_scene(baked, &f, camera, &options, background, job),
-                    Stage::Plain(scene, bvh) => light_by_irradiance(scene, bvh, &f, camera, &options, background, job),
+                let lit = match (&work.stage, &moment, traced) {
+                    (Stage::Baked(baked), ..) => light_baked_scene(baked, &f, camera, &options, background, job),
+                    (Stage::Moving(_, Some(shading)), Some(moment), _) => {
+                        light_moving_scene(moment, shading, &f, camera, &options, background, job)
+                    }
+                    (.., Some((scene, bvh))) => light_by_irradiance(scene, bvh, &f, camera, &options, background, job),
+                    _ => unreachable!("a scene without transfer is as it is or moves"),
                 };
                 lit.map(Rendered::Shaded)
             }
@@ -233,10 +299,44 @@ impl Render {
         PathOptions::default().bounces(bounces).surfaces(surfaces).seed(self.seed.unwrap_or(0))
     }
 
+    /// Whether the scene is asked for at a time.
+    fn is_moving(&self) -> bool {
+        self.moving_method().is_some()
+            || self.moving.asked().is_some()
+            || self.pictures.is_range()
+            || self.scene.has_extension(&["json"])
+            || self.scene.is_built_in_motion()
+    }
+
+    /// How parts that move hide the sky from others; `None` in other modes.
+    fn moving_method(&self) -> Option<MovingMethod> {
+        match self.mode {
+            Mode::Fields => Some(MovingMethod::Fields),
+            Mode::Shexp => Some(MovingMethod::Exponentials),
+            _ => None,
+        }
+    }
+
+    /// The times of the first picture, the one in the middle and the last.
+    fn times(&self) -> [f64; 3] {
+        let last = self.pictures.count() - 1;
+        [0, last / 2, last].map(|k| self.moving.time_of(self.pictures.frame(k)))
+    }
+
+    /// The bake of parts that move.
+    fn bake_options(&self) -> BakeOptions {
+        let defaults = BakeOptions::default();
+        defaults
+            .clone()
+            .order(self.light.order().unwrap_or(defaults.order))
+            .samples(self.bake_samples.map_or(defaults.samples, |n| n as u32))
+            .bounces(self.bounces.unwrap_or(defaults.bounces))
+    }
+
     /// The transfer that the mode needs.
     fn asked(&self) -> Option<Asked> {
         let mode = match self.mode {
-            Mode::Truth | Mode::Irradiance => return None,
+            Mode::Truth | Mode::Irradiance | Mode::Fields | Mode::Shexp => return None,
             Mode::Unshadowed => BakeMode::Unshadowed,
             Mode::Shadowed => BakeMode::Shadowed,
             Mode::Interreflected => BakeMode::Interreflected,
@@ -258,14 +358,27 @@ impl Render {
     /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
         let is_truth = self.mode == Mode::Truth;
+        let method = self.moving_method();
         let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance);
-        let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy);
+        let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy) || method.is_some();
+        self.moving.check(self.pictures.is_range(), method)?;
+        if self.is_moving() && !is_truth && method.is_none() {
+            bail!(
+                "a scene that moves is shown by --mode truth, fields or shexp; leave out --time and its like for others"
+            );
+        }
+        if let Some(option) = self.moving.asked_of_shading().filter(|_| method.is_none()) {
+            bail!("{option}: only of --mode fields and shexp; leave the option out");
+        }
         let ignored = [
             (self.bounces.is_some() && !bounces, "--bounces: only of --mode truth, interreflected and glossy"),
             (self.surfaces.is_some() && !is_truth, "--surfaces: only of --mode truth; all others are matte"),
             (self.seed.is_some() && !is_truth, "--seed: only --mode truth is random"),
             (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
-            (self.transfer.is_some() && !bakes, "--transfer: only of modes with transfer"),
+            (
+                self.transfer.is_some() && (!bakes || method.is_some()),
+                "--transfer: only of modes with transfer that do not move",
+            ),
             (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
             (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
             (self.fresh && !is_truth, "--fresh: only --mode truth keeps a checkpoint"),

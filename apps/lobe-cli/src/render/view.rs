@@ -64,9 +64,13 @@ impl ViewInput {
     }
 
     pub(crate) fn camera(&self, scene: &Scene) -> anyhow::Result<Camera> {
+        self.camera_around(scene.world_bounds())
+    }
+
+    /// The camera for a box in the world.
+    pub(crate) fn camera_around(&self, [min, max]: [[f64; 3]; 2]) -> anyhow::Result<Camera> {
         let half_angle = 0.5 * self.fov.to_radians();
         let (Some(eye), Some(target)) = (self.eye, self.target) else {
-            let [min, max] = scene.world_bounds();
             let Some(eye) = Dir::new(FRONT) else { unreachable!("the front is a direction") };
             return Ok(Camera::framing(min, max, View::from_eye(eye), half_angle));
         };

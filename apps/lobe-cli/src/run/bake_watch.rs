@@ -8,6 +8,7 @@ use anyhow::{anyhow, bail};
 use lobe::io::{Job, Progress};
 use lobe::prt::{PrtError, split_checkpoints};
 use lobe::render::RenderError;
+use lobe::shadow::ShadowError;
 
 use crate::run::ctrl_c;
 use crate::run::talk::{ProgressLine, Talk};
@@ -21,6 +22,12 @@ pub(crate) trait Cancellable: Error + Send + Sync + 'static {
 }
 
 impl Cancellable for PrtError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
+impl Cancellable for ShadowError {
     fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled)
     }
@@ -136,10 +143,10 @@ impl Checkpoint {
     }
 
     /// Bakes until it is done or the user presses Ctrl-C.
-    pub(crate) fn watched<T>(
+    pub(crate) fn watched<T, E: Cancellable>(
         &self,
         talk: Talk,
-        work: impl FnOnce(Job<'_>) -> Result<T, PrtError>,
+        work: impl FnOnce(Job<'_>) -> Result<T, E>,
     ) -> anyhow::Result<T> {
         let mut is_told = false;
         let result = watched(talk, "bake", |mut shown| {

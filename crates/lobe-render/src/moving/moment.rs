@@ -65,13 +65,14 @@ impl<'a> Moment<'a> {
 impl PlacedPart {
     /// A part at a place.
     pub(crate) fn rigid(part: &MovingPart, placement: Placement) -> Self {
-        let sphere = |(center, radius): (&[f32; 3], &f32)| WorldSphere {
-            center: placement.to_world(center.map(f64::from)),
-            radius: f64::from(*radius) * placement.scale(),
-        };
-        let spheres = part.spheres.iter().flat_map(|set| set.centers().iter().zip(set.radii()).map(sphere));
         let origin = placement.to_world(part.scene.origin());
         let frame = Placement::new(origin, *placement.rotation(), placement.scale());
+        // Spheres, as positions of the scene, count from its origin.
+        let sphere = |(center, radius): (&[f32; 3], &f32)| WorldSphere {
+            center: frame.to_world(center.map(f64::from)),
+            radius: f64::from(*radius) * frame.scale(),
+        };
+        let spheres = part.spheres.iter().flat_map(|set| set.centers().iter().zip(set.radii()).map(sphere));
         Self { placement, spheres: spheres.collect(), surface: Surface::new(&part.scene, &part.scene, frame) }
     }
 

@@ -40,7 +40,9 @@ impl MovingScene {
             return Err(RenderError::Options("expected a part of a moving scene, found none".to_owned()));
         }
         if parts.iter().any(|part| part.entity().is_some()) {
-            return Err(RenderError::Options("expected parts that move along tracks, found one of an animation".into()));
+            return Err(RenderError::Options(
+                "expected parts that move along tracks, found one of an animation".into(),
+            ));
         }
         Ok(Self { parts, animated: None })
     }
@@ -110,7 +112,8 @@ impl MovingScene {
     /// The seconds from the first to the last key: of all tracks, or of the animation. `[0, 0]` if nothing moves.
     #[must_use]
     pub fn span(&self) -> [f64; 2] {
-        let of_animation = self.animated.iter().filter_map(|(scene, k)| Some([0.0, scene.animations()[(*k)?].duration()]));
+        let of_animation =
+            self.animated.iter().filter_map(|(scene, k)| Some([0.0, scene.animations()[(*k)?].duration()]));
         let of_tracks = self.parts.iter().filter_map(|part| match &part.motion {
             Motion::Track(track) => Some(track.span()),
             _ => None,
@@ -157,12 +160,7 @@ fn placed(part: &MovingPart, time: f64, posed: Option<&PosedScene>) -> Result<(S
     }
 }
 
-fn placement_of(
-    part: &MovingPart,
-    posed: &PosedScene,
-    entity: &Entity,
-    time: f64,
-) -> Result<Placement, RenderError> {
+fn placement_of(part: &MovingPart, posed: &PosedScene, entity: &Entity, time: f64) -> Result<Placement, RenderError> {
     let Some(place) = posed.place(entity).similarity() else {
         let message = format!(
             "`{}` is sheared or scaled by different numbers at {time} s, but not at rest; shadows need one or the other",

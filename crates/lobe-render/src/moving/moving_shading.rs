@@ -5,8 +5,8 @@ use std::f32::consts::FRAC_1_PI;
 use derive_setters::Setters;
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 use lobe_shadow::{
-    Bounce, LogTable, LogTableOptions, Occluder, PlacedField, Receivers, ShadowFieldOptions, ShadowFields, ShadowOptions,
-    ShadowReceivers, SkyLight, SphereShadows, relative_placement,
+    Bounce, LogTable, LogTableOptions, Occluder, PlacedField, Receivers, ShadowFieldOptions, ShadowFields,
+    ShadowOptions, ShadowReceivers, SkyLight, SphereShadows, relative_placement,
 };
 
 use crate::moving::moment::{PlacedPart, Surface};
@@ -88,6 +88,12 @@ impl MovingShading {
     pub fn new(options: MovingOptions) -> Result<Self, RenderError> {
         let table = LogTable::new(&LogTableOptions::default().order(options.order))?;
         Ok(Self { options, table })
+    }
+
+    /// Number of bands.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.options.order
     }
 
     /// The exit radiance of every vertex of the moment's scene under distant light, an expansion of radiance of any order.

@@ -10,6 +10,8 @@ pub(crate) mod shapes;
 pub(crate) mod three_objects;
 pub(crate) mod walking_figure;
 
-pub use scenes::{NAMES, ball_over_ground, cave, closed_white_box, columns_hall, cornell_box, named, terrain};
+pub use scenes::{
+    MOVING_NAMES, NAMES, ball_over_ground, cave, closed_white_box, columns_hall, cornell_box, moving, named, terrain,
+};
 pub use three_objects::three_objects;
 pub use walking_figure::walking_figure;

@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use crate::built_in::shapes::{Shape, scene};
-use crate::{Material, Scene};
+use crate::built_in::three_objects::three_objects;
+use crate::built_in::walking_figure::walking_figure;
+use crate::{AnimatedScene, Material, Scene};
 
 /// The names that [`named`] knows.
 pub const NAMES: [&str; 6] = ["ball", "columns", "cave", "terrain", "cornell", "furnace"];
@@ -18,6 +20,19 @@ pub fn named(name: &str) -> Option<Scene> {
         "terrain" => Some(terrain(128)),
         "cornell" => Some(cornell_box(32)),
         "furnace" => Some(closed_white_box(16)),
+        _ => None,
+    }
+}
+
+/// The names that [`moving`] knows.
+pub const MOVING_NAMES: [&str; 2] = ["three-objects", "walking-figure"];
+
+/// The built-in scene of a name that moves, in cells suitable for light at vertices; `None` if there is no such scene.
+#[must_use]
+pub fn moving(name: &str) -> Option<AnimatedScene> {
+    match name {
+        "three-objects" => Some(three_objects(64)),
+        "walking-figure" => Some(walking_figure(24)),
         _ => None,
     }
 }

@@ -2,18 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod accumulate;
 mod balls_in_solids;
 mod field_bakes;
 mod field_errors;
 mod field_files;
+mod log_table;
 mod radiance_fields;
 mod shadow_fields;
 mod shapes;
 mod solids;
+mod sphere_bounce;
 mod sphere_files;
 mod sphere_fits;
 mod sphere_skins;
 mod sphere_trees;
-mod accumulate;
-mod log_table;
-mod sphere_bounce;

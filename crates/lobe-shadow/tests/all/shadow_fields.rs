@@ -8,7 +8,7 @@ use lobe_prt::{Channels, Transfer};
 use lobe_scene::Scene;
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, product_into};
 use lobe_shadow::{
-    PlacedField, FieldOptions, LocalLight, OcclusionField, Placement, RadialInterpolation, RadianceField,
+    FieldOptions, LocalLight, OcclusionField, PlacedField, Placement, RadialInterpolation, RadianceField,
     ShadowFieldOptions, ShadowFields, ShadowReceivers, bake_field, relative_placement,
 };
 use lobe_testkit::Random;

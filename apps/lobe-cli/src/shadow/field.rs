@@ -1,0 +1,175 @@
+//! `lobe field`: the occlusion field of an entity, for shadows that it casts wherever it moves.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use lobe::prt::CompressOptions;
+use lobe::shadow::{FieldOptions, FieldReport, FieldStorage, StorageReport, bake_field, write_field};
+use serde::Serialize;
+
+use crate::args::memory::MemoryLimit;
+use crate::args::output;
+use crate::args::scene_input::SceneInput;
+use crate::args::values;
+use crate::run::bake_watch::{Checkpoint, tell_if_too_late};
+use crate::run::talk::Talk;
+
+/// Limits of the options. Larger numbers are taken for typing errors.
+const MAX_SPHERES: usize = 256;
+const MAX_CELLS: usize = 256;
+const MAX_RAYS: usize = 1 << 20;
+
+/// Clusters and components of `--storage clustered`: at order 4 an eighth of the bytes of single precision.
+const CLUSTERS: usize = 64;
+const COMPONENTS: usize = 4;
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct Field {
+    #[command(flatten)]
+    input: SceneInput,
+    /// The field, a .safetensors file
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Number of bands, 1 to 8
+    #[arg(long, value_name = "N", default_value = "4", value_parser = order)]
+    order: usize,
+    /// Concentric spheres of sample points around the entity, 2 or more [default: 16]
+    #[arg(long, value_name = "N", value_parser = spheres)]
+    spheres: Option<usize>,
+    /// Cells along each side of the octahedral grid of sample points on a sphere, an even number [default: 16]
+    #[arg(long, value_name = "N", value_parser = cells)]
+    cells: Option<usize>,
+    /// The innermost and the outermost sphere, in radii of the entity [default: 0.25,8]
+    #[arg(long, value_name = "INNER,OUTER", value_parser = range)]
+    range: Option<[f64; 2]>,
+    /// Rays from each sample point, 1 to 1048576 [default: 1024]
+    #[arg(long, value_name = "N", value_parser = rays)]
+    rays: Option<u32>,
+    /// Another seed gives other rays
+    #[arg(long, value_name = "S", default_value = "0")]
+    seed: u64,
+    /// How numbers are stored
+    #[arg(long, value_enum, default_value = "f32")]
+    storage: Storage,
+    #[command(flatten)]
+    memory: MemoryLimit,
+    /// Start anew, even if there is a checkpoint of a bake that was stopped
+    #[arg(long)]
+    fresh: bool,
+    /// Print {"points", "inside", "rays", "storage": {"bytes", "bytes_before", "relative_error", "largest_error"}} on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Storage {
+    /// Four bytes each
+    F32,
+    /// Two bytes each
+    F16,
+    /// One byte each, in even steps over the range of each coefficient
+    U8,
+    /// Clustered principal components of 64 clusters
+    Clustered,
+}
+
+fn order(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, 8, "an order (number of bands)")
+}
+
+fn spheres(text: &str) -> Result<usize, String> {
+    values::whole(text, 2, MAX_SPHERES, "a number of spheres")
+}
+
+fn cells(text: &str) -> Result<usize, String> {
+    match values::whole(text, 2, MAX_CELLS, "a number of cells")? {
+        odd if odd % 2 == 1 => Err(format!("expected an even number of cells, found {odd}")),
+        even => Ok(even),
+    }
+}
+
+fn rays(text: &str) -> Result<u32, String> {
+    values::whole(text, 1, MAX_RAYS, "a number of rays").map(|n| n as u32)
+}
+
+fn range(text: &str) -> Result<[f64; 2], String> {
+    match values::numbers::<2>(text)? {
+        [inner, outer] if 0.0 < inner && inner < outer => Ok([inner, outer]),
+        [inner, outer] => Err(format!("expected radii above 0 that rise, found {inner},{outer}")),
+    }
+}
+
+/// The JSON of `--json`.
+#[derive(Serialize)]
+struct Printed {
+    points: usize,
+    inside: usize,
+    rays: u64,
+    storage: StorageReport,
+}
+
+impl Field {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        output::check_safetensors(&self.output)?;
+        output::prepare_file(&self.output, &[self.input.path()])?;
+        let scene = self.input.read(&self.memory, talk)?;
+        let options = self.options();
+        self.check_memory(&options)?;
+        let checkpoint = Checkpoint::beside(&self.output);
+        if self.fresh {
+            checkpoint.discard()?;
+        }
+        let (field, report) = checkpoint.watched(talk, |job| bake_field(&scene, &options, job))?;
+        let storage = write_field(&self.output, &field, &self.storage())?;
+        checkpoint.finish();
+        tell_if_too_late(&self.output, talk);
+        let FieldReport { points, inside, rays, .. } = report;
+        let printed = Printed { points, inside, rays, storage };
+        if self.json { output::print_json(&printed) } else { output::print(&printed.to_text()) }
+    }
+
+    fn options(&self) -> FieldOptions {
+        let defaults = FieldOptions::default();
+        let [inner, outer] = self.range.unwrap_or([defaults.inner, defaults.outer]);
+        defaults
+            .clone()
+            .order(self.order)
+            .spheres(self.spheres.unwrap_or(defaults.spheres))
+            .cells(self.cells.unwrap_or(defaults.cells))
+            .inner(inner)
+            .outer(outer)
+            .rays(self.rays.unwrap_or(defaults.rays))
+            .seed(self.seed)
+    }
+
+    fn storage(&self) -> FieldStorage {
+        match self.storage {
+            Storage::F32 => FieldStorage::F32,
+            Storage::F16 => FieldStorage::F16,
+            Storage::U8 => FieldStorage::U8,
+            Storage::Clustered => {
+                FieldStorage::Clustered(CompressOptions::default().clusters(CLUSTERS).components(COMPONENTS))
+            }
+        }
+    }
+
+    /// Rows are held as they are made, as a field, and as the bytes of its file.
+    fn check_memory(&self, options: &FieldOptions) -> anyhow::Result<()> {
+        let width = options.order * (options.order + 1);
+        let points = (options.cells + 1).pow(2) * options.spheres + 1;
+        let what = format!("a field of {points} sample points at order {}", options.order);
+        self.memory.check(&what, 3 * 4 * (points * width) as u64, "fewer --spheres or --cells")
+    }
+}
+
+impl Printed {
+    fn to_text(&self) -> String {
+        let Self { points, inside, rays, storage } = self;
+        format!(
+            "sample points   {points}, {inside} inside the solid\nrays            {rays}\nbytes           {}\nrelative error  \
+             {:.3e} of storage\n",
+            storage.bytes, storage.relative_error
+        )
+    }
+}

@@ -1,0 +1,4 @@
+//! What moves: `lobe field` and `lobe spheres`, a file each. Uses `args` and `run`.
+
+pub(crate) mod field;
+pub(crate) mod spheres;

@@ -1,0 +1,214 @@
+//! `lobe spheres`: few spheres that stand for a mesh; and the table of logarithms that their shadows need.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::{Args, Subcommand};
+use lobe::shadow::{
+    LogTable, LogTableOptions, SphereFitMethod, SphereFitOptions, SphereHierarchy, SphereSetJson, fit_spheres,
+    write_log_table, write_sphere_hierarchy, write_spheres,
+};
+
+use crate::args::memory::MemoryLimit;
+use crate::args::names::names;
+use crate::args::output;
+use crate::args::scene_input::SceneInput;
+use crate::args::values;
+use crate::run::bake_watch::{Checkpoint, tell_if_too_late, watched};
+use crate::run::talk::Talk;
+
+/// Limits of the options. Larger numbers are taken for typing errors.
+const MAX_SPHERES: usize = 4096;
+const MAX_SAMPLES: usize = 1 << 22;
+const MAX_ROUNDS: usize = 10_000;
+
+/// A fit that holds less than this part of the space for certain is noted.
+const CERTAIN: f64 = 0.9;
+
+/// Children of a node of the hierarchy at most.
+const ARITY: usize = 4;
+
+/// Bytes that a sample takes while the fit runs.
+const SAMPLE: u64 = 100;
+
+#[derive(Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(crate) struct Spheres {
+    #[command(subcommand)]
+    command: Option<SpheresCommand>,
+    #[command(flatten)]
+    fit: Option<Fit>,
+}
+
+#[derive(Subcommand)]
+enum SpheresCommand {
+    /// Write the table of the logarithms of spheres, which shadows by exponentials look up
+    Table(Table),
+}
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+struct Fit {
+    #[command(flatten)]
+    input: SceneInput,
+    /// The spheres, a .safetensors file
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Number of spheres, 1 to 4096
+    #[arg(short = 'n', long, value_name = "K", value_parser = count)]
+    count: usize,
+    /// How they are found
+    #[arg(long, value_enum, default_value = "variational")]
+    method: Method,
+    /// About how many points of the solid the spheres must cover [default: 12288]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<usize>,
+    /// variational: rounds at most [default: 100]
+    #[arg(long, value_name = "N", value_parser = rounds)]
+    rounds: Option<usize>,
+    /// Another seed gives other points
+    #[arg(long, value_name = "S", default_value = "0")]
+    seed: u64,
+    /// Also write a hierarchy over the spheres, for levels of detail, to this .safetensors file
+    #[arg(long, value_name = "FILE")]
+    hierarchy: Option<PathBuf>,
+    #[command(flatten)]
+    memory: MemoryLimit,
+    /// Start anew, even if there is a checkpoint of a fit that was stopped
+    #[arg(long)]
+    fresh: bool,
+    /// Print {"spheres": [{"center", "radius"}], "outside_volume", "solid_volume", "history", "certainty"} on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+names! {
+    enum Method for SphereFitMethod {
+        /// Least volume outside the solid, by Lloyd's algorithm with teleportation
+        Variational,
+        /// Balls of the medial axis, selected greedily: faster, and worse
+        MedialAxis,
+    }
+}
+
+#[derive(Args)]
+struct Table {
+    /// The table, a .safetensors file
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Number of bands, 1 to 8
+    #[arg(long, value_name = "N", default_value = "4", value_parser = order)]
+    order: usize,
+    /// The width of a window on the visibility, in bands [default: none]
+    #[arg(long, value_name = "H", value_parser = values::positive)]
+    window: Option<f64>,
+    /// The least eigenvalue of a logarithm, as a part of the largest, above 0 and up to 1 [default: 0.02]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    clamp: Option<f64>,
+}
+
+fn order(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, 8, "an order (number of bands)")
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_SPHERES, "a number of spheres")
+}
+
+fn samples(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_SAMPLES, "a number of samples")
+}
+
+fn rounds(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, MAX_ROUNDS, "a number of rounds")
+}
+
+impl Spheres {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        match (&self.command, &self.fit) {
+            (Some(SpheresCommand::Table(table)), _) => table.run(),
+            (None, Some(fit)) => fit.run(talk),
+            (None, None) => bail!("expected a mesh, or the sub-command table; see lobe spheres --help"),
+        }
+    }
+}
+
+impl Fit {
+    fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let is_variational = self.method == Method::Variational;
+        if self.rounds.is_some() && !is_variational {
+            bail!("--rounds: only of --method variational; leave the option out");
+        }
+        for path in [Some(&self.output), self.hierarchy.as_ref()].into_iter().flatten() {
+            output::check_safetensors(path)?;
+            output::prepare_file(path, &[self.input.path()])?;
+        }
+        if self.hierarchy.as_ref() == Some(&self.output) {
+            bail!("--hierarchy: {} is the output of the spheres; name another file", self.output.display());
+        }
+        let scene = self.input.read(&self.memory, talk)?;
+        let options = self.options();
+        let what = format!("a fit to {} samples", options.samples);
+        self.memory.check(&what, SAMPLE * options.samples as u64, "fewer --samples")?;
+        let checkpoint = Checkpoint::beside(&self.output);
+        if self.fresh {
+            checkpoint.discard()?;
+        }
+        let (spheres, report) = if is_variational {
+            checkpoint.watched(talk, |job| fit_spheres(&scene, &options, job))?
+        } else {
+            let fitted = watched(talk, "fit", |job| fit_spheres(&scene, &options, job))?;
+            fitted.or_else(|_| bail!("stopped; nothing is written, and the same command starts anew"))?
+        };
+        if report.certainty < CERTAIN {
+            let certain = 100.0 * report.certainty;
+            let text = format!(
+                "is not closed: of {certain:.0} % of its box it is certain whether it is solid; spheres cover what is more \
+                 likely so than not"
+            );
+            talk.note(&self.input.name(), &text);
+        }
+        if let Some(path) = &self.hierarchy {
+            write_sphere_hierarchy(path, &SphereHierarchy::new(&spheres, ARITY)?)?;
+        }
+        write_spheres(&self.output, &spheres)?;
+        checkpoint.finish();
+        tell_if_too_late(&self.output, talk);
+        let json = SphereSetJson::new(&spheres, &report);
+        if self.json {
+            return output::print_json(&json);
+        }
+        output::print(&format!(
+            "spheres         {}\nsolid volume    {:.6}\noutside volume  {:.6}, {:.2} % of that of the solid\nrounds          {}\n",
+            json.spheres.len(),
+            json.solid_volume,
+            json.outside_volume,
+            100.0 * json.outside_volume / json.solid_volume,
+            json.history.len().saturating_sub(1),
+        ))
+    }
+
+    fn options(&self) -> SphereFitOptions {
+        let defaults = SphereFitOptions::default();
+        defaults
+            .clone()
+            .count(self.count)
+            .method(self.method.into())
+            .samples(self.samples.unwrap_or(defaults.samples))
+            .rounds(self.rounds.unwrap_or(defaults.rounds))
+            .seed(self.seed)
+    }
+}
+
+impl Table {
+    fn run(&self) -> anyhow::Result<()> {
+        output::check_safetensors(&self.output)?;
+        output::prepare_file(&self.output, &[] as &[&Path])?;
+        let defaults = LogTableOptions::default();
+        let mut options = defaults.order(self.order).clamp(self.clamp.unwrap_or(defaults.clamp));
+        options.window = self.window;
+        let table = LogTable::new(&options)?;
+        write_log_table(&self.output, &table)?;
+        output::print(&format!("order           {}\nrows            {}\n", table.order(), table.row_count()))
+    }
+}
