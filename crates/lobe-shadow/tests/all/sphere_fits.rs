@@ -153,6 +153,22 @@ fn parts_that_reach_into_each_other_count_once() {
 }
 
 #[test]
+fn a_thin_plate_a_single_sample_and_parts_far_apart_are_fitted() {
+    let plate: Vec<Triangle> = cube(1.0).iter().map(|t| t.map(|[x, y, z]| [x, y, 1e-4 * z])).collect();
+    let (set, report) = fit_spheres(&scene(&plate), &options(4).rounds(1), Job::default()).unwrap();
+    assert!(
+        report.outside_volume > 0.0 && plate.as_flattened().iter().all(|p| is_covered(&set, p.map(f64::from), 1e-6)),
+        "{set:?}"
+    );
+    let (set, _) = fit_spheres(&scene(&cube(1.0)), &options(1).samples(1), Job::default()).unwrap();
+    assert_eq!(set.len(), 1, "{set:?}");
+    let far = |t: Triangle| t.map(|[x, y, z]| [x + 100.0, y, z]);
+    let apart: Vec<Triangle> = cube(1.0).into_iter().chain(cube(1.0).into_iter().map(far)).collect();
+    let (set, _) = fit_spheres(&scene(&apart), &options(2), Job::default()).unwrap();
+    assert!(set.radii().iter().all(|&r| r < 2.0), "a sphere for each cube, found {set:?}");
+}
+
+#[test]
 fn open_meshes_are_fitted_with_less_certainty() {
     let open: Vec<Triangle> = torus(32, 12)[24..].to_vec();
     let (set, report) = fit_spheres(&scene(&open), &options(6).rounds(2), Job::default()).unwrap();
