@@ -126,30 +126,30 @@ pub struct SphereFitReport {
 /// left as were asked for, and then runs rounds of two kinds in turn: Lloyd's with teleportation, and tightening.
 /// Progress counts rounds. It can be resumed after any of them; for the other method a checkpoint is refused.
 ///
-/// E over the volume of the solid, as the example `sphere_sets` prints it; "shrunk" are balls of the medial axis that shrink
-/// to their own points at last, which the published method does not do:
+/// E over the volume of the solid, as the example `sphere_sets` prints it; "shrunk" are balls of the medial axis that
+/// shrink to their own points at last, which in the published method they do not:
 ///
 /// | | n | variational | medial, n | medial, 2n | shrunk, n | shrunk, 2n |
 /// |---|---|---|---|---|---|---|
-/// | bunny | 8 | 0.706 | 1.573 | 0.926 | 1.588 | 0.863 |
-/// | | 16 | 0.443 | 0.926 | 0.706 | 0.863 | 0.646 |
-/// | | 32 | 0.240 | 0.706 | 0.344 | 0.646 | 0.318 |
-/// | | 64 | 0.136 | 0.344 | 0.172 | 0.318 | 0.157 |
-/// | suzi (open) | 8 | 0.710 | 1.722 | 1.317 | 1.713 | 1.257 |
-/// | | 16 | 0.390 | 1.317 | 0.624 | 1.257 | 0.695 |
-/// | | 32 | 0.260 | 0.624 | 0.377 | 0.695 | 0.362 |
-/// | | 64 | 0.155 | 0.377 | 0.233 | 0.362 | 0.221 |
-/// | torus | 8 | 1.507 | 2.865 | **0.609** | 2.810 | **0.621** |
-/// | | 16 | 0.365 | 0.609 | **0.210** | 0.621 | **0.203** |
-/// | | 32 | 0.091 | 0.210 | 0.101 | 0.203 | 0.102 |
-/// | | 64 | 0.023 | 0.101 | 0.046 | 0.102 | 0.042 |
-/// | star | 8 | 3.294 | 4.715 | **2.384** | 4.642 | **2.328** |
-/// | | 16 | 1.257 | 2.384 | 1.339 | 2.328 | 1.299 |
-/// | | 32 | 0.766 | 1.339 | 1.075 | 1.299 | 1.022 |
-/// | | 64 | 0.492 | 1.075 | 0.649 | 1.022 | 0.630 |
+/// | bunny | 8 | 0.706 | 1.815 | 1.121 | 1.588 | 0.863 |
+/// | | 16 | 0.443 | 1.121 | 0.753 | 0.863 | 0.646 |
+/// | | 32 | 0.239 | 0.753 | 0.407 | 0.646 | 0.318 |
+/// | | 64 | 0.136 | 0.407 | 0.201 | 0.318 | 0.157 |
+/// | suzi (open) | 8 | 0.710 | 2.504 | 1.509 | 1.713 | 1.256 |
+/// | | 16 | 0.390 | 1.509 | 0.854 | 1.256 | 0.695 |
+/// | | 32 | 0.260 | 0.854 | 0.462 | 0.695 | 0.362 |
+/// | | 64 | 0.155 | 0.462 | 0.267 | 0.362 | 0.221 |
+/// | torus | 8 | 1.507 | 3.413 | **0.820** | 2.810 | **0.621** |
+/// | | 16 | 0.365 | 0.820 | **0.273** | 0.621 | **0.203** |
+/// | | 32 | 0.091 | 0.273 | 0.141 | 0.203 | 0.102 |
+/// | | 64 | 0.023 | 0.141 | 0.061 | 0.102 | 0.042 |
+/// | star | 8 | 3.294 | 5.840 | **2.786** | 4.642 | **2.328** |
+/// | | 16 | 1.257 | 2.786 | 1.690 | 2.328 | 1.299 |
+/// | | 32 | 0.766 | 1.690 | 1.300 | 1.299 | 1.022 |
+/// | | 64 | 0.492 | 1.300 | 0.862 | 1.022 | 0.629 |
 ///
-/// So half the spheres do no worse, but for the bold cases. On a tube, E falls with the square of n for the best spheres
-/// already: 16 of them, evenly spaced on the center line of this torus, have 0.43, and 8 have 1.67.
+/// So half the spheres do no worse, but for the bold cases. On a tube, E falls with the square of n for the best
+/// spheres already: 16 of them, evenly spaced on the center line of this torus, have 0.43, and 8 have 1.67.
 ///
 /// ```
 /// use lobe_io::Job;
