@@ -17,8 +17,7 @@
 //!
 //! which is convex, keeps the ridges and needs distances alone; goes there if f falls, and doubles or shrinks Δ by how
 //! well the model foretold it. The minimum of the model is found by the simplex method of [Nelder and Mead 1965].
-//! [Wang et al. 2006] minimize f by Powell's method, without derivatives; this takes a quarter of the evaluations of f
-//! that Nelder and Mead's takes on f itself.
+//! [Wang et al. 2006] minimize f by Powell's method, without derivatives.
 
 use glam::DVec3;
 

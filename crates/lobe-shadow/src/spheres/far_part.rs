@@ -10,7 +10,8 @@
 //!
 //! ```text
 //!   area of the near part     A  = Σ_in  d (t₂ - t₁) / 2  +  Σ_out r₀² Δφ / 2
-//!   solid angle of the rest   Ω  = sign(h) Σ_out ( |h|/R Δφ - g(t₂) + g(t₁) ),   g(t) = atan( |h| t / (d √(h² + d² + t²)) )
+//!   solid angle of the rest   Ω  = sign(h) Σ_out ( |h|/R Δφ - g(t₂) + g(t₁) )
+//!                             g(t) = atan( |h| t / (d √(h² + d² + t²)) )
 //! ```
 //!
 //! For the angle in the polar coordinates (r, φ) of the plane, `dω = |h| r dr dφ / (h² + r²)^{3/2}`, whose integral

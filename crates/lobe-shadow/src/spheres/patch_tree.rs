@@ -4,13 +4,11 @@
 //! A node is a patch of the surface with a box around it.
 //!
 //! * A patch whose box is in the ball adds the volume of its cones, `Σ n·(a - c) A / 3`, which two sums over its
-//!   triangles give
-//!   for every c.
+//!   triangles give for every c.
 //! * A patch whose box is outside fills a solid angle that depends on its rim alone: any other surface in the box with
-//!   the same
-//!   rim fills the same, since both together are closed and the center is not in the box. The other surface is a fan over the
-//!   edges of the rim, of which a patch of T triangles has about √T. [Jacobson, Kavan and Sorkine-Hornung 2013]
-//!   Patches of unconnected triangles have longer rims than that; they are opened instead.
+//!   the same rim fills the same, since both together are closed and the center is not in the box. The other surface
+//!   is a fan over the edges of the rim, of which a patch of T triangles has about √T. [Jacobson, Kavan and
+//!   Sorkine-Hornung 2013] Patches of unconnected triangles have longer rims than that; they are opened instead.
 //! * The rest is opened; at a leaf, [`triangle_in_ball`] answers.
 //!
 //! All of it is exact up to rounding.

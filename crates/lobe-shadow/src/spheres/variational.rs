@@ -13,9 +13,10 @@
 //! Between such rounds spheres are tightened one after the other, each around the points that no other sphere
 //! contains: coordinate descent on the same energy.
 //!
-//! What the energy falls to depends on the start more than on the rounds. For 64 spheres in the bunny, from clusters
-//! of the points it falls to 0.203 of its volume, from 64 balls of the medial axis to 0.171, and to 0.136 from 128, of
-//! which the cheapest are taken away a few at a time.
+//! The start decides more than the rounds. For 64 spheres in the bunny, rounds of the first kind, with tightening at the
+//! end, led from k-means clusters of the points to 0.203 of its volume, and from 64 balls of the medial axis to 0.171.
+//! 128 of these balls, the cheapest taken away a few at a time ([`Cover::thinned`]), have 0.164 before any round, and
+//! 0.136 after six.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -69,11 +69,35 @@ fn variational_sets_do_better_than_those_of_the_medial_axis() {
         let scene = scene(&triangles);
         let outside =
             |options: SphereFitOptions| fit_spheres(&scene, &options, Job::default()).unwrap().1.outside_volume;
-        let ours = outside(options(8));
-        for shrink in [false, true] {
-            let medial = outside(options(8).method(SphereFitMethod::MedialAxis).shrink(shrink));
-            assert!(ours < 0.9 * medial, "{name}: {ours}, of the medial axis {medial} with shrink {shrink}");
-        }
+        let medial = |shrink| outside(options(8).method(SphereFitMethod::MedialAxis).shrink(shrink));
+        let (ours, shrunk, published) = (outside(options(8)), medial(true), medial(false));
+        assert!(ours < 0.9 * shrunk, "{name}: {ours}, of the medial axis {shrunk}");
+        assert!(shrunk < published, "{name}: {shrunk} where spheres shrink, else {published}");
+    }
+}
+
+/// The energy of spheres evenly spaced on the center line of a torus, as large as its vertices need.
+fn evenly_spaced(count: u32, triangles: &[Triangle]) -> f64 {
+    let centers: Vec<[f64; 3]> = (0..count)
+        .map(|k| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(count)).sin_cos();
+            [cos, sin, 0.0]
+        })
+        .collect();
+    let distance = |c: &[f64; 3], p: &[f32; 3]| (0..3).map(|k| (c[k] - f64::from(p[k])).powi(2)).sum::<f64>().sqrt();
+    let nearest = |p: &[f32; 3]| centers.iter().map(|c| distance(c, p)).fold(f64::INFINITY, f64::min);
+    let radius = triangles.as_flattened().iter().map(nearest).fold(0.0, f64::max);
+    let solid = solid(triangles);
+    centers.iter().map(|c| solid.volume_outside(*c, radius)).sum()
+}
+
+#[test]
+fn a_torus_gets_spheres_as_good_as_evenly_spaced_ones() {
+    let triangles = torus(48, 16);
+    for count in [8, 12] {
+        let (_, report) = fit_spheres(&scene(&triangles), &options(count as usize), Job::default()).unwrap();
+        let (found, planted) = (report.outside_volume, evenly_spaced(count, &triangles));
+        assert!(found < planted, "{count} spheres: {found} outside, evenly spaced {planted}");
     }
 }
 
@@ -150,6 +174,22 @@ fn parts_that_reach_into_each_other_count_once() {
     let found = report.outside_volume;
     assert!((found / sampled - 1.0).abs() < 0.1, "{found} outside, sampled {sampled}");
     assert_eq!(report.certainty, 1.0, "every point is inside or not");
+}
+
+#[test]
+fn a_thin_plate_a_single_sample_and_parts_far_apart_are_fitted() {
+    let plate: Vec<Triangle> = cube(1.0).iter().map(|t| t.map(|[x, y, z]| [x, y, 1e-4 * z])).collect();
+    let (set, report) = fit_spheres(&scene(&plate), &options(4).rounds(1), Job::default()).unwrap();
+    assert!(
+        report.outside_volume > 0.0 && plate.as_flattened().iter().all(|p| is_covered(&set, p.map(f64::from), 1e-6)),
+        "{set:?}"
+    );
+    let (set, _) = fit_spheres(&scene(&cube(1.0)), &options(1).samples(1), Job::default()).unwrap();
+    assert_eq!(set.len(), 1, "{set:?}");
+    let far = |t: Triangle| t.map(|[x, y, z]| [x + 100.0, y, z]);
+    let apart: Vec<Triangle> = cube(1.0).into_iter().chain(cube(1.0).into_iter().map(far)).collect();
+    let (set, _) = fit_spheres(&scene(&apart), &options(2), Job::default()).unwrap();
+    assert!(set.radii().iter().all(|&r| r < 2.0), "a sphere for each cube, found {set:?}");
 }
 
 #[test]
