@@ -34,7 +34,12 @@ pub struct Bvh {
     bounds: Bounds,
     triangles: usize,
     machine: Machine,
+    /// The expected cost when it was built; `None` until it is updated.
+    built_cost: Option<f32>,
 }
+
+/// A tree is built anew where refits have made its expected cost this many times that of when it was built.
+const WORN: f32 = 1.5;
 
 /// The height above a surface at which a ray has to start so as not to hit it, relative to the largest coordinate of
 /// the scene.
@@ -76,10 +81,17 @@ impl Bvh {
         let triangles = corners.len();
         if triangles == 0 {
             let bounds = Bounds { min: [0.0; 3], max: [0.0; 3] };
-            return Self { nodes: vec![Node::empty()], blocks: Vec::new(), bounds, triangles, machine };
+            return Self {
+                nodes: vec![Node::empty()],
+                blocks: Vec::new(),
+                bounds,
+                triangles,
+                machine,
+                built_cost: None,
+            };
         }
         let (nodes, blocks) = build(corners);
-        Self { nodes, blocks, bounds, triangles, machine }
+        Self { nodes, blocks, bounds, triangles, machine, built_cost: None }
     }
 
     /// Moves the triangles to where they are in another pose of the scene, in linear time: the tree stays, its boxes change.
@@ -94,6 +106,21 @@ impl Bvh {
         if self.triangles > 0 {
             let corners: Vec<_> = scene.corners().collect();
             self.bounds = refit(&mut self.nodes, &mut self.blocks, &corners);
+        }
+    }
+
+    /// The tree of another pose of the scene: [refit](Self::refit), or built anew where the triangles have parted so far that
+    /// its [expected cost](Self::expected_cost) is 1.5 times that of when it was built.
+    ///
+    /// # Panics
+    /// If the scene has another number of triangles.
+    pub fn update(&mut self, scene: &Scene) {
+        let built_cost = self.built_cost.unwrap_or_else(|| self.expected_cost());
+        self.refit(scene);
+        self.built_cost = Some(built_cost);
+        if self.expected_cost() > WORN * built_cost {
+            let machine = self.machine;
+            *self = Self { machine, ..Self::new(scene) };
         }
     }
 
