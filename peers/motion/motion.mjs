@@ -7,6 +7,7 @@ import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync 
 import { homedir, tmpdir } from 'node:os';
 import path from 'node:path';
 
+import { makeModel } from './made.mjs';
 import { models } from './models.mjs';
 import { openWithThree, poseAt, vertexOf } from './three.mjs';
 
@@ -80,7 +81,8 @@ const modules = getThree();
 const folder = mkdtempSync(path.join(tmpdir(), 'lobe-motion-'));
 let failures = 0;
 try {
-  const files = process.argv.length > 3 ? process.argv.slice(3).map((file) => ({ name: path.basename(file), file })) : models(cache);
+  const given = process.argv.slice(3).map((file) => ({ name: path.basename(file), file }));
+  const files = given.length > 0 ? given : [...models(cache), { name: 'made', file: makeModel(folder) }];
   console.log('| file | animation | vertices | joints | positions | normals | normals of shaders | |');
   console.log('|---|---|---|---|---|---|---|---|');
   for (const { name, file } of files) {

@@ -66,7 +66,9 @@ export async function openWithThree(file, modules) {
   for (const track of gltf.animations.flatMap((clip) => clip.tracks)) {
     if (!(track instanceof THREE.QuaternionKeyframeTrack)) continue;
     const { values } = track;
-    for (let k = 0; k < values.length; k += 4) new THREE.Quaternion().fromArray(values, k).normalize().toArray(values, k);
+    // A key of a spline has tangents before and behind its value.
+    const [first, step] = track.createInterpolant.isInterpolantFactoryMethodGLTFCubicSpline ? [4, 12] : [0, 4];
+    for (let k = first; k < values.length; k += step) new THREE.Quaternion().fromArray(values, k).normalize().toArray(values, k);
   }
   const animations = (plain.json.animations ?? []).map((animation, index) => animation.name ?? String(index));
   // A mesh of several primitives is a group of meshes, and the group is the node.
@@ -107,7 +109,9 @@ export function vertexOf({ THREE }, mesh, vertex) {
   if (normal === undefined) return { place };
   const turned = new THREE.Vector3().fromBufferAttribute(normal, vertex);
   const morphs = mesh.geometry.morphAttributes.normal ?? [];
-  morphs.forEach((morph, k) => turned.addScaledVector(new THREE.Vector3().fromBufferAttribute(morph, vertex), mesh.morphTargetInfluences[k]));
+  // Where a target has no normals, the loader gives the mesh's own, which would be added to themselves.
+  const adds = (morph) => morph !== normal;
+  morphs.forEach((morph, k) => adds(morph) && turned.addScaledVector(new THREE.Vector3().fromBufferAttribute(morph, vertex), mesh.morphTargetInfluences[k]));
   const shaded = turned.clone().transformDirection(matrix);
   turned.applyMatrix3(new THREE.Matrix3().getNormalMatrix(matrix)).normalize();
   return { place, normal: turned, shaded };

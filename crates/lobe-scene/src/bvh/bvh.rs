@@ -34,7 +34,13 @@ pub struct Bvh {
     bounds: Bounds,
     triangles: usize,
     machine: Machine,
+    /// The expected cost when it was built; `None` until it is updated.
+    built_cost: Option<f32>,
 }
+
+/// A tree is built anew where refits have made its expected cost this many times that of when it was built. A walking figure
+/// makes it 1.04 at most, of a tree over figure and ground, where rays at the figure take 1.1 to 1.2 times as long.
+const WORN: f32 = 1.1;
 
 /// The height above a surface at which a ray has to start so as not to hit it, relative to the largest coordinate of
 /// the scene.
@@ -76,10 +82,17 @@ impl Bvh {
         let triangles = corners.len();
         if triangles == 0 {
             let bounds = Bounds { min: [0.0; 3], max: [0.0; 3] };
-            return Self { nodes: vec![Node::empty()], blocks: Vec::new(), bounds, triangles, machine };
+            return Self {
+                nodes: vec![Node::empty()],
+                blocks: Vec::new(),
+                bounds,
+                triangles,
+                machine,
+                built_cost: None,
+            };
         }
         let (nodes, blocks) = build(corners);
-        Self { nodes, blocks, bounds, triangles, machine }
+        Self { nodes, blocks, bounds, triangles, machine, built_cost: None }
     }
 
     /// Moves the triangles to where they are in another pose of the scene, in linear time: the tree stays, its boxes change.
@@ -94,6 +107,25 @@ impl Bvh {
         if self.triangles > 0 {
             let corners: Vec<_> = scene.corners().collect();
             self.bounds = refit(&mut self.nodes, &mut self.blocks, &corners);
+        }
+    }
+
+    /// The tree of another pose of the scene: [refit](Self::refit), or built anew where the triangles have parted so far that
+    /// its [expected cost](Self::expected_cost) is 1.1 times that of when it was built.
+    ///
+    /// On a walking figure of 11 and of 111 thousand triangles, one thread, a refit takes 1/54 and 1/78 of the time of building
+    /// anew; half of the walk later rays at the figure take 1.17 and 1.10 times as long as in a new tree (`cargo bench -p
+    /// lobe-scene --bench poses`). So a tree is refit for each frame, and built anew for a picture of many millions of rays.
+    ///
+    /// # Panics
+    /// If the scene has another number of triangles.
+    pub fn update(&mut self, scene: &Scene) {
+        let built_cost = self.built_cost.unwrap_or_else(|| self.expected_cost());
+        self.refit(scene);
+        self.built_cost = Some(built_cost);
+        if self.expected_cost() > WORN * built_cost {
+            let machine = self.machine;
+            *self = Self { machine, ..Self::new(scene) };
         }
     }
 

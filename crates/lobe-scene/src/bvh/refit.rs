@@ -13,7 +13,10 @@ pub(crate) fn refit(nodes: &mut [Node], blocks: &mut [Block], corners: &[[[f32; 
     let mut of_nodes = vec![nothing(); nodes.len()];
     for (index, node) in nodes.iter_mut().enumerate().rev() {
         let mut all = nothing();
-        for slot in (0..WIDTH).filter(|&slot| node.bounds(slot).is_some()).collect::<Vec<_>>() {
+        for slot in 0..WIDTH {
+            if node.bounds(slot).is_none() {
+                continue;
+            }
             let child = node.child(slot);
             let bounds = match child & BLOCK_BIT {
                 0 => of_nodes[child as usize],

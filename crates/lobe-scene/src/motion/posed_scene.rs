@@ -29,7 +29,7 @@ impl PosedScene {
         self.scene
     }
 
-    /// The BVH of the scene.
+    /// The BVH of the scene, built anew. Between poses of a scene, [`Bvh::update`] takes a small part of that time.
     #[must_use]
     pub fn bvh(&self) -> Bvh {
         Bvh::new(&self.scene)

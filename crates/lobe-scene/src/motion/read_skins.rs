@@ -1,6 +1,6 @@
 //! Skins of glTF files.
 
-use glam::DMat4;
+use glam::{DMat4, DVec4};
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
@@ -78,7 +78,10 @@ fn inverse_binds(
     }
     let mut all = Vec::with_capacity(joints);
     for (joint, columns) in matrices[..joints].iter().enumerate() {
-        let matrix = DMat4::from_cols_array(&columns.map(f64::from));
+        let mut matrix = DMat4::from_cols_array(&columns.map(f64::from)).transpose();
+        // The last row is 0, 0, 0, 1 in glTF; what rounding has made of it does not count.
+        matrix.w_axis = DVec4::W;
+        let matrix = matrix.transpose();
         if !matrix.is_finite() {
             return Err(source.invalid(format!("{place}: the inverse bind matrix of joint {joint} is not finite")));
         }

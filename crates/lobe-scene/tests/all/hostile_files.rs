@@ -15,7 +15,7 @@ fn refusal(file: &Gltf, options: &SceneReadOptions) -> SceneError {
 }
 
 /// The pointers of all members of a JSON value, and of theirs.
-fn pointers(json: &Value, at: &str, found: &mut Vec<String>) {
+pub(crate) fn pointers(json: &Value, at: &str, found: &mut Vec<String>) {
     let members: Vec<(String, &Value)> = match json {
         Value::Array(items) => items.iter().enumerate().map(|(k, item)| (k.to_string(), item)).collect(),
         Value::Object(members) => members.iter().map(|(name, item)| (name.clone(), item)).collect(),

@@ -4,6 +4,7 @@ use lobe_scene::{AnimatedScene, SceneError, SceneReadOptions};
 use serde_json::{Value, json};
 
 use crate::common::Gltf;
+use crate::hostile_files::pointers;
 
 fn refusal(file: &Gltf) -> String {
     let found = AnimatedScene::read_bytes(&file.glb(), "a.glb", &SceneReadOptions::default());
@@ -218,4 +219,37 @@ fn coordinates_out_of_range_in_a_pose_are_refused() {
         "mesh `square`: expected coordinates of at most 1e15, found [2000000000000000.0, -0.0, 0.0] at vertex 0";
     assert_eq!(error, expected, "message");
     assert!(scene.pose(0, 0.25).is_ok(), "before that it can be posed");
+}
+
+#[test]
+fn json_of_a_wrong_kind_is_posed_or_refused_in_one_line() {
+    let mut file = Gltf::skinned().with_channel(0, (2, "translation"), "LINEAR", (&[0.0, 1.0], "VEC3", &PAIR));
+    let lift = file.floats("VEC3", &[0.0, 1.0, 0.0].repeat(4));
+    let file = file
+        .with("/meshes/0/primitives/0/targets", json!([{"POSITION": lift}]))
+        .with("/meshes/0/weights", json!([0.5]))
+        .with_channel(0, (0, "weights"), "CUBICSPLINE", (&[0.5], "SCALAR", &[0.0, 1.0, 0.0]));
+    let mut all = Vec::new();
+    pointers(&file.json, "", &mut all);
+    let options = SceneReadOptions::default().limit(1 << 12);
+    let mut posed = 0;
+    for pointer in &all {
+        for value in [json!([]), json!({}), json!(null), json!("a"), json!(-1), json!(2), json!(u64::MAX), json!([[0]])]
+        {
+            let changed = Gltf { json: file.json.clone(), buffer: file.buffer.clone() }.with(pointer, value.clone());
+            let found = AnimatedScene::read_bytes(&changed.glb(), "a.glb", &options);
+            let found = found.and_then(|(scene, _)| match scene.animations().len() {
+                0 => scene.rest_pose(),
+                _ => scene.pose(0, 0.3),
+            });
+            match found {
+                Ok(_) => posed += 1,
+                Err(error) => {
+                    let message = error.to_string();
+                    assert!(!message.contains('\n'), "{pointer} as {value}: {message:?}");
+                }
+            }
+        }
+    }
+    assert!(posed > 50, "{posed} of {} files could be posed", 8 * all.len());
 }

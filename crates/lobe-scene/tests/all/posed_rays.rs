@@ -1,6 +1,6 @@
 //! Rays in posed scenes: a tree that was refit finds what one built anew finds.
 
-use lobe_scene::{AnimatedScene, Bvh, Ray, built_in};
+use lobe_scene::{AnimatedScene, Bvh, Mesh, MeshParts, Ray, Scene, built_in};
 use lobe_testkit::Random;
 
 fn rays(scene: &AnimatedScene) -> Vec<Ray> {
@@ -42,6 +42,38 @@ fn a_tree_refit_to_the_scene_it_was_built_for_is_the_same() {
     refit.refit(pose.scene());
     let (cost, expected) = (refit.expected_cost(), built.expected_cost());
     assert!((cost - expected).abs() <= 1e-5 * expected, "{cost}, expected {expected}");
+}
+
+#[test]
+fn a_tree_is_refit_until_it_is_worn_and_then_built_anew() {
+    // Triangles of a plane change places: with their neighbors, and all of them.
+    let plane = |order: &dyn Fn(u32) -> u32| {
+        let corners = |i: u32| {
+            let (x, y) = ((order(i) % 64) as f32, (order(i) / 64) as f32);
+            [[x, y, 0.0], [x + 1.0, y, 0.0], [x, y + 1.0, 0.0]]
+        };
+        let parts = MeshParts {
+            positions: (0..4096).flat_map(corners).collect(),
+            triangles: (0..4096).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..MeshParts::default()
+        };
+        Scene::new(vec![Mesh::new(parts).unwrap()], Vec::new(), Vec::new()).unwrap()
+    };
+    let (ordered, mixed) = (plane(&|i| i), plane(&|i| i * 1031 % 4096));
+    let mut bvh = Bvh::new(&ordered);
+    let cost = bvh.expected_cost();
+    bvh.update(&plane(&|i| i ^ 1));
+    assert!(
+        bvh.expected_cost() < 1.4 * cost,
+        "{} of {cost}: neighbors have changed places",
+        bvh.expected_cost() / cost
+    );
+    let mut worn = bvh.clone();
+    worn.refit(&mixed);
+    assert!(worn.expected_cost() > 5.0 * cost, "{} of {cost}: nothing is where it was", worn.expected_cost() / cost);
+    bvh.update(&mixed);
+    let built = Bvh::new(&mixed).expected_cost();
+    assert_eq!(bvh.expected_cost(), built, "built anew");
 }
 
 #[test]
