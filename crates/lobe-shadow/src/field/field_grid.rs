@@ -125,7 +125,7 @@ impl FieldGrid {
         if !(inner.is_finite() && outer.is_finite() && 0.0 < inner && inner < outer) {
             return refuse(format!("expected spheres from above 0 to farther out, found from {inner} to {outer}"));
         }
-        if spheres < 2 || cells < 2 || cells % 2 != 0 {
+        if spheres < 2 || cells < 2 || !cells.is_multiple_of(2) {
             return refuse(format!(
                 "expected 2 spheres or more and an even number of cells, found {spheres} and {cells}"
             ));

@@ -178,5 +178,5 @@ impl OcclusionField {
 #[inline]
 pub(crate) fn toward_middle([x, y, z]: [f32; 3]) -> Option<[f32; 3]> {
     let scale = -1.0 / (x * x + y * y + z * z).sqrt();
-    scale.is_finite().then(|| [x * scale, y * scale, z * scale])
+    scale.is_finite().then_some([x * scale, y * scale, z * scale])
 }

@@ -1,6 +1,7 @@
 //! Shapes by formula, about as large as a ball of radius 1, and places around them.
 
 #![allow(dead_code, reason = "tests and examples, each of which uses a part")]
+#![allow(clippy::unwrap_used, reason = "shapes that are right by construction")]
 
 use std::f64::consts::{PI, TAU};
 
