@@ -169,7 +169,7 @@ fn placements(count: usize) -> Vec<Placement> {
 }
 
 fn several(case: &Case) {
-    println!("\n## Several entities\n\n{} times {}, receivers within 1.5 of the origin.", case.name, "n");
+    println!("\n## Several entities\n\n{} times n, receivers within 1.5 of the origin.", case.name);
     println!("\n| entities, order | fields | exact factors | nothing left out | cubic |\n|---|---|---|---|---|");
     let full = case.bake(&FieldOptions::default().order(8));
     let mut random = Random::new(8);

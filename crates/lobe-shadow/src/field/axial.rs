@@ -11,9 +11,8 @@ use lobe_sh::Basis;
 /// What an entity hides, or a lamp sends, lies about the direction to its middle, and turns with that direction from one
 /// sample point to the next: most of the change between neighbors. In this form it is left out of the interpolation: `z` and
 /// `g` change slowly, and the basis is evaluated in the direction itself. Of a ball nothing is left in `g`, and its field is
-/// exact in all directions. Of the same grid of 16 × 16 cells the error of the test shapes is three to ten times smaller than
-/// that of interpolated coefficients (test `splitting_at_the_axis_lowers_the_error`). `z` is the same in every frame, so it is
-/// never rotated.
+/// exact in all directions. Between 2.5 R and 7 R the field of the rabbit of the tests, of 16 spheres of 16 cells, is 1 % off
+/// in this form; with interpolated coefficients it was 7 %. `z` is the same in every frame, so it is never rotated.
 ///
 /// A split expansion has `order + order²` numbers: `z`, then `g`.
 #[derive(Clone, Debug)]

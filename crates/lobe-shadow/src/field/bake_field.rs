@@ -34,8 +34,9 @@ const MARGIN: f64 = 1.0 + 1e-4;
 
 /// Options of [`bake_field`].
 ///
-/// The defaults were chosen by the table that the example `field_errors` prints: finer grids lower the error of the
-/// interpolation, 0.25 R to 8 R, below that of the order no further.
+/// The defaults were chosen by the tables of the example `field_errors`, which README.md shows: at order 4 the rabbit is 1 to 3 %
+/// off beyond its bounding sphere. Inside it twice as many spheres lower the error most, far outside twice as many cells; to
+/// end at 4 R costs more than it gains.
 #[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

@@ -1,10 +1,11 @@
 //! The chain of products for a few receivers side by side.
 
-use lobe_sh::{Basis, Rgb, RotationMatrices, Zonal, product_into};
+use lobe_sh::{Rgb, RotationMatrices, Zonal, product_into};
 
 use crate::field::axial::Axial;
+use crate::field::lane_basis::LaneBasis;
 use crate::field::lanes::{LANES, Lanes};
-use crate::field::nearest_first::{Met, MetKind, add_occluders, sort};
+use crate::field::nearest_first::{Met, MetKind, add_occluders};
 use crate::field::placed::Placed;
 use crate::{RadialInterpolation, RadianceField};
 
@@ -33,8 +34,8 @@ pub(crate) struct Chain<'a> {
     pub(crate) lamps: Vec<PlacedLamp<'a>>,
     pub(crate) negligible: f64,
     pub(crate) interpolation: RadialInterpolation,
-    pub(crate) basis: Basis<f32>,
-    /// For each coefficient the factor of the clamped cosine over π.
+    pub(crate) basis: LaneBasis,
+    /// For each band the factor of the clamped cosine over π.
     pub(crate) cosine: Vec<f32>,
 }
 
@@ -58,17 +59,17 @@ pub(crate) struct ChainScratch {
     row: Vec<f32>,
     spare: Vec<f32>,
     lamp: Vec<f32>,
-    values: Vec<f32>,
+    zonal: Vec<Lanes<f32>>,
+    factors: Vec<f32>,
     met: [Vec<Met>; LANES],
-    sizes: Vec<(f64, usize)>,
+    sizes: Vec<(u64, Met)>,
 }
 
-/// The factor of each coefficient in the expansion of the clamped cosine over π towards a direction:
-/// `√(4π/(2l+1)) z_l/π` of its band, which the basis function there is multiplied by.
+/// The factor of each band in the expansion of the clamped cosine over π towards a direction, `√(4π/(2l+1)) z_l/π`: the basis
+/// functions there are multiplied by it.
 pub(crate) fn cosine_factors(order: usize) -> Vec<f32> {
     let factors = Zonal::clamped_cosine(order).convolution_factors();
-    let band = |i: usize| i.isqrt();
-    (0..order * order).map(|i| (factors[band(i)] * std::f64::consts::FRAC_1_PI) as f32).collect()
+    factors.into_iter().map(|factor| (factor * std::f64::consts::FRAC_1_PI) as f32).collect()
 }
 
 impl Chain<'_> {
@@ -83,7 +84,8 @@ impl Chain<'_> {
             row: vec![0.0; n],
             spare: vec![0.0; Axial::width(self.order)],
             lamp: vec![0.0; 3 * n],
-            values: vec![0.0; n * LANES],
+            zonal: vec![Lanes([0.0; LANES]); self.order],
+            factors: vec![0.0; self.order],
             met: Default::default(),
             sizes: Vec::new(),
         }
@@ -143,15 +145,11 @@ impl Chain<'_> {
         let n = self.order * self.order;
         match response {
             Response::Cosine => {
-                let axis = |k: usize| -> [f32; LANES] {
-                    std::array::from_fn(|lane| group.normals.get(lane).map_or(0.0, |normal| normal[k]))
-                };
-                let (x, y, z) = (axis(0), axis(1), axis(2));
-                self.basis.eval_many_into([&x, &y, &z], &mut scratch.values);
-                for i in 0..n {
-                    let values = &scratch.values[i * LANES..][..LANES];
-                    scratch.response[i] = Lanes(std::array::from_fn(|lane| values[lane] * self.cosine[i]));
-                }
+                let normal = [0, 1, 2].map(|k| {
+                    Lanes(std::array::from_fn(|lane| group.normals.get(lane).map_or(0.0, |normal| normal[k])))
+                });
+                let out = &mut scratch.response;
+                self.basis.for_each(normal, |l, i, y| out[i] = y * Lanes([self.cosine[l]; LANES]));
                 1
             }
             Response::Transfer { rows, channels } => {
@@ -214,11 +212,10 @@ impl Chain<'_> {
                 for (k, lamp) in self.lamps.iter().enumerate() {
                     let center = lamp.placement.to_world(lamp.field.center());
                     let towards: [f64; 3] = std::array::from_fn(|c| center[c] - f64::from(point[c]));
-                    let distance = towards.iter().map(|c| c * c).sum::<f64>().sqrt();
-                    met.push(Met { distance, kind: MetKind::Lamp(k), towards });
+                    met.push(Met::lamp(k, towards));
                 }
             }
-            sort(met);
+            met.sort_unstable();
         }
         scratch.met.iter().map(Vec::len).max().unwrap_or(0)
     }
@@ -234,26 +231,29 @@ impl Chain<'_> {
         sent: &mut dyn FnMut(usize, usize, f32),
     ) -> bool {
         let mut any = false;
+        let mut axes = [[0.0; LANES], [0.0; LANES], [1.0; LANES]].map(Lanes);
+        scratch.hidden.fill(Lanes([0.0; LANES]));
+        scratch.zonal.fill(Lanes([0.0; LANES]));
         for lane in 0..group.positions.len() {
-            match scratch.met[lane].get(step).copied() {
-                Some(Met { kind: MetKind::Occluder(k), towards, .. }) => {
-                    let ChainScratch { row, spare, .. } = scratch;
-                    self.entities[k].occlusion_into(towards, self.interpolation, spare, row);
+            match scratch.met[lane].get(step).map(|met| met.kind()) {
+                Some(MetKind::Occluder(k)) => {
+                    let towards = self.entities[k].towards(group.positions[lane]);
                     any = true;
+                    let ChainScratch { hidden, zonal, row, spare, factors, .. } = scratch;
+                    let axis = self.entities[k].occlusion_into(towards, self.interpolation, spare, factors, row);
+                    hidden.iter_mut().zip(&*row).for_each(|(o, x)| o.0[lane] = *x);
+                    zonal.iter_mut().zip(&*factors).for_each(|(o, x)| o.0[lane] = *x);
+                    (0..3).for_each(|c| axes[c].0[lane] = axis[c]);
                 }
-                Some(Met { kind: MetKind::Lamp(k), .. }) => {
+                Some(MetKind::Lamp(k)) => {
                     self.send_back(&self.lamps[k], group, lane, channels, scratch, sent);
-                    scratch.row.fill(0.0);
                 }
-                None => scratch.row.fill(0.0),
+                None => {}
             }
-            let ChainScratch { hidden, row, .. } = scratch;
-            hidden.iter_mut().zip(&*row).for_each(|(o, x)| o.0[lane] = *x);
         }
         if any {
-            for lane in group.positions.len()..LANES {
-                scratch.hidden.iter_mut().for_each(|o| o.0[lane] = 0.0);
-            }
+            let ChainScratch { hidden, zonal, .. } = scratch;
+            self.basis.for_each(axes, |l, i, y| hidden[i] += zonal[l] * y);
         }
         any
     }

@@ -145,7 +145,7 @@ pub fn read_field_bytes(bytes: &[u8], name: &str) -> Result<OcclusionField, Shad
     let Header { order, center, radius, inner, outer, spheres, cells, storage, .. } = &file.header;
     let grid = FieldGrid::new(*center, *radius, [*inner, *outer], *spheres, *cells).map_err(|e| file.within(e))?;
     if !(1..=8).contains(order) {
-        return Err(file.invalid(format!("expected an order of 1 to 8, found {order}")));
+        return Err(file.invalid(&format!("expected an order of 1 to 8, found {order}")));
     }
     let (points, width) = (grid.points(), Axial::width(*order));
     let stored = match storage.as_str() {
@@ -159,7 +159,7 @@ pub fn read_field_bytes(bytes: &[u8], name: &str) -> Result<OcclusionField, Shad
             steps: file.tensor("rows", Dtype::U8, &[points, width])?.to_vec(),
         },
         "clustered" => StoredRows::Clustered(file.clustered(points, width)?),
-        other => return Err(file.invalid(format!("expected storage f32, f16, u8 or clustered, found {other:?}"))),
+        other => return Err(file.invalid(&format!("expected storage f32, f16, u8 or clustered, found {other:?}"))),
     };
     OcclusionField::new(grid, *order, stored.decode()).map_err(|error| file.within(error))
 }
@@ -173,20 +173,20 @@ struct File<'a> {
 
 impl<'a> File<'a> {
     fn parse(bytes: &'a [u8], name: &'a str) -> Result<Self, ShadowError> {
-        let broken = |e: SafeTensorError| invalid(name, format!("expected safetensors, found {e}"));
+        let broken = |e: SafeTensorError| invalid(name, &format!("expected safetensors, found {e}"));
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
         let Some(entry) = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY)) else {
-            return Err(invalid(name, format!("expected tensors of {FORMAT}, found none of Lobe's")));
+            return Err(invalid(name, &format!("expected tensors of {FORMAT}, found none of Lobe's")));
         };
-        let bad = |e: serde_json::Error| invalid(name, format!("the entry {ENTRY} of its metadata is wrong: {e}"));
+        let bad = |e: serde_json::Error| invalid(name, &format!("the entry {ENTRY} of its metadata is wrong: {e}"));
         let kind: Kind = serde_json::from_str(entry).map_err(bad)?;
         if kind.format != FORMAT {
-            return Err(invalid(name, format!("expected {FORMAT}, found {}", kind.format)));
+            return Err(invalid(name, &format!("expected {FORMAT}, found {}", kind.format)));
         }
         if kind.version != VERSION {
             return Err(invalid(
                 name,
-                format!(
+                &format!(
                     "expected version {VERSION} of {FORMAT}, found {}; take a Lobe as new as the file",
                     kind.version
                 ),
@@ -197,20 +197,20 @@ impl<'a> File<'a> {
         Ok(Self { name, header, tensors })
     }
 
-    fn invalid(&self, message: String) -> ShadowError {
+    fn invalid(&self, message: &str) -> ShadowError {
         invalid(self.name, message)
     }
 
     /// The same fault, of this file.
     fn within(&self, error: ShadowError) -> ShadowError {
         match error {
-            ShadowError::Invalid { message, .. } | ShadowError::Options(message) => self.invalid(message),
+            ShadowError::Invalid { message, .. } | ShadowError::Options(message) => self.invalid(&message),
             other => other,
         }
     }
 
     fn view(&self, name: &str) -> Result<TensorView<'a>, ShadowError> {
-        self.tensors.tensor(name).map_err(|_| self.invalid(format!("expected a tensor {name}, found none")))
+        self.tensors.tensor(name).map_err(|_| self.invalid(&format!("expected a tensor {name}, found none")))
     }
 
     /// The bytes of a tensor of this type and shape.
@@ -220,13 +220,13 @@ impl<'a> File<'a> {
             return Ok(view.data());
         }
         let (found, of) = (view.dtype(), view.shape());
-        Err(self.invalid(format!("expected a tensor {name} of {dtype:?} {shape:?}, found {found:?} {of:?}")))
+        Err(self.invalid(&format!("expected a tensor {name} of {dtype:?} {shape:?}, found {found:?} {of:?}")))
     }
 
     fn clustered(&self, points: usize, width: usize) -> Result<CompressedTable, ShadowError> {
         let (bases, weights) = (self.view("bases")?, self.view("weights")?);
         let &[clusters, vectors, _] = bases.shape() else {
-            return Err(self.invalid(format!("expected a tensor bases of three numbers, found {:?}", bases.shape())));
+            return Err(self.invalid(&format!("expected a tensor bases of three numbers, found {:?}", bases.shape())));
         };
         let components = vectors.saturating_sub(1);
         let basis = f32s(self.tensor("bases", Dtype::F32, &[clusters, vectors, width])?);
@@ -237,12 +237,12 @@ impl<'a> File<'a> {
             _ => Weights::F32(f32s(self.tensor("weights", Dtype::F32, &shape)?)),
         };
         let of_row = u16s(self.tensor("clusters", Dtype::U16, &[points])?);
-        CompressedTable::new(width, components, of_row, weights, basis).map_err(|e| self.invalid(e.to_string()))
+        CompressedTable::new(width, components, of_row, weights, basis).map_err(|e| self.invalid(&e.to_string()))
     }
 }
 
 /// A fault of a file in one line, which may quote it.
-fn invalid(name: &str, message: String) -> ShadowError {
+fn invalid(name: &str, message: &str) -> ShadowError {
     ShadowError::Invalid { place: name.to_owned(), message: message.replace(['\n', '\r'], " ") }
 }
 

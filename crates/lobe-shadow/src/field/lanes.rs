@@ -4,8 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use lobe_sh::{Coefficient, Real};
 
-/// Receivers side by side. Four fill a register of every machine; with eight the straight-line products spill more of
-/// their intermediate values than the longer vectors save.
+/// Receivers side by side: as many as a vector register of 128 bits holds, which every x86-64 processor has.
 pub(crate) const LANES: usize = 4;
 
 /// One number of each of [`LANES`] receivers. As a [`Coefficient`] it goes through the kernels of `lobe-sh`, whose

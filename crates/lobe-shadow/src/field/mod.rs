@@ -13,6 +13,7 @@ pub(crate) mod field_file;
 pub(crate) mod field_grid;
 pub(crate) mod field_storage;
 pub(crate) mod fill_inside;
+pub(crate) mod lane_basis;
 pub(crate) mod lanes;
 pub(crate) mod nearest_first;
 pub(crate) mod occlusion_field;

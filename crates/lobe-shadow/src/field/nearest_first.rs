@@ -4,14 +4,18 @@ use std::f64::consts::{PI, TAU};
 
 use crate::field::placed::Placed;
 
-/// What is met on the way outwards from a receiver.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What is met on the way outwards from a receiver, in the order of its distance; of equally distant ones occluders come
+/// first, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Met {
-    pub(crate) distance: f64,
-    pub(crate) kind: MetKind,
-    /// The middle, from the receiver.
-    pub(crate) towards: [f64; 3],
+    /// The bits of the square of its middle's distance, which as integers have the order of the numbers.
+    square: u64,
+    /// The number of an entity, or that of a lamp with [`LAMP`].
+    number: u32,
 }
+
+/// The bit that tells lamps.
+const LAMP: u32 = 1 << 31;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum MetKind {
@@ -19,6 +23,28 @@ pub(crate) enum MetKind {
     Occluder(usize),
     /// The lamp with this number.
     Lamp(usize),
+}
+
+impl Met {
+    fn occluder(number: usize, towards: [f64; 3]) -> Self {
+        Self { square: square(towards).to_bits(), number: number as u32 }
+    }
+
+    pub(crate) fn lamp(number: usize, towards: [f64; 3]) -> Self {
+        Self { square: square(towards).to_bits(), number: number as u32 | LAMP }
+    }
+
+    pub(crate) fn kind(self) -> MetKind {
+        if self.number < LAMP {
+            MetKind::Occluder(self.number as usize)
+        } else {
+            MetKind::Lamp((self.number & !LAMP) as usize)
+        }
+    }
+}
+
+fn square(v: [f64; 3]) -> f64 {
+    v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
 }
 
 /// The largest solid angle of an entity of this bounding radius at a distance: that of its bounding sphere, `2π (1 - √(1 -
@@ -40,11 +66,10 @@ pub(crate) fn add_occluders(
     point: [f32; 3],
     normal: Option<[f32; 3]>,
     negligible: f64,
-    sizes: &mut Vec<(f64, usize)>,
+    sizes: &mut Vec<(u64, Met)>,
     met: &mut Vec<Met>,
 ) -> f64 {
     sizes.clear();
-    let first = met.len();
     for (k, entity) in entities.iter().enumerate() {
         let towards = entity.towards(point);
         if let Some(n) = normal
@@ -52,38 +77,27 @@ pub(crate) fn add_occluders(
         {
             continue;
         }
-        let distance = towards.iter().map(|c| c * c).sum::<f64>().sqrt();
-        sizes.push((largest_solid_angle(entity.radius(), distance), met.len()));
-        met.push(Met { distance, kind: MetKind::Occluder(k), towards });
+        let this = Met::occluder(k, towards);
+        if negligible > 0.0 {
+            let size = largest_solid_angle(entity.radius(), square(towards).sqrt());
+            sizes.push((size.to_bits(), this));
+        } else {
+            met.push(this);
+        }
     }
+    // Bits of numbers that are not negative have their order.
+    sizes.sort_unstable();
     let mut left_out = 0.0;
-    if negligible > 0.0 {
-        sizes.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (size, at) in &*sizes {
-            if left_out + size > negligible {
-                break;
-            }
-            left_out += size;
-            met[*at].distance = f64::INFINITY;
+    let mut small = 0;
+    for (size, _) in &*sizes {
+        if left_out + f64::from_bits(*size) > negligible {
+            break;
         }
-        if left_out > 0.0 {
-            let mut at = 0;
-            met.retain(|m| {
-                at += 1;
-                at <= first || m.distance.is_finite()
-            });
-        }
+        left_out += f64::from_bits(*size);
+        small += 1;
     }
+    met.extend(sizes[small..].iter().map(|(_, this)| this));
     left_out
-}
-
-/// Sorts by distance; of equal ones occluders come first, in their order.
-pub(crate) fn sort(met: &mut [Met]) {
-    let key = |m: &Met| match m.kind {
-        MetKind::Occluder(k) => (0, k),
-        MetKind::Lamp(k) => (1, k),
-    };
-    met.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(key(a).cmp(&key(b))));
 }
 
 #[cfg(test)]
@@ -104,8 +118,12 @@ mod tests {
         let ask = |normal, negligible| {
             let mut met = Vec::new();
             let left_out = add_occluders(&entities, [0.0; 3], normal, negligible, &mut Vec::new(), &mut met);
-            sort(&mut met);
-            (met.iter().map(|m| m.towards[2]).collect::<Vec<f64>>(), left_out)
+            met.sort_unstable();
+            let height = |m: &Met| match m.kind() {
+                MetKind::Occluder(k) => heights[k],
+                MetKind::Lamp(_) => f64::NAN,
+            };
+            (met.iter().map(height).collect::<Vec<f64>>(), left_out)
         };
         assert_eq!(ask(None, 0.0), (vec![-0.5, -2.0, 3.0, 40.0, 50.0, 60.0], 0.0), "all, nearest first");
         assert_eq!(ask(Some([0.0, 0.0, 1.0]), 0.0).0, [-0.5, 3.0, 40.0, 50.0, 60.0], "the horizon");

@@ -159,11 +159,6 @@ impl OcclusionField {
         self.rows.chunks_exact(Axial::width(self.order)).flat_map(split).collect()
     }
 
-    /// What puts vectors of its order together.
-    pub(crate) fn axial(&self) -> &Axial {
-        &self.axial
-    }
-
     /// The rows of this order or a lower one, their rest turned or not.
     pub(crate) fn turned_rows(&self, order: usize, turn: Option<&RotationMatrices<f32>>) -> Vec<f32> {
         let mut rows = self.rows_of_order(order);
@@ -183,5 +178,5 @@ impl OcclusionField {
 #[inline]
 pub(crate) fn toward_middle([x, y, z]: [f32; 3]) -> Option<[f32; 3]> {
     let scale = -1.0 / (x * x + y * y + z * z).sqrt();
-    scale.is_finite().then(|| [x * scale, y * scale, z * scale])
+    scale.is_finite().then_some([x * scale, y * scale, z * scale])
 }

@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use lobe_sh::{Rotation, RotationMatrices};
 
-use crate::field::axial::Axial;
 use crate::field::occlusion_field::toward_middle;
 use crate::{OcclusionField, Placement, RadialInterpolation};
 
@@ -12,8 +11,6 @@ use crate::{OcclusionField, Placement, RadialInterpolation};
 #[derive(Debug)]
 pub(crate) struct Placed<'a> {
     field: &'a OcclusionField,
-    axial: Axial,
-    order: usize,
     /// The rows of the order in use: turned into the world, or in the entity's frame with `turn` left to do.
     rows: Cow<'a, [f32]>,
     turn: Option<RotationMatrices<f32>>,
@@ -40,8 +37,6 @@ impl<'a> Placed<'a> {
         let m = rotation.matrix();
         Self {
             field,
-            axial: if order == field.order() { field.axial().clone() } else { Axial::new(order) },
-            order,
             rows,
             turn: if turn_rows { None } else { turn },
             center: placement.to_world(field.grid().center()),
@@ -62,27 +57,27 @@ impl<'a> Placed<'a> {
         self.radius
     }
 
-    /// The occlusion at a point from where the middle is seen `towards` there. `scratch` has `order + order²` places.
+    /// The occlusion at a point from where the middle is seen `towards` there: the factors of its zonal part into `zonal`,
+    /// the rest into `rest`, both in the world. Returns the axis of the former. `scratch` has `order + order²` places.
     #[inline]
     pub(crate) fn occlusion_into(
         &self,
         towards: [f64; 3],
         interpolation: RadialInterpolation,
         scratch: &mut [f32],
-        out: &mut [f32],
-    ) {
+        zonal: &mut [f32],
+        rest: &mut [f32],
+    ) -> [f32; 3] {
         let d = towards.map(|c| -c as f32);
         let offset = self.to_own.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
-        let stencil = self.field.grid().stencil(offset, interpolation);
-        stencil.sum_into(&self.rows, scratch);
-        let (zonal, rest) = scratch.split_at_mut(self.order);
+        self.field.grid().stencil(offset, interpolation).sum_into(&self.rows, scratch);
+        let (z, g) = scratch.split_at(zonal.len());
+        zonal.copy_from_slice(z);
         match &self.turn {
-            None => out.copy_from_slice(rest),
-            Some(turn) => turn.apply_into(rest, out),
+            None => rest.copy_from_slice(g),
+            Some(turn) => turn.apply_into(g, rest),
         }
-        // The zonal part is evaluated in the world's direction and needs no rotation.
-        if let Some(axis) = toward_middle(d) {
-            self.axial.add_zonal(axis, zonal, rest, out);
-        }
+        // At the middle itself nothing is zonal, whatever the axis.
+        toward_middle(d).unwrap_or([0.0, 0.0, 1.0])
     }
 }

@@ -2,10 +2,11 @@
 
 use derive_setters::Setters;
 use lobe_prt::Transfer;
-use lobe_sh::{Basis, Rgb, Rotation, RotationMatrices, ShVec};
+use lobe_sh::{Rgb, Rotation, RotationMatrices, ShVec};
 use rayon::prelude::*;
 
 use crate::field::chain::{Chain, Group, PlacedLamp, Response, cosine_factors};
+use crate::field::lane_basis::LaneBasis;
 use crate::field::lanes::LANES;
 use crate::field::placed::Placed;
 use crate::{OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowError, ShadowReceivers};
@@ -259,7 +260,7 @@ impl<'a> ShadowFields<'a> {
             lamps: self.lights.iter().map(lamp).collect(),
             negligible: self.options.negligible,
             interpolation: self.options.interpolation,
-            basis: Basis::new(self.order),
+            basis: LaneBasis::new(self.order),
             cosine: cosine_factors(self.order),
         }
     }

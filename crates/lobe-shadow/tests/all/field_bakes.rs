@@ -52,6 +52,16 @@ fn a_stopped_bake_continues_where_it_was_and_ends_with_the_same_bytes() {
 }
 
 #[test]
+fn the_field_of_a_scene_far_away_is_the_same_field_far_away() {
+    let (here, _) = bake_field(&rabbit(), &options(), Job::default()).unwrap();
+    let (there, _) = bake_field(&rabbit().moved([1e7, 0.0, -3e6]), &options(), Job::default()).unwrap();
+    assert!(there.rows() == here.rows(), "the same numbers");
+    let [a, b] = [here, there].map(|field| field.grid().center());
+    let moved: Vec<f64> = (0..3).map(|k| b[k] - a[k]).collect();
+    assert!((moved[0] - 1e7).abs() < 1e-6 && moved[1] == 0.0 && (moved[2] + 3e6).abs() < 1e-6, "{moved:?}");
+}
+
+#[test]
 fn a_flat_scene_has_a_field_and_what_cannot_be_is_refused_in_one_line() {
     let flat = scene(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
     let (field, report) = bake_field(&flat, &options(), Job::default()).unwrap();

@@ -1,6 +1,7 @@
 //! Shapes by formula, about as large as a ball of radius 1, and places around them.
 
 #![allow(dead_code, reason = "tests and examples, each of which uses a part")]
+#![allow(clippy::unwrap_used, reason = "shapes that are right by construction")]
 
 use std::f64::consts::{PI, TAU};
 
@@ -100,14 +101,17 @@ pub(crate) fn together(parts: &[(&Scene, Placement)]) -> Scene {
 /// Rays that ask for the truth: in even directions over the cap that holds everything within `radius` of the origin.
 struct Truth {
     bvh: Bvh,
+    /// Positions of a scene far from the origin count from one of its own.
+    origin: [f64; 3],
     radius: f64,
 }
 
 impl Truth {
     fn new(scene: &Scene) -> Self {
-        let square = |p: [f32; 3]| p.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>();
+        let origin = scene.origin();
+        let square = |p: [f32; 3]| (0..3).map(|k| (f64::from(p[k]) + origin[k]).powi(2)).sum::<f64>();
         let radius = 1.001 * scene.corners().flatten().map(square).fold(0.0, f64::max).sqrt();
-        Self { bvh: Bvh::new(scene), radius }
+        Self { bvh: Bvh::new(scene), origin, radius }
     }
 
     fn visibility(&self, point: [f32; 3], order: usize, rays: usize) -> Vec<f32> {
@@ -127,7 +131,8 @@ impl Truth {
             .collect();
         let rays_of: Vec<[f32; 3]> = directions.iter().map(|s| s.to_array().map(|c| c as f32)).collect();
         let mut occluded = vec![false; rays];
-        self.bvh.occluded_from_into(point, &rays_of, &mut occluded);
+        let start = std::array::from_fn(|k| (f64::from(point[k]) - self.origin[k]) as f32);
+        self.bvh.occluded_from_into(start, &rays_of, &mut occluded);
         for (s, _) in directions.iter().zip(&occluded).filter(|(_, occluded)| **occluded) {
             sum.iter_mut().zip(eval_basis(*s, order)).for_each(|(sum, y)| *sum += y);
         }
