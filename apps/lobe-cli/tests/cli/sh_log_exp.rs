@@ -1,8 +1,8 @@
 //! `lobe sh log` and `lobe sh exp`.
 
 use lobe::sh::{
-    Dir as Direction, ExpMethod, Expansion as _, Exponential, FileCoefficients, LOG_CLAMP, Quantity, Rgb, ShFile,
-    ShVec, Zonal, logarithm,
+    Coefficient as _, Dir as Direction, ExpMethod, Expansion as _, Exponential, FileCoefficients, LOG_CLAMP, Quantity,
+    Rgb, ShFile, ShVec, Zonal, logarithm,
 };
 
 use crate::harness::Dir;

@@ -172,9 +172,9 @@ impl LogTable {
         let mut factors = [0.0; MAX_TABLE_ORDER];
         let factors = &mut factors[..self.options.order];
         if u <= self.fit_end {
-            self.fitted(u, factors)
+            self.fitted(u, factors);
         } else {
-            self.interpolated(w, factors)
+            self.interpolated(w, factors);
         }
         Zonal::new(factors.iter().enumerate().map(|(l, f)| f64::from(*f) / rotation_factor(l)).collect())
     }

@@ -115,3 +115,30 @@ pub(crate) fn sort_out(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accumulate::sphere_tree::Occluder;
+    use lobe_testkit::Random;
+
+    #[test]
+    fn eight_times_the_spheres_are_not_three_times_the_nodes() {
+        let (at, normal) = ([[6.0, 0.0, 0.0]; 16], [UP; 16]);
+        let receivers = Receivers::new(&at, &normal).unwrap();
+        let members: Vec<u32> = (0..16).collect();
+        let nodes = |count: usize| {
+            let mut random = Random::new(1);
+            let center = |random: &mut Random| [0, 1, 2].map(|_| random.unit() as f32);
+            let spheres: Vec<Occluder> = (0..count).map(|_| Occluder::new(center(&mut random), 0.02)).collect();
+            let tree = SphereTree::over(&spheres).unwrap();
+            let (mut near, mut far) = (Vec::new(), Vec::new());
+            sort_out(&tree, &Group::new(&receivers, &members), 0.1, None, &mut near, &mut far);
+            let all: f32 = near.iter().map(|node| node.count).sum();
+            assert_eq!(all, count as f32, "every sphere is under one of the nodes");
+            near.len()
+        };
+        let [some, many] = [64, 512].map(nodes);
+        assert!(many < 3 * some, "{some} nodes for 64 spheres, {many} for 512");
+    }
+}

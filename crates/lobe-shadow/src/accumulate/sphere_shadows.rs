@@ -121,7 +121,7 @@ impl<'a> SphereShadows<'a> {
     pub fn with_tree(table: &'a LogTable, tree: SphereTree, options: &ShadowOptions) -> Result<Self, ShadowError> {
         options.check()?;
         let exponential = BatchExponential::new(table.order(), options.method)?;
-        let leaves = tree.nodes.iter().copied().filter(|node| node.is_leaf()).collect();
+        let leaves = tree.nodes.iter().copied().filter(Node::is_leaf).collect();
         Ok(Self { table, tree, columns: Columns::new(), exponential, arch: Arch::new(), leaves, options: *options })
     }
 

@@ -120,7 +120,7 @@ fn what_hides_is_continuous_through_the_surface_and_the_center() {
     ] {
         let at = |k: usize| {
             let t = k as f32 / steps as f32;
-            let p = [0, 1, 2].map(|axis| start[axis] + t * (end[axis] - start[axis] as f32));
+            let p = [0, 1, 2].map(|axis| start[axis] + t * (end[axis] - start[axis]));
             irradiance(&table, &sphere, p, normal)
         };
         let values: Vec<f32> = (0..=steps).map(at).collect();
@@ -136,6 +136,41 @@ fn what_hides_is_continuous_through_the_surface_and_the_center() {
     assert!((center - 0.5).abs() < 0.08, "at the center: {center}");
     let inward = irradiance(&table, &sphere, [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
     assert!(inward < 0.1, "on the surface and looking in: {inward}");
+}
+
+/// Irradiance where the whole sphere counts, whatever is below the plane.
+fn unclipped(table: &LogTable, sphere: Occluder) -> f32 {
+    let to = sphere.center.map(f64::from);
+    let d = to.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let f = table.at((f64::from(sphere.radius) / d).min(1.0).asin()).towards(Dir::new(to).unwrap(), 1.0);
+    let visibility = Exponential::new(table.order(), shadows_method()).of(&f);
+    let visibility: Vec<f32> = visibility.coefficients().iter().map(|v| *v as f32).collect();
+    white(table.order()).irradiance(UP, &visibility).g / PI
+}
+
+#[test]
+fn a_sphere_that_crosses_the_plane_hides_about_what_is_above() {
+    let table = table(4);
+    let rule = SphereQuadrature::of_degree(160);
+    let (mut worst, mut squares) = ([0.0_f64; 2], [0.0_f64; 2]);
+    for height in [-0.8, -0.4, 0.0, 0.4, 0.8] {
+        for distance in [1.2_f32, 2.0, 3.0] {
+            let sphere = Occluder::new([distance, 0.0, height], 1.0);
+            let to = sphere.center.map(f64::from);
+            let squared: f64 = to.iter().map(|c| c * c).sum();
+            let edge = (squared - 1.0).sqrt();
+            let hidden = |s: Dir| (0..3).map(|k| to[k] * s.to_array()[k]).sum::<f64>() > edge;
+            let open = rule.integrate(|s: Dir| if hidden(s) { 0.0 } else { s.z().max(0.0) }) / std::f64::consts::PI;
+            let found = [irradiance(&table, &[sphere], [0.0; 3], UP), unclipped(&table, sphere)];
+            for k in 0..2 {
+                let error = f64::from(found[k]) - open;
+                worst[k] = worst[k].max(error.abs());
+                squares[k] += error * error / 15.0;
+            }
+        }
+    }
+    println!("by the rule and unclipped: worst {worst:.4?}, mean square {squares:.2e?}");
+    assert!(worst[0] < 0.08, "{worst:?}");
 }
 
 #[test]
