@@ -2,7 +2,9 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{Coefficient as _, ExpMethod, Exponential, FileCoefficients, Quantity, Rgb, ShFile, ShVec};
+use lobe::sh::{
+    Coefficient as _, ExpMethod, Expansion as _, Exponential, FileCoefficients, Quantity, Rgb, ShFile, ShVec,
+};
 
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;

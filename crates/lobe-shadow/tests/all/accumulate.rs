@@ -169,7 +169,7 @@ fn a_sphere_that_crosses_the_plane_hides_about_what_is_above() {
             }
         }
     }
-    println!("by the rule and unclipped: worst {worst:.4?}, mean square {squares:.2e?}");
+    println!("by the rule and unclipped: worst {worst:.4?}, mean square {squares:.6?}");
     assert!(worst[0] < 0.08, "{worst:?}");
 }
 
