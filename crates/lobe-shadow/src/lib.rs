@@ -12,7 +12,7 @@
 //! | make or read the table that this needs | [`LogTable`], [`cached_log_table`], [`read_log_table`], [`write_log_table`] |
 //! | keep spheres in a tree that follows them | [`SphereTree`] |
 //! | turn visibility into irradiance | [`SkyLight`] |
-//! | add the light that spheres reflect | [`Bounce`] |
+//! | add the light that spheres reflect | [`SphereShadows::bounce`], [`Bounce`] |
 //! | take exponentials of many functions at once | [`BatchExponential`] |
 //!
 //! [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982

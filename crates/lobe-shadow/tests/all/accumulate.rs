@@ -129,11 +129,11 @@ fn what_hides_is_continuous_through_the_surface_and_the_center() {
         let worst = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
         assert!(worst < 0.06 && values.iter().all(|v| v.is_finite()), "{name}: {worst}");
     }
-    // Outside and looking outward nothing is hidden, at the center half of the cosine.
+    // Outside and looking outward nothing is hidden, at the center three quarters of the cosine.
     let (outside, center) =
         (irradiance(&table, &sphere, [0.0, 0.0, 1.0], UP), irradiance(&table, &sphere, [0.0; 3], UP));
     assert!((outside - 1.0).abs() < 1e-5, "on the surface: {outside}");
-    assert!((center - 0.5).abs() < 0.08, "at the center: {center}");
+    assert!((center - 0.25).abs() < 0.08, "at the center: {center}");
     let inward = irradiance(&table, &sphere, [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
     assert!(inward < 0.1, "on the surface and looking in: {inward}");
 }
@@ -170,7 +170,7 @@ fn a_sphere_that_crosses_the_plane_hides_about_what_is_above() {
         }
     }
     println!("by the rule and unclipped: worst {worst:.4?}, mean square {squares:.6?}");
-    assert!(worst[0] < 0.08, "{worst:?}");
+    assert!(worst[0] < 0.045 && squares[0] < 0.6 * squares[1], "{worst:?}, {squares:?}");
 }
 
 #[test]
