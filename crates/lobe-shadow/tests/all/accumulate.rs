@@ -9,7 +9,7 @@ use lobe_testkit::Random;
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
 /// As the test of the same name in `lobe-sh`.
-const BRIGHTENS: f32 = 2e-3;
+const BRIGHTENS: f32 = 4e-3;
 
 fn table(order: usize) -> LogTable {
     LogTable::new(&LogTableOptions::default().order(order).tolerance(0.05)).unwrap()
