@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use lobe_sh::{Dir, Expansion as _, ShVec, Zonal, len, product_into};
-use lobe_shadow::{LogTable, LogTableOptions, Occluder, Receivers, ShadowOptions, SphereShadows};
+use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, SphereReceivers, SphereShadows};
 use lobe_testkit::Random;
 
 /// Receivers that are timed together: few, so that other programs seldom come between; and those of the chain.
@@ -36,7 +36,7 @@ fn row(order: usize, count: usize, table: &LogTable) {
     let positions: Vec<[f32; 3]> =
         (0..RECEIVERS).map(|_| [1.5 + random.signed() as f32, random.signed() as f32, 0.0]).collect();
     let normals = vec![[0.0, 0.0, 1.0]; RECEIVERS];
-    let receivers = Receivers::new(&positions, &normals).unwrap();
+    let receivers = SphereReceivers::new(&positions, &normals).unwrap();
     let plain = ShadowOptions::default().cut(0.0);
     let all = [plain, ShadowOptions::default(), ShadowOptions::default().group(64)]
         .map(|options| SphereShadows::new(table, &spheres, &options).unwrap());

@@ -17,7 +17,7 @@
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`]; hierarchies of them [`SphereHierarchy`] |
 //! | spheres that follow joints | [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
 //! | files of sphere sets | [`write_spheres`], [`read_spheres`], [`SphereSetJson`] |
-//! | spheres' shadows ([Ren et al. 2006]) | [`SphereShadows`] of [`Occluder`]s, [`ShadowOptions`], [`Receivers`]; [`SphereTree`] |
+//! | spheres' shadows ([Ren et al. 2006]) | [`SphereShadows`] of [`Occluder`]s, [`ShadowOptions`], [`SphereReceivers`]; [`SphereTree`] |
 //! | the table that they need | [`LogTable`], [`cached_log_table`], [`read_log_table`], [`write_log_table`] |
 //! | visibility to irradiance | [`SkyLight`]; light that spheres reflect [`Bounce`] |
 //! | exponentials of many functions at once | [`BatchExponential`] |
@@ -36,7 +36,7 @@ pub use accumulate::batch_exponential::BatchExponential;
 pub use accumulate::bounce::Bounce;
 pub use accumulate::log_table::{LogTable, LogTableOptions};
 pub use accumulate::log_table_file::{cached_log_table, read_log_table, read_log_table_bytes, write_log_table};
-pub use accumulate::receivers::Receivers;
+pub use accumulate::receivers::SphereReceivers;
 pub use accumulate::sky_light::SkyLight;
 pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
 pub use accumulate::sphere_tree::{Occluder, SphereTree};

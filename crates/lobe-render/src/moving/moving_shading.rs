@@ -5,8 +5,8 @@ use std::f32::consts::FRAC_1_PI;
 use derive_setters::Setters;
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 use lobe_shadow::{
-    Bounce, LogTable, LogTableOptions, Occluder, PlacedField, Receivers, ShadowFieldOptions, ShadowFields,
-    ShadowOptions, ShadowReceivers, SkyLight, SphereShadows, relative_placement,
+    LogTable, LogTableOptions, Occluder, PlacedField, ShadowFieldOptions, ShadowFields, ShadowOptions, ShadowReceivers,
+    SkyLight, SphereReceivers, SphereShadows, relative_placement,
 };
 
 use crate::moving::moment::{PlacedPart, Surface};
@@ -176,7 +176,7 @@ impl MovingShading {
         let mut bounced = None;
         if !hiding.spheres.is_empty() {
             let shadows = SphereShadows::new(&self.table, &hiding.spheres, &self.options.spheres)?;
-            let at = Receivers::new(&surface.positions, &surface.normals)?;
+            let at = SphereReceivers::new(&surface.positions, &surface.normals)?;
             seen = shadows.visibility(&at);
             receivers = receivers.with_own_visibility(order, &seen)?;
             bounced = self.bounced(&shadows, &at, hiding, &light)?;
@@ -196,7 +196,7 @@ impl MovingShading {
     fn bounced(
         &self,
         shadows: &SphereShadows<'_>,
-        receivers: &Receivers<'_>,
+        receivers: &SphereReceivers<'_>,
         hiding: &Hiding<'_>,
         light: &ShVec<Rgb<f64>>,
     ) -> Result<Option<Vec<Rgb<f32>>>, RenderError> {
@@ -204,7 +204,7 @@ impl MovingShading {
             return Ok(None);
         }
         let sky = SkyLight::new(&light.map(Rgb::narrow), self.options.order)?;
-        let bounce = Bounce::new(shadows, &sky, &hiding.albedos)?;
+        let bounce = shadows.bounce(&sky, &hiding.albedos)?;
         let with = shadows.irradiance_with_bounce(receivers, &sky, &bounce)?;
         let without = shadows.irradiance(receivers, &sky)?;
         let more = with.iter().zip(&without).map(|(with, without)| (*with - *without).scale(FRAC_1_PI));
@@ -219,13 +219,13 @@ impl MovingShading {
         light: &ShVec<Rgb<f64>>,
     ) -> Result<Vec<Rgb<f32>>, RenderError> {
         let light = surface.frame.rotation().inverse().rotated(light);
-        let receivers = Receivers::new(&surface.positions, &surface.normals)?;
+        let receivers = SphereReceivers::new(&surface.positions, &surface.normals)?;
         let sky = SkyLight::new(&light.map(Rgb::narrow), self.options.order)?;
         let shadows = SphereShadows::new(&self.table, &hiding.spheres, &self.options.spheres)?;
         let irradiance = if hiding.fields.is_empty() {
             match self.options.bounce {
                 true => {
-                    let bounce = Bounce::new(&shadows, &sky, &hiding.albedos)?;
+                    let bounce = shadows.bounce(&sky, &hiding.albedos)?;
                     shadows.irradiance_with_bounce(&receivers, &sky, &bounce)?
                 }
                 false => shadows.irradiance(&receivers, &sky)?,

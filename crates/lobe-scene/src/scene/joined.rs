@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn the_parts_of_a_scene_joined_are_the_scene() {
-        let scene = built_in::cornell_box();
+        let scene = built_in::cornell_box(8);
         let parts = (0..scene.meshes().len()).map(|mesh| scene.part([mesh]).unwrap());
         let joined = Scene::joined(parts).unwrap();
         for mesh in 0..scene.meshes().len() {

@@ -231,7 +231,7 @@ fn json_of_a_wrong_kind_is_posed_or_refused_in_one_line() {
         .with_channel(0, (0, "weights"), "CUBICSPLINE", (&[0.5], "SCALAR", &[0.0, 1.0, 0.0]));
     let mut all = Vec::new();
     pointers(&file.json, "", &mut all);
-    let options = SceneReadOptions::default().limit(1 << 12);
+    let options = SceneReadOptions::default().max_triangles(1 << 12);
     let mut posed = 0;
     for pointer in &all {
         for value in [json!([]), json!({}), json!(null), json!("a"), json!(-1), json!(2), json!(u64::MAX), json!([[0]])]

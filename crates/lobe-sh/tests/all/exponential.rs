@@ -146,7 +146,7 @@ fn a_series_of_products_nears_the_eigenvectors_as_terms_are_added() {
 
 /// The most by which one more occluder may brighten the mean, relative to it. The logarithm of a small sphere rings above zero
 /// around it; where the sphere itself stands in the dark already, what it brightens beside can be more.
-const BRIGHTENS: f64 = 2e-3;
+const BRIGHTENS: f64 = 4e-3;
 
 #[test]
 fn an_occluder_more_never_brightens_the_mean_beyond_its_ringing() {
@@ -169,7 +169,7 @@ fn an_occluder_more_never_brightens_the_mean_beyond_its_ringing() {
             }
             println!("order {order}, {method:?}: brighter {brighter} times of {all}, by {worst:.1e} at most");
             assert!(worst <= BRIGHTENS, "order {order}, {method:?}: brighter by {worst}");
-            assert!(20 * brighter <= all, "order {order}, {method:?}: brighter {brighter} times of {all}");
+            assert!(100 * brighter <= all, "order {order}, {method:?}: brighter {brighter} times of {all}");
         }
     }
 }

@@ -13,12 +13,12 @@ pub(crate) struct ReceiverBlock {
 
 /// A part of a block in registers.
 #[derive(Clone, Copy)]
-pub(crate) struct Receivers<S: Simd> {
+pub(crate) struct SphereReceivers<S: Simd> {
     position: [Lanes<S>; 3],
     pub(crate) normal: [Lanes<S>; 3],
 }
 
-impl<S: Simd> Receivers<S> {
+impl<S: Simd> SphereReceivers<S> {
     #[inline(always)]
     pub(crate) fn load(simd: S, block: &ReceiverBlock, part: usize) -> Self {
         // Array::map is not inlined where the instructions are.
@@ -34,6 +34,11 @@ pub(crate) struct Aim<S: Simd> {
     pub(crate) sin_squared: Lanes<S>,
 }
 
+/// The height at which a sinking sphere counts, as a part of that of its top. With ½ half a sphere on the ground hid too little
+/// (test `a_sphere_that_crosses_the_plane_hides_about_what_is_above`); with 0 the direction to a top straight above would be
+/// undefined.
+const SUNK: f32 = 0.25;
+
 /// Below this square of a distance a direction is zero, and the reciprocal still is a number.
 const NO_DISTANCE: f32 = 1e-30;
 
@@ -42,14 +47,14 @@ const NO_DISTANCE: f32 = 1e-30;
 /// With `c` the center seen from the receiver, `d = |c|`, `h = n·c` its height above the tangent plane and `r` the radius,
 /// a sphere above the plane has `sin θ = r/d`. For all others two rules hold, which leave that as it is.
 ///
-/// **Plane.** What is below the plane hides nothing. A sphere that crosses it counts as one as much smaller as the part above
-/// has of the sphere's height, in the middle of that part:
+/// **Plane.** What is below the plane hides nothing: the cosine sees to that, but for what rings. A sphere whose center is
+/// lower than a third of the radius sinks away: it counts as a smaller one at a quarter of the height of its top,
 ///
 /// ```text
-///   t = clamp((h + r)/2r, 0, 1)        r' = r √t        c' = c + n max(0, (r - h)/2)
+///   t = clamp(¾ (h + r)/r, 0, 1)        r' = r √t        c' = c + n max(0, ¼ (h + r) - h)
 /// ```
 ///
-/// so that a surface is not hidden by the sphere that stands for what is behind it, and one at its foot by half of it.
+/// so that a surface is not hidden by the sphere that stands for what is behind it. Both begin at `h = r/3`.
 ///
 /// **Ratio.** Spheres reach out of the surfaces for which they stand, and receivers on these are inside. No sphere is nearer
 /// than its surface:
@@ -58,14 +63,19 @@ const NO_DISTANCE: f32 = 1e-30;
 ///   sin θ = r' / max(|c'|, r)
 /// ```
 ///
-/// A receiver a tenth of the radius below the surface, which looks outward, loses a twentieth of its sky straight above
-/// instead of all of it; one at the center half. The result is continuous in place and normal, in and out of the sphere (test
+/// A receiver a tenth of the radius below the surface, which looks outward, loses a thirteenth of its light from straight above
+/// instead of all of it; one at the center three quarters. The result is continuous in place and normal, in and out of the sphere (test
 /// `what_hides_is_continuous_through_the_surface_and_the_center`). The paper's own wording of such rules was not at hand.
 ///
 /// Without a plane, `PLANE` being false, only the second rule holds, and a sphere around the receiver's own place hides
 /// nothing.
 #[inline(always)]
-pub(crate) fn aim<S: Simd, const PLANE: bool>(simd: S, at: &Receivers<S>, center: [f32; 3], radius: f32) -> Aim<S> {
+pub(crate) fn aim<S: Simd, const PLANE: bool>(
+    simd: S,
+    at: &SphereReceivers<S>,
+    center: [f32; 3],
+    radius: f32,
+) -> Aim<S> {
     let splat = |value| Lanes::splat(simd, value);
     let (zero, r) = (splat(0.0), splat(radius));
     let [nx, ny, nz] = at.normal;
@@ -74,11 +84,11 @@ pub(crate) fn aim<S: Simd, const PLANE: bool>(simd: S, at: &Receivers<S>, center
     let mut hiding = splat(radius * radius);
     if PLANE {
         let h = nx.times_plus(c[0], ny.times_plus(c[1], nz * c[2]));
-        let half = splat(0.5);
+        let top = h + r;
         // r t and r'² = r² t.
-        let above = (half * (h + r)).max(zero).min(r);
+        let above = (splat(1.0 - SUNK) * top).max(zero).min(r);
         hiding = r * above;
-        let lift = (half * (r - h)).max(zero);
+        let lift = (splat(SUNK) * top - h).max(zero);
         c = [nx.times_plus(lift, c[0]), ny.times_plus(lift, c[1]), nz.times_plus(lift, c[2])];
     }
     let squared = c[0].times_plus(c[0], c[1].times_plus(c[1], c[2] * c[2]));

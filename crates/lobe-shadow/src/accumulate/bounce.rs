@@ -2,16 +2,14 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Coefficient as _, Rgb, len, product_into};
+use lobe_sh::{Coefficient as _, Rgb, product_into};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
-use crate::accumulate::aim::{ReceiverBlock, Receivers, aim};
+use crate::accumulate::aim::{ReceiverBlock, SphereReceivers, aim};
 use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::sky_light::{CHANNELS, SkyLight};
-use crate::accumulate::sphere_shadows::{Nodes, SphereShadows};
-use crate::accumulate::sphere_tree::Node;
-use crate::accumulate::sum_logarithms::MAX_LEN;
+use crate::accumulate::sphere_tree::{Node, SphereTree};
 
 /// Factors of the clamped cosine in bands 0 to 2.
 const COSINE: [f64; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
@@ -19,8 +17,8 @@ const COSINE: [f64; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
 /// Monomials of the first three bands: 1, x, y, z, xy, yz, z², xz, x² - y².
 const MONOMIALS: usize = 9;
 
-/// What spheres of diffuse material reflect of the sky, for
-/// [`irradiance_with_bounce`](SphereShadows::irradiance_with_bounce).
+/// What spheres of diffuse material reflect of the sky, made by [`bounce`](crate::SphereShadows::bounce) for
+/// [`irradiance_with_bounce`](crate::SphereShadows::irradiance_with_bounce).
 ///
 /// A sphere of albedo `ρ` under the light `L` that reaches it has the exit radiance `ρ E(n)/π`, and seen from afar, from the
 /// direction `-s`, the mean of that over its disc: a second convolution with the clamped cosine,
@@ -42,20 +40,19 @@ pub struct Bounce {
 }
 
 impl Bounce {
-    /// For the spheres of `shadows`, sphere `k` of albedo `albedo[k]`, under a sky. Takes time in the square of the number of
-    /// spheres.
-    ///
-    /// # Errors
-    /// [`ShadowError::Options`] if the light is for another order; [`ShadowError::Invalid`] if a sphere has no albedo, or one
-    /// is outside `[0, 1]`.
-    pub fn new(shadows: &SphereShadows<'_>, sky: &SkyLight, albedo: &[Rgb<f32>]) -> Result<Self, ShadowError> {
-        shadows.check_order(sky)?;
-        let tree = &shadows.tree;
+    /// For the spheres of a tree, sphere `k` of albedo `albedo[k]`. `visibility_at` tells what up to sixteen leaves see of the
+    /// sky, each from its center.
+    pub(crate) fn new(
+        tree: &SphereTree,
+        sky: &SkyLight,
+        albedo: &[Rgb<f32>],
+        visibility_at: impl Fn(&[Node]) -> Vec<Block>,
+    ) -> Result<Self, ShadowError> {
         let invalid = |message: String| Err(ShadowError::Invalid { place: "albedo".to_owned(), message });
         if let Some(k) = albedo.iter().position(|a| !a.to_array().iter().all(|a| (0.0..=1.0).contains(a))) {
             return invalid(format!("expected numbers from 0 to 1, found {:?} for sphere {k}", albedo[k]));
         }
-        let leaves = &shadows.leaves;
+        let leaves: Vec<Node> = tree.nodes.iter().copied().filter(Node::is_leaf).collect();
         let sphere_of = |node: &Node| tree.spheres[node.place as usize] as usize;
         if let Some(leaf) = leaves.iter().find(|leaf| sphere_of(leaf) >= albedo.len()) {
             return invalid(format!(
@@ -66,7 +63,7 @@ impl Bounce {
         }
         let mut radiance = vec![[[0.0; 3]; MONOMIALS]; tree.nodes.len()];
         for sixteen in leaves.chunks(BLOCK) {
-            let visibility = visibility_at(shadows, sixteen, leaves);
+            let visibility = visibility_at(sixteen);
             for (k, leaf) in sixteen.iter().enumerate() {
                 let visible: Vec<Rgb<f64>> = visibility.iter().map(|v| Rgb::splat(f64::from(v[k]))).collect();
                 radiance[leaf.place as usize] = reflected(&visible, sky, albedo[sphere_of(leaf)]);
@@ -79,21 +76,15 @@ impl Bounce {
     }
 
     /// Adds to the irradiance of sixteen receivers, of which the last channel has that under a white sky.
-    pub(crate) fn add_to(&self, arch: Arch, at: &ReceiverBlock, nodes: &Nodes<'_>, irradiance: &mut [Block; CHANNELS]) {
-        arch.dispatch(AddReflected { bounce: self, at, nodes, irradiance });
+    pub(crate) fn add_to(
+        &self,
+        arch: Arch,
+        at: &ReceiverBlock,
+        [near, far]: [&[Node]; 2],
+        irradiance: &mut [Block; CHANNELS],
+    ) {
+        arch.dispatch(AddReflected { bounce: self, at, near, far, irradiance });
     }
-}
-
-/// What each of up to sixteen spheres sees of the sky from its center, past all others.
-fn visibility_at(shadows: &SphereShadows<'_>, sixteen: &[Node], all: &[Node]) -> Vec<Block> {
-    let n = len(shadows.table.order());
-    let mut f = [[0.0; BLOCK]; MAX_LEN];
-    let center = |k: usize| sixteen[k.min(sixteen.len() - 1)].center;
-    let position = [0, 1, 2].map(|axis| std::array::from_fn(|k| center(k)[axis]));
-    let at = ReceiverBlock { position, normal: [[0.0; BLOCK]; 3] };
-    shadows.add(&at, all, false, &mut f[..n]);
-    shadows.exponential.of_block_in_place(&mut f[..n]);
-    f[..n].to_vec()
 }
 
 /// The monomials of `B(s)`.
@@ -148,7 +139,8 @@ fn mean(children: &[Node], radiance: &[[[f32; 3]; MONOMIALS]]) -> [[f32; 3]; MON
 struct AddReflected<'a> {
     bounce: &'a Bounce,
     at: &'a ReceiverBlock,
-    nodes: &'a Nodes<'a>,
+    near: &'a [Node],
+    far: &'a [Node],
     irradiance: &'a mut [Block; CHANNELS],
 }
 
@@ -161,10 +153,10 @@ impl WithSimd for AddReflected<'_> {
         let pi = splat(std::f32::consts::PI);
         let [red, green, blue, white] = self.irradiance;
         for part in 0..Lanes::<S>::PARTS {
-            let at = Receivers::load(simd, self.at, part);
+            let at = SphereReceivers::load(simd, self.at, part);
             let mut sums = [splat(0.0); 3];
             let mut filled = splat(0.0);
-            for node in self.nodes.near.iter().chain(self.nodes.far) {
+            for node in self.near.iter().chain(self.far) {
                 let seen = aim::<S, true>(simd, &at, node.center, node.radius);
                 let [x, y, z] = seen.towards;
                 let [nx, ny, nz] = at.normal;

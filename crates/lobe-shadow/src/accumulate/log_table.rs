@@ -17,9 +17,11 @@ pub struct LogTableOptions {
     /// Number of bands, 1 to 8.
     pub order: usize,
     /// The width `h > 0` of a window on the visibility before its logarithm, `α_l = cos(πl/2h)`, 0 from `l = h` on; none
-    /// unless it is given. The window of a public re-implementation of [Ren et al. 2006] has `h = 2n`. Without one the result is
-    /// nearer to the true visibility: against 16 random spheres the error is 0.071 instead of 0.080 at order 3, 0.064 instead
-    /// of 0.075 at order 4, 0.071 instead of 0.088 at order 5 (example `exponential_errors`). A window rings less.
+    /// unless it is given. The window of a public re-implementation of [Ren et al. 2006] has `h = 2n`.
+    ///
+    /// Against what 16 random spheres really leave, 30 % of the sky hidden, the mean error without and with that window is 0.071
+    /// and 0.080 at order 3, 0.064 and 0.075 at order 4, 0.071 and 0.084 at order 6. It pays at high orders where much is hidden
+    /// by large spheres: at order 6 and 50 % hidden 0.22 without, 0.13 with (example `exponential_errors`).
     ///
     /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
     #[setters(strip_option)]
@@ -172,9 +174,9 @@ impl LogTable {
         let mut factors = [0.0; MAX_TABLE_ORDER];
         let factors = &mut factors[..self.options.order];
         if u <= self.fit_end {
-            self.fitted(u, factors)
+            self.fitted(u, factors);
         } else {
-            self.interpolated(w, factors)
+            self.interpolated(w, factors);
         }
         Zonal::new(factors.iter().enumerate().map(|(l, f)| f64::from(*f) / rotation_factor(l)).collect())
     }

@@ -1,13 +1,13 @@
 //! Receivers that lie together, and what hides the sky of all of them.
 
-use crate::accumulate::receivers::Receivers;
+use crate::accumulate::receivers::SphereReceivers;
 use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
 
 /// Bits of each coordinate along the curve.
 const CURVE_BITS: u32 = 10;
 
 /// The receivers along Morton's curve through their box, so that neighbors in the list are neighbors in space.
-pub(crate) fn coherent_order(receivers: &Receivers<'_>) -> Vec<u32> {
+pub(crate) fn coherent_order(receivers: &SphereReceivers<'_>) -> Vec<u32> {
     let count = receivers.len() as u32;
     let corner = |of: fn(f32, f32) -> f32, start: f32| {
         (0..count).fold([start; 3], |corner, k| {
@@ -46,7 +46,7 @@ pub(crate) struct Group {
 const LEAST_AXIS: f32 = 1e-3;
 
 impl Group {
-    pub(crate) fn new(receivers: &Receivers<'_>, members: &[u32]) -> Self {
+    pub(crate) fn new(receivers: &SphereReceivers<'_>, members: &[u32]) -> Self {
         let mean = |of: &dyn Fn(u32) -> [f32; 3]| {
             let sum = members.iter().map(|k| of(*k)).fold([0.0; 3], |sum, v| [0, 1, 2].map(|axis| sum[axis] + v[axis]));
             sum.map(|c| c / members.len().max(1) as f32)
@@ -113,5 +113,32 @@ pub(crate) fn sort_out(
         } else {
             waiting.extend(node.children().rev());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accumulate::sphere_tree::Occluder;
+    use lobe_testkit::Random;
+
+    #[test]
+    fn eight_times_the_spheres_are_not_three_times_the_nodes() {
+        let (at, normal) = ([[6.0, 0.0, 0.0]; 16], [UP; 16]);
+        let receivers = SphereReceivers::new(&at, &normal).unwrap();
+        let members: Vec<u32> = (0..16).collect();
+        let nodes = |count: usize| {
+            let mut random = Random::new(1);
+            let center = |random: &mut Random| [0, 1, 2].map(|_| random.unit() as f32);
+            let spheres: Vec<Occluder> = (0..count).map(|_| Occluder::new(center(&mut random), 0.02)).collect();
+            let tree = SphereTree::over(&spheres).unwrap();
+            let (mut near, mut far) = (Vec::new(), Vec::new());
+            sort_out(&tree, &Group::new(&receivers, &members), 0.1, None, &mut near, &mut far);
+            let all: f32 = near.iter().map(|node| node.count).sum();
+            assert_eq!(all, count as f32, "every sphere is under one of the nodes");
+            near.len()
+        };
+        let [some, many] = [64, 512].map(nodes);
+        assert!(many < 3 * some, "{some} nodes for 64 spheres, {many} for 512");
     }
 }

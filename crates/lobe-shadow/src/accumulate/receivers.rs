@@ -6,7 +6,7 @@ use crate::accumulate::lanes::BLOCK;
 
 /// Places on surfaces with their unit normals.
 #[derive(Clone, Copy, Debug)]
-pub struct Receivers<'a> {
+pub struct SphereReceivers<'a> {
     positions: &'a [[f32; 3]],
     normals: &'a [[f32; 3]],
 }
@@ -14,7 +14,7 @@ pub struct Receivers<'a> {
 /// How far a normal's length may be from 1.
 const UNIT: f32 = 1e-3;
 
-impl<'a> Receivers<'a> {
+impl<'a> SphereReceivers<'a> {
     /// Checks places and normals.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::log_table::{MAX_TABLE_ORDER, rotation_factor};
 use crate::accumulate::sum_logarithms::{MAX_LEN, basis_towards};
 
-/// Bands of the clamped cosine at most. The first that is left out, of degree 10, has 0.3 % of the mean.
+/// Bands of the clamped cosine at most. The first that is left out, of degree 10, has 0.5 % of the factor of the mean.
 const COSINE_BANDS: usize = 9;
 
 /// Channels of light, and one of uniform white, which tells how much of the cosine is hidden.

@@ -12,7 +12,7 @@ use crate::accumulate::bounce::Bounce;
 use crate::accumulate::lanes::{BLOCK, Block};
 use crate::accumulate::log_table::LogTable;
 use crate::accumulate::receiver_groups::{Group, coherent_order, sort_out};
-use crate::accumulate::receivers::Receivers;
+use crate::accumulate::receivers::SphereReceivers;
 use crate::accumulate::sky_light::SkyLight;
 use crate::accumulate::sphere_tree::{Node, Occluder, SphereTree};
 use crate::accumulate::sum_logarithms::{Columns, MAX_LEN, add_logarithms};
@@ -70,21 +70,21 @@ impl ShadowOptions {
 /// count twice in the sum: the exponential darkens what the two hide together, and stays positive. How near the result is to the
 /// truth is printed by the example `exponential_errors` for random spheres.
 ///
-/// A sphere above the tangent plane of a receiver has `sin θ = r/d`. One that crosses it counts by the share `t` of its height
-/// above, as a sphere of radius `r √t` in the middle of that part, and no sphere is nearer than its radius. So a receiver on the
-/// surface of a sphere that looks outward is not hidden by it; a tenth of the radius below it loses a twentieth of its sky
-/// instead of all, because spheres reach out of the surfaces for which they stand; at the center it loses half. The result is
-/// continuous in place and normal. Without spheres the sky is open. Results are the same for any number of threads.
+/// A sphere above the tangent plane of a receiver has `sin θ = r/d`. One whose center is lower than `r/3` shrinks, until it is
+/// gone when it is all below the plane, and no sphere is nearer than its radius. So a receiver on the surface of a sphere that
+/// looks outward is not hidden by it; a tenth of the radius below it loses a thirteenth of its light instead of all, because
+/// spheres reach out of the surfaces for which they stand; at the center it loses three quarters. The result is continuous in
+/// place and normal. Without spheres the sky is open. Results are the same for any number of threads.
 ///
 /// ```
 /// use lobe_sh::{Rgb, ShL2};
-/// use lobe_shadow::{LogTable, LogTableOptions, Occluder, Receivers, ShadowOptions, SkyLight, SphereShadows};
+/// use lobe_shadow::{LogTable, LogTableOptions, Occluder, SphereReceivers, ShadowOptions, SkyLight, SphereShadows};
 ///
 /// let table = LogTable::new(&LogTableOptions::default().order(3))?;
 /// let above = [Occluder::new([0.0, 0.0, 2.0], 1.0)];
 /// let shadows = SphereShadows::new(&table, &above, &ShadowOptions::default())?;
 /// let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 1.0, 1.0)), 3)?;
-/// let under = Receivers::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]])?;
+/// let under = SphereReceivers::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]])?;
 /// // The sphere hides sin²θ = 1/4 of the irradiance π.
 /// let irradiance = shadows.irradiance(&under, &sky)?[0].g / std::f32::consts::PI;
 /// assert!((irradiance - 0.75).abs() < 0.06, "{irradiance}");
@@ -94,13 +94,13 @@ impl ShadowOptions {
 /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
 #[derive(Clone, Debug)]
 pub struct SphereShadows<'a> {
-    pub(crate) table: &'a LogTable,
-    pub(crate) tree: SphereTree,
-    pub(crate) columns: Columns,
-    pub(crate) exponential: BatchExponential,
-    pub(crate) arch: Arch,
+    table: &'a LogTable,
+    tree: SphereTree,
+    columns: Columns,
+    exponential: BatchExponential,
+    arch: Arch,
     /// The spheres one by one.
-    pub(crate) leaves: Vec<Node>,
+    leaves: Vec<Node>,
     options: ShadowOptions,
 }
 
@@ -121,13 +121,13 @@ impl<'a> SphereShadows<'a> {
     pub fn with_tree(table: &'a LogTable, tree: SphereTree, options: &ShadowOptions) -> Result<Self, ShadowError> {
         options.check()?;
         let exponential = BatchExponential::new(table.order(), options.method)?;
-        let leaves = tree.nodes.iter().copied().filter(|node| node.is_leaf()).collect();
+        let leaves = tree.nodes.iter().copied().filter(Node::is_leaf).collect();
         Ok(Self { table, tree, columns: Columns::new(), exponential, arch: Arch::new(), leaves, options: *options })
     }
 
     /// The expansions of what each receiver sees of the sky, one after the other: factors for products with transfer.
     #[must_use]
-    pub fn visibility(&self, receivers: &Receivers<'_>) -> Vec<f32> {
+    pub fn visibility(&self, receivers: &SphereReceivers<'_>) -> Vec<f32> {
         let n = len(self.table.order());
         self.of_all(receivers, n, |_, _, visibility, out| {
             for (k, row) in out.chunks_exact_mut(n).enumerate() {
@@ -140,7 +140,7 @@ impl<'a> SphereShadows<'a> {
     ///
     /// # Errors
     /// [`ShadowError::Options`] if the light is prepared for another order than the table's.
-    pub fn irradiance(&self, receivers: &Receivers<'_>, sky: &SkyLight) -> Result<Vec<Rgb<f32>>, ShadowError> {
+    pub fn irradiance(&self, receivers: &SphereReceivers<'_>, sky: &SkyLight) -> Result<Vec<Rgb<f32>>, ShadowError> {
         self.irradiance_with(receivers, sky, None)
     }
 
@@ -150,16 +150,37 @@ impl<'a> SphereShadows<'a> {
     /// As [`SphereShadows::irradiance`].
     pub fn irradiance_with_bounce(
         &self,
-        receivers: &Receivers<'_>,
+        receivers: &SphereReceivers<'_>,
         sky: &SkyLight,
         bounce: &Bounce,
     ) -> Result<Vec<Rgb<f32>>, ShadowError> {
         self.irradiance_with(receivers, sky, Some(bounce))
     }
 
+    /// What the spheres reflect of a sky, sphere `k` of albedo `albedo[k]`. Takes time in the square of their number.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if the light is for another order; [`ShadowError::Invalid`] if a sphere has no albedo, or one
+    /// is outside `[0, 1]`.
+    pub fn bounce(&self, sky: &SkyLight, albedo: &[Rgb<f32>]) -> Result<Bounce, ShadowError> {
+        self.check_order(sky)?;
+        Bounce::new(&self.tree, sky, albedo, |sixteen| self.visibility_at(sixteen))
+    }
+
+    /// What each of up to sixteen spheres sees of the sky from its center, past all others.
+    fn visibility_at(&self, sixteen: &[Node]) -> Vec<Block> {
+        let mut f = vec![[0.0; BLOCK]; len(self.table.order())];
+        let center = |k: usize| sixteen[k.min(sixteen.len() - 1)].center;
+        let position = [0, 1, 2].map(|axis| std::array::from_fn(|k| center(k)[axis]));
+        let at = ReceiverBlock { position, normal: [[0.0; BLOCK]; 3] };
+        self.add(&at, &self.leaves, false, &mut f);
+        self.exponential.of_block_in_place(&mut f);
+        f
+    }
+
     fn irradiance_with(
         &self,
-        receivers: &Receivers<'_>,
+        receivers: &SphereReceivers<'_>,
         sky: &SkyLight,
         bounce: Option<&Bounce>,
     ) -> Result<Vec<Rgb<f32>>, ShadowError> {
@@ -167,7 +188,7 @@ impl<'a> SphereShadows<'a> {
         let flat = self.of_all(receivers, 3, |at, nodes, visibility, out| {
             let mut irradiance = sky.irradiance_of_block(self.arch, &at.normal, visibility);
             if let Some(bounce) = bounce {
-                bounce.add_to(self.arch, at, nodes, &mut irradiance);
+                bounce.add_to(self.arch, at, [nodes.near, nodes.far], &mut irradiance);
             }
             for (k, row) in out.chunks_exact_mut(3).enumerate() {
                 row.iter_mut().zip(&irradiance).for_each(|(out, channel)| *out = channel[k]);
@@ -176,7 +197,7 @@ impl<'a> SphereShadows<'a> {
         Ok(flat.as_chunks().0.iter().map(|rgb| Rgb::from(*rgb)).collect())
     }
 
-    pub(crate) fn check_order(&self, sky: &SkyLight) -> Result<(), ShadowError> {
+    fn check_order(&self, sky: &SkyLight) -> Result<(), ShadowError> {
         if sky.order() != self.table.order() {
             let message =
                 format!("expected light for order {}, that of the table, found {}", self.table.order(), sky.order());
@@ -189,7 +210,7 @@ impl<'a> SphereShadows<'a> {
     /// receiver to `write`; the numbers of all receivers, in their order.
     fn of_all(
         &self,
-        receivers: &Receivers<'_>,
+        receivers: &SphereReceivers<'_>,
         stride: usize,
         write: impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]) + Sync,
     ) -> Vec<f32> {
@@ -221,7 +242,7 @@ impl<'a> SphereShadows<'a> {
     /// The same for a group of receivers.
     fn of_group(
         &self,
-        receivers: &Receivers<'_>,
+        receivers: &SphereReceivers<'_>,
         members: &[u32],
         out: &mut [f32],
         write: &impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]),
@@ -248,13 +269,13 @@ impl<'a> SphereShadows<'a> {
         }
     }
 
-    pub(crate) fn add(&self, at: &ReceiverBlock, nodes: &[Node], plane: bool, sums: &mut [Block]) {
+    fn add(&self, at: &ReceiverBlock, nodes: &[Node], plane: bool, sums: &mut [Block]) {
         add_logarithms(self.arch, self.table, &self.columns, at, nodes, plane, sums);
     }
 }
 
 /// What hides the sky of a group: nodes that every receiver sees from where it is, and such that all see alike.
-pub(crate) struct Nodes<'a> {
-    pub(crate) near: &'a [Node],
-    pub(crate) far: &'a [Node],
+struct Nodes<'a> {
+    near: &'a [Node],
+    far: &'a [Node],
 }

@@ -3,7 +3,7 @@
 use lobe_sh::{Basis, len};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::accumulate::aim::{ReceiverBlock, Receivers, aim};
+use crate::accumulate::aim::{ReceiverBlock, SphereReceivers, aim};
 use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::log_table::{FIT, LogTable, MAX_TABLE_ORDER};
 use crate::accumulate::sphere_tree::Node;
@@ -90,7 +90,7 @@ impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE>
         let mut fit = [[0.0; FIT]; N];
         fit.iter_mut().zip(&self.table.fit).for_each(|(fit, c)| *fit = *c);
         for part in 0..Lanes::<S>::PARTS {
-            let at = Receivers::load(simd, self.at, part);
+            let at = SphereReceivers::load(simd, self.at, part);
             let mut sums = [Lanes::splat(simd, 0.0); MAX_LEN];
             for (sum, out) in sums.iter_mut().zip(out.iter()) {
                 *sum = Lanes::load(simd, out, part);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL1, ShVec, SphereQuadrature};
-use lobe_shadow::{Bounce, LogTable, LogTableOptions, Occluder, Receivers, ShadowOptions, SkyLight, SphereShadows};
+use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, SkyLight, SphereReceivers, SphereShadows};
 use lobe_testkit::Random;
 
 const ALBEDO: f64 = 0.7;
@@ -69,11 +69,11 @@ fn a_bounce_brings_irradiance_nearer_to_the_traced_truth() {
         };
         let spheres: Vec<Occluder> = (0..4).map(|_| sphere(&mut random)).collect();
         let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default().cut(0.0)).unwrap();
-        let bounce = Bounce::new(&shadows, &light, &[Rgb::splat(ALBEDO as f32); 4]).unwrap();
+        let bounce = shadows.bounce(&light, &[Rgb::splat(ALBEDO as f32); 4]).unwrap();
         let positions: Vec<[f32; 3]> =
             (0..6).map(|_| [1.5 * random.signed() as f32, 1.5 * random.signed() as f32, 0.0]).collect();
         let normals = vec![[0.0, 0.0, 1.0]; 6];
-        let receivers = Receivers::new(&positions, &normals).unwrap();
+        let receivers = SphereReceivers::new(&positions, &normals).unwrap();
         let dark = shadows.irradiance(&receivers, &light).unwrap();
         let bright = shadows.irradiance_with_bounce(&receivers, &light, &bounce).unwrap();
         for k in 0..6 {
@@ -94,12 +94,13 @@ fn a_white_sphere_under_a_white_sky_is_not_seen() {
     let sky = SkyLight::new(&ShL1::constant(Rgb::splat(1.0)), 3).unwrap();
     let spheres = [Occluder::new([0.5, 0.0, 2.0], 0.8)];
     let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default()).unwrap();
-    let bounce = Bounce::new(&shadows, &sky, &[Rgb::splat(1.0)]).unwrap();
+    let bounce = shadows.bounce(&sky, &[Rgb::splat(1.0)]).unwrap();
     let (at, normal) = ([[0.0; 3]], [[0.0, 0.0, 1.0]]);
-    let found = shadows.irradiance_with_bounce(&Receivers::new(&at, &normal).unwrap(), &sky, &bounce).unwrap()[0].g;
+    let found =
+        shadows.irradiance_with_bounce(&SphereReceivers::new(&at, &normal).unwrap(), &sky, &bounce).unwrap()[0].g;
     assert!((f64::from(found) / PI - 1.0).abs() < 0.05, "{found} against pi");
-    let message = Bounce::new(&shadows, &sky, &[]).unwrap_err().to_string();
+    let message = shadows.bounce(&sky, &[]).unwrap_err().to_string();
     assert!(message.contains("expected one for every sphere, found 0"), "{message}");
-    let message = Bounce::new(&shadows, &sky, &[Rgb::splat(1.5)]).unwrap_err().to_string();
+    let message = shadows.bounce(&sky, &[Rgb::splat(1.5)]).unwrap_err().to_string();
     assert!(message.contains("from 0 to 1"), "{message}");
 }
