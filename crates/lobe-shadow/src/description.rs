@@ -224,7 +224,7 @@ mod tests {
             (with("\"scale\": 2", "\"scale\": 0"), "entity `ball`: key 1: expected a positive scale, found 0"),
             (with("\"scale\": 2", "\"rotation\": [0, 0, 0, 0]"), "entity `ball`: key 1"),
             (with("\"time\": 2", "\"time\": 0"), "entity `ball`: expected times that rise, found 0 after 0"),
-            (with("\"time\": 2", "\"tiem\": 2"), "unknown field `tiem`"),
+            (with("\"time\": 2", "\"when\": 2"), "unknown field `when`"),
             (with("[4, 0, 1]", "[4, 0]"), "entities[0].keys[1].translation"),
             (with("built-in:ball", "../ball.obj"), "outside of its folder"),
             (with("built-in:ball", "/etc/hostname"), "outside of its folder"),

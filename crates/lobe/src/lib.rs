@@ -198,6 +198,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/rendering.md")]
     mod rendering {}
 
+    #[doc = include_str!("../../../docs/guide/src/moving.md")]
+    mod moving {}
+
     #[doc = include_str!("../../../docs/guide/src/shipping.md")]
     mod shipping {}
 

@@ -6,7 +6,7 @@ use lobe::prt::BakeOptions;
 use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::scene::{AnimatedScene, built_in};
 use lobe::sh::ExpMethod;
-use lobe::shadow::{FieldOptions, ShadowOptions, SphereFitOptions};
+use lobe::shadow::{FieldOptions, ShadowOptions};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::SceneInput;
@@ -38,7 +38,8 @@ pub(crate) struct MovingInput {
     /// shexp: the exponential [default: grid]
     #[arg(long, value_enum)]
     exponential: Option<Exponential>,
-    /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 64]
+    /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 16;
+    /// more overlap more, and count twice what they hide together]
     #[arg(long, value_name = "K", value_parser = spheres)]
     spheres: Option<usize>,
     /// fields, shexp: light that spheres send on, one bounce
@@ -157,12 +158,13 @@ impl MovingInput {
         transfer: &BakeOptions,
         talk: Talk,
     ) -> anyhow::Result<MovingShading> {
-        let mut spheres = SphereFitOptions::default();
-        spheres.count = self.spheres.unwrap_or(spheres.count);
-        let bake = MovingBakeOptions::default()
+        let bake = MovingBakeOptions::default();
+        let spheres = bake.spheres.clone();
+        let count = self.spheres.unwrap_or(spheres.count);
+        let bake = bake
             .transfer(transfer.clone())
             .field(FieldOptions::default().order(transfer.order))
-            .spheres(spheres)
+            .spheres(spheres.count(count))
             .still_hides(self.still_hides);
         let baked = watched(talk, "bake", |job| moving.bake(method, &bake, job))?;
         if baked.is_err() {

@@ -18,6 +18,7 @@ mod light;
 mod manual;
 mod maps;
 mod memory;
+mod moving;
 mod named_light;
 mod project;
 mod render;

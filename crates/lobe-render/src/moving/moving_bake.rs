@@ -9,7 +9,7 @@ use lobe_shadow::{FieldOptions, SkinnedMesh, SphereFitOptions, SphereSet, bake_f
 use crate::{Motion, MovingMethod, MovingPart, MovingScene, RenderError};
 
 /// Options of [`MovingScene::bake`].
-#[derive(Clone, Debug, Default, PartialEq, Setters)]
+#[derive(Clone, Debug, PartialEq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MovingBakeOptions {
@@ -22,6 +22,23 @@ pub struct MovingBakeOptions {
     /// Whether what stands still gets a field too, so that it hides the sky from what moves. A floor of one layer is hard for
     /// a field: between samples above and below it, it hides neither half of the sky and a part of both.
     pub still_hides: bool,
+}
+
+/// Spheres fitted to a part unless others are asked for. More spheres follow a solid more closely, but overlap more, and what
+/// two hide together counts twice in the sum of their logarithms: of three objects over a ground, pictures of direct light
+/// are 33.7, 34.9, 35.0, 33.6 and 27.3 dB from traced paths with 4, 8, 16, 32 and 64.
+const SPHERES: usize = 16;
+
+impl Default for MovingBakeOptions {
+    /// The defaults of each bake, of 16 spheres; what stands still hides nothing.
+    fn default() -> Self {
+        Self {
+            transfer: BakeOptions::default(),
+            field: FieldOptions::default(),
+            spheres: SphereFitOptions::default().count(SPHERES),
+            still_hides: false,
+        }
+    }
 }
 
 impl MovingScene {

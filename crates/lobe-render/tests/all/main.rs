@@ -8,6 +8,7 @@ mod far;
 mod glossy;
 mod mapping_figures;
 mod masks;
+mod moving;
 mod path_tracer;
 mod png;
 mod strict;

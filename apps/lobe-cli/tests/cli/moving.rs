@@ -1,0 +1,72 @@
+//! `lobe field`, `lobe spheres`, and `lobe render` of scenes that move.
+
+use serde_json::Value;
+
+use crate::harness::Dir;
+
+const VIEW: &str = "--env bundled:sunset --size 32x24 --bake-samples 16 --order 3";
+
+#[test]
+fn a_field_is_baked_and_shadows_a_scene_in_files() {
+    let dir = Dir::new();
+    let field = "field built-in:ball -o ball.field.safetensors --order 3 --spheres 4 --cells 4 --rays 16 --json";
+    let printed: Value = serde_json::from_str(&dir.lobe(field).succeeds().0).unwrap();
+    assert_eq!(printed["points"], 4 * 5 * 5 + 1, "{printed}");
+    dir.file(
+        "scene.json",
+        r#"{"format":"lobe-scene","version":1,"still":"built-in:terrain","entities":[
+            {"name":"ball","mesh":"built-in:ball","field":"ball.field.safetensors",
+             "keys":[{"translation":[0,0,3],"scale":0.3}]}]}"#,
+    );
+    dir.lobe(&format!("render scene.json {VIEW} --mode fields -o moving.png")).succeeds();
+    assert!(dir.path("moving.png").exists(), "no picture");
+}
+
+#[test]
+fn spheres_are_fitted_and_their_table_is_written() {
+    let dir = Dir::new();
+    let spheres =
+        "spheres built-in:ball -n 3 --samples 300 --rounds 2 -o s.safetensors --hierarchy h.safetensors --json";
+    let printed: Value = serde_json::from_str(&dir.lobe(spheres).succeeds().0).unwrap();
+    assert_eq!(printed["spheres"].as_array().map(Vec::len), Some(3), "{printed}");
+    assert!(dir.path("h.safetensors").exists(), "no hierarchy");
+    let (table, _) = dir.lobe("spheres table -o t.safetensors --order 3").succeeds();
+    assert!(table.contains("order           3"), "{table}");
+}
+
+#[test]
+fn frames_of_a_moving_scene_are_numbered_by_their_times() {
+    let dir = Dir::new();
+    let shexp = "--mode shexp --spheres 2 --exponential hybrid";
+    dir.lobe(&format!("render built-in:three-objects {VIEW} {shexp} --frames 3..4 --fps 2 -o turn.png")).succeeds();
+    for name in ["turn-003.png", "turn-004.png", "turn.png"] {
+        assert!(dir.path(name).exists(), "no {name}");
+    }
+    dir.lobe(&format!("render built-in:three-objects {VIEW} {shexp} --time 1.5 -o one.png --exposure 1")).succeeds();
+    dir.lobe(&format!("render built-in:three-objects {VIEW} {shexp} --frames 3..3 --fps 2 -o same.png --exposure 1"))
+        .succeeds();
+    assert!(dir.bytes("one.png") == dir.bytes("same-003.png"), "frame 3 of 2 a second is at 1.5 s");
+}
+
+#[test]
+fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
+    let dir = Dir::new();
+    for (options, expected) in [
+        ("--mode shadowed --time 1", "--mode truth, fields or shexp"),
+        ("--mode truth --spheres 4", "--spheres: only of --mode fields and shexp"),
+        ("--mode fields --exponential grid", "--exponential: only of --mode shexp"),
+        ("--mode fields --fps 3", "--fps: only of --frames A..B"),
+        ("--mode fields --time 1 --frames 0..3", "--time: --frames A..B says the times"),
+        ("--mode fields --frames 3..0", "in order"),
+        ("--mode fields --animation none", "found no animation `none`"),
+        ("--mode fields --transfer x.safetensors", "--transfer: only of"),
+    ] {
+        let command = format!("render built-in:three-objects --env bundled:sunset -o x.png {options}");
+        let message = dir.lobe(&command).error();
+        assert!(message.contains(expected), "{options}: {message}");
+    }
+    let message = dir.lobe("field built-in:ball -o f.safetensors --cells 5").error();
+    assert!(message.contains("even number of cells"), "{message}");
+    let message = dir.lobe("spheres built-in:ball -n 3 --method medial-axis --rounds 3 -o s.safetensors").error();
+    assert!(message.contains("--rounds: only of --method variational"), "{message}");
+}
