@@ -43,7 +43,7 @@ fn adaptive_splitting_that_was_stopped_goes_on_to_the_same_bytes() {
     let dir = Dir::new();
     for edge in [0.5, 0.25, 0.125, 0.06] {
         let args = format!(
-            "bake built-in:ball --max-edge {edge} --adaptive 0.05 --order 2 --samples 64 --bounces 0 --quiet -o out.glb"
+            "bake built-in:ball --max-edge {edge} --adaptive 0.01 --order 2 --samples 64 --bounces 0 --quiet -o out.glb"
         );
         let Some(output) = stopped(&dir, started(&dir, &args), "out.glb.checkpoint.split-1") else {
             fs::remove_file(dir.path("out.glb")).unwrap();
@@ -57,7 +57,7 @@ fn adaptive_splitting_that_was_stopped_goes_on_to_the_same_bytes() {
             dir.names()
         );
         assert!(!dir.path("out.glb").exists(), "no output");
-        for other in [args.replace(" --adaptive 0.05", ""), args.replace("--order 2", "--order 3")] {
+        for other in [args.replace(" --adaptive 0.01", ""), args.replace("--order 2", "--order 3")] {
             let line = dir.lobe(&other).error();
             assert!(line.starts_with("out.glb.checkpoint.split-0: this checkpoint is of "), "{line}");
         }

@@ -281,15 +281,16 @@ fn levels_of_roughness_are_written_as_pictures_too() {
 #[test]
 fn what_a_panorama_shows_is_said_kept_and_found_again() {
     let dir = Dir::new();
-    dir.map("cropped.exr", 40, 8, |_, _| [1.0; 3]);
-    let line = dir.lobe("env info cropped.exr").error();
+    // A .pfm cannot keep what its picture shows.
+    dir.map("cropped.pfm", 40, 8, |_, _| [1.0; 3]);
+    let line = dir.lobe("env info cropped.pfm").error();
     assert!(line.contains("--from") && line.contains("--vertical-fov"), "{line}");
-    let (_, notes) = dir.lobe("env info cropped.exr --from lat-long").succeeds();
+    let (_, notes) = dir.lobe("env info cropped.pfm --from lat-long").succeeds();
     assert!(notes.contains("40 x 8 is not 2:1"), "{notes}");
-    let (info, _) = dir.lobe("env info cropped.exr --vertical-fov -15,45 --json").succeeds();
+    let (info, _) = dir.lobe("env info cropped.pfm --vertical-fov -15,45 --json").succeeds();
     let info: Value = serde_json::from_str(&info).unwrap();
     assert_eq!((&info["width"], &info["height"]), (&Value::from(40), &Value::from(24)), "{info}");
-    dir.lobe("env convert cropped.exr --vertical-fov 60 --padding edge --to octahedral --size 16 -o oct.exr")
+    dir.lobe("env convert cropped.pfm --vertical-fov 60 --padding edge --to octahedral --size 16 -o oct.exr")
         .succeeds();
     let (info, notes) = dir.lobe("env info oct.exr --json").succeeds();
     let info: Value = serde_json::from_str(&info).unwrap();
@@ -352,7 +353,7 @@ fn a_damaged_cross_is_damaged_and_not_of_wrong_proportions() {
 #[test]
 fn options_that_would_be_ignored_are_refused() {
     let dir = Dir::new();
-    dir.map("square.exr", 8, 8, |_, _| [1.0; 3]);
+    dir.map("square.pfm", 8, 8, |_, _| [1.0; 3]);
     write_sky(&dir, "sky.exr");
     for (args, part) in [
         ("convert faces/%.exr --from lat-long -o a.ktx2", "--from: faces/%.exr is a cube; leave the option out"),
@@ -367,7 +368,7 @@ fn options_that_would_be_ignored_are_refused() {
             "info bundled:studio --quiet --from-left-handed",
             "--from-left-handed: only of a cube, but bundled:studio is lat-long",
         ),
-        ("info square.exr --from octahedral --from-left-handed", "--from-left-handed: only of a cube"),
+        ("info square.pfm --from octahedral --from-left-handed", "--from-left-handed: only of a cube"),
         ("convert sky.exr -o a.hdr --to lat-long --half", "--half: only of .exr; leave it out"),
         ("convert sky.exr -o a.ktx2 --half", "--half: only of .exr; leave it out"),
         ("convert sky.exr -o a.dds --zstd", "--zstd: only of .ktx2; leave it out"),
@@ -375,7 +376,7 @@ fn options_that_would_be_ignored_are_refused() {
             "convert sky.exr -o a.gif --to cube",
             "expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2, .dds or .ktx",
         ),
-        ("convert square.exr -o a.ktx2", "is neither lat-long (2:1) nor a cube"),
+        ("convert square.pfm -o a.ktx2", "is neither lat-long (2:1) nor a cube"),
         ("convert sky.exr --from cube -o a.ktx2", "a picture of a cube is 4:3"),
         ("convert bundled:studio --from angular -o a.ktx2", "--from: bundled:studio is lat-long"),
         ("prefilter sky.exr -o a.exr", "-o: the chain of --lobe ggx is written as .ktx2, .dds or .ktx"),
@@ -389,5 +390,5 @@ fn options_that_would_be_ignored_are_refused() {
         let line = dir.lobe(&format!("env {args}")).error();
         assert!(line.contains(part), "{args}: {line}");
     }
-    assert_eq!(dir.names(), ["sky.exr", "square.exr"], "files");
+    assert_eq!(dir.names(), ["sky.exr", "square.pfm"], "files");
 }
