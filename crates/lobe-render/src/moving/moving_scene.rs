@@ -87,8 +87,8 @@ impl MovingScene {
         }
         for entity in description.entities {
             let mut part = read_part(&entity.mesh, &entity.name, Motion::Track(entity.track), options, &mut notes)?;
-            part.field = entity.field.as_ref().map(|file| read_field(file)).transpose()?;
-            part.spheres = entity.spheres.as_ref().map(|file| read_spheres(file)).transpose()?;
+            part.field = entity.field.as_ref().map(read_field).transpose()?;
+            part.spheres = entity.spheres.as_ref().map(read_spheres).transpose()?;
             parts.push(part);
         }
         Ok((Self::new(parts)?, notes))

@@ -10,7 +10,7 @@ use lobe_render::{
     MovingShading, PathOptions, SampleCount, TruthOptions, View, ViewOptions, light_moving_scene, render_truth,
 };
 use lobe_scene::{Bvh, SceneReadOptions, built_in};
-use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use lobe_shadow::{FieldOptions, Key, Placement, SphereFitOptions, Track};
 
 const ORDER: usize = 4;
