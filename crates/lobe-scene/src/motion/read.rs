@@ -43,7 +43,7 @@ impl AnimatedScene {
     /// many as their values, a number is not finite, a node or a joint does not exist or is not in the scene, a skin has no
     /// joints or too few matrices, a vertex has no weight or a negative one, or a morph target has another number of
     /// vertices than its mesh. [`SceneError::Refused`] also for more than sixteen numbers of animations, skins and morph
-    /// targets for each vertex that [`SceneReadOptions::limit`] allows.
+    /// targets for each vertex that [`SceneReadOptions::max_triangles`] allows.
     pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Self, SceneReadReport), SceneError> {
         let path = path.as_ref();
         let (name, bytes) = read_file(path)?;

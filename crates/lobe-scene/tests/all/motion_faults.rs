@@ -199,7 +199,7 @@ fn small_files_cannot_ask_for_many_numbers() {
         .with("/skins/1", json!({"joints": [1], "inverseBindMatrices": last - 1}));
     let error = refused(&matrices, &few).to_string();
     let expected = "a.glb: expected at most 16000 numbers of animations and skins, found 31968 or more: raise \
-                    SceneReadOptions::limit";
+                    SceneReadOptions::max_triangles";
     assert_eq!(error, expected, "matrices");
     let error = refused(&Gltf::skinned(), &SceneReadOptions::default().max_bytes(1500));
     assert!(matches!(error, SceneError::Refused { .. }), "memory: {error}");
