@@ -74,6 +74,8 @@ enum Command {
     Field(field::Field),
     /// Fit few spheres to a mesh, for the shadows of what moves
     Spheres(spheres::Spheres),
+    /// Write the table of the logarithms of spheres, which shadows by exponentials look up
+    SphereTable(spheres::SphereTable),
     /// Work on expansions in .sh.json files
     #[command(subcommand)]
     Sh(ShCommand),
@@ -215,6 +217,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::FitLobes(args) => args.run(talk)?,
         Command::Field(args) => args.run(talk)?,
         Command::Spheres(args) => args.run(talk)?,
+        Command::SphereTable(args) => args.run()?,
         Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,

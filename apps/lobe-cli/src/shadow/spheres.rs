@@ -1,9 +1,9 @@
-//! `lobe spheres`: few spheres that stand for a mesh; and the table of logarithms that their shadows need.
+//! `lobe spheres`: few spheres that stand for a mesh; and `lobe sphere-table`: the logarithms that their shadows look up.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::{Args, Subcommand};
+use clap::Args;
 use lobe::shadow::{
     LogTable, LogTableOptions, SphereFitMethod, SphereFitOptions, SphereHierarchy, SphereSetJson, fit_spheres,
     write_log_table, write_sphere_hierarchy, write_spheres,
@@ -31,24 +31,9 @@ const ARITY: usize = 4;
 /// Bytes that a sample takes while the fit runs.
 const SAMPLE: u64 = 100;
 
-#[derive(Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub(crate) struct Spheres {
-    #[command(subcommand)]
-    command: Option<SpheresCommand>,
-    #[command(flatten)]
-    fit: Option<Fit>,
-}
-
-#[derive(Subcommand)]
-enum SpheresCommand {
-    /// Write the table of the logarithms of spheres, which shadows by exponentials look up
-    Table(Table),
-}
-
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
-struct Fit {
+pub(crate) struct Spheres {
     #[command(flatten)]
     input: SceneInput,
     /// The spheres, a .safetensors file
@@ -92,7 +77,7 @@ names! {
 }
 
 #[derive(Args)]
-struct Table {
+pub(crate) struct SphereTable {
     /// The table, a .safetensors file
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -125,16 +110,6 @@ fn rounds(text: &str) -> Result<usize, String> {
 
 impl Spheres {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        match (&self.command, &self.fit) {
-            (Some(SpheresCommand::Table(table)), _) => table.run(),
-            (None, Some(fit)) => fit.run(talk),
-            (None, None) => bail!("expected a mesh, or the sub-command table; see lobe spheres --help"),
-        }
-    }
-}
-
-impl Fit {
-    fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let is_variational = self.method == Method::Variational;
         if self.rounds.is_some() && !is_variational {
             bail!("--rounds: only of --method variational; leave the option out");
@@ -200,8 +175,8 @@ impl Fit {
     }
 }
 
-impl Table {
-    fn run(&self) -> anyhow::Result<()> {
+impl SphereTable {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[] as &[&Path])?;
         let defaults = LogTableOptions::default();

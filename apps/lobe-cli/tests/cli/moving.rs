@@ -30,7 +30,7 @@ fn spheres_are_fitted_and_their_table_is_written() {
     let printed: Value = serde_json::from_str(&dir.lobe(spheres).succeeds().0).unwrap();
     assert_eq!(printed["spheres"].as_array().map(Vec::len), Some(3), "{printed}");
     assert!(dir.path("h.safetensors").exists(), "no hierarchy");
-    let (table, _) = dir.lobe("spheres table -o t.safetensors --order 3").succeeds();
+    let (table, _) = dir.lobe("sphere-table -o t.safetensors --order 3").succeeds();
     assert!(table.contains("order           3"), "{table}");
 }
 
@@ -61,7 +61,7 @@ fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
         ("--mode fields --animation none", "found no animation `none`"),
         ("--mode fields --transfer x.safetensors", "--transfer: only of"),
     ] {
-        let command = format!("render built-in:three-objects --env bundled:sunset -o x.png {options}");
+        let command = format!("render built-in:three-objects --env bundled:sunset -o x.png --quiet {options}");
         let message = dir.lobe(&command).error();
         assert!(message.contains(expected), "{options}: {message}");
     }
