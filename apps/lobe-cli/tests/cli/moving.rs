@@ -25,8 +25,8 @@ fn a_field_is_baked_and_shadows_a_scene_in_files() {
 #[test]
 fn spheres_are_fitted_and_their_table_is_written() {
     let dir = Dir::new();
-    let spheres =
-        "spheres built-in:ball -n 3 --samples 300 --rounds 2 -o s.safetensors --hierarchy h.safetensors --json";
+    dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n");
+    let spheres = "spheres t.obj -n 3 --samples 300 --rounds 2 -o s.safetensors --hierarchy h.safetensors --json";
     let printed: Value = serde_json::from_str(&dir.lobe(spheres).succeeds().0).unwrap();
     assert_eq!(printed["spheres"].as_array().map(Vec::len), Some(3), "{printed}");
     assert!(dir.path("h.safetensors").exists(), "no hierarchy");
