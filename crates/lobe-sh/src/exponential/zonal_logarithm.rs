@@ -6,6 +6,9 @@ use core::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::Zonal;
 use crate::basis::legendre::legendre_normalized;
 use crate::exponential::logarithm::{check_clamp, slope_of_ln};
