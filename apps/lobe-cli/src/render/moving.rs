@@ -45,8 +45,7 @@ pub(crate) struct MovingInput {
     /// fields, shexp: light that spheres send on, one bounce
     #[arg(long)]
     sphere_bounce: bool,
-    /// fields, shexp: what stands still hides the sky from what moves, by a field. Without this it only receives shadows: a field
-    /// is poor near a floor of one layer
+    /// fields, shexp: what stands still hides the sky from what moves, by a field; without this it only receives shadows
     #[arg(long)]
     still_hides: bool,
 }

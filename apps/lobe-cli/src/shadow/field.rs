@@ -19,7 +19,7 @@ const MAX_SPHERES: usize = 256;
 const MAX_CELLS: usize = 256;
 const MAX_RAYS: usize = 1 << 20;
 
-/// Clusters and components of `--storage clustered`: at order 4 an eighth of the bytes of single precision.
+/// Clusters and components of `--storage clustered`: at order 4 less than a third of the bytes of single precision.
 const CLUSTERS: usize = 64;
 const COMPONENTS: usize = 4;
 
