@@ -16,14 +16,8 @@ const CLIPPY: Step =
 /// The mathematics alone, without files.
 const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
-/// Conversions from and to other libraries, which are no default.
-const INTEROP: Step =
-    Step { name: "interop", work: Work::Cargo("test --package lobe-sh --all-features --lib -- interop", &[]) };
-/// The facade hands every feature on, and public values go through serde.
-const FACADE: Step = Step {
-    name: "facade",
-    work: Work::Cargo("test --package lobe --features serde,bytemuck,glam,mint --test values", &[]),
-};
+/// The command as users build it: the tests and clippy have every feature on.
+const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check", &[]) };
 /// The mathematics in a browser: nothing of the standard library is used.
 const WASM: Step = Step {
     name: "wasm32",
@@ -108,8 +102,7 @@ pub(crate) fn ci() -> Outcome {
         CLIPPY,
         PEERS,
         FEATURES,
-        FACADE,
-        INTEROP,
+        DEFAULTS,
         WASM,
         NO_STD,
         OLDEST_RUST,

@@ -5,19 +5,22 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use lobe_sh::{Dir, Expansion as _, ShVec, Zonal, len, product_into};
-use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, SphereReceivers, SphereShadows};
+use lobe_sh::{Basis, Rgb, ShL2, Zonal, len, product_into};
+use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, SkyLight, SphereReceivers, SphereShadows};
 use lobe_testkit::Random;
 
 /// Receivers that are timed together: few, so that other programs seldom come between; and those of the chain.
 const RECEIVERS: usize = 128;
-const CHAINS: usize = 2;
+const CHAINS: usize = 4;
 
 /// Repetitions, taken in turns; the fastest counts.
 const REPETITIONS: usize = 200;
 
+const UP: [f32; 3] = [0.0, 0.0, 1.0];
+
 fn main() {
-    println!("ns per receiver    products      shexp   ratio   with hierarchy   ratio   grouped");
+    println!("                       chain of products    shexp                  irradiance             visibility");
+    println!("ns per receiver       products      whole visibility    ratios      chain    shexp ratio   cut     grouped");
     // In the one thread of a pool: nothing is handed from thread to thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
@@ -35,29 +38,39 @@ fn row(order: usize, count: usize, table: &LogTable) {
     let spheres = figure(count, &mut random);
     let positions: Vec<[f32; 3]> =
         (0..RECEIVERS).map(|_| [1.5 + random.signed() as f32, random.signed() as f32, 0.0]).collect();
-    let normals = vec![[0.0, 0.0, 1.0]; RECEIVERS];
+    let normals = vec![UP; RECEIVERS];
     let receivers = SphereReceivers::new(&positions, &normals).unwrap();
-    let plain = ShadowOptions::default().cut(0.0);
+    let plain = ShadowOptions::default().cut(0.0).share_overlaps(false);
     let all = [plain, ShadowOptions::default(), ShadowOptions::default().group(64)]
         .map(|options| SphereShadows::new(table, &spheres, &options).unwrap());
-    let factors = factors(order, &spheres, &positions[..CHAINS]);
-    let mut best = [f64::INFINITY; 4];
+    let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 1.0, 1.0)), order).unwrap();
+    let chain = Chain::new(order, &spheres);
+    let factors: Vec<f32> = positions[..CHAINS].iter().flat_map(|p| chain.factors(*p)).collect();
+    let mut best = [f64::INFINITY; 7];
     for _ in 0..REPETITIONS {
-        best[0] = best[0].min(seconds(|| chains(order, count, &factors)) / CHAINS as f64);
-        for (best, shadows) in best[1..].iter_mut().zip(&all) {
-            let run = || shadows.visibility(black_box(&receivers));
-            *best = best.min(seconds(run) / RECEIVERS as f64);
+        let few = &positions[..CHAINS];
+        for (best, run) in best.iter_mut().zip([
+            &(|| chain.products(&factors)) as &dyn Fn() -> f32,
+            &|| few.iter().map(|p| chain.visibility(*p)[0]).sum(),
+            &|| few.iter().map(|p| chain.irradiance(*p).r).sum(),
+        ]) {
+            *best = best.min(seconds(run) / CHAINS as f64);
         }
+        for (best, shadows) in best[3..6].iter_mut().zip(&all) {
+            *best = best.min(seconds(|| shadows.visibility(black_box(&receivers))) / RECEIVERS as f64);
+        }
+        best[6] = best[6].min(seconds(|| all[0].irradiance(black_box(&receivers), &sky)) / RECEIVERS as f64);
     }
-    let [products, exponential, hierarchy, grouped] = best.map(|seconds| 1e9 * seconds);
+    let [products, whole, lit, visibility, cut, grouped, irradiance] = best.map(|seconds| 1e9 * seconds);
     println!(
-        "order {order}, {count:3} {products:12.0} {exponential:10.0} {:7.1} {hierarchy:16.0} {:7.1} {grouped:9.0}",
-        products / exponential,
-        products / hierarchy
+        "order {order}, {count:3} {products:12.0} {whole:10.0} {visibility:10.0} {:6.1} {:5.1} {lit:9.0} {irradiance:8.0} {:6.1} {cut:7.0} {grouped:8.0}",
+        products / visibility,
+        whole / visibility,
+        lit / irradiance,
     );
 }
 
-fn seconds<T>(mut run: impl FnMut() -> T) -> f64 {
+fn seconds<T>(run: impl Fn() -> T) -> f64 {
     let start = Instant::now();
     black_box(run());
     start.elapsed().as_secs_f64()
@@ -76,31 +89,85 @@ fn figure(count: usize, random: &mut Random) -> Vec<Occluder> {
     (0..count).map(|k| sphere(k, random)).collect()
 }
 
-/// What each sphere leaves visible, as each receiver sees it, turned already: only the products are timed.
-fn factors(order: usize, spheres: &[Occluder], positions: &[[f32; 3]]) -> Vec<f32> {
-    let mut out = Vec::new();
-    for p in positions {
-        for sphere in spheres {
-            let to = [0, 1, 2].map(|k| f64::from(sphere.center[k] - p[k]));
-            let d = to.iter().map(|c| c * c).sum::<f64>().sqrt();
-            let hidden = Zonal::cone(order, (f64::from(sphere.radius) / d).min(1.0).asin());
-            let visible = &ShVec::constant(order, 1.0) + &hidden.towards(Dir::new(to).unwrap(), -1.0);
-            out.extend(visible.coefficients().iter().map(|c| *c as f32));
-        }
-    }
-    out
+/// What each sphere leaves visible, multiplied one after the other, a receiver at a time, in single precision.
+struct Chain<'a> {
+    order: usize,
+    spheres: &'a [Occluder],
+    basis: Basis<f32>,
+    cosine: Vec<f32>,
 }
 
-fn chains(order: usize, count: usize, factors: &[f32]) -> f32 {
-    let n = len(order);
-    let mut sum = 0.0;
-    for factors in black_box(factors).chunks_exact(count * n) {
-        let (mut all, mut next) = (factors[..n].to_vec(), vec![0.0; n]);
-        for factor in factors.chunks_exact(n).skip(1) {
-            product_into(&all, factor, &mut next);
+impl<'a> Chain<'a> {
+    fn new(order: usize, spheres: &'a [Occluder]) -> Self {
+        let cosine = Zonal::clamped_cosine(order).convolution_factors();
+        Self { order, spheres, basis: Basis::new(order), cosine: cosine.into_iter().map(|f| f as f32).collect() }
+    }
+
+    /// `1 - O` of every sphere: the closed form of a cone by the recurrence of Legendre polynomials, and the basis towards it.
+    fn factors(&self, p: [f32; 3]) -> Vec<f32> {
+        let n = len(self.order);
+        let mut out = vec![0.0; n * self.spheres.len()];
+        for (sphere, row) in self.spheres.iter().zip(out.chunks_exact_mut(n)) {
+            self.factor(sphere, p, row);
+        }
+        out
+    }
+
+    fn factor(&self, sphere: &Occluder, p: [f32; 3], row: &mut [f32]) {
+        let to = [0, 1, 2].map(|k| sphere.center[k] - p[k]);
+        let inverse = to.iter().map(|c| c * c).sum::<f32>().sqrt().recip();
+        let sine = (sphere.radius * inverse).min(1.0);
+        let c = (1.0 - sine * sine).sqrt();
+        self.basis.eval_into(to.map(|c| c * inverse), row);
+        // P_0 to P_n at the rim.
+        let mut p = [1.0, c, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        for l in 1..self.order {
+            p[l + 1] = ((2 * l + 1) as f32 * c * p[l] - l as f32 * p[l - 1]) / (l + 1) as f32;
+        }
+        for l in 0..self.order {
+            // 2π ∫ P_l dz from the rim to the axis; the factor of y_l towards the axis (Funk and Hecke).
+            let integral = if l == 0 { 1.0 - c } else { (p[l - 1] - p[l + 1]) / (2 * l + 1) as f32 };
+            row[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|y| *y *= -2.0 * std::f32::consts::PI * integral);
+        }
+        row[0] += (4.0 * std::f32::consts::PI).sqrt();
+    }
+
+    /// Chained products of factors that are there already.
+    fn products(&self, factors: &[f32]) -> f32 {
+        let n = len(self.order);
+        let mut sum = 0.0;
+        for factors in black_box(factors).chunks_exact(self.spheres.len() * n) {
+            let (mut all, mut next) = (factors[..n].to_vec(), vec![0.0; n]);
+            for factor in factors.chunks_exact(n).skip(1) {
+                product_into(&all, factor, &mut next);
+                std::mem::swap(&mut all, &mut next);
+            }
+            sum += all[0];
+        }
+        sum
+    }
+
+    fn visibility(&self, p: [f32; 3]) -> Vec<f32> {
+        let n = len(self.order);
+        let (mut all, mut next, mut factor) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let Some((first, rest)) = self.spheres.split_first() else { return all };
+        self.factor(first, black_box(p), &mut all);
+        for sphere in rest {
+            self.factor(sphere, p, &mut factor);
+            product_into(&all, &factor, &mut next);
             std::mem::swap(&mut all, &mut next);
         }
-        sum += all[0];
+        all
     }
-    sum
+
+    /// With the clamped cosine about the normal, and a sky of one color in three channels.
+    fn irradiance(&self, p: [f32; 3]) -> Rgb<f32> {
+        let visibility = self.visibility(p);
+        let (mut cosine, mut seen) = (vec![0.0; visibility.len()], vec![0.0; visibility.len()]);
+        self.basis.eval_into(UP, &mut cosine);
+        cosine.iter_mut().enumerate().for_each(|(i, y)| *y *= self.cosine[i.isqrt()]);
+        product_into(&visibility, &cosine, &mut seen);
+        let light = black_box([(4.0 * std::f32::consts::PI).sqrt(); 3]);
+        Rgb::new(seen[0] * light[0], seen[0] * light[1], seen[0] * light[2])
+    }
 }

@@ -8,6 +8,7 @@ mod extraction;
 mod irradiance;
 mod lights;
 mod mappings;
+mod motion;
 mod overview;
 mod page;
 mod projection;
@@ -49,7 +50,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// The steps of the progress bar: files, tables and the page.
-const STEPS: u64 = 142;
+const STEPS: u64 = 152;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -160,6 +161,8 @@ fn write_demo(folder: &Path, detail: Detail, progress: &mut dyn FnMut(&str)) -> 
             demo.sun(&sky)?;
             demo.publish(State::Growing)?;
             hall = Some(demo.transfer(&sky)?);
+            demo.publish(State::Growing)?;
+            demo.motion(&sky)?;
         }
         demo.publish(State::Growing)?;
         demo.environment_mapping(&sky)?;

@@ -100,6 +100,14 @@ impl MovingScene {
         &self.parts
     }
 
+    /// The same scene, no part of which hides the sky from another: what bakes of each part alone can show.
+    #[must_use]
+    pub fn without_occluders(&self) -> Self {
+        let mut alone = self.clone();
+        alone.parts.iter_mut().for_each(|part| (part.field, part.spheres) = (None, None));
+        alone
+    }
+
     pub(crate) fn parts_mut(&mut self) -> &mut [MovingPart] {
         &mut self.parts
     }

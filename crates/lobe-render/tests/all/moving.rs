@@ -86,22 +86,12 @@ fn error_against_paths(moving: &MovingScene, method: Option<MovingMethod>, time:
     let (moment, shading) = match method {
         Some(method) => (&moment, shading(method)),
         None => {
-            unshadowed = without_occluders(moving);
+            unshadowed = moving.without_occluders();
             (&unshadowed.at(time).unwrap(), shading(MovingMethod::Fields))
         }
     };
     let lit = light_moving_scene(moment, &shading, &light, &camera, &view, background, Job::default()).unwrap();
     lobe_image::compare(lit.picture.pixels(), truth.mean.pixels()).relative_rmse
-}
-
-/// The same parts, none of which hides the sky from another: the best that a bake of each alone can do.
-fn without_occluders(moving: &MovingScene) -> MovingScene {
-    let alone = |part: &MovingPart| {
-        let mut alone = part.clone();
-        (alone.field, alone.spheres) = (None, None);
-        alone
-    };
-    MovingScene::new(moving.parts().iter().map(alone).collect()).unwrap()
 }
 
 fn balls_over_ground() -> MovingScene {

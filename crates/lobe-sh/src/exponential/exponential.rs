@@ -46,6 +46,15 @@ impl Default for ExpMethod {
     }
 }
 
+impl ExpMethod {
+    /// The points of [`Grid`](Self::Grid) for an order: a rule of odd degree, `3 (n - 1)` or one more, so that its points are
+    /// opposite in pairs.
+    #[must_use]
+    pub fn grid(order: usize) -> SphereQuadrature {
+        SphereQuadrature::of_degree((3 * order.saturating_sub(1)) | 1)
+    }
+}
+
 /// The exponential of functions of one order, by one method, with what that method prepares.
 ///
 /// ```
@@ -92,7 +101,7 @@ impl Exponential {
                 Prepared::OptimalLinear(OptimalLinear::new(order), limit)
             }
             ExpMethod::Grid => {
-                let rule = SphereQuadrature::of_degree(3 * order.saturating_sub(1));
+                let rule = ExpMethod::grid(order);
                 let mut basis = vec![0.0; rule.len() * len(order)];
                 Basis::<f64>::with_shared(order, |evaluate| {
                     for ((s, _), row) in rule.points().zip(basis.chunks_exact_mut(len(order).max(1))) {
@@ -156,6 +165,9 @@ fn product_series(f: &ShVec<f64>, terms: usize) -> ShVec<f64> {
         core::mem::swap(&mut term, &mut next);
         term *= 1.0 / k as f64;
         sum += &term;
+        if term.coefficients().iter().all(|c| *c == 0.0 || !c.is_finite()) {
+            break;
+        }
     }
     sum
 }

@@ -13,12 +13,12 @@ pub(crate) struct ReceiverBlock {
 
 /// A part of a block in registers.
 #[derive(Clone, Copy)]
-pub(crate) struct SphereReceivers<S: Simd> {
+pub(crate) struct ReceiverLanes<S: Simd> {
     position: [Lanes<S>; 3],
     pub(crate) normal: [Lanes<S>; 3],
 }
 
-impl<S: Simd> SphereReceivers<S> {
+impl<S: Simd> ReceiverLanes<S> {
     #[inline(always)]
     pub(crate) fn load(simd: S, block: &ReceiverBlock, part: usize) -> Self {
         // Array::map is not inlined where the instructions are.
@@ -72,7 +72,7 @@ const NO_DISTANCE: f32 = 1e-30;
 #[inline(always)]
 pub(crate) fn aim<S: Simd, const PLANE: bool>(
     simd: S,
-    at: &SphereReceivers<S>,
+    at: &ReceiverLanes<S>,
     center: [f32; 3],
     radius: f32,
 ) -> Aim<S> {
@@ -95,8 +95,8 @@ pub(crate) fn aim<S: Simd, const PLANE: bool>(
     if !PLANE {
         hiding = squared.if_less(splat(NO_DISTANCE), zero, hiding);
     }
-    let inverse_squared = squared.max(splat(NO_DISTANCE)).recip();
-    let inverse = inverse_squared.sqrt();
+    let inverse = squared.max(splat(NO_DISTANCE)).inverse_sqrt();
+    let inverse_squared = inverse * inverse;
     let sin_squared = hiding * inverse_squared.min(splat((radius * radius).max(NO_DISTANCE).recip()));
     Aim { towards: [c[0] * inverse, c[1] * inverse, c[2] * inverse], sin_squared }
 }

@@ -1,6 +1,6 @@
 //! The exponential of many functions at once.
 
-use lobe_sh::{Basis, ExpMethod, OptimalLinear, SphereQuadrature, len};
+use lobe_sh::{Basis, ExpMethod, OptimalLinear, len};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
@@ -10,22 +10,24 @@ use crate::accumulate::log_table::MAX_TABLE_ORDER;
 /// Halvings at most: then the norm is below the rounding of 1.
 const MOST_HALVINGS: f32 = 24.0;
 
-/// Points of the grid that go together, so that a coefficient is loaded once for all of them.
-const POINTS: usize = 4;
+/// Pairs of points of the grid that go together, so that a coefficient is loaded once for all of them.
+const PAIRS: usize = 4;
 
 /// [`Exponential`](lobe_sh::Exponential) of sixteen functions at a time, in `f32`, for the methods whose steps are the same
 /// for every function: [`ExpMethod::Grid`], [`ExpMethod::OptimalLinear`] and [`ExpMethod::Hybrid`].
 ///
-/// The formulas are those documented there; squares of the hybrid method are taken on the grid, which is exact for them. The
-/// result is that of `f64` within 1e-5 of its norm, or within 1e-3 where the hybrid squares away what rounding left (test
+/// The formulas are those documented there; squares of the hybrid method are taken on the grid, which is exact for them. The points
+/// of the grid are opposite in pairs `±s`, so that even and odd bands are summed once for both: `f(±s) = f_even(s) ± f_odd(s)`.
+///
+/// The result is that of `f64` within 1e-5 of its norm, or within 1e-3 where the hybrid squares away what rounding left (test
 /// `exponentials_of_blocks_are_those_of_the_scalar_path`).
 #[derive(Clone, Debug)]
 pub struct BatchExponential {
     order: usize,
     method: ExpMethod,
-    /// The basis at [`POINTS`] points together, coefficient after coefficient.
-    basis: Vec<[f32; POINTS]>,
-    weights: Vec<[f32; POINTS]>,
+    /// The basis at one point of each of [`PAIRS`] pairs together, coefficient after coefficient.
+    basis: Vec<[f32; PAIRS]>,
+    weights: Vec<[f32; PAIRS]>,
     table: Option<OptimalLinear>,
     arch: Arch,
 }
@@ -55,6 +57,12 @@ impl BatchExponential {
         Ok(Self { order, method, basis, weights, table, arch: Arch::new() })
     }
 
+    /// The same in other registers than the machine's largest.
+    #[cfg(test)]
+    pub(crate) fn with_arch(self, arch: Arch) -> Self {
+        Self { arch, ..self }
+    }
+
     /// The number of bands.
     #[must_use]
     pub fn order(&self) -> usize {
@@ -74,8 +82,11 @@ impl BatchExponential {
     /// If `f` has not `n²` coefficients.
     pub fn of_block_in_place(&self, f: &mut [[f32; 16]]) {
         assert_eq!(f.len(), len(self.order), "coefficients against those of order {}", self.order);
-        let mut result = [[0.0; BLOCK]; MAX_TABLE_ORDER * MAX_TABLE_ORDER];
-        let result = &mut result[..f.len()];
+        self.of_block_with(f, &mut vec![[0.0; BLOCK]; f.len()]);
+    }
+
+    /// The same with room for as many numbers as `f` has.
+    pub(crate) fn of_block_with(&self, f: &mut [Block], result: &mut [Block]) {
         let mean = f[0];
         f[0] = [0.0; BLOCK];
         match (&self.table, self.method) {
@@ -91,7 +102,8 @@ impl BatchExponential {
 
     /// `Σ_points w q(f(s)) y_i(s)`.
     fn on_grid(&self, f: &[Block], result: &mut [Block], value: Value) {
-        self.arch.dispatch(OnGrid { f, result, value, basis: &self.basis, weights: &self.weights });
+        let (order, basis, weights) = (self.order, &self.basis, &self.weights);
+        self.arch.dispatch(OnGrid { order, f, result, value, basis, weights });
     }
 
     /// `(a 1 + b f/2^p)^(2^p)`, every function with the least `p` that brings its norm to the limit.
@@ -121,16 +133,17 @@ impl BatchExponential {
     }
 }
 
-/// The basis and the weights of a grid that is exact for products of three functions of an order, with points of no weight
-/// that fill it up.
-fn grid(order: usize) -> (Vec<[f32; POINTS]>, Vec<[f32; POINTS]>) {
-    let rule = SphereQuadrature::of_degree(3 * (order - 1));
-    let points: Vec<_> = rule.points().collect();
+/// The basis and the weights of a grid that is exact for products of three functions of an order, at one point of each pair of
+/// opposite ones, with pairs of no weight that fill it up.
+fn grid(order: usize) -> (Vec<[f32; PAIRS]>, Vec<[f32; PAIRS]>) {
+    let rule = ExpMethod::grid(order);
+    let is_first = |s: [f64; 3]| s.iter().rev().find(|c| c.abs() > ON_A_PLANE).is_some_and(|c| *c > 0.0);
+    let points: Vec<_> = rule.points().filter(|(s, _)| is_first(s.to_array())).collect();
     let (mut basis, mut weights) = (Vec::new(), Vec::new());
     let mut y = vec![0.0; len(order)];
-    for points in points.chunks(POINTS) {
-        let mut rows = vec![[0.0; POINTS]; len(order)];
-        let mut row_weights = [0.0; POINTS];
+    for points in points.chunks(PAIRS) {
+        let mut rows = vec![[0.0; PAIRS]; len(order)];
+        let mut row_weights = [0.0; PAIRS];
         for (k, (s, weight)) in points.iter().enumerate() {
             Basis::<f64>::with_shared(order, |basis| basis.eval_into(s.to_array(), &mut y));
             rows.iter_mut().zip(&y).for_each(|(row, y)| row[k] = *y as f32);
@@ -142,6 +155,9 @@ fn grid(order: usize) -> (Vec<[f32; POINTS]>, Vec<[f32; POINTS]>) {
     (basis, weights)
 }
 
+/// Coordinates of points of a rule that are less are zero but for rounding.
+const ON_A_PLANE: f64 = 1e-9;
+
 /// What is taken of the values on the grid.
 #[derive(Clone, Copy, PartialEq)]
 enum Value {
@@ -151,11 +167,12 @@ enum Value {
 
 /// To be compiled for the machine's registers: a type, because closures are not inlined there.
 struct OnGrid<'a> {
+    order: usize,
     f: &'a [Block],
     result: &'a mut [Block],
     value: Value,
-    basis: &'a [[f32; POINTS]],
-    weights: &'a [[f32; POINTS]],
+    basis: &'a [[f32; PAIRS]],
+    weights: &'a [[f32; PAIRS]],
 }
 
 impl WithSimd for OnGrid<'_> {
@@ -163,29 +180,64 @@ impl WithSimd for OnGrid<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let splat = |value| Lanes::splat(simd, value);
         self.result.fill([0.0; BLOCK]);
         for part in 0..Lanes::<S>::PARTS {
             for (rows, weights) in self.basis.chunks_exact(self.f.len()).zip(self.weights) {
-                let mut values = [splat(0.0); POINTS];
-                for (f, y) in self.f.iter().zip(rows) {
-                    let f = Lanes::load(simd, f, part);
-                    for p in 0..POINTS {
-                        values[p] = f.times_plus(splat(y[p]), values[p]);
-                    }
+                let mut even = self.summed(simd, part, 0, rows);
+                let mut odd = self.summed(simd, part, 1, rows);
+                for p in 0..PAIRS {
+                    let weight = Lanes::splat(simd, weights[p]);
+                    let (at, opposite) = (self.value_of(even[p] + odd[p]), self.value_of(even[p] - odd[p]));
+                    (even[p], odd[p]) = ((at + opposite) * weight, (at - opposite) * weight);
                 }
-                for p in 0..POINTS {
-                    let value = if self.value == Value::Square { values[p] * values[p] } else { values[p].exp() };
-                    values[p] = value * splat(weights[p]);
-                }
-                for (result, y) in self.result.iter_mut().zip(rows) {
-                    let mut sum = Lanes::load(simd, result, part);
-                    for p in 0..POINTS {
-                        sum = values[p].times_plus(splat(y[p]), sum);
-                    }
-                    sum.store(result, part);
+                add_projected(simd, part, (self.order, 0), rows, &even, self.result);
+                add_projected(simd, part, (self.order, 1), rows, &odd, self.result);
+            }
+        }
+    }
+}
+
+impl OnGrid<'_> {
+    /// `Σ f_i y_i` over every second band, from `first` on, at one point of each pair.
+    #[inline(always)]
+    fn summed<S: Simd>(&self, simd: S, part: usize, first: usize, rows: &[[f32; PAIRS]]) -> [Lanes<S>; PAIRS] {
+        let mut values = [Lanes::splat(simd, 0.0); PAIRS];
+        for l in (first..self.order).step_by(2) {
+            let band = l * l..(l + 1) * (l + 1);
+            for (f, y) in self.f[band.clone()].iter().zip(&rows[band]) {
+                let f = Lanes::load(simd, f, part);
+                for p in 0..PAIRS {
+                    values[p] = f.times_plus(Lanes::splat(simd, y[p]), values[p]);
                 }
             }
+        }
+        values
+    }
+
+    #[inline(always)]
+    fn value_of<S: Simd>(&self, f: Lanes<S>) -> Lanes<S> {
+        if self.value == Value::Square { f * f } else { f.exp() }
+    }
+}
+
+/// Adds `Σ_points values y_i` for every second band, from `first` on.
+#[inline(always)]
+fn add_projected<S: Simd>(
+    simd: S,
+    part: usize,
+    (order, first): (usize, usize),
+    rows: &[[f32; PAIRS]],
+    values: &[Lanes<S>; PAIRS],
+    result: &mut [Block],
+) {
+    for l in (first..order).step_by(2) {
+        let band = l * l..(l + 1) * (l + 1);
+        for (result, y) in result[band.clone()].iter_mut().zip(&rows[band]) {
+            let mut sum = Lanes::load(simd, result, part);
+            for p in 0..PAIRS {
+                sum = values[p].times_plus(Lanes::splat(simd, y[p]), sum);
+            }
+            sum.store(result, part);
         }
     }
 }

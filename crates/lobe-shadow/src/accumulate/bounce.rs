@@ -1,21 +1,15 @@
 //! Light that spheres send on: one bounce.
 
-use std::f64::consts::PI;
-
 use lobe_sh::{Coefficient as _, Rgb, product_into};
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 
 use crate::ShadowError;
-use crate::accumulate::aim::{ReceiverBlock, SphereReceivers, aim};
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
+use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
+use crate::accumulate::lanes::{Block, Lanes};
+use crate::accumulate::shares::{COSINE_OVER_PI, MONOMIALS, monomials, to_monomials};
 use crate::accumulate::sky_light::{CHANNELS, SkyLight};
 use crate::accumulate::sphere_tree::{Node, SphereTree};
-
-/// Factors of the clamped cosine in bands 0 to 2.
-const COSINE: [f64; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
-
-/// Monomials of the first three bands: 1, x, y, z, xy, yz, z², xz, x² - y².
-const MONOMIALS: usize = 9;
 
 /// What spheres of diffuse material reflect of the sky, made by [`bounce`](crate::SphereShadows::bounce) for
 /// [`irradiance_with_bounce`](crate::SphereShadows::irradiance_with_bounce).
@@ -40,13 +34,13 @@ pub struct Bounce {
 }
 
 impl Bounce {
-    /// For the spheres of a tree, sphere `k` of albedo `albedo[k]`. `visibility_at` tells what up to sixteen leaves see of the
-    /// sky, each from its center.
+    /// For the spheres of a tree, sphere `k` of albedo `albedo[k]`. `visibility_at` tells what a leaf sees of the
+    /// sky from its center, in every lane.
     pub(crate) fn new(
         tree: &SphereTree,
         sky: &SkyLight,
         albedo: &[Rgb<f32>],
-        visibility_at: impl Fn(&[Node]) -> Vec<Block>,
+        visibility_at: impl Fn(&Node) -> Vec<Block> + Sync,
     ) -> Result<Self, ShadowError> {
         let invalid = |message: String| Err(ShadowError::Invalid { place: "albedo".to_owned(), message });
         if let Some(k) = albedo.iter().position(|a| !a.to_array().iter().all(|a| (0.0..=1.0).contains(a))) {
@@ -62,13 +56,12 @@ impl Bounce {
             ));
         }
         let mut radiance = vec![[[0.0; 3]; MONOMIALS]; tree.nodes.len()];
-        for sixteen in leaves.chunks(BLOCK) {
-            let visibility = visibility_at(sixteen);
-            for (k, leaf) in sixteen.iter().enumerate() {
-                let visible: Vec<Rgb<f64>> = visibility.iter().map(|v| Rgb::splat(f64::from(v[k]))).collect();
-                radiance[leaf.place as usize] = reflected(&visible, sky, albedo[sphere_of(leaf)]);
-            }
-        }
+        let of_leaf = |leaf: &Node| {
+            let visible: Vec<Rgb<f64>> = visibility_at(leaf).iter().map(|v| Rgb::splat(f64::from(v[0]))).collect();
+            reflected(&visible, sky, albedo[sphere_of(leaf)])
+        };
+        let of_leaves: Vec<_> = leaves.par_iter().map(of_leaf).collect();
+        leaves.iter().zip(of_leaves).for_each(|(leaf, of_leaf)| radiance[leaf.place as usize] = of_leaf);
         for node in tree.nodes.iter().rev().filter(|node| !node.is_leaf()) {
             radiance[node.place as usize] = mean(&tree.nodes[node.children()], &radiance);
         }
@@ -95,27 +88,12 @@ fn reflected(visible: &[Rgb<f64>], sky: &SkyLight, albedo: Rgb<f32>) -> [[f32; 3
     for (i, (b, light)) in b.iter_mut().zip(&light).enumerate() {
         let l = i.isqrt();
         let sign = if l == 1 { -1.0 } else { 1.0 };
-        let factor = sign * COSINE[l] * COSINE[l] / (PI * PI);
+        let factor = sign * COSINE_OVER_PI[l].powi(2);
         for c in 0..3 {
             b[c] = factor * f64::from(albedo.channel(c)) * light.channel(c);
         }
     }
-    let k0 = (4.0 * PI).sqrt().recip();
-    let [k1, k2, k6] = [3.0_f64.sqrt() * k0, 15.0_f64.sqrt() * k0, 0.5 * 5.0_f64.sqrt() * k0];
-    let channel = |c: usize| {
-        let b = |i: usize| b[i][c];
-        [
-            k0 * b(0) - k6 * b(6),
-            -k1 * b(3),
-            -k1 * b(1),
-            k1 * b(2),
-            k2 * b(4),
-            -k2 * b(5),
-            3.0 * k6 * b(6),
-            -k2 * b(7),
-            0.5 * k2 * b(8),
-        ]
-    };
+    let channel = |c: usize| to_monomials(std::array::from_fn(|i| b[i][c]));
     let channels = [channel(0), channel(1), channel(2)];
     std::array::from_fn(|i| channels.map(|channel| channel[i] as f32))
 }
@@ -153,7 +131,7 @@ impl WithSimd for AddReflected<'_> {
         let pi = splat(std::f32::consts::PI);
         let [red, green, blue, white] = self.irradiance;
         for part in 0..Lanes::<S>::PARTS {
-            let at = SphereReceivers::load(simd, self.at, part);
+            let at = ReceiverLanes::load(simd, self.at, part);
             let mut sums = [splat(0.0); 3];
             let mut filled = splat(0.0);
             for node in self.near.iter().chain(self.far) {
@@ -161,11 +139,11 @@ impl WithSimd for AddReflected<'_> {
                 let [x, y, z] = seen.towards;
                 let [nx, ny, nz] = at.normal;
                 let cosine = (nx * x + ny * y + nz * z).max(splat(0.0));
-                let factor = seen.sin_squared * cosine * splat(node.count);
+                let share = node.share.towards(simd, seen.towards);
+                let factor = seen.sin_squared * cosine * share * splat(node.count);
                 filled = filled + factor;
-                let monomials = [splat(1.0), x, y, z, x * y, y * z, z * z, x * z, x * x - y * y];
                 let mut b = [splat(0.0); 3];
-                for (monomial, row) in monomials.into_iter().zip(&self.bounce.radiance[node.place as usize]) {
+                for (monomial, row) in monomials(simd, seen.towards).into_iter().zip(&self.bounce.radiance[node.place as usize]) {
                     for c in 0..3 {
                         b[c] = monomial.times_plus(splat(row[c]), b[c]);
                     }

@@ -51,11 +51,6 @@ impl<S: Simd> Lanes<S> {
         self.with(self.simd.max_f32s(self.values, other.values))
     }
 
-    #[inline(always)]
-    pub(crate) fn sqrt(self) -> Self {
-        self.with(self.simd.sqrt_f32s(self.values))
-    }
-
     /// `self · factor + term`.
     #[inline(always)]
     pub(crate) fn times_plus(self, factor: Self, term: Self) -> Self {
@@ -66,6 +61,24 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub(crate) fn recip(self) -> Self {
         self.with(self.simd.div_f32s(self.simd.splat_f32s(1.0), self.values))
+    }
+
+    /// `1/√x` for a normal `x` above 0, within 5e-7 of it: Newton's steps from an estimate of 3.5 %, without the division and the root,
+    /// which take several times as long.
+    ///
+    /// The estimate halves the exponent: the bits of a float, read as an integer, are nearly its logarithm (Lomont 2003). Each
+    /// step leaves 3/2 of the square of the error: 1.8e-3, 4.7e-6, rounding.
+    #[inline(always)]
+    pub(crate) fn inverse_sqrt(self) -> Self {
+        let simd = self.simd;
+        let bits = simd.transmute_u32s_f32s(self.values);
+        let halved = simd.wrapping_dyn_shr_u32s(bits, simd.splat_u32s(1));
+        let mut y = self.with(simd.transmute_f32s_u32s(simd.sub_u32s(simd.splat_u32s(INVERSE_SQRT), halved)));
+        let minus_half = self * Self::splat(simd, -0.5);
+        for _ in 0..3 {
+            y = y * (minus_half * y).times_plus(y, Self::splat(simd, 1.5));
+        }
+        y
     }
 
     /// `then` where this is less than `other`, `or` elsewhere.
@@ -114,6 +127,9 @@ impl<S: Simd> Lanes<S> {
     }
 }
 
+/// The bits from which half of those of a number are taken for its inverse root (Lomont 2003).
+const INVERSE_SQRT: u32 = 0x5f37_5a86;
+
 /// The arguments between which the exponential is a normal `f32`.
 const EXP_RANGE: [f32; 2] = [-87.0, 88.0];
 
@@ -157,6 +173,34 @@ impl<S: Simd> Mul for Lanes<S> {
 mod tests {
     use super::*;
     use pulp::{Arch, WithSimd};
+
+    struct InverseRoots<'a>(&'a mut [Block]);
+
+    impl WithSimd for InverseRoots<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            for block in self.0 {
+                for part in 0..Lanes::<S>::PARTS {
+                    Lanes::load(simd, block, part).inverse_sqrt().store(block, part);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn inverse_roots_are_within_their_stated_error() {
+        let arguments: Vec<f32> = (0..160_000).map(|k| 10_f64.powf(60.0 * k as f64 / 160_000.0 - 30.0) as f32).collect();
+        for arch in [Arch::new(), Arch::Scalar] {
+            let mut found = arguments.as_chunks::<BLOCK>().0.to_vec();
+            arch.dispatch(InverseRoots(&mut found));
+            let error = |(x, found): (&f32, &f32)| (f64::from(*found) * f64::from(*x).sqrt() - 1.0).abs();
+            let worst = arguments.iter().zip(found.as_flattened()).map(error).fold(0.0, f64::max);
+            println!("{worst:.2e}");
+            assert!(worst < 5e-7, "{worst:.2e}");
+        }
+    }
 
     struct Exponentials<'a>(&'a mut [Block]);
 

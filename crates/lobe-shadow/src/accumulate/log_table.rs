@@ -80,10 +80,10 @@ const AT_PLACES: f64 = 0.75;
 const FIT_PLACES: usize = 128;
 
 /// The end of the polynomials that is tried first: 60 degrees. Beyond, `u` is no good variable.
-const FIT_END: f64 = 0.75;
+pub(crate) const FIT_END: f64 = 0.75;
 
 /// The least end of the polynomials: 2 degrees.
-const LEAST_FIT_END: f64 = 1e-3;
+pub(crate) const LEAST_FIT_END: f64 = 1e-3;
 
 /// The logarithms of what spheres leave visible, over their size as seen from the receiver.
 ///
@@ -117,11 +117,12 @@ impl LogTable {
     /// Makes the table, in a second or two at most.
     ///
     /// # Errors
-    /// [`ShadowError::Options`] if an option is out of its range, or the tolerance would need more than 65536 rows.
+    /// [`ShadowError::Options`] if an option is out of its range, or the tolerance would need more than 65536 rows or polynomials
+    /// for spheres of less than two degrees.
     pub fn new(options: &LogTableOptions) -> Result<Self, ShadowError> {
         options.check().map_err(ShadowError::Options)?;
         let exact = Exact::new(options);
-        let (fit, fit_end) = fit(&exact, options);
+        let (fit, fit_end) = fit(&exact, options)?;
         let mut intervals = INTERVALS[0];
         let mut rows = exact.rows(intervals, &[0.0]);
         rows.push(exact.at(1.0));
@@ -262,7 +263,7 @@ fn error_between(rows: &[Vec<f64>], between: &[Vec<f64>]) -> f64 {
 }
 
 /// The polynomials and where they end: as far as they keep the tolerance.
-fn fit(exact: &Exact, options: &LogTableOptions) -> (Vec<[f32; FIT]>, f64) {
+fn fit(exact: &Exact, options: &LogTableOptions) -> Result<(Vec<[f32; FIT]>, f64), ShadowError> {
     let mut end = FIT_END;
     loop {
         let polynomials = fit_to(exact, options.order, end);
@@ -273,10 +274,14 @@ fn fit(exact: &Exact, options: &LogTableOptions) -> (Vec<[f32; FIT]>, f64) {
             difference(&exact.at(one_minus_cos(u)), values)
         };
         let worst = (1..=FIT_PLACES).map(error).fold(0.0, f64::max);
-        if worst <= AT_PLACES * options.tolerance || end < LEAST_FIT_END {
-            return (polynomials.iter().map(|c| std::array::from_fn(|k| c[k] as f32)).collect(), end);
+        if worst <= AT_PLACES * options.tolerance {
+            return Ok((polynomials.iter().map(|c| std::array::from_fn(|k| c[k] as f32)).collect(), end));
         }
         end *= 0.9;
+        if end < LEAST_FIT_END {
+            let message = format!("no polynomials keep a tolerance of {}; take a larger one", options.tolerance);
+            return Err(ShadowError::Options(message));
+        }
     }
 }
 

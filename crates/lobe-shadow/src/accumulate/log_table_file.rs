@@ -11,7 +11,7 @@ use safetensors::{Dtype, SafeTensors, serialize};
 use serde::{Deserialize, Serialize};
 
 use crate::ShadowError;
-use crate::accumulate::log_table::{FIT, LogTable, LogTableOptions};
+use crate::accumulate::log_table::{FIT, FIT_END, LEAST_FIT_END, LogTable, LogTableOptions};
 
 /// The one entry of the metadata.
 const ENTRY: &str = "lobe";
@@ -81,24 +81,39 @@ pub fn read_log_table_bytes(bytes: &[u8], name: &str) -> Result<LogTable, Shadow
     })
 }
 
-fn read(bytes: &[u8]) -> Result<LogTable, String> {
-    let broken = |e: safetensors::SafeTensorError| format!("expected safetensors, found {e}");
+fn broken(error: safetensors::SafeTensorError) -> String {
+    format!("expected safetensors, found {error}")
+}
+
+fn bad_entry(error: serde_json::Error) -> String {
+    format!("the entry {ENTRY} of its metadata is wrong: {error}")
+}
+
+/// The version of a file of tables, and its header.
+fn header_of(bytes: &[u8]) -> Result<(u32, String), String> {
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
     let Some(entry) = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY)) else {
         return Err(format!("expected {FORMAT}, found tensors that are none of Lobe's"));
     };
-    let bad_entry = |e: serde_json::Error| format!("the entry {ENTRY} of its metadata is wrong: {e}");
     let kind: Kind = serde_json::from_str(entry).map_err(bad_entry)?;
     if kind.format != FORMAT {
         return Err(format!("expected {FORMAT}, found {}", kind.format));
     }
-    if kind.version != VERSION {
-        return Err(format!("expected version {VERSION} of {FORMAT}, found {}; make the table anew", kind.version));
+    Ok((kind.version, entry.clone()))
+}
+
+fn read(bytes: &[u8]) -> Result<LogTable, String> {
+    let (version, entry) = header_of(bytes)?;
+    if version != VERSION {
+        return Err(format!("expected version {VERSION} of {FORMAT}, found {version}; make the table anew"));
     }
-    let header: Header = serde_json::from_str(entry).map_err(bad_entry)?;
+    let header: Header = serde_json::from_str(&entry).map_err(bad_entry)?;
     header.options.check()?;
-    if !(header.fit_end > 0.0 && header.fit_end <= 1.0) {
-        return Err(format!("expected polynomials that end above 0 and up to 1, found {}", header.fit_end));
+    if !(LEAST_FIT_END..=FIT_END).contains(&f64::from(header.fit_end)) {
+        return Err(format!(
+            "expected polynomials that end between {LEAST_FIT_END} and {FIT_END}, found {}",
+            header.fit_end
+        ));
     }
     let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
     let n = header.options.order;
@@ -108,39 +123,44 @@ fn read(bytes: &[u8]) -> Result<LogTable, String> {
     Ok(LogTable { options: header.options, rows, fit, fit_end: header.fit_end })
 }
 
-/// A tensor of finite floats whose shape fits.
+/// The largest number that a table may hold: far beyond those of any clamp, and far from where sums overflow.
+const LARGEST: f32 = 1e6;
+
+/// A tensor of floats whose shape fits.
 fn numbers(tensors: &SafeTensors<'_>, name: &str, fits: impl Fn(&[usize]) -> bool) -> Result<Vec<f32>, String> {
     let view = tensors.tensor(name).map_err(|_| format!("expected a tensor {name}, found none"))?;
     if view.dtype() != Dtype::F32 || !fits(view.shape()) {
         return Err(format!("the tensor {name} of {:?} {:?} does not fit the order", view.dtype(), view.shape()));
     }
     let values: Vec<f32> = view.data().as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    match values.iter().position(|x| !x.is_finite()) {
-        Some(k) => Err(format!("expected finite numbers in {name}, found {} as number {k}", values[k])),
+    match values.iter().position(|x| !(x.abs() <= LARGEST)) {
+        Some(k) => Err(format!("expected logarithms in {name}, found {} as number {k}", values[k])),
         None => Ok(values),
     }
 }
 
-/// The table of these options from a file or, where there is none, made and written to it.
+/// The table of these options from a file or, where there is none or one of another version, made and written to it.
 ///
 /// # Errors
-/// [`ShadowError::Invalid`] if the file holds a table of other options; else as [`read_log_table`], [`LogTable::new`] and
-/// [`write_log_table`].
+/// [`ShadowError::Invalid`] if the file holds a table of other options, or no table at all; else as [`read_log_table`],
+/// [`LogTable::new`] and [`write_log_table`].
 pub fn cached_log_table(path: impl AsRef<Path>, options: &LogTableOptions) -> Result<LogTable, ShadowError> {
     let path = path.as_ref();
-    match read_log_table(path) {
-        Ok(table) => {
-            check_options(&table.options, options)
-                .map_err(|message| ShadowError::Invalid { place: path.display().to_string(), message })?;
-            Ok(table)
-        }
-        Err(ShadowError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            let table = LogTable::new(options)?;
-            write_log_table(path, &table)?;
-            Ok(table)
-        }
-        Err(error) => Err(error),
-    }
+    let place = path.display().to_string();
+    let bytes = match fs::read(path) {
+        Ok(bytes) => Some(bytes),
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        Err(source) => return Err(ShadowError::Io { place, source }),
+    };
+    let is_old = |bytes: &[u8]| header_of(bytes).is_ok_and(|(version, _)| version != VERSION);
+    let Some(bytes) = bytes.filter(|bytes| !is_old(bytes)) else {
+        let table = LogTable::new(options)?;
+        write_log_table(path, &table)?;
+        return Ok(table);
+    };
+    let table = read_log_table_bytes(&bytes, &place)?;
+    check_options(&table.options, options).map_err(|message| ShadowError::Invalid { place, message })?;
+    Ok(table)
 }
 
 /// What a table is made for against what is asked for: the first difference, in words.

@@ -1,7 +1,8 @@
 //! What many spheres together leave of the sky: the sum of their logarithms, and its exponential ([Ren et al. 2006]).
 //!
 //! Read [`log_table`] first (and [`log_table_file`] for its file), then [`aim`], how a receiver sees a sphere,
-//! [`sum_logarithms`], the kernel in [`lanes`], and [`batch_exponential`]. [`sphere_tree`] lets many spheres count as one,
+//! [`sum_logarithms`], the kernel in [`lanes`] and [`columns`], and [`batch_exponential`]. [`shares`] lets spheres that overlap
+//! share what they hide, [`sphere_tree`] many spheres count as one,
 //! [`sky_light`] turns visibility into irradiance, [`bounce`] adds what spheres reflect, and [`sphere_shadows`] is all of it for
 //! a set of receivers. Uses no other room.
 //!
@@ -10,11 +11,13 @@
 mod aim;
 pub(crate) mod batch_exponential;
 pub(crate) mod bounce;
+mod columns;
 mod lanes;
 pub(crate) mod log_table;
 pub(crate) mod log_table_file;
 mod receiver_groups;
 pub(crate) mod receivers;
+mod shares;
 pub(crate) mod sky_light;
 pub(crate) mod sphere_shadows;
 pub(crate) mod sphere_tree;

@@ -1,6 +1,7 @@
 //! Receivers that lie together, and what hides the sky of all of them.
 
 use crate::accumulate::receivers::SphereReceivers;
+use crate::accumulate::shares::Share;
 use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
 
 /// Bits of each coordinate along the curve.
@@ -102,12 +103,17 @@ pub(crate) fn sort_out(
     let mut waiting = if tree.is_empty() { Vec::new() } else { vec![0_usize] };
     while let Some(k) = waiting.pop() {
         let node = tree.nodes[k];
+        if node.share == Share::Nothing {
+            continue;
+        }
         let [low, high] = group.heights(node.center);
         if high < -node.reach {
             continue;
         }
         let d = distance(node.center, group.center);
-        if node.is_leaf() || node.reach <= cut * (d - group.radius) {
+        // What a plane cuts through is opened, so that each sphere sinks by itself.
+        let is_small = node.reach <= cut * (d - group.radius) && low >= node.reach;
+        if node.is_leaf() || is_small {
             let is_far = far_limit.is_some_and(|limit| group.radius <= limit * (d - node.reach)) && low >= node.reach;
             if is_far { far.push(node) } else { near.push(node) }
         } else {
@@ -129,7 +135,8 @@ mod tests {
         let members: Vec<u32> = (0..16).collect();
         let nodes = |count: usize| {
             let mut random = Random::new(1);
-            let center = |random: &mut Random| [0, 1, 2].map(|_| random.unit() as f32);
+            // All above the plane, where nodes need not be opened.
+            let center = |random: &mut Random| [0.0, 0.0, 0.5].map(|low| low + random.unit() as f32);
             let spheres: Vec<Occluder> = (0..count).map(|_| Occluder::new(center(&mut random), 0.02)).collect();
             let tree = SphereTree::over(&spheres).unwrap();
             let (mut near, mut far) = (Vec::new(), Vec::new());

@@ -4,12 +4,12 @@ use lobe_sh::{Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, Rgb, Zo
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
+use crate::accumulate::columns::{Columns, MOST_BANDS};
 use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::log_table::{MAX_TABLE_ORDER, rotation_factor};
-use crate::accumulate::sum_logarithms::{MAX_LEN, basis_towards};
 
 /// Bands of the clamped cosine at most. The first that is left out, of degree 10, has 0.5 % of the factor of the mean.
-const COSINE_BANDS: usize = 9;
+const COSINE_BANDS: usize = MOST_BANDS;
 
 /// Channels of light, and one of uniform white, which tells how much of the cosine is hidden.
 pub(crate) const CHANNELS: usize = 4;
@@ -28,8 +28,11 @@ pub(crate) const CHANNELS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct SkyLight {
     order: usize,
-    /// `j` of the bands that the clamped cosine has.
-    functions: Vec<usize>,
+    /// Bands of the product that the clamped cosine is applied to.
+    bands: usize,
+    /// The row of the operator for each function of these bands; none where the clamped cosine has no band.
+    rows: Vec<Option<usize>>,
+    columns: Columns,
     /// `A_j G_ji` for every function, `i`, and channel.
     operator: Vec<[f32; CHANNELS]>,
     /// The light itself, cut off or filled up to the order of the visibility.
@@ -54,27 +57,25 @@ impl SkyLight {
         // Bands beyond these have no part in products of the other two.
         let used = light.len().isqrt().min((order + COSINE_BANDS - 1).min(MAX_GAUNT_ORDER));
         let bands = (order + used).saturating_sub(1).clamp(1, COSINE_BANDS);
-        let functions: Vec<usize> = (0..len(bands)).filter(|j| has_cosine(j.isqrt())).collect();
         let cosine = Zonal::clamped_cosine(bands);
-        let mut place = vec![usize::MAX; len(bands)];
-        functions.iter().enumerate().for_each(|(row, j)| place[*j] = row);
-        let mut operator = vec![[0.0_f64; CHANNELS]; functions.len() * len(order)];
+        let mut numbers = 0..;
+        let rows: Vec<Option<usize>> =
+            (0..len(bands)).map(|j| if has_cosine(j.isqrt()) { numbers.next() } else { None }).collect();
+        let mut operator = vec![[0.0_f64; CHANNELS]; numbers.start * len(order)];
         let white = (4.0 * std::f64::consts::PI).sqrt();
         for t in GauntTensor::new(bands, order, used.max(1)).coefficients() {
-            if place[t.i] == usize::MAX {
-                continue;
-            }
+            let Some(row) = rows[t.i] else { continue };
             let band = t.i.isqrt();
             let value = t.value * cosine.coefficients()[band] * rotation_factor(band);
             let [r, g, b] = light.get(t.k).copied().unwrap_or(Rgb::ZERO).to_array();
             let uniform = if t.k == 0 { white } else { 0.0 };
-            let entry = &mut operator[place[t.i] * len(order) + t.j];
+            let entry = &mut operator[row * len(order) + t.j];
             entry.iter_mut().zip([r, g, b, uniform]).for_each(|(entry, light)| *entry += value * light);
         }
         let operator = operator.iter().map(|row| row.map(|x| x as f32)).collect();
         let mut light = light;
         light.resize(len(order), Rgb::ZERO);
-        Ok(Self { order, functions, operator, light })
+        Ok(Self { order, bands, rows, columns: Columns::new(), operator, light })
     }
 
     /// The order of the visibility.
@@ -102,15 +103,8 @@ impl SkyLight {
         normal: &[Block; 3],
         visibility: &[Block],
     ) -> [Block; CHANNELS] {
-        let bands = self.functions.last().map_or(1, |j| j.isqrt() + 1);
-        let mut y = [[0.0; BLOCK]; COSINE_BANDS * COSINE_BANDS];
-        let mut one = [0.0; COSINE_BANDS * COSINE_BANDS];
-        for k in 0..BLOCK {
-            basis_towards([normal[0][k], normal[1][k], normal[2][k]], &mut one[..len(bands)]);
-            y.iter_mut().zip(&one).for_each(|(y, value)| y[k] = *value);
-        }
         let mut out = [[0.0; BLOCK]; CHANNELS];
-        arch.dispatch(Apply { sky: self, y: &y, visibility, out: &mut out });
+        arch.dispatch(Apply { sky: self, normal, visibility, out: &mut out });
         out
     }
 }
@@ -123,7 +117,7 @@ fn has_cosine(l: usize) -> bool {
 /// To be compiled for the machine's registers.
 struct Apply<'a> {
     sky: &'a SkyLight,
-    y: &'a [Block],
+    normal: &'a [Block; 3],
     visibility: &'a [Block],
     out: &'a mut [Block; CHANNELS],
 }
@@ -133,23 +127,24 @@ impl WithSimd for Apply<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        let n = self.visibility.len();
         for part in 0..Lanes::<S>::PARTS {
-            let mut v = [Lanes::splat(simd, 0.0); MAX_LEN];
-            v.iter_mut().zip(self.visibility).for_each(|(v, block)| *v = Lanes::load(simd, block, part));
-            let v = &v[..self.visibility.len()];
+            let [x, y, z] = self.normal;
+            let normal = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
             let mut sums = [Lanes::splat(simd, 0.0); CHANNELS];
-            for (j, row) in self.sky.functions.iter().zip(self.sky.operator.chunks_exact(v.len())) {
+            self.sky.columns.for_each(simd, self.sky.bands, normal, |j, y| {
+                let Some(row) = self.sky.rows[j] else { return };
                 let mut along = [Lanes::splat(simd, 0.0); CHANNELS];
-                for (v, entry) in v.iter().zip(row) {
+                for (v, entry) in self.visibility.iter().zip(&self.sky.operator[row * n..][..n]) {
+                    let v = Lanes::load(simd, v, part);
                     for c in 0..CHANNELS {
                         along[c] = v.times_plus(Lanes::splat(simd, entry[c]), along[c]);
                     }
                 }
-                let y = Lanes::load(simd, &self.y[*j], part);
                 for c in 0..CHANNELS {
                     sums[c] = y.times_plus(along[c], sums[c]);
                 }
-            }
+            });
             for (sum, out) in sums.iter().zip(self.out.iter_mut()) {
                 sum.store(out, part);
             }

@@ -9,13 +9,15 @@ use crate::ShadowError;
 use crate::accumulate::aim::ReceiverBlock;
 use crate::accumulate::batch_exponential::BatchExponential;
 use crate::accumulate::bounce::Bounce;
+use crate::accumulate::columns::Columns;
 use crate::accumulate::lanes::{BLOCK, Block};
 use crate::accumulate::log_table::LogTable;
 use crate::accumulate::receiver_groups::{Group, coherent_order, sort_out};
 use crate::accumulate::receivers::SphereReceivers;
+use crate::accumulate::shares::Share;
 use crate::accumulate::sky_light::SkyLight;
-use crate::accumulate::sphere_tree::{Node, Occluder, SphereTree};
-use crate::accumulate::sum_logarithms::{Columns, MAX_LEN, add_logarithms};
+use crate::accumulate::sphere_tree::{Node, Occluder, SphereTree, distance};
+use crate::accumulate::sum_logarithms::add_logarithms;
 
 /// Options of [`SphereShadows`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -31,6 +33,8 @@ pub struct ShadowOptions {
     pub group: usize,
     /// Spheres are far from a group where its radius is at most this part of their distance.
     pub far: f32,
+    /// Whether spheres that overlap share what they hide. Otherwise each of them hides it once more, as published.
+    pub share_overlaps: bool,
 }
 
 /// Receivers that a thread takes at a time where they share nothing.
@@ -40,7 +44,7 @@ impl Default for ShadowOptions {
     /// On the grid, nodes up to a fifth of their distance, every receiver by itself; groups take what is twenty times
     /// as far as they are large.
     fn default() -> Self {
-        Self { method: ExpMethod::default(), cut: 0.2, group: 0, far: 0.05 }
+        Self { method: ExpMethod::default(), cut: 0.2, group: 0, far: 0.05, share_overlaps: true }
     }
 }
 
@@ -118,10 +122,14 @@ impl<'a> SphereShadows<'a> {
     ///
     /// # Errors
     /// [`ShadowError::Options`] for options out of their range.
-    pub fn with_tree(table: &'a LogTable, tree: SphereTree, options: &ShadowOptions) -> Result<Self, ShadowError> {
+    pub fn with_tree(table: &'a LogTable, mut tree: SphereTree, options: &ShadowOptions) -> Result<Self, ShadowError> {
         options.check()?;
         let exponential = BatchExponential::new(table.order(), options.method)?;
-        let leaves = tree.nodes.iter().copied().filter(Node::is_leaf).collect();
+        if !options.share_overlaps {
+            tree.nodes.iter_mut().for_each(|node| node.share = Share::Whole);
+        }
+        let shows = |node: &Node| node.is_leaf() && node.share != Share::Nothing;
+        let leaves = tree.nodes.iter().copied().filter(shows).collect();
         Ok(Self { table, tree, columns: Columns::new(), exponential, arch: Arch::new(), leaves, options: *options })
     }
 
@@ -164,16 +172,17 @@ impl<'a> SphereShadows<'a> {
     /// is outside `[0, 1]`.
     pub fn bounce(&self, sky: &SkyLight, albedo: &[Rgb<f32>]) -> Result<Bounce, ShadowError> {
         self.check_order(sky)?;
-        Bounce::new(&self.tree, sky, albedo, |sixteen| self.visibility_at(sixteen))
+        Bounce::new(&self.tree, sky, albedo, |leaf| self.visibility_at(leaf))
     }
 
-    /// What each of up to sixteen spheres sees of the sky from its center, past all others.
-    fn visibility_at(&self, sixteen: &[Node]) -> Vec<Block> {
+    /// What a sphere sees of the sky from its center, past those that it does not overlap: the others are parts of the same
+    /// surface.
+    fn visibility_at(&self, leaf: &Node) -> Vec<Block> {
         let mut f = vec![[0.0; BLOCK]; len(self.table.order())];
-        let center = |k: usize| sixteen[k.min(sixteen.len() - 1)].center;
-        let position = [0, 1, 2].map(|axis| std::array::from_fn(|k| center(k)[axis]));
-        let at = ReceiverBlock { position, normal: [[0.0; BLOCK]; 3] };
-        self.add(&at, &self.leaves, false, &mut f);
+        let at = ReceiverBlock { position: leaf.center.map(|c| [c; BLOCK]), normal: [[0.0; BLOCK]; 3] };
+        let is_apart = |other: &Node| distance(leaf.center, other.center) >= leaf.radius + other.radius;
+        let others: Vec<Node> = self.leaves.iter().copied().filter(is_apart).collect();
+        self.add(&at, &others, false, &mut f);
         self.exponential.of_block_in_place(&mut f);
         f
     }
@@ -214,18 +223,23 @@ impl<'a> SphereShadows<'a> {
         stride: usize,
         write: impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]) + Sync,
     ) -> Vec<f32> {
-        let plain = self.is_plain();
-        let together = if plain { AT_ONCE } else { self.options.group.max(BLOCK) };
-        let order = if plain { (0..receivers.len() as u32).collect() } else { coherent_order(receivers) };
-        let groups: Vec<Vec<f32>> = order
-            .par_chunks(together)
-            .map(|members| {
-                let mut out = vec![0.0; members.len() * stride];
-                self.of_group(receivers, members, &mut out, &write);
-                out
-            })
-            .collect();
         let mut out = vec![0.0; receivers.len() * stride];
+        if self.is_plain() {
+            out.par_chunks_mut(AT_ONCE * stride).enumerate().for_each(|(group, out)| {
+                let first = (group * AT_ONCE) as u32;
+                let members: Vec<u32> = (first..first + (out.len() / stride) as u32).collect();
+                self.of_group(receivers, &members, out, &write);
+            });
+            return out;
+        }
+        let order = coherent_order(receivers);
+        let together = self.options.group.max(BLOCK);
+        let of_members = |members: &[u32]| {
+            let mut values = vec![0.0; members.len() * stride];
+            self.of_group(receivers, members, &mut values, &write);
+            values
+        };
+        let groups: Vec<Vec<f32>> = order.par_chunks(together).map(of_members).collect();
         for (members, values) in order.chunks(together).zip(&groups) {
             for (k, values) in members.iter().zip(values.chunks_exact(stride)) {
                 out[*k as usize * stride..][..stride].copy_from_slice(values);
@@ -250,22 +264,23 @@ impl<'a> SphereShadows<'a> {
         let n = len(self.table.order());
         let stride = out.len() / members.len().max(1);
         let (mut near, mut far) = (Vec::new(), Vec::new());
-        let mut shared = [[0.0; BLOCK]; MAX_LEN];
+        let mut shared = vec![[0.0; BLOCK]; n];
         if !self.is_plain() {
             let group = Group::new(receivers, members);
             let limit = (self.options.group > 0).then_some(self.options.far);
             sort_out(&self.tree, &group, self.options.cut, limit, &mut near, &mut far);
             // Accumulate what is far once, as the center of the group sees it.
             let center = ReceiverBlock { position: group.center.map(|c| [c; BLOCK]), normal: [[0.0; BLOCK]; 3] };
-            self.add(&center, &far, false, &mut shared[..n]);
+            self.add(&center, &far, false, &mut shared);
         }
         let nodes = Nodes { near: if self.is_plain() { &self.leaves } else { &near }, far: &far };
+        let (mut f, mut room) = (shared.clone(), shared.clone());
         for (members, out) in members.chunks(BLOCK).zip(out.chunks_mut(BLOCK * stride)) {
             let at = receivers.block(members);
-            let mut f = shared;
-            self.add(&at, nodes.near, true, &mut f[..n]);
-            self.exponential.of_block_in_place(&mut f[..n]);
-            write(&at, &nodes, &f[..n], out);
+            f.copy_from_slice(&shared);
+            self.add(&at, nodes.near, true, &mut f);
+            self.exponential.of_block_with(&mut f, &mut room);
+            write(&at, &nodes, &f, out);
         }
     }
 
@@ -278,4 +293,52 @@ impl<'a> SphereShadows<'a> {
 struct Nodes<'a> {
     near: &'a [Node],
     far: &'a [Node],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LogTableOptions;
+    use lobe_sh::ShL2;
+    use lobe_testkit::Random;
+
+    /// Narrower registers than the machine's, which take a block in several parts.
+    fn narrower() -> Vec<Arch> {
+        #[cfg(target_arch = "x86_64")]
+        let v3 = pulp::x86::V3::try_new().map(Arch::V3);
+        #[cfg(not(target_arch = "x86_64"))]
+        let v3 = None;
+        [Some(Arch::Scalar), v3].into_iter().flatten().collect()
+    }
+
+    #[test]
+    fn registers_of_every_width_find_the_same() {
+        let mut random = Random::new(4);
+        let mut within = |side: f64| [0, 1, 2].map(|_| (side * random.signed()) as f32);
+        // Some are so near that they are beyond the polynomials.
+        let spheres: Vec<Occluder> = (0..40).map(|_| Occluder::new(within(2.0), 0.6)).collect();
+        let positions: Vec<[f32; 3]> = (0..50).map(|_| within(3.0)).collect();
+        let normals = vec![[0.0, 0.6, 0.8]; positions.len()];
+        let receivers = SphereReceivers::new(&positions, &normals).unwrap();
+        for order in [1, 3, 4, 8] {
+            let table = LogTable::new(&LogTableOptions::default().order(order).tolerance(0.1)).unwrap();
+            let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 2.0, 3.0)), order).unwrap();
+            for method in [ExpMethod::Grid, ExpMethod::Hybrid { limit: 1.0 }] {
+                let wide = SphereShadows::new(&table, &spheres, &ShadowOptions::default().method(method)).unwrap();
+                let bounce = wide.bounce(&sky, &[Rgb::new(0.5, 0.6, 0.7); 40]).unwrap();
+                let lit = |shadows: &SphereShadows<'_>| -> Vec<f32> {
+                    let lit = shadows.irradiance_with_bounce(&receivers, &sky, &bounce).unwrap();
+                    shadows.visibility(&receivers).into_iter().chain(lit.into_iter().flat_map(Rgb::to_array)).collect()
+                };
+                for arch in narrower() {
+                    let mut narrow = wide.clone();
+                    narrow.arch = arch;
+                    narrow.exponential = narrow.exponential.with_arch(arch);
+                    for (a, b) in lit(&wide).iter().zip(lit(&narrow)) {
+                        assert!((a - b).abs() < 2e-5 * (1.0 + a.abs()), "order {order}, {method:?}, {arch:?}: {a} and {b}");
+                    }
+                }
+            }
+        }
+    }
 }

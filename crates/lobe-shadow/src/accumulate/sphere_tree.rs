@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::ShadowError;
+use crate::accumulate::shares::{Share, shares};
 
 /// A sphere that hides what is behind it: center and radius, in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +31,8 @@ pub(crate) struct Node {
     pub(crate) center: [f32; 3],
     pub(crate) radius: f32,
     pub(crate) count: f32,
+    /// What is left to them by others that they overlap.
+    pub(crate) share: Share,
     /// From the center to the farthest point of any of the spheres.
     pub(crate) reach: f32,
     /// The children's places among the nodes, after this one; empty for a leaf.
@@ -51,9 +54,8 @@ impl Node {
 
 /// The tree over a set of spheres, for [`SphereShadows`](crate::SphereShadows).
 ///
-/// [`SphereTree::over`] builds one over any spheres; [`SphereTree::from_children`] takes one that exists, such as the
-/// hierarchy of a sphere set that moves. The tree is about which spheres lie together; where they are, the nodes have from the
-/// spheres themselves.
+/// It is made for the places of the spheres at one time and can [follow](SphereTree::refit) them: which spheres lie together
+/// stays, where they are and what stands for them is computed anew.
 #[derive(Clone, Debug, Default)]
 pub struct SphereTree {
     pub(crate) nodes: Vec<Node>,
@@ -82,51 +84,6 @@ impl SphereTree {
         Ok(tree)
     }
 
-    /// A tree by the children of every node: `children[k]` are the places of those of node `k`, after `k`; node 0 is the
-    /// root. A node without children is a leaf, and stands for the sphere `sphere_of_leaf[k]`.
-    ///
-    /// # Errors
-    /// [`ShadowError::Invalid`] if the children are no tree, a leaf has no sphere, or as [`SphereTree::over`].
-    pub fn from_children(
-        children: &[Range<u32>],
-        sphere_of_leaf: &[u32],
-        spheres: &[Occluder],
-    ) -> Result<Self, ShadowError> {
-        check(spheres)?;
-        let invalid = |message: String| ShadowError::Invalid { place: "tree of spheres".to_owned(), message };
-        if children.len() != sphere_of_leaf.len() {
-            let message =
-                format!("expected a sphere for each of {} nodes, found {}", children.len(), sphere_of_leaf.len());
-            return Err(invalid(message));
-        }
-        let mut parents = vec![0_u8; children.len()];
-        let mut tree = Self::default();
-        for (k, (range, sphere)) in children.iter().zip(sphere_of_leaf).enumerate() {
-            let is_leaf = range.is_empty();
-            if !is_leaf && (range.start as usize <= k || range.end as usize > children.len()) {
-                return Err(invalid(format!("node {k}: its children {range:?} are not after it and within the tree")));
-            }
-            if is_leaf && *sphere as usize >= spheres.len() {
-                return Err(invalid(format!("leaf {k}: there is no sphere {sphere} of {}", spheres.len())));
-            }
-            if !is_leaf {
-                parents[range.start as usize..range.end as usize]
-                    .iter_mut()
-                    .for_each(|count| *count = count.saturating_add(1));
-            }
-            tree.push_empty();
-            tree.spheres[k] = if is_leaf { *sphere } else { NO_SPHERE };
-            if !is_leaf {
-                (tree.nodes[k].first_child, tree.nodes[k].child_count) = (range.start, range.end - range.start);
-            }
-        }
-        if let Some(k) = parents.iter().skip(1).position(|count| *count != 1) {
-            return Err(invalid(format!("node {}: expected one parent, found {}", k + 1, parents[k + 1])));
-        }
-        tree.refit_nodes(spheres);
-        Ok(tree)
-    }
-
     /// Follows spheres that have moved: the same ones, in the same order.
     ///
     /// # Errors
@@ -151,7 +108,8 @@ impl SphereTree {
     fn push_empty(&mut self) {
         let place = self.nodes.len() as u32;
         let (center, first_child, child_count) = ([0.0; 3], 0, 0);
-        self.nodes.push(Node { center, radius: 0.0, count: 0.0, reach: 0.0, first_child, child_count, place });
+        let (radius, count, share, reach) = (0.0, 0.0, Share::Nothing, 0.0);
+        self.nodes.push(Node { center, radius, count, share, reach, first_child, child_count, place });
         self.spheres.push(NO_SPHERE);
     }
 
@@ -182,43 +140,50 @@ impl SphereTree {
 
     /// Computes the nodes from the last, so that children come before their parents.
     fn refit_nodes(&mut self, spheres: &[Occluder]) {
+        let shares = shares(spheres);
         for k in (0..self.nodes.len()).rev() {
             let node = self.nodes[k];
-            let (center, radius, count, reach) = if node.is_leaf() {
-                let sphere = spheres[self.spheres[k] as usize];
-                (sphere.center, sphere.radius, 1.0, sphere.radius)
+            self.nodes[k] = if node.is_leaf() {
+                let which = self.spheres[k] as usize;
+                let Occluder { center, radius } = spheres[which];
+                Node { center, radius, count: 1.0, share: shares[which], reach: radius, ..node }
             } else {
-                merged(&self.nodes[node.children()])
+                merged(node, &self.nodes[node.children()])
             };
-            self.nodes[k] = Node { center, radius, count, reach, ..node };
         }
     }
 }
 
-/// What stands for these nodes together.
-fn merged(nodes: &[Node]) -> ([f32; 3], f32, f32, f32) {
-    let count: f32 = nodes.iter().map(|node| node.count).sum();
-    let area = |node: &Node| f64::from(node.count) * f64::from(node.radius).powi(2);
-    let all: f64 = nodes.iter().map(area).sum();
-    let center = |axis: usize| {
-        let weighted: f64 = nodes.iter().map(|node| area(node) * f64::from(node.center[axis])).sum();
-        // Without any area every node is a point, and any center between them will do.
-        if all > 0.0 { (weighted / all) as f32 } else { nodes[0].center[axis] }
-    };
-    let center = [center(0), center(1), center(2)];
+/// What stands for the children of a node together.
+fn merged(node: Node, children: &[Node]) -> Node {
+    let count: f32 = children.iter().map(|child| child.count).sum();
+    let area = |child: &Node| f64::from(child.count) * f64::from(child.radius).powi(2);
+    let shown = |child: &Node| area(child) * f64::from(child.share.mean());
+    let (all, all_shown): (f64, f64) = (children.iter().map(area).sum(), children.iter().map(shown).sum());
+    let center = [0, 1, 2].map(|axis| {
+        let weighted: f64 = children.iter().map(|child| shown(child) * f64::from(child.center[axis])).sum();
+        // Where nothing shows, any center between them will do.
+        if all_shown > 0.0 { (weighted / all_shown) as f32 } else { children[0].center[axis] }
+    });
+    let part = |child: &Node| if all > 0.0 { (area(child) / all) as f32 } else { 0.0 };
+    let share = Share::mixed(children.iter().map(|child| (part(child), child.share)));
     let radius = (all / f64::from(count)).sqrt() as f32;
-    let reach = nodes.iter().map(|node| distance(center, node.center) + node.reach).fold(0.0, f32::max);
-    (center, radius, count, reach)
+    let reach = children.iter().map(|child| distance(center, child.center) + child.reach).fold(0.0, f32::max);
+    Node { center, radius, count, share, reach, ..node }
 }
 
 pub(crate) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
 }
 
+/// The largest coordinate or radius: their squares, and sums of these, are far from the largest float.
+const LARGEST: f32 = 1e15;
+
 fn check(spheres: &[Occluder]) -> Result<(), ShadowError> {
-    let is_fine = |s: &Occluder| s.center.iter().all(|c| c.is_finite()) && s.radius.is_finite() && s.radius >= 0.0;
+    let is_fine =
+        |s: &Occluder| s.center.iter().all(|c| c.abs() <= LARGEST) && s.radius >= 0.0 && s.radius <= LARGEST;
     if let Some(k) = spheres.iter().position(|sphere| !is_fine(sphere)) {
-        let message = format!("expected finite centers and radii of 0 or more, found {:?}", spheres[k]);
+        let message = format!("expected centers and radii of at most {LARGEST:e}, radii of 0 or more, found {:?}", spheres[k]);
         return Err(ShadowError::Invalid { place: format!("sphere {k}"), message });
     }
     Ok(())

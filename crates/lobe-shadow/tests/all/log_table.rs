@@ -67,6 +67,22 @@ fn a_file_keeps_the_table_and_another_is_refused() {
 }
 
 #[test]
+fn a_table_of_another_version_is_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.safetensors");
+    let options = LogTableOptions::default().order(2).tolerance(0.1);
+    let made = cached_log_table(&path, &options).unwrap();
+    let mut old = fs::read(&path).unwrap();
+    let version = "version\\\":1";
+    let place = 8 + String::from_utf8_lossy(&old[8..400]).find(version).unwrap() + version.len() - 1;
+    old[place] = b'0';
+    fs::write(&path, &old).unwrap();
+    assert!(read_log_table(&path).is_err(), "version 0 is not read");
+    assert_eq!(cached_log_table(&path, &options).unwrap(), made, "made anew");
+    assert_eq!(read_log_table(&path).unwrap(), made, "and written");
+}
+
+#[test]
 fn damaged_files_are_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.safetensors");
@@ -80,6 +96,7 @@ fn damaged_files_are_refused_in_one_line() {
     for (from, to, said) in [
         ("lobe-sphere-logarithms", "lobe-sphere-logarithmz", "expected lobe-sphere-logarithms"),
         ("version\\\":1", "version\\\":7", "expected version 1"),
+        ("fit_end\\\":0.", "fit_end\\\":9.", "end between 0.001 and 0.75"),
         ("order\\\":2", "order\\\":9", "from 1 to 8, found 9"),
         ("order\\\":2", "order\\\":3", "does not fit the order"),
     ] {
@@ -94,7 +111,7 @@ fn damaged_files_are_refused_in_one_line() {
     let end = bytes.len() - 4;
     not_a_number[end..].copy_from_slice(&f32::NAN.to_le_bytes());
     let message = read_log_table_bytes(&not_a_number, "x").unwrap_err().to_string();
-    assert!(message.contains("expected finite numbers"), "{message}");
+    assert!(message.contains("expected logarithms"), "{message}");
 }
 
 #[test]

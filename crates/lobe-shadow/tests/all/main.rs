@@ -11,6 +11,7 @@ mod log_table;
 mod radiance_fields;
 mod shadow_fields;
 mod shapes;
+mod shares;
 mod solids;
 mod sphere_bounce;
 mod sphere_files;
