@@ -40,15 +40,15 @@ impl Columns {
         columns
     }
 
-    /// Calls `emit(i, y_i)` for every function of the first `bands` bands, in the directions of lanes.
+    /// The functions of the first `bands` bands in the directions of lanes; of others zero.
     #[inline(always)]
-    pub(crate) fn for_each<S: Simd>(
+    pub(crate) fn eval<S: Simd>(
         &self,
         simd: S,
         bands: usize,
         [x, y, z]: [Lanes<S>; 3],
-        mut emit: impl FnMut(usize, Lanes<S>),
-    ) {
+    ) -> [Lanes<S>; MOST_BANDS * MOST_BANDS] {
+        let mut out = [Lanes::splat(simd, 0.0); MOST_BANDS * MOST_BANDS];
         let splat = |value| Lanes::splat(simd, value);
         let (mut cos, mut sin) = (splat(1.0), splat(0.0));
         for m in 0..bands.min(MOST_BANDS) {
@@ -59,12 +59,13 @@ impl Columns {
                     (before, p) = (p, (splat(a) * z).times_plus(p, splat(-b) * before));
                 }
                 let middle = l * (l + 1);
-                emit(middle + m, p * cos);
+                out[middle + m] = p * cos;
                 if m > 0 {
-                    emit(middle - m, p * sin);
+                    out[middle - m] = p * sin;
                 }
             }
             (cos, sin) = if m == 0 { (x, y) } else { (x * cos - y * sin, x * sin + y * cos) };
         }
+        out
     }
 }

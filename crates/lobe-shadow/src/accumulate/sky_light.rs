@@ -92,18 +92,18 @@ impl SkyLight {
     pub fn irradiance(&self, normal: [f32; 3], visibility: &[f32]) -> Rgb<f32> {
         assert_eq!(visibility.len(), len(self.order), "coefficients against those of order {}", self.order);
         let blocks: Vec<Block> = visibility.iter().map(|v| [*v; BLOCK]).collect();
-        let [r, g, b, _] = self.irradiance_of_block(Arch::new(), &normal.map(|n| [n; BLOCK]), &blocks);
+        let [r, g, b] = self.irradiance_of_block(Arch::new(), &normal.map(|n| [n; BLOCK]), &blocks);
         Rgb::new(r[0], g[0], b[0])
     }
 
-    /// Irradiance of sixteen receivers: red, green, blue, and under a white sky of radiance 1.
-    pub(crate) fn irradiance_of_block(
+    /// Irradiance of sixteen receivers: of the first `C` of red, green, blue, and that under a white sky of radiance 1.
+    pub(crate) fn irradiance_of_block<const C: usize>(
         &self,
         arch: Arch,
         normal: &[Block; 3],
         visibility: &[Block],
-    ) -> [Block; CHANNELS] {
-        let mut out = [[0.0; BLOCK]; CHANNELS];
+    ) -> [Block; C] {
+        let mut out = [[0.0; BLOCK]; C];
         arch.dispatch(Apply { sky: self, normal, visibility, out: &mut out });
         out
     }
@@ -115,14 +115,14 @@ fn has_cosine(l: usize) -> bool {
 }
 
 /// To be compiled for the machine's registers.
-struct Apply<'a> {
+struct Apply<'a, const C: usize> {
     sky: &'a SkyLight,
     normal: &'a [Block; 3],
     visibility: &'a [Block],
-    out: &'a mut [Block; CHANNELS],
+    out: &'a mut [Block; C],
 }
 
-impl WithSimd for Apply<'_> {
+impl<const C: usize> WithSimd for Apply<'_, C> {
     type Output = ();
 
     #[inline(always)]
@@ -131,20 +131,21 @@ impl WithSimd for Apply<'_> {
         for part in 0..Lanes::<S>::PARTS {
             let [x, y, z] = self.normal;
             let normal = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
-            let mut sums = [Lanes::splat(simd, 0.0); CHANNELS];
-            self.sky.columns.for_each(simd, self.sky.bands, normal, |j, y| {
-                let Some(row) = self.sky.rows[j] else { return };
-                let mut along = [Lanes::splat(simd, 0.0); CHANNELS];
+            let basis = self.sky.columns.eval(simd, self.sky.bands, normal);
+            let mut sums = [Lanes::splat(simd, 0.0); C];
+            for (row, y) in self.sky.rows.iter().zip(basis) {
+                let Some(row) = *row else { continue };
+                let mut along = [Lanes::splat(simd, 0.0); C];
                 for (v, entry) in self.visibility.iter().zip(&self.sky.operator[row * n..][..n]) {
                     let v = Lanes::load(simd, v, part);
-                    for c in 0..CHANNELS {
+                    for c in 0..C {
                         along[c] = v.times_plus(Lanes::splat(simd, entry[c]), along[c]);
                     }
                 }
-                for c in 0..CHANNELS {
+                for c in 0..C {
                     sums[c] = y.times_plus(along[c], sums[c]);
                 }
-            });
+            }
             for (sum, out) in sums.iter().zip(self.out.iter_mut()) {
                 sum.store(out, part);
             }

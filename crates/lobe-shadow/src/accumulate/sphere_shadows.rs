@@ -195,10 +195,15 @@ impl<'a> SphereShadows<'a> {
     ) -> Result<Vec<Rgb<f32>>, ShadowError> {
         self.check_order(sky)?;
         let flat = self.of_all(receivers, 3, |at, nodes, visibility, out| {
-            let mut irradiance = sky.irradiance_of_block(self.arch, &at.normal, visibility);
-            if let Some(bounce) = bounce {
-                bounce.add_to(self.arch, at, [nodes.near, nodes.far], &mut irradiance);
-            }
+            let irradiance = match bounce {
+                None => sky.irradiance_of_block(self.arch, &at.normal, visibility),
+                Some(bounce) => {
+                    let mut irradiance = sky.irradiance_of_block(self.arch, &at.normal, visibility);
+                    bounce.add_to(self.arch, at, [nodes.near, nodes.far], &mut irradiance);
+                    let [r, g, b, _] = irradiance;
+                    [r, g, b]
+                }
+            };
             for (k, row) in out.chunks_exact_mut(3).enumerate() {
                 row.iter_mut().zip(&irradiance).for_each(|(out, channel)| *out = channel[k]);
             }

@@ -122,7 +122,7 @@ fn look_up<const N: usize>(table: &LogTable, sizes: &Block, counts: &Block, rows
     }
 }
 
-/// Adds `F_l y_lm(s)` to the sums, column by column of equal `|m|`: as [`Columns::for_each`], with the order known.
+/// Adds `F_l y_lm(s)` to the sums, column by column of equal `|m|`: as [`Columns::eval`], with the order known.
 #[inline(always)]
 fn add_rotated<S: Simd, const N: usize>(
     simd: S,
