@@ -10,7 +10,7 @@ use lobe::render::{
     scene_picture,
 };
 use lobe::scene::built_in;
-use lobe::sh::{Dir, Rgb, ShVec};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec};
 use lobe::shadow::FieldOptions;
 
 use super::transfer::covered;
@@ -30,7 +30,7 @@ const FRAMES: usize = 40;
 
 /// Directions traced from each point around an object for its field: with 16 × 16 cells the error of the field is that of
 /// its spacing.
-const FIELD_RAYS: usize = 256;
+const FIELD_RAYS: u32 = 256;
 
 /// The two ways, with the names of their files and what the page calls them.
 const METHODS: [(MovingMethod, &str, &str); 2] =
