@@ -159,6 +159,33 @@ impl Mesh {
         self
     }
 
+    /// The same mesh, of another material.
+    pub(crate) fn with_material(mut self, material: Option<usize>) -> Self {
+        self.parts.material = material;
+        self
+    }
+
+    /// The same mesh under maps of points and of normals: all triangles stay, those that have lost their area in a pose too.
+    /// Triangles that are `flipped` run around the other way.
+    pub(crate) fn mapped(
+        self,
+        position: impl Fn([f32; 3]) -> [f32; 3],
+        normal: impl Fn([f32; 3]) -> [f32; 3],
+        flipped: bool,
+    ) -> Result<Self, SceneError> {
+        let mut parts = self.parts;
+        parts.positions.iter_mut().for_each(|p| *p = position(*p));
+        parts.normals.iter_mut().for_each(|n| *n = normal(*n));
+        if flipped {
+            parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        if let Err(message) = check_numbers(&parts) {
+            return Err(SceneError::invalid(&place_of(&parts), message));
+        }
+        complete_normals(&mut parts);
+        Ok(Self { parts, ..self })
+    }
+
     /// The same vertices and triangles, elsewhere: all triangles stay, those that lose their area too. Empty normals stand
     /// for missing ones. Triangles that are `flipped` run around the other way.
     pub(crate) fn posed(
