@@ -40,8 +40,8 @@ pub struct MeshSource {
 /// Triangles that share a material. Everything is finite and every index in range.
 ///
 /// Vertices keep their number and order, duplicates and unused ones included, so that values computed for them can be
-/// written back to their file. Triangles without area are dropped and counted; in a [pose](crate::AnimatedScene::pose),
-/// triangles may lose their area, and stay.
+/// written back to their file. Triangles without area are dropped and counted; in an [`AnimatedScene`](crate::AnimatedScene)
+/// triangles may lose their area, and gain it, and stay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     parts: MeshParts,
@@ -56,13 +56,18 @@ impl Mesh {
     /// [`SceneError::Invalid`] if a number is not finite, an index out of range, an attribute not as long as the
     /// positions, or no triangle has an area.
     pub fn new(parts: MeshParts) -> Result<Self, SceneError> {
+        Self::keeping(parts, |_| false)
+    }
+
+    /// The same, but of triangles without area those stay that are to be kept: they may open in a pose.
+    pub(crate) fn keeping(parts: MeshParts, is_kept: impl Fn([u32; 3]) -> bool) -> Result<Self, SceneError> {
         let mut parts = parts;
         if let Err(message) = check(&parts) {
             return Err(SceneError::Invalid { place: place_of(&parts), message });
         }
         let before = parts.triangles.len();
         let positions = &parts.positions;
-        parts.triangles.retain(|&t| double_area(t.map(|i| positions[i as usize])) > 0.0);
+        parts.triangles.retain(|&t| double_area(t.map(|i| positions[i as usize])) > 0.0 || is_kept(t));
         let dropped = before - parts.triangles.len();
         if parts.triangles.is_empty() {
             let message = match before {
