@@ -91,7 +91,10 @@ fn with_tangents([x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) -> [f64; 9] {
 
 fn at_rest(channels: &[Channel], node: usize) -> Trs {
     let path = channels.iter().find(|channel| channel.node == node && channel.property == Property::Translation);
-    Trs { translation: path.map_or(DVec3::ZERO, |path| path.sampler.vector_at(0.0).into()), ..Trs::IDENTITY }
+    Trs {
+        translation: path.map_or(DVec3::ZERO, |path| DVec3::from_array(path.sampler.vector_at(0.0))),
+        ..Trs::IDENTITY
+    }
 }
 
 /// A ring about the z axis: `cells` vertices along it, half as many around, its vertices shared but for the seams.

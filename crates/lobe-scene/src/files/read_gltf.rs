@@ -1,6 +1,6 @@
 //! glTF 2.0 reader.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 
@@ -11,18 +11,32 @@ use crate::files::gltf::nodes::Shown;
 use crate::files::gltf::placement::shown_meshes;
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, name_of, place_of, triangles};
 use crate::files::source::Source;
+use crate::scene::mesh::double_area;
 use crate::scene::transform::Affine;
 use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
 /// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand; with notes on what would move it.
 pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
-    let scene = standing_scene_of(file, source)?;
+    let scene = standing_scene_of(file, Flattened::Dropped, source)?;
     note_unused(file, source);
     Ok(scene)
 }
 
+/// What becomes of triangles that have no area as the nodes stand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flattened {
+    /// They are dropped.
+    Dropped,
+    /// They stay if they can have an area elsewhere: in the space of the mesh, or with other morph targets.
+    Kept,
+}
+
 /// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand.
-pub(crate) fn standing_scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
+pub(crate) fn standing_scene_of(
+    file: &GltfFile,
+    flattened: Flattened,
+    source: &mut Source<'_>,
+) -> Result<Scene, SceneError> {
     let (mut materials, textures) = materials::read(file, source)?;
     let (mut meshes, mut needs_default) = (Vec::new(), false);
     let (all_shown, origin) = shown_meshes(file, source)?;
@@ -39,7 +53,11 @@ pub(crate) fn standing_scene_of(file: &GltfFile, source: &mut Source<'_>) -> Res
                     parts.material = Some(file.root.materials.len());
                     needs_default = true;
                 }
-                meshes.extend(source.mesh(place_in_world(parts, &shown))?);
+                // Where nothing is flattened, the mesh in its own space is not needed.
+                let own =
+                    (flattened == Flattened::Kept && flattens(&shown, primitive)).then(|| parts.positions.clone());
+                let can_open = |t| own.as_ref().is_some_and(|own| can_open(primitive, own, t));
+                meshes.extend(source.mesh_keeping(place_in_world(parts, &shown), can_open)?);
             }
         }
     }
@@ -51,6 +69,18 @@ pub(crate) fn standing_scene_of(file: &GltfFile, source: &mut Source<'_>) -> Res
     }
     let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
     Ok(scene.moved(z_up_from_y_up(origin.to_array())))
+}
+
+/// Whether an instance of a primitive may have triangles without area that have one elsewhere.
+fn flattens(shown: &Shown, primitive: &Primitive) -> bool {
+    DMat3::from_mat4(shown.world_from_mesh).determinant() == 0.0 || primitive.targets.is_some()
+}
+
+/// Whether a triangle has an area in the space of its mesh, or may have one with morph targets.
+fn can_open(primitive: &Primitive, own: &[[f32; 3]], [a, b, c]: [u32; 3]) -> bool {
+    let corner = |i: u32| own.get(i as usize).copied().unwrap_or_default();
+    let is_morphed = || primitive.targets.iter().flatten().any(|target| target.positions.is_some());
+    double_area([a, b, c].map(corner)) > 0.0 || (a != b && b != c && c != a && is_morphed())
 }
 
 fn note_unused(file: &GltfFile, source: &mut Source<'_>) {

@@ -176,13 +176,22 @@ impl<'a> Source<'a> {
 
     /// Creates a mesh; one whose triangles all lack area is noted and dropped.
     pub(crate) fn mesh(&mut self, parts: MeshParts) -> Result<Option<Mesh>, SceneError> {
+        self.mesh_keeping(parts, |_| false)
+    }
+
+    /// The same, but triangles without area stay that are to be kept; indices may be out of range.
+    pub(crate) fn mesh_keeping(
+        &mut self,
+        parts: MeshParts,
+        is_kept: impl Fn([u32; 3]) -> bool,
+    ) -> Result<Option<Mesh>, SceneError> {
         let in_file = parts.triangles.len();
         let has_area = |t: &[u32; 3]| {
             // Indices out of range are refused by `Mesh::new`.
             let corner = |i: u32| parts.positions.get(i as usize).copied().unwrap_or([f32::NAN; 3]);
             crate::scene::mesh::double_area(t.map(corner)) != 0.0
         };
-        if !parts.triangles.iter().any(has_area) {
+        if !parts.triangles.iter().any(|t| has_area(t) || is_kept(*t)) {
             self.report.dropped_triangles += in_file;
             let what = if in_file == 0 { "no triangles" } else { "only triangles without area" };
             self.note(format!("mesh `{}` has {what} and was left out", parts.name));
@@ -195,7 +204,7 @@ impl<'a> Source<'a> {
             self.count(flat.added.len(), 0)?;
             flat.apply(&mut parts);
         }
-        let mesh = Mesh::new(parts).map_err(|error| error.within(self.name))?;
+        let mesh = Mesh::keeping(parts, is_kept).map_err(|error| error.within(self.name))?;
         self.report.dropped_triangles += mesh.dropped_triangles();
         Ok(Some(mesh))
     }

@@ -1,11 +1,14 @@
 //! Animated scenes.
 
+use std::ops::Range;
+
 use glam::DMat4;
 
 use crate::error::one_line;
 use crate::motion::animation::State;
-use crate::motion::rig::Rig;
+use crate::motion::rig::{Moves, Rig};
 use crate::motion::shape::{Carrier, Part};
+use crate::motion::similar_nodes::similar_nodes;
 use crate::motion::skin::Skin;
 use crate::scene::transform::Trs;
 use crate::{Animation, Entity, EntityKind, Material, Mesh, PosedScene, Scene, SceneError};
@@ -14,7 +17,8 @@ use crate::{Animation, Entity, EntityKind, Material, Mesh, PosedScene, Scene, Sc
 ///
 /// A [pose](Self::pose) has the same meshes, vertices and triangles, in the same order, as the scene at rest, which is
 /// what [`read_scene`](crate::read_scene) gives of the same file: what is baked for the one can be looked up for the other,
-/// vertex by vertex. Triangles without area at rest are in no pose, and those that lose their area in a pose stay in it.
+/// vertex by vertex. Triangles that lose their area in a pose stay in it. Of those without area at rest the ones are there
+/// that may have one in a pose: a mesh all of which is scaled to nothing, which `read_scene` leaves out, is a mesh here.
 ///
 /// # Examples
 ///
@@ -78,7 +82,7 @@ impl AnimatedScene {
     }
 
     /// The scene as [`read_scene`](crate::read_scene) gives it: nodes stand as the file says, and neither skins nor morph
-    /// targets are applied.
+    /// targets are applied. Triangles without area that may have one in a pose are there.
     #[must_use]
     pub fn rest(&self) -> &Scene {
         &self.rest
@@ -115,14 +119,35 @@ impl AnimatedScene {
         &self.entities
     }
 
-    /// Whether one animation moves or deforms an entity.
+    /// Whether one animation moves or deforms an entity. [`Self::kinds_in`] answers for all at once.
     ///
     /// # Panics
     /// If there is no such animation.
     #[must_use]
     pub fn kind_in(&self, animation: usize, entity: &Entity) -> EntityKind {
-        let animation = &self.animations[animation];
-        self.kind_of(entity.node, entity.skin, &self.rig.moved_by(animation), &self.rig.morphed_by(animation))
+        self.kind_of_meshes(entity.meshes(), &self.rig.moves(&self.animations[animation..][..1]))
+    }
+
+    /// Whether one animation moves or deforms each of the entities, in their order.
+    ///
+    /// # Panics
+    /// If there is no such animation.
+    #[must_use]
+    pub fn kinds_in(&self, animation: usize) -> Vec<EntityKind> {
+        let moves = self.rig.moves(&self.animations[animation..][..1]);
+        self.entities.iter().map(|entity| self.kind_of_meshes(entity.meshes(), &moves)).collect()
+    }
+
+    /// Whether the place of each entity is a [similarity](crate::Place::nearest_similarity) at all times of one animation, or
+    /// scaled to nothing for a while: no node from its own up to the root ever scales axes by different numbers. Cubic splines
+    /// are bounded by their control points, so that one between even keys counts as uneven only if it might become so.
+    ///
+    /// # Panics
+    /// If there is no such animation.
+    #[must_use]
+    pub fn similar_in(&self, animation: usize) -> Vec<bool> {
+        let nodes = similar_nodes(&self.rig, &self.animations[animation]);
+        self.entities.iter().map(|entity| nodes[entity.node]).collect()
     }
 
     /// The number of skins.
@@ -141,20 +166,26 @@ impl AnimatedScene {
         (name.as_deref(), joints.iter().map(|&joint| self.rig.names[joint].as_deref()).collect())
     }
 
-    /// The joints that carry a vertex of a mesh, as indices within its skin, with weights that sum to one; nothing if the
-    /// mesh has no skin.
+    /// The joints that carry a vertex of a mesh, as indices within its skin, with weights that sum to one; nothing if its
+    /// entity has no skin.
+    ///
+    /// Where a node has a skin and one of its meshes no joints, that mesh moves with the node. The node then counts as one
+    /// joint more, behind those of the skin: its place is [`PosedScene::place`], as those of the joints are
+    /// [`PosedScene::joint_maps`].
     ///
     /// # Panics
     /// If there is no such mesh or vertex.
     pub fn influences(&self, mesh: usize, vertex: usize) -> impl Iterator<Item = (usize, f64)> {
         let part = &self.parts[mesh];
         let influences = part.skin.and(part.shape.influences.as_ref());
-        influences.into_iter().flat_map(move |influences| influences.of(vertex))
+        let entity = &self.entities[self.entities.partition_point(|entity| entity.meshes.end <= mesh)];
+        let node = entity.skin.filter(|_| influences.is_none()).map(|skin| (self.skins[skin].joints.len(), 1.0));
+        influences.into_iter().flat_map(move |influences| influences.of(vertex)).chain(node)
     }
 
-    /// An entity by itself, in its own frame: the meshes as nothing has moved or deformed them, with the same vertices and
-    /// triangles. That of a skin is its shape where it was bound. Positions of a mesh that is far from its frame count from
-    /// the [origin](Scene::origin) of the scene returned.
+    /// An entity by itself, in its own frame: the meshes as no animation has moved or deformed them, with the morph targets
+    /// that have a weight without animation, and with the same vertices and triangles. That of a skin is its shape where it
+    /// was bound. Positions of a mesh that is far from its frame count from the [origin](Scene::origin) of the scene returned.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] if a coordinate is out of range.
@@ -164,7 +195,7 @@ impl AnimatedScene {
     pub fn own_scene(&self, entity: &Entity) -> Result<Scene, SceneError> {
         let own = |mesh: usize| self.parts[mesh].own(&self.rest.meshes()[mesh], &self.rig);
         let meshes = entity.meshes().map(own).collect::<Result<Vec<_>, _>>()?;
-        Scene::new(meshes, self.rest.materials().to_vec(), self.rest.textures().to_vec())
+        self.rest.of_meshes(meshes)
     }
 
     /// The scene at a time of an animation, in seconds. Before its first key and after its last one nothing moves, as glTF
@@ -234,23 +265,20 @@ impl AnimatedScene {
     }
 
     fn found_entities(&self) -> Vec<Entity> {
-        let moves: Vec<_> = self.animations.iter().map(|a| (self.rig.moved_by(a), self.rig.morphed_by(a))).collect();
+        let moves = self.rig.moves(&self.animations);
         let mut entities: Vec<Entity> = Vec::new();
         let mut vertices = 0;
         for (mesh, part) in self.parts.iter().enumerate() {
             let end = vertices + part.shape.len();
-            let kind_in =
-                |(moved, morphed): &(Vec<bool>, Vec<bool>)| self.kind_of(part.node, part.skin, moved, morphed);
-            let kind = moves.iter().map(kind_in).max().unwrap_or(EntityKind::Static);
             match entities.last_mut().filter(|last| last.node == part.node) {
                 Some(last) => {
                     (last.meshes.end, last.vertices.end) = (mesh + 1, end);
-                    (last.kind, last.skin) = (last.kind.max(kind), last.skin.or(part.skin));
+                    last.skin = last.skin.or(part.skin);
                 }
                 None => entities.push(Entity {
                     name: self.rig.names[part.node].clone(),
                     node: part.node,
-                    kind,
+                    kind: EntityKind::Static,
                     meshes: mesh..mesh + 1,
                     vertices: vertices..end,
                     skin: part.skin,
@@ -258,14 +286,21 @@ impl AnimatedScene {
             }
             vertices = end;
         }
+        entities.iter_mut().for_each(|entity| entity.kind = self.kind_of_meshes(entity.meshes(), &moves));
         entities
     }
 
-    fn kind_of(&self, node: usize, skin: Option<usize>, moved: &[bool], morphed: &[bool]) -> EntityKind {
-        match skin {
-            _ if morphed[node] => EntityKind::Deformed,
+    /// What becomes of meshes of one entity: where joints carry some and the node others, they part unless all stand still.
+    fn kind_of_meshes(&self, meshes: Range<usize>, moves: &Moves) -> EntityKind {
+        let kinds = self.parts[meshes].iter().map(|part| self.kind_of(part, moves));
+        kinds.reduce(|a, b| if a == b { a } else { EntityKind::Deformed }).unwrap_or(EntityKind::Static)
+    }
+
+    fn kind_of(&self, part: &Part, Moves { moved, morphed }: &Moves) -> EntityKind {
+        match part.skin {
+            _ if morphed[part.node] => EntityKind::Deformed,
             Some(skin) if self.skins[skin].joints.iter().any(|&joint| moved[joint]) => EntityKind::Deformed,
-            None if moved[node] => EntityKind::Rigid,
+            None if moved[part.node] => EntityKind::Rigid,
             _ => EntityKind::Static,
         }
     }

@@ -65,16 +65,13 @@ impl Animation {
     /// Changes what the animation animates to its values at a time.
     pub(crate) fn apply(&self, t: f64, state: &mut State) {
         for Channel { node, property, sampler } in &self.channels {
-            if *property == Property::Weights {
-                state.weights[*node] = sampler.at(t);
-                continue;
-            }
-            let Local::Trs(trs) = &mut state.locals[*node] else { continue };
-            match property {
-                Property::Translation => trs.translation = DVec3::from(sampler.vector_at(t)),
-                Property::Scale => trs.scale = DVec3::from(sampler.vector_at(t)),
-                Property::Rotation => trs.rotation = sampler.rotation_at(t),
-                Property::Weights => {}
+            match (property, &mut state.locals[*node]) {
+                (Property::Weights, _) => state.weights[*node] = sampler.at(t),
+                (Property::Translation, Local::Trs(trs)) => trs.translation = DVec3::from_array(sampler.vector_at(t)),
+                (Property::Scale, Local::Trs(trs)) => trs.scale = DVec3::from_array(sampler.vector_at(t)),
+                (Property::Rotation, Local::Trs(trs)) => trs.rotation = sampler.rotation_at(t),
+                // A matrix is not animated.
+                (_, Local::Matrix(_)) => {}
             }
         }
     }
@@ -83,14 +80,12 @@ impl Animation {
 impl Channel {
     /// Whether the value is always the one that it has without animation.
     pub(crate) fn is_idle(&self, rest: &State) -> bool {
-        if self.property == Property::Weights {
-            return self.sampler.is_always(&rest.weights[self.node]);
-        }
-        let Local::Trs(rest) = &rest.locals[self.node] else { return true };
-        match self.property {
-            Property::Translation => self.sampler.is_always(&rest.translation.to_array()),
-            Property::Scale => self.sampler.is_always(&rest.scale.to_array()),
-            _ => self.sampler.is_always(&rest.rotation.to_array()),
+        match (self.property, &rest.locals[self.node]) {
+            (Property::Weights, _) => self.sampler.is_always(&rest.weights[self.node]),
+            (Property::Translation, Local::Trs(rest)) => self.sampler.is_always(&rest.translation.to_array()),
+            (Property::Scale, Local::Trs(rest)) => self.sampler.is_always(&rest.scale.to_array()),
+            (Property::Rotation, Local::Trs(rest)) => self.sampler.is_always(&rest.rotation.to_array()),
+            (_, Local::Matrix(_)) => true,
         }
     }
 }

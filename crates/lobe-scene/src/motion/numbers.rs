@@ -14,20 +14,21 @@ use crate::{SceneError, SceneReadOption};
 /// bytes a thousand times.
 #[derive(Default)]
 pub(crate) struct Numbers {
-    read: HashMap<(usize, usize), Arc<[f32]>>,
+    /// By accessor and by what it is read as, which decides about its types.
+    read: HashMap<(usize, &'static str), Arc<[f32]>>,
     count: usize,
 }
 
 impl Numbers {
-    /// All numbers of an accessor of `N` components. `what` decides which types it may have: whole numbers are fractions of
-    /// their largest value where they are normalized.
+    /// All numbers of an accessor of `N` components, which is the number for `what`: that decides which types it may have.
+    /// Whole numbers are fractions of their largest value where they are normalized.
     pub(crate) fn of<const N: usize>(
         &mut self,
-        (what, place): (&str, &str),
+        (what, place): (&'static str, &str),
         (file, index): (&GltfFile, Index<Accessor>),
         source: &mut Source<'_>,
     ) -> Result<Arc<[f32]>, SceneError> {
-        let key = (index.value(), N);
+        let key = (index.value(), what);
         if let Some(there) = self.read.get(&key) {
             return Ok(Arc::clone(there));
         }

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
+use crate::scene::transform::unit;
 use crate::{Up, z_up_from_y_up};
 
 /// The place of a frame in a posed scene, such as that of a rigid entity or of a joint: an affine map from points of the
@@ -27,7 +28,7 @@ pub struct Similarity {
 
 /// The largest deviation of lengths and of angles from a similarity, relative to the scale, that passes for rounding.
 /// Keys of animations are numbers of `f32`, of which a few roundings add up along a chain of nodes.
-const ROUNDING: f64 = 1e-5;
+pub(crate) const ROUNDING: f64 = 1e-5;
 
 impl Place {
     /// The place of a frame of the file, in whose axes the matrix is.
@@ -71,19 +72,19 @@ impl Place {
     /// scales by zero. Deviations of 10⁻⁵ count as rounding.
     #[must_use]
     pub fn similarity(&self) -> Option<Similarity> {
+        self.nearest_similarity().filter(|_| is_conformal(DMat3::from_mat4(self.matrix)))
+    }
+
+    /// The place as translation, rotation and one scale, that of its volume, where it is known to be a similarity but for
+    /// rounding; `None` only if it mirrors, or scales by zero.
+    #[must_use]
+    pub fn nearest_similarity(&self) -> Option<Similarity> {
         let linear = DMat3::from_mat4(self.matrix);
-        let determinant = linear.determinant();
-        let scale = determinant.cbrt();
+        let scale = linear.determinant().cbrt();
         if !(scale.is_finite() && scale > 0.0) {
             return None;
         }
-        // A rotation times the scale is orthogonal: MᵀM = s² 1.
-        let product = linear.transpose() * linear * (1.0 / (scale * scale));
-        let off = (product - DMat3::IDENTITY).to_cols_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        if off.is_nan() || off > 2.0 * ROUNDING {
-            return None;
-        }
-        let rotation = DQuat::from_mat3(&(linear * (1.0 / scale))).normalize();
+        let rotation = unit(DQuat::from_mat3(&(linear * (1.0 / scale))));
         let rows = DMat3::from_quat(rotation).transpose().to_cols_array_2d();
         Some(Similarity {
             translation: self.translation(),
@@ -92,6 +93,18 @@ impl Place {
             scale,
         })
     }
+}
+
+/// Whether a map keeps angles but for rounding, mirrors among them: `MᵀM = s² 1`. So does one that takes all to a point.
+pub(crate) fn is_conformal(linear: DMat3) -> bool {
+    let product = linear.transpose() * linear;
+    let square = (product.x_axis.x + product.y_axis.y + product.z_axis.z) / 3.0;
+    if square == 0.0 {
+        return true;
+    }
+    let off = (product * (1.0 / square) - DMat3::IDENTITY).to_cols_array();
+    // No number, of squares that overflow, is above everything too.
+    off.iter().all(|c| c.abs() <= 2.0 * ROUNDING)
 }
 
 #[cfg(test)]
@@ -123,6 +136,10 @@ mod tests {
         for scale in [DVec3::new(1.0, 1.0, 1.001), DVec3::new(-1.0, 1.0, 1.0), DVec3::ZERO] {
             assert_eq!(place(scale).similarity(), None, "scaled by {scale:?}");
         }
+        assert_eq!(place(DVec3::ZERO).nearest_similarity(), None, "a point");
+        let near = place(DVec3::new(1.0, 1.0, 1.001)).nearest_similarity().unwrap();
+        assert!((near.scale - 1.001_f64.cbrt()).abs() < 1e-14, "that of its volume: {near:?}");
+        assert!(DQuat::from_array(near.rotation).angle_between(turn) < 1e-3, "{near:?}, expected {turn:?}");
         assert!(place(DVec3::new(1.0, 1.0, 1.000_001)).similarity().is_some(), "a rounding of f32");
     }
 }

@@ -12,15 +12,15 @@ use crate::files::gltf::placement::origin_of;
 use crate::files::gltf::plain;
 use crate::files::gltf::primitive::name_of;
 use crate::files::read::read_scene_from;
-use crate::files::read_gltf::standing_scene_of;
+use crate::files::read_gltf::{Flattened, standing_scene_of};
 use crate::files::source::{Source, folder_of, read_file};
 use crate::motion::animation::State;
 use crate::motion::numbers::{Numbers, members};
+use crate::motion::read_animations;
 use crate::motion::read_shapes::Shapes;
+use crate::motion::read_skins::Skins;
 use crate::motion::rig::Rig;
 use crate::motion::shape::Part;
-use crate::motion::skin::Skin;
-use crate::motion::{read_animations, read_skins};
 use crate::scene::transform::Affine;
 use crate::{AnimatedScene, Mesh, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, y_up_from_z_up};
 
@@ -36,13 +36,15 @@ impl AnimatedScene {
     /// Reads a scene with its animations from a .gltf or .glb file. Of an .obj or .ply file nothing moves.
     ///
     /// Weights of joints that do not sum to one are divided by their sum, with a note where they are off by more than a
-    /// rounding. Animations of other things than nodes and morph weights are left out with a note.
+    /// rounding; a vertex all of whose weights are zero follows the first joint that it names. A skin that carries nothing in
+    /// the scene is not checked, and has no joints. Triangles that have no area as the nodes stand, but may get one from an
+    /// animation that scales them or weights a morph target, are there, which [`read_scene`](crate::read_scene) drops. Animations of other things than nodes and morph weights are left out with a note.
     ///
     /// # Errors
     /// As [`read_scene`](crate::read_scene). [`SceneError::Invalid`] also where keys are not in the order of time or not as
-    /// many as their values, a number is not finite, a node or a joint does not exist or is not in the scene, a skin has no
-    /// joints or too few matrices, a vertex has no weight or a negative one, or a morph target has another number of
-    /// vertices than its mesh. [`SceneError::Refused`] also for more than sixteen numbers of animations, skins and morph
+    /// many as their values, a number is not finite, a node or a joint does not exist or is not in the scene, a skin that
+    /// carries a mesh of the scene has no joints or too few matrices, a vertex has a negative weight, or a morph target has
+    /// another number of vertices than its mesh. [`SceneError::Refused`] also for more than sixteen numbers of animations, skins and morph
     /// targets for each vertex that [`SceneReadOptions::max_triangles`] allows.
     pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Self, SceneReadReport), SceneError> {
         let path = path.as_ref();
@@ -71,32 +73,37 @@ fn read(bytes: &[u8], mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, 
         return Ok((AnimatedScene::still(scene), report));
     }
     let file = plain::read(bytes, &mut source)?;
-    let rest = standing_scene_of(&file, &mut source)?;
+    let rest = standing_scene_of(&file, Flattened::Kept, &mut source)?;
     let nodes = members::<GltfNode>(&file, "nodes", &source)?;
-    let rig = rig_of(&file, &nodes, &rest, &source)?;
     let mut numbers = Numbers::default();
+    let rig = rig_of(&file, &nodes, &rest, &mut numbers, &mut source)?;
     let animations = read_animations::read(&file, &rig, &mut numbers, &mut source)?;
-    let mut is_in_scene = vec![false; nodes.len()];
-    rig.tree.nodes().for_each(|node| is_in_scene[node] = true);
-    let skins = read_skins::read(&file, &is_in_scene, &mut numbers, &mut source)?;
-    let parts = parts_of((&file, &nodes), (&rest, &rig, &skins), &mut numbers, &mut source)?;
+    let mut skins = Skins::of(&file, &rig, &source)?;
+    let parts = parts_of((&file, &nodes), (&rest, &rig, &mut skins), &mut numbers, &mut source)?;
     let report = source.into_report(&rest);
-    Ok((AnimatedScene::new(rest, rig, parts, skins, animations), report))
+    Ok((AnimatedScene::new(rest, rig, parts, skins.into_all(), animations), report))
 }
 
-/// The nodes as they stand, with the weights of their meshes' morph targets: their own, else those of the mesh, else zero.
-fn rig_of(file: &GltfFile, nodes: &[GltfNode], rest: &Scene, source: &Source<'_>) -> Result<Rig, SceneError> {
+/// The nodes as they stand; those of the scene with the weights of their meshes' morph targets: their own, else those of the
+/// mesh, else zero.
+fn rig_of(
+    file: &GltfFile,
+    nodes: &[GltfNode],
+    rest: &Scene,
+    numbers: &mut Numbers,
+    source: &mut Source<'_>,
+) -> Result<Rig, SceneError> {
     let root = &file.root;
     let origin = origin_of(file, source)?;
-    let mut weights = Vec::with_capacity(nodes.len());
-    for (index, node) in nodes.iter().enumerate() {
-        weights.push(match root.nodes[index].mesh {
-            Some(mesh) => weights_of(file, (index, node), mesh, source)?,
-            None => Vec::new(),
-        });
+    let tree = Tree::of(root, source)?;
+    let mut weights = vec![Vec::new(); nodes.len()];
+    for node in tree.nodes() {
+        if let Some(mesh) = root.nodes[node].mesh {
+            weights[node] = weights_of(file, (node, &nodes[node]), mesh, numbers, source)?;
+        }
     }
     Ok(Rig {
-        tree: Tree::of(root, source)?,
+        tree,
         rest: State { locals: root.nodes.iter().map(local).collect(), weights },
         names: nodes.iter().map(|node| node.name.clone()).collect(),
         shift: DVec3::from(y_up_from_z_up(rest.origin())) - origin.point,
@@ -109,9 +116,9 @@ fn weights_of(
     file: &GltfFile,
     (index, node): (usize, &GltfNode),
     mesh: usize,
-    source: &Source<'_>,
+    numbers: &mut Numbers,
+    source: &mut Source<'_>,
 ) -> Result<Vec<f64>, SceneError> {
-    // A mesh that no node of the scene shows need not exist.
     let Some(json) = file.root.meshes.get(mesh) else { return Ok(Vec::new()) };
     let mut counts = json.primitives.iter().map(|primitive| primitive.targets.as_ref().map_or(0, Vec::len));
     let count = counts.next().unwrap_or(0);
@@ -120,6 +127,8 @@ fn weights_of(
         let message = format!("mesh `{name}`: expected {count} morph targets in each primitive, found {other}");
         return Err(source.invalid(message));
     }
+    // Two of four bytes for each at rest, and in a pose.
+    numbers.add(count.saturating_mul(4), source)?;
     let of_mesh = || json.weights.iter().flatten().map(|&weight| f64::from(weight)).collect();
     let weights: Vec<f64> = node.weights.clone().unwrap_or_else(of_mesh);
     match weights.len() {
@@ -134,7 +143,7 @@ fn weights_of(
 /// The shapes of the scene's meshes with what carries them.
 fn parts_of(
     (file, nodes): (&GltfFile, &[GltfNode]),
-    (rest, rig, skins): (&Scene, &Rig, &[Skin]),
+    (rest, rig, skins): (&Scene, &Rig, &mut Skins<'_>),
     numbers: &mut Numbers,
     source: &mut Source<'_>,
 ) -> Result<Vec<Part>, SceneError> {
@@ -145,7 +154,8 @@ fn parts_of(
         let shape = shapes.of(file, place, numbers, source)?;
         let skin = nodes[node].skin;
         if let Some(index) = skin {
-            check_skin(index, node, shape.influences.as_ref().map(|i| usize::from(i.last_joint)), skins, source)?;
+            let last_joint = shape.influences.as_ref().map(|influences| usize::from(influences.last_joint));
+            check_skin((index, node), last_joint, skins, numbers, source)?;
         }
         parts.push(Part {
             skin: skin.filter(|_| shape.influences.is_some()),
@@ -157,27 +167,24 @@ fn parts_of(
     Ok(parts)
 }
 
-/// Checks that a skin exists and has the joints that a mesh names.
+/// Checks that the skin of a node exists and has the joints that a mesh names, if it names any.
 fn check_skin(
-    index: usize,
-    node: usize,
+    (index, node): (usize, usize),
     last_joint: Option<usize>,
-    skins: &[Skin],
+    skins: &mut Skins<'_>,
+    numbers: &mut Numbers,
     source: &mut Source<'_>,
 ) -> Result<(), SceneError> {
-    let Some(skin) = skins.get(index) else {
-        let count = skins.len();
-        return Err(source.invalid(format!("node {node} has skin {index}, but there are {count}")));
+    let Some(last) = last_joint else {
+        let message = format!("node {node} has a skin, but a mesh without joints, which moves with the node");
+        source.note(message);
+        return Ok(());
     };
-    match last_joint {
-        None => source.note(format!("node {node} has a skin, but a mesh without joints, which moves with the node")),
-        Some(last) if last >= skin.joints.len() => {
-            let count = skin.joints.len();
-            return Err(source.invalid(format!(
-                "node {node}: a vertex of its mesh is bound to joint {last}, but skin {index} has {count}"
-            )));
-        }
-        Some(_) => {}
+    let count = skins.joints((index, node), numbers, source)?;
+    if last >= count {
+        return Err(source.invalid(format!(
+            "node {node}: a vertex of its mesh is bound to joint {last}, but skin {index} has {count}"
+        )));
     }
     Ok(())
 }

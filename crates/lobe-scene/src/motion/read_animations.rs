@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 
-use gltf_json::{Accessor, Index};
 use serde::Deserialize;
 
 use crate::SceneError;
@@ -10,8 +9,8 @@ use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;
 use crate::motion::animation::{Animation, Channel, Property};
 use crate::motion::numbers::{Numbers, members};
+use crate::motion::read_samplers::{GltfSampler, Samplers};
 use crate::motion::rig::Rig;
-use crate::motion::sampler::{Interpolation, Sampler};
 use crate::scene::transform::Local;
 
 #[derive(Deserialize)]
@@ -35,13 +34,6 @@ struct GltfTarget {
     path: String,
 }
 
-#[derive(Deserialize)]
-struct GltfSampler {
-    input: Index<Accessor>,
-    output: Index<Accessor>,
-    interpolation: Option<String>,
-}
-
 /// All animations of a file. What Lobe has nothing for, such as animated materials, is noted.
 pub(crate) fn read(
     file: &GltfFile,
@@ -49,7 +41,7 @@ pub(crate) fn read(
     numbers: &mut Numbers,
     source: &mut Source<'_>,
 ) -> Result<Vec<Animation>, SceneError> {
-    let mut animations = Vec::new();
+    let (mut animations, mut samplers) = (Vec::new(), Samplers::new(file, numbers));
     for (index, json) in members::<GltfAnimation>(file, "animations", source)?.into_iter().enumerate() {
         let place = match &json.name {
             Some(name) => format!("animation `{name}`"),
@@ -72,7 +64,7 @@ pub(crate) fn read(
                 Property::Weights => rig.rest.weights[node].len(),
                 _ => 3,
             };
-            let sampler = read_sampler(file, sampler, (property, width), &place, numbers, source)?;
+            let sampler = samplers.of(sampler, (property, width), &place, source)?;
             channels.push(Channel { node, property, sampler });
         }
         animations.push(Animation { name: json.name, channels });
@@ -115,32 +107,4 @@ fn target(
         }
         Some(_) => Ok(Some((node, property))),
     }
-}
-
-fn read_sampler(
-    file: &GltfFile,
-    json: &GltfSampler,
-    (property, width): (Property, usize),
-    place: &str,
-    numbers: &mut Numbers,
-    source: &mut Source<'_>,
-) -> Result<Sampler, SceneError> {
-    let interpolation = match json.interpolation.as_deref() {
-        None | Some("LINEAR") => Interpolation::Linear,
-        Some("STEP") => Interpolation::Step,
-        Some("CUBICSPLINE") => Interpolation::CubicSpline,
-        Some(other) => {
-            let message = format!("{place}: expected LINEAR, STEP or CUBICSPLINE as interpolation, found `{other}`");
-            return Err(source.invalid(message));
-        }
-    };
-    let times = numbers.of::<1>(("TIME", place), (file, json.input), source)?;
-    let output = (file, json.output);
-    let values = match property {
-        Property::Rotation => numbers.of::<4>(("ROTATION", place), output, source)?,
-        Property::Weights => numbers.of::<1>(("WEIGHTS", place), output, source)?,
-        Property::Translation => numbers.of::<3>(("TRANSLATION", place), output, source)?,
-        Property::Scale => numbers.of::<3>(("SCALE", place), output, source)?,
-    };
-    Sampler::new(times, values, interpolation, width).map_err(|message| source.invalid(format!("{place}: {message}")))
 }

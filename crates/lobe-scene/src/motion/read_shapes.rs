@@ -47,7 +47,7 @@ fn shape(
     source: &mut Source<'_>,
 ) -> Result<Shape, SceneError> {
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
-    let mut vectors = |what: &str, index: Option<Index<Accessor>>, source: &mut Source<'_>| match index {
+    let mut vectors = |what: &'static str, index: Option<Index<Accessor>>, source: &mut Source<'_>| match index {
         Some(index) => numbers.of::<3>((what, place), (file, index), source),
         None => Ok([].into()),
     };

@@ -11,6 +11,7 @@ use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;
 use crate::motion::numbers::{Numbers, members};
+use crate::motion::rig::Rig;
 use crate::motion::skin::{Influences, Skin};
 
 #[derive(Deserialize)]
@@ -22,43 +23,75 @@ struct GltfSkin {
     inverse_bind_matrices: Option<Index<Accessor>>,
 }
 
-/// All skins of a file. `is_in_scene` says which nodes the scene has.
-pub(crate) fn read(
+/// The skins of a file. They are read when a mesh of the scene is carried by them; others need not be right.
+pub(crate) struct Skins<'a> {
+    file: &'a GltfFile,
+    json: Vec<GltfSkin>,
+    read: Vec<Option<Skin>>,
+    is_in_scene: Vec<bool>,
+}
+
+impl<'a> Skins<'a> {
+    pub(crate) fn of(file: &'a GltfFile, rig: &Rig, source: &Source<'_>) -> Result<Self, SceneError> {
+        let json = members::<GltfSkin>(file, "skins", source)?;
+        let mut is_in_scene = vec![false; rig.rest.locals.len()];
+        rig.tree.nodes().for_each(|node| is_in_scene[node] = true);
+        Ok(Self { file, read: vec![None; json.len()], json, is_in_scene })
+    }
+
+    /// The number of joints of the skin of a node, which is read and checked.
+    pub(crate) fn joints(
+        &mut self,
+        (index, node): (usize, usize),
+        numbers: &mut Numbers,
+        source: &mut Source<'_>,
+    ) -> Result<usize, SceneError> {
+        let count = self.json.len();
+        let Some(json) = self.json.get(index) else {
+            return Err(source.invalid(format!("node {node} has skin {index}, but there are {count}")));
+        };
+        if self.read[index].is_none() {
+            self.read[index] = Some(skin(self.file, (index, json), &self.is_in_scene, numbers, source)?);
+        }
+        Ok(json.joints.len())
+    }
+
+    /// All skins in their order; those that were not read have no joints.
+    pub(crate) fn into_all(self) -> Vec<Skin> {
+        let empty = |json: GltfSkin| Skin { name: json.name, joints: Vec::new(), inverse_binds: Vec::new() };
+        self.read.into_iter().zip(self.json).map(|(skin, json)| skin.unwrap_or_else(|| empty(json))).collect()
+    }
+}
+
+fn skin(
     file: &GltfFile,
+    (index, json): (usize, &GltfSkin),
     is_in_scene: &[bool],
     numbers: &mut Numbers,
     source: &mut Source<'_>,
-) -> Result<Vec<Skin>, SceneError> {
-    let mut skins = Vec::new();
-    for (index, json) in members::<GltfSkin>(file, "skins", source)?.into_iter().enumerate() {
-        let place = match &json.name {
-            Some(name) => format!("skin `{name}`"),
-            None => format!("skin {index}"),
-        };
-        if json.joints.is_empty() {
-            return Err(source.invalid(format!("{place}: expected joints, found none")));
-        }
-        for &joint in &json.joints {
-            match is_in_scene.get(joint) {
-                Some(true) => {}
-                Some(false) => {
-                    return Err(source.invalid(format!("{place}: its joint node {joint} is not in the scene")));
-                }
-                None => {
-                    let count = is_in_scene.len();
-                    return Err(
-                        source.invalid(format!("{place}: names joint node {joint}, but there are {count} nodes"))
-                    );
-                }
-            }
-        }
-        let inverse_binds = match json.inverse_bind_matrices {
-            Some(accessor) => inverse_binds(file, accessor, json.joints.len(), &place, numbers, source)?,
-            None => vec![DMat4::IDENTITY; json.joints.len()],
-        };
-        skins.push(Skin { name: json.name, joints: json.joints, inverse_binds });
+) -> Result<Skin, SceneError> {
+    let place = match &json.name {
+        Some(name) => format!("skin `{name}`"),
+        None => format!("skin {index}"),
+    };
+    if json.joints.is_empty() {
+        return Err(source.invalid(format!("{place}: expected joints, found none")));
     }
-    Ok(skins)
+    for &joint in &json.joints {
+        let fault = match is_in_scene.get(joint) {
+            Some(true) => continue,
+            Some(false) => format!("its joint node {joint} is not in the scene"),
+            None => format!("names joint node {joint}, but there are {} nodes", is_in_scene.len()),
+        };
+        return Err(source.invalid(format!("{place}: {fault}")));
+    }
+    // A matrix of 128 bytes for each joint.
+    numbers.add(json.joints.len().saturating_mul(32), source)?;
+    let inverse_binds = match json.inverse_bind_matrices {
+        Some(accessor) => inverse_binds(file, accessor, json.joints.len(), &place, numbers, source)?,
+        None => vec![DMat4::IDENTITY; json.joints.len()],
+    };
+    Ok(Skin { name: json.name.clone(), joints: json.joints.clone(), inverse_binds })
 }
 
 fn inverse_binds(
@@ -131,11 +164,17 @@ pub(crate) fn influences(
     };
     let found = Influences::new((0..vertices).map(of_vertex));
     let found = found.map_err(|message| source.invalid(format!("{place}: {message}")))?;
-    let (count, most) = found.off_one;
-    if count > 0 {
+    let vertices = |count: usize| if count == 1 { "1 vertex".to_owned() } else { format!("{count} vertices") };
+    let (off, most) = found.off_one;
+    if off > 0 {
         source.note(format!(
-            "{place} has {count} vertices whose weights do not sum to one, by up to {most:.2e}: they are divided by their sum"
+            "{place} has {} whose weights do not sum to one, by up to {most:.2e}: they are divided by their sum",
+            vertices(off)
         ));
+    }
+    if found.without > 0 {
+        let count = vertices(found.without);
+        source.note(format!("{place} has {count} whose weights are all zero, which follow the first joint named"));
     }
     Ok(Some(found))
 }

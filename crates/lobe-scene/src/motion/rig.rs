@@ -21,6 +21,14 @@ pub(crate) struct Rig {
     pub(crate) up: Up,
 }
 
+/// What animations change.
+pub(crate) struct Moves {
+    /// Whether each node moves, itself or below a node that does.
+    pub(crate) moved: Vec<bool>,
+    /// Whether the mesh of each node is morphed.
+    pub(crate) morphed: Vec<bool>,
+}
+
 impl Rig {
     /// Nodes of these names, transforms and parents, z up, each parent before its children.
     pub(crate) fn upright(nodes: Vec<(String, Trs, Option<usize>)>) -> Self {
@@ -50,22 +58,18 @@ impl Rig {
         all
     }
 
-    /// Whether each node is moved by an animation, itself or below a node that is.
-    pub(crate) fn moved_by(&self, animation: &Animation) -> Vec<bool> {
-        let mut moved = vec![false; self.rest.locals.len()];
-        let channels = animation.channels.iter().filter(|channel| channel.property != Property::Weights);
-        channels.filter(|channel| !channel.is_idle(&self.rest)).for_each(|channel| moved[channel.node] = true);
-        for (node, parent) in self.tree.with_parents() {
-            moved[node] |= parent.is_some_and(|parent| moved[parent]);
+    /// What one of these animations moves or morphs.
+    pub(crate) fn moves(&self, animations: &[Animation]) -> Moves {
+        let count = self.rest.locals.len();
+        let mut moves = Moves { moved: vec![false; count], morphed: vec![false; count] };
+        let channels = animations.iter().flat_map(|animation| &animation.channels);
+        for channel in channels.filter(|channel| !channel.is_idle(&self.rest)) {
+            let changed = if channel.property == Property::Weights { &mut moves.morphed } else { &mut moves.moved };
+            changed[channel.node] = true;
         }
-        moved
-    }
-
-    /// Whether the mesh of each node is morphed by an animation.
-    pub(crate) fn morphed_by(&self, animation: &Animation) -> Vec<bool> {
-        let mut morphed = vec![false; self.rest.locals.len()];
-        let channels = animation.channels.iter().filter(|channel| channel.property == Property::Weights);
-        channels.filter(|channel| !channel.is_idle(&self.rest)).for_each(|channel| morphed[channel.node] = true);
-        morphed
+        for (node, parent) in self.tree.with_parents() {
+            moves.moved[node] |= parent.is_some_and(|parent| moves.moved[parent]);
+        }
+        moves
     }
 }

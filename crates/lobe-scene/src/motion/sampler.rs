@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec4};
 
+use crate::motion::place::ROUNDING;
 use crate::scene::transform::unit;
 
 /// What a sampler does between two keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Interpolation {
     /// Keep the value of the earlier key.
     Step,
@@ -37,6 +38,8 @@ pub(crate) struct Sampler {
     interpolation: Interpolation,
     /// The number of components.
     width: usize,
+    /// Whether all keys have the same value, and no tangents.
+    is_constant: bool,
 }
 
 /// A point of time among the keys.
@@ -59,15 +62,21 @@ impl Sampler {
         width: usize,
     ) -> Result<Self, String> {
         check_times(&times)?;
-        let (keys, found) = (times.len(), values.len());
-        let per_key = if interpolation == Interpolation::CubicSpline { 3 * width } else { width };
-        if keys.checked_mul(per_key) != Some(found) {
-            return Err(format!("expected {per_key} numbers for each of {keys} keys, found {found}"));
-        }
-        if let Some(place) = values.iter().position(|value| !value.is_finite()) {
-            return Err(format!("expected finite values, found {} at key {}", values[place], place / per_key.max(1)));
-        }
-        Ok(Self { times, values, interpolation, width })
+        let per_key = check_count(times.len(), values.len(), interpolation, width)?;
+        check_values(&values, per_key)?;
+        let is_constant = is_constant(&values, interpolation, width);
+        Ok(Self { times, values, interpolation, width, is_constant })
+    }
+
+    /// A sampler of keys that were checked already, as [`Sampler::new`] checks them.
+    pub(crate) fn of_checked(
+        times: Arc<[f32]>,
+        values: Arc<[f32]>,
+        interpolation: Interpolation,
+        width: usize,
+        is_constant: bool,
+    ) -> Self {
+        Self { times, values, interpolation, width, is_constant }
     }
 
     /// A sampler of values that a formula gives at `keys + 1` times from 0 to `end`, evenly spaced.
@@ -92,48 +101,78 @@ impl Sampler {
 
     /// Whether it always has this value, to the last digit of `f32`.
     pub(crate) fn is_always(&self, value: &[f64]) -> bool {
-        let is_spline = self.interpolation == Interpolation::CubicSpline;
-        let is_value = |numbers: &[f32]| numbers.iter().zip(value).all(|(&a, &b)| a == b as f32);
-        let holds = |(k, numbers): (usize, &[f32])| match is_spline && k % 3 != 1 {
-            true => numbers.iter().all(|&tangent| tangent == 0.0),
-            false => is_value(numbers),
-        };
-        self.values.chunks(self.width.max(1)).enumerate().all(holds)
+        self.is_constant && self.value(0).iter().zip(value).all(|(&a, &b)| a == b as f32)
+    }
+
+    /// Tells samplers apart: those of the same numbers in memory are alike.
+    pub(crate) fn identity(&self) -> (*const f32, *const f32, Interpolation) {
+        (self.times.as_ptr(), self.values.as_ptr(), self.interpolation)
+    }
+
+    /// The sign of all components, 1 or -1, if they are equal at all times and none changes its sign, but for rounding; zeros
+    /// have both.
+    ///
+    /// That holds if it holds for all values `v_k`, and of splines, which lie within the hull of their control points, also
+    /// for `v_k + d b_k / 3` and `v_{k+1} - d a_{k+1} / 3`.
+    pub(crate) fn even_sign(&self) -> Option<f32> {
+        let points = (0..self.times.len()).flat_map(|key| self.control_points(key));
+        let (mut least, mut largest, mut uneven) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for point in points {
+            let [low, high] =
+                point.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &c| [low.min(c), high.max(c)]);
+            (least, largest, uneven) = (least.min(low), largest.max(high), uneven.max(high - low));
+        }
+        let small = ROUNDING * largest.max(-least);
+        match (uneven <= small, least >= -small, largest <= small) {
+            (true, true, _) => Some(1.0),
+            (true, _, true) => Some(-1.0),
+            _ => None,
+        }
+    }
+
+    /// The value of a key, and of a spline the two control points between it and the next.
+    fn control_points(&self, key: usize) -> Vec<Vec<f64>> {
+        let of = |place: usize, k: usize| f64::from(self.values[place * self.width + k]);
+        let mut points = vec![self.value(key).iter().copied().map(f64::from).collect()];
+        if self.interpolation == Interpolation::CubicSpline && key + 1 < self.times.len() {
+            let third = (f64::from(self.times[key + 1]) - f64::from(self.times[key])) / 3.0;
+            let after = |k| of(3 * key + 1, k) + third * of(3 * key + 2, k);
+            let before = |k| of(3 * key + 4, k) - third * of(3 * key + 3, k);
+            points.push((0..self.width).map(after).collect());
+            points.push((0..self.width).map(before).collect());
+        }
+        points
     }
 
     /// The components at a time.
     pub(crate) fn at(&self, t: f64) -> Vec<f64> {
-        let mut out = vec![0.0; self.width];
-        match self.place(t) {
-            At::Key(key) => out.iter_mut().zip(self.value(key)).for_each(|(o, &v)| *o = f64::from(v)),
-            At::Between { key, part, length } => {
-                for (k, o) in out.iter_mut().enumerate() {
-                    *o = self.between(key, part, length, k);
-                }
-            }
-        }
-        out
+        let at = self.place(t);
+        (0..self.width).map(|k| self.component(&at, k)).collect()
     }
 
-    /// The vector at a time; of three components.
-    pub(crate) fn vector_at(&self, t: f64) -> [f64; 3] {
-        let value = self.at(t);
-        std::array::from_fn(|k| value.get(k).copied().unwrap_or(0.0))
+    /// The vector at a time; of `N` components.
+    pub(crate) fn vector_at<const N: usize>(&self, t: f64) -> [f64; N] {
+        let at = self.place(t);
+        std::array::from_fn(|k| self.component(&at, k))
+    }
+
+    fn component(&self, at: &At, k: usize) -> f64 {
+        match *at {
+            At::Key(key) => f64::from(self.value(key)[k]),
+            At::Between { key, part, length } => self.between(key, part, length, k),
+        }
     }
 
     /// The unit quaternion at a time; of four components.
     pub(crate) fn rotation_at(&self, t: f64) -> DQuat {
-        let quaternion = |v: &[f64]| unit(DQuat::from_vec4(DVec4::from_array(std::array::from_fn(|k| v[k]))));
-        let at_key = |key: usize| {
-            let value = self.value(key);
-            quaternion(&[0, 1, 2, 3].map(|k| f64::from(value[k])))
-        };
+        let quaternion = |v: [f64; 4]| unit(DQuat::from_vec4(DVec4::from_array(v)));
+        let at_key = |key: usize| quaternion([0, 1, 2, 3].map(|k| f64::from(self.value(key)[k])));
         match self.place(t) {
             At::Key(key) => at_key(key),
             At::Between { key, part, .. } if self.interpolation == Interpolation::Linear => {
                 at_key(key).slerp(at_key(key + 1), part).normalize()
             }
-            At::Between { .. } => quaternion(&self.at(t)),
+            At::Between { .. } => quaternion(self.vector_at(t)),
         }
     }
 
@@ -172,8 +211,45 @@ impl Sampler {
     }
 }
 
+/// Checks that there are as many values as keys need; returns how many numbers that is for each.
+pub(crate) fn check_count(
+    keys: usize,
+    found: usize,
+    interpolation: Interpolation,
+    width: usize,
+) -> Result<usize, String> {
+    let per_key = if interpolation == Interpolation::CubicSpline { 3 * width } else { width };
+    if keys.checked_mul(per_key) != Some(found) {
+        return Err(format!("expected {per_key} numbers for each of {keys} keys, found {found}"));
+    }
+    Ok(per_key)
+}
+
+/// Checks that values are finite.
+pub(crate) fn check_values(values: &[f32], per_key: usize) -> Result<(), String> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(place) => {
+            Err(format!("expected finite values, found {} at key {}", values[place], place / per_key.max(1)))
+        }
+    }
+}
+
+/// Whether all keys have the same value, and no tangents.
+pub(crate) fn is_constant(values: &[f32], interpolation: Interpolation, width: usize) -> bool {
+    let width = width.max(1);
+    match interpolation {
+        Interpolation::CubicSpline => {
+            let tangents = |key: &[f32]| key[..width].iter().chain(&key[2 * width..]).all(|&tangent| tangent == 0.0);
+            let keys = || values.chunks_exact(3 * width);
+            keys().all(tangents) && keys().zip(keys().skip(1)).all(|(a, b)| a[width..2 * width] == b[width..2 * width])
+        }
+        _ => values.iter().zip(values.iter().skip(width)).all(|(a, b)| a == b),
+    }
+}
+
 /// Keys are at finite times from 0 on, each later than the one before it.
-fn check_times(times: &[f32]) -> Result<(), String> {
+pub(crate) fn check_times(times: &[f32]) -> Result<(), String> {
     if times.is_empty() {
         return Err("expected keys, found none".to_string());
     }
@@ -262,6 +338,28 @@ mod tests {
         assert!(!of(&[0.1, 0.2], Interpolation::Linear).is_always(&[0.1]), "it changes");
         assert!(of(&[0.0, 1.0, 0.0, 0.0, 1.0, 0.0], Interpolation::CubicSpline).is_always(&[1.0]), "flat");
         assert!(!of(&[0.0, 1.0, 0.5, 0.0, 1.0, 0.0], Interpolation::CubicSpline).is_always(&[1.0]), "it swings out");
+    }
+
+    #[test]
+    fn components_are_equal_at_all_times_or_they_are_not() {
+        use Interpolation::{CubicSpline, Linear, Step};
+        let sign = |values: &[f32], interpolation| {
+            let keys = values.len() / if interpolation == CubicSpline { 9 } else { 3 };
+            let times: Vec<f32> = (0..keys).map(|k| k as f32).collect();
+            sampler(&times, values, interpolation, 3).unwrap().even_sign()
+        };
+        assert_eq!(sign(&[1.0, 1.0, 1.0, 0.0, 0.0, 0.0], Linear), Some(1.0), "to nothing");
+        assert_eq!(sign(&[-1.0, -1.0, -1.0, 0.0, 0.0, 0.0], Step), Some(-1.0), "in a mirror");
+        assert_eq!(sign(&[1.0, 1.0, 1.0, 1.0, 1.0, 1.000_001], Linear), Some(1.0), "but for rounding");
+        assert_eq!(sign(&[1.0, 1.0, 1.0, 1.0, 1.0, 1.1], Step), None, "uneven");
+        assert_eq!(sign(&[1.0, 1.0, 1.0, -1.0, -1.0, -1.0], Linear), None, "through nothing into a mirror");
+        let spline = |out: [f32; 3]| {
+            let keys = [[0.0; 3], [1.0; 3], out, [0.0; 3], [0.5; 3], [0.0; 3]];
+            sign(keys.as_flattened(), CubicSpline)
+        };
+        assert_eq!(spline([-2.9; 3]), Some(1.0), "it stays above zero");
+        assert_eq!(spline([-9.0; 3]), None, "it swings below zero");
+        assert_eq!(spline([0.0, 1.0, 0.0]), None, "it is uneven between even keys");
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub(crate) struct Influences {
     pub(crate) last_joint: u16,
     /// How many vertices have weights whose sum is off one by more than rounding, and by how much at most.
     pub(crate) off_one: (usize, f64),
+    /// How many vertices have no weight above zero.
+    pub(crate) without: usize,
 }
 
 /// The deviation of a sum of weights from one that is rounding, for each weight: that of the glTF validator.
@@ -37,14 +39,16 @@ const WEIGHT_ROUNDING: f64 = 2e-7;
 
 impl Influences {
     /// The joints and weights of vertices, each a list of pairs; weights of zero are dropped. They need not sum to one:
-    /// they are divided by their sum when they are used.
+    /// they are divided by their sum when they are used. A vertex whose weights are all zero follows the first joint that it
+    /// names.
     ///
-    /// Fails at a weight that is negative or no number, and at a vertex whose weights are all zero.
+    /// Fails at a weight that is negative or no number, and at a vertex without pairs.
     pub(crate) fn new<V: IntoIterator<Item = (u16, f32)>>(vertices: impl Iterator<Item = V>) -> Result<Self, String> {
         let mut all = Self { starts: vec![0], ..Self::default() };
         for (vertex, pairs) in vertices.enumerate() {
-            let first = all.pairs.len();
+            let (first, mut named) = (all.pairs.len(), None);
             for (joint, weight) in pairs {
+                named = named.or(Some(joint));
                 if !(weight.is_finite() && weight >= 0.0) {
                     return Err(format!("expected weights from 0 on, found {weight} at vertex {vertex}"));
                 }
@@ -53,10 +57,12 @@ impl Influences {
                     all.last_joint = all.last_joint.max(joint);
                 }
             }
-            let own = &all.pairs[first..];
-            if own.is_empty() {
-                return Err(format!("vertex {vertex} has no weight: bind it to a joint"));
+            if all.pairs.len() == first {
+                let Some(joint) = named else { return Err(format!("vertex {vertex} has no joint: bind it to one")) };
+                all.pairs.push((joint, 1.0));
+                (all.without, all.last_joint) = (all.without + 1, all.last_joint.max(joint));
             }
+            let own = &all.pairs[first..];
             let off = (own.iter().map(|&(_, weight)| f64::from(weight)).sum::<f64>() - 1.0).abs();
             if off > WEIGHT_ROUNDING * own.len() as f64 {
                 all.off_one = (all.off_one.0 + 1, all.off_one.1.max(off));
@@ -91,10 +97,18 @@ mod tests {
     }
 
     #[test]
+    fn a_vertex_without_weight_follows_the_first_joint_that_it_names() {
+        let influences = Influences::new([vec![(4, 0.0), (7, 0.0)], vec![(1, 1.0)]].into_iter()).unwrap();
+        assert_eq!(influences.of(0).collect::<Vec<_>>(), [(4, 1.0)], "the first");
+        assert_eq!((influences.without, influences.last_joint, influences.off_one.0), (1, 4, 0), "counted once");
+    }
+
+    #[test]
     fn weights_that_say_nothing_are_refused() {
         let refusal = |weight| Influences::new([vec![(0, 1.0)], vec![(0, weight)]].into_iter()).unwrap_err();
         assert_eq!(refusal(-0.5), "expected weights from 0 on, found -0.5 at vertex 1", "negative");
         assert_eq!(refusal(f32::NAN), "expected weights from 0 on, found NaN at vertex 1", "no number");
-        assert_eq!(refusal(0.0), "vertex 1 has no weight: bind it to a joint", "zero");
+        let none = Influences::new([Vec::new()].into_iter()).unwrap_err();
+        assert_eq!(none, "vertex 0 has no joint: bind it to one", "nothing");
     }
 }

@@ -1,4 +1,7 @@
 //! Scenes taken apart and put together: some of the meshes, the same meshes elsewhere, and those of several scenes in one.
+//! Meshes were checked when they were made, and keep all of their triangles, those that have lost their area in a pose too.
+
+use std::collections::HashMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -13,13 +16,18 @@ impl Scene {
     /// # Panics
     /// If there is no such mesh.
     pub fn part(&self, meshes: impl IntoIterator<Item = usize>) -> Result<Self, SceneError> {
+        let meshes = meshes.into_iter().map(|index| self.meshes()[index].clone()).collect();
+        Ok(self.of_meshes(meshes)?.moved(self.origin()))
+    }
+
+    /// The scene of other meshes that are of materials of this one, with those that they use and their textures.
+    pub(crate) fn of_meshes(&self, meshes: Vec<Mesh>) -> Result<Self, SceneError> {
         let (mut materials, mut textures) = (Kept::default(), Kept::default());
-        let meshes = meshes.into_iter().map(|index| {
-            let mut mesh = self.meshes()[index].clone().into_parts();
-            mesh.material = mesh.material.map(|index| materials.place_of(index));
-            Mesh::new(mesh)
+        let meshes = meshes.into_iter().map(|mesh| {
+            let material = mesh.material().map(|index| materials.place_of(index));
+            mesh.with_material(material)
         });
-        let meshes = meshes.collect::<Result<Vec<_>, _>>()?;
+        let meshes = meshes.collect();
         let material = |&index: &usize| {
             let mut material = self.materials()[index].clone();
             if let Some(used) = &mut material.base_color_texture {
@@ -27,9 +35,9 @@ impl Scene {
             }
             material
         };
-        let materials = materials.0.iter().map(material).collect();
-        let textures = textures.0.iter().map(|&index| self.textures()[index].clone()).collect();
-        Ok(Self::new(meshes, materials, textures)?.moved(self.origin()))
+        let materials = materials.all.iter().map(material).collect();
+        let textures = textures.all.iter().map(|&index| self.textures()[index].clone()).collect();
+        Self::new(meshes, materials, textures)
     }
 
     /// The same scene under an affine map, three rows `[a, b, c, t]`: a point p of the world goes to `(a b c) p + t`, normals by
@@ -66,12 +74,10 @@ impl Scene {
             let from = DVec3::from(part.origin()) - DVec3::from(origin);
             let (part_meshes, part_materials, part_textures) = part.into_parts();
             for mesh in part_meshes {
-                let mut mesh = mesh.into_parts();
-                mesh.material = mesh.material.map(|index| index + materials.len());
-                for p in &mut mesh.positions {
-                    *p = (DVec3::from(p.map(f64::from)) + from).as_vec3().to_array();
-                }
-                meshes.push(Mesh::new(mesh)?);
+                let material = mesh.material().map(|index| index + materials.len());
+                let mesh = mesh.with_material(material);
+                let there = |p: [f32; 3]| (DVec3::from(p.map(f64::from)) + from).as_vec3().to_array();
+                meshes.push(if from == DVec3::ZERO { mesh } else { mesh.mapped(there, |n| n, false)? });
             }
             materials.extend(part_materials.into_iter().map(|mut material| {
                 if let Some(used) = &mut material.base_color_texture {
@@ -87,32 +93,31 @@ impl Scene {
 
 /// Indices of what is kept of a list, in the order in which it was asked for.
 #[derive(Default)]
-struct Kept(Vec<usize>);
+struct Kept {
+    all: Vec<usize>,
+    places: HashMap<usize, usize>,
+}
 
 impl Kept {
     /// The place of `index` among what is kept.
     fn place_of(&mut self, index: usize) -> usize {
-        self.0.iter().position(|&kept| kept == index).unwrap_or_else(|| {
-            self.0.push(index);
-            self.0.len() - 1
+        *self.places.entry(index).or_insert_with(|| {
+            self.all.push(index);
+            self.all.len() - 1
         })
     }
 }
 
 fn mapped_mesh(mesh: Mesh, linear: DMat3, normals: DMat3, is_mirror: bool) -> Result<Mesh, SceneError> {
-    let mut parts = mesh.into_parts();
-    let by = |map: DMat3| move |v: &mut [f32; 3]| *v = (map * DVec3::from(v.map(f64::from))).as_vec3().to_array();
-    parts.positions.iter_mut().for_each(by(linear));
-    parts.normals.iter_mut().for_each(by(normals));
-    if is_mirror {
-        parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    }
-    Mesh::new(parts)
+    let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let position = |p| (linear * vector(p)).as_vec3().to_array();
+    let normal = |n| (normals * vector(n)).normalize_or_zero().as_vec3().to_array();
+    mesh.mapped(position, normal, is_mirror)
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::{Bvh, Ray, Scene, built_in};
+    use crate::{Bvh, Mesh, MeshParts, Ray, Scene, built_in};
 
     const TURNED: [[f64; 4]; 3] = [[0.0, -2.0, 0.0, 1.0], [2.0, 0.0, 0.0, 2.0], [0.0, 0.0, 2.0, 3.0]];
 
@@ -171,6 +176,35 @@ mod tests {
             assert_eq!(colors[0], colors[1], "the color of mesh {mesh}");
         }
         assert!(scene.part([0]).unwrap().materials().len() <= 1, "other materials are left out");
+    }
+
+    #[test]
+    fn triangles_that_have_lost_their_area_in_a_pose_stay() {
+        let ball = ball();
+        let mesh = &ball.meshes()[0];
+        let folded = mesh.posed(vec![[1.0, 2.0, 3.0]; mesh.positions().len()], Vec::new(), false).unwrap();
+        let scene = ball.with_meshes(std::iter::once(folded).chain(ball.meshes()[1..].iter().cloned()).collect());
+        let count = scene.triangle_count();
+        let (part, mapped) = (scene.part([0]).unwrap(), scene.clone().mapped(TURNED).unwrap());
+        let joined = Scene::joined([part.clone(), part.clone().moved([9.0, 0.0, 0.0])]).unwrap();
+        assert_eq!(part.triangle_count(), mesh.triangles().len(), "a part");
+        assert_eq!(mapped.triangle_count(), count, "mapped");
+        assert_eq!(joined.triangle_count(), 2 * part.triangle_count(), "joined");
+    }
+
+    #[test]
+    fn what_is_known_of_meshes_is_kept() {
+        let mut mesh = ball().meshes()[0].clone().into_parts();
+        mesh.normals.clear();
+        mesh.triangles.push([0; 3]);
+        let scene = Scene::new(vec![Mesh::new(MeshParts { material: None, ..mesh }).unwrap()], vec![], vec![]).unwrap();
+        let known = |scene: &Scene| (scene.meshes()[0].dropped_triangles(), scene.meshes()[0].made_normals());
+        let expected = known(&scene);
+        assert!(expected.0 == 1 && expected.1 > 0, "{expected:?}");
+        let apart = Scene::joined([scene.clone().moved([1.0, 0.0, 0.0]), scene.clone()]).unwrap();
+        for same in [scene.part([0]).unwrap(), scene.clone().mapped(TURNED).unwrap(), apart.part([1]).unwrap()] {
+            assert_eq!(known(&same), expected, "dropped triangles and made normals");
+        }
     }
 
     #[test]

@@ -40,8 +40,8 @@ pub struct MeshSource {
 /// Triangles that share a material. Everything is finite and every index in range.
 ///
 /// Vertices keep their number and order, duplicates and unused ones included, so that values computed for them can be
-/// written back to their file. Triangles without area are dropped and counted; in a [pose](crate::AnimatedScene::pose),
-/// triangles may lose their area, and stay.
+/// written back to their file. Triangles without area are dropped and counted; in an [`AnimatedScene`](crate::AnimatedScene)
+/// triangles may lose their area, and gain it, and stay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     parts: MeshParts,
@@ -56,13 +56,18 @@ impl Mesh {
     /// [`SceneError::Invalid`] if a number is not finite, an index out of range, an attribute not as long as the
     /// positions, or no triangle has an area.
     pub fn new(parts: MeshParts) -> Result<Self, SceneError> {
+        Self::keeping(parts, |_| false)
+    }
+
+    /// The same, but of triangles without area those stay that are to be kept: they may open in a pose.
+    pub(crate) fn keeping(parts: MeshParts, is_kept: impl Fn([u32; 3]) -> bool) -> Result<Self, SceneError> {
         let mut parts = parts;
         if let Err(message) = check(&parts) {
             return Err(SceneError::Invalid { place: place_of(&parts), message });
         }
         let before = parts.triangles.len();
         let positions = &parts.positions;
-        parts.triangles.retain(|&t| double_area(t.map(|i| positions[i as usize])) > 0.0);
+        parts.triangles.retain(|&t| double_area(t.map(|i| positions[i as usize])) > 0.0 || is_kept(t));
         let dropped = before - parts.triangles.len();
         if parts.triangles.is_empty() {
             let message = match before {
@@ -157,6 +162,33 @@ impl Mesh {
     pub(crate) fn with_positions(mut self, position: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
         self.parts.positions.iter_mut().for_each(|p| *p = position(*p));
         self
+    }
+
+    /// The same mesh, of another material.
+    pub(crate) fn with_material(mut self, material: Option<usize>) -> Self {
+        self.parts.material = material;
+        self
+    }
+
+    /// The same mesh under maps of points and of normals: all triangles stay, those that have lost their area in a pose too.
+    /// Triangles that are `flipped` run around the other way.
+    pub(crate) fn mapped(
+        self,
+        position: impl Fn([f32; 3]) -> [f32; 3],
+        normal: impl Fn([f32; 3]) -> [f32; 3],
+        flipped: bool,
+    ) -> Result<Self, SceneError> {
+        let mut parts = self.parts;
+        parts.positions.iter_mut().for_each(|p| *p = position(*p));
+        parts.normals.iter_mut().for_each(|n| *n = normal(*n));
+        if flipped {
+            parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        if let Err(message) = check_numbers(&parts) {
+            return Err(SceneError::invalid(&place_of(&parts), message));
+        }
+        complete_normals(&mut parts);
+        Ok(Self { parts, ..self })
     }
 
     /// The same vertices and triangles, elsewhere: all triangles stay, those that lose their area too. Empty normals stand

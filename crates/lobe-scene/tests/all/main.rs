@@ -9,6 +9,7 @@ mod hostile_files;
 mod motion;
 mod motion_built_in;
 mod motion_faults;
+mod motion_shapes;
 mod motion_skins;
 mod outside;
 mod posed_rays;

@@ -107,7 +107,7 @@ fn weights_in_bytes_or_off_one_are_divided_by_their_sum() {
     let [(_, a), (_, b)] = scene.influences(0, 3).collect::<Vec<_>>()[..] else { panic!("two joints") };
     assert!((a - 0.2).abs() < 1e-7 && (a + b - 1.0).abs() < 1e-15, "{a} and {b}, expected 0.2 and 0.8");
     let (scene, report) = with_weights([[255, 0, 0, 0], [255, 0, 0, 0], [0, 255, 0, 0], [51, 51, 0, 0]]);
-    let note = "mesh `square`, primitive 0 has 1 vertices whose weights do not sum to one, by up to 6.00e-1: they are divided \
+    let note = "mesh `square`, primitive 0 has 1 vertex whose weights do not sum to one, by up to 6.00e-1: they are divided \
                 by their sum";
     assert_eq!(report.notes, [note], "noted");
     let found: Vec<_> = scene.influences(0, 3).collect();

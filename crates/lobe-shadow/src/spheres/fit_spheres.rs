@@ -119,7 +119,7 @@ pub struct SphereFitReport {
 /// ```
 ///
 /// The mesh need not be watertight, see [`Solid`]; [`SphereFitReport::certainty`] says how much of a solid it is.
-/// Centers are in the frame of the scene's positions. Between samples the surface may stick out of the spheres by a
+/// Centers count from the [origin](Scene::origin) of the scene, which is kept with the set. Between samples the surface may stick out of the spheres by a
 /// part of their distance from each other. The same bytes come out for any number of threads.
 ///
 /// The variational method starts with twice as many balls of the medial axis, takes spheres away until as many are
@@ -202,6 +202,7 @@ fn fit(
     if options.method == SphereFitMethod::MedialAxis {
         job.expect_no_checkpoint().map_err(ShadowError::Options)?;
     }
+    let start = start.map(|set| moved_to(set, scene.origin())).transpose()?;
     let solid = Solid::of_scene(scene)?;
     let mut samples = CoverSamples::new(&solid, options.samples, options.seed)?;
     let solid = solid.without(mem::take(&mut samples.overlaps));
@@ -219,8 +220,8 @@ fn fit(
             (balls, vec![energy])
         }
         SphereFitMethod::Variational => {
-            let fingerprint = fingerprint(scene, start, options);
-            let first = |go_on: &mut dyn FnMut() -> bool| match start {
+            let fingerprint = fingerprint(scene, start.as_ref(), options);
+            let first = |go_on: &mut dyn FnMut() -> bool| match &start {
                 Some(set) => Some(cover.covering(&balls_of(set))),
                 None => first_balls(&cover, &samples, options, go_on),
             };
@@ -229,6 +230,7 @@ fn fit(
     };
     let shrinks = options.method == SphereFitMethod::Variational || options.shrink;
     let (set, outside_volume) = rounded(&cover, &balls, shrinks)?;
+    let set = set.with_origin(scene.origin())?;
     let CoverSamples { volume, certainty, .. } = samples;
     let report = SphereFitReport { outside_volume, solid_volume: volume, history, certainty, samples: points.len() };
     Ok((set, report))
@@ -250,6 +252,12 @@ fn first_balls(
         balls.push(Ball { center: cover.points[balls.len() % cover.points.len()], ..Ball::NONE });
     }
     Some(balls)
+}
+
+/// The same spheres, whose centers count from another origin.
+fn moved_to(set: &SphereSet, origin: [f64; 3]) -> Result<SphereSet, ShadowError> {
+    let center = |k: usize| std::array::from_fn(|axis| (set.center(k)[axis] - origin[axis]) as f32);
+    SphereSet::new((0..set.len()).map(center).collect(), set.radii().to_vec())
 }
 
 fn balls_of(set: &SphereSet) -> Vec<Ball> {

@@ -7,7 +7,7 @@
 //!   c' = Σ_j w_j M_j c        R' = R Σ_j w_j |det M_j|^{1/3}
 //! ```
 //!
-//! where `M_j` takes points of the mesh as it was bound to the world. The scales are blended, not the scale of the
+//! where `M_j` takes points of the mesh's own frame, where it was bound, to the world. The scales are blended, not the scale of the
 //! blended matrix taken: that falls to 0 where joints turn against each other.
 
 use glam::{DMat3, DVec3};
@@ -21,11 +21,11 @@ use crate::spheres::sphere_set::SphereSet;
 /// A mesh in the pose that it was bound in, with the joints of its vertices.
 #[derive(Clone, Copy, Debug)]
 pub struct SkinnedMesh<'a> {
-    /// The positions, in the frame of the spheres.
+    /// The positions, from the origin of the spheres.
     pub positions: &'a [[f32; 3]],
     /// Three indices of `positions` for each triangle.
     pub triangles: &'a [[u32; 3]],
-    /// Four joints for each position.
+    /// Four joints for each position; of more the four strongest.
     pub joints: &'a [[u16; 4]],
     /// Their weights, at least 0.
     pub weights: &'a [[f32; 4]],
@@ -53,8 +53,8 @@ impl SphereSet {
         self.with_skin(Skin::new(joints, weights)?)
     }
 
-    /// The spheres in the world, as joints are now: the rows of a matrix for each, which takes points of the mesh as
-    /// it was bound to the world. Without a [`Skin`], all spheres move with the first.
+    /// The spheres in the world, as joints are now: the rows of a matrix for each, which takes points of the mesh's own
+    /// frame, where it was bound, to the world. Without a [`Skin`], all spheres move with the first.
     ///
     /// ```
     /// use lobe_shadow::SphereSet;
@@ -82,7 +82,7 @@ impl SphereSet {
                 Some(skin) => (skin.joints()[k], skin.weights()[k]),
                 None => ([0; 4], [1.0, 0.0, 0.0, 0.0]),
             };
-            let mut sphere = WorldSphere::default();
+            let (center, mut sphere) = (self.center(k), WorldSphere::default());
             for (&joint, &weight) in joints.iter().zip(&weights).filter(|pair| *pair.1 > 0.0) {
                 let Some(matrix) = matrices.get(usize::from(joint)) else {
                     let message =
@@ -91,7 +91,7 @@ impl SphereSet {
                 };
                 let weight = f64::from(weight);
                 for (row, x) in matrix.iter().zip(&mut sphere.center) {
-                    let moved: f64 = row.iter().zip(self.centers()[k]).map(|(m, c)| m * f64::from(c)).sum();
+                    let moved: f64 = row.iter().zip(center).map(|(m, c)| m * c).sum();
                     *x += weight * (moved + row[3]);
                 }
                 sphere.radius += weight * scales[usize::from(joint)] * f64::from(self.radii()[k]);

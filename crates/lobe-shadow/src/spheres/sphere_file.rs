@@ -12,7 +12,8 @@ const HIERARCHY: &str = "lobe-sphere-hierarchy";
 /// Writes a set: tensors `centers` of `[n, 3]` and `radii` of `[n]` floats, and of a set with a [`Skin`] also
 /// `joints`, 16-bit numbers, and `weights`, floats, both of `[n, 4]`.
 ///
-/// The metadata's entry `lobe` is JSON: format `lobe-spheres`, version 1. Until all is written, nothing has the file's
+/// The metadata's entry `lobe` is JSON: format `lobe-spheres`, version 1, and `origin`, the point of the mesh's own frame from
+/// which the centers count. Until all is written, nothing has the file's
 /// name.
 ///
 /// # Errors
@@ -27,7 +28,7 @@ pub fn write_spheres(path: impl AsRef<Path>, set: &SphereSet) -> Result<(), Shad
         tensors.push(Tensor::u16("joints", vec![n, 4], skin.joints().as_flattened()));
         tensors.push(Tensor::f32("weights", vec![n, 4], skin.weights().as_flattened()));
     }
-    write(path.as_ref(), SPHERES, &tensors)
+    write(path.as_ref(), SPHERES, set.origin(), &tensors)
 }
 
 /// Reads what [`write_spheres`] wrote. A set without spheres and spheres of radius 0 are read as they are.
@@ -51,7 +52,7 @@ pub fn read_spheres_bytes(bytes: &[u8], name: &str) -> Result<SphereSet, ShadowE
     let centers = file.f32("centers", 3)?.as_chunks().0.to_vec();
     let radii = file.f32("radii", 0)?;
     check(&centers, &radii).map_err(|message| file.invalid(message))?;
-    let set = SphereSet::new(centers, radii).map_err(within)?;
+    let set = SphereSet::new(centers, radii).and_then(|set| set.with_origin(file.origin)).map_err(within)?;
     if !file.has("joints") && !file.has("weights") {
         return Ok(set);
     }
@@ -63,7 +64,7 @@ pub fn read_spheres_bytes(bytes: &[u8], name: &str) -> Result<SphereSet, ShadowE
 /// Writes a hierarchy: tensors `balls` of `[nodes, 4]` floats (center, radius), `links` of `[nodes, 4]` 32-bit numbers
 /// (first child, children, first leaf, leaves) and `leaves` of `[n]`, the order of the spheres.
 ///
-/// The metadata's entry `lobe` is JSON: format `lobe-sphere-hierarchy`, version 1.
+/// The metadata's entry `lobe` is JSON: format `lobe-sphere-hierarchy`, version 1, and `origin`, that of the set.
 ///
 /// # Errors
 /// [`ShadowError::Io`] if the system refuses.
@@ -76,7 +77,7 @@ pub fn write_sphere_hierarchy(path: impl AsRef<Path>, hierarchy: &SphereHierarch
         Tensor::u32("links", vec![nodes.len(), 4], &links),
         Tensor::u32("leaves", vec![hierarchy.leaves().len()], hierarchy.leaves()),
     ];
-    write(path.as_ref(), HIERARCHY, &tensors)
+    write(path.as_ref(), HIERARCHY, hierarchy.origin(), &tensors)
 }
 
 /// Reads what [`write_sphere_hierarchy`] wrote.
@@ -109,5 +110,6 @@ pub fn read_sphere_hierarchy_bytes(bytes: &[u8], name: &str) -> Result<SphereHie
         leaf_count: link[3],
     };
     let nodes = balls.as_chunks().0.iter().zip(links.as_chunks().0).map(node).collect();
-    SphereHierarchy::from_parts(nodes, leaves).map_err(|error| file.invalid(error.to_string()))
+    let hierarchy = SphereHierarchy::from_parts(nodes, leaves).and_then(|tree| tree.with_origin(file.origin));
+    hierarchy.map_err(|error| file.invalid(error.to_string()))
 }

@@ -27,7 +27,7 @@ const SLACK: f64 = 4.0 * f32::EPSILON as f64;
 /// A node of a [`SphereHierarchy`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereNode {
-    /// The center of a ball around all leaves below it; that of the sphere for a leaf.
+    /// The center of a ball around all leaves below it; that of the sphere for a leaf. From the origin of the tree.
     pub center: [f32; 3],
     /// Its radius.
     pub radius: f32,
@@ -67,6 +67,7 @@ impl SphereNode {
 pub struct SphereHierarchy {
     nodes: Vec<SphereNode>,
     leaves: Vec<u32>,
+    origin: [f64; 3],
 }
 
 /// A node while the tree is made: its ball and its children.
@@ -93,19 +94,36 @@ impl SphereHierarchy {
         for k in set.len()..=root {
             widen(&mut joined, k, arity);
         }
-        let mut tree = Self { nodes: Vec::new(), leaves: Vec::new() };
+        let mut tree = Self { nodes: Vec::new(), leaves: Vec::new(), origin: set.origin() };
         tree.lay_out(set, &joined, root);
         tree.number_leaves(0);
         Ok(tree)
     }
 
-    /// A tree from its parts, as a file has them.
+    /// A tree from its parts, as a file has them, about the origin of the mesh's frame.
     ///
     /// # Errors
     /// [`ShadowError::Options`] if they are no tree, or a ball does not contain its children.
     pub fn from_parts(nodes: Vec<SphereNode>, leaves: Vec<u32>) -> Result<Self, ShadowError> {
         check(&nodes, &leaves).map_err(ShadowError::Options)?;
-        Ok(Self { nodes, leaves })
+        Ok(Self { nodes, leaves, origin: [0.0; 3] })
+    }
+
+    /// The same tree about another origin: all of it is moved.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if it is not finite.
+    pub fn with_origin(self, origin: [f64; 3]) -> Result<Self, ShadowError> {
+        if !origin.iter().all(|c| c.is_finite()) {
+            return Err(ShadowError::Options(format!("expected a finite origin of spheres, found {origin:?}")));
+        }
+        Ok(Self { origin, ..self })
+    }
+
+    /// The point of the mesh's own frame from which centers count, that of the set.
+    #[must_use]
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
     }
 
     /// The nodes, the root first, parents before children and the children of a node side by side.

@@ -24,8 +24,8 @@ pub struct SphereSetJson {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SphereJson {
-    /// Its center.
-    pub center: [f32; 3],
+    /// Its center, in the mesh's own frame wherever the mesh is.
+    pub center: [f64; 3],
     /// Its radius.
     pub radius: f32,
 }
@@ -49,9 +49,9 @@ impl SphereSetJson {
     /// ```
     #[must_use]
     pub fn new(set: &SphereSet, report: &SphereFitReport) -> Self {
-        let sphere = |(&center, &radius): (&[f32; 3], &f32)| SphereJson { center, radius };
+        let sphere = |(k, &radius): (usize, &f32)| SphereJson { center: set.center(k), radius };
         let SphereFitReport { outside_volume, solid_volume, history, certainty, .. } = report.clone();
-        let spheres = set.centers().iter().zip(set.radii()).map(sphere).collect();
+        let spheres = set.radii().iter().enumerate().map(sphere).collect();
         Self { spheres, outside_volume, solid_volume, history, certainty }
     }
 }

@@ -5,7 +5,9 @@ use crate::spheres::skin::Skin;
 
 /// Spheres in the frame of the mesh that they stand for, and the joints they move with, if any.
 ///
-/// A sphere of radius 0 is a point and covers nothing; a set may have no spheres.
+/// Centers count from the [origin](Self::origin) of the set, which is that of the scene it was fitted to: far from the origin
+/// of the mesh's own frame, numbers of `f32` are coarse. A sphere of radius 0 is a point and covers nothing; a set may have
+/// no spheres.
 ///
 /// ```
 /// use lobe_shadow::SphereSet;
@@ -19,17 +21,18 @@ use crate::spheres::skin::Skin;
 pub struct SphereSet {
     centers: Vec<[f32; 3]>,
     radii: Vec<f32>,
+    origin: [f64; 3],
     skin: Option<Skin>,
 }
 
 impl SphereSet {
-    /// A set by centers and radii.
+    /// A set by centers and radii, about the origin of the mesh's frame.
     ///
     /// # Errors
     /// [`ShadowError::Options`] if there are not as many of both, or one is not finite, or a radius is negative.
     pub fn new(centers: Vec<[f32; 3]>, radii: Vec<f32>) -> Result<Self, ShadowError> {
         check(&centers, &radii).map_err(ShadowError::Options)?;
-        Ok(Self { centers, radii, skin: None })
+        Ok(Self { centers, radii, origin: [0.0; 3], skin: None })
     }
 
     /// The number of spheres.
@@ -44,7 +47,33 @@ impl SphereSet {
         self.radii.is_empty()
     }
 
-    /// The centers, in the mesh's own frame.
+    /// The same set about another origin: all of it is moved.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if it is not finite.
+    pub fn with_origin(self, origin: [f64; 3]) -> Result<Self, ShadowError> {
+        if !origin.iter().all(|c| c.is_finite()) {
+            return Err(ShadowError::Options(format!("expected a finite origin of spheres, found {origin:?}")));
+        }
+        Ok(Self { origin, ..self })
+    }
+
+    /// The point of the mesh's own frame from which centers count; zero unless the mesh is far from there.
+    #[must_use]
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// The center of a sphere in the mesh's own frame.
+    ///
+    /// # Panics
+    /// If there is no such sphere.
+    #[must_use]
+    pub fn center(&self, sphere: usize) -> [f64; 3] {
+        std::array::from_fn(|k| self.origin[k] + f64::from(self.centers[sphere][k]))
+    }
+
+    /// The centers, from the [origin](Self::origin).
     #[must_use]
     pub fn centers(&self) -> &[[f32; 3]] {
         &self.centers

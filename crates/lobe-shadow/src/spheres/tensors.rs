@@ -21,6 +21,9 @@ const VERSION: u32 = 1;
 struct Header {
     format: String,
     version: u32,
+    /// The point of the mesh's frame from which centers count.
+    #[serde(default)]
+    origin: [f64; 3],
 }
 
 /// A tensor: its name, type, shape and little-endian bytes.
@@ -45,11 +48,11 @@ impl Tensor {
     }
 }
 
-/// Writes tensors; nothing half-written ever has the file's name.
-pub(crate) fn write(path: &Path, format: &str, tensors: &[Tensor]) -> Result<(), ShadowError> {
+/// Writes tensors whose centers count from an origin; nothing half-written ever has the file's name.
+pub(crate) fn write(path: &Path, format: &str, origin: [f64; 3], tensors: &[Tensor]) -> Result<(), ShadowError> {
     let place = path.display().to_string();
     let invalid = |message: String| ShadowError::Invalid { place: place.clone(), message };
-    let header = Header { format: format.to_owned(), version: VERSION };
+    let header = Header { format: format.to_owned(), version: VERSION, origin };
     let header = serde_json::to_string(&header).map_err(|e| invalid(e.to_string()))?;
     let views: Result<Vec<_>, _> =
         tensors.iter().map(|t| Ok((t.name, TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?))).collect();
@@ -67,6 +70,8 @@ pub(crate) fn load(path: &Path) -> Result<Vec<u8>, ShadowError> {
 /// Tensors that have been read.
 pub(crate) struct TensorFile<'a> {
     name: String,
+    /// The point of the mesh's frame from which centers count.
+    pub(crate) origin: [f64; 3],
     tensors: SafeTensors<'a>,
 }
 
@@ -96,7 +101,7 @@ impl<'a> TensorFile<'a> {
             return Err(invalid(message));
         }
         let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
-        Ok(Self { name: name.to_owned(), tensors })
+        Ok(Self { name: name.to_owned(), origin: header.origin, tensors })
     }
 
     pub(crate) fn invalid(&self, message: String) -> ShadowError {

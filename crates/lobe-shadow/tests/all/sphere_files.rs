@@ -42,6 +42,33 @@ fn what_is_written_is_read_and_has_the_same_bytes_each_time() {
 }
 
 #[test]
+fn files_keep_the_point_from_which_centers_count() {
+    let far = set().with_origin([1e7 + 0.1, 0.0, -3.5]).unwrap();
+    let file = bytes_of(&far);
+    let read = read_spheres_bytes(&file, "s").unwrap();
+    assert_eq!((read.origin(), read.center(1)), ([1e7 + 0.1, 0.0, -3.5], [1e7 + 3.1, 4.0, 1.5]), "in the mesh's frame");
+    let message = changed(&file, "10000000.1,", "\\\"a\\\",");
+    assert!(message.starts_with("s: ") && !message.contains('\n'), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("h.safetensors");
+    let tree = SphereHierarchy::new(&far, 2).unwrap();
+    write_sphere_hierarchy(&path, &tree).unwrap();
+    assert_eq!((read_sphere_hierarchy(&path).unwrap(), tree.origin()), (tree.clone(), far.origin()), "a tree");
+    assert!(set().with_origin([f64::NAN; 3]).is_err(), "no point");
+}
+
+#[test]
+fn files_written_before_they_had_one_count_from_zero() {
+    let file = bytes_of(&set());
+    let length = u64::from_le_bytes(file[..8].try_into().unwrap()) as usize;
+    let header = String::from_utf8(file[8..8 + length].to_vec()).unwrap();
+    let without = header.replace(r#",\"origin\":[0.0,0.0,0.0]"#, "");
+    assert!(without.len() < header.len(), "{header} has an origin");
+    let old = [&(without.len() as u64).to_le_bytes()[..], without.as_bytes(), &file[8 + length..]].concat();
+    assert_eq!(read_spheres_bytes(&old, "s").unwrap(), set(), "the same set");
+}
+
+#[test]
 fn damaged_files_are_refused_in_one_line() {
     let file = bytes_of(&set());
     for (from, to, expected) in [

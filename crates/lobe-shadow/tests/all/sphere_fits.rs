@@ -153,6 +153,31 @@ fn a_set_can_be_refined_further() {
     assert!(star().as_flattened().iter().all(|p| is_covered(&set, p.map(f64::from), 1e-6)), "the star, by {set:?}");
 }
 
+#[test]
+fn a_set_fitted_far_away_is_that_fitted_near_moved_there() {
+    let by = [4096.0, 0.0, -65536.0];
+    let far: Vec<Triangle> = star().into_iter().map(|t| t.map(|p| [0, 1, 2].map(|k| p[k] + by[k]))).collect();
+    // Rounded to the coarse numbers there.
+    let near: Vec<Triangle> = far.iter().map(|t| t.map(|p| [0, 1, 2].map(|k| p[k] - by[k]))).collect();
+    let options = options(4).rounds(2);
+    let (near, _) = fit_spheres(&scene(&near), &options, Job::default()).unwrap();
+    let (set, report) = fit_spheres(&scene(&far), &options, Job::default()).unwrap();
+    assert_eq!(near.origin(), [0.0; 3], "near");
+    let json = SphereSetJson::new(&set, &report);
+    for sphere in 0..set.len() {
+        let (found, expected) = (set.center(sphere), near.center(sphere));
+        let off = (0..3).map(|k| (found[k] - f64::from(by[k]) - expected[k]).abs()).fold(0.0, f64::max);
+        assert!(off < 0.05, "sphere {sphere} at {found:?}, expected {expected:?} and {by:?}");
+        assert_eq!(json.spheres[sphere].center, found, "in the frame of the mesh, in JSON too");
+    }
+    // A start in the frame of the mesh, though it counts from elsewhere.
+    let centers = (0..set.len()).map(|k| set.center(k).map(|c| c as f32)).collect();
+    let start = SphereSet::new(centers, set.radii().to_vec()).unwrap();
+    let (refined, _) = refine_spheres(&scene(&far), &start, &options, Job::default()).unwrap();
+    assert_eq!(refined.origin(), set.origin(), "about the scene");
+    assert!(refined.centers().as_flattened().iter().all(|c| c.abs() < 4.0), "at the star: {:?}", refined.centers());
+}
+
 /// A winding number of 2 must not make up for what is outside.
 #[test]
 fn parts_that_reach_into_each_other_count_once() {

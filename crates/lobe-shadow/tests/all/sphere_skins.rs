@@ -56,6 +56,14 @@ fn radii_follow_the_mean_scale_of_the_joints_and_never_collapse() {
 }
 
 #[test]
+fn spheres_far_from_the_frame_of_their_mesh_are_posed_from_there() {
+    let quarter_turn = [[0.0, -1.0, 0.0, 5.0], [1.0, 0.0, 0.0, 6.0], [0.0, 0.0, 1.0, 7.0]];
+    let set = SphereSet::new(vec![[1.0, 0.0, 0.5]], vec![2.0]).unwrap().with_origin([1e6, 0.0, 0.0]).unwrap();
+    let posed = set.posed(&[quarter_turn]).unwrap();
+    assert_eq!(posed[0].center, [5.0, 1e6 + 7.0, 7.5], "a million away, turned");
+}
+
+#[test]
 fn joints_that_do_not_fit_are_refused() {
     let Strip { positions, triangles, joints, weights } = strip();
     let mesh = SkinnedMesh { positions: &positions, triangles: &triangles, joints: &joints, weights: &weights };

@@ -58,17 +58,14 @@ impl<'a> Accessors<'a> {
     ) -> Result<Vec<[f32; N]>, SceneError> {
         let accessor = self.accessor(index, source)?;
         let elements = self.elements(accessor, index.value(), source)?;
-        let is_quantized = self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
-        let is_ours = what.starts_with('_');
-        let is_whole_by_nature = ["TEXCOORD", "COLOR", "ROTATION", "WEIGHTS", "_CLUSTER", "_WEIGHTS"]
-            .iter()
-            .any(|name| what.starts_with(name));
-        let may_be_whole = (is_quantized && !is_ours) || is_whole_by_nature;
+        let may_be_whole = self.may_be_whole(what, elements.normalized);
         let has_default = N == 4 && elements.components == 3 && what.starts_with("COLOR");
         let is_float = elements.component == ComponentType::F32;
         if !(elements.components == N || has_default) || !(is_float || may_be_whole) {
             let (components, component) = (elements.components, elements.component);
-            let message = format!("expected vectors of {N} floats as {what}, found {components} x {component:?}");
+            let is_raw = !elements.normalized && matches!(what, "ROTATION" | "WEIGHTS") && !is_float;
+            let raw = if is_raw { " that is not normalized" } else { "" };
+            let message = format!("expected vectors of {N} floats as {what}, found {components} x {component:?}{raw}");
             return Err(self.invalid(source, &message));
         }
         let mut values = vec![[1.0; N]; elements.count];
@@ -81,6 +78,19 @@ impl<'a> Accessors<'a> {
             std::array::from_fn(|k| if k < elements.components { elements.float(i, k) } else { 1.0 })
         })?;
         Ok(values)
+    }
+
+    /// Whether an attribute, or the values of an animation, may be whole numbers: fractions of their largest value, or with
+    /// `KHR_mesh_quantization` positions, normals and texture coordinates as they are. Vertex weights and colors that are not
+    /// said to be fractions are taken as they are too: weights are divided by their sum, colors clamped.
+    fn may_be_whole(&self, what: &str, is_normalized: bool) -> bool {
+        let is_one_of = |names: &[&str]| names.iter().any(|name| what.starts_with(name));
+        let is_quantized = || self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
+        match what {
+            "ROTATION" | "WEIGHTS" => is_normalized,
+            _ if is_one_of(&["TEXCOORD", "COLOR", "WEIGHTS_", "_CLUSTER", "_WEIGHTS"]) => true,
+            _ => is_one_of(&["POSITION", "NORMAL"]) && is_quantized(),
+        }
     }
 
     /// The indices of a primitive.

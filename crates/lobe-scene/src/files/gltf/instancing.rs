@@ -13,6 +13,9 @@ const NAME: &str = "EXT_mesh_gpu_instancing";
 /// Bytes of a node: its JSON with three arrays, and what is read of it.
 const NODE: u64 = 1024;
 
+/// Bytes of a weight of a morph target: its JSON, and what is read of it.
+const WEIGHT: u64 = 64;
+
 /// Gives a node that shows its mesh many times a child for each: each has transfer of its own.
 pub(crate) fn expand(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), SceneError> {
     let mut was_there = false;
@@ -21,10 +24,17 @@ pub(crate) fn expand(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(),
         let Some(instancing) = take_extension(node, NAME) else { continue };
         was_there = true;
         let Some(mesh) = node.as_object_mut().and_then(|node| node.remove("mesh")) else { continue };
+        let weights = node["weights"].as_array().cloned();
+        if node.as_object_mut().and_then(|node| node.remove("skin")).is_some() {
+            // Joints carry a skinned mesh, so that all instances would be at one place.
+            source.note(format!("node {index} has a skin, but instances of its mesh, which stand as it was bound"));
+        }
         let count = count_of(file, index, &instancing["attributes"], source)?;
-        source.count_bytes(NODE.saturating_mul(count as u64))?;
+        let bytes = NODE.saturating_add(WEIGHT.saturating_mul(weights.as_ref().map_or(0, Vec::len) as u64));
+        source.count_bytes(bytes.saturating_mul(count as u64))?;
         for mut child in instances(file, index, &instancing["attributes"], source)? {
             child.insert("mesh".to_owned(), mesh.clone());
+            child.extend(weights.clone().map(|weights| ("weights".to_owned(), Value::Array(weights))));
             let child = push(&mut file.json, "nodes", Value::Object(child));
             push(&mut file.json["nodes"][index], "children", json!(child));
         }
