@@ -70,12 +70,10 @@ enum Command {
     Compress(compress::Compress),
     /// Write transfer as lobes that turn with a surface that bends
     FitLobes(fit_lobes::FitLobes),
-    /// Bake what an entity that moves does to the light around it
+    /// Bake how much of the sky an object hides from points around it, so that its shadow can follow it
     Field(field::Field),
-    /// Fit few spheres to a mesh, for the shadows of what moves
-    Spheres(spheres::Spheres),
-    /// Write the table of the logarithms of spheres, which shadows by exponentials look up
-    SphereTable(spheres::SphereTable),
+    /// Fit few spheres to an object, so that its shadow can follow it; table: what spheres need
+    Spheres(spheres::SpheresCommand),
     /// Work on expansions in .sh.json files
     #[command(subcommand)]
     Sh(ShCommand),
@@ -217,7 +215,6 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::FitLobes(args) => args.run(talk)?,
         Command::Field(args) => args.run(talk)?,
         Command::Spheres(args) => args.run(talk)?,
-        Command::SphereTable(args) => args.run()?,
         Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,
         Command::Sh(ShCommand::Rotate(args)) => args.run()?,

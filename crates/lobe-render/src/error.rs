@@ -38,6 +38,14 @@ pub enum RenderError {
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
+    /// An error at work on one part of a scene.
+    #[error("part `{name}`: {source}")]
+    Part {
+        /// The name of the part.
+        name: String,
+        /// What was wrong.
+        source: Box<Self>,
+    },
     /// The operating system refused.
     #[error("{place}: {source}")]
     Io {
@@ -51,6 +59,14 @@ pub enum RenderError {
 impl RenderError {
     pub(crate) fn io(path: &Path) -> impl Fn(std::io::Error) -> Self {
         move |source| Self::Io { place: path.display().to_string(), source }
+    }
+
+    /// The same error at work on a part of a scene; being stopped is nobody's fault.
+    pub(crate) fn of_part(self, name: &str) -> Self {
+        match self {
+            Self::Cancelled => Self::Cancelled,
+            other => Self::Part { name: name.to_owned(), source: Box::new(other) },
+        }
     }
 
     pub(crate) fn invalid(place: &Path, message: impl Into<String>) -> Self {

@@ -63,6 +63,7 @@
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
 //! | scenes that move | [`MovingScene`], its [`MovingPart`]s, [`Moment`]; [`light_moving_scene`] by [`MovingShading`] |
+//! | what is baked of them | [`MovingBakeOptions`], [`PartBake`]; what stands still in a room [`VisibilityGrid`] |
 //! | scenes without transfer | [`light_by_irradiance`] |
 //! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | the variance in a traced picture | [`read_variance`] |
@@ -97,11 +98,13 @@ pub use mapping_gallery::solid::Solid;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
 pub use moving::moment::Moment;
-pub use moving::moving_bake::MovingBakeOptions;
+pub use moving::moving_bake::{MovingBakeOptions, PartBake, PartBakeKind};
+pub use moving::moving_options::{MovingMethod, MovingOptions};
 pub use moving::moving_part::{Motion, MovingPart};
 pub use moving::moving_picture::light_moving_scene;
 pub use moving::moving_scene::MovingScene;
-pub use moving::moving_shading::{MovingMethod, MovingOptions, MovingShading};
+pub use moving::moving_shading::MovingShading;
+pub use moving::visibility_grid::{VisibilityGrid, VisibilityGridOptions};
 pub use path_tracer::distant_light::DistantLight;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};

@@ -2,18 +2,21 @@
 //!
 //! ```json
 //! { "format": "lobe-scene", "version": 1,
-//!   "still": "room.glb",
+//!   "still": ["room.glb", { "mesh": "table.glb", "field": "table.field.safetensors" }],
 //!   "entities": [
 //!     { "name": "ball", "mesh": "ball.glb", "field": "ball.field.safetensors", "spheres": "ball.spheres.safetensors",
-//!       "keys": [ { "time": 0, "translation": [0, 0, 1], "rotation": [0, 0, 0, 1], "scale": 1 } ] } ] }
+//!       "keys": [ { "time": 0, "translation": [0, 0, 1], "rotation": [0, 0, 0, 1], "scale": 1 } ] },
+//!     { "name": "fox", "mesh": "fox.glb", "animation": "Walk", "loop": true, "keys": [ { "translation": [2, 0, 0] } ] } ] }
 //! ```
 //!
-//! What may be left out: `still`, the files of an entity but its mesh, and of a key all but what differs from resting at the
-//! origin at time 0. Translations and rotations, unit quaternions x, y, z, w, are in Lobe's frame, z up; files are named
-//! relative to the description.
+//! What stands still is the name of a file, an object with `mesh` and `field`, or a list of such. What may be left out: `still`,
+//! all of an entity but its name and mesh, and of a key all but what differs from resting at the origin at time 0. An
+//! `animation` is that of a glTF file, by name or number; the keys then move the animated whole. Translations and rotations, unit
+//! quaternions x, y, z, w, are in Lobe's frame, z up; files are named relative to the description.
 
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use lobe_scene::referenced_file;
 use lobe_sh::Rotation;
@@ -25,20 +28,38 @@ use crate::{Key, Placement, ShadowError, Track};
 const FORMAT: &str = "lobe-scene";
 const VERSION: u32 = 1;
 
-/// The most bytes of a description: a thousand entities with a hundred keys each take a tenth of that.
-const MAX_BYTES: u64 = 1 << 28;
+/// The most bytes of a description: a thousand entities with a hundred keys each take about half of that.
+const MAX_BYTES: u64 = 1 << 24;
+
+/// The most parts, still ones and entities. Each is read from a file of its own, and hides the sky from all others.
+const MAX_PARTS: usize = 1 << 14;
+
+/// The largest coordinate and time of a key, as of vertices, and the range of scales: what is taken to a place and back stays
+/// in the range of `f32`.
+const LARGEST: f64 = 1e15;
+const SCALES: [f64; 2] = [1e-15, 1e15];
 
 /// A scene whose entities are files of their own.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SceneDescription {
-    /// What does not move, if there is such a thing.
-    pub still: Option<PathBuf>,
+    /// What does not move.
+    pub still: Vec<StillDescription>,
     /// What moves.
     pub entities: Vec<EntityDescription>,
 }
 
-/// A rigid entity of a [`SceneDescription`].
+/// What stands still in a [`SceneDescription`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StillDescription {
+    /// The file of its triangles, or `built-in:NAME`.
+    pub mesh: PathBuf,
+    /// The file of its occlusion field.
+    pub field: Option<PathBuf>,
+}
+
+/// An entity of a [`SceneDescription`] that moves.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct EntityDescription {
@@ -50,6 +71,10 @@ pub struct EntityDescription {
     pub field: Option<PathBuf>,
     /// The file of its sphere set.
     pub spheres: Option<PathBuf>,
+    /// The animation of a glTF file that is played, by its name or number.
+    pub animation: Option<String>,
+    /// Whether the animation begins anew when it has ended; else it rests.
+    pub is_looped: bool,
     /// Its place over time.
     pub track: Track,
 }
@@ -60,9 +85,43 @@ struct SceneJson {
     format: String,
     version: u32,
     #[serde(default)]
-    still: Option<String>,
+    still: Option<StillsJson>,
     #[serde(default)]
     entities: Vec<EntityJson>,
+}
+
+/// One or several.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected the name of a file, an object with `mesh` and perhaps `field`, or a list of such"
+)]
+enum StillsJson {
+    Several(Vec<StillJson>),
+    One(StillJson),
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected the name of a file, or an object with `mesh` and perhaps `field`")]
+enum StillJson {
+    Name(String),
+    Files(StillFilesJson),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StillFilesJson {
+    mesh: String,
+    #[serde(default)]
+    field: Option<String>,
+}
+
+/// A name or a number.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected the name or the number of an animation")]
+enum AnimationJson {
+    Name(String),
+    Number(u32),
 }
 
 #[derive(Deserialize)]
@@ -74,6 +133,10 @@ struct EntityJson {
     field: Option<String>,
     #[serde(default)]
     spheres: Option<String>,
+    #[serde(default)]
+    animation: Option<AnimationJson>,
+    #[serde(default, rename = "loop")]
+    is_looped: bool,
     #[serde(default)]
     keys: Vec<KeyJson>,
 }
@@ -103,34 +166,62 @@ impl SceneDescription {
     pub fn read(path: impl AsRef<Path>, allow_outside: bool) -> Result<Self, ShadowError> {
         let path = path.as_ref();
         let place = path.display().to_string();
-        let io = |source: io::Error| ShadowError::Io { place: place.clone(), source };
-        let length = fs::metadata(path).map_err(io)?.len();
-        if length > MAX_BYTES {
-            return Err(invalid(
-                &place,
-                format!("expected a description of at most {MAX_BYTES} bytes, found {length}"),
-            ));
-        }
-        let json = parse(&fs::read(path).map_err(io)?, &place)?;
+        let json = parse(&read_bytes(path, &place)?, &place)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let file = |name: &str| match is_built_in(name) {
             true => Ok(PathBuf::from(name)),
             false => referenced_file(folder, name, allow_outside, &place),
         };
         let optional = |name: &Option<String>| name.as_deref().map(file).transpose();
+        let still = json.stills().map(|still| match still {
+            StillJson::Name(mesh) => Ok(StillDescription { mesh: file(mesh)?, field: None }),
+            StillJson::Files(StillFilesJson { mesh, field }) => {
+                Ok(StillDescription { mesh: file(mesh)?, field: optional(field)? })
+            }
+        });
+        let still = still.collect::<Result<_, ShadowError>>()?;
         let entities = json.entities.iter().map(|entity| {
             let within = |error: String| invalid(&place, format!("entity `{}`: {error}", one_line(&entity.name)));
+            if entity.is_looped && entity.animation.is_none() {
+                return Err(within("expected `loop` beside an `animation`, found it alone".to_owned()));
+            }
             Ok(EntityDescription {
                 name: one_line(&entity.name),
                 mesh: file(&entity.mesh)?,
                 field: optional(&entity.field)?,
                 spheres: optional(&entity.spheres)?,
+                animation: entity.animation.as_ref().map(|animation| match animation {
+                    AnimationJson::Name(name) => name.clone(),
+                    AnimationJson::Number(number) => number.to_string(),
+                }),
+                is_looped: entity.is_looped,
                 track: track_of(&entity.keys).map_err(within)?,
             })
         });
         let entities = entities.collect::<Result<_, ShadowError>>()?;
-        Ok(Self { still: optional(&json.still)?, entities })
+        Ok(Self { still, entities })
     }
+}
+
+impl SceneJson {
+    fn stills(&self) -> impl Iterator<Item = &StillJson> {
+        match &self.still {
+            None => [].iter(),
+            Some(StillsJson::One(one)) => std::slice::from_ref(one).iter(),
+            Some(StillsJson::Several(several)) => several.iter(),
+        }
+    }
+}
+
+/// The bytes of a description, whatever the system says of their number.
+fn read_bytes(path: &Path, place: &str) -> Result<Vec<u8>, ShadowError> {
+    let io = |source: io::Error| ShadowError::Io { place: place.to_owned(), source };
+    let mut bytes = Vec::new();
+    File::open(path).map_err(io)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(invalid(place, format!("expected a description of at most {MAX_BYTES} bytes, found more")));
+    }
+    Ok(bytes)
 }
 
 /// Whether a name stands for a scene in the program.
@@ -153,8 +244,12 @@ fn parse(bytes: &[u8], place: &str) -> Result<SceneJson, ShadowError> {
     if json.version != VERSION {
         return Err(invalid(place, format!("expected version {VERSION}, found {}; update Lobe", json.version)));
     }
-    if json.still.is_none() && json.entities.is_empty() {
-        return Err(invalid(place, "expected something that stands still or moves, found neither".to_owned()));
+    match json.stills().count() + json.entities.len() {
+        0 => return Err(invalid(place, "expected `still` or `entities`, found neither".to_owned())),
+        parts if parts > MAX_PARTS => {
+            return Err(invalid(place, format!("expected at most {MAX_PARTS} parts, found {parts}")));
+        }
+        _ => {}
     }
     Ok(json)
 }
@@ -163,11 +258,17 @@ fn track_of(keys: &[KeyJson]) -> Result<Track, String> {
     let mut checked = Vec::with_capacity(keys.len().max(1));
     for (index, key) in keys.iter().enumerate() {
         let at = |message: String| format!("key {index}: {message}");
-        if !key.translation.iter().all(|t| t.is_finite()) {
-            return Err(at(format!("expected a finite translation, found {:?}", key.translation)));
+        if !(key.time.abs() <= LARGEST) {
+            return Err(at(format!("expected a time of at most {LARGEST:e} seconds, found {:e}", key.time)));
         }
-        if !(key.scale.is_finite() && key.scale > 0.0) {
+        if !key.translation.iter().all(|t| t.abs() <= LARGEST) {
+            return Err(at(format!("expected a translation of at most {LARGEST:e}, found {:?}", key.translation)));
+        }
+        if !(key.scale > 0.0) {
             return Err(at(format!("expected a positive scale, found {}", key.scale)));
+        }
+        if !(SCALES[0]..=SCALES[1]).contains(&key.scale) {
+            return Err(at(format!("expected a scale from {:e} to {:e}, found {:e}", SCALES[0], SCALES[1], key.scale)));
         }
         let rotation = Rotation::from_quaternion(key.rotation).map_err(|error| at(error.to_string()))?;
         checked.push(Key { time: key.time, placement: Placement::new(key.translation, rotation, key.scale) });
@@ -192,6 +293,8 @@ fn one_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     const GOOD: &str = r#"{ "format": "lobe-scene", "version": 1, "entities": [ { "name": "ball", "mesh": "built-in:ball",
@@ -214,6 +317,35 @@ mod tests {
     }
 
     #[test]
+    fn one_or_several_things_stand_still() {
+        let stills = |text: &str| {
+            let text = format!(r#"{{"format":"lobe-scene","version":1,"still":{text}}}"#);
+            read(&text).unwrap().still.into_iter().map(|still| still.mesh.display().to_string()).collect::<Vec<_>>()
+        };
+        assert_eq!(stills(r#""built-in:cave""#), ["built-in:cave"], "a name");
+        assert_eq!(stills(r#"{"mesh":"built-in:cave"}"#), ["built-in:cave"], "an object");
+        let both = stills(r#"["built-in:ball",{"mesh":"built-in:cave"}]"#);
+        assert_eq!(both, ["built-in:ball", "built-in:cave"], "a list");
+    }
+
+    #[test]
+    fn animations_have_names_or_numbers() {
+        for (given, expected) in [("\"Walk\"", "Walk"), ("3", "3")] {
+            let text = GOOD.replace("\"keys\"", &format!("\"animation\": {given}, \"loop\": true, \"keys\""));
+            let entity = read(&text).unwrap().entities.remove(0);
+            assert_eq!((entity.animation.as_deref(), entity.is_looped), (Some(expected), true), "{given}");
+        }
+    }
+
+    #[test]
+    fn more_parts_than_any_scene_has_are_refused() {
+        let stills = vec![r#""built-in:ball""#; MAX_PARTS + 1].join(",");
+        let message =
+            read(&format!(r#"{{"format":"lobe-scene","version":1,"still":[{stills}]}}"#)).unwrap_err().to_string();
+        assert!(message.ends_with("expected at most 16384 parts, found 16385"), "{message}");
+    }
+
+    #[test]
     fn bad_descriptions_are_one_line_that_says_where() {
         let with = |from: &str, to: &str| GOOD.replace(from, to);
         for (text, expected) in [
@@ -231,6 +363,15 @@ mod tests {
             (with("built-in:ball", "nothing.obj"), "nothing.obj"),
             (r#"{"format":"lobe-scene","version":1}"#.to_owned(), "found neither"),
             (format!("{GOOD} x"), "the end"),
+            (with("\"keys\"", "\"loop\": true, \"keys\""), "entity `ball`: expected `loop` beside an `animation`"),
+            (with("\"keys\"", "\"animation\": [], \"keys\""), "entities[0].animation: expected the name or the number"),
+            (with("\"entities\"", "\"still\": {}, \"entities\""), "still: expected the name of a file"),
+            (
+                with("[4, 0, 1]", "[4, 0, 1e16]"),
+                "key 1: expected a translation of at most 1e15, found [4.0, 0.0, 1e16]",
+            ),
+            (with("\"time\": 2", "\"time\": -1e308"), "key 1: expected a time of at most 1e15 seconds, found -1e308"),
+            (with("\"scale\": 2", "\"scale\": 1e-200"), "key 1: expected a scale from 1e-15 to 1e15, found 1e-200"),
         ] {
             let message = read(&text).unwrap_err().to_string();
             assert!(message.contains(expected), "expected {expected:?} in: {message}");

@@ -40,7 +40,7 @@ pub use accumulate::receivers::SphereReceivers;
 pub use accumulate::sky_light::SkyLight;
 pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
 pub use accumulate::sphere_tree::{Occluder, SphereTree};
-pub use description::{EntityDescription, SceneDescription};
+pub use description::{EntityDescription, SceneDescription, StillDescription};
 pub use error::ShadowError;
 pub use field::bake_field::{FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_visibility};
 pub use field::field_file::{read_field, read_field_bytes, write_field};

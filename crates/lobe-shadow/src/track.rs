@@ -60,6 +60,12 @@ impl Track {
         Self { keys: vec![Key { time: 0.0, placement }] }
     }
 
+    /// The keys, in rising order of time.
+    #[must_use]
+    pub fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
     /// The times of the first and the last key.
     #[must_use]
     pub fn span(&self) -> [f64; 2] {
@@ -73,14 +79,21 @@ impl Track {
         let (Some(low), Some(high)) = (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) else {
             return self.keys[after.min(self.keys.len() - 1)].placement;
         };
-        between(&low.placement, &high.placement, (time - low.time) / (high.time - low.time))
+        // Half of a difference of finite numbers is finite.
+        let t = (0.5 * time - 0.5 * low.time) / (0.5 * high.time - 0.5 * low.time);
+        between(&low.placement, &high.placement, t)
     }
 }
 
 fn between(a: &Placement, b: &Placement, t: f64) -> Placement {
     let (from, to) = (a.translation(), b.translation());
-    let translation = std::array::from_fn(|k| from[k] + t * (to[k] - from[k]));
-    Placement::new(translation, slerp(a.rotation(), b.rotation(), t), a.scale() + t * (b.scale() - a.scale()))
+    let translation = std::array::from_fn(|k| blend(from[k], to[k], t));
+    Placement::new(translation, slerp(a.rotation(), b.rotation(), t), blend(a.scale(), b.scale(), t))
+}
+
+/// `(1 - t) a + t b`, finite where both are and never beyond one of them, whatever the rounding.
+fn blend(a: f64, b: f64, t: f64) -> f64 {
+    ((1.0 - t) * a + t * b).clamp(a.min(b), a.max(b))
 }
 
 /// Rotations closer than this to each other, by the sine of half the angle, are blended linearly: the error is below its
@@ -145,6 +158,20 @@ mod tests {
         let same = [key(0.0, 0.3), Key { time: 1.0, ..key(0.0, 0.3) }];
         let track = Track::new(same.to_vec()).unwrap();
         assert!((angle(&track.at(0.5)) - 0.3).abs() < 1e-15, "{}", angle(&track.at(0.5)));
+    }
+
+    #[test]
+    fn between_the_largest_numbers_a_track_stays_finite() {
+        let at =
+            |time: f64, x: f64, scale: f64| Key { time, placement: Placement::new([x; 3], Rotation::IDENTITY, scale) };
+        let most = f64::MAX;
+        let track = Track::new(vec![at(-most, most, 5e-324), at(most, -most, 5e-324)]).unwrap();
+        for time in [-most, -1.0, 0.0, 0.9 * most, most] {
+            let placement = track.at(time);
+            assert!(placement.translation().iter().all(|x| x.is_finite()), "{placement:?} at {time}");
+            assert_eq!(placement.scale(), 5e-324, "at {time}");
+        }
+        assert!(track.at(0.0).translation()[0].abs() < 1e295, "halfway: {:?}", track.at(0.0).translation());
     }
 
     #[test]

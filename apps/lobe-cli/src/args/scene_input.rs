@@ -6,10 +6,11 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
 use lobe::scene::{
-    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up, built_in, read_scene,
-    read_scene_and_document,
+    AnimatedScene, DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up,
+    built_in, read_scene, read_scene_and_document,
 };
 
+use crate::args::gltf_peek::GltfPeek;
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -21,7 +22,8 @@ const BUILT_IN: &str = "built-in:";
 #[derive(Args)]
 pub(crate) struct SceneInput {
     /// The scene: a .glb, .gltf, .obj or .ply file, or built-in:NAME with ball (over a ground), columns (a hall), cave, terrain,
-    /// cornell (a room that is unfolded for --texels) or furnace (a closed white box, which no light enters: for tests)
+    /// cornell (a room that is unfolded for --texels) or furnace (a closed white box, which no light enters: for tests); of
+    /// lobe render also three-objects and walking-figure, which move
     #[arg(value_name = "SCENE")]
     path: PathBuf,
     /// Which axis points up in an .obj or .ply file [default: y]
@@ -115,16 +117,9 @@ impl SceneInput {
         let name = self.name();
         self.check_options()?;
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
-            for (is_given, option) in [
-                (self.max_triangles.is_some(), "--max-triangles"),
-                (self.allow_outside, "--allow-outside"),
-                (self.missing_normals.is_some(), "--missing-normals"),
-                (self.max_texels.is_some(), "--max-texels"),
-                (self.transparency, "--transparency"),
-            ] {
-                if is_given {
-                    bail!("{option}: only of scenes in files; leave the option out");
-                }
+            self.check_built_in_options()?;
+            if self.is_built_in_motion() {
+                bail!("{name}: moves; lobe render shows it, by --mode truth, fields or shexp");
             }
             let Some(scene) = built_in::named(built_in_name) else {
                 let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
@@ -135,6 +130,38 @@ impl SceneInput {
         let (scene, report) = read_scene(&self.path, &self.options(memory))?;
         tell(&report, &name, talk);
         Ok(scene)
+    }
+
+    /// Makes a scene of the program that moves; none of another name.
+    pub(crate) fn made_in_motion(&self) -> anyhow::Result<Option<AnimatedScene>> {
+        let Some(made) = self.name().strip_prefix(BUILT_IN).and_then(built_in::moving) else { return Ok(None) };
+        self.check_options()?;
+        self.check_built_in_options()?;
+        Ok(Some(made))
+    }
+
+    /// Reads what moves of a glTF file, and notes the findings.
+    pub(crate) fn read_in_motion(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<AnimatedScene> {
+        self.check_options()?;
+        let name = self.name();
+        if GltfPeek::at(&self.path).is_baked() {
+            if self.transparency {
+                bail!("--transparency: {name} is baked, with or without; render the scene it was baked from");
+            }
+            talk.note(
+                &name,
+                "its transfer is of the scene as it stands and not used: parts that move are baked by themselves",
+            );
+        }
+        let (animated, report) = AnimatedScene::read(&self.path, &self.options(memory))?;
+        tell(&report, &name, talk);
+        Ok(animated)
+    }
+
+    /// Whether this is a glTF file whose animations, skins or morph targets change how the scene stands. Of one that cannot be
+    /// read, whoever reads it says why.
+    pub(crate) fn has_poses(&self) -> bool {
+        self.is_gltf() && GltfPeek::at(&self.path).has_poses()
     }
 
     /// Reads or makes the scene as [`SceneInput::read`], and with it all that a glTF file holds.
@@ -172,6 +199,22 @@ impl SceneInput {
             }
         }
         Ok(read)
+    }
+
+    /// Refuses options of files for scenes that are made by a formula.
+    fn check_built_in_options(&self) -> anyhow::Result<()> {
+        for (is_given, option) in [
+            (self.max_triangles.is_some(), "--max-triangles"),
+            (self.allow_outside, "--allow-outside"),
+            (self.missing_normals.is_some(), "--missing-normals"),
+            (self.max_texels.is_some(), "--max-texels"),
+            (self.transparency, "--transparency"),
+        ] {
+            if is_given {
+                bail!("{option}: only of scenes in files; leave the option out");
+            }
+        }
+        Ok(())
     }
 
     /// Refuses options that would be ignored.
@@ -218,7 +261,7 @@ impl SceneInput {
 }
 
 /// Notes the findings of reading a file.
-fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
+pub(crate) fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
     for note in &report.notes {
         talk.note(name, note);
     }

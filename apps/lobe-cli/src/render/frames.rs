@@ -26,6 +26,8 @@ pub(crate) struct Frames<'a> {
     pub(crate) size: (usize, usize),
     /// Whether an unfinished picture is kept in a checkpoint.
     pub(crate) is_kept: bool,
+    /// Whether bakes of parts that move are kept until all pictures are done.
+    pub(crate) keeps_bakes: bool,
     /// In the animation.
     pub(crate) seconds_per_frame: f64,
     pub(crate) talk: Talk,
@@ -132,6 +134,9 @@ impl Frames<'_> {
         let complete = if frames > 1 { format!("after {k} of {frames} pictures") } else { "before the end".into() };
         match self.is_kept {
             true => format!("stopped {complete}; the same command goes on from there, --fresh starts anew"),
+            _ if self.keeps_bakes => {
+                format!("stopped {complete}; the same command starts with what is baked, --fresh anew")
+            }
             _ if k > 0 => format!("stopped {complete}, which are kept; the same command starts anew"),
             _ => format!("stopped {complete}; nothing is kept, and the same command starts anew"),
         }

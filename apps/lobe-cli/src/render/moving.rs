@@ -1,25 +1,43 @@
 //! Scenes that move in `lobe render`: their files, the times of the pictures, and the bakes that their parts lack.
 
-use anyhow::bail;
-use clap::{Args, ValueEnum};
-use lobe::prt::BakeOptions;
-use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading};
-use lobe::scene::{AnimatedScene, built_in};
-use lobe::sh::ExpMethod;
-use lobe::shadow::{FieldOptions, ShadowOptions};
+use std::path::{Path, PathBuf};
 
+use anyhow::bail;
+use clap::Args;
+use lobe::prt::{AlbedoMode, BakeOptions};
+use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, VisibilityGridOptions};
+use lobe::scene::AnimatedScene;
+use lobe::sh::ExpMethod;
+use lobe::shadow::{FieldOptions, LogTable, LogTableOptions, ShadowOptions, cached_log_table};
+
+use crate::args::exponential::fast_exponential;
 use crate::args::memory::MemoryLimit;
-use crate::args::scene_input::SceneInput;
+use crate::args::scene_input::{SceneInput, tell};
 use crate::args::values;
-use crate::run::bake_watch::watched;
+use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
 
 /// Pictures for each second of `--frames A..B`, as films have.
 const FRAMES_PER_SECOND: f64 = 24.0;
 
-/// The norm above which `--exponential hybrid` halves: at 1 it is nearest to the truth among those of the example
-/// `exponential_errors`.
-const HYBRID_LIMIT: f64 = 1.0;
+/// The most points of a grid, of which each takes `order²` numbers. A larger number is taken for a typing error.
+const MAX_STILL_POINTS: usize = 1 << 24;
+
+/// Where bakes are kept until all pictures are done.
+pub(crate) struct Keep<'a> {
+    /// Their files are beside the output.
+    pub(crate) output: &'a Path,
+    /// Whether those that are there are forgotten.
+    pub(crate) is_fresh: bool,
+    pub(crate) talk: Talk,
+}
+
+/// A scene that can be shaded.
+pub(crate) struct Prepared {
+    pub(crate) shading: MovingShading,
+    /// The files of its bakes.
+    pub(crate) kept: Vec<Checkpoint>,
+}
 
 /// Options of scenes that move.
 #[derive(Args)]
@@ -32,52 +50,56 @@ pub(crate) struct MovingInput {
     /// With --frames A..B: pictures for each second [default: 24]
     #[arg(long, value_name = "N", value_parser = values::positive)]
     fps: Option<f64>,
+    /// Begin anew when the animation or all tracks have ended; without this they rest there
+    #[arg(long = "loop")]
+    is_looped: bool,
     /// The animation of a glTF file, by name or number [default: the first]
     #[arg(long, value_name = "NAME")]
     animation: Option<String>,
-    /// shexp: the exponential [default: grid]
-    #[arg(long, value_enum)]
-    exponential: Option<Exponential>,
-    /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 16;
-    /// more overlap more, and count twice what they hide together]
+    /// shexp: the exponential: values on a grid of directions; the best linear function of single spheres; that after halving, then
+    /// squared [default: grid]
+    #[arg(long, value_name = "grid|optimal-linear|hybrid", value_parser = fast_exponential)]
+    exponential: Option<ExpMethod>,
+    /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 16]
     #[arg(long, value_name = "K", value_parser = spheres)]
     spheres: Option<usize>,
     /// fields, shexp: light that spheres send on, one bounce
     #[arg(long)]
     sphere_bounce: bool,
-    /// fields, shexp: what stands still hides the sky from what moves, by a field; without this it only receives shadows
-    #[arg(long)]
-    still_hides: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Exponential {
-    /// Values on a grid of directions
-    Grid,
-    /// The best linear function of single spheres
-    OptimalLinear,
-    /// That after halving, then squared
-    Hybrid,
+    /// fields, shexp: the table of spheres, a .safetensors file of lobe spheres table; made and written if it is not there
+    #[arg(long, value_name = "FILE")]
+    sphere_table: Option<PathBuf>,
+    /// fields, shexp: the width of a window on what single spheres leave visible, in bands [default: none]
+    #[arg(long, value_name = "H", value_parser = values::positive)]
+    sphere_window: Option<f64>,
+    /// fields, shexp: points of the grid at which it is found how much of the sky the parts that stand still leave to those that
+    /// move; 0: they hide nothing from them, and only receive shadows [default: 4096]
+    #[arg(long, value_name = "N", value_parser = still_points)]
+    still_points: Option<usize>,
 }
 
 fn spheres(text: &str) -> Result<usize, String> {
     values::whole(text, 1, 4096, "a number of spheres")
 }
 
+fn still_points(text: &str) -> Result<usize, String> {
+    match values::whole(text, 0, MAX_STILL_POINTS, "a number of points")? {
+        few @ 1..8 => Err(format!("expected 0, or 8 points at least, found {few}")),
+        points => Ok(points),
+    }
+}
+
 impl MovingInput {
     /// Whether an option asks for a scene that moves; its name for messages.
     pub(crate) fn asked(&self) -> Option<&'static str> {
-        [
+        let asked = [
             (self.time.is_some(), "--time"),
             (self.fps.is_some(), "--fps"),
+            (self.is_looped, "--loop"),
             (self.animation.is_some(), "--animation"),
-            (self.exponential.is_some(), "--exponential"),
-            (self.spheres.is_some(), "--spheres"),
-            (self.sphere_bounce, "--sphere-bounce"),
-            (self.still_hides, "--still-hides"),
-        ]
-        .into_iter()
-        .find_map(|(is_asked, name)| is_asked.then_some(name))
+        ];
+        let asked = asked.into_iter().find_map(|(is_asked, name)| is_asked.then_some(name));
+        asked.or_else(|| self.asked_of_shading())
     }
 
     /// Whether options of shading are given, which the truth ignores; the name of one.
@@ -86,10 +108,17 @@ impl MovingInput {
             (self.exponential.is_some(), "--exponential"),
             (self.spheres.is_some(), "--spheres"),
             (self.sphere_bounce, "--sphere-bounce"),
-            (self.still_hides, "--still-hides"),
+            (self.sphere_table.is_some(), "--sphere-table"),
+            (self.sphere_window.is_some(), "--sphere-window"),
+            (self.still_points.is_some(), "--still-points"),
         ]
         .into_iter()
         .find_map(|(is_asked, name)| is_asked.then_some(name))
+    }
+
+    /// The file of the table of spheres.
+    pub(crate) fn table_path(&self) -> Option<&Path> {
+        self.sphere_table.as_deref()
     }
 
     /// Refuses options that contradict each other.
@@ -102,6 +131,9 @@ impl MovingInput {
         }
         if self.exponential.is_some() && method != Some(MovingMethod::Exponentials) {
             bail!("--exponential: only of --mode shexp; leave the option out");
+        }
+        if let Some(file) = &self.sphere_table {
+            crate::args::output::check_safetensors(file)?;
         }
         Ok(())
     }
@@ -121,22 +153,22 @@ impl MovingInput {
 
     /// Reads or makes the scene.
     pub(crate) fn read(&self, input: &SceneInput, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<MovingScene> {
+        Ok(self.read_once(input, memory, talk)?.looped(self.is_looped))
+    }
+
+    fn read_once(&self, input: &SceneInput, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<MovingScene> {
         let name = input.name();
         if input.has_extension(&["json"]) {
             if self.animation.is_some() {
-                bail!("--animation: only of glTF files; the tracks of a scene description are all it has");
+                bail!("--animation: only of glTF files; a scene description says which animations its entities play");
             }
-            let (moving, notes) = MovingScene::read(input.path(), &input.checked_options(memory)?)?;
-            notes.iter().for_each(|note| talk.note(&name, note));
+            let (moving, reports) = MovingScene::read(input.path(), &input.checked_options(memory)?)?;
+            reports.iter().for_each(|(file, report)| tell(report, &file.display().to_string(), talk));
             return Ok(moving);
         }
-        let animated = match built_in::moving(name.strip_prefix("built-in:").unwrap_or_default()) {
+        let animated = match input.made_in_motion()? {
             Some(animated) => animated,
-            None if input.is_gltf() => {
-                let (animated, report) = AnimatedScene::read(input.path(), &input.checked_options(memory)?)?;
-                report.notes.iter().for_each(|note| talk.note(&name, note));
-                animated
-            }
+            None if input.is_gltf() => input.read_in_motion(memory, talk)?,
             None => AnimatedScene::still(input.read(memory, talk)?),
         };
         let animation = match &self.animation {
@@ -149,38 +181,83 @@ impl MovingInput {
         Ok(MovingScene::animated(animated, animation)?)
     }
 
+    /// Notes which pictures show what has come to its end.
+    pub(crate) fn note_end(&self, moving: &MovingScene, times: &[f64], name: &str, talk: Talk) {
+        let [begin, end] = moving.span();
+        if self.is_looped || begin >= end {
+            return;
+        }
+        match times.iter().position(|time| *time > end) {
+            Some(_) if times.len() == 1 => {
+                talk.note(name, &format!("has come to its end at {end:.3} s and rests there; --loop begins anew"));
+            }
+            Some(first) if first + 1 < times.len() => {
+                let alike = times.len() - first;
+                let text =
+                    format!("comes to its end at {end:.3} s: the last {alike} pictures are alike; --loop begins anew");
+                talk.note(name, &text);
+            }
+            _ => {}
+        }
+    }
+
     /// Bakes what the parts lack, and prepares the shading.
     pub(crate) fn prepare(
         &self,
         moving: &mut MovingScene,
         method: MovingMethod,
         transfer: &BakeOptions,
-        talk: Talk,
-    ) -> anyhow::Result<MovingShading> {
-        let bake = MovingBakeOptions::default();
-        let spheres = bake.spheres.clone();
-        let count = self.spheres.unwrap_or(spheres.count);
-        let bake = bake
-            .transfer(transfer.clone())
-            .field(FieldOptions::default().order(transfer.order))
-            .spheres(spheres.count(count))
-            .still_hides(self.still_hides);
-        let baked = watched(talk, "bake", |job| moving.bake(method, &bake, job))?;
-        if baked.is_err() {
-            bail!(
-                "stopped while parts were baked, of which nothing is kept; lobe field, spheres and bake keep theirs in files"
-            );
+        memory: &MemoryLimit,
+        keep: &Keep<'_>,
+    ) -> anyhow::Result<Prepared> {
+        moving.expect_order(transfer.order)?;
+        let table = self.table(transfer.order)?;
+        let bake = self.bake_options(transfer);
+        let lacking = moving.lacking(method, &bake);
+        memory.check("what is baked of the parts", moving.bytes(&lacking, &bake), "a lower --order")?;
+        let beside = Checkpoint::beside(keep.output);
+        let mut kept = Vec::with_capacity(lacking.len());
+        for one in &lacking {
+            let file = Checkpoint::at(one.checkpoint(beside.path()));
+            if keep.is_fresh {
+                file.discard()?;
+            }
+            file.watched_one(keep.talk, &one.to_string(), |job| moving.bake_part(one, &bake, job))?;
+            kept.push(file);
         }
-        let exponential = match self.exponential {
-            None | Some(Exponential::Grid) => ExpMethod::Grid,
-            Some(Exponential::OptimalLinear) => ExpMethod::OptimalLinear,
-            Some(Exponential::Hybrid) => ExpMethod::Hybrid { limit: HYBRID_LIMIT },
-        };
+        if self.sphere_bounce {
+            moving.color_spheres();
+        }
+        for name in moving.hides_nothing(method) {
+            keep.talk.note(name, "encloses no volume and changes its shape: it hides no light from other parts");
+        }
         let options = MovingOptions::default()
             .method(method)
             .order(transfer.order)
-            .spheres(ShadowOptions::default().method(exponential))
+            .spheres(ShadowOptions::default().method(self.exponential.unwrap_or_default()))
             .bounce(self.sphere_bounce);
-        Ok(MovingShading::new(options)?)
+        Ok(Prepared { shading: MovingShading::with_table(options, table)?, kept })
+    }
+
+    /// The table of spheres, kept in a file if one is named.
+    fn table(&self, order: usize) -> anyhow::Result<LogTable> {
+        let mut options = LogTableOptions::default().order(order);
+        options.window = self.sphere_window;
+        Ok(match &self.sphere_table {
+            Some(file) => cached_log_table(file, &options)?,
+            None => LogTable::new(&options)?,
+        })
+    }
+
+    /// The bakes of parts.
+    fn bake_options(&self, transfer: &BakeOptions) -> MovingBakeOptions {
+        let bake = MovingBakeOptions::default();
+        let (spheres, visibility) = (bake.spheres.clone(), bake.visibility.clone());
+        let (count, points) = (self.spheres.unwrap_or(spheres.count), self.still_points.unwrap_or(visibility.points));
+        bake.transfer(transfer.clone().albedo(AlbedoMode::None))
+            .field(FieldOptions::default().order(transfer.order))
+            .spheres(spheres.count(count))
+            .visibility(VisibilityGridOptions::default().order(transfer.order).points(points))
+            .still_hides(points > 0)
     }
 }

@@ -25,8 +25,8 @@ pub(crate) struct Pictures {
     /// Multiply the light of a .png by this before it is tone-mapped [default: as suits the picture, with --frames the first one]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     exposure: Option<f64>,
-    /// Turn the light once around in N pictures: OUT-000.png (or .exr) and on, and all of them as an animation in OUT.png. Of a
-    /// scene that moves A..B: pictures A to B, both included, of which 0 is at time 0
+    /// N: turn the light once around in N pictures, OUT-000.png (or .exr) and on, and all of them as an animation in OUT.png;
+    /// what moves stands still. A..B: let a scene move through pictures A to B, both included, of which 0 is at time 0
     #[arg(long, value_name = "N|A..B", value_parser = frames)]
     frames: Option<FrameNumbers>,
 }
@@ -93,6 +93,16 @@ impl Pictures {
 
     pub(crate) fn name(&self) -> String {
         self.output.display().to_string()
+    }
+
+    /// The output as it was given.
+    pub(crate) fn output(&self) -> &Path {
+        &self.output
+    }
+
+    /// Whether the light turns.
+    pub(crate) fn is_turn(&self) -> bool {
+        matches!(self.frames, Some(FrameNumbers::Turn(_)))
     }
 
     /// The path of picture `k`.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::io::Job;
-use lobe::prt::{BakeMode, BakeOptions};
+use lobe::io::{Job, Progress};
+use lobe::prt::{BakeMode, BakeOptions, Transfer};
 use lobe::render::{
     BakedScene, Camera, DistantLight, GlossyLobe, MovingMethod, MovingScene, MovingShading, PathOptions, RenderError,
     SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene,
@@ -19,10 +19,11 @@ use crate::args::scene_input::SceneInput;
 use crate::args::values;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{LightInput, ReadLight};
-use crate::render::moving::MovingInput;
+use crate::render::moving::{Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
 use crate::render::transfer::{Asked, parse_lobe};
 use crate::render::view::ViewInput;
+use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
 
 /// The most samples; larger numbers are taken for typing errors.
@@ -47,7 +48,11 @@ that falls on their back. Baked files hold fronts; backs are baked on the way, w
 closed body seen from outside there are none.
 
 Memory: 224 bytes for each pixel of the truth, 60 else, for one picture at a time; transfer that is baked on the way, twice 4 n² bytes \
-for each vertex and channel, of glossy 4 n⁴. Scene, light and transfer from a file come on top and are as large as their files.";
+for each vertex and channel, of glossy 4 n⁴. Scene, light and transfer from a file come on top and are as large as their files. A scene \
+that moves takes 192 + 16 n² bytes more for each vertex, 320 for each triangle, and what is baked of its parts.
+
+What lobe bake, field and spheres have not made before of the parts of a scene that moves, and a description of the scene does not name, is \
+baked first, which takes minutes. It is kept in OUT.checkpoint... until all pictures are done: the same command goes on after Ctrl-C.";
 
 #[derive(Args)]
 #[command(after_help = NOTES)]
@@ -66,7 +71,8 @@ pub(crate) struct Render {
     /// Paths (truth) or rays (else) for each pixel [default: 64, 4]
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<usize>,
-    /// truth, interreflected, glossy: the number of reflections before that of the surface that is seen [default: 3]
+    /// truth, interreflected, glossy: the number of reflections before that of the surface that is seen; fields, shexp: those within
+    /// each part, 0 to compare them with a truth of 0 [default: 3]
     #[arg(long, value_name = "B", value_parser = bounces)]
     bounces: Option<usize>,
     /// truth: the model of reflection [default: matte, as in a bake]
@@ -94,7 +100,7 @@ pub(crate) struct Render {
     background: Option<Background>,
     #[command(flatten)]
     memory: MemoryLimit,
-    /// truth: start anew, even if there is a checkpoint of a picture that was stopped
+    /// truth, fields, shexp: start anew, even if there is a checkpoint of what was stopped
     #[arg(long)]
     fresh: bool,
 }
@@ -113,9 +119,10 @@ enum Mode {
     Interreflected,
     /// Transfer matrices with shadows and reflections between surfaces, and rough mirrors
     Glossy,
-    /// A scene that moves: transfer of its parts, which hide the sky from each other by precomputed shadow fields
+    /// A scene that moves: transfer of its parts, which hide the sky from each other by precomputed shadow fields, or by spheres where
+    /// they change their shape: nearer to the truth
     Fields,
-    /// The same by exponentials of sums of spheres (SHEXP)
+    /// The same by spheres alone, as exponentials of sums (SHEXP): less to bake, and files of a few kilobytes
     Shexp,
 }
 
@@ -164,11 +171,21 @@ impl Stage {
     }
 }
 
+impl Lit {
+    /// The light as an expansion.
+    fn light(&self) -> &ShVec<Rgb<f64>> {
+        match &self.expansion {
+            Some(expansion) => expansion,
+            None => unreachable!("all modes but truth light with an expansion"),
+        }
+    }
+}
+
 /// A box around a scene at some of its times.
 fn moving_bounds(moving: &MovingScene, times: &[f64]) -> Result<[[f64; 3]; 2], RenderError> {
     let mut all = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for &time in times {
-        let [min, max] = moving.at(time)?.scene().world_bounds();
+        let [min, max] = moving.world_bounds(time)?;
         for k in 0..3 {
             all[0][k] = all[0][k].min(min[k]);
             all[1][k] = all[1][k].max(max[k]);
@@ -186,41 +203,55 @@ struct Work<'a> {
     expansion: Option<ShVec<Rgb<f64>>>,
 }
 
+/// How one picture is lit.
+struct Lit {
+    /// What is behind the scene, and lights the truth.
+    shown: DistantLight,
+    /// None where the light is used as it was given.
+    expansion: Option<ShVec<Rgb<f64>>>,
+}
+
 impl Render {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.check_memory()?;
-        let inputs = [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref()];
+        let inputs =
+            [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref(), self.moving.table_path()];
         self.pictures.check(&inputs.into_iter().flatten().collect::<Vec<_>>())?;
         let light = self.light.read(talk)?;
-        let (stage, camera) = self.stage(talk)?;
+        let (stage, camera, kept) = self.stage(talk)?;
         let order = stage.order();
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
         let expansion = is_expansion.then(|| self.light.expansion(&light, order));
-        let work = Work { stage, camera, light: &light, expansion };
-        let is_kept = self.mode == Mode::Truth;
+        let mut work = Work { stage, camera, light: &light, expansion };
         let is_range = self.pictures.is_range();
-        let seconds_per_frame = if is_range { self.moving.seconds_per_frame() } else { SECONDS_PER_FRAME };
-        let frames = Frames { pictures: &self.pictures, size: self.view.size(), is_kept, seconds_per_frame, talk };
+        let frames = Frames {
+            pictures: &self.pictures,
+            size: self.view.size(),
+            is_kept: self.mode == Mode::Truth,
+            keeps_bakes: !kept.is_empty(),
+            seconds_per_frame: if is_range { self.moving.seconds_per_frame() } else { SECONDS_PER_FRAME },
+            talk,
+        };
         let count = if is_range { 1 } else { self.pictures.count() };
         frames.render(self.fresh, &mut |k, job| {
             let (turn, time) = (self.light.turn(k % count, count), self.moving.time_of(self.pictures.frame(k)));
-            self.render(&work, &turn, time, job)
-        })
+            self.render(&mut work, &turn, time, job)
+        })?;
+        kept.iter().for_each(Checkpoint::finish);
+        Ok(())
     }
 
-    /// The scene as the mode needs it, and the camera that sees it.
-    fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera)> {
-        if self.is_moving() {
-            let mut moving = self.moving.read(&self.scene, &self.memory, talk)?;
-            let camera = self.view.camera_around(moving_bounds(&moving, &self.times())?)?;
-            let shading = match self.moving_method() {
-                Some(method) => Some(self.moving.prepare(&mut moving, method, &self.bake_options(), talk)?),
-                None => None,
-            };
-            return Ok((Stage::Moving(Box::new(moving), shading), camera));
+    /// The scene as the mode needs it, the camera that sees it, and the files of its bakes.
+    fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
+        if self.is_moving() || (self.mode == Mode::Truth && self.scene.has_poses()) {
+            return self.moving_stage(talk);
         }
-        Ok(match self.asked() {
+        let name = self.scene.name();
+        if self.scene.has_poses() {
+            talk.note(&name, "is shown as its nodes stand; --mode truth, fields and shexp pose it, at --time");
+        }
+        let (stage, camera) = match self.asked() {
             None => {
                 let scene = self.scene.read(&self.memory, talk)?;
                 let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
@@ -231,49 +262,104 @@ impl Render {
                 let (baked, camera) = asked.prepare(&self.scene, view, &self.memory, talk)?;
                 (Stage::Baked(Box::new(baked)), camera)
             }
-        })
+        };
+        Ok((stage, camera, Vec::new()))
     }
 
-    fn render(&self, work: &Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
-        let moment = match &work.stage {
-            Stage::Moving(moving, _) => Some(moving.at(time)?),
-            _ => None,
-        };
-        let traced = match (&work.stage, &moment) {
-            (Stage::Plain(scene, bvh), _) => Some((scene, bvh)),
-            (Stage::Moving(..), Some(moment)) => Some((moment.scene(), moment.bvh())),
-            _ => None,
-        };
-        match (traced, &work.expansion) {
-            (Some((scene, bvh)), expansion) if self.mode == Mode::Truth => {
-                let light = match expansion {
-                    Some(f) => DistantLight::from_expansion(f.clone()),
-                    None => work.light.as_it_is(),
-                };
-                let (light, options) = (light.turned(turn), self.truth_options());
-                let truth = render_truth(scene, bvh, &work.camera, &light, &options, job)?;
-                Ok(Rendered::Traced(Box::new(truth)))
-            }
-            (traced, Some(f)) => {
-                let behind = match self.background.unwrap_or(Background::Env) {
-                    Background::Env => work.light.as_it_is(),
-                    Background::Light => DistantLight::from_expansion(f.clone()),
-                };
-                let (behind, f) = (behind.turned(turn), turn.rotated(f));
-                let background = |s: Dir| behind.radiance(s);
-                let (camera, options) = (&work.camera, self.view_options());
-                let lit = match (&work.stage, &moment, traced) {
-                    (Stage::Baked(baked), ..) => light_baked_scene(baked, &f, camera, &options, background, job),
-                    (Stage::Moving(_, Some(shading)), Some(moment), _) => {
-                        light_moving_scene(moment, shading, &f, camera, &options, background, job)
-                    }
-                    (.., Some((scene, bvh))) => light_by_irradiance(scene, bvh, &f, camera, &options, background, job),
-                    _ => unreachable!("a scene without transfer is as it is or moves"),
-                };
-                lit.map(Rendered::Shaded)
-            }
-            (_, None) => unreachable!("all modes but truth light with an expansion"),
+    fn moving_stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
+        let mut moving = self.moving.read(&self.scene, &self.memory, talk)?;
+        let name = self.scene.name();
+        let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.moving.time_of(self.pictures.frame(k))).collect();
+        if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {
+            talk.note(&name, "stands still while the light turns; --frames A..B lets it move");
+        } else {
+            self.moving.note_end(&moving, &times, &name, talk);
         }
+        let camera = self.view.camera_around(moving_bounds(&moving, &times)?)?;
+        let prepared = match self.moving_method() {
+            Some(method) => {
+                let keep = Keep { output: self.pictures.output(), is_fresh: self.fresh, talk };
+                let bake = self.bake_options(&moving);
+                Some(self.moving.prepare(&mut moving, method, &bake, &self.memory, &keep)?)
+            }
+            None => None,
+        };
+        let (shading, kept) = match prepared {
+            Some(Prepared { shading, kept }) => (Some(shading), kept),
+            None => (None, Vec::new()),
+        };
+        Ok((Stage::Moving(Box::new(moving), shading), camera, kept))
+    }
+
+    fn render(&self, work: &mut Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
+        let lit = self.lit(work, turn);
+        let Work { stage, camera, .. } = work;
+        match stage {
+            Stage::Plain(scene, bvh) if self.mode == Mode::Truth => self.traced(scene, bvh, camera, &lit, job),
+            Stage::Moving(moving, None) => {
+                let moment = moving.at(time)?;
+                self.traced(moment.scene(), moment.bvh(), camera, &lit, job)
+            }
+            Stage::Moving(moving, Some(shading)) => self.shaded(moving, shading, time, camera, &lit, job),
+            Stage::Plain(scene, bvh) => {
+                let background = |s: Dir| lit.shown.radiance(s);
+                light_by_irradiance(scene, bvh, lit.light(), camera, &self.view_options(), background, job)
+                    .map(Rendered::Shaded)
+            }
+            Stage::Baked(baked) => {
+                let background = |s: Dir| lit.shown.radiance(s);
+                light_baked_scene(baked, lit.light(), camera, &self.view_options(), background, job)
+                    .map(Rendered::Shaded)
+            }
+        }
+    }
+
+    /// The light of a picture, turned.
+    fn lit(&self, work: &Work<'_>, turn: &Rotation) -> Lit {
+        let is_given = match &work.expansion {
+            None => true,
+            Some(_) => self.mode != Mode::Truth && self.background != Some(Background::Light),
+        };
+        let shown = match &work.expansion {
+            Some(f) if !is_given => DistantLight::from_expansion(f.clone()),
+            _ => work.light.as_it_is(),
+        };
+        Lit { shown: shown.turned(turn), expansion: work.expansion.as_ref().map(|f| turn.rotated(f)) }
+    }
+
+    fn traced(
+        &self,
+        scene: &Scene,
+        bvh: &Bvh,
+        camera: &Camera,
+        lit: &Lit,
+        job: Job<'_>,
+    ) -> Result<Rendered, RenderError> {
+        let truth = render_truth(scene, bvh, camera, &lit.shown, &self.truth_options(), job)?;
+        Ok(Rendered::Traced(Box::new(truth)))
+    }
+
+    /// A moment of a scene that moves, the backs that it shows baked before.
+    fn shaded(
+        &self,
+        moving: &mut MovingScene,
+        shading: &MovingShading,
+        time: f64,
+        camera: &Camera,
+        lit: &Lit,
+        mut job: Job<'_>,
+    ) -> Result<Rendered, RenderError> {
+        let view = self.view_options();
+        // The line of progress is that of the picture.
+        let mut quiet = |_: &Progress| job.report(&Progress { total: 1, ..Progress::default() });
+        let seen = MovingScene::backs_in_view(&moving.at(time)?, camera, &view, Job::default().watched_by(&mut quiet))?;
+        if !seen.is_empty() {
+            let bake = self.bake_options(moving).order(shading.order());
+            moving.bake_backs(&seen, &bake, Job::default().watched_by(&mut quiet))?;
+        }
+        let background = |s: Dir| lit.shown.radiance(s);
+        light_moving_scene(&moving.at(time)?, shading, lit.light(), camera, &view, background, job)
+            .map(Rendered::Shaded)
     }
 
     fn truth_options(&self) -> TruthOptions {
@@ -317,18 +403,12 @@ impl Render {
         }
     }
 
-    /// The times of the first picture, the one in the middle and the last.
-    fn times(&self) -> [f64; 3] {
-        let last = self.pictures.count() - 1;
-        [0, last / 2, last].map(|k| self.moving.time_of(self.pictures.frame(k)))
-    }
-
-    /// The bake of parts that move.
-    fn bake_options(&self) -> BakeOptions {
+    /// The bake of parts that move, of as many bands as those have that are baked.
+    fn bake_options(&self, moving: &MovingScene) -> BakeOptions {
         let defaults = BakeOptions::default();
         defaults
             .clone()
-            .order(self.light.order().unwrap_or(defaults.order))
+            .order(self.light.order().or_else(|| moving.order()).unwrap_or(defaults.order))
             .samples(self.bake_samples.map_or(defaults.samples, |n| n as u32))
             .bounces(self.bounces.unwrap_or(defaults.bounces))
     }
@@ -362,16 +442,28 @@ impl Render {
         let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance);
         let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy) || method.is_some();
         self.moving.check(self.pictures.is_range(), method)?;
-        if self.is_moving() && !is_truth && method.is_none() {
-            bail!(
-                "a scene that moves is shown by --mode truth, fields or shexp; leave out --time and its like for others"
-            );
-        }
         if let Some(option) = self.moving.asked_of_shading().filter(|_| method.is_none()) {
             bail!("{option}: only of --mode fields and shexp; leave the option out");
         }
+        if !is_truth && method.is_none() {
+            let range = self.pictures.is_range().then_some("--frames A..B");
+            if let Some(option) = self.moving.asked().or(range) {
+                bail!(
+                    "{option}: a scene that moves is shown by --mode truth, fields or shexp; leave the option out for others"
+                );
+            }
+            if self.is_moving() {
+                bail!("{}: moves; it is shown by --mode truth, fields or shexp", self.scene.name());
+            }
+        }
+        if method.is_some() && self.light.order().is_some_and(|order| order > Transfer::MAX_ORDER) {
+            bail!("--order: shadows of what moves have an order of 1 to {}", Transfer::MAX_ORDER);
+        }
         let ignored = [
-            (self.bounces.is_some() && !bounces, "--bounces: only of --mode truth, interreflected and glossy"),
+            (
+                self.bounces.is_some() && !bounces,
+                "--bounces: only of --mode truth, interreflected, glossy, fields and shexp",
+            ),
             (self.surfaces.is_some() && !is_truth, "--surfaces: only of --mode truth; all others are matte"),
             (self.seed.is_some() && !is_truth, "--seed: only --mode truth is random"),
             (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
@@ -381,7 +473,10 @@ impl Render {
             ),
             (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
             (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
-            (self.fresh && !is_truth, "--fresh: only --mode truth keeps a checkpoint"),
+            (
+                self.fresh && !is_truth && method.is_none(),
+                "--fresh: only --mode truth, fields and shexp keep a checkpoint",
+            ),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!("{message}; leave the option out");

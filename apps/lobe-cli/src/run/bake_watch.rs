@@ -1,5 +1,6 @@
 //! Progress, Ctrl-C and checkpoints of long work.
 
+use std::borrow::Cow;
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -43,7 +44,7 @@ impl Cancellable for RenderError {
 /// says how far it was.
 pub(crate) fn watched<T, E: Cancellable>(
     talk: Talk,
-    what: &'static str,
+    what: impl Into<Cow<'static, str>>,
     work: impl FnOnce(Job<'_>) -> Result<T, E>,
 ) -> anyhow::Result<Result<T, Progress>> {
     ctrl_c::watch();
@@ -105,6 +106,11 @@ impl Checkpoint {
         Self { path: name.into() }
     }
 
+    /// That of a part of the work, whose file is `path`.
+    pub(crate) fn at(path: PathBuf) -> Self {
+        Self { path }
+    }
+
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -148,8 +154,40 @@ impl Checkpoint {
         talk: Talk,
         work: impl FnOnce(Job<'_>) -> Result<T, E>,
     ) -> anyhow::Result<T> {
+        self.watched_steps(talk, "bake", work)?
+            .or_else(|at| bail!("stopped after {} of {} points; {GO_ON}", at.done, at.total))
+    }
+
+    /// Fits until it is done or the user presses Ctrl-C.
+    pub(crate) fn watched_fit<T, E: Cancellable>(
+        &self,
+        talk: Talk,
+        work: impl FnOnce(Job<'_>) -> Result<T, E>,
+    ) -> anyhow::Result<T> {
+        self.watched_steps(talk, "fit", work)?
+            .or_else(|at| bail!("stopped after {} of up to {} rounds; {GO_ON}", at.done, at.total))
+    }
+
+    /// Bakes something of a name, one of several, until it is done or the user presses Ctrl-C.
+    pub(crate) fn watched_one<T, E: Cancellable>(
+        &self,
+        talk: Talk,
+        name: &str,
+        work: impl FnOnce(Job<'_>) -> Result<T, E>,
+    ) -> anyhow::Result<T> {
+        self.watched_steps(talk, format!("bake {name}"), work)?
+            .or_else(|at| bail!("stopped at {name}, after {} of {} steps; {GO_ON}", at.done, at.total))
+    }
+
+    /// Works until it is done or the user presses Ctrl-C; then the inner error says how far it was.
+    fn watched_steps<T, E: Cancellable>(
+        &self,
+        talk: Talk,
+        what: impl Into<Cow<'static, str>>,
+        work: impl FnOnce(Job<'_>) -> Result<T, E>,
+    ) -> anyhow::Result<Result<T, Progress>> {
         let mut is_told = false;
-        let result = watched(talk, "bake", |mut shown| {
+        watched(talk, what, |mut shown| {
             let mut watch = |progress: &Progress| {
                 if !is_told && progress.resumed > 0 {
                     let percent = 100 * progress.resumed / progress.total.max(1);
@@ -159,8 +197,7 @@ impl Checkpoint {
                 shown.report(progress)
             };
             work(Job::default().watched_by(&mut watch).kept_in(&self.path))
-        })?;
-        result.or_else(|at| bail!("stopped after {} of {} points; {GO_ON}", at.done, at.total))
+        })
     }
 
     /// Splits until it is done or the user presses Ctrl-C.

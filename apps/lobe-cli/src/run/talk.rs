@@ -1,5 +1,6 @@
 //! Notes and progress on stderr: a bar on a terminal, lines in a log.
 
+use std::borrow::Cow;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -27,17 +28,17 @@ impl Talk {
 
     /// The progress of work of `steps` steps.
     pub(crate) fn bar(self, what: &'static str, steps: u64) -> ProgressLine {
-        self.line(what, steps, "{prefix} {wide_bar} {percent:>3} %  {eta} left")
+        self.line(what.into(), steps, "{prefix} {wide_bar} {percent:>3} %  {eta} left")
     }
 
     /// The progress of work that knows its pace.
-    pub(crate) fn progress(self, what: &'static str) -> ProgressLine {
-        self.line(what, 1, "{prefix} {wide_bar} {percent:>3} %  {msg}")
+    pub(crate) fn progress(self, what: impl Into<Cow<'static, str>>) -> ProgressLine {
+        self.line(what.into(), 1, "{prefix} {wide_bar} {percent:>3} %  {msg}")
     }
 
-    fn line(self, what: &'static str, steps: u64, template: &str) -> ProgressLine {
+    fn line(self, what: Cow<'static, str>, steps: u64, template: &str) -> ProgressLine {
         let bar = if self.quiet { ProgressBar::hidden() } else { ProgressBar::new(steps) };
-        let bar = bar.with_prefix(what);
+        let bar = bar.with_prefix(what.clone());
         let bar = match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,
@@ -51,7 +52,7 @@ impl Talk {
 /// dropped; elsewhere, as in a log, a line now and then of what takes longer than two seconds.
 pub(crate) struct ProgressLine {
     bar: ProgressBar,
-    what: &'static str,
+    what: Cow<'static, str>,
     log: Option<Mutex<Log>>,
 }
 

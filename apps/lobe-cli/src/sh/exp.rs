@@ -6,18 +6,12 @@ use lobe::sh::{
     Coefficient as _, ExpMethod, Expansion as _, Exponential, FileCoefficients, Quantity, Rgb, ShFile, ShVec,
 };
 
+use crate::args::exponential::exponential;
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;
-use crate::args::values;
 
 /// The highest order of logarithms and exponentials: the eigenvectors of one function of order 10 take a second.
 const MOST_BANDS: usize = 10;
-
-/// The norm above which the hybrid method halves.
-const HYBRID_LIMIT: f64 = 1.0;
-
-/// The most terms of a series of products; `e^x` to rounding needs fewer for any sum of logarithms that leaves light.
-const MOST_TERMS: usize = 100;
 
 #[derive(Args)]
 pub(crate) struct ShExp {
@@ -26,24 +20,11 @@ pub(crate) struct ShExp {
     input: ShInput,
     /// How: on a grid of directions; by the best linear function; that after halving, then squared; by P truncated products;
     /// by eigenvectors of the product matrix
-    #[arg(long, value_name = "grid|optimal-linear|hybrid|series:P|eigen", default_value = "grid", value_parser = method)]
+    #[arg(long, value_name = "grid|optimal-linear|hybrid|series:P|eigen", default_value = "grid", value_parser = exponential)]
     method: ExpMethod,
     /// The visibility, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "P")]
     output: ShOutput,
-}
-
-fn method(text: &str) -> Result<ExpMethod, String> {
-    match text {
-        "grid" => Ok(ExpMethod::Grid),
-        "optimal-linear" => Ok(ExpMethod::OptimalLinear),
-        "hybrid" => Ok(ExpMethod::Hybrid { limit: HYBRID_LIMIT }),
-        "eigen" => Ok(ExpMethod::Eigen),
-        _ => match text.strip_prefix("series:") {
-            Some(terms) => values::whole(terms, 1, MOST_TERMS, "a number of terms").map(ExpMethod::ProductSeries),
-            None => Err("expected grid, optimal-linear, hybrid, series:P or eigen".to_owned()),
-        },
-    }
 }
 
 impl ShExp {

@@ -3,9 +3,9 @@
 use clap::Args;
 use lobe::sh::{LOG_CLAMP, Quantity, ShFile, logarithm};
 
+use crate::args::exponential::clamp;
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;
-use crate::args::values;
 use crate::sh::exp::{by_channel, check_order, expect};
 
 #[derive(Args)]
@@ -20,13 +20,6 @@ pub(crate) struct ShLog {
     /// The logarithm, a .sh.json file of log-visibility; - writes to stdout
     #[arg(short, long, value_name = "Q")]
     output: ShOutput,
-}
-
-fn clamp(text: &str) -> Result<f64, String> {
-    match values::finite(text)? {
-        x if x > 0.0 && x <= 1.0 => Ok(x),
-        x => Err(format!("expected a part above 0 and up to 1, found {x}")),
-    }
 }
 
 impl ShLog {

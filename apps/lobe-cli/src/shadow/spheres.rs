@@ -1,14 +1,15 @@
-//! `lobe spheres`: few spheres that stand for a mesh; and `lobe sphere-table`: the logarithms that their shadows look up.
+//! `lobe spheres`: few spheres that stand for a mesh; and `lobe spheres table`: the logarithms that their shadows look up.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::Args;
+use clap::{Args, Subcommand};
 use lobe::shadow::{
     LogTable, LogTableOptions, SphereFitMethod, SphereFitOptions, SphereHierarchy, SphereSetJson, fit_spheres,
     write_log_table, write_sphere_hierarchy, write_spheres,
 };
 
+use crate::args::exponential::clamp;
 use crate::args::memory::MemoryLimit;
 use crate::args::names::names;
 use crate::args::output;
@@ -19,7 +20,7 @@ use crate::run::talk::Talk;
 
 /// Limits of the options. Larger numbers are taken for typing errors.
 const MAX_SPHERES: usize = 4096;
-const MAX_SAMPLES: usize = 1 << 22;
+const MAX_POINTS: usize = 1 << 22;
 const MAX_ROUNDS: usize = 10_000;
 
 /// A fit that holds less than this part of the space for certain is noted.
@@ -28,12 +29,37 @@ const CERTAIN: f64 = 0.9;
 /// Children of a node of the hierarchy at most.
 const ARITY: usize = 4;
 
-/// Bytes that a sample takes while the fit runs.
-const SAMPLE: u64 = 100;
+/// Bytes that a point takes while the fit runs.
+const POINT: u64 = 100;
+
+#[derive(Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(crate) struct SpheresCommand {
+    #[command(subcommand)]
+    other: Option<SpheresSub>,
+    #[command(flatten)]
+    fit: Option<Spheres>,
+}
+
+#[derive(Subcommand)]
+enum SpheresSub {
+    /// Write the table of what single spheres hide, as logarithms, which lobe render --sphere-table looks up
+    Table(SphereTable),
+}
+
+impl SpheresCommand {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        match (&self.other, &self.fit) {
+            (Some(SpheresSub::Table(table)), _) => table.run(),
+            (None, Some(fit)) => fit.run(talk),
+            (None, None) => bail!("expected a scene, -n and -o, or the command table; see lobe spheres --help"),
+        }
+    }
+}
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
-pub(crate) struct Spheres {
+struct Spheres {
     #[command(flatten)]
     input: SceneInput,
     /// The spheres, a .safetensors file
@@ -46,15 +72,15 @@ pub(crate) struct Spheres {
     #[arg(long, value_enum, default_value = "variational")]
     method: Method,
     /// About how many points of the solid the spheres must cover [default: 12288]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    samples: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = points)]
+    points: Option<usize>,
     /// variational: rounds at most [default: 100]
     #[arg(long, value_name = "N", value_parser = rounds)]
     rounds: Option<usize>,
     /// Another seed gives other points
     #[arg(long, value_name = "S", default_value = "0")]
     seed: u64,
-    /// Also write a hierarchy over the spheres, for levels of detail, to this .safetensors file
+    /// Also write a hierarchy over the spheres, for levels of detail in programs, to this .safetensors file
     #[arg(long, value_name = "FILE")]
     hierarchy: Option<PathBuf>,
     #[command(flatten)]
@@ -77,7 +103,7 @@ names! {
 }
 
 #[derive(Args)]
-pub(crate) struct SphereTable {
+struct SphereTable {
     /// The table, a .safetensors file
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -88,7 +114,7 @@ pub(crate) struct SphereTable {
     #[arg(long, value_name = "H", value_parser = values::positive)]
     window: Option<f64>,
     /// The least eigenvalue of a logarithm, as a part of the largest, above 0 and up to 1 [default: 0.02]
-    #[arg(long, value_name = "X", value_parser = values::positive)]
+    #[arg(long, value_name = "X", value_parser = clamp)]
     clamp: Option<f64>,
 }
 
@@ -100,8 +126,8 @@ fn count(text: &str) -> Result<usize, String> {
     values::whole(text, 1, MAX_SPHERES, "a number of spheres")
 }
 
-fn samples(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, MAX_SAMPLES, "a number of samples")
+fn points(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_POINTS, "a number of points")
 }
 
 fn rounds(text: &str) -> Result<usize, String> {
@@ -109,7 +135,7 @@ fn rounds(text: &str) -> Result<usize, String> {
 }
 
 impl Spheres {
-    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+    fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let is_variational = self.method == Method::Variational;
         if self.rounds.is_some() && !is_variational {
             bail!("--rounds: only of --method variational; leave the option out");
@@ -123,14 +149,14 @@ impl Spheres {
         }
         let scene = self.input.read(&self.memory, talk)?;
         let options = self.options();
-        let what = format!("a fit to {} samples", options.samples);
-        self.memory.check(&what, SAMPLE * options.samples as u64, "fewer --samples")?;
+        let what = format!("a fit to {} points", options.samples);
+        self.memory.check(&what, POINT * options.samples as u64, "fewer --points")?;
         let checkpoint = Checkpoint::beside(&self.output);
         if self.fresh {
             checkpoint.discard()?;
         }
         let (spheres, report) = if is_variational {
-            checkpoint.watched(talk, |job| fit_spheres(&scene, &options, job))?
+            checkpoint.watched_fit(talk, |job| fit_spheres(&scene, &options, job))?
         } else {
             let fitted = watched(talk, "fit", |job| fit_spheres(&scene, &options, job))?;
             fitted.or_else(|_| bail!("stopped; nothing is written, and the same command starts anew"))?
@@ -169,14 +195,14 @@ impl Spheres {
             .clone()
             .count(self.count)
             .method(self.method.into())
-            .samples(self.samples.unwrap_or(defaults.samples))
+            .samples(self.points.unwrap_or(defaults.samples))
             .rounds(self.rounds.unwrap_or(defaults.rounds))
             .seed(self.seed)
     }
 }
 
 impl SphereTable {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    fn run(&self) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[] as &[&Path])?;
         let defaults = LogTableOptions::default();

@@ -19,6 +19,7 @@ mod manual;
 mod maps;
 mod memory;
 mod moving;
+mod moving_files;
 mod named_light;
 mod project;
 mod render;

@@ -26,11 +26,11 @@ fn a_field_is_baked_and_shadows_a_scene_in_files() {
 fn spheres_are_fitted_and_their_table_is_written() {
     let dir = Dir::new();
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n");
-    let spheres = "spheres t.obj -n 3 --samples 300 --rounds 2 -o s.safetensors --hierarchy h.safetensors --json";
+    let spheres = "spheres t.obj -n 3 --points 300 --rounds 2 -o s.safetensors --hierarchy h.safetensors --json";
     let printed: Value = serde_json::from_str(&dir.lobe(spheres).succeeds().0).unwrap();
     assert_eq!(printed["spheres"].as_array().map(Vec::len), Some(3), "{printed}");
     assert!(dir.path("h.safetensors").exists(), "no hierarchy");
-    let (table, _) = dir.lobe("sphere-table -o t.safetensors --order 3").succeeds();
+    let (table, _) = dir.lobe("spheres table -o t.safetensors --order 3").succeeds();
     assert!(table.contains("order           3"), "{table}");
 }
 
@@ -52,7 +52,13 @@ fn frames_of_a_moving_scene_are_numbered_by_their_times() {
 fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
     let dir = Dir::new();
     for (options, expected) in [
-        ("--mode shadowed --time 1", "--mode truth, fields or shexp"),
+        ("--mode shadowed --time 1", "--time: a scene that moves is shown by --mode truth, fields or shexp"),
+        ("--mode shadowed", "built-in:three-objects: moves; it is shown by --mode truth, fields or shexp"),
+        ("--mode fields --order 9", "--order: shadows of what moves have an order of 1 to 8"),
+        ("--mode truth --loop --sphere-table t.safetensors", "--sphere-table: only of --mode fields and shexp"),
+        ("--mode fields --still-points 4", "expected 0, or 8 points at least, found 4"),
+        ("--mode fields --max-triangles 4", "--max-triangles: only of scenes in files"),
+        ("--mode fields --up z", "--up: only .obj and .ply files"),
         ("--mode truth --spheres 4", "--spheres: only of --mode fields and shexp"),
         ("--mode fields --exponential grid", "--exponential: only of --mode shexp"),
         ("--mode fields --fps 3", "--fps: only of --frames A..B"),
@@ -65,6 +71,12 @@ fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
         let message = dir.lobe(&command).error();
         assert!(message.contains(expected), "{options}: {message}");
     }
+    let message = dir.lobe("bake built-in:three-objects -o b.glb").error();
+    assert!(message.contains("built-in:three-objects: moves; lobe render shows it"), "{message}");
+    let message = dir.lobe("spheres --quiet").error();
+    assert!(message.contains("lobe spheres --help"), "{message}");
+    let message = dir.lobe("spheres table -o t.safetensors --clamp 7").error();
+    assert!(message.contains("expected a part above 0 and up to 1, found 7"), "{message}");
     let message = dir.lobe("field built-in:ball -o f.safetensors --cells 5").error();
     assert!(message.contains("even number of cells"), "{message}");
     let message = dir.lobe("spheres built-in:ball -n 3 --method medial-axis --rounds 3 -o s.safetensors").error();

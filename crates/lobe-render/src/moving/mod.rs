@@ -1,11 +1,21 @@
 //! Scenes that move: their parts, each with its place over time, and pictures of a moment.
 //!
-//! Read `moving_part` and `moving_scene` first, then `moment`, the scene at one time; `moving_bake` makes what parts lack,
-//! `moving_shading` lights a moment, and `moving_picture` shows it. Uses `camera` and `scene_view`.
+//! Read `moving_part` and `moving_scene` first, then `moment`, the scene at one time; `read_moving` reads descriptions,
+//! `moving_bake` makes what parts lack, `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture`
+//! shows it. The others are steps of these: `visibility_grid` in the `swept_box`, `sphere_joints` and `sphere_albedo`,
+//! `part_backs`, and `part_light`. Uses `camera` and `scene_view`.
 
 pub(crate) mod moment;
 pub(crate) mod moving_bake;
+pub(crate) mod moving_options;
 pub(crate) mod moving_part;
 pub(crate) mod moving_picture;
 pub(crate) mod moving_scene;
 pub(crate) mod moving_shading;
+mod part_backs;
+mod part_light;
+mod read_moving;
+mod sphere_albedo;
+mod sphere_joints;
+mod swept_box;
+pub(crate) mod visibility_grid;

@@ -76,6 +76,19 @@ impl PlacedPart {
         Self { placement, spheres: spheres.collect(), surface: Surface::new(&part.scene, &part.scene, frame) }
     }
 
+    /// The same part, which a place carries along with all around it.
+    pub(crate) fn carried(mut self, by: &Placement) -> Self {
+        let carry = |of: &Placement| {
+            Placement::new(by.to_world(of.translation()), of.rotation().then(*by.rotation()), by.scale() * of.scale())
+        };
+        self.placement = carry(&self.placement);
+        self.surface.frame = carry(&self.surface.frame);
+        for sphere in &mut self.spheres {
+            *sphere = WorldSphere { center: by.to_world(sphere.center), radius: by.scale() * sphere.radius };
+        }
+        self
+    }
+
     /// A part that an animation deforms; its spheres follow its joints.
     pub(crate) fn deformed(
         part: &MovingPart,

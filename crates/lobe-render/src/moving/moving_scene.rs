@@ -1,11 +1,10 @@
-//! Moving scenes: parts, read from their files, and the scene that they make at a time.
+//! Moving scenes: parts, and the scene that they make at a time.
 
-use std::path::Path;
+use std::ops::Range;
 
-use lobe_prt::{AlbedoMode, BakedOrScene, read_baked_or_scene};
-use lobe_scene::{AnimatedScene, Entity, EntityKind, PosedScene, Scene, SceneReadOptions, built_in, read_scene};
+use lobe_scene::{AnimatedScene, Entity, EntityKind, PosedScene, Scene};
 use lobe_sh::Rotation;
-use lobe_shadow::{Placement, SceneDescription, read_field, read_spheres};
+use lobe_shadow::{Placement, Track};
 
 use crate::moving::moment::{Moment, PlacedPart};
 use crate::{Motion, MovingPart, RenderError};
@@ -28,6 +27,25 @@ pub struct MovingScene {
     parts: Vec<MovingPart>,
     /// What moves the parts that are entities of a file, and which of its animations.
     animated: Option<(AnimatedScene, Option<usize>)>,
+    carried: Vec<Carried>,
+    is_looped: bool,
+}
+
+/// An animated file whose parts are carried along a track, which are these of the scene.
+#[derive(Clone, Debug)]
+struct Carried {
+    scene: AnimatedScene,
+    animation: usize,
+    is_looped: bool,
+    track: Track,
+    parts: Range<usize>,
+}
+
+impl Carried {
+    fn posed(&self, time: f64) -> Result<PosedScene, RenderError> {
+        let animation = &self.scene.animations()[self.animation];
+        Ok(self.scene.pose(self.animation, if self.is_looped { animation.looped(time) } else { time })?)
+    }
 }
 
 impl MovingScene {
@@ -44,7 +62,7 @@ impl MovingScene {
                 "expected parts that move along tracks, found one of an animation".into(),
             ));
         }
-        Ok(Self { parts, animated: None })
+        Ok(Self { parts, animated: None, carried: Vec::new(), is_looped: false })
     }
 
     /// The entities of an animated scene, moved by one of its animations or as they stand: all that stands still is one
@@ -71,27 +89,37 @@ impl MovingScene {
             let own = scene.own_scene(entity)?;
             parts.push(MovingPart::new(name, own.part(0..own.meshes().len())?, motion));
         }
-        Ok(Self { parts, animated: Some((scene, animation)) })
+        Ok(Self { parts, animated: Some((scene, animation)), carried: Vec::new(), is_looped: false })
     }
 
-    /// Reads a [description](SceneDescription) and the files that it names. Of baked .glb files the transfer is read too.
-    /// With the scene come notes on what is not read of its files.
-    ///
-    /// # Errors
-    /// [`RenderError::Shadow`], [`RenderError::Prt`] and [`RenderError::Scene`] with those of the readers.
-    pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Self, Vec<String>), RenderError> {
-        let description = SceneDescription::read(path, options.allow_outside)?;
-        let (mut notes, mut parts) = (Vec::new(), Vec::new());
-        if let Some(file) = &description.still {
-            parts.push(read_part(file, "still", Motion::Still, options, &mut notes)?);
+    /// A scene to which parts are added.
+    pub(crate) fn without_parts() -> Self {
+        Self { parts: Vec::new(), animated: None, carried: Vec::new(), is_looped: false }
+    }
+
+    /// Adds a part that no animation moves.
+    pub(crate) fn add(&mut self, part: MovingPart) {
+        self.parts.push(part);
+    }
+
+    /// Adds the parts of an animated scene, which a track carries as a whole.
+    pub(crate) fn add_animated(
+        &mut self,
+        name: &str,
+        (scene, animation, is_looped): (AnimatedScene, usize, bool),
+        track: Track,
+    ) -> Result<(), RenderError> {
+        let first = self.parts.len();
+        for mut part in Self::animated(scene.clone(), Some(animation))?.parts {
+            // What its animation leaves at rest moves along the track all the same.
+            if matches!(part.motion, Motion::Still) {
+                part.motion = Motion::Track(track.clone());
+            }
+            part.name = format!("{name}: {}", part.name);
+            self.parts.push(part);
         }
-        for entity in description.entities {
-            let mut part = read_part(&entity.mesh, &entity.name, Motion::Track(entity.track), options, &mut notes)?;
-            part.field = entity.field.as_ref().map(read_field).transpose()?;
-            part.spheres = entity.spheres.as_ref().map(read_spheres).transpose()?;
-            parts.push(part);
-        }
-        Ok((Self::new(parts)?, notes))
+        self.carried.push(Carried { scene, animation, is_looped, track, parts: first..self.parts.len() });
+        Ok(())
     }
 
     /// The parts. Their vertices, one part after the other, are those of the scene at any time.
@@ -104,7 +132,7 @@ impl MovingScene {
     #[must_use]
     pub fn without_occluders(&self) -> Self {
         let mut alone = self.clone();
-        alone.parts.iter_mut().for_each(|part| (part.field, part.spheres) = (None, None));
+        alone.parts.iter_mut().for_each(|part| (part.field, part.spheres, part.visibility) = (None, None, None));
         alone
     }
 
@@ -112,9 +140,10 @@ impl MovingScene {
         &mut self.parts
     }
 
-    /// The animated scene that moves parts.
-    pub(crate) fn rig(&self) -> Option<&AnimatedScene> {
-        self.animated.as_ref().map(|(scene, _)| scene)
+    /// The animated scene that moves a part.
+    pub(crate) fn rig_of(&self, part: usize) -> Option<&AnimatedScene> {
+        let carried = self.carried.iter().find(|carried| carried.parts.contains(&part)).map(|carried| &carried.scene);
+        carried.or(self.animated.as_ref().map(|(scene, _)| scene))
     }
 
     /// The seconds from the first to the last key: of all tracks, or of the animation. `[0, 0]` if nothing moves.
@@ -126,11 +155,53 @@ impl MovingScene {
             Motion::Track(track) => Some(track.span()),
             _ => None,
         });
-        let spans = of_animation.chain(of_tracks);
+        let of_carried = self.carried.iter().flat_map(|carried| {
+            [carried.track.span(), [0.0, carried.scene.animations()[carried.animation].duration()]]
+        });
+        let spans = of_animation.chain(of_tracks).chain(of_carried);
         spans.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
-    /// The scene at a time, in seconds; outside of [`MovingScene::span`] it rests.
+    /// The same scene, which begins anew at the end of its [span](Self::span) instead of resting there, or not.
+    #[must_use]
+    pub fn looped(self, is_looped: bool) -> Self {
+        Self { is_looped, ..self }
+    }
+
+    /// The time within the span that counts at a time.
+    pub(crate) fn within(&self, time: f64) -> f64 {
+        let [begin, end] = self.span();
+        if !self.is_looped || begin >= end {
+            return time;
+        }
+        // Halves of finite numbers have a finite difference.
+        let length = 2.0 * (0.5 * end - 0.5 * begin);
+        let within = begin + (time - begin).rem_euclid(length);
+        if within < end { within } else { begin }
+    }
+
+    /// The animated scenes that tracks carry at a time, with their parts and where the track is.
+    pub(crate) fn carried(
+        &self,
+        time: f64,
+    ) -> impl Iterator<Item = Result<(Range<usize>, PosedScene, Placement), RenderError>> {
+        let time = self.within(time);
+        self.carried
+            .iter()
+            .map(move |carried| Ok((carried.parts.clone(), carried.posed(time)?, carried.track.at(time))))
+    }
+
+    /// The animated scene at a time.
+    pub(crate) fn posed(&self, time: f64) -> Result<Option<PosedScene>, RenderError> {
+        Ok(match &self.animated {
+            Some((scene, Some(animation))) => Some(scene.pose(*animation, self.within(time))?),
+            Some((scene, None)) => Some(scene.rest_pose()?),
+            None => None,
+        })
+    }
+
+    /// The scene at a time, in seconds; outside of [`MovingScene::span`] it rests, or begins anew if it is
+    /// [looped](Self::looped).
     ///
     /// # Errors
     /// [`RenderError::Scene`] with the errors of [`AnimatedScene::pose`] and [`Scene::joined`]; [`RenderError::Options`] if
@@ -139,12 +210,20 @@ impl MovingScene {
         if !time.is_finite() {
             return Err(RenderError::Options(format!("expected a finite time, found {time}")));
         }
-        let posed = match &self.animated {
-            Some((scene, Some(animation))) => Some(scene.pose(*animation, time)?),
-            Some((scene, None)) => Some(scene.rest_pose()?),
-            None => None,
+        let posed = self.posed(time)?;
+        let carried = self.carried(time).collect::<Result<Vec<_>, _>>()?;
+        let time = self.within(time);
+        let place = |(index, part): (usize, &MovingPart)| match carried
+            .iter()
+            .find(|(parts, ..)| parts.contains(&index) && part.entity().is_some())
+        {
+            Some((_, posed, by)) => {
+                let (scene, placed) = placed(part, time, Some(posed))?;
+                Ok((scene.mapped(by.rows())?, placed.carried(by)))
+            }
+            None => placed(part, time, posed.as_ref()),
         };
-        let placed = self.parts.iter().map(|part| placed(part, time, posed.as_ref()));
+        let placed = self.parts.iter().enumerate().map(place);
         let placed = placed.collect::<Result<Vec<_>, RenderError>>()?;
         Moment::new(&self.parts, placed)
     }
@@ -180,36 +259,4 @@ fn placement_of(part: &MovingPart, posed: &PosedScene, entity: &Entity, time: f6
     let translation = [0, 1, 2].map(|k| place.translation[k] + origin[k]);
     let rotation = Rotation::from_quaternion(place.rotation).unwrap_or(Rotation::IDENTITY);
     Ok(Placement::new(translation, rotation, place.scale))
-}
-
-/// Reads the triangles of a part, and their transfer if the file is baked.
-fn read_part(
-    file: &Path,
-    name: &str,
-    motion: Motion,
-    options: &SceneReadOptions,
-    notes: &mut Vec<String>,
-) -> Result<MovingPart, RenderError> {
-    let path = file.display().to_string();
-    if let Some(known) = path.strip_prefix("built-in:") {
-        let scene = built_in::named(known).ok_or_else(|| {
-            RenderError::invalid(file, format!("there is no such scene; there are {}", built_in::NAMES.join(", ")))
-        })?;
-        return Ok(MovingPart::new(name, scene, motion));
-    }
-    let is_gltf = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
-    let read = match is_gltf {
-        true => read_baked_or_scene(file, options)?,
-        false => read_scene(file, options).map(|(scene, report)| BakedOrScene::Scene(scene, report))?,
-    };
-    let (part, report) = match read {
-        BakedOrScene::Baked(baked) => {
-            let is_demodulated = baked.recipe.bake_options().albedo == AlbedoMode::None;
-            let part = MovingPart::new(name, baked.scene, motion);
-            (MovingPart { transfer: Some(baked.transfer), is_demodulated, ..part }, baked.report)
-        }
-        BakedOrScene::Scene(scene, report) => (MovingPart::new(name, scene, motion), report),
-    };
-    notes.extend(report.notes.iter().map(|note| format!("{path}: {note}")));
-    Ok(part)
 }

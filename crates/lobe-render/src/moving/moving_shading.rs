@@ -1,68 +1,31 @@
 //! Shading of moving scenes: what each vertex sends back of the sky that the other parts leave visible to it.
 
-use std::f32::consts::FRAC_1_PI;
+use std::borrow::Cow;
+use std::ops::Range;
 
-use derive_setters::Setters;
-use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
-use lobe_shadow::{
-    LogTable, LogTableOptions, Occluder, PlacedField, ShadowFieldOptions, ShadowFields, ShadowOptions, ShadowReceivers,
-    SkyLight, SphereReceivers, SphereShadows, relative_placement,
-};
+use lobe_prt::Transfer;
+use lobe_sh::{Rgb, ShVec};
+use lobe_shadow::{LogTable, LogTableOptions, ShadowError};
 
 use crate::moving::moment::{PlacedPart, Surface};
-use crate::{Moment, MovingPart, RenderError};
+use crate::moving::moving_bake::expect_order;
+use crate::moving::part_light::{Hiding, PartLight, tinted};
+use crate::{Moment, MovingMethod, MovingOptions, MovingPart, RenderError};
 
-/// How moving parts hide the sky from others.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum MovingMethod {
-    /// By their occlusion fields where they have some, else by their spheres (precomputed shadow fields).
-    #[default]
-    Fields,
-    /// By their spheres (SH exponentiation); parts that stand still by their fields, if they have some.
-    Exponentials,
-}
-
-/// Options of shading a moving scene.
-#[derive(Clone, Debug, Setters)]
-#[non_exhaustive]
-pub struct MovingOptions {
-    /// How moving parts hide the sky.
-    pub method: MovingMethod,
-    /// Number of bands, 1 to 8.
-    pub order: usize,
-    /// Of products of fields.
-    pub fields: ShadowFieldOptions,
-    /// Of exponentials of sums of spheres.
-    pub spheres: ShadowOptions,
-    /// Whether spheres send light of the sky on, one bounce, in the mean albedo of what they stand for.
-    pub bounce: bool,
-}
-
-impl Default for MovingOptions {
-    /// Fields of order 4, without the light that moving parts send on.
-    fn default() -> Self {
-        Self {
-            method: MovingMethod::Fields,
-            order: 4,
-            fields: ShadowFieldOptions::default(),
-            spheres: ShadowOptions::default(),
-            bounce: false,
-        }
-    }
-}
+/// Vertices that are shaded between two looks at whether to stop.
+const AT_ONCE: usize = 1 << 15;
 
 /// Exit radiance at the vertices of a moving scene ([Zhou et al. 2005], [Ren et al. 2006]).
 ///
 /// ```text
-///   B = Σ_i L_i (V T)_i        V = Π_fields (1 - O) · exp(Σ_spheres log V_sphere)
+///   B = Σ_i L_i (V T)_i        V = V_still Π_fields (1 - O) · exp(Σ_spheres log V_sphere)
 /// ```
 ///
 /// `T` is the transfer of the vertex from its own part, which was baked in the part's frame: light, fields and spheres are
-/// taken to that frame, so that neither `T` nor `V` is ever rotated. Parts that are deformed have no transfer: there `T` is
-/// albedo/π times the clamped cosine, and the part's own spheres hide the sky too. Light that is reflected between parts
-/// is left out, but for what a baked part sends to itself, and [`MovingOptions::bounce`].
+/// taken to that frame, so that `T` is never rotated. `V_still` is looked up in the grids of what stands still. Parts that are
+/// deformed have no transfer: there `T` is albedo/π times the clamped cosine, and the part's own spheres hide the sky too.
+/// Light that is reflected between parts is left out, but for what a baked part sends to itself, and
+/// [`MovingOptions::bounce`].
 ///
 /// [Zhou et al. 2005]: https://doi.org/10.1145/1073204.1073332
 /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
@@ -72,13 +35,16 @@ pub struct MovingShading {
     table: LogTable,
 }
 
-/// What hides the sky from a part, in the frame of its surface.
-struct Hiding<'a> {
-    fields: Vec<PlacedField<'a>>,
-    spheres: Vec<Occluder>,
-    /// The albedo of each sphere.
-    albedos: Vec<Rgb<f32>>,
+/// What the vertices of a part send back.
+#[derive(Debug)]
+pub(crate) struct Shaded {
+    pub(crate) radiance: Vec<Rgb<f32>>,
+    /// Whether the albedo is left out.
+    pub(crate) is_white: bool,
 }
+
+/// Asked now and then; breaks off with an error.
+pub(crate) type Ask<'a> = &'a mut dyn FnMut() -> Result<(), RenderError>;
 
 impl MovingShading {
     /// Prepares the table of logarithms.
@@ -90,26 +56,41 @@ impl MovingShading {
         Ok(Self { options, table })
     }
 
+    /// The same with a table that was made before, by [`cached_log_table`](lobe_shadow::cached_log_table) or for another window.
+    ///
+    /// # Errors
+    /// [`RenderError::Shadow`] if the table is of another order.
+    pub fn with_table(options: MovingOptions, table: LogTable) -> Result<Self, RenderError> {
+        if table.order() != options.order {
+            let message = format!("expected a table of order {}, found {}", options.order, table.order());
+            return Err(ShadowError::Options(message).into());
+        }
+        Ok(Self { options, table })
+    }
+
     /// Number of bands.
     #[must_use]
     pub fn order(&self) -> usize {
         self.options.order
     }
 
+    /// How parts hide the sky.
+    #[must_use]
+    pub fn method(&self) -> MovingMethod {
+        self.options.method
+    }
+
     /// The exit radiance of every vertex of the moment's scene under distant light, an expansion of radiance of any order.
     ///
     /// # Errors
-    /// [`RenderError::Shadow`] if transfer or a field has fewer bands than [`MovingOptions::order`], or is not of the part's
-    /// vertices.
+    /// [`RenderError::Options`] if transfer or a field has fewer bands than [`MovingOptions::order`], [`RenderError::Shadow`] if
+    /// transfer is not of the part's vertices.
     pub fn exit_radiance(&self, moment: &Moment<'_>, light: &ShVec<Rgb<f64>>) -> Result<Vec<Rgb<f32>>, RenderError> {
-        self.of_all_parts(moment, |part, placed, hiding| match &part.transfer {
-            Some(_) if part.is_rigid() => self.shade_transfer(part, placed, hiding, light),
-            _ => self.shade_cosine(&placed.surface, hiding, light),
-        })
+        Ok(tinted_parts(moment, self.fronts(moment, light, &mut || Ok(()))?))
     }
 
-    /// The same of the backs of all vertices, which no transfer is baked for: parts that keep their shape do not hide the sky
-    /// from their own backs.
+    /// The same of the backs of all vertices. Those that [`MovingScene::bake_backs`](crate::MovingScene::bake_backs) has not baked
+    /// are not shadowed by their own part, if it keeps its shape.
     ///
     /// # Errors
     /// As [`MovingShading::exit_radiance`].
@@ -118,132 +99,125 @@ impl MovingShading {
         moment: &Moment<'_>,
         light: &ShVec<Rgb<f64>>,
     ) -> Result<Vec<Rgb<f32>>, RenderError> {
-        self.of_all_parts(moment, |_, placed, hiding| {
-            let normals = placed.surface.normals.iter().map(|n| n.map(|c| -c)).collect();
-            self.shade_cosine(&Surface { normals, ..placed.surface.clone() }, hiding, light)
+        let all: Vec<usize> = (0..moment.scene().vertex_count()).collect();
+        Ok(tinted_parts(moment, self.backs(moment, light, &all, &mut || Ok(()))?))
+    }
+
+    /// What all vertices send back, part by part.
+    pub(crate) fn fronts(
+        &self,
+        moment: &Moment<'_>,
+        light: &ShVec<Rgb<f64>>,
+        ask: Ask<'_>,
+    ) -> Result<Vec<Shaded>, RenderError> {
+        self.of_all_parts(moment, light, |part, placed, lit| {
+            let mut all = Shaded { radiance: Vec::new(), is_white: part.transfer.is_none() || part.is_demodulated };
+            let count = placed.surface.positions.len();
+            for first in (0..count).step_by(AT_ONCE) {
+                ask()?;
+                let range = first..(first + AT_ONCE).min(count);
+                let surface = placed.surface.some(range.clone(), 1.0);
+                all.radiance.extend(match part.transfer.as_deref().filter(|_| part.is_rigid()) {
+                    Some(transfer) => {
+                        let rows = rows_of(transfer, range, count)?;
+                        lit.by_transfer(&surface, &rows, part.is_demodulated)?
+                    }
+                    None => lit.by_cosine(&surface)?,
+                });
+            }
+            Ok(all)
         })
     }
 
-    /// The values of all parts, one after the other.
+    /// What the backs of these vertices of all send back, in rising order; zero for others.
+    pub(crate) fn backs(
+        &self,
+        moment: &Moment<'_>,
+        light: &ShVec<Rgb<f64>>,
+        seen: &[usize],
+        ask: Ask<'_>,
+    ) -> Result<Vec<Shaded>, RenderError> {
+        let mut first = 0;
+        self.of_all_parts(moment, light, |part, placed, lit| {
+            ask()?;
+            let count = placed.surface.positions.len();
+            let range = seen.partition_point(|v| *v < first)..seen.partition_point(|v| *v < first + count);
+            let begin = first;
+            let seen = seen[range].iter().map(|vertex| vertex - begin);
+            first += count;
+            let is_white = part.transfer.is_none() || part.is_demodulated;
+            let mut all = Shaded { radiance: vec![Rgb::new(0.0, 0.0, 0.0); count], is_white };
+            let backs = part.backs.as_deref().filter(|_| part.is_rigid());
+            let (baked, others): (Vec<usize>, Vec<usize>) =
+                seen.partition(|vertex| backs.is_some_and(|backs| backs.has(*vertex)));
+            if let Some(backs) = backs.filter(|_| !baked.is_empty()) {
+                let surface = placed.surface.some(baked.iter().copied(), -1.0);
+                let lit = lit.by_transfer(&surface, &backs.transfer_of(&baked)?, part.is_demodulated)?;
+                baked.iter().zip(lit).for_each(|(vertex, lit)| all.radiance[*vertex] = lit);
+            }
+            if !others.is_empty() {
+                let surface = placed.surface.some(others.iter().copied(), -1.0);
+                for ((vertex, lit), albedo) in others.iter().zip(lit.by_cosine(&surface)?).zip(&surface.albedos) {
+                    all.radiance[*vertex] = if is_white { lit } else { tinted(lit, *albedo) };
+                }
+            }
+            Ok(all)
+        })
+    }
+
+    /// Shades every part, given what others leave of the light.
     fn of_all_parts(
         &self,
         moment: &Moment<'_>,
-        shade: impl Fn(&MovingPart, &PlacedPart, &Hiding<'_>) -> Result<Vec<Rgb<f32>>, RenderError>,
-    ) -> Result<Vec<Rgb<f32>>, RenderError> {
-        let mut all = Vec::with_capacity(moment.scene().vertex_count());
-        for (index, (part, placed)) in moment.parts().iter().zip(&moment.placed).enumerate() {
-            all.extend(shade(part, placed, &self.hiding(moment, index))?);
-        }
-        Ok(all)
-    }
-
-    /// What hides the sky from a part: all others, and itself if it is deformed.
-    fn hiding<'a>(&self, moment: &'a Moment<'_>, receiver: usize) -> Hiding<'a> {
-        let frame = &moment.placed[receiver].surface.frame;
-        let mut hiding = Hiding { fields: Vec::new(), spheres: Vec::new(), albedos: Vec::new() };
-        for (index, (part, placed)) in moment.parts().iter().zip(&moment.placed).enumerate() {
-            if index == receiver && part.is_rigid() {
-                continue;
-            }
-            let by_field = self.options.method == MovingMethod::Fields || matches!(part.motion, crate::Motion::Still);
-            if let Some(field) = part.field.as_ref().filter(|_| by_field) {
-                hiding.fields.push(PlacedField { field, placement: relative_placement(&placed.placement, frame) });
-                continue;
-            }
-            let mean = placed.surface.mean_albedo();
-            for sphere in &placed.spheres {
-                let center = frame.to_own(sphere.center).map(|c| c as f32);
-                hiding.spheres.push(Occluder::new(center, (sphere.radius / frame.scale()) as f32));
-                hiding.albedos.push(mean);
-            }
-        }
-        hiding
-    }
-
-    /// By the transfer of a part, of which the others hide a part.
-    fn shade_transfer(
-        &self,
-        part: &MovingPart,
-        placed: &PlacedPart,
-        hiding: &Hiding<'_>,
         light: &ShVec<Rgb<f64>>,
-    ) -> Result<Vec<Rgb<f32>>, RenderError> {
-        let Some(transfer) = &part.transfer else { unreachable!("asked only of parts with transfer") };
-        let (surface, order) = (&placed.surface, self.options.order);
-        let light = surface.frame.rotation().inverse().rotated(light);
-        let mut receivers = ShadowReceivers::new(&surface.positions, &surface.normals)?;
-        let seen;
-        let mut bounced = None;
-        if !hiding.spheres.is_empty() {
-            let shadows = SphereShadows::new(&self.table, &hiding.spheres, &self.options.spheres)?;
-            let at = SphereReceivers::new(&surface.positions, &surface.normals)?;
-            seen = shadows.visibility(&at);
-            receivers = receivers.with_own_visibility(order, &seen)?;
-            bounced = self.bounced(&shadows, &at, hiding, &light)?;
-        }
-        let fields = ShadowFields::new(order, &hiding.fields, self.options.fields.clone())?;
-        let mut out = fields.shade_transfer(&receivers, transfer, light.coefficients())?;
-        if part.is_demodulated {
-            out.iter_mut().zip(&surface.albedos).for_each(|(out, albedo)| *out = tinted(*out, *albedo));
-        }
-        for (out, (more, albedo)) in out.iter_mut().zip(bounced.into_iter().flatten().zip(&surface.albedos)) {
-            *out += tinted(more, *albedo);
-        }
-        Ok(out)
-    }
-
-    /// What spheres send on to receivers of albedo 1: exit radiance.
-    fn bounced(
-        &self,
-        shadows: &SphereShadows<'_>,
-        receivers: &SphereReceivers<'_>,
-        hiding: &Hiding<'_>,
-        light: &ShVec<Rgb<f64>>,
-    ) -> Result<Option<Vec<Rgb<f32>>>, RenderError> {
-        if !self.options.bounce {
-            return Ok(None);
-        }
-        let sky = SkyLight::new(&light.map(Rgb::narrow), self.options.order)?;
-        let bounce = shadows.bounce(&sky, &hiding.albedos)?;
-        let with = shadows.irradiance_with_bounce(receivers, &sky, &bounce)?;
-        let without = shadows.irradiance(receivers, &sky)?;
-        let more = with.iter().zip(&without).map(|(with, without)| (*with - *without).scale(FRAC_1_PI));
-        Ok(Some(more.collect()))
-    }
-
-    /// By the clamped cosine about normals.
-    fn shade_cosine(
-        &self,
-        surface: &Surface,
-        hiding: &Hiding<'_>,
-        light: &ShVec<Rgb<f64>>,
-    ) -> Result<Vec<Rgb<f32>>, RenderError> {
-        let light = surface.frame.rotation().inverse().rotated(light);
-        let receivers = SphereReceivers::new(&surface.positions, &surface.normals)?;
-        let sky = SkyLight::new(&light.map(Rgb::narrow), self.options.order)?;
-        let shadows = SphereShadows::new(&self.table, &hiding.spheres, &self.options.spheres)?;
-        let irradiance = if hiding.fields.is_empty() {
-            match self.options.bounce {
-                true => {
-                    let bounce = shadows.bounce(&sky, &hiding.albedos)?;
-                    shadows.irradiance_with_bounce(&receivers, &sky, &bounce)?
-                }
-                false => shadows.irradiance(&receivers, &sky)?,
-            }
-        } else {
-            let seen = shadows.visibility(&receivers);
-            let receivers = ShadowReceivers::new(&surface.positions, &surface.normals)?;
-            let receivers = receivers.with_own_visibility(self.options.order, &seen)?;
-            let fields = ShadowFields::new(self.options.order, &hiding.fields, self.options.fields.clone())?;
-            let seen = fields.visibility(&receivers)?;
-            let rows = seen.chunks_exact(self.options.order * self.options.order).zip(&surface.normals);
-            rows.map(|(visibility, normal)| sky.irradiance(*normal, visibility)).collect()
+        mut shade: impl FnMut(&MovingPart, &PlacedPart, &PartLight<'_>) -> Result<Shaded, RenderError>,
+    ) -> Result<Vec<Shaded>, RenderError> {
+        expect_order(moment.parts(), self.options.order)?;
+        let shade_one = |(index, (part, placed)): (usize, (&MovingPart, &PlacedPart))| {
+            let hiding = Hiding::of(moment, index, self.options.method, self.options.order, light);
+            let lit = PartLight::new(&self.options, &self.table, hiding, &placed.surface.frame, light)?;
+            shade(part, placed, &lit).map_err(|error| error.of_part(&part.name))
         };
-        let lit = irradiance.iter().zip(&surface.albedos);
-        Ok(lit.map(|(e, albedo)| tinted(e.scale(FRAC_1_PI), *albedo)).collect())
+        moment.parts().iter().zip(&moment.placed).enumerate().map(shade_one).collect()
     }
 }
 
-fn tinted(light: Rgb<f32>, [r, g, b]: [f32; 3]) -> Rgb<f32> {
-    Rgb::new(light.r * r, light.g * g, light.b * b)
+/// The transfer of some of `count` receivers, which follow each other.
+fn rows_of(transfer: &Transfer, range: Range<usize>, count: usize) -> Result<Cow<'_, Transfer>, RenderError> {
+    if transfer.receivers() != count {
+        let found = transfer.receivers();
+        return Err(ShadowError::Options(format!("expected transfer of {count} vertices, found {found}")).into());
+    }
+    if range.len() == count {
+        return Ok(Cow::Borrowed(transfer));
+    }
+    let width = transfer.order().pow(2) * transfer.channels().count();
+    let rows = transfer.coefficients()[range.start * width..range.end * width].to_vec();
+    Ok(Cow::Owned(Transfer::new(transfer.order(), transfer.channels(), rows)?))
+}
+
+/// The values of all parts one after the other, with the albedo of their vertices.
+fn tinted_parts(moment: &Moment<'_>, parts: Vec<Shaded>) -> Vec<Rgb<f32>> {
+    let mut all = Vec::with_capacity(moment.scene().vertex_count());
+    for (Shaded { radiance, is_white }, placed) in parts.into_iter().zip(&moment.placed) {
+        match is_white {
+            true => {
+                all.extend(radiance.into_iter().zip(&placed.surface.albedos).map(|(lit, albedo)| tinted(lit, *albedo)))
+            }
+            false => all.extend(radiance),
+        }
+    }
+    all
+}
+
+impl Surface {
+    /// Some of the vertices, their normals multiplied by 1 or -1.
+    fn some(&self, which: impl Iterator<Item = usize> + Clone, side: f32) -> Self {
+        Self {
+            frame: self.frame,
+            positions: which.clone().map(|vertex| self.positions[vertex]).collect(),
+            normals: which.clone().map(|vertex| self.normals[vertex].map(|c| side * c)).collect(),
+            albedos: which.map(|vertex| self.albedos[vertex]).collect(),
+        }
+    }
 }

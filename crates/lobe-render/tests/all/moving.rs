@@ -7,7 +7,8 @@ use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe_render::{
     Camera, DistantLight, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene,
-    MovingShading, PathOptions, SampleCount, TruthOptions, View, ViewOptions, light_moving_scene, render_truth,
+    MovingShading, PathOptions, SampleCount, TruthOptions, View, ViewOptions, VisibilityGridOptions,
+    light_moving_scene, render_truth,
 };
 use lobe_scene::{Bvh, SceneReadOptions, built_in};
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
@@ -23,7 +24,8 @@ fn options() -> MovingBakeOptions {
     let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(256);
     let field = FieldOptions::default().order(ORDER).spheres(8).cells(8).rays(256);
     let spheres = SphereFitOptions::default().count(8).samples(800).rounds(4);
-    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres)
+    let visibility = VisibilityGridOptions::default().order(ORDER).points(64).rays(64);
+    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).visibility(visibility)
 }
 
 fn shading(method: MovingMethod) -> MovingShading {
@@ -142,8 +144,8 @@ fn a_description_is_read_with_its_files_and_their_faults_are_named() {
         r#"{"format":"lobe-scene","version":1,"still":"built-in:terrain",
             "entities":[{"name":"ball","mesh":"built-in:ball","keys":[{"time":1,"scale":0.5},{"time":3}]}]}"#,
     );
-    let (moving, notes) = MovingScene::read(&path, &SceneReadOptions::default()).unwrap();
-    assert_eq!((moving.parts().len(), moving.span(), notes.len()), (2, [1.0, 3.0], 0), "parts, span and notes");
+    let (moving, reports) = MovingScene::read(&path, &SceneReadOptions::default()).unwrap();
+    assert_eq!((moving.parts().len(), moving.span(), reports.len()), (2, [1.0, 3.0], 0), "parts, span and reports");
     let vertices: usize = moving.parts().iter().map(|part| part.scene.vertex_count()).sum();
     assert_eq!(moving.at(2.0).unwrap().scene().vertex_count(), vertices, "all parts");
     assert!(moving.at(f64::NAN).is_err(), "a time that is none");

@@ -1,0 +1,238 @@
+//! `lobe render` of moving scenes in files: poses, what parts bring along, and bad input, each a clear line or a defined result.
+
+use lobe::shadow::{SphereSet, write_spheres};
+
+use crate::harness::Dir;
+#[cfg(unix)]
+use crate::stopped::{line, started, stopped};
+
+const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
+const GROUND: &str = "v -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nf 1 2 3 4\n";
+const VIEW: &str = "--env bundled:sunset --size 16x12 --bake-samples 16 --still-points 64";
+const TRUTH: &str = "--env bundled:sunset --size 16x12 --mode truth --samples 2 --bounces 0";
+
+/// A folder with a ground and a tetrahedron, and a description of both whose entity has these further members.
+fn scene(members: &str) -> Dir {
+    let dir = Dir::new();
+    dir.file("t.obj", TETRAHEDRON);
+    dir.file("ground.obj", GROUND);
+    describe(&dir, members);
+    dir
+}
+
+fn describe(dir: &Dir, members: &str) {
+    dir.file(
+        "s.json",
+        format!(
+            r#"{{"format":"lobe-scene","version":1,"still":"ground.obj","entities":[{{"name":"t","mesh":"t.obj"{members}}}]}}"#
+        ),
+    );
+}
+
+const KEYS: &str = r#","keys":[{"translation":[0,0,1]},{"time":1,"translation":[2,0,1]}]"#;
+
+/// A glTF file of a triangle that an animation moves from x = 0 to x = 4 within 2 seconds.
+fn animated_gltf(dir: &Dir) {
+    let floats = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 4.0, 0.0, 0.0_f32];
+    dir.file("a.bin", floats.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    dir.file(
+        "a.gltf",
+        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+            "buffers":[{"uri":"a.bin","byteLength":68}],
+            "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":8},
+                {"buffer":0,"byteOffset":44,"byteLength":24}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+                {"bufferView":1,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[2]},
+                {"bufferView":2,"componentType":5126,"count":2,"type":"VEC3"}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+            "animations":[{"name":"Slide","channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}],
+                "samplers":[{"input":1,"output":2}]}]}"#,
+    );
+}
+
+#[test]
+fn the_truth_of_an_animated_file_is_posed_as_fields_are() {
+    let dir = Dir::new();
+    animated_gltf(&dir);
+    let view = "--eye 0.5,-8,1 --target 0.5,0,1 --fov 60";
+    let truth =
+        |more: &str, out: &str| dir.lobe(&format!("render a.gltf {TRUTH} {view} {more} -o {out}.exr")).succeeds().1;
+    let notes = truth("", "plain");
+    assert!(!notes.contains("animations are not used"), "{notes}");
+    truth("--time 0 --animation Slide", "zero");
+    assert!(dir.bytes("plain.exr") == dir.bytes("zero.exr"), "without --time it is at 0");
+    let notes = truth("--time 99", "late");
+    assert!(notes.contains("has come to its end at 2.000 s and rests there"), "{notes}");
+    truth("--time 2 --animation 0", "end");
+    assert!(dir.bytes("late.exr") == dir.bytes("end.exr"), "after its end it rests");
+    truth("--time 5 --loop", "looped");
+    truth("--time 1", "middle");
+    assert!(dir.bytes("looped.exr") == dir.bytes("middle.exr"), "5 s is 1 s of a loop of 2 s");
+    assert!(dir.bytes("middle.exr") != dir.bytes("zero.exr"), "it moves");
+    let notes = dir.lobe("render a.gltf --env bundled:sunset --size 16x12 --mode irradiance -o still.png").succeeds().1;
+    assert!(notes.contains("--mode truth, fields and shexp pose it, at --time"), "{notes}");
+}
+
+#[test]
+fn pictures_past_the_end_are_told() {
+    let dir = scene(KEYS);
+    let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 0..4 --fps 2 -o f.png")).succeeds().1;
+    assert!(
+        notes.contains("comes to its end at 1.000 s: the last 2 pictures are alike; --loop begins anew"),
+        "{notes}"
+    );
+    assert!(dir.bytes("f-003.png") == dir.bytes("f-004.png"), "alike");
+    assert!(dir.bytes("f-000.png") != dir.bytes("f-002.png"), "it moves");
+    let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 0..4 --fps 2 --loop -o g.png")).succeeds().1;
+    assert!(!notes.contains("alike"), "{notes}");
+    assert!(dir.bytes("g-001.png") == dir.bytes("g-003.png"), "it begins anew after 1 s");
+    let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 2 -o h.png")).succeeds().1;
+    assert!(notes.contains("stands still while the light turns; --frames A..B lets it move"), "{notes}");
+}
+
+#[test]
+fn the_order_is_that_of_the_files_and_a_higher_one_names_the_part() {
+    let dir = scene("");
+    dir.lobe("field t.obj -o t.field.safetensors --order 2 --spheres 4 --cells 4 --rays 16").succeeds();
+    describe(&dir, r#","field":"t.field.safetensors","keys":[{"translation":[0,0,1]}]"#);
+    dir.lobe(&format!("render s.json {VIEW} --mode fields -o a.exr")).succeeds();
+    dir.lobe(&format!("render s.json {VIEW} --mode fields --order 2 -o b.exr")).succeeds();
+    assert!(dir.bytes("a.exr") == dir.bytes("b.exr"), "order 2 without asking");
+    let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --order 3 --quiet -o c.exr")).error();
+    assert!(error.starts_with("`t`: expected its field to have 3 bands at least, found 2"), "{error}");
+    // A field of another mesh.
+    dir.file("s2.json", r#"{"format":"lobe-scene","version":1,"entities":[{"name":"o","mesh":"ground.obj","field":"t.field.safetensors"}]}"#);
+    let error = dir.lobe(&format!("render s2.json {VIEW} --mode fields --quiet -o c.exr")).error();
+    assert!(error.contains("t.field.safetensors: expected the field of `o`"), "{error}");
+}
+
+#[test]
+fn a_table_of_spheres_is_kept_and_one_of_another_window_refused() {
+    let dir = scene(KEYS);
+    let render =
+        |more: &str| dir.lobe(&format!("render s.json {VIEW} --mode shexp --order 2 --spheres 2 {more} --quiet"));
+    render("--sphere-table t.safetensors -o a.exr").succeeds();
+    let kept = dir.bytes("t.safetensors");
+    render("--sphere-table t.safetensors -o b.exr").succeeds();
+    assert!(dir.bytes("t.safetensors") == kept && dir.bytes("a.exr") == dir.bytes("b.exr"), "taken as it is");
+    render("-o c.exr").succeeds();
+    assert!(dir.bytes("a.exr") == dir.bytes("c.exr"), "the table that is made without a file");
+    dir.lobe("spheres table -o w.safetensors --order 2 --window 3").succeeds();
+    let error = render("--sphere-table w.safetensors -o d.exr").error();
+    assert!(error.starts_with("w.safetensors: ") && error.contains("a window of 3"), "{error}");
+    render("--sphere-table w.safetensors --sphere-window 3 -o d.exr").succeeds();
+    assert!(dir.bytes("d.exr") != dir.bytes("a.exr"), "a window changes shadows");
+}
+
+#[test]
+fn spheres_without_size_hide_nothing_and_none_are_no_fault() {
+    let with = |dir: &Dir, centers: Vec<[f32; 3]>, radii: Vec<f32>, name: &str| {
+        write_spheres(dir.path("t.spheres.safetensors"), &SphereSet::new(centers, radii).unwrap()).unwrap();
+        let out = format!("{name}.exr");
+        dir.lobe(&format!("render s.json {VIEW} --mode shexp --order 2 --sphere-bounce -o {out}")).succeeds();
+        dir.bytes(&out)
+    };
+    let dir = scene(&format!(r#","spheres":"t.spheres.safetensors"{KEYS}"#).replace(",0,1]", ",0,0]"));
+    let none = with(&dir, Vec::new(), Vec::new(), "none");
+    let points = with(&dir, vec![[0.2, 0.2, 0.2], [0.0, 0.0, 0.0]], vec![0.0, 0.0], "points");
+    assert!(none == points, "points hide what no spheres hide");
+    // The first translation puts the center on a corner of the tetrahedron and on the ground.
+    let some = with(&dir, vec![[0.0, 0.0, 0.0]], vec![0.5], "some");
+    assert!(some != none, "a sphere around a receiver has a defined shadow");
+    // Spheres of another mesh.
+    write_spheres(dir.path("t.spheres.safetensors"), &SphereSet::new(vec![[50.0, 0.0, 0.0]], vec![1.0]).unwrap())
+        .unwrap();
+    let error = dir.lobe(&format!("render s.json {VIEW} --mode shexp --quiet -o x.exr")).error();
+    assert!(error.contains("t.spheres.safetensors: expected spheres of `t`"), "{error}");
+}
+
+#[test]
+fn objects_that_overlap_have_a_defined_picture() {
+    let dir = scene("");
+    let entity = r#"{"name":"t","mesh":"t.obj","keys":[{"translation":[0,0,0.5]}]}"#;
+    dir.file(
+        "s.json",
+        format!(r#"{{"format":"lobe-scene","version":1,"still":"ground.obj","entities":[{entity},{entity}]}}"#),
+    );
+    for mode in ["fields", "shexp --spheres 2"] {
+        let command = format!("render s.json {VIEW} --order 2 --mode {mode}");
+        dir.lobe(&format!("{command} -o a.exr")).succeeds();
+        dir.lobe(&format!("{command} -o b.exr --threads 1")).succeeds();
+        assert!(dir.bytes("a.exr") == dir.bytes("b.exr"), "{mode}: the same for any number of threads");
+        let (picture, _) = lobe::image::read_picture(dir.path("a.exr"), &Default::default()).unwrap();
+        assert!(picture.pixels().iter().flatten().all(|c| c.is_finite()), "{mode}");
+    }
+}
+
+#[test]
+fn descriptions_at_fault_end_in_one_line() {
+    let dir = scene(KEYS);
+    let damaged: &[(&str, &str)] = &[
+        (
+            r#","keys":[{"translation":[1e308,0,0]},{"time":1,"translation":[-1e308,0,0]}]"#,
+            "a translation of at most 1e15",
+        ),
+        (r#","keys":[{"time":-1e308},{"time":1e308}]"#, "a time of at most 1e15 seconds"),
+        (r#","keys":[{"scale":1e-300}]"#, "a scale from 1e-15 to 1e15"),
+        (r#","keys":[{"scale":0}]"#, "a positive scale"),
+        (r#","keys":[{"time":1},{"time":0}]"#, "times that rise, found 0 after 1"),
+        (r#","keys":[{"rotation":[0,0,0,2]}]"#, "unit quaternion"),
+        (r#","keys":[{"translation":[0,0]}]"#, "entities[0].keys[0].translation"),
+        (r#","field":"none.safetensors""#, "none.safetensors"),
+        (r#","field":"t.obj""#, "t.obj"),
+        (r#","spheres":"../t.obj""#, "outside of its folder"),
+        (r#","colour":1"#, "unknown field `colour`"),
+        (r#","mesh":"ground.obj""#, "duplicate field `mesh`"),
+    ];
+    for (members, expected) in damaged {
+        describe(&dir, members);
+        for time in ["0", "1.7e308"] {
+            let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --time {time} --quiet -o x.png")).error();
+            assert!(error.contains(expected) && !error.contains("a fault of this program"), "{members}: {error}");
+        }
+    }
+    for text in [
+        "",
+        "{",
+        "[]",
+        "{\"format\":\"lobe-scene\",\"version\":1}",
+        "{\"format\":\"lobe-scene\",\"version\":9,\"still\":\"ground.obj\"}",
+    ] {
+        dir.file("s.json", text);
+        let error = dir.lobe(&format!("render s.json {VIEW} --mode truth --quiet -o x.png")).error();
+        assert!(error.starts_with("s.json: expected "), "{text}: {error}");
+    }
+}
+
+#[test]
+fn what_is_baked_of_parts_is_held_against_the_limit_of_memory() {
+    let dir = scene(KEYS);
+    let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --max-memory 0.00002 --quiet -o x.png")).error();
+    assert!(error.starts_with("what is baked of the parts takes up to "), "{error}");
+    assert!(error.ends_with("ask for a lower --order, or raise the limit with --max-memory"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn bakes_of_parts_that_were_stopped_go_on_with_the_same_command() {
+    let dir = scene(KEYS);
+    // More work each time it was done before it could be stopped.
+    for samples in [1 << 10, 1 << 13, 1 << 16, 1 << 19] {
+        let args = format!(
+            "render s.json --env bundled:sunset --size 16x12 --mode fields --bake-samples {samples} --quiet -o out.exr"
+        );
+        let Some(output) = stopped(&dir, started(&dir, &args), "out.exr.checkpoint.field-1") else {
+            std::fs::remove_file(dir.path("out.exr")).unwrap();
+            continue;
+        };
+        let line = line(output);
+        assert!(line.contains("the same command "), "{line}");
+        assert!(dir.names().contains(&"out.exr.checkpoint.transfer-0".to_owned()), "{:?}", dir.names());
+        dir.lobe(&args).stdout();
+        assert_eq!(dir.names(), ["ground.obj", "out.exr", "s.json", "t.obj"], "files at the end");
+        dir.lobe(&args.replace("out.exr", "whole.exr")).stdout();
+        assert!(dir.bytes("out.exr") == dir.bytes("whole.exr"), "the same bytes as without a stop");
+        return;
+    }
+    panic!("the bakes were done before they could be stopped");
+}

@@ -1,0 +1,212 @@
+//! The light that reaches a part of a moving scene: that of the sky, past what other parts hide.
+
+use std::f32::consts::FRAC_1_PI;
+
+use lobe_prt::Transfer;
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, RotationMatrices, ShVec, product_into};
+use lobe_shadow::{
+    LogTable, Occluder, PlacedField, Placement, ShadowFields, ShadowReceivers, SkyLight, SphereReceivers,
+    SphereShadows, relative_placement,
+};
+use rayon::prelude::*;
+
+use crate::moving::moment::{PlacedPart, Surface};
+use crate::moving::moving_part::HidesBy;
+use crate::{Moment, MovingMethod, MovingOptions, MovingPart, RenderError, VisibilityGrid};
+
+/// What hides the sky from a part, in the frame of its surface.
+pub(crate) struct Hiding<'a> {
+    fields: Vec<PlacedField<'a>>,
+    grids: Vec<&'a VisibilityGrid>,
+    spheres: Vec<Occluder>,
+    /// The albedo of each sphere, dimmed by what stands still.
+    albedos: Vec<Rgb<f32>>,
+}
+
+impl<'a> Hiding<'a> {
+    /// All parts but the receiver, and that one too if it is deformed.
+    pub(crate) fn of(
+        moment: &'a Moment<'_>,
+        receiver: usize,
+        method: MovingMethod,
+        order: usize,
+        light: &ShVec<Rgb<f64>>,
+    ) -> Self {
+        let parts = || moment.parts().iter().zip(&moment.placed).enumerate();
+        let is_moving = !matches!(moment.parts()[receiver].motion, crate::Motion::Still);
+        let frame = &moment.placed[receiver].surface.frame;
+        let grid = |(_, (part, _)): (usize, (&'a MovingPart, &PlacedPart))| match part.hides_by(method) {
+            Some(HidesBy::Grid(grid)) => Some(grid),
+            _ => None,
+        };
+        let grids: Vec<_> = parts().filter_map(grid).collect();
+        let mut hiding = Self { fields: Vec::new(), grids: Vec::new(), spheres: Vec::new(), albedos: Vec::new() };
+        for (index, (part, placed)) in parts() {
+            if index == receiver && part.is_rigid() {
+                continue;
+            }
+            match part.hides_by(method) {
+                Some(HidesBy::Field(field)) => {
+                    hiding.fields.push(PlacedField { field, placement: relative_placement(&placed.placement, frame) });
+                }
+                Some(HidesBy::Spheres) => {
+                    let mean = || vec![placed.surface.mean_albedo(); placed.spheres.len()];
+                    let known = Some(&part.sphere_albedos).filter(|albedos| albedos.len() == placed.spheres.len());
+                    let albedos = known.cloned().unwrap_or_else(mean);
+                    for (sphere, albedo) in placed.spheres.iter().zip(albedos) {
+                        let center = frame.to_own(sphere.center).map(|c| c as f32);
+                        hiding.spheres.push(Occluder::new(center, (sphere.radius / frame.scale()) as f32));
+                        hiding.albedos.push(dimmed(albedo, &grids, sphere.center, order, light));
+                    }
+                }
+                // A grid is known where parts move.
+                Some(HidesBy::Grid(grid)) if is_moving => hiding.grids.push(grid),
+                Some(HidesBy::Grid(_)) | None => {}
+            }
+        }
+        hiding
+    }
+}
+
+/// The albedo times the part of the light of the sky that what stands still leaves at a point.
+fn dimmed(
+    albedo: Rgb<f32>,
+    grids: &[&VisibilityGrid],
+    point: [f64; 3],
+    order: usize,
+    light: &ShVec<Rgb<f64>>,
+) -> Rgb<f32> {
+    let all = (4.0 * std::f64::consts::PI).sqrt();
+    let mut visible = vec![0.0; order * order];
+    let mut out = albedo.to_array();
+    for grid in grids {
+        grid.visibility_into(point, &mut visible);
+        for (c, out) in out.iter_mut().enumerate() {
+            let of_sky = light[0].to_array()[c] * all;
+            let there: f64 =
+                light.coefficients().iter().zip(&visible).map(|(l, v)| l.to_array()[c] * f64::from(*v)).sum();
+            *out *= if of_sky > 0.0 { (there / of_sky).clamp(0.0, 1.0) as f32 } else { 0.0 };
+        }
+    }
+    Rgb::from(out)
+}
+
+/// The light that is left for receivers of one part, in their frame.
+pub(crate) struct PartLight<'a> {
+    options: &'a MovingOptions,
+    grids: Vec<&'a VisibilityGrid>,
+    albedos: Vec<Rgb<f32>>,
+    /// None without spheres.
+    shadows: Option<SphereShadows<'a>>,
+    fields: ShadowFields<'a>,
+    /// The frame, and from the directions of the world to its own.
+    frame: Placement,
+    turn: RotationMatrices<f32>,
+    light: ShVec<Rgb<f64>>,
+    sky: SkyLight,
+}
+
+impl<'a> PartLight<'a> {
+    pub(crate) fn new(
+        options: &'a MovingOptions,
+        table: &'a LogTable,
+        hiding: Hiding<'a>,
+        frame: &Placement,
+        light: &ShVec<Rgb<f64>>,
+    ) -> Result<Self, RenderError> {
+        let to_own = frame.rotation().inverse();
+        let light = to_own.rotated(light);
+        let Hiding { fields, grids, spheres, albedos } = hiding;
+        let shadows =
+            (!spheres.is_empty()).then(|| SphereShadows::new(table, &spheres, &options.spheres)).transpose()?;
+        Ok(Self {
+            options,
+            grids,
+            albedos,
+            shadows,
+            fields: ShadowFields::new(options.order, &fields, options.fields.clone())?,
+            frame: *frame,
+            turn: RotationMatrices::new(&to_own, options.order),
+            sky: SkyLight::new(&light.map(Rgb::narrow), options.order)?,
+            light,
+        })
+    }
+
+    /// By the transfer of receivers from their own part. White receivers get what spheres send on as it is.
+    pub(crate) fn by_transfer(
+        &self,
+        surface: &Surface,
+        transfer: &Transfer,
+        is_white: bool,
+    ) -> Result<Vec<Rgb<f32>>, RenderError> {
+        let seen = self.seen(surface)?;
+        let mut receivers = ShadowReceivers::new(&surface.positions, &surface.normals)?;
+        if let Some(seen) = &seen {
+            receivers = receivers.with_own_visibility(self.options.order, seen)?;
+        }
+        let mut out = self.fields.shade_transfer(&receivers, transfer, self.light.coefficients())?;
+        for ((out, more), albedo) in out.iter_mut().zip(self.sent_on(surface)?).zip(&surface.albedos) {
+            *out += if is_white { more } else { tinted(more, *albedo) };
+        }
+        Ok(out)
+    }
+
+    /// By the clamped cosine about the normals of white receivers.
+    pub(crate) fn by_cosine(&self, surface: &Surface) -> Result<Vec<Rgb<f32>>, RenderError> {
+        let n = self.options.order * self.options.order;
+        let receivers = ShadowReceivers::new(&surface.positions, &surface.normals)?;
+        let seen = match self.seen(surface)? {
+            Some(seen) => self.fields.visibility(&receivers.with_own_visibility(self.options.order, &seen)?)?,
+            None => self.fields.visibility(&receivers)?,
+        };
+        let rows = seen.chunks_exact(n).zip(&surface.normals);
+        let mut out: Vec<Rgb<f32>> =
+            rows.map(|(visibility, normal)| self.sky.irradiance(*normal, visibility).scale(FRAC_1_PI)).collect();
+        out.iter_mut().zip(self.sent_on(surface)?).for_each(|(out, more)| *out += more);
+        Ok(out)
+    }
+
+    /// What spheres and what stands still leave of the sky at each receiver, `order²` numbers each; none if there is neither.
+    fn seen(&self, surface: &Surface) -> Result<Option<Vec<f32>>, RenderError> {
+        let mut seen = match &self.shadows {
+            Some(shadows) => Some(shadows.visibility(&SphereReceivers::new(&surface.positions, &surface.normals)?)),
+            None => None,
+        };
+        let n = self.options.order * self.options.order;
+        for grid in &self.grids {
+            let mut found = vec![0.0; surface.positions.len() * n];
+            found.par_chunks_exact_mut(n).zip(&surface.positions).for_each_init(
+                || vec![0.0; n],
+                |in_world, (out, position)| {
+                    grid.visibility_into(self.frame.to_world(position.map(f64::from)), in_world);
+                    self.turn.apply_into(in_world, out);
+                },
+            );
+            if let Some(before) = &seen {
+                found.par_chunks_exact_mut(n).zip(before.par_chunks_exact(n)).for_each_init(
+                    || vec![0.0; n],
+                    |product, (out, before)| {
+                        product_into(&*out, before, product);
+                        out.copy_from_slice(product);
+                    },
+                );
+            }
+            seen = Some(found);
+        }
+        Ok(seen)
+    }
+
+    /// What spheres send on to white receivers; nothing unless that is asked for.
+    fn sent_on(&self, surface: &Surface) -> Result<Vec<Rgb<f32>>, RenderError> {
+        let Some(shadows) = self.shadows.as_ref().filter(|_| self.options.bounce) else { return Ok(Vec::new()) };
+        let receivers = SphereReceivers::new(&surface.positions, &surface.normals)?;
+        let bounce = shadows.bounce(&self.sky, &self.albedos)?;
+        let with = shadows.irradiance_with_bounce(&receivers, &self.sky, &bounce)?;
+        let without = shadows.irradiance(&receivers, &self.sky)?;
+        Ok(with.iter().zip(&without).map(|(with, without)| (*with - *without).scale(FRAC_1_PI)).collect())
+    }
+}
+
+pub(crate) fn tinted(light: Rgb<f32>, [r, g, b]: [f32; 3]) -> Rgb<f32> {
+    Rgb::new(light.r * r, light.g * g, light.b * b)
+}

@@ -1,0 +1,207 @@
+//! Reading moving scenes from descriptions and the files that they name.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lobe_prt::{AlbedoMode, BakedOrScene, read_baked_or_scene};
+use lobe_scene::{AnimatedScene, Scene, SceneReadOptions, SceneReadReport, built_in, read_scene};
+use lobe_shadow::{EntityDescription, SceneDescription, SphereSet, StillDescription, read_field, read_spheres};
+
+use crate::{Motion, MovingPart, MovingScene, RenderError};
+
+/// Bytes of a vertex and of a triangle of a scene, as files are counted when they are read.
+const VERTEX: u64 = 64;
+const TRIANGLE: u64 = 320;
+
+impl MovingScene {
+    /// Reads a [description](SceneDescription) and the files that it names. Of baked .glb files the transfer is read too. With
+    /// the scene come the files of triangles and the reports on them. All of them together are held against
+    /// [`SceneReadOptions::max_bytes`].
+    ///
+    /// What stands still is one part, but for what is baked or has a field: that is a part by itself, which hides the sky
+    /// from other still parts by its field alone.
+    ///
+    /// # Errors
+    /// [`RenderError::Shadow`], [`RenderError::Prt`] and [`RenderError::Scene`] with those of the readers;
+    /// [`RenderError::Invalid`] if a field or spheres are not of the part that they are named for, or a baked file cannot have what
+    /// the options ask for.
+    pub fn read(
+        path: impl AsRef<Path>,
+        options: &SceneReadOptions,
+    ) -> Result<(Self, Vec<(PathBuf, SceneReadReport)>), RenderError> {
+        let description = SceneDescription::read(path, options.allow_outside)?;
+        let mut reader = Reader { options: options.clone(), reports: Vec::new() };
+        let mut moving = Self::without_parts();
+        let mut plain: Vec<Scene> = Vec::new();
+        for StillDescription { mesh, field, .. } in &description.still {
+            let name = mesh.file_stem().unwrap_or_default().to_string_lossy();
+            let mut part = reader.part(mesh, &name, Motion::Still)?;
+            if part.transfer.is_none() && field.is_none() {
+                plain.push(part.scene);
+                continue;
+            }
+            part.field = field.as_ref().map(|file| field_of(&part, file)).transpose()?;
+            moving.add(part);
+        }
+        match plain.len() {
+            0 => {}
+            1 => plain.into_iter().for_each(|scene| moving.add(MovingPart::new("still", scene, Motion::Still))),
+            _ => moving.add(MovingPart::new("still", Scene::joined(plain)?, Motion::Still)),
+        }
+        for entity in description.entities {
+            match &entity.animation {
+                Some(animation) => {
+                    let animated = reader.animated(&entity, animation)?;
+                    moving.add_animated(&entity.name, animated, entity.track)?;
+                }
+                None => moving.add(reader.rigid(entity)?),
+            }
+        }
+        Ok((moving, reader.reports))
+    }
+}
+
+/// The reading of files one after the other, with the memory that is left.
+struct Reader {
+    options: SceneReadOptions,
+    reports: Vec<(PathBuf, SceneReadReport)>,
+}
+
+impl Reader {
+    /// A part that moves as a whole, with what it brings along.
+    fn rigid(&mut self, entity: EntityDescription) -> Result<MovingPart, RenderError> {
+        let mut part = self.part(&entity.mesh, &entity.name, Motion::Track(entity.track))?;
+        part.field = entity.field.as_ref().map(|file| field_of(&part, file)).transpose()?;
+        if let Some(file) = &entity.spheres {
+            let spheres = read_spheres(file)?;
+            expect_near(&part, file, &spheres)?;
+            part.spheres = Some(Arc::new(spheres));
+        }
+        Ok(part)
+    }
+
+    /// A glTF file with one of its animations, and whether that begins anew.
+    fn animated(
+        &mut self,
+        entity: &EntityDescription,
+        animation: &str,
+    ) -> Result<(AnimatedScene, usize, bool), RenderError> {
+        let file = &entity.mesh;
+        if entity.field.is_some() || entity.spheres.is_some() {
+            let message =
+                "is animated: a field and spheres of the parts that it moves are made, none can be named for it";
+            return Err(RenderError::invalid(file, message));
+        }
+        let made = file.display().to_string().strip_prefix("built-in:").and_then(built_in::moving);
+        let scene = match made {
+            Some(scene) => scene,
+            None => {
+                let (scene, report) = AnimatedScene::read(file, &self.options)?;
+                self.reports.push((file.clone(), report));
+                scene
+            }
+        };
+        self.count(scene.rest(), 0);
+        let animation = scene.animation(animation)?;
+        Ok((scene, animation, entity.is_looped))
+    }
+
+    /// Reads the triangles of a part, and their transfer if the file is baked.
+    fn part(&mut self, file: &Path, name: &str, motion: Motion) -> Result<MovingPart, RenderError> {
+        let part = self.read(file, name, motion)?;
+        self.count(&part.scene, part.transfer.as_ref().map_or(0, |transfer| size_of_val(transfer.coefficients())));
+        Ok(part)
+    }
+
+    /// Takes the bytes of a scene and of its transfer from those that are left.
+    fn count(&mut self, scene: &Scene, transfer: usize) {
+        let (vertices, triangles) = (scene.vertex_count() as u64, scene.triangle_count() as u64);
+        let texels: usize = scene.textures().iter().map(|texture| texture.texels().len()).sum();
+        let taken = VERTEX * vertices + TRIANGLE * triangles + (4 * texels + transfer) as u64;
+        self.options.max_bytes = self.options.max_bytes.saturating_sub(taken);
+    }
+
+    fn read(&mut self, file: &Path, name: &str, motion: Motion) -> Result<MovingPart, RenderError> {
+        if let Some(known) = file.display().to_string().strip_prefix("built-in:") {
+            let scene = built_in::named(known).ok_or_else(|| {
+                RenderError::invalid(file, format!("there is no such scene; there are {}", built_in::NAMES.join(", ")))
+            })?;
+            return Ok(MovingPart::new(name, scene, motion));
+        }
+        let is_gltf = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
+        let read = match is_gltf {
+            true => read_baked_or_scene(file, &self.options)?,
+            false => read_scene(file, &self.options).map(|(scene, report)| BakedOrScene::Scene(scene, report))?,
+        };
+        let (part, report) = match read {
+            BakedOrScene::Baked(_) if self.options.straight_through => {
+                let message = "is baked, with or without light straight through it; bake its scene with --transparency";
+                return Err(RenderError::invalid(file, message));
+            }
+            BakedOrScene::Baked(baked) => {
+                // Light goes where it went in the bake.
+                let scene = baked.scene.with_straight_through(baked.recipe.straight_through == Some(true));
+                let is_demodulated = baked.recipe.bake_options().albedo == AlbedoMode::None;
+                let part = MovingPart::new(name, scene, motion);
+                (MovingPart { transfer: Some(Arc::new(baked.transfer)), is_demodulated, ..part }, baked.report)
+            }
+            BakedOrScene::Scene(scene, report) => (MovingPart::new(name, scene, motion), report),
+        };
+        self.reports.push((file.to_path_buf(), report));
+        Ok(part)
+    }
+}
+
+/// A field from a file, which must be about the part.
+fn field_of(part: &MovingPart, file: &Path) -> Result<Arc<lobe_shadow::OcclusionField>, RenderError> {
+    let field = read_field(file)?;
+    let (grid, [min, max]) = (field.grid(), part.scene.world_bounds());
+    let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
+    let off: [f64; 3] = std::array::from_fn(|k| grid.center()[k] - 0.5 * (min[k] + max[k]));
+    let [reach, off] = [half, off].map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt());
+    // Its sphere is about the box, and no larger than that of the box.
+    let is_of_part =
+        off <= ABOUT * reach && grid.radius() <= (1.0 + ABOUT) * reach && (1.0 + ABOUT) * grid.radius() >= widest(half);
+    match is_of_part {
+        true => Ok(Arc::new(field)),
+        false => Err(RenderError::invalid(
+            file,
+            format!(
+                "expected the field of `{}`, around {:?} with a radius of about {reach:.4}, found one around {:?} with {:.4}; \
+                 bake it from that mesh",
+                part.name,
+                std::array::from_fn::<f64, 3, _>(|k| 0.5 * (min[k] + max[k])),
+                grid.center(),
+                grid.radius()
+            ),
+        )),
+    }
+}
+
+/// How far what belongs to a mesh may be from it, as a part of its size: rounding, and a mesh that was split or simplified.
+const ABOUT: f64 = 0.05;
+
+fn widest(half: [f64; 3]) -> f64 {
+    half.iter().fold(0.0, |a, b| a.max(*b))
+}
+
+/// Refuses spheres of a file that are not about a part: none may have its center farther from the middle of the part's box than
+/// the corners.
+fn expect_near(part: &MovingPart, file: &Path, spheres: &SphereSet) -> Result<(), RenderError> {
+    let bounds = part.scene.bounds();
+    let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(bounds.min[k]) + f64::from(bounds.max[k])));
+    let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(bounds.max[k]) - f64::from(bounds.min[k])));
+    let reach = (1.0 + ABOUT) * half.iter().map(|c| c * c).sum::<f64>().sqrt();
+    for (k, (center, radius)) in spheres.centers().iter().zip(spheres.radii()).enumerate() {
+        let off = (0..3).map(|i| (f64::from(center[i]) - middle[i]).powi(2)).sum::<f64>().sqrt();
+        if off > reach || f64::from(*radius) > 2.0 * reach {
+            let message = format!(
+                "expected spheres of `{}`, within {reach:.4} of {middle:?}, found number {k} at {center:?} with the radius {radius}; \
+                 fit them to that mesh",
+                part.name
+            );
+            return Err(RenderError::invalid(file, message));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,278 @@
+//! What parts of a moving scene hide, reflect and share: against bakes of the whole, and what the bakes themselves promise.
+
+use std::ops::ControlFlow;
+
+use lobe_env::{bundled, project_env};
+use lobe_io::{Job, Progress};
+use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, Receivers, bake};
+use lobe_render::{
+    Camera, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
+    PartBakeKind, View, ViewOptions, VisibilityGridOptions, light_moving_scene,
+};
+use lobe_scene::{Bvh, Mesh, MeshParts, Scene, SceneReadOptions, built_in};
+use lobe_sh::{Expansion as _, Rgb, Rotation, ShVec};
+use lobe_shadow::{FieldOptions, Key, LogTable, LogTableOptions, Placement, SphereFitOptions, SphereSet, Track};
+
+const ORDER: usize = 4;
+
+fn sky() -> ShVec<Rgb<f64>> {
+    project_env(&bundled::sunset().map(), ORDER)
+}
+
+fn options() -> MovingBakeOptions {
+    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(256);
+    let field = FieldOptions::default().order(ORDER).spheres(6).cells(6).rays(128);
+    let spheres = SphereFitOptions::default().count(4).samples(400).rounds(3);
+    let visibility = VisibilityGridOptions::default().order(ORDER).points(216).rays(256);
+    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).visibility(visibility)
+}
+
+fn shading(method: MovingMethod) -> MovingShading {
+    MovingShading::new(MovingOptions::default().order(ORDER).method(method)).unwrap()
+}
+
+fn off(found: &[Rgb<f32>], expected: &[Rgb<f32>]) -> f64 {
+    let numbers = |of: &[Rgb<f32>]| -> Vec<f64> { of.iter().flat_map(|c| c.to_array()).map(f64::from).collect() };
+    let (found, expected) = (numbers(found), numbers(expected));
+    let square: f64 = found.iter().zip(&expected).map(|(a, b)| (a - b).powi(2)).sum();
+    (square / expected.iter().map(|b| b * b).sum::<f64>()).sqrt()
+}
+
+/// A ball of radius `scale` about the origin of its track, which begins at `from` and ends at `to`.
+fn ball(from: [f64; 3], to: [f64; 3], scale: f64) -> MovingPart {
+    let scene = built_in::ball_over_ground(16).part([1]).unwrap();
+    let key = |time: f64, [x, y, z]: [f64; 3]| Key {
+        time,
+        placement: Placement::new([x, y, z - 1.5 * scale], Rotation::IDENTITY, scale),
+    };
+    MovingPart::new("ball", scene, Motion::Track(Track::new(vec![key(0.0, from), key(2.0, to)]).unwrap()))
+}
+
+/// The exit radiance of the last part at a time, by a bake of all triangles of the moment.
+fn truth_of_last(moving: &MovingScene, time: f64) -> Vec<Rgb<f32>> {
+    let moment = moving.at(time).unwrap();
+    let receivers = Receivers::at_vertices(moment.scene()).unwrap();
+    let last = moving.parts().last().unwrap().scene.vertex_count();
+    let some: Vec<usize> = (receivers.len() - last..receivers.len()).collect();
+    let receivers = receivers.subset(&some).unwrap();
+    let options = options().transfer.samples(512);
+    let (transfer, _) = bake(moment.scene(), moment.bvh(), &receivers, &options, Job::default()).unwrap();
+    transfer.exit_radiance(sky().coefficients())
+}
+
+#[test]
+fn a_room_hides_the_sky_from_what_moves_in_it() {
+    for (name, from, to, scale) in
+        [("columns", [-1.0, 0.3, 0.8], [1.0, 0.3, 0.8], 0.3), ("cave", [-0.5, 0.0, 1.0], [0.5, 0.2, 1.2], 0.3)]
+    {
+        let room = built_in::named(name).unwrap();
+        let mut moving =
+            MovingScene::new(vec![MovingPart::new(name, room, Motion::Still), ball(from, to, scale)]).unwrap();
+        moving.bake(MovingMethod::Fields, &options(), Job::default()).unwrap();
+        let mut alone: Vec<MovingPart> = moving.parts().to_vec();
+        alone[0].visibility = None;
+        let alone = MovingScene::new(alone).unwrap();
+        for time in [0.0, 1.1] {
+            let expected = truth_of_last(&moving, time);
+            let [with, without] = [&moving, &alone].map(|scene| {
+                let lit = shading(MovingMethod::Fields).exit_radiance(&scene.at(time).unwrap(), &sky()).unwrap();
+                off(&lit[lit.len() - expected.len()..], &expected)
+            });
+            println!("{name} at {time} s: {with:.3} of {without:.3} without the room");
+            assert!(with < 0.35 * without, "{name} at {time} s: {with} with the room, {without} without");
+        }
+    }
+}
+
+#[test]
+fn spheres_send_light_on_in_every_method() {
+    for method in [MovingMethod::Fields, MovingMethod::Exponentials] {
+        let mut moving = MovingScene::animated(built_in::walking_figure(6), Some(0)).unwrap();
+        moving.bake(method, &options(), Job::default()).unwrap();
+        let moment = moving.at(0.2).unwrap();
+        let mean = |bounce: bool| {
+            let options = MovingOptions::default().order(ORDER).method(method).bounce(bounce);
+            let lit = MovingShading::new(options).unwrap().exit_radiance(&moment, &sky()).unwrap();
+            // The figure alone: the ground is the first part.
+            let figure = &lit[moving.parts()[0].scene.vertex_count()..];
+            figure.iter().map(|c| f64::from(c.g)).sum::<f64>() / figure.len() as f64
+        };
+        let (with, without) = (mean(true), mean(false));
+        assert!(with > 1.01 * without, "{method:?}: {with} with light from spheres, {without} without");
+    }
+}
+
+/// A box without its lid, open towards +z, seen from inside and outside.
+fn open_box() -> Scene {
+    let positions = (0..8).map(|c| [c & 1, c >> 1 & 1, c >> 2].map(|up| f32::from(up as u8) - 0.5)).collect();
+    let faces = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [0, 2, 3, 1]];
+    let triangles = faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let mesh = Mesh::new(MeshParts { positions, triangles, ..MeshParts::default() }).unwrap();
+    Scene::new(vec![mesh], Vec::new(), Vec::new()).unwrap().split_edges(0.3).unwrap()
+}
+
+#[test]
+fn backs_that_are_baked_are_lit_as_the_bake_of_backs() {
+    let scene = open_box();
+    let receivers = Receivers::back_of_vertices(&scene).unwrap();
+    let transfer = options().transfer.albedo(AlbedoMode::Vertex);
+    let (expected, _) = bake(&scene, &Bvh::new(&scene), &receivers, &transfer, Job::default()).unwrap();
+    let expected = expected.exit_radiance(sky().coefficients());
+    let count = scene.vertex_count();
+    let mut moving = MovingScene::new(vec![MovingPart::new("box", scene, Motion::Still)]).unwrap();
+    let backs = |moving: &MovingScene| {
+        shading(MovingMethod::Fields).exit_radiance_of_backs(&moving.at(0.0).unwrap(), &sky()).unwrap()
+    };
+    moving.bake(MovingMethod::Fields, &options(), Job::default()).unwrap();
+    let before = off(&backs(&moving), &expected);
+    // In two portions, as two views would show them.
+    for seen in [(0..count / 3).collect::<Vec<_>>(), (0..count).collect()] {
+        moving.bake_backs(&seen, &options().transfer, Job::default()).unwrap();
+    }
+    let after = off(&backs(&moving), &expected);
+    assert!(after < 1e-5 && before > 0.1, "{after} off, {before} before the box hid the sky from its inside");
+}
+
+#[test]
+fn the_albedo_of_pixels_is_that_of_vertices_where_it_is_even() {
+    let camera = Camera::framing([-3.0, -3.0, 0.0], [3.0, 3.0, 3.0], View::three_quarter(), 0.35);
+    let view = ViewOptions::default().width(40).height(30).rays(2);
+    let pictures = [AlbedoMode::Vertex, AlbedoMode::None].map(|albedo| {
+        let ground = built_in::ball_over_ground(12).part([0]).unwrap();
+        let ball = ball([-1.0, 0.0, 1.3], [1.0, 0.0, 1.3], 0.8);
+        let mut moving = MovingScene::new(vec![MovingPart::new("ground", ground, Motion::Still), ball]).unwrap();
+        let mut options = options();
+        options.transfer.albedo = albedo;
+        moving.bake(MovingMethod::Fields, &options, Job::default()).unwrap();
+        let moment = moving.at(0.7).unwrap();
+        let shading = shading(MovingMethod::Fields);
+        light_moving_scene(&moment, &shading, &sky(), &camera, &view, |_| Rgb::splat(0.0), Job::default()).unwrap()
+    });
+    let [vertex, pixel] = pictures.map(|lit| lit.picture);
+    let compared = lobe_image::compare(pixel.pixels(), vertex.pixels());
+    assert!(compared.relative_rmse < 1e-3, "{compared:?}");
+}
+
+#[test]
+fn parts_get_what_they_lack_once_for_each_shape() {
+    let place = |x: f64| ([x, 0.0, 1.0], [x, 1.0, 1.0]);
+    let some = |x: f64| ball(place(x).0, place(x).1, 0.5);
+    let mut with_spheres = some(6.0);
+    with_spheres.spheres = Some(SphereSet::new(vec![[0.0, 0.0, 1.5]], vec![1.0]).unwrap().into());
+    let sheet = built_in::ball_over_ground(4).part([0]).unwrap();
+    let sheet = MovingPart::new("sheet", sheet, some(9.0).motion);
+    let ground = MovingPart::new("ground", built_in::named("terrain").unwrap(), Motion::Still);
+    let mut moving = MovingScene::new(vec![ground, some(0.0), some(3.0), with_spheres, sheet]).unwrap();
+    let bakes = |moving: &MovingScene, method: MovingMethod| -> Vec<(PartBakeKind, Vec<usize>)> {
+        moving.lacking(method, &options()).into_iter().map(|bake| (bake.kind, bake.parts)).collect()
+    };
+    use PartBakeKind::{Field, Spheres, Transfer, Visibility};
+    let transfers = [(Transfer, vec![0]), (Visibility, vec![0]), (Transfer, vec![1, 2, 3])];
+    let fields = [transfers.to_vec(), vec![(Field, vec![1, 2]), (Transfer, vec![4]), (Field, vec![4])]].concat();
+    assert_eq!(bakes(&moving, MovingMethod::Fields), fields, "spheres that are there hide the sky by fields, too");
+    let spheres = [transfers.to_vec(), vec![(Spheres, vec![1, 2]), (Transfer, vec![4]), (Field, vec![4])]].concat();
+    assert_eq!(bakes(&moving, MovingMethod::Exponentials), spheres, "a sheet has no volume for spheres");
+    moving.bake(MovingMethod::Fields, &options(), Job::default()).unwrap();
+    assert_eq!(bakes(&moving, MovingMethod::Fields), [], "nothing is left");
+    assert_eq!(moving.hides_nothing(MovingMethod::Fields).count(), 0, "all hide something");
+    assert_eq!(moving.order(), Some(ORDER), "the bands of all");
+    let refusal = moving.expect_order(ORDER + 1).unwrap_err().to_string();
+    assert!(refusal.starts_with("`ground`: expected its transfer to have 5 bands at least, found 4"), "{refusal}");
+}
+
+#[test]
+fn a_bake_that_was_stopped_goes_on_to_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = || {
+        let ground = MovingPart::new("ground", built_in::ball_over_ground(8).part([0]).unwrap(), Motion::Still);
+        MovingScene::new(vec![ground, ball([-1.0, 0.0, 1.3], [1.0, 0.0, 1.3], 0.8)]).unwrap()
+    };
+    let lit =
+        |moving: &MovingScene| shading(MovingMethod::Fields).exit_radiance(&moving.at(0.5).unwrap(), &sky()).unwrap();
+    let mut whole = scene();
+    whole.bake(MovingMethod::Fields, &options(), Job::default()).unwrap();
+    let mut reports = 0;
+    let mut stop = |_: &Progress| {
+        reports += 1;
+        if reports > 6 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let path = folder.path().join("bakes");
+    let mut moving = scene();
+    let stopped = moving.bake(MovingMethod::Fields, &options(), Job::default().watched_by(&mut stop).kept_in(&path));
+    assert!(stopped.is_err(), "the watch said to stop");
+    let mut resumed = 0;
+    let mut watch = |progress: &Progress| {
+        resumed = resumed.max(progress.resumed);
+        ControlFlow::Continue(())
+    };
+    let mut moving = scene();
+    moving.bake(MovingMethod::Fields, &options(), Job::default().watched_by(&mut watch).kept_in(&path)).unwrap();
+    assert!(resumed > 0, "what was done was taken up");
+    assert_eq!(lit(&moving), lit(&whole), "the same numbers as without a stop");
+}
+
+#[test]
+fn a_scene_that_is_looped_begins_anew_at_its_end() {
+    let moving = MovingScene::new(vec![ball([0.0, 0.0, 1.0], [4.0, 0.0, 1.0], 1.0)]).unwrap();
+    let middle = |moving: &MovingScene, time: f64| {
+        let [min, max] = moving.world_bounds(time).unwrap();
+        let of_moment = moving.at(time).unwrap().scene().world_bounds();
+        assert!((min[0] - of_moment[0][0]).abs() < 1e-5, "{min:?} against {of_moment:?} at {time} s");
+        0.5 * (min[0] + max[0])
+    };
+    let at = [-0.5, 0.5, 1.9, 2.5, 4.5];
+    let rests = at.map(|time| middle(&moving, time));
+    let looped = moving.clone().looped(true);
+    let begins = at.map(|time| middle(&looped, time));
+    for (found, expected) in [(rests, [0.0, 1.0, 3.8, 4.0, 4.0]), (begins, [3.0, 1.0, 3.8, 1.0, 1.0])] {
+        let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-5, "{found:?}, expected {expected:?}");
+    }
+}
+
+#[test]
+fn a_table_of_another_order_is_refused() {
+    let table = LogTable::new(&LogTableOptions::default().order(3)).unwrap();
+    let error = MovingShading::with_table(MovingOptions::default().order(4), table).unwrap_err().to_string();
+    assert_eq!(error, "expected a table of order 4, found 3", "said");
+}
+
+#[test]
+fn an_animated_entity_is_carried_along_its_track_as_a_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    let describe = |keys: &str| {
+        let text = format!(
+            r#"{{"format":"lobe-scene","version":1,"entities":[{{"name":"walker","mesh":"built-in:walking-figure","animation":"0",
+                "keys":[{keys}]}}]}}"#
+        );
+        std::fs::write(&path, text).unwrap();
+        MovingScene::read(&path, &SceneReadOptions::default()).unwrap().0
+    };
+    let whole = MovingScene::animated(built_in::moving("walking-figure").unwrap(), Some(0)).unwrap();
+    let mut still = describe("{}");
+    let mut carried =
+        describe(r#"{"translation":[5,0,1],"rotation":[0,0,0.70710678118654752,0.70710678118654752],"scale":2}"#);
+    assert_eq!(still.span(), whole.span(), "of the animation");
+    let (vertices, time) = (whole.at(0.0).unwrap().scene().vertex_count(), 0.3);
+    // What the place carries is where the map takes it, and turned against the sky.
+    let place = |[x, y, z]: [f64; 3]| [5.0 - 2.0 * y, 2.0 * x, 1.0 + 2.0 * z];
+    let positions = |moving: &MovingScene| -> Vec<[f64; 3]> {
+        let moment = moving.at(time).unwrap();
+        let origin = moment.scene().origin();
+        let all = moment.scene().meshes().iter().flat_map(|mesh| mesh.positions().to_vec());
+        all.map(|p| std::array::from_fn(|k| f64::from(p[k]) + origin[k])).collect()
+    };
+    assert_eq!(positions(&whole).len(), vertices, "all vertices");
+    for (found, expected) in positions(&carried).iter().zip(positions(&still)) {
+        let off = found.iter().zip(place(expected)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-4, "{expected:?} went to {found:?}");
+    }
+    let turn = Rotation::from_axis_angle(lobe_sh::Dir::Z, 0.5 * std::f64::consts::PI);
+    let lit = |moving: &mut MovingScene, light: &ShVec<Rgb<f64>>| {
+        moving.bake(MovingMethod::Exponentials, &options(), Job::default()).unwrap();
+        shading(MovingMethod::Exponentials).exit_radiance(&moving.at(time).unwrap(), light).unwrap()
+    };
+    let off = off(&lit(&mut carried, &turn.rotated(&sky())), &lit(&mut still, &sky()));
+    assert!(off < 1e-3, "{off}");
+}
