@@ -10,7 +10,7 @@ use crate::bake::{compress, fit_lobes, options};
 use crate::render::render;
 use crate::run::failure::Failure;
 use crate::run::talk::Talk;
-use crate::shadow::{field, spheres};
+use crate::shadow::{field, lamp, spheres};
 use crate::{compare, demo, env, light, manual, project, sh};
 
 /// More threads than any machine has. A larger number is taken for a typing error.
@@ -72,6 +72,8 @@ enum Command {
     FitLobes(fit_lobes::FitLobes),
     /// Bake what an entity that moves does to the light around it
     Field(field::Field),
+    /// Write the light that a lamp sends to every point around it
+    Lamp(lamp::LampCommand),
     /// Fit few spheres to a mesh, for the shadows of what moves
     Spheres(spheres::Spheres),
     /// Write the table of the logarithms of spheres, which shadows by exponentials look up
@@ -216,6 +218,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Compress(args) => args.run(talk)?,
         Command::FitLobes(args) => args.run(talk)?,
         Command::Field(args) => args.run(talk)?,
+        Command::Lamp(args) => args.run(talk)?,
         Command::Spheres(args) => args.run(talk)?,
         Command::SphereTable(args) => args.run()?,
         Command::Sh(ShCommand::Info(args)) => args.run()?,
