@@ -10,7 +10,7 @@ use crate::bake::{compress, fit_lobes, options};
 use crate::render::render;
 use crate::run::failure::Failure;
 use crate::run::talk::Talk;
-use crate::shadow::{field, spheres};
+use crate::shadow::{field, lamp, spheres};
 use crate::{compare, demo, env, light, manual, project, sh};
 
 /// More threads than any machine has. A larger number is taken for a typing error.
@@ -72,6 +72,8 @@ enum Command {
     FitLobes(fit_lobes::FitLobes),
     /// Bake how much of the sky an object hides from points around it, so that its shadow can follow it
     Field(field::Field),
+    /// Write the light that a lamp sends to every point around it
+    Lamp(lamp::LampCommand),
     /// Fit few spheres to an object, so that its shadow can follow it; table: what spheres need
     Spheres(spheres::SpheresCommand),
     /// Work on expansions in .sh.json files
@@ -214,6 +216,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Compress(args) => args.run(talk)?,
         Command::FitLobes(args) => args.run(talk)?,
         Command::Field(args) => args.run(talk)?,
+        Command::Lamp(args) => args.run(talk)?,
         Command::Spheres(args) => args.run(talk)?,
         Command::Sh(ShCommand::Info(args)) => args.run()?,
         Command::Sh(ShCommand::Eval(args)) => args.run()?,

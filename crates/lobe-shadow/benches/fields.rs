@@ -177,12 +177,12 @@ fn benches(c: &mut Criterion) {
 }
 
 /// The least of a few times, taken in turns so that other work on the machine meets both alike.
-fn ratios() {
+fn ratios(orders: &[usize]) {
     println!(
         "\n| order | entities | receivers | plain, µs a receiver | plain / fields, none left out | plain / fields |"
     );
     println!("|---|---|---|---|---|---|");
-    for order in ORDERS {
+    for &order in orders {
         for (entities, receivers) in [(8, RECEIVERS), (32, RECEIVERS), (32, 1024)] {
             let workload = Workload::new(order, entities);
             let plain = Plain::new(&workload);
@@ -211,15 +211,20 @@ fn ratios() {
 }
 
 fn main() {
+    // An order as the first argument prints its ratios alone.
+    let order = std::env::args().nth(1).and_then(|order| order.parse().ok());
+    if rayon::ThreadPoolBuilder::new().num_threads(1).build_global().is_err() {
+        return;
+    }
+    if let Some(order) = order {
+        return ratios(&[order]);
+    }
+    ratios(&ORDERS);
     let mut c = Criterion::default()
         .sample_size(10)
         .warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(1))
         .configure_from_args();
-    if rayon::ThreadPoolBuilder::new().num_threads(1).build_global().is_err() {
-        return;
-    }
-    ratios();
     benches(&mut c);
     c.final_summary();
 }

@@ -12,7 +12,7 @@
 //! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`FieldOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
 //! | visibility of an entity's own surface | [`bake_visibility`] |
-//! | lamps near by | [`RadianceField`], [`PatchField`], [`Rectangle`] |
+//! | lamps near by | [`RadianceField`], [`PatchField`], [`Rectangle`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
 //! | entities together, and shading | [`ShadowFields`], [`PlacedField`], [`LocalLight`], [`ShadowReceivers`] |
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`]; hierarchies of them [`SphereHierarchy`] |
 //! | spheres that follow joints | [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
@@ -29,7 +29,9 @@ mod description;
 mod error;
 mod field;
 mod placement;
+mod receivers;
 mod spheres;
+mod tensors;
 mod track;
 
 pub use accumulate::batch_exponential::BatchExponential;
@@ -46,11 +48,13 @@ pub use field::bake_field::{FieldOptions, FieldReport, VisibilityOptions, bake_f
 pub use field::field_file::{read_field, read_field_bytes, write_field};
 pub use field::field_grid::{FieldGrid, RadialInterpolation};
 pub use field::field_storage::{FieldStorage, StorageReport};
+pub use field::lamp::{Lamp, LampSequence};
+pub use field::lamp_file::{read_lamp, read_lamp_bytes, write_lamp};
 pub use field::occlusion_field::OcclusionField;
 pub use field::radiance_field::{PatchField, RadianceField, RadianceOptions, Rectangle};
 pub use field::shadow_fields::{LocalLight, PlacedField, ShadowFieldOptions, ShadowFields, relative_placement};
-pub use field::shadow_receivers::ShadowReceivers;
 pub use placement::Placement;
+pub use receivers::ShadowReceivers;
 pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};
 pub use spheres::pose::{SkinnedMesh, WorldSphere};
 pub use spheres::skin::Skin;

@@ -74,15 +74,15 @@ enum Storage {
     Clustered,
 }
 
-fn order(text: &str) -> Result<usize, String> {
+pub(crate) fn order(text: &str) -> Result<usize, String> {
     values::whole(text, 1, 8, "an order (number of bands)")
 }
 
-fn spheres(text: &str) -> Result<usize, String> {
+pub(crate) fn spheres(text: &str) -> Result<usize, String> {
     values::whole(text, 2, MAX_SPHERES, "a number of spheres")
 }
 
-fn cells(text: &str) -> Result<usize, String> {
+pub(crate) fn cells(text: &str) -> Result<usize, String> {
     match values::whole(text, 2, MAX_CELLS, "a number of cells")? {
         odd if odd % 2 == 1 => Err(format!("expected an even number of cells, found {odd}")),
         even => Ok(even),
@@ -93,7 +93,7 @@ fn rays(text: &str) -> Result<u32, String> {
     values::whole(text, 1, MAX_RAYS, "a number of rays").map(|n| n as u32)
 }
 
-fn range(text: &str) -> Result<[f64; 2], String> {
+pub(crate) fn range(text: &str) -> Result<[f64; 2], String> {
     match values::numbers::<2>(text)? {
         [inner, outer] if 0.0 < inner && inner < outer => Ok([inner, outer]),
         [inner, outer] => Err(format!("expected radii above 0 that rise, found {inner},{outer}")),
@@ -154,7 +154,7 @@ impl Field {
         }
     }
 
-    /// Rows are held as they are made, as a field, and as the bytes of its file.
+    /// Rows are held as they are made and as a field, then as a field, encoded, and decoded for the report.
     fn check_memory(&self, options: &FieldOptions) -> anyhow::Result<()> {
         let width = options.order * (options.order + 1);
         let points = (options.cells + 1).pow(2) * options.spheres + 1;

@@ -1,4 +1,5 @@
-//! What moves: `lobe field` and `lobe spheres`, a file each. Uses `args` and `run`.
+//! What moves: `lobe field`, `lobe lamp` and `lobe spheres`, a file each. Uses `args` and `run`.
 
 pub(crate) mod field;
+pub(crate) mod lamp;
 pub(crate) mod spheres;

@@ -14,6 +14,7 @@ mod encodings;
 mod env;
 mod guide;
 mod harness;
+mod lamp;
 mod light;
 mod manual;
 mod maps;

@@ -12,7 +12,7 @@ mod aim;
 pub(crate) mod batch_exponential;
 pub(crate) mod bounce;
 mod columns;
-mod lanes;
+pub(crate) mod lanes;
 pub(crate) mod log_table;
 pub(crate) mod log_table_file;
 mod receiver_groups;

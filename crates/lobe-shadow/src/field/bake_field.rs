@@ -6,6 +6,7 @@ use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::Dir;
 
+use crate::field::axial::Axial;
 use crate::field::bake_rows::{RowWork, bake_rows};
 use crate::field::field_grid::bounding_sphere;
 use crate::field::fill_inside::fill_inside;
@@ -18,7 +19,7 @@ const VISIBILITY_KIND: u64 = 21;
 
 const FIELD_FORMAT: RecordFormat = RecordFormat {
     kind: *b"OCCF",
-    version: 1,
+    version: 2,
     work: "bake of an occlusion field",
     arguments: "the scene or the options",
 };
@@ -69,7 +70,7 @@ impl Default for FieldOptions {
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct FieldReport {
-    /// Sample points.
+    /// Sample points, those that coincide counted each.
     pub points: usize,
     /// Those inside the solid.
     pub inside: usize,
@@ -116,31 +117,42 @@ pub fn bake_field(
     let origin = scene.origin();
     let center = std::array::from_fn(|k| middle[k] + origin[k]);
     let grid = FieldGrid::new(center, radius * MARGIN, [options.inner, options.outer], options.spheres, options.cells)?;
+    let width = options.order * options.order;
+    grid.check_bytes(Axial::width(options.order))?;
     let bvh = Bvh::new(scene);
     let rays = SkyRays::new(scene, &bvh, options.order, options.rays);
-    let width = options.order * options.order;
+    // Of sample points that coincide the first is sampled; the others are given its row.
+    let samples = grid.representatives();
     let work = RowWork {
-        rows: grid.points(),
+        rows: samples.len(),
         width: width + 1,
         rays: u64::from(options.rays),
         format: FIELD_FORMAT,
         fingerprint: fingerprint(scene, options),
     };
     // The last number of a row says whether the point is inside.
-    let found = bake_rows(&work, job, RayScratch::default, |point, scratch, row| {
+    let found = bake_rows(&work, job, RayScratch::default, |k, scratch, row| {
         let (occlusion, inside) = row.split_at_mut(width);
-        inside[0] = f32::from(u8::from(sample(&rays, &grid, middle, point, options.seed, scratch, occlusion)));
+        inside[0] = f32::from(u8::from(sample(&rays, &grid, middle, samples[k], options.seed, scratch, occlusion)));
     })?;
-    let inside: Vec<bool> = found.chunks_exact(width + 1).map(|row| row[width] > 0.0).collect();
-    let mut rows: Vec<f32> = found.chunks_exact(width + 1).flat_map(|row| &row[..width]).copied().collect();
+    let mut inside = vec![false; grid.points()];
+    let mut rows = vec![0.0; grid.points() * width];
+    for (point, found) in samples.iter().zip(found.chunks_exact(width + 1)) {
+        inside[*point] = found[width] > 0.0;
+        rows[point * width..][..width].copy_from_slice(&found[..width]);
+    }
     if options.fill_inside {
         fill_inside(&grid, &inside, width, &mut rows);
+    }
+    for point in 0..grid.points() {
+        let first = grid.representative(point) * width;
+        rows.copy_within(first..first + width, point * width);
     }
     let field = OcclusionField::from_scaled(grid, options.order, &rows)?;
     let report = FieldReport {
         points: grid.points(),
-        inside: inside.iter().filter(|inside| **inside).count(),
-        rays: grid.points() as u64 * u64::from(options.rays),
+        inside: (0..grid.points()).filter(|point| inside[grid.representative(*point)]).count(),
+        rays: samples.len() as u64 * u64::from(options.rays),
         bytes: field.bytes(),
     };
     Ok((field, report))

@@ -1,12 +1,13 @@
-//! The chain of products for a few receivers side by side.
+//! The chain of products for sixteen receivers side by side.
 
 use lobe_sh::{Rgb, RotationMatrices, Zonal, product_into};
+use pulp::{Arch, Simd, WithSimd};
 
-use crate::field::axial::Axial;
+use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::field::lane_basis::LaneBasis;
-use crate::field::lanes::{LANES, Lanes};
-use crate::field::nearest_first::{Met, MetKind, add_occluders};
-use crate::field::placed::Placed;
+use crate::field::lane_product::{Expansions, LaneProduct, ZERO};
+use crate::field::nearest_first::{Met, MetKind, Sights};
+use crate::field::placed::{LookUp, Placed, Positions};
 use crate::{RadialInterpolation, RadianceField};
 
 /// What a receiver multiplies light by: `channels` expansions for each.
@@ -23,46 +24,72 @@ pub(crate) enum Response<'a> {
 pub(crate) struct PlacedLamp<'a> {
     pub(crate) field: &'a RadianceField,
     pub(crate) placement: crate::Placement,
+    /// The middle of the lamp in the world.
+    pub(crate) center: [f64; 3],
     pub(crate) turn: Option<RotationMatrices<f32>>,
 }
 
 /// Everything that receivers share.
 #[derive(Debug)]
 pub(crate) struct Chain<'a> {
+    pub(crate) arch: Arch,
     pub(crate) order: usize,
     pub(crate) entities: Vec<Placed<'a>>,
     pub(crate) lamps: Vec<PlacedLamp<'a>>,
-    pub(crate) negligible: f64,
+    pub(crate) negligible: f32,
     pub(crate) interpolation: RadialInterpolation,
     pub(crate) basis: LaneBasis,
+    pub(crate) product: &'static LaneProduct,
     /// For each band the factor of the clamped cosine over π.
     pub(crate) cosine: Vec<f32>,
 }
 
-/// The receivers of one pass, at most [`LANES`].
-#[derive(Clone, Copy, Debug)]
+/// The receivers of one pass, up to sixteen; the last one fills up.
+#[derive(Clone, Debug)]
 pub(crate) struct Group<'a> {
-    pub(crate) positions: &'a [[f32; 3]],
-    /// As many, or none where the horizon is not to be looked at.
-    pub(crate) normals: &'a [[f32; 3]],
+    pub(crate) positions: Positions,
+    /// None where the horizon is not to be looked at.
+    pub(crate) normals: Option<[Block; 3]>,
     /// `order²` numbers for each, or nothing.
-    pub(crate) own: [Option<&'a [f32]>; LANES],
+    pub(crate) own: [Option<&'a [f32]>; BLOCK],
+    /// The number of each receiver.
+    pub(crate) members: &'a [u32],
 }
 
 /// The buffers of a thread.
 #[derive(Debug)]
 pub(crate) struct ChainScratch {
-    visible: Vec<Lanes<f32>>,
-    hidden: Vec<Lanes<f32>>,
-    product: Vec<Lanes<f32>>,
-    response: Vec<Lanes<f32>>,
-    row: Vec<f32>,
-    spare: Vec<f32>,
-    lamp: Vec<f32>,
-    zonal: Vec<Lanes<f32>>,
-    factors: Vec<f32>,
-    met: [Vec<Met>; LANES],
-    sizes: Vec<(u64, Met)>,
+    visible: Expansions,
+    hidden: Expansions,
+    product: Expansions,
+    response: [Expansions; 3],
+    /// The sums of channels.
+    sums: [Block; 3],
+    look_up: LookUp,
+    sights: Sights,
+    met: [Vec<Met>; BLOCK],
+    /// For each entity the lanes that meet it, and the place of its occlusion, `order²` blocks, among those kept.
+    meetings: Vec<Meeting>,
+    occlusions: Vec<Block>,
+    /// Those met at a step: the place of the occlusion, and 1 in the lanes that meet it.
+    step: Vec<(usize, Block)>,
+    lamp: LampScratch,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Meeting {
+    lanes: u16,
+    place: usize,
+}
+
+/// One receiver and the light of a lamp there.
+#[derive(Debug, Default)]
+struct LampScratch {
+    seen: Vec<f32>,
+    response: Vec<f32>,
+    product: Vec<f32>,
+    light: Vec<f32>,
+    turned: Vec<f32>,
 }
 
 /// The factor of each band in the expansion of the clamped cosine over π towards a direction, `√(4π/(2l+1)) z_l/π`: the basis
@@ -72,193 +99,186 @@ pub(crate) fn cosine_factors(order: usize) -> Vec<f32> {
     factors.into_iter().map(|factor| (factor * std::f64::consts::FRAC_1_PI) as f32).collect()
 }
 
-impl Chain<'_> {
-    pub(crate) fn scratch(&self) -> ChainScratch {
-        let n = self.order * self.order;
-        let lanes = || vec![Lanes([0.0; LANES]); n];
-        ChainScratch {
-            visible: lanes(),
-            hidden: lanes(),
-            product: lanes(),
-            response: vec![Lanes([0.0; LANES]); 3 * n],
-            row: vec![0.0; n],
-            spare: vec![0.0; Axial::width(self.order)],
-            lamp: vec![0.0; 3 * n],
-            zonal: vec![Lanes([0.0; LANES]); self.order],
-            factors: vec![0.0; self.order],
+impl Default for ChainScratch {
+    fn default() -> Self {
+        Self {
+            visible: ZERO,
+            hidden: ZERO,
+            product: ZERO,
+            response: [ZERO; 3],
+            sums: [[0.0; BLOCK]; 3],
+            look_up: LookUp::default(),
+            sights: Sights::default(),
             met: Default::default(),
-            sizes: Vec::new(),
+            meetings: Vec::new(),
+            occlusions: Vec::new(),
+            step: Vec::new(),
+            lamp: LampScratch::default(),
         }
     }
+}
 
-    /// The visibility of a group, lane by lane into `out`.
+impl Chain<'_> {
+    fn len(&self) -> usize {
+        self.order * self.order
+    }
+
+    /// The visibility of a group, one receiver after the other into `out`.
     pub(crate) fn visibility_into(&self, group: &Group<'_>, scratch: &mut ChainScratch, out: &mut [f32]) {
-        self.run(group, 0, scratch, &mut |_, _, _| {});
-        let n = self.order * self.order;
-        for (lane, out) in out.chunks_exact_mut(n).enumerate() {
-            out.iter_mut().zip(&scratch.visible).for_each(|(out, v)| *out = v.0[lane]);
+        scratch.sums = [[0.0; BLOCK]; 3];
+        self.run(group, 0, scratch);
+        for (lane, out) in out.chunks_exact_mut(self.len()).enumerate() {
+            out.iter_mut().zip(&scratch.visible).for_each(|(out, v)| *out = v[lane]);
         }
     }
 
     /// The exit radiance of a group under distant light and the lamps: `Σ_i L_i (V T)_i`.
     ///
-    /// `light` holds red, green and blue one after the other. `first` is the number of the first receiver.
+    /// `light` holds red, green and blue one after the other.
     pub(crate) fn shade_into(
         &self,
         group: &Group<'_>,
         response: Response<'_>,
-        first: usize,
         light: &[f32],
         scratch: &mut ChainScratch,
         out: &mut [Rgb<f32>],
     ) {
-        let n = self.order * self.order;
-        let channels = self.response_into(group, response, first, scratch);
+        let channels = self.response_into(group, response, scratch);
+        scratch.sums = [[0.0; BLOCK]; 3];
         // Lamps are added on the way, with what is visible up to them.
-        let mut of_lamps = [[0.0_f32; 3]; LANES];
-        self.run(group, channels, scratch, &mut |lane, channel, sent| of_lamps[lane][channel] += sent);
-        let ChainScratch { visible, product, response, .. } = scratch;
-        let mut sums = [[0.0_f32; 3]; LANES];
-        for c in 0..3 {
-            if c < channels {
-                product_into(visible, &response[c * n..][..n], product);
+        self.run(group, channels, scratch);
+        let ChainScratch { visible, product, response, sums, .. } = scratch;
+        for (c, response) in response[..channels].iter().enumerate() {
+            product[..self.len()].fill([0.0; BLOCK]);
+            self.arch.dispatch(Multiply { product: self.product, f: visible, g: response, out: product });
+            // With one channel of the response all three of the light belong to it.
+            for c in if channels == 1 { 0..3 } else { c..c + 1 } {
+                for (t, l) in product.iter().zip(&light[c * self.len()..][..self.len()]) {
+                    (0..BLOCK).for_each(|k| sums[c][k] -= t[k] * l);
+                }
             }
-            let mut sum = Lanes([0.0; LANES]);
-            for (t, l) in product.iter().zip(&light[c * n..][..n]) {
-                (0..LANES).for_each(|k| sum.0[k] += t.0[k] * l);
-            }
-            (0..LANES).for_each(|k| sums[k][c] = sum.0[k] + of_lamps[k][c]);
         }
-        for (out, [r, g, b]) in out.iter_mut().zip(sums) {
-            *out = Rgb::new(r, g, b);
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = Rgb::new(sums[0][k], sums[1][k], sums[2][k]);
         }
     }
 
     /// Fills in what the group multiplies light by; the number of channels of that.
-    fn response_into(
-        &self,
-        group: &Group<'_>,
-        response: Response<'_>,
-        first: usize,
-        scratch: &mut ChainScratch,
-    ) -> usize {
-        let n = self.order * self.order;
+    fn response_into(&self, group: &Group<'_>, response: Response<'_>, scratch: &mut ChainScratch) -> usize {
         match response {
             Response::Cosine => {
-                let normal = [0, 1, 2].map(|k| {
-                    Lanes(std::array::from_fn(|lane| group.normals.get(lane).map_or(0.0, |normal| normal[k])))
-                });
-                let out = &mut scratch.response;
-                self.basis.for_each(normal, |l, i, y| out[i] = y * Lanes([self.cosine[l]; LANES]));
+                let normals = group.normals.unwrap_or([[0.0; BLOCK]; 3]);
+                let out = &mut scratch.response[0];
+                self.arch.dispatch(Cosine { basis: &self.basis, factors: &self.cosine, normals: &normals, out });
                 1
             }
             Response::Transfer { rows, channels } => {
-                for lane in 0..group.positions.len() {
-                    let row = &rows[(first + lane) * channels * n..][..channels * n];
-                    scratch.response.iter_mut().zip(row).for_each(|(t, x)| t.0[lane] = *x);
+                let n = self.len();
+                for (lane, member) in group.members.iter().enumerate() {
+                    let row = &rows[*member as usize * channels * n..][..channels * n];
+                    for (response, row) in scratch.response.iter_mut().zip(row.chunks_exact(n)) {
+                        response.iter_mut().zip(row).for_each(|(t, x)| t[lane] = *x);
+                    }
                 }
                 channels
             }
         }
     }
 
-    /// Multiplies out what the entities leave visible, nearest first. Where a lamp is met, `sent(lane, channel, radiance)`
-    /// gets what the first `channels` of the response send back of it.
-    fn run(
-        &self,
-        group: &Group<'_>,
-        channels: usize,
-        scratch: &mut ChainScratch,
-        sent: &mut dyn FnMut(usize, usize, f32),
-    ) {
+    /// Multiplies out what the entities leave visible, nearest first. Where a lamp is met, what the first `channels` of the
+    /// response send back of it is added to the sums.
+    fn run(&self, group: &Group<'_>, channels: usize, scratch: &mut ChainScratch) {
         let steps = self.meet(group, channels > 0, scratch);
-        // Begin with what is visible past the receivers' own entities.
-        let one = (4.0 * std::f32::consts::PI).sqrt();
-        let mut is_open = true;
-        for (i, v) in scratch.visible.iter_mut().enumerate() {
-            *v = Lanes([if i == 0 { one } else { 0.0 }; LANES]);
-        }
-        for (lane, own) in group.own.iter().enumerate() {
-            if let Some(own) = own {
-                is_open = false;
-                scratch.visible.iter_mut().zip(*own).for_each(|(v, own)| v.0[lane] = *own);
-            }
-        }
+        self.look_up(group, scratch);
+        let mut is_open = self.begin(group, &mut scratch.visible);
         for step in 0..steps {
-            let any = self.hidden_at(step, group, channels, scratch, sent);
-            if !any {
+            self.meet_step(step, group, channels, scratch);
+            if scratch.step.is_empty() {
                 continue;
             }
-            let ChainScratch { visible, hidden, product, .. } = scratch;
+            let ChainScratch { visible, hidden, product, occlusions, step, .. } = scratch;
             // V (1 - O) = V - V O; the first entity of receivers in the open needs no product.
-            if is_open {
-                visible.iter_mut().zip(&*hidden).for_each(|(v, o)| *v -= *o);
-                is_open = false;
-            } else {
-                product_into(visible, hidden, product);
-                visible.iter_mut().zip(&*product).for_each(|(v, p)| *v -= *p);
+            let factor = (!is_open).then_some(self.product);
+            self.arch.dispatch(Hide { factor, len: self.len(), step, occlusions, visible, hidden, product });
+            is_open = false;
+        }
+    }
+
+    /// What is visible past the receivers' own entities; whether that is everything.
+    fn begin(&self, group: &Group<'_>, visible: &mut Expansions) -> bool {
+        visible[..self.len()].fill([0.0; BLOCK]);
+        visible[0] = [(4.0 * std::f32::consts::PI).sqrt(); BLOCK];
+        for (lane, own) in group.own.iter().enumerate() {
+            for (v, own) in visible.iter_mut().zip(own.unwrap_or_default()) {
+                v[lane] = *own;
             }
         }
+        group.own.iter().all(Option::is_none)
     }
 
     /// Lists what each lane meets; the most of them.
     fn meet(&self, group: &Group<'_>, lamps: bool, scratch: &mut ChainScratch) -> usize {
-        scratch.met.iter_mut().for_each(Vec::clear);
-        for (lane, point) in group.positions.iter().enumerate() {
-            let met = &mut scratch.met[lane];
-            let normal = group.normals.get(lane).copied();
-            add_occluders(&self.entities, *point, normal, self.negligible, &mut scratch.sizes, met);
-            if lamps {
-                for (k, lamp) in self.lamps.iter().enumerate() {
-                    let center = lamp.placement.to_world(lamp.field.center());
-                    let towards: [f64; 3] = std::array::from_fn(|c| center[c] - f64::from(point[c]));
-                    met.push(Met::lamp(k, towards));
-                }
+        let ChainScratch { sights, met, .. } = scratch;
+        sights.look(self.arch, &self.entities, &group.positions, group.normals.as_ref());
+        for (lane, met) in met.iter_mut().enumerate() {
+            met.clear();
+            if lane >= group.members.len() {
+                continue;
+            }
+            sights.add_occluders(lane, self.negligible, met);
+            for (k, lamp) in self.lamps.iter().enumerate().filter(|_| lamps) {
+                let towards = |c: usize| (lamp.center[c] - group.positions[c][lane]) as f32;
+                met.push(Met::lamp(k, (0..3).map(|c| towards(c).powi(2)).sum()));
             }
             met.sort_unstable();
         }
-        scratch.met.iter().map(Vec::len).max().unwrap_or(0)
+        met.iter().map(Vec::len).max().unwrap_or(0)
     }
 
-    /// What each lane meets at a step: occlusion goes to its lane of `hidden`, the light of a lamp is sent back at once.
-    /// Returns whether there is any occlusion.
-    fn hidden_at(
-        &self,
-        step: usize,
-        group: &Group<'_>,
-        channels: usize,
-        scratch: &mut ChainScratch,
-        sent: &mut dyn FnMut(usize, usize, f32),
-    ) -> bool {
-        let mut any = false;
-        let mut axes = [[0.0; LANES], [0.0; LANES], [1.0; LANES]].map(Lanes);
-        scratch.hidden.fill(Lanes([0.0; LANES]));
-        scratch.zonal.fill(Lanes([0.0; LANES]));
-        for lane in 0..group.positions.len() {
+    /// Looks up the occlusion of all entities that a lane meets.
+    fn look_up(&self, group: &Group<'_>, scratch: &mut ChainScratch) {
+        let ChainScratch { met, meetings, occlusions, look_up, .. } = scratch;
+        meetings.clear();
+        meetings.resize(self.entities.len(), Meeting::default());
+        for (lane, met) in met.iter().enumerate() {
+            for met in met {
+                if let MetKind::Occluder(k) = met.kind() {
+                    meetings[k].lanes |= 1 << lane;
+                }
+            }
+        }
+        let mut end = 0;
+        for (entity, meeting) in self.entities.iter().zip(meetings).filter(|(_, meeting)| meeting.lanes > 0) {
+            meeting.place = end;
+            end += self.len();
+            if occlusions.len() < end {
+                occlusions.resize(end, [0.0; BLOCK]);
+            }
+            let out = &mut occlusions[meeting.place..end];
+            self.arch.dispatch(Occlude { chain: self, entity, group, lanes: meeting.lanes, look_up, out });
+        }
+    }
+
+    /// Lists the occlusions that the lanes meet at a step; the light of a lamp is sent back at once.
+    fn meet_step(&self, step: usize, group: &Group<'_>, channels: usize, scratch: &mut ChainScratch) {
+        scratch.step.clear();
+        for lane in 0..group.members.len() {
             match scratch.met[lane].get(step).map(|met| met.kind()) {
                 Some(MetKind::Occluder(k)) => {
-                    let towards = self.entities[k].towards(group.positions[lane]);
-                    any = true;
-                    let ChainScratch { hidden, zonal, row, spare, factors, .. } = scratch;
-                    let axis = self.entities[k].occlusion_into(towards, self.interpolation, spare, factors, row);
-                    hidden.iter_mut().zip(&*row).for_each(|(o, x)| o.0[lane] = *x);
-                    zonal.iter_mut().zip(&*factors).for_each(|(o, x)| o.0[lane] = *x);
-                    (0..3).for_each(|c| axes[c].0[lane] = axis[c]);
+                    let place = scratch.meetings[k].place;
+                    let at = scratch.step.iter().position(|(other, _)| *other == place).unwrap_or_else(|| {
+                        scratch.step.push((place, [0.0; BLOCK]));
+                        scratch.step.len() - 1
+                    });
+                    scratch.step[at].1[lane] = 1.0;
                 }
-                Some(MetKind::Lamp(k)) => {
-                    self.send_back(&self.lamps[k], group, lane, channels, scratch, sent);
-                }
+                Some(MetKind::Lamp(k)) => self.send_back(&self.lamps[k], group, lane, channels, scratch),
                 None => {}
             }
         }
-        if any {
-            let ChainScratch { hidden, zonal, .. } = scratch;
-            self.basis.for_each(axes, |l, i, y| hidden[i] += zonal[l] * y);
-        }
-        any
     }
 
-    /// The light of a lamp that a lane sends back, by what is visible to it now: `Σ_i S_i (V T)_i`.
+    /// Adds the light of a lamp that a lane sends back, by what is visible to it now: `Σ_i S_i (V T)_i`.
     fn send_back(
         &self,
         lamp: &PlacedLamp<'_>,
@@ -266,29 +286,135 @@ impl Chain<'_> {
         lane: usize,
         channels: usize,
         scratch: &mut ChainScratch,
-        sent: &mut dyn FnMut(usize, usize, f32),
     ) {
-        let n = self.order * self.order;
-        let full = lamp.field.order() * lamp.field.order();
-        let ChainScratch { visible, response, row, spare, lamp: light, .. } = scratch;
+        let (n, full) = (self.len(), lamp.field.order() * lamp.field.order());
+        let ChainScratch { visible, response, sums, lamp: buffers, .. } = scratch;
+        let LampScratch { seen, response: own, product, light, turned } = buffers;
+        let of_lane = |all: &Expansions, one: &mut Vec<f32>| {
+            one.clear();
+            one.extend(all[..n].iter().map(|x| x[lane]));
+        };
         light.resize(3 * full, 0.0);
-        let point = lamp.placement.to_own(group.positions[lane].map(f64::from));
+        product.resize(n, 0.0);
+        turned.resize(n, 0.0);
+        let point = lamp.placement.to_own([0, 1, 2].map(|c| group.positions[c][lane]));
         lamp.field.radiance_into(point, self.interpolation, light);
-        let lane_of = |x: &[Lanes<f32>]| -> Vec<f32> { x.iter().map(|x| x.0[lane]).collect() };
-        let seen = lane_of(visible);
+        of_lane(visible, seen);
         for c in 0..3 {
             if c < channels {
-                product_into(&seen, &lane_of(&response[c * n..][..n]), row);
+                of_lane(&response[c], own);
+                product_into(seen, own, product);
             }
             let light = &light[c * full..][..n];
             let light = match &lamp.turn {
                 None => light,
                 Some(turn) => {
-                    turn.apply_into(light, &mut spare[..n]);
-                    &spare[..n]
+                    turn.apply_into(light, turned);
+                    &*turned
                 }
             };
-            sent(lane, c, row.iter().zip(light).map(|(t, l)| t * l).sum());
+            sums[c][lane] += product.iter().zip(light).map(|(t, l)| t * l).sum::<f32>();
+        }
+    }
+}
+
+/// The cosine about the normals.
+struct Cosine<'a> {
+    basis: &'a LaneBasis,
+    factors: &'a [f32],
+    normals: &'a [Block; 3],
+    out: &'a mut Expansions,
+}
+
+impl WithSimd for Cosine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let [x, y, z] = self.normals;
+        for part in 0..Lanes::<S>::PARTS {
+            let normal = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
+            self.basis.for_each(simd, normal, |l, i, y| {
+                (y * Lanes::splat(simd, self.factors[l])).store(&mut self.out[i], part);
+            });
+        }
+    }
+}
+
+/// The occlusion by one entity.
+struct Occlude<'a, 'f> {
+    chain: &'a Chain<'f>,
+    entity: &'a Placed<'f>,
+    group: &'a Group<'a>,
+    lanes: u16,
+    look_up: &'a mut LookUp,
+    out: &'a mut [Block],
+}
+
+impl WithSimd for Occlude<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { chain, entity, group, lanes, look_up, out } = self;
+        entity.occlusion_into(simd, &group.positions, lanes, chain.interpolation, &chain.basis, look_up, out);
+    }
+}
+
+/// Takes a product off `out`.
+struct Multiply<'a> {
+    product: &'a LaneProduct,
+    f: &'a Expansions,
+    g: &'a Expansions,
+    out: &'a mut Expansions,
+}
+
+impl WithSimd for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for part in 0..Lanes::<S>::PARTS {
+            self.product.subtract(simd, part, self.f, self.g, self.out);
+        }
+    }
+}
+
+/// One step of the chain: what the lanes meet is hidden from them.
+struct Hide<'a> {
+    /// None where everything is visible before.
+    factor: Option<&'a LaneProduct>,
+    len: usize,
+    step: &'a [(usize, Block)],
+    occlusions: &'a [Block],
+    visible: &'a mut Expansions,
+    hidden: &'a mut Expansions,
+    product: &'a mut Expansions,
+}
+
+impl WithSimd for Hide<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { factor, len, step, occlusions, visible, hidden, product } = self;
+        for part in 0..Lanes::<S>::PARTS {
+            for (i, hidden) in hidden[..len].iter_mut().enumerate() {
+                let mut sum = Lanes::splat(simd, 0.0);
+                for (place, lanes) in step {
+                    sum =
+                        Lanes::load(simd, lanes, part).times_plus(Lanes::load(simd, &occlusions[place + i], part), sum);
+                }
+                sum.store(hidden, part);
+            }
+            if let Some(factor) = factor {
+                product[..len].copy_from_slice(&visible[..len]);
+                factor.subtract(simd, part, product, hidden, visible);
+            } else {
+                for (v, o) in visible[..len].iter_mut().zip(&*hidden) {
+                    (Lanes::load(simd, v, part) - Lanes::load(simd, o, part)).store(v, part);
+                }
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use half::f16;
 use lobe_io::Job;
-use lobe_prt::{CompressOptions, CompressedTable, Weights, compress_table};
+use lobe_prt::{CompressOptions, CompressedTable, PrtError, Weights, compress_table};
 
 use crate::field::axial::Axial;
 use crate::{OcclusionField, ShadowError};
@@ -40,7 +40,8 @@ pub struct StorageReport {
 /// Encoded rows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum StoredRows {
-    F32(Vec<f32>),
+    /// As the field has them.
+    F32,
     F16(Vec<f16>),
     /// The least value of each coefficient, then the step of each; the numbers of steps.
     U8 {
@@ -54,37 +55,55 @@ impl StoredRows {
     /// Rows of a field in a form of storage.
     ///
     /// # Errors
-    /// [`ShadowError::Options`] for options of the clusters out of range.
+    /// [`ShadowError::Options`] for options of the clusters out of range, or numbers beyond those of the form.
     pub(crate) fn encode(field: &OcclusionField, storage: &FieldStorage) -> Result<Self, ShadowError> {
         let (rows, width) = (field.rows(), Axial::width(field.order()));
+        let too_large = |form: &str, most: f32| {
+            let found = rows.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+            if found <= most {
+                return Ok(());
+            }
+            let message = format!("expected numbers up to {most:e} for storage {form}, found {found:e}: take f32");
+            Err(ShadowError::Options(message))
+        };
         Ok(match storage {
-            FieldStorage::F32 => Self::F32(rows.to_vec()),
-            FieldStorage::F16 => Self::F16(rows.iter().map(|x| f16::from_f32(*x)).collect()),
-            FieldStorage::U8 => eight_bits(rows, width),
+            FieldStorage::F32 => Self::F32,
+            FieldStorage::F16 => {
+                too_large("f16", f16::MAX.to_f32())?;
+                Self::F16(rows.iter().map(|x| f16::from_f32(*x)).collect())
+            }
+            FieldStorage::U8 => {
+                // Their difference is finite.
+                too_large("u8", f32::MAX / 4.0)?;
+                eight_bits(rows, width)
+            }
             FieldStorage::Clustered(options) => {
                 let table = compress_table(rows, width, options, Job::default());
-                Self::Clustered(table.map_err(|error| ShadowError::Options(error.to_string()))?.0)
+                Self::Clustered(table.map_err(of_table)?.0)
             }
         })
     }
 
-    /// The numbers again.
-    pub(crate) fn decode(&self) -> Vec<f32> {
+    /// The numbers of rows in even steps from the least value of each coefficient.
+    pub(crate) fn steps_to_numbers(ranges: &[f32], steps: &[u8]) -> Vec<f32> {
+        let (low, step) = ranges.split_at(ranges.len() / 2);
+        let width = low.len().max(1);
+        steps.iter().enumerate().map(|(i, k)| low[i % width] + step[i % width] * f32::from(*k)).collect()
+    }
+
+    /// The numbers again; none for those that are as they were.
+    fn decode(&self) -> Option<Vec<f32>> {
         match self {
-            Self::F32(rows) => rows.clone(),
-            Self::F16(rows) => rows.iter().map(|x| x.to_f32()).collect(),
-            Self::U8 { ranges, steps } => {
-                let (low, step) = ranges.split_at(ranges.len() / 2);
-                let width = low.len().max(1);
-                steps.iter().enumerate().map(|(i, k)| low[i % width] + step[i % width] * f32::from(*k)).collect()
-            }
-            Self::Clustered(table) => table.decode(),
+            Self::F32 => None,
+            Self::F16(rows) => Some(rows.iter().map(|x| x.to_f32()).collect()),
+            Self::U8 { ranges, steps } => Some(Self::steps_to_numbers(ranges, steps)),
+            Self::Clustered(table) => Some(table.decode()),
         }
     }
 
-    fn bytes(&self) -> usize {
+    fn bytes(&self, field: &OcclusionField) -> usize {
         match self {
-            Self::F32(rows) => 4 * rows.len(),
+            Self::F32 => field.bytes(),
             Self::F16(rows) => 2 * rows.len(),
             Self::U8 { ranges, steps } => 4 * ranges.len() + steps.len(),
             Self::Clustered(table) => {
@@ -100,14 +119,23 @@ impl StoredRows {
 
     pub(crate) fn report(&self, field: &OcclusionField) -> StorageReport {
         let (mut squares, mut errors, mut largest_error) = (0.0, 0.0, 0.0_f64);
-        for (found, x) in self.decode().into_iter().zip(field.rows()) {
-            let difference = f64::from(found) - f64::from(*x);
+        for (found, x) in self.decode().iter().flatten().zip(field.rows()) {
+            let difference = f64::from(*found) - f64::from(*x);
             squares += f64::from(*x).powi(2);
             errors += difference.powi(2);
             largest_error = largest_error.max(difference.abs());
         }
         let relative_error = if errors > 0.0 { (errors / squares).sqrt() } else { 0.0 };
-        StorageReport { bytes: self.bytes(), bytes_before: field.bytes(), relative_error, largest_error }
+        StorageReport { bytes: self.bytes(field), bytes_before: field.bytes(), relative_error, largest_error }
+    }
+}
+
+/// An error of compression as one of this crate.
+fn of_table(error: PrtError) -> ShadowError {
+    match error {
+        PrtError::Cancelled => ShadowError::Cancelled,
+        PrtError::Io { place, source } => ShadowError::Io { place, source },
+        other => ShadowError::Options(other.to_string()),
     }
 }
 

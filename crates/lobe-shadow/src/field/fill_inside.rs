@@ -2,8 +2,8 @@
 
 use crate::FieldGrid;
 
-/// Gives the rows of points inside a solid the mean of their neighbors outside, layer by layer from the surface inwards.
-/// If all points are inside there is nothing to take, and all stay as they are.
+/// Gives the rows of points inside a solid the mean of their neighbors outside, layer by layer from the surface inwards: those
+/// of representatives alone, [`FieldGrid::neighbors`]. If all points are inside there is nothing to take, and all stay as they are.
 ///
 /// All of the sky is hidden inside a solid. Interpolated with that, receivers just outside its surface would be too dark,
 /// although half of the sky may be open to them. So the field holds there what is seen from near by outside; receivers
@@ -11,10 +11,11 @@ use crate::FieldGrid;
 /// the difference.
 pub(crate) fn fill_inside(grid: &FieldGrid, inside: &[bool], width: usize, rows: &mut [f32]) {
     let mut known: Vec<bool> = inside.iter().map(|inside| !inside).collect();
+    let neighbors = grid.neighbors();
     loop {
         let mut layer: Vec<(usize, Vec<f32>)> = Vec::new();
         for point in (0..known.len()).filter(|point| !known[*point]) {
-            let neighbors: Vec<usize> = grid.neighbors(point).into_iter().filter(|p| known[*p]).collect();
+            let neighbors: Vec<usize> = neighbors[point].iter().copied().filter(|p| known[*p]).collect();
             if neighbors.is_empty() {
                 continue;
             }
@@ -44,7 +45,7 @@ mod tests {
         let inside: Vec<bool> = (0..grid.points()).map(|p| p / 25 < 2 || p + 1 == grid.points()).collect();
         let before = rows.clone();
         fill_inside(&grid, &inside, 1, &mut rows);
-        for p in 0..grid.points() {
+        for p in grid.representatives() {
             let expected = if inside[p] { 3.0 } else { before[p] };
             assert_eq!(rows[p], expected, "point {p}, the nearest outside are on sphere 2");
         }

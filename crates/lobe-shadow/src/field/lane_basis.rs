@@ -1,8 +1,10 @@
-//! The basis for several directions side by side.
+//! The basis in the directions of several receivers side by side.
 
 use std::f64::consts::PI;
 
-use crate::field::lanes::{LANES, Lanes};
+use pulp::Simd;
+
+use crate::accumulate::lanes::Lanes;
 
 /// The values of the basis in one direction of each lane.
 ///
@@ -11,8 +13,6 @@ use crate::field::lanes::{LANES, Lanes};
 ///   P_0^0 = 1/√(4π),   P_m^m = -√((2m+1)/2m) P_{m-1}^{m-1},   P_l^m = a (z P_{l-1}^m - b P_{l-2}^m)
 ///   a = √((4l² - 1)/(l² - m²)),   b = √(((l-1)² - m²)/(4(l-1)² - 1))
 /// ```
-///
-/// `lobe_sh::Basis` evaluates sixteen directions at once, and fewer one by one.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBasis {
     order: usize,
@@ -44,12 +44,17 @@ impl LaneBasis {
 
     /// Calls `emit(l, i, y_i)` for every function.
     #[inline(always)]
-    pub(crate) fn for_each(&self, [x, y, z]: [Lanes<f32>; 3], mut emit: impl FnMut(usize, usize, Lanes<f32>)) {
-        let splat = |s: f32| Lanes([s; LANES]);
+    pub(crate) fn for_each<S: Simd>(
+        &self,
+        simd: S,
+        [x, y, z]: [Lanes<S>; 3],
+        mut emit: impl FnMut(usize, usize, Lanes<S>),
+    ) {
+        let splat = |value| Lanes::splat(simd, value);
         let (mut cos, mut sin) = (splat(1.0), splat(0.0));
         let mut steps = self.steps.iter();
-        for m in 0..self.order {
-            let (mut before, mut p) = (splat(0.0), splat(self.diagonal[m]));
+        for (m, diagonal) in self.diagonal.iter().enumerate() {
+            let (mut before, mut p) = (splat(0.0), splat(*diagonal));
             for l in m..self.order {
                 let middle = l * (l + 1);
                 emit(l, middle + m, p * cos);
@@ -59,7 +64,7 @@ impl LaneBasis {
                 if l + 1 < self.order
                     && let Some([a, ab]) = steps.next()
                 {
-                    (before, p) = (p, splat(*a) * z * p - splat(*ab) * before);
+                    (before, p) = (p, (splat(*a) * z).times_plus(p, splat(-ab) * before));
                 }
             }
             (cos, sin) = (x * cos - y * sin, x * sin + y * cos);
@@ -70,23 +75,47 @@ impl LaneBasis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accumulate::lanes::{BLOCK, Block};
     use lobe_sh::{Dir, eval_basis};
     use lobe_testkit::directions;
+    use pulp::{Arch, WithSimd};
+
+    struct All<'a> {
+        basis: &'a LaneBasis,
+        axis: &'a [Block; 3],
+        out: &'a mut [Block],
+    }
+
+    impl WithSimd for All<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            let [x, y, z] = self.axis;
+            for part in 0..Lanes::<S>::PARTS {
+                let load = |c| Lanes::load(simd, c, part);
+                self.basis.for_each(simd, [load(x), load(y), load(z)], |l, i, value| {
+                    assert!((l * l..(l + 1) * (l + 1)).contains(&i), "band {l} has no function {i}");
+                    value.store(&mut self.out[i], part);
+                });
+            }
+        }
+    }
 
     #[test]
     fn every_lane_is_the_basis_in_its_direction() {
         for order in 1..=8 {
-            for four in directions().chunks_exact(LANES) {
-                let axis = |k: usize| Lanes(std::array::from_fn(|lane| four[lane][k] as f32));
-                let mut found = vec![Lanes([0.0; LANES]); order * order];
-                LaneBasis::new(order).for_each([axis(0), axis(1), axis(2)], |l, i, y| {
-                    assert!((l * l..(l + 1) * (l + 1)).contains(&i), "band {l} has no function {i}");
-                    found[i] = y;
-                });
-                for lane in 0..LANES {
-                    for (i, y) in eval_basis(Dir::from_unit(four[lane]), order).into_iter().enumerate() {
-                        let off = (f64::from(found[i].0[lane]) - y).abs();
-                        assert!(off < 5e-6, "order {order}, {:?}, {i}: off by {off}", four[lane]);
+            let basis = LaneBasis::new(order);
+            for group in directions().chunks_exact(BLOCK) {
+                let axis = [0, 1, 2].map(|k| std::array::from_fn(|lane| group[lane][k] as f32));
+                for arch in [Arch::new(), Arch::Scalar] {
+                    let mut found = vec![[0.0; BLOCK]; order * order];
+                    arch.dispatch(All { basis: &basis, axis: &axis, out: &mut found });
+                    for lane in 0..BLOCK {
+                        for (i, y) in eval_basis(Dir::from_unit(group[lane]), order).into_iter().enumerate() {
+                            let off = (f64::from(found[i][lane]) - y).abs();
+                            assert!(off < 5e-6, "order {order}, {:?}, {i}: off by {off}", group[lane]);
+                        }
                     }
                 }
             }

@@ -1,18 +1,17 @@
-//! The entities that matter to a receiver, nearest first.
+//! The entities that matter to each of sixteen receivers, nearest first.
 
-use std::f64::consts::{PI, TAU};
+use std::f32::consts::{PI, TAU};
 
-use crate::field::placed::Placed;
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::accumulate::lanes::{BLOCK, Block, Lanes};
+use crate::field::placed::{Placed, Positions};
 
 /// What is met on the way outwards from a receiver, in the order of its distance; of equally distant ones occluders come
-/// first, in their order.
+/// first, in their order. The upper half has the bits of the square of its middle's distance, which as integers have the
+/// order of the numbers; the lower half the number of an entity, or that of a lamp with [`LAMP`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Met {
-    /// The bits of the square of its middle's distance, which as integers have the order of the numbers.
-    square: u64,
-    /// The number of an entity, or that of a lamp with [`LAMP`].
-    number: u32,
-}
+pub(crate) struct Met(u64);
 
 /// The bit that tells lamps.
 const LAMP: u32 = 1 << 31;
@@ -26,78 +25,122 @@ pub(crate) enum MetKind {
 }
 
 impl Met {
-    fn occluder(number: usize, towards: [f64; 3]) -> Self {
-        Self { square: square(towards).to_bits(), number: number as u32 }
+    fn new(square: f32, number: u32) -> Self {
+        Self(u64::from(square.to_bits()) << 32 | u64::from(number))
     }
 
-    pub(crate) fn lamp(number: usize, towards: [f64; 3]) -> Self {
-        Self { square: square(towards).to_bits(), number: number as u32 | LAMP }
+    pub(crate) fn lamp(number: usize, square: f32) -> Self {
+        Self::new(square, number as u32 | LAMP)
     }
 
+    #[inline]
     pub(crate) fn kind(self) -> MetKind {
-        if self.number < LAMP {
-            MetKind::Occluder(self.number as usize)
-        } else {
-            MetKind::Lamp((self.number & !LAMP) as usize)
-        }
+        let number = self.0 as u32;
+        if number < LAMP { MetKind::Occluder(number as usize) } else { MetKind::Lamp((number & !LAMP) as usize) }
     }
 }
 
-fn square(v: [f64; 3]) -> f64 {
-    v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+/// The size of what lies below the horizon.
+const BELOW: f32 = -1.0;
+
+/// How far entities are and how large they look, to sixteen receivers.
+#[derive(Debug, Default)]
+pub(crate) struct Sights {
+    /// Squares of distances of the middles.
+    squares: Vec<Block>,
+    /// Largest solid angles: of the bounding sphere `2π (1 - √(1 - (R/r)²))`, and all of the sphere from within. [`BELOW`] for
+    /// what lies below the horizon.
+    sizes: Vec<Block>,
+    /// Sizes, as bits that have their order, and entities that may be left out.
+    small: Vec<Met>,
 }
 
-/// The largest solid angle of an entity of this bounding radius at a distance: that of its bounding sphere, `2π (1 - √(1 -
-/// (R/r)²))`, and all of the sphere from within.
-pub(crate) fn largest_solid_angle(radius: f64, distance: f64) -> f64 {
-    if distance <= radius {
-        return 4.0 * PI;
+impl Sights {
+    /// Looks at all entities. With normals, those whose bounding sphere lies below the horizon are marked.
+    pub(crate) fn look(
+        &mut self,
+        arch: Arch,
+        entities: &[Placed<'_>],
+        positions: &Positions,
+        normals: Option<&[Block; 3]>,
+    ) {
+        self.squares.resize(entities.len(), [0.0; BLOCK]);
+        self.sizes.resize(entities.len(), [0.0; BLOCK]);
+        arch.dispatch(Look { entities, positions, normals, squares: &mut self.squares, sizes: &mut self.sizes });
     }
-    let square = (radius / distance).powi(2);
-    TAU * square / (1.0 + (1.0 - square).sqrt())
+
+    /// Adds the entities that matter to one receiver, in no order, and returns the sum of the largest solid angles of those
+    /// left out: of those above the horizon, the smallest first, as many as have no more than `negligible` in all.
+    pub(crate) fn add_occluders(&mut self, lane: usize, negligible: f32, met: &mut Vec<Met>) -> f32 {
+        let Self { squares, sizes, small } = self;
+        small.clear();
+        let mut total = 0.0;
+        for (k, (square, size)) in squares.iter().zip(&*sizes).enumerate() {
+            let (square, size) = (square[lane], size[lane]);
+            if size > negligible {
+                met.push(Met::new(square, k as u32));
+            } else if size >= 0.0 {
+                total += size;
+                small.push(Met::new(size, k as u32));
+            }
+        }
+        if total <= negligible {
+            return total;
+        }
+        small.sort_unstable();
+        let mut left_out = 0.0;
+        for this in &*small {
+            let k = this.0 as u32;
+            let with_this = left_out + sizes[k as usize][lane];
+            if with_this > negligible {
+                // The others are no smaller.
+                met.push(Met::new(squares[k as usize][lane], k));
+            } else {
+                left_out = with_this;
+            }
+        }
+        left_out
+    }
 }
 
-/// Adds the entities that matter at `point`, and returns the sum of the largest solid angles of those left out.
-///
-/// Left out are those whose bounding sphere lies below the horizon of `normal`, where the cosine is 0, so that they change
-/// nothing; and, the smallest solid angles first, as many of the others as have no more than `negligible` in all.
-pub(crate) fn add_occluders(
-    entities: &[Placed<'_>],
-    point: [f32; 3],
-    normal: Option<[f32; 3]>,
-    negligible: f64,
-    sizes: &mut Vec<(u64, Met)>,
-    met: &mut Vec<Met>,
-) -> f64 {
-    sizes.clear();
-    for (k, entity) in entities.iter().enumerate() {
-        let towards = entity.towards(point);
-        if let Some(n) = normal
-            && (0..3).map(|c| f64::from(n[c]) * towards[c]).sum::<f64>() <= -entity.radius()
-        {
-            continue;
-        }
-        let this = Met::occluder(k, towards);
-        if negligible > 0.0 {
-            let size = largest_solid_angle(entity.radius(), square(towards).sqrt());
-            sizes.push((size.to_bits(), this));
-        } else {
-            met.push(this);
+/// To be compiled for the machine's registers.
+struct Look<'a, 'f> {
+    entities: &'a [Placed<'f>],
+    positions: &'a Positions,
+    normals: Option<&'a [Block; 3]>,
+    squares: &'a mut [Block],
+    sizes: &'a mut [Block],
+}
+
+impl WithSimd for Look<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let splat = |value| Lanes::splat(simd, value);
+        for (entity, (squares, sizes)) in self.entities.iter().zip(self.squares.iter_mut().zip(self.sizes)) {
+            let [x, y, z] = &entity.towards(self.positions);
+            let radius = splat(entity.radius() as f32);
+            let within = radius * radius;
+            for part in 0..Lanes::<S>::PARTS {
+                let [x, y, z] = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
+                let square = x.times_plus(x, y.times_plus(y, z * z));
+                square.store(squares, part);
+                let ratio = (within * square.recip()).min(splat(1.0));
+                let cap = splat(TAU) * ratio * (splat(1.0) + (splat(1.0) - ratio).sqrt()).recip();
+                let size = within.if_less(square, cap, splat(4.0 * PI));
+                let size = match self.normals {
+                    None => size,
+                    Some([nx, ny, nz]) => {
+                        let (nx, ny) = (Lanes::load(simd, nx, part), Lanes::load(simd, ny, part));
+                        let height = nx.times_plus(x, ny.times_plus(y, Lanes::load(simd, nz, part) * z));
+                        (splat(0.0) - radius).if_less(height, size, splat(BELOW))
+                    }
+                };
+                size.store(sizes, part);
+            }
         }
     }
-    // Bits of numbers that are not negative have their order.
-    sizes.sort_unstable();
-    let mut left_out = 0.0;
-    let mut small = 0;
-    for (size, _) in &*sizes {
-        if left_out + f64::from_bits(*size) > negligible {
-            break;
-        }
-        left_out += f64::from_bits(*size);
-        small += 1;
-    }
-    met.extend(sizes[small..].iter().map(|(_, this)| this));
-    left_out
 }
 
 #[cfg(test)]
@@ -106,6 +149,11 @@ mod tests {
     use crate::{FieldGrid, OcclusionField, Placement};
     use lobe_sh::Rotation;
 
+    /// The largest solid angle of a ball at a distance, in closed form.
+    fn solid_angle(radius: f64, distance: f64) -> f64 {
+        2.0 * std::f64::consts::PI * (1.0 - (1.0 - (radius / distance).powi(2)).sqrt())
+    }
+
     #[test]
     fn what_is_left_out_is_below_the_horizon_or_small_in_all() {
         let grid = FieldGrid::new([0.0; 3], 1.0, [0.5, 4.0], 2, 2).unwrap();
@@ -113,31 +161,28 @@ mod tests {
         let heights = [3.0, -2.0, 40.0, 50.0, 60.0, -0.5];
         let entities: Vec<Placed<'_>> = heights
             .iter()
-            .map(|z| Placed::new(&field, &Placement::new([0.0, 0.0, *z], Rotation::IDENTITY, 1.0), 1, 0))
+            .map(|z| Placed::new(&field, &Placement::new([0.0, 0.0, *z], Rotation::IDENTITY, 1.0), 1))
             .collect();
-        let ask = |normal, negligible| {
-            let mut met = Vec::new();
-            let left_out = add_occluders(&entities, [0.0; 3], normal, negligible, &mut Vec::new(), &mut met);
-            met.sort_unstable();
-            let height = |m: &Met| match m.kind() {
-                MetKind::Occluder(k) => heights[k],
-                MetKind::Lamp(_) => f64::NAN,
+        let up = [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]];
+        for arch in [Arch::new(), Arch::Scalar] {
+            let ask = |normals, negligible| {
+                let (mut sights, mut met) = (Sights::default(), Vec::new());
+                sights.look(arch, &entities, &[[0.0; BLOCK]; 3], normals);
+                let left_out = sights.add_occluders(5, negligible, &mut met);
+                met.sort_unstable();
+                let height = |m: &Met| match m.kind() {
+                    MetKind::Occluder(k) => heights[k],
+                    MetKind::Lamp(_) => f64::NAN,
+                };
+                (met.iter().map(height).collect::<Vec<f64>>(), left_out)
             };
-            (met.iter().map(height).collect::<Vec<f64>>(), left_out)
-        };
-        assert_eq!(ask(None, 0.0), (vec![-0.5, -2.0, 3.0, 40.0, 50.0, 60.0], 0.0), "all, nearest first");
-        assert_eq!(ask(Some([0.0, 0.0, 1.0]), 0.0).0, [-0.5, 3.0, 40.0, 50.0, 60.0], "the horizon");
-        let two = largest_solid_angle(1.0, 60.0) + largest_solid_angle(1.0, 50.0);
-        let (found, left_out) = ask(None, two * 1.001);
-        assert_eq!(found, [-0.5, -2.0, 3.0, 40.0], "the smallest two");
-        assert!(left_out <= two * 1.001, "{left_out}");
-        assert_eq!(ask(None, 1e9).0, [0.0; 0], "all are negligible to one who says so");
-    }
-
-    #[test]
-    fn the_solid_angle_of_a_far_ball_is_that_of_its_disc() {
-        let far = largest_solid_angle(1.0, 1e6) / (PI * 1e-12);
-        assert!((far - 1.0).abs() < 1e-9, "{far}");
-        assert_eq!(largest_solid_angle(1.0, 1.0), 4.0 * PI, "on the bounding sphere");
+            assert_eq!(ask(None, 0.0), (vec![-0.5, -2.0, 3.0, 40.0, 50.0, 60.0], 0.0), "all, nearest first");
+            assert_eq!(ask(Some(&up), 0.0).0, [-0.5, 3.0, 40.0, 50.0, 60.0], "the horizon");
+            let two = (solid_angle(1.0, 60.0) + solid_angle(1.0, 50.0)) as f32;
+            let (found, left_out) = ask(None, two * 1.001);
+            assert_eq!(found, [-0.5, -2.0, 3.0, 40.0], "the smallest two");
+            assert!(left_out <= two * 1.001 && left_out > two * 0.999, "{left_out} of {two}");
+            assert_eq!(ask(None, 1e9).0, [0.0; 0], "all are negligible to one who says so");
+        }
     }
 }

@@ -1,12 +1,16 @@
 //! The object occlusion field: what an entity hides of the sky at every point around it.
 
-use lobe_sh::{Dir, RotationMatrices, ShVec};
+use lobe_sh::{Dir, ShVec};
 
+use crate::accumulate::lanes::BLOCK;
 use crate::field::axial::Axial;
 use crate::{FieldGrid, RadialInterpolation, ShadowError};
 
 /// The orders a field may have.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;
+
+/// Numbers behind the last row, so that registers are filled from the end of any row.
+const SPARE: usize = BLOCK;
 
 /// What an entity hides of the sky, at sample points on concentric spheres around it and between them.
 ///
@@ -38,7 +42,7 @@ const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;
 pub struct OcclusionField {
     grid: FieldGrid,
     order: usize,
-    /// `z` and `g` of every sample point.
+    /// `z` and `g` of every sample point, then [`SPARE`] zeros.
     rows: Vec<f32>,
     axial: Axial,
 }
@@ -54,7 +58,7 @@ impl OcclusionField {
     ///
     /// # Errors
     /// [`ShadowError::Invalid`] if the order is not 1 to 8, there are more or fewer numbers, or one is not finite.
-    pub fn new(grid: FieldGrid, order: usize, rows: Vec<f32>) -> Result<Self, ShadowError> {
+    pub fn new(grid: FieldGrid, order: usize, mut rows: Vec<f32>) -> Result<Self, ShadowError> {
         let invalid = |message: String| Err(ShadowError::Invalid { place: "occlusion field".to_owned(), message });
         if !ORDERS.contains(&order) {
             return invalid(format!("expected an order of 1 to 8, found {order}"));
@@ -68,6 +72,7 @@ impl OcclusionField {
             let point = at / width;
             return invalid(format!("expected finite coefficients, found {} at point {point}", rows[at]));
         }
+        rows.resize(rows.len() + SPARE, 0.0);
         Ok(Self { grid, order, rows, axial: Axial::new(order) })
     }
 
@@ -97,13 +102,25 @@ impl OcclusionField {
     /// `z` and `g` of every sample point, `order + order²` numbers each.
     #[must_use]
     pub fn rows(&self) -> &[f32] {
+        &self.rows[..self.rows.len() - SPARE]
+    }
+
+    /// The same with numbers behind the last row.
+    #[inline]
+    pub(crate) fn padded_rows(&self) -> &[f32] {
         &self.rows
+    }
+
+    /// Numbers of a row.
+    #[inline]
+    pub(crate) fn width(&self) -> usize {
+        Axial::width(self.order)
     }
 
     /// The bytes of the rows in `f32`.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(self.rows.as_slice())
+        size_of_val(self.rows())
     }
 
     /// The occlusion at a point of the entity's frame, in its directions.
@@ -118,9 +135,9 @@ impl OcclusionField {
         assert!(point.iter().all(|c| c.is_finite()), "a point is finite, it is not {point:?}");
         let n = self.order * self.order;
         let center = self.grid.center();
-        let offset: [f32; 3] = std::array::from_fn(|k| (point[k] - center[k]) as f32);
+        let offset: [f32; 3] = std::array::from_fn(|k| ((point[k] - center[k]) / self.grid.radius()) as f32);
         let mut row = vec![0.0; Axial::width(self.order)];
-        self.grid.stencil(offset, interpolation).sum_into(&self.rows, &mut row);
+        self.grid.stencil(offset, interpolation).sum_into(self.rows(), &mut row);
         let (z, g) = row.split_at(self.order);
         let mut out = g.to_vec();
         if let Some(axis) = toward_middle(offset) {
@@ -151,26 +168,8 @@ impl OcclusionField {
                 self.order
             )));
         }
-        Ok(Self { grid: self.grid, order, rows: self.rows_of_order(order), axial: Axial::new(order) })
-    }
-
-    fn rows_of_order(&self, order: usize) -> Vec<f32> {
         let split = |row: &'_ [f32]| -> Vec<f32> { [&row[..order], &row[self.order..][..order * order]].concat() };
-        self.rows.chunks_exact(Axial::width(self.order)).flat_map(split).collect()
-    }
-
-    /// The rows of this order or a lower one, their rest turned or not.
-    pub(crate) fn turned_rows(&self, order: usize, turn: Option<&RotationMatrices<f32>>) -> Vec<f32> {
-        let mut rows = self.rows_of_order(order);
-        if let Some(turn) = turn {
-            let mut turned = vec![0.0; order * order];
-            for row in rows.chunks_exact_mut(Axial::width(order)) {
-                let rest = &mut row[order..];
-                turn.apply_into(rest, &mut turned);
-                rest.copy_from_slice(&turned);
-            }
-        }
-        rows
+        Self::new(self.grid, order, self.rows().chunks_exact(self.width()).flat_map(split).collect())
     }
 }
 

@@ -10,8 +10,8 @@
 /// ```
 ///
 /// Values lie on vertices, not in the middle of texels: the border of the square is folded onto itself, vertices that
-/// meet there hold the same value, and the bilinear interpolation is continuous over the whole sphere without a
-/// neighbor across a seam ever being looked up (test `interpolation_is_continuous_everywhere`). A cube needs a choice of
+/// meet there ([`Octahedron::representative`]) hold the same value, and the bilinear interpolation is continuous over the whole
+/// sphere without a neighbor across a seam ever being looked up (test `interpolation_is_continuous_everywhere`). A cube needs a choice of
 /// faces for that, a subdivided icosahedron a search for the triangle. The price is that `(cells + 1)²` values are kept
 /// where `cells² + 2` vertices differ, and that the smallest cells, around the axes, have a fifth of the area of the largest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,17 +32,24 @@ impl Octahedron {
         (self.cells + 1) * (self.cells + 1)
     }
 
-    /// The unit vector of a vertex. Vertices that are folded onto each other have the same, bit by bit.
-    pub(crate) fn direction(self, vertex: usize) -> [f64; 3] {
+    /// The first of the vertices that are folded onto this one: of the border the halves of each side meet, and all four
+    /// corners.
+    pub(crate) fn representative(self, vertex: usize) -> usize {
         let side = self.cells + 1;
         let [mut i, mut j] = [vertex % side, vertex / side];
-        // Of two vertices of the border that meet take the first.
         if (j == 0 || j == self.cells) && 2 * i > self.cells {
             i = self.cells - i;
         }
         if (i == 0 || i == self.cells) && 2 * j > self.cells {
             j = self.cells - j;
         }
+        j * side + i
+    }
+
+    /// The unit vector of a vertex. Vertices that are folded onto each other have the same, bit by bit.
+    pub(crate) fn direction(self, vertex: usize) -> [f64; 3] {
+        let (side, vertex) = (self.cells + 1, self.representative(vertex));
+        let [i, j] = [vertex % side, vertex / side];
         let [u, v] = [i, j].map(|k| (2 * k) as f64 / self.cells as f64 - 1.0);
         let z = 1.0 - u.abs() - v.abs();
         let p = if z >= 0.0 { [u, v, z] } else { [(1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v), z] };

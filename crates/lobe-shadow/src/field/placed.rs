@@ -1,54 +1,80 @@
-//! An occlusion field where its entity is.
-
-use std::borrow::Cow;
+//! An occlusion field where its entity is, looked up for sixteen receivers at once.
 
 use lobe_sh::{Rotation, RotationMatrices};
+use pulp::Simd;
 
-use crate::field::occlusion_field::toward_middle;
+use crate::accumulate::lanes::{BLOCK, Block, Lanes};
+use crate::field::block_stencil::BlockStencil;
+use crate::field::lane_basis::LaneBasis;
+use crate::field::lane_product::{Expansions, ZERO};
 use crate::{OcclusionField, Placement, RadialInterpolation};
+
+/// The longest row of a field, order 8, filled up to whole registers.
+const MAX_ROW: usize = 80;
+
+/// The square of a distance below which there is no direction: the center, where nothing is zonal.
+const NO_DISTANCE: f32 = 1e-37;
 
 /// An occlusion field with its place, prepared for lookups whose results are in the directions of the world.
 #[derive(Debug)]
 pub(crate) struct Placed<'a> {
     field: &'a OcclusionField,
-    /// The rows of the order in use: turned into the world, or in the entity's frame with `turn` left to do.
-    rows: Cow<'a, [f32]>,
-    turn: Option<RotationMatrices<f32>>,
+    /// Of rows the first numbers are used: all of `z`, and `g` to the order in use.
+    order: usize,
+    /// The matrices of the rotation, band after band and row after row; none for an entity that is not turned.
+    turn: Vec<f32>,
     center: [f64; 3],
     radius: f64,
-    /// `Rᵀ/s`, from differences in the world to those in the entity's frame.
+    /// `Rᵀ/(s R)`, from differences in the world to those in the entity's frame, in its radii.
     to_own: [[f32; 3]; 3],
 }
 
+/// Sixteen points of the world.
+pub(crate) type Positions = [[f64; BLOCK]; 3];
+
+/// The buffers of lookups.
+#[derive(Debug)]
+pub(crate) struct LookUp {
+    stencil: BlockStencil,
+    /// `-towards`.
+    offset: [Block; 3],
+    row: [f32; MAX_ROW],
+    zonal: [Block; 8],
+    rest: Expansions,
+}
+
+impl Default for LookUp {
+    fn default() -> Self {
+        let (stencil, offset, zonal) = (BlockStencil::NONE, [[0.0; BLOCK]; 3], [[0.0; BLOCK]; 8]);
+        Self { stencil, offset, row: [0.0; MAX_ROW], zonal, rest: ZERO }
+    }
+}
+
 impl<'a> Placed<'a> {
-    /// `lookups` says how many will be asked for. If these are more than the field has rows, all rows are turned once
-    /// instead of every result. An entity that is not turned needs neither.
-    pub(crate) fn new(field: &'a OcclusionField, placement: &Placement, order: usize, lookups: usize) -> Self {
+    pub(crate) fn new(field: &'a OcclusionField, placement: &Placement, order: usize) -> Self {
         let rotation = placement.rotation();
-        let turn = (*rotation != Rotation::IDENTITY).then(|| RotationMatrices::new(rotation, order));
-        let turn_rows = turn.is_some() && lookups >= field.grid().points();
-        let rows = if turn_rows {
-            Cow::Owned(field.turned_rows(order, turn.as_ref()))
-        } else if order < field.order() {
-            Cow::Owned(field.turned_rows(order, None))
-        } else {
-            Cow::Borrowed(field.rows())
-        };
         let m = rotation.matrix();
+        let radius = placement.scale() * field.grid().radius();
         Self {
             field,
-            rows,
-            turn: if turn_rows { None } else { turn },
+            order,
+            turn: if *rotation == Rotation::IDENTITY { Vec::new() } else { matrices(rotation, order) },
             center: placement.to_world(field.grid().center()),
-            radius: placement.scale() * field.grid().radius(),
-            to_own: std::array::from_fn(|k| std::array::from_fn(|c| (m[c][k] / placement.scale()) as f32)),
+            radius,
+            to_own: std::array::from_fn(|k| std::array::from_fn(|c| (m[c][k] / radius) as f32)),
         }
     }
 
-    /// From a point of the world to the middle of the entity.
-    #[inline]
-    pub(crate) fn towards(&self, point: [f32; 3]) -> [f64; 3] {
-        std::array::from_fn(|k| self.center[k] - f64::from(point[k]))
+    /// From points of the world to the middle of the entity.
+    #[inline(always)]
+    pub(crate) fn towards(&self, positions: &Positions) -> [Block; 3] {
+        let mut towards = [[0.0; BLOCK]; 3];
+        for (towards, (center, positions)) in towards.iter_mut().zip(self.center.iter().zip(positions)) {
+            for (towards, position) in towards.iter_mut().zip(positions) {
+                *towards = (center - position) as f32;
+            }
+        }
+        towards
     }
 
     /// The radius of the bounding sphere in the world.
@@ -57,27 +83,136 @@ impl<'a> Placed<'a> {
         self.radius
     }
 
-    /// The occlusion at a point from where the middle is seen `towards` there: the factors of its zonal part into `zonal`,
-    /// the rest into `rest`, both in the world. Returns the axis of the former. `scratch` has `order + order²` places.
-    #[inline]
-    pub(crate) fn occlusion_into(
+    /// The occlusion at those points whose bit is set in `wanted`, in the directions of the world, and 0 at the others:
+    /// `order²` blocks.
+    #[inline(always)]
+    pub(crate) fn occlusion_into<S: Simd>(
         &self,
-        towards: [f64; 3],
+        simd: S,
+        positions: &Positions,
+        wanted: u16,
         interpolation: RadialInterpolation,
-        scratch: &mut [f32],
-        zonal: &mut [f32],
-        rest: &mut [f32],
-    ) -> [f32; 3] {
-        let d = towards.map(|c| -c as f32);
-        let offset = self.to_own.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
-        self.field.grid().stencil(offset, interpolation).sum_into(&self.rows, scratch);
-        let (z, g) = scratch.split_at(zonal.len());
-        zonal.copy_from_slice(z);
-        match &self.turn {
-            None => rest.copy_from_slice(g),
-            Some(turn) => turn.apply_into(g, rest),
+        basis: &LaneBasis,
+        scratch: &mut LookUp,
+        out: &mut [Block],
+    ) {
+        let towards = self.towards(positions);
+        for (offset, towards) in scratch.offset.as_flattened_mut().iter_mut().zip(towards.as_flattened()) {
+            *offset = -towards;
         }
-        // At the middle itself nothing is zonal, whatever the axis.
-        toward_middle(d).unwrap_or([0.0, 0.0, 1.0])
+        match interpolation {
+            RadialInterpolation::Linear => self.rows_into::<S, 2, 8>(simd, wanted, interpolation, scratch),
+            RadialInterpolation::Cubic => self.rows_into::<S, 4, 16>(simd, wanted, interpolation, scratch),
+        }
+        for part in 0..Lanes::<S>::PARTS {
+            self.turn_into(simd, part, &scratch.rest, out);
+            let [x, y, z] = &towards;
+            let (x, y, z) = (Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part));
+            let square = x.times_plus(x, y.times_plus(y, z * z));
+            let scale = square.max(Lanes::splat(simd, NO_DISTANCE)).sqrt().recip();
+            basis.for_each(simd, [x * scale, y * scale, z * scale], |l, i, y| {
+                let zonal = Lanes::load(simd, &scratch.zonal[l], part);
+                y.times_plus(zonal, Lanes::load(simd, &out[i], part)).store(&mut out[i], part);
+            });
+        }
     }
+
+    /// Interpolated rows: `zonal` and `rest` in the entity's frame, lane by lane.
+    #[inline(always)]
+    fn rows_into<S: Simd, const SPHERES: usize, const TAPS: usize>(
+        &self,
+        simd: S,
+        wanted: u16,
+        interpolation: RadialInterpolation,
+        scratch: &mut LookUp,
+    ) {
+        let grid = self.field.grid();
+        let LookUp { stencil, offset, row, zonal, rest } = scratch;
+        stencil.fill::<S, SPHERES>(simd, grid, &self.to_own, offset);
+        let n = self.order * self.order;
+        zonal[..self.order].fill([0.0; BLOCK]);
+        rest[..n].fill([0.0; BLOCK]);
+        for lane in (0..BLOCK).filter(|lane| wanted >> lane & 1 == 1) {
+            if stencil.place[lane] > 0.0 {
+                self.row_beyond::<S, SPHERES, TAPS>(simd, stencil, lane, row);
+            } else {
+                let d = offset.map(|c| c[lane]);
+                let own = self.to_own.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
+                let width = self.field.width();
+                grid.stencil(own, interpolation).sum_into(self.field.rows(), &mut row[..width]);
+            }
+            zonal[..self.order].iter_mut().zip(&*row).for_each(|(z, x)| z[lane] = *x);
+            let row = &row[self.field.order()..];
+            rest[..n].iter_mut().zip(row).for_each(|(g, x)| g[lane] = *x);
+        }
+    }
+
+    /// The interpolated row of a point beyond the innermost sphere.
+    #[inline(always)]
+    fn row_beyond<S: Simd, const SPHERES: usize, const TAPS: usize>(
+        &self,
+        simd: S,
+        stencil: &BlockStencil,
+        lane: usize,
+        out: &mut [f32; MAX_ROW],
+    ) {
+        let grid = self.field.grid();
+        let (side, width) = (grid.cells() + 1, self.field.width());
+        let (first, vertex) = (stencil.sphere[lane] as usize, stencil.vertex[lane] as usize);
+        let chunks = (self.field.order() + self.order * self.order).div_ceil(S::F32_LANES);
+        let table = self.field.padded_rows();
+        let mut rows: [&[S::f32s]; TAPS] = [&[]; TAPS];
+        let mut weights = [simd.splat_f32s(0.0); TAPS];
+        for tap in 0..TAPS {
+            // Of two spheres the first is never the last one; of four those beyond the ends have no weight.
+            let sphere = if SPHERES == 2 {
+                first + tap / 4
+            } else {
+                (first + tap / 4).saturating_sub(1).min(grid.spheres() - 1)
+            };
+            let corner = [0, 1, side, side + 1][tap % 4];
+            let row = &table[(sphere * side * side + vertex + corner) * width..][..chunks * S::F32_LANES];
+            rows[tap] = S::as_simd_f32s(row).0;
+            weights[tap] = simd.splat_f32s(stencil.weights[tap][lane]);
+        }
+        for (chunk, out) in S::as_mut_simd_f32s(out).0.iter_mut().take(chunks).enumerate() {
+            let mut sum = simd.mul_f32s(weights[0], rows[0][chunk]);
+            for tap in 1..TAPS {
+                sum = simd.mul_add_e_f32s(weights[tap], rows[tap][chunk], sum);
+            }
+            *out = sum;
+        }
+    }
+
+    /// Turns the rest into the world.
+    #[inline(always)]
+    fn turn_into<S: Simd>(&self, simd: S, part: usize, rest: &Expansions, out: &mut [Block]) {
+        if self.turn.is_empty() {
+            for (out, g) in out.iter_mut().zip(&rest[..self.order * self.order]) {
+                Lanes::load(simd, g, part).store(out, part);
+            }
+            return;
+        }
+        let mut rows = &*self.turn;
+        for l in 0..self.order {
+            let (band, side) = (l * l..(l + 1) * (l + 1), 2 * l + 1);
+            let rest = &rest[band.clone()];
+            for out in &mut out[band] {
+                let (row, others) = rows.split_at(side);
+                rows = others;
+                let mut sum = Lanes::splat(simd, row[0]) * Lanes::load(simd, &rest[0], part);
+                for (entry, g) in row.iter().zip(rest).skip(1) {
+                    sum = Lanes::splat(simd, *entry).times_plus(Lanes::load(simd, g, part), sum);
+                }
+                sum.store(out, part);
+            }
+        }
+    }
+}
+
+/// The entries of a rotation, band after band and row after row.
+fn matrices(rotation: &Rotation, order: usize) -> Vec<f32> {
+    let matrices = RotationMatrices::<f32>::new(rotation, order);
+    let rows = |l: isize| (-l..=l).flat_map(move |m| (-l..=l).map(move |n| (l, m, n)));
+    (0..order as isize).flat_map(rows).map(|(l, m, n)| matrices.entry(l as usize, m, n)).collect()
 }

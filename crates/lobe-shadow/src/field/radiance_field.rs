@@ -69,8 +69,9 @@ pub struct RadianceField {
     shape: Shape,
 }
 
+/// The two forms of a field.
 #[derive(Clone, Debug)]
-enum Shape {
+pub(crate) enum Shape {
     Ball {
         center: [f64; 3],
         radius: f64,
@@ -91,7 +92,9 @@ impl RadianceField {
     /// [`ShadowError::Options`] if a number is not finite, the radius not above 0, or the order not 1 to 8.
     pub fn ball(order: usize, center: [f64; 3], radius: f64, radiance: Rgb<f64>) -> Result<Self, ShadowError> {
         check_order(order)?;
-        let numbers = center.into_iter().chain(radiance.to_array());
+        // Light is computed in single precision.
+        let colors = radiance.to_array().map(|c| f64::from(c as f32));
+        let numbers = center.into_iter().chain(colors);
         if !(numbers.chain([radius]).all(f64::is_finite) && radius > 0.0) {
             let message =
                 format!("expected a ball of finite radiance and radius above 0, found {radiance:?}, {radius}");
@@ -110,6 +113,20 @@ impl RadianceField {
         options: &RadianceOptions,
     ) -> Result<Self, ShadowError> {
         PatchField::bake(rectangle, [1, 1], options, Job::default())?.with_colors(&[radiance])
+    }
+
+    /// A field of `w(r) S` split at every point of a grid: red, green and blue one after the other.
+    ///
+    /// # Errors
+    /// [`ShadowError::Invalid`] if a number is not finite, or there are more or fewer.
+    pub(crate) fn sampled(grid: FieldGrid, order: usize, rows: Vec<f32>) -> Result<Self, ShadowError> {
+        let width = 3 * Axial::width(order);
+        expect_rows(&grid, width, &rows)?;
+        Ok(Self { order, shape: Shape::Sampled { grid, rows, axial: Axial::new(order) } })
+    }
+
+    pub(crate) fn shape(&self) -> &Shape {
+        &self.shape
     }
 
     /// Number of bands.
@@ -157,7 +174,7 @@ impl RadianceField {
                 }
             }
             Shape::Sampled { grid, rows, axial } => {
-                let offset = offset.map(|c| c as f32);
+                let offset = offset.map(|c| (c / grid.radius()) as f32);
                 let width = Axial::width(self.order);
                 let mut sum = vec![0.0; 3 * width];
                 grid.stencil(offset, interpolation).sum_into(rows, &mut sum);
@@ -198,7 +215,7 @@ pub struct PatchField {
     grid: FieldGrid,
     patches: [usize; 2],
     /// For each patch `w(r) S_k` of every sample point, split at the direction to the middle.
-    tables: Vec<Vec<f32>>,
+    table: Vec<f32>,
 }
 
 impl PatchField {
@@ -216,10 +233,7 @@ impl PatchField {
         job.expect_no_checkpoint().map_err(ShadowError::Options)?;
         check_order(options.order)?;
         let Rectangle { corner, u, v, .. } = *rectangle;
-        if !patches.iter().all(|n| (1..=MOST_PATCHES).contains(n)) {
-            let message = format!("expected 1 to {MOST_PATCHES} patches along each side, found {patches:?}");
-            return Err(ShadowError::Options(message));
-        }
+        check_patches(patches)?;
         let normal = cross(u, v);
         let radius = 0.5 * length(add(u, v)).max(length(add(u, v.map(|c| -c))));
         if !(length(normal).is_finite() && length(normal) > 0.0) {
@@ -231,17 +245,18 @@ impl PatchField {
         let range = [options.inner, options.outer];
         let grid = FieldGrid::new(center, radius, range, options.spheres, options.cells)?;
         let total = patches[0] * patches[1];
-        let mut tables = Vec::with_capacity(total);
+        grid.check_bytes(total * Axial::width(options.order))?;
+        let mut table = Vec::with_capacity(total * grid.points() * Axial::width(options.order));
         for k in 0..=total {
             let progress = Progress { done: k, total, ..Progress::default() };
             if job.report(&progress).is_break() {
                 return Err(ShadowError::Cancelled);
             }
             if k < total {
-                tables.push(table(&patch(rectangle, patches, k), &grid, options.order));
+                table.extend(rows_of(&patch(rectangle, patches, k), &grid, options.order));
             }
         }
-        Ok(Self { order: options.order, grid, patches, tables })
+        Ok(Self { order: options.order, grid, patches, table })
     }
 
     /// Patches along the rows and along the columns.
@@ -253,7 +268,37 @@ impl PatchField {
     /// The bytes of all tables.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.tables.iter().map(|table| size_of_val(table.as_slice())).sum()
+        size_of_val(self.table.as_slice())
+    }
+
+    /// Number of bands.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    pub(crate) fn grid(&self) -> &FieldGrid {
+        &self.grid
+    }
+
+    /// Patch after patch, the rows of all points.
+    pub(crate) fn table(&self) -> &[f32] {
+        &self.table
+    }
+
+    /// # Errors
+    /// [`ShadowError::Invalid`] if there are no patches or too many, a number is not finite, or there are more or fewer.
+    pub(crate) fn from_table(
+        grid: FieldGrid,
+        order: usize,
+        patches: [usize; 2],
+        table: Vec<f32>,
+    ) -> Result<Self, ShadowError> {
+        check_patches(patches)?;
+        let width = patches[0] * patches[1] * Axial::width(order);
+        grid.check_bytes(width)?;
+        expect_rows(&grid, width, &table)?;
+        Ok(Self { order, grid, patches, table })
     }
 
     /// The field of one radiance for each patch, row by row.
@@ -262,19 +307,16 @@ impl PatchField {
     /// [`ShadowError::Invalid`] if there are more or fewer, or one is not finite.
     pub fn with_colors(&self, colors: &[Rgb<f64>]) -> Result<RadianceField, ShadowError> {
         let invalid = |message: String| Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
-        if colors.len() != self.tables.len() {
-            return invalid(format!(
-                "expected a radiance for each of {} patches, found {}",
-                self.tables.len(),
-                colors.len()
-            ));
+        let patches = self.patches[0] * self.patches[1];
+        if colors.len() != patches {
+            return invalid(format!("expected a radiance for each of {patches} patches, found {}", colors.len()));
         }
-        if let Some(bad) = colors.iter().find(|c| !c.to_array().iter().all(|c| c.is_finite())) {
-            return invalid(format!("expected finite radiance, found {bad:?}"));
+        if let Some(bad) = colors.iter().find(|c| !c.to_array().iter().all(|c| (*c as f32).is_finite())) {
+            return invalid(format!("expected finite radiance of single precision, found {bad:?}"));
         }
         let n = Axial::width(self.order);
         let mut rows = vec![0.0_f32; self.grid.points() * 3 * n];
-        for (table, color) in self.tables.iter().zip(colors) {
+        for (table, color) in self.table.chunks_exact(self.grid.points() * n).zip(colors) {
             let color = color.to_array().map(|c| c as f32);
             for (row, gray) in rows.chunks_exact_mut(3 * n).zip(table.chunks_exact(n)) {
                 for (row, c) in row.chunks_exact_mut(n).zip(color) {
@@ -282,22 +324,29 @@ impl PatchField {
                 }
             }
         }
-        let axial = Axial::new(self.order);
-        Ok(RadianceField { order: self.order, shape: Shape::Sampled { grid: self.grid, rows, axial } })
+        RadianceField::sampled(self.grid, self.order, rows)
     }
 
-    /// The field of a picture, `width` pixels in a row, the first at the corner of the rectangle. A patch has the mean of its
-    /// pixels, those that it cuts counted by their part.
+    /// The field of a picture, `width` pixels in a row, the first at the corner of the rectangle.
     ///
     /// # Errors
-    /// [`ShadowError::Invalid`] if the pixels are no whole number of rows, at least one, or one is not finite.
+    /// As [`PatchField::patch_colors`] and [`PatchField::with_colors`].
     pub fn with_picture(&self, width: usize, pixels: &[Rgb<f32>]) -> Result<RadianceField, ShadowError> {
+        self.with_colors(&self.patch_colors(width, pixels)?)
+    }
+
+    /// The radiance of the patches under a picture, row by row: the mean of the pixels of each, those that it cuts counted by
+    /// their part.
+    ///
+    /// # Errors
+    /// [`ShadowError::Invalid`] if the pixels are no whole number of rows, at least one.
+    pub fn patch_colors(&self, width: usize, pixels: &[Rgb<f32>]) -> Result<Vec<Rgb<f64>>, ShadowError> {
         if width == 0 || pixels.is_empty() || !pixels.len().is_multiple_of(width) {
             let message = format!("expected rows of {width} pixels, found {} in all", pixels.len());
             return Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
         }
         let height = pixels.len() / width;
-        let mut colors = Vec::with_capacity(self.tables.len());
+        let mut colors = Vec::with_capacity(self.patches[0] * self.patches[1]);
         for j in 0..self.patches[1] {
             for i in 0..self.patches[0] {
                 let columns = parts(i, self.patches[0], width);
@@ -311,7 +360,7 @@ impl PatchField {
                 colors.push(sum);
             }
         }
-        self.with_colors(&colors)
+        Ok(colors)
     }
 }
 
@@ -330,7 +379,7 @@ fn patch(rectangle: &Rectangle, [columns, rows]: [usize; 2], k: usize) -> Rectan
 }
 
 /// `w(r) S` of a rectangle of radiance 1 at every sample point, split.
-fn table(rectangle: &Rectangle, grid: &FieldGrid, order: usize) -> Vec<f32> {
+fn rows_of(rectangle: &Rectangle, grid: &FieldGrid, order: usize) -> Vec<f32> {
     let (axial, width) = (Axial::new(order), Axial::width(order));
     let mut rows = vec![0.0; grid.points() * width];
     let normal = cross(rectangle.u, rectangle.v).map(|c| c / length(cross(rectangle.u, rectangle.v)));
@@ -356,6 +405,26 @@ fn table(rectangle: &Rectangle, grid: &FieldGrid, order: usize) -> Vec<f32> {
         }
     });
     rows
+}
+
+fn check_patches(patches: [usize; 2]) -> Result<(), ShadowError> {
+    if patches.iter().all(|n| (1..=MOST_PATCHES).contains(n)) {
+        return Ok(());
+    }
+    Err(ShadowError::Options(format!("expected 1 to {MOST_PATCHES} patches along each side, found {patches:?}")))
+}
+
+/// Whether a table has `width` finite numbers for each point.
+fn expect_rows(grid: &FieldGrid, width: usize, rows: &[f32]) -> Result<(), ShadowError> {
+    let invalid = |message: String| Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
+    if rows.len() != grid.points() * width {
+        let (points, found) = (grid.points(), rows.len());
+        return invalid(format!("expected {width} numbers for each of {points} points, found {found} in all"));
+    }
+    match rows.iter().find(|x| !x.is_finite()) {
+        Some(bad) => invalid(format!("expected finite light, found {bad}")),
+        None => Ok(()),
+    }
 }
 
 fn check_order(order: usize) -> Result<(), ShadowError> {

@@ -9,8 +9,11 @@ const BATCH: usize = 64;
 /// Sectors of azimuth in which rays are ordered: a bundle of 256 of several thousand then has similar directions.
 const SECTORS: usize = 16;
 
-/// The least of closest hits that ask for the side of surfaces, see [`SkyRays::is_inside`].
+/// The rays that ask for the side of surfaces, see [`SkyRays::is_inside`]: their closest hits take longer than any hit.
 const SIDE_RAYS: usize = 64;
+
+/// `(√5 - 1)/2`.
+const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
 
 /// A point is inside a solid if this part of the rays from it hit a surface, and this part of those its back.
 const INSIDE_PART: f64 = 0.95;
@@ -139,9 +142,12 @@ impl<'a> SkyRays<'a> {
         if (occluded as f64) < INSIDE_PART * self.count() as f64 {
             return false;
         }
-        let step = (self.count() / SIDE_RAYS).max(1);
         let (mut hits, mut backs) = (0, 0);
-        for direction in scratch.directions.iter().step_by(step) {
+        for k in 0..SIDE_RAYS.min(self.count()) {
+            // Directions are in the order of sectors, and of heights in each: multiples of the golden section are spread
+            // evenly over both.
+            let place = (k as f64 * GOLDEN_SECTION).fract() * self.count() as f64;
+            let direction = &scratch.directions[place as usize];
             if let Some(hit) = self.bvh.closest(&Ray::new(origin, *direction)) {
                 let normal = self.scene.surface(&hit).geometric_normal;
                 hits += 1;

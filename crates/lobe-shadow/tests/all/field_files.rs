@@ -79,13 +79,18 @@ fn damaged_files_are_refused_in_one_line() {
     let whole = bytes_of(&FieldStorage::F32);
     for (from, to, expected) in [
         ("lobe-occlusion-field", "lobe-occlusion-farms", "expected lobe-occlusion-field, found lobe-occlusion-farms"),
-        (r#"\"version\":1"#, r#"\"version\":2"#, "expected version 1 of lobe-occlusion-field, found 2"),
+        (r#"\"version\":2"#, r#"\"version\":3"#, "found 3; take a Lobe as new as the file"),
+        (
+            r#"\"version\":2"#,
+            r#"\"version\":1"#,
+            "expected version 2 of lobe-occlusion-field, found 1; bake the field anew",
+        ),
         (r#"\"order\":3"#, r#"\"order\":4"#, "expected a tensor rows of F32 [151, 20]"),
         (r#"\"order\":3"#, r#"\"order\":0"#, "expected an order of 1 to 8, found 0"),
         (r#"\"spheres\":6"#, r#"\"spheres\":1"#, "expected 2 spheres or more"),
         (r#"\"spheres\":6"#, r#"\"spheres\":7"#, "expected a tensor rows of F32 [176, 12]"),
         (r#"\"cells\":4"#, r#"\"cells\":3"#, "an even number of cells"),
-        (r#"\"outer\":8.0"#, r#"\"outer\":0.1"#, "spheres from above 0"),
+        (r#"\"outer\":8.0"#, r#"\"outer\":0.1"#, "expected spheres that rise"),
         (r#"\"storage\":\"f32\""#, r#"\"storage\":\"f64\""#, "expected storage f32, f16, u8 or clustered"),
         (r#"\"storage\":\"f32\""#, r#"\"storage\":\"f16\""#, "expected a tensor rows of F16"),
         (r#"\"inner\":0.25"#, r#"\"inner\":null"#, "the entry lobe of its metadata is wrong"),

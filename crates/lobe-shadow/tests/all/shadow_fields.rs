@@ -64,7 +64,7 @@ fn a_chain_of_fields_is_near_what_rays_see_through_all_entities() {
     let truth = traced(&together(&parts), &positions, ORDER, 2048);
     let visible = |p: &[f32; 3]| fields.visibility_at(*p, None, None).unwrap().into_vec();
     let off = relative_error(&positions.iter().flat_map(visible).collect::<Vec<f32>>(), &truth, ORDER);
-    assert!(off < 0.1, "{count} entities: off by {off}");
+    assert!(off < 0.09, "{count} entities: off by {off}");
     // One that is turned, moved and scaled is as it was in its own frame.
     for placement in &placements {
         let one = ShadowFields::new(ORDER, &entities(field, &[*placement]), all_of_it()).unwrap();
@@ -111,8 +111,7 @@ fn a_chain_is_the_plain_loop_nearest_first() {
 fn many_receivers_see_what_each_sees_alone_on_any_number_of_threads() {
     let (field, placements) = (field_of_rabbit(), herd(6));
     let fields = ShadowFields::new(ORDER, &entities(field, &placements), ShadowFieldOptions::default()).unwrap();
-    // More receivers than the field has samples, so that it is turned as a whole; fewer, so that it is not.
-    for count in [field.grid().points() + 3, 201] {
+    for count in [1003, 201, 16, 1] {
         let (positions, normals) = near_origin(count);
         let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
         let on = |threads: usize| {
@@ -125,7 +124,7 @@ fn many_receivers_see_what_each_sees_alone_on_any_number_of_threads() {
             let alone = fields.visibility_at(positions[k], Some(normals[k]), None).unwrap();
             for i in 0..ORDER * ORDER {
                 let found = all[k * ORDER * ORDER + i];
-                assert!((found - alone[i]).abs() < 1e-5, "receiver {k} of {count}, {i}: {found}, alone {}", alone[i]);
+                assert!(found == alone[i], "receiver {k} of {count}, {i}: {found}, alone {}", alone[i]);
             }
         }
     }
@@ -163,6 +162,62 @@ fn what_is_left_out_changes_light_by_no_more_than_its_bound() {
     assert!(fields.visibility_at([0.0; 3], None, None).unwrap().mean() < 0.97, "all around");
 }
 
+#[test]
+fn what_is_left_out_changes_exit_radiance_by_no_more_than_its_bound() {
+    let field = field_of_ball();
+    let mut random = Random::new(9);
+    let mut place = || {
+        let r = 12.0 + 20.0 * random.unit();
+        let s = random.direction();
+        Placement::new([r * s[0], r * s[1], (r * s[2]).abs()], Rotation::IDENTITY, 1.0)
+    };
+    let placements: Vec<Placement> = (0..12).map(|_| place()).collect();
+    let receivers = ShadowReceivers::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]]).unwrap();
+    // Radiance 1 from everywhere.
+    let sky: Vec<Rgb<f64>> =
+        (0..16).map(|i| [(4.0 * PI).sqrt(), 0.0][usize::from(i > 0)]).map(|c| Rgb::new(c, c, c)).collect();
+    let sent = |negligible: f64| {
+        let options = ShadowFieldOptions::default().negligible(negligible);
+        let fields = ShadowFields::new(ORDER, &entities(field, &placements), options).unwrap();
+        f64::from(fields.shade(&receivers, &sky).unwrap()[0].g)
+    };
+    let truth = sent(0.0);
+    for negligible in [5e-3, 2e-2, 6e-2] {
+        let off = (sent(negligible) - truth).abs();
+        // Half of the bound at most was measured.
+        assert!(off > 0.0 && off <= negligible / PI, "{negligible}: off by {off}");
+    }
+}
+
+#[test]
+fn an_entity_that_sinks_below_the_horizon_leaves_with_a_small_step() {
+    let field = field_of_ball();
+    let receivers = ShadowReceivers::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]]).unwrap();
+    let sky: Vec<Rgb<f64>> =
+        (0..16).map(|i| [(4.0 * PI).sqrt(), 0.0][usize::from(i > 0)]).map(|c| Rgb::new(c, c, c)).collect();
+    let sent = |z: f64| {
+        let ball = Placement::new([3.0, 0.0, z], Rotation::IDENTITY, 1.0);
+        let fields = ShadowFields::new(ORDER, &entities(field, &[ball]), all_of_it()).unwrap();
+        f64::from(fields.shade(&receivers, &sky).unwrap()[0].g)
+    };
+    let radius = field.grid().radius();
+    let step = (sent(-radius * 1.001) - sent(-radius * 0.999)).abs();
+    assert!(step < HORIZON_STEP, "a step of {step} of 1 in the open");
+    // Transfer may come from below: what is there hides it.
+    let up: Vec<f32> = (0..16).map(|i| [1.0, 0.0][usize::from(i > 0)]).collect();
+    let transfer = Transfer::new(ORDER, Channels::Gray, up).unwrap();
+    let sent = |entities: &[PlacedField<'_>]| {
+        ShadowFields::new(ORDER, entities, all_of_it()).unwrap().shade_transfer(&receivers, &transfer, &sky).unwrap()[0]
+            .g
+    };
+    let below = Placement::new([0.0, 0.0, -3.0], Rotation::IDENTITY, 1.0);
+    let [open, hidden] = [sent(&[]), sent(&entities(field, &[below]))];
+    assert!(hidden < 0.99 * open, "{hidden} of {open} with a ball below");
+}
+
+/// What a ball of a third of its distance changes of exit radiance 1 as it touches the horizon from below.
+const HORIZON_STEP: f64 = 1e-3;
+
 fn light() -> Vec<Rgb<f64>> {
     let mut random = Random::new(12);
     (0..16).map(|i| Rgb::new(if i == 0 { 3.0 } else { random.signed() }, random.signed(), random.signed())).collect()
@@ -197,9 +252,20 @@ fn exit_radiance_is_the_integral_of_light_visibility_and_cosine() {
             }
         }
     }
-    // Transfer that is the cosine gives the same as the cosine, for one channel and for three.
+    // Transfer that is the cosine gives the same for one channel and for three, without a horizon.
     let white = ShadowReceivers::new(&positions, &normals).unwrap();
-    let expected = fields.shade(&white, &light()).unwrap();
+    let expected: Vec<Rgb<f32>> = positions
+        .iter()
+        .zip(&normals)
+        .map(|(position, normal)| {
+            let visible = fields.visibility_at(*position, None, None).unwrap();
+            let cosine = Zonal::clamped_cosine(ORDER).towards(Dir::from_f32(*normal).unwrap(), (1.0 / PI) as f32);
+            let mut product = [0.0_f32; 16];
+            product_into(visible.coefficients(), cosine.coefficients(), &mut product);
+            let channel = |c: usize| (0..16).map(|i| product[i] * light()[i].to_array()[c] as f32).sum();
+            Rgb::new(channel(0), channel(1), channel(2))
+        })
+        .collect();
     for channels in [Channels::Gray, Channels::Rgb] {
         let rows: Vec<f32> = normals
             .iter()
@@ -212,7 +278,7 @@ fn exit_radiance_is_the_integral_of_light_visibility_and_cosine() {
         let found = fields.shade_transfer(&white, &transfer, &light()).unwrap();
         for (k, (a, b)) in found.iter().zip(&expected).enumerate() {
             let off = (0..3).map(|c| (a.to_array()[c] - b.to_array()[c]).abs()).fold(0.0, f32::max);
-            assert!(off < 1e-5, "{channels:?}, receiver {k}: {a:?} against {b:?}");
+            assert!(off < 2e-5, "{channels:?}, receiver {k}: {a:?} against {b:?}");
         }
     }
 }
@@ -257,8 +323,8 @@ fn a_lamp_is_dimmed_by_what_is_nearer_than_it_alone() {
     assert!((open.b - 3.0 * open.r).abs() < 1e-6, "its color: {open:?}");
     assert_eq!(sent(&[at(9.0)]), open, "a ball behind the lamp");
     let dimmed = sent(&[at(3.0)]);
-    // Order 4 blurs the edge of the shadow over some 45 degrees.
-    assert!(dimmed.g < 0.75 * open.g, "a ball before the lamp: {dimmed:?} of {open:?}");
+    // Order 4 blurs the edge of the shadow over some 45 degrees: of a lamp that is hidden two thirds shine on.
+    assert!(dimmed.g < 0.7 * open.g, "a ball before the lamp: {dimmed:?} of {open:?}");
 }
 
 #[test]
@@ -272,7 +338,7 @@ fn overlapping_entities_hide_what_both_hide_once() {
     let (one, two, three) = (visible(1), visible(2), visible(3));
     let hidden = 1.0 - one;
     // Of order 4 the square of a step differs from the step.
-    assert!((one - two).abs() < 0.5 * hidden && (two - three).abs() < 0.1 * hidden, "{one}, {two}, {three}");
+    assert!((one - two).abs() < 0.4 * hidden && (two - three).abs() < 0.08 * hidden, "{one}, {two}, {three}");
 }
 
 #[test]
@@ -304,7 +370,8 @@ fn wrong_orders_and_numbers_are_refused_in_one_line() {
     let fields = new(3, all_of_it()).unwrap();
     let lamps = [LocalLight { field: &lamp, placement: here }];
     let positions = [[0.0_f32; 3]; 2];
-    let receivers = ShadowReceivers::new(&positions, &positions).unwrap();
+    let up = [[0.0, 0.0, 1.0_f32]; 2];
+    let receivers = ShadowReceivers::new(&positions, &up).unwrap();
     let own = [0.0; 32];
     let of_order_4 = receivers.with_own_visibility(4, &own).unwrap();
     let transfer =
@@ -322,7 +389,14 @@ fn wrong_orders_and_numbers_are_refused_in_one_line() {
         (fields.shade_transfer(&receivers, &transfer(3, 5), &[]).map(drop), "transfer of 2 receivers, found 5"),
         (fields.visibility_at([f32::NAN; 3], None, None).map(drop), "no finite number"),
         (fields.visibility_at([0.0; 3], None, Some(&[1.0; 4])).map(drop), "visibility of 9 numbers"),
-        (ShadowReceivers::new(&positions, &positions[1..]).map(drop), "one normal for each of 2, found 1"),
+        (ShadowReceivers::new(&positions, &up[1..]).map(drop), "one normal for each of 2, found 1"),
+        (
+            ShadowReceivers::new(&positions, &positions).map(drop),
+            "normals of length 1, found [0.0, 0.0, 0.0] at receiver 0",
+        ),
+        (ShadowReceivers::new(&positions, &[up[0], [0.0, 2.0, 0.0]]).map(drop), "found [0.0, 2.0, 0.0] at receiver 1"),
+        (fields.visibility_at([0.0; 3], Some([0.5; 3]), None).map(drop), "normals of length 1"),
+        (receivers.with_own_visibility(usize::MAX, &own).map(drop), "an order of 1 to 8, found 18446744073709551615"),
         (receivers.with_albedos(&positions[1..]).map(drop), "one albedo for each of 2, found 1"),
         (receivers.with_own_visibility(4, &own[1..]).map(drop), "found 31"),
     ] {

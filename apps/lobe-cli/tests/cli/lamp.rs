@@ -1,0 +1,72 @@
+//! `lobe lamp`: lamps of every shape as files, and what cannot be one.
+
+use lobe::image::{Picture, Tone};
+use lobe::shadow::{Lamp, RadialInterpolation, read_lamp};
+use serde_json::Value;
+
+use crate::harness::Dir;
+
+/// Few samples, so that it is quick.
+const COARSE: &str = "--order 3 --spheres 4 --cells 4";
+
+/// The mean radiance that a lamp sends to a point, red and blue.
+fn at(lamp: &Lamp, time: f64, point: [f64; 3]) -> [f32; 2] {
+    let light = lamp.at(time).unwrap().radiance_at(point, RadialInterpolation::Linear);
+    [light[0].r, light[0].b]
+}
+
+#[test]
+fn lamps_of_every_shape_are_written_and_read() {
+    let dir = Dir::new();
+    dir.lobe("lamp sphere --radius 0.5 --radiance 1,2,3 -o s.safetensors").succeeds();
+    let sphere = read_lamp(dir.path("s.safetensors")).unwrap();
+    let [red, blue] = at(&sphere, 0.0, [0.0, 0.0, 2.0]);
+    assert!(red > 0.0 && (blue / red - 3.0).abs() < 1e-5, "{red} and {blue}");
+
+    dir.lobe(&format!("lamp rectangle --size 2,1 {COARSE} -o r.safetensors")).succeeds();
+    let rectangle = read_lamp(dir.path("r.safetensors")).unwrap();
+    let [[front, _], [back, _]] = [2.0, -2.0].map(|z| at(&rectangle, 0.0, [0.0, 0.0, z]));
+    assert!(front > 0.1 && back.abs() < 0.1 * front, "it shines towards +z: {front} before and {back} behind");
+}
+
+#[test]
+fn pictures_are_seen_from_the_front_and_follow_each_other() {
+    let dir = Dir::new();
+    // Red on the left and blue on the right, then the other way round.
+    let picture = |left: [f32; 3], right: [f32; 3]| Picture::from_fn(2, 1, |x, _| [left, right][x]);
+    let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    picture(red, blue).write_png(dir.path("a.png"), &Tone::default()).unwrap();
+    picture(blue, red).write_png(dir.path("b.png"), &Tone::default()).unwrap();
+    let size = format!("lamp rectangle --size 2,1 --patches 2,1 {COARSE}");
+    let printed = dir.lobe(&format!("{size} --pictures a.png b.png --fps 2 -o l.safetensors --json")).succeeds().0;
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!((&printed["pictures"], &printed["patches"]), (&2.into(), &serde_json::json!([2, 1])), "{printed}");
+    let lamp = read_lamp(dir.path("l.safetensors")).unwrap();
+    // Near the left end, as one sees it from the front with y up.
+    let left = [-0.8, 0.0, 0.4];
+    let ([r, b], [later_r, later_b]) = (at(&lamp, 0.0, left), at(&lamp, 0.5, left));
+    assert!(r > 1.5 * b && later_b > 1.5 * later_r, "{r}, {b} at first, {later_r}, {later_b} half a second later");
+    dir.lobe(&format!("{size} --pictures a.png -o one.safetensors")).succeeds();
+    let one = read_lamp(dir.path("one.safetensors")).unwrap();
+    assert!(matches!(one, Lamp::Still(_)), "one picture stands");
+    let off = (at(&one, 0.0, left)[0] - r).abs();
+    assert!(off < 1e-6, "off by {off}");
+}
+
+#[test]
+fn what_cannot_be_a_lamp_is_refused() {
+    let dir = Dir::new();
+    for (given, expected) in [
+        ("sphere", "a sphere has a --radius"),
+        ("rectangle", "a rectangle has a --size"),
+        ("sphere --radius 1 --size 1,1", "--size: only of a rectangle"),
+        ("rectangle --size 1,1 --radius 1", "--radius: only of a sphere"),
+        ("rectangle --size 1,1 --patches 2,2", "--patches: only with --pictures"),
+        ("rectangle --size 1,1 --fps 2", "--fps: only with several --pictures"),
+        ("rectangle --size 1,1 --pictures none.png", "none.png"),
+        ("rectangle --size 0,1", "a width and a height above 0"),
+    ] {
+        let message = dir.lobe(&format!("lamp {given} -o l.safetensors")).error();
+        assert!(message.contains(expected), "{given}: {message}");
+    }
+}
