@@ -51,6 +51,11 @@ impl<S: Simd> Lanes<S> {
         self.with(self.simd.max_f32s(self.values, other.values))
     }
 
+    #[inline(always)]
+    pub(crate) fn sqrt(self) -> Self {
+        self.with(self.simd.sqrt_f32s(self.values))
+    }
+
     /// `self · factor + term`.
     #[inline(always)]
     pub(crate) fn times_plus(self, factor: Self, term: Self) -> Self {

@@ -109,7 +109,7 @@ impl<'a> Placed<'a> {
             let [x, y, z] = &towards;
             let (x, y, z) = (Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part));
             let square = x.times_plus(x, y.times_plus(y, z * z));
-            let scale = square.max(Lanes::splat(simd, NO_DISTANCE)).sqrt().recip();
+            let scale = square.max(Lanes::splat(simd, NO_DISTANCE)).inverse_sqrt();
             basis.for_each(simd, [x * scale, y * scale, z * scale], |l, i, y| {
                 let zonal = Lanes::load(simd, &scratch.zonal[l], part);
                 y.times_plus(zonal, Lanes::load(simd, &out[i], part)).store(&mut out[i], part);
