@@ -255,11 +255,20 @@ fn chain(order: usize, spheres: &[(Dir, f64)]) -> ShVec<f64> {
     spheres.iter().fold(ShVec::constant(order, 1.0), |all, &(s, angle)| product(&all, &visible(order, s, angle), order))
 }
 
+/// Errors of the methods at orders 3 to 6 with 16 spheres that others measured with clusters of their own, in the order of
+/// [`METHODS`]: eigenvectors, four terms of the series, optimal linear, hybrid of limit 1, grid.
+const MEASURED_BEFORE: [[f64; METHODS.len()]; 4] = [
+    [0.119, 0.119, 0.153, 0.130, 0.124],
+    [0.131, 0.139, 0.262, 0.162, 0.137],
+    [0.120, 0.212, 0.369, 0.206, 0.129],
+    [0.115, 1.11, 0.374, 0.246, 0.166],
+];
+
 /// The mean over clusters of the error relative to the truth: chained products, and every method.
 #[test]
 fn the_grid_is_nearer_to_the_truth_than_the_optimal_linear_and_the_hybrid_methods() {
     const CLUSTERS: usize = 12;
-    for order in 3..=6 {
+    for (order, before) in (3..).zip(MEASURED_BEFORE) {
         let mut random = Random::new(5);
         let mut errors = [0.0; METHODS.len() + 1];
         let exponentials = METHODS.map(|method| Exponential::new(order, method));
@@ -274,9 +283,11 @@ fn the_grid_is_nearer_to_the_truth_than_the_optimal_linear_and_the_hybrid_method
             }
         }
         println!("order {order}: products {:.3}, then {METHODS:?} {:.3?}", errors[0], &errors[1..]);
-        let [_, eigen, _, linear, hybrid, grid] = errors;
+        let [_, _, _, linear, hybrid, grid] = errors;
         assert!(grid < linear && grid < hybrid, "order {order}: {grid} against {linear} and {hybrid}");
-        assert!(eigen < 0.2 && grid < 0.25, "order {order}: {eigen} and {grid}");
+        for ((method, error), before) in METHODS.iter().zip(&errors[1..]).zip(before) {
+            assert!(*error <= before, "order {order}, {method:?}: {error}, and {before} was measured before");
+        }
     }
 }
 
