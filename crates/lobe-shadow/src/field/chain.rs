@@ -357,7 +357,7 @@ impl WithSimd for Occlude<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { chain, entity, group, lanes, look_up, out } = self;
-        entity.occlusion_into(simd, &group.positions, lanes, chain.interpolation, &chain.basis, look_up, out);
+        entity.occlusion_into(simd, &group.positions, lanes, &chain.basis, look_up, out);
     }
 }
 

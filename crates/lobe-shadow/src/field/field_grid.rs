@@ -446,6 +446,32 @@ mod tests {
     }
 
     #[test]
+    fn the_slope_of_a_cubic_is_continuous_from_the_second_sphere_to_beyond_the_last() {
+        let grid = FieldGrid::new([0.0; 3], 1.0, [0.25, 8.0], 7, 2).unwrap();
+        let values = [1.0, 3.0, 2.0, -1.0, 0.5, 2.5, 4.0_f64];
+        let at = |k: f64, interpolation| {
+            let m = (k - grid.at_radius) / grid.per_step[usize::from(k >= grid.at_radius)];
+            let r = (m * m.abs()).exp();
+            let stencil = grid.stencil([0.0, 0.0, r as f32], interpolation);
+            let sum = |(row, w): &(u32, f32)| f64::from(*w) * values[*row as usize / 9];
+            stencil.taps().iter().map(sum).sum::<f64>() * grid.scale_at(r)
+        };
+        let kink = |k: usize, interpolation| {
+            // One-sided differences, exact for quadratics.
+            let slope = |h: f64| {
+                let f = |n: f64| at(k as f64 + n * h, interpolation);
+                (4.0 * f(1.0) - f(2.0) - 3.0 * f(0.0)) / (2.0 * h)
+            };
+            (slope(0.02) - slope(-0.02)).abs()
+        };
+        for k in 1..7 {
+            let [linear, cubic] = [RadialInterpolation::Linear, RadialInterpolation::Cubic].map(|i| kink(k, i));
+            assert!(cubic < 0.05, "sphere {k}: the slope changes by {cubic}, linearly by {linear}");
+            assert!(linear > 0.4, "sphere {k}: the linear slope changes by {linear}");
+        }
+    }
+
+    #[test]
     fn neighbors_are_mutual_and_four_on_a_sphere_but_for_the_fold() {
         let grid = FieldGrid::new([0.0; 3], 1.0, [0.5, 4.0], 3, 4).unwrap();
         let neighbors = grid.neighbors();

@@ -146,7 +146,7 @@ impl WithSimd for Look<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FieldGrid, OcclusionField, Placement};
+    use crate::{FieldGrid, OcclusionField, Placement, RadialInterpolation};
     use lobe_sh::Rotation;
 
     /// The largest solid angle of a ball at a distance, in closed form.
@@ -161,7 +161,10 @@ mod tests {
         let heights = [3.0, -2.0, 40.0, 50.0, 60.0, -0.5];
         let entities: Vec<Placed<'_>> = heights
             .iter()
-            .map(|z| Placed::new(&field, &Placement::new([0.0, 0.0, *z], Rotation::IDENTITY, 1.0), 1))
+            .map(|z| {
+                let placement = Placement::new([0.0, 0.0, *z], Rotation::IDENTITY, 1.0);
+                Placed::new(&field, &placement, 1, RadialInterpolation::Linear)
+            })
             .collect();
         let up = [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]];
         for arch in [Arch::new(), Arch::Scalar] {

@@ -21,6 +21,7 @@ pub(crate) struct Placed<'a> {
     field: &'a OcclusionField,
     /// Of rows the first numbers are used: all of `z`, and `g` to the order in use.
     order: usize,
+    interpolation: RadialInterpolation,
     /// The matrices of the rotation, band after band and row after row; none for an entity that is not turned.
     turn: Vec<f32>,
     center: [f64; 3],
@@ -51,13 +52,19 @@ impl Default for LookUp {
 }
 
 impl<'a> Placed<'a> {
-    pub(crate) fn new(field: &'a OcclusionField, placement: &Placement, order: usize) -> Self {
+    pub(crate) fn new(
+        field: &'a OcclusionField,
+        placement: &Placement,
+        order: usize,
+        interpolation: RadialInterpolation,
+    ) -> Self {
         let rotation = placement.rotation();
         let m = rotation.matrix();
         let radius = placement.scale() * field.grid().radius();
         Self {
             field,
             order,
+            interpolation,
             turn: if *rotation == Rotation::IDENTITY { Vec::new() } else { matrices(rotation, order) },
             center: placement.to_world(field.grid().center()),
             radius,
@@ -91,7 +98,6 @@ impl<'a> Placed<'a> {
         simd: S,
         positions: &Positions,
         wanted: u16,
-        interpolation: RadialInterpolation,
         basis: &LaneBasis,
         scratch: &mut LookUp,
         out: &mut [Block],
@@ -100,9 +106,9 @@ impl<'a> Placed<'a> {
         for (offset, towards) in scratch.offset.as_flattened_mut().iter_mut().zip(towards.as_flattened()) {
             *offset = -towards;
         }
-        match interpolation {
-            RadialInterpolation::Linear => self.rows_into::<S, 2, 8>(simd, wanted, interpolation, scratch),
-            RadialInterpolation::Cubic => self.rows_into::<S, 4, 16>(simd, wanted, interpolation, scratch),
+        match self.interpolation {
+            RadialInterpolation::Linear => self.rows_into::<S, 2, 8>(simd, wanted, scratch),
+            RadialInterpolation::Cubic => self.rows_into::<S, 4, 16>(simd, wanted, scratch),
         }
         for part in 0..Lanes::<S>::PARTS {
             self.turn_into(simd, part, &scratch.rest, out);
@@ -119,13 +125,7 @@ impl<'a> Placed<'a> {
 
     /// Interpolated rows: `zonal` and `rest` in the entity's frame, lane by lane.
     #[inline(always)]
-    fn rows_into<S: Simd, const SPHERES: usize, const TAPS: usize>(
-        &self,
-        simd: S,
-        wanted: u16,
-        interpolation: RadialInterpolation,
-        scratch: &mut LookUp,
-    ) {
+    fn rows_into<S: Simd, const SPHERES: usize, const TAPS: usize>(&self, simd: S, wanted: u16, scratch: &mut LookUp) {
         let grid = self.field.grid();
         let LookUp { stencil, offset, row, zonal, rest } = scratch;
         stencil.fill::<S, SPHERES>(simd, grid, &self.to_own, offset);
@@ -139,7 +139,7 @@ impl<'a> Placed<'a> {
                 let d = offset.map(|c| c[lane]);
                 let own = self.to_own.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
                 let width = self.field.width();
-                grid.stencil(own, interpolation).sum_into(self.field.rows(), &mut row[..width]);
+                grid.stencil(own, self.interpolation).sum_into(self.field.rows(), &mut row[..width]);
             }
             zonal[..self.order].iter_mut().zip(&*row).for_each(|(z, x)| z[lane] = *x);
             let row = &row[self.field.order()..];

@@ -268,7 +268,7 @@ impl<'a> ShadowFields<'a> {
             turn: (*light.placement.rotation() != Rotation::IDENTITY)
                 .then(|| RotationMatrices::new(light.placement.rotation(), self.order)),
         };
-        let placed = |e: &PlacedField<'a>| Placed::new(e.field, &e.placement, self.order);
+        let placed = |e: &PlacedField<'a>| Placed::new(e.field, &e.placement, self.order, self.options.interpolation);
         Chain {
             arch: Arch::new(),
             order: self.order,
