@@ -9,6 +9,7 @@ mod glossy;
 mod mapping_figures;
 mod masks;
 mod moving;
+mod moving_poses;
 mod path_tracer;
 mod png;
 mod strict;
