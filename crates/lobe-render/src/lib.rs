@@ -62,7 +62,7 @@
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
-//! | scenes that move | [`MovingScene`], its [`MovingPart`]s, [`Moment`]; [`light_moving_scene`] by [`MovingShading`] |
+//! | scenes that move | [`MovingScene`], its [`MovingPart`]s, [`Moment`], [`Moments`]; [`light_moving_scene`] by [`MovingShading`] |
 //! | what is baked of them | [`MovingBakeOptions`], [`PartBake`]; what stands still in a room [`VisibilityGrid`] |
 //! | scenes without transfer | [`light_by_irradiance`] |
 //! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
@@ -98,6 +98,7 @@ pub use mapping_gallery::solid::Solid;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
 pub use moving::moment::Moment;
+pub use moving::moments::Moments;
 pub use moving::moving_bake::{MovingBakeOptions, PartBake, PartBakeKind};
 pub use moving::moving_options::{MovingMethod, MovingOptions};
 pub use moving::moving_part::{Motion, MovingPart};

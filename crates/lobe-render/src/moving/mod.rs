@@ -1,11 +1,13 @@
 //! Scenes that move: their parts, each with its place over time, and pictures of a moment.
 //!
-//! Read `moving_part` and `moving_scene` first, then `moment`, the scene at one time; `read_moving` reads descriptions,
+//! Read `moving_part` and `moving_scene` first, then `moment`, the scene at one time, and `moments`,
+//! one after the other; `read_moving` reads descriptions,
 //! `moving_bake` makes what parts lack, `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture`
 //! shows it. The others are steps of these: `visibility_grid` in the `swept_box`, `sphere_joints` and `sphere_albedo`,
 //! `part_backs`, and `part_light`. Uses `camera` and `scene_view`.
 
 pub(crate) mod moment;
+pub(crate) mod moments;
 pub(crate) mod moving_bake;
 pub(crate) mod moving_options;
 pub(crate) mod moving_part;

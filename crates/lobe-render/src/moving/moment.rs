@@ -2,14 +2,14 @@
 
 use lobe_scene::{Bvh, Entity, PosedScene, Scene};
 use lobe_sh::{Rgb, Rotation};
-use lobe_shadow::{Placement, WorldSphere};
+use lobe_shadow::{Placement, SphereSet, WorldSphere};
 
 use crate::{MovingPart, RenderError};
 
 /// A [`MovingScene`](crate::MovingScene) at one time: its triangles in the world, and where its parts are.
 #[derive(Clone, Debug)]
 pub struct Moment<'a> {
-    of: &'a [MovingPart],
+    parts: &'a [MovingPart],
     scene: Scene,
     bvh: Bvh,
     pub(crate) placed: Vec<PlacedPart>,
@@ -37,16 +37,15 @@ pub(crate) struct Surface {
 }
 
 impl<'a> Moment<'a> {
-    pub(crate) fn new(of: &'a [MovingPart], placed: Vec<(Scene, PlacedPart)>) -> Result<Self, RenderError> {
-        let (scenes, placed): (Vec<_>, Vec<_>) = placed.into_iter().unzip();
-        let scene = Scene::joined(scenes)?;
-        Ok(Self { of, bvh: Bvh::new(&scene), scene, placed })
+    /// The parts, their triangles in the world with a tree over them, and where each part is.
+    pub(crate) fn new(parts: &'a [MovingPart], (scene, bvh): (Scene, Bvh), placed: Vec<PlacedPart>) -> Self {
+        Self { parts, scene, bvh, placed }
     }
 
     /// The parts of the moving scene. Their vertices, one part after the other, are those of [`Moment::scene`].
     #[must_use]
     pub fn parts(&self) -> &'a [MovingPart] {
-        self.of
+        self.parts
     }
 
     /// All triangles in the world, to be traced for a reference.
@@ -60,20 +59,28 @@ impl<'a> Moment<'a> {
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
     }
+
+    /// The tree, to be refit for another moment.
+    pub(crate) fn into_bvh(self) -> Bvh {
+        self.bvh
+    }
 }
 
 impl PlacedPart {
     /// A part at a place.
     pub(crate) fn rigid(part: &MovingPart, placement: Placement) -> Self {
+        let sphere = |set: &SphereSet, k: usize| WorldSphere {
+            center: placement.to_world(set.center(k)),
+            radius: f64::from(set.radii()[k]) * placement.scale(),
+        };
+        let spheres = match &part.spheres {
+            Some(set) => (0..set.len()).map(|k| sphere(set, k)).collect(),
+            None => Vec::new(),
+        };
+        // Positions count from the origin of the scene.
         let origin = placement.to_world(part.scene.origin());
         let frame = Placement::new(origin, *placement.rotation(), placement.scale());
-        // Spheres, as positions of the scene, count from its origin.
-        let sphere = |(center, radius): (&[f32; 3], &f32)| WorldSphere {
-            center: frame.to_world(center.map(f64::from)),
-            radius: f64::from(*radius) * frame.scale(),
-        };
-        let spheres = part.spheres.iter().flat_map(|set| set.centers().iter().zip(set.radii()).map(sphere));
-        Self { placement, spheres: spheres.collect(), surface: Surface::new(&part.scene, &part.scene, frame) }
+        Self { placement, spheres, surface: Surface::new(&part.scene, &part.scene, frame) }
     }
 
     /// The same part, which a place carries along with all around it.
@@ -96,13 +103,11 @@ impl PlacedPart {
         entity: &Entity,
         scene: &Scene,
     ) -> Result<Self, RenderError> {
-        // Without a skin, spheres of a part whose scales differ or that is morphed move with its node.
-        let maps = match entity.skin() {
-            Some(skin) => posed.joint_maps(skin),
-            None => vec![posed.place(entity)],
-        };
+        // The node moves what has no joints: of a part with a skin some meshes may not.
+        let joints = entity.skin().map(|skin| posed.joint_maps(skin)).unwrap_or_default();
+        let maps = joints.into_iter().chain([posed.place(entity)]);
         let origin = posed.scene().origin();
-        let rows = maps.iter().map(|place| {
+        let rows = maps.map(|place| {
             let mut rows = place.rows();
             (0..3).for_each(|k| rows[k][3] += origin[k]);
             rows

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use lobe_scene::{AnimatedScene, Entity, EntityKind, PosedScene, Scene};
+use lobe_scene::{AnimatedScene, Bvh, Entity, EntityKind, PosedScene, Scene};
 use lobe_sh::Rotation;
 use lobe_shadow::{Placement, Track};
 
@@ -74,20 +74,25 @@ impl MovingScene {
     /// # Panics
     /// If there is no such animation.
     pub fn animated(scene: AnimatedScene, animation: Option<usize>) -> Result<Self, RenderError> {
-        let rest = scene.rest_pose()?;
-        let kind = |entity: &Entity| animation.map_or(EntityKind::Static, |k| scene.kind_in(k, entity));
-        let mut parts = Vec::new();
-        let still = scene.entities().iter().filter(|entity| kind(entity) == EntityKind::Static);
-        let still: Vec<usize> = still.flat_map(Entity::meshes).collect();
-        if !still.is_empty() {
-            parts.push(MovingPart::new("still", rest.scene().part(still)?, Motion::Still));
-        }
-        for entity in scene.entities().iter().filter(|entity| kind(entity) != EntityKind::Static) {
-            let is_rigid = kind(entity) == EntityKind::Rigid && rest.place(entity).similarity().is_some();
-            let motion = if is_rigid { Motion::Node(entity.clone()) } else { Motion::Deformed(entity.clone()) };
+        let count = scene.entities().len();
+        let kinds = animation.map_or_else(|| vec![EntityKind::Static; count], |k| scene.kinds_in(k));
+        let similar = animation.map_or_else(|| vec![true; count], |k| scene.similar_in(k));
+        let (mut still, mut parts) = (Vec::new(), Vec::new());
+        for ((entity, kind), is_similar) in scene.entities().iter().zip(kinds).zip(similar) {
+            let motion = match kind {
+                EntityKind::Static => {
+                    still.extend(entity.meshes());
+                    continue;
+                }
+                EntityKind::Rigid if is_similar => Motion::Node(entity.clone()),
+                _ => Motion::Deformed(entity.clone()),
+            };
             let name = entity.name().map_or_else(|| format!("node {}", entity.node()), str::to_owned);
-            let own = scene.own_scene(entity)?;
-            parts.push(MovingPart::new(name, own.part(0..own.meshes().len())?, motion));
+            parts.push(MovingPart::new(name, scene.own_scene(entity)?, motion));
+        }
+        if !still.is_empty() {
+            let still = scene.rest_pose()?.scene().part(still)?;
+            parts.insert(0, MovingPart::new("still", still, Motion::Still));
         }
         Ok(Self { parts, animated: Some((scene, animation)), carried: Vec::new(), is_looped: false })
     }
@@ -184,79 +189,125 @@ impl MovingScene {
     pub(crate) fn carried(
         &self,
         time: f64,
-    ) -> impl Iterator<Item = Result<(Range<usize>, PosedScene, Placement), RenderError>> {
+    ) -> impl Iterator<Item = Result<CarriedPose, RenderError>> {
         let time = self.within(time);
         self.carried
             .iter()
             .map(move |carried| Ok((carried.parts.clone(), carried.posed(time)?, carried.track.at(time))))
     }
 
+    /// The scene at a time, in seconds; outside of [`MovingScene::span`] it rests, or begins anew if it is
+    /// [looped](Self::looped).
+    ///
+    /// All parts are there at all times, with the same triangles in the same order: one that an animation scales to nothing is
+    /// a point, which no ray hits and which hides nothing. For one time after the other, [`MovingScene::moments`] takes less
+    /// time.
+    ///
+    /// # Errors
+    /// [`RenderError::Scene`] with the errors of [`AnimatedScene::pose`] and [`Scene::joined`]; [`RenderError::Options`] if
+    /// the time is not finite.
+    pub fn at(&self, time: f64) -> Result<Moment<'_>, RenderError> {
+        let (scene, placed) = self.placed_at(time)?;
+        let bvh = Bvh::new(&scene);
+        Ok(Moment::new(&self.parts, (scene, bvh), placed))
+    }
+
+    /// The smallest box around the scene at a time, in the world: the corners of the smallest and of the largest coordinates.
+    /// It makes no tree and places no part.
+    ///
+    /// # Errors
+    /// As [`MovingScene::at`].
+    pub fn bounds(&self, time: f64) -> Result<[[f64; 3]; 2], RenderError> {
+        let carried = self.carried(time).collect::<Result<Vec<_>, _>>()?;
+        Ok(self.scene_at(time, self.posed(time)?.as_ref(), &carried)?.world_bounds())
+    }
+
+    /// All triangles in the world at a time, and where the parts are.
+    pub(crate) fn placed_at(&self, time: f64) -> Result<(Scene, Vec<PlacedPart>), RenderError> {
+        let posed = self.posed(time)?;
+        let carried = self.carried(time).collect::<Result<Vec<_>, _>>()?;
+        let scene = self.scene_at(time, posed.as_ref(), &carried)?;
+        let time = self.within(time);
+        let placed = self.parts.iter().enumerate().map(|(index, part)| match carrier(&carried, index, part) {
+            Some((_, posed, by)) => Ok(placed(part, time, Some(posed))?.carried(by)),
+            None => placed(part, time, posed.as_ref()),
+        });
+        Ok((scene, placed.collect::<Result<_, RenderError>>()?))
+    }
+
     /// The animated scene at a time.
     pub(crate) fn posed(&self, time: f64) -> Result<Option<PosedScene>, RenderError> {
+        if !time.is_finite() {
+            return Err(RenderError::Options(format!("expected a finite time, found {time}")));
+        }
+        let time = self.within(time);
         Ok(match &self.animated {
-            Some((scene, Some(animation))) => Some(scene.pose(*animation, self.within(time))?),
+            Some((scene, Some(animation))) => Some(scene.pose(*animation, time)?),
             Some((scene, None)) => Some(scene.rest_pose()?),
             None => None,
         })
     }
 
-    /// The scene at a time, in seconds; outside of [`MovingScene::span`] it rests, or begins anew if it is
-    /// [looped](Self::looped).
-    ///
-    /// # Errors
-    /// [`RenderError::Scene`] with the errors of [`AnimatedScene::pose`] and [`Scene::joined`]; [`RenderError::Options`] if
-    /// the time is not finite, or if an animation shears a part then that it moved as a whole at rest.
-    pub fn at(&self, time: f64) -> Result<Moment<'_>, RenderError> {
-        if !time.is_finite() {
-            return Err(RenderError::Options(format!("expected a finite time, found {time}")));
+    /// All triangles in the world at a time: those of the pose as they are, in the order of the parts.
+    fn scene_at(
+        &self,
+        time: f64,
+        posed: Option<&PosedScene>,
+        carried: &[CarriedPose],
+    ) -> Result<Scene, RenderError> {
+        if let Some(posed) = posed {
+            let moving: Vec<usize> =
+                self.parts.iter().filter_map(MovingPart::entity).flat_map(Entity::meshes).collect();
+            let mut is_still = vec![true; posed.scene().meshes().len()];
+            moving.iter().for_each(|&mesh| is_still[mesh] = false);
+            let still = (0..is_still.len()).filter(|&mesh| is_still[mesh]);
+            return Ok(posed.scene().part(still.chain(moving))?);
         }
-        let posed = self.posed(time)?;
-        let carried = self.carried(time).collect::<Result<Vec<_>, _>>()?;
         let time = self.within(time);
-        let place = |(index, part): (usize, &MovingPart)| match carried
-            .iter()
-            .find(|(parts, ..)| parts.contains(&index) && part.entity().is_some())
-        {
-            Some((_, posed, by)) => {
-                let (scene, placed) = placed(part, time, Some(posed))?;
-                Ok((scene.mapped(by.rows())?, placed.carried(by)))
+        let scene = |(index, part): (usize, &MovingPart)| match (&part.motion, carrier(carried, index, part)) {
+            (Motion::Node(entity) | Motion::Deformed(entity), Some((_, posed, by))) => {
+                posed.scene().part(entity.meshes())?.mapped(by.rows())
             }
-            None => placed(part, time, posed.as_ref()),
+            (Motion::Track(track), _) => part.scene.clone().mapped(track.at(time).rows()),
+            // What stands still is bit by bit as it is.
+            _ => Ok(part.scene.clone()),
         };
-        let placed = self.parts.iter().enumerate().map(place);
-        let placed = placed.collect::<Result<Vec<_>, RenderError>>()?;
-        Moment::new(&self.parts, placed)
+        let scenes = self.parts.iter().enumerate().map(scene).collect::<Result<Vec<_>, _>>()?;
+        Ok(Scene::joined(scenes)?)
     }
 }
 
-/// A part at a time: its triangles in the world, its place and its spheres.
-fn placed(part: &MovingPart, time: f64, posed: Option<&PosedScene>) -> Result<(Scene, PlacedPart), RenderError> {
-    let rigid = |placement: Placement| -> Result<(Scene, PlacedPart), RenderError> {
-        Ok((part.scene.clone().mapped(placement.rows())?, PlacedPart::rigid(part, placement)))
-    };
+/// The parts of an animated scene that a track carries, its pose, and where the track is.
+type CarriedPose = (Range<usize>, PosedScene, Placement);
+
+/// What carries a part that is an entity.
+fn carrier<'a>(carried: &'a [CarriedPose], index: usize, part: &MovingPart) -> Option<&'a CarriedPose> {
+    carried.iter().find(|(parts, ..)| parts.contains(&index) && part.entity().is_some())
+}
+
+/// The scale of a part that an animation scales to nothing, or to less: its solid angle is then below a rounding from
+/// wherever it is seen, and its surface still has a place.
+const NOTHING: f64 = 1e-12;
+
+/// Where a part is at a time, with its spheres.
+fn placed(part: &MovingPart, time: f64, posed: Option<&PosedScene>) -> Result<PlacedPart, RenderError> {
     match (&part.motion, posed) {
-        (Motion::Track(track), _) => rigid(track.at(time)),
-        (Motion::Node(entity), Some(posed)) => rigid(placement_of(part, posed, entity, time)?),
+        (Motion::Track(track), _) => Ok(PlacedPart::rigid(part, track.at(time))),
+        (Motion::Node(entity), Some(posed)) => Ok(PlacedPart::rigid(part, placement_of(posed, entity))),
         (Motion::Deformed(entity), Some(posed)) => {
-            let scene = posed.scene().part(entity.meshes())?;
-            let placed = PlacedPart::deformed(part, posed, entity, &scene)?;
-            Ok((scene, placed))
+            PlacedPart::deformed(part, posed, entity, &posed.scene().part(entity.meshes())?)
         }
-        // What stands still is bit by bit as it is.
-        _ => Ok((part.scene.clone(), PlacedPart::rigid(part, Placement::IDENTITY))),
+        _ => Ok(PlacedPart::rigid(part, Placement::IDENTITY)),
     }
 }
 
-fn placement_of(part: &MovingPart, posed: &PosedScene, entity: &Entity, time: f64) -> Result<Placement, RenderError> {
-    let Some(place) = posed.place(entity).similarity() else {
-        let message = format!(
-            "`{}` is sheared or scaled by different numbers at {time} s, but not at rest; shadows need one or the other",
-            part.name
-        );
-        return Err(RenderError::Options(message));
+/// The place of an entity that is a similarity at all times, or nothing.
+fn placement_of(posed: &PosedScene, entity: &Entity) -> Placement {
+    let place = posed.place(entity);
+    let (rotation, scale) = match place.nearest_similarity() {
+        Some(found) => (Rotation::from_quaternion(found.rotation).ok(), found.scale.max(NOTHING)),
+        None => (None, NOTHING),
     };
-    let origin = posed.scene().origin();
-    let translation = [0, 1, 2].map(|k| place.translation[k] + origin[k]);
-    let rotation = Rotation::from_quaternion(place.rotation).unwrap_or(Rotation::IDENTITY);
-    Ok(Placement::new(translation, rotation, place.scale))
+    let (origin, own) = (posed.scene().origin(), place.translation());
+    Placement::new([0, 1, 2].map(|k| own[k] + origin[k]), rotation.unwrap_or(Rotation::IDENTITY), scale)
 }

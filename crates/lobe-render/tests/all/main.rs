@@ -10,6 +10,7 @@ mod mapping_figures;
 mod masks;
 mod moving;
 mod moving_parts;
+mod moving_poses;
 mod path_tracer;
 mod png;
 mod strict;

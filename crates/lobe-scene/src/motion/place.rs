@@ -85,6 +85,8 @@ impl Place {
             return None;
         }
         let rotation = unit(DQuat::from_mat3(&(linear * (1.0 / scale))));
+        // Of entries beyond all bounds nothing is left.
+        let rotation = if rotation.is_finite() { rotation } else { DQuat::IDENTITY };
         let rows = DMat3::from_quat(rotation).transpose().to_cols_array_2d();
         Some(Similarity {
             translation: self.translation(),
