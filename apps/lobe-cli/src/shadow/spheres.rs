@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::{Args, Subcommand};
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 use lobe::shadow::{
     LogTable, LogTableOptions, SphereFitMethod, SphereFitOptions, SphereHierarchy, SphereSetJson, fit_spheres,
     write_log_table, write_sphere_hierarchy, write_spheres,
@@ -32,34 +32,57 @@ const ARITY: usize = 4;
 /// Bytes that a point takes while the fit runs.
 const POINT: u64 = 100;
 
-#[derive(Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub(crate) struct SpheresCommand {
-    #[command(subcommand)]
-    other: Option<SpheresSub>,
-    #[command(flatten)]
-    fit: Option<Spheres>,
+/// `lobe spheres SCENE`, or `lobe spheres table`. What the first requires is not asked of the second.
+pub(crate) enum SpheresCommand {
+    Fit(Box<Spheres>),
+    Table(SphereTable),
 }
 
-#[derive(Subcommand)]
-enum SpheresSub {
-    /// Write the table of what single spheres hide, as logarithms, which lobe render --sphere-table looks up
-    Table(SphereTable),
+/// The name of the second.
+const TABLE: &str = "table";
+
+impl FromArgMatches for SpheresCommand {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        match matches.subcommand_matches(TABLE) {
+            Some(matches) => SphereTable::from_arg_matches(matches).map(Self::Table),
+            None => Spheres::from_arg_matches(matches).map(|fit| Self::Fit(Box::new(fit))),
+        }
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for SpheresCommand {
+    fn augment_args(command: Command) -> Command {
+        let about =
+            "Write the table of what single spheres hide, as logarithms, which lobe render --sphere-table looks up";
+        let table = SphereTable::augment_args(Command::new(TABLE)).about(about);
+        Spheres::augment_args(command)
+            .args_conflicts_with_subcommands(true)
+            .subcommand_negates_reqs(true)
+            .subcommand(table)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
 }
 
 impl SpheresCommand {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        match (&self.other, &self.fit) {
-            (Some(SpheresSub::Table(table)), _) => table.run(),
-            (None, Some(fit)) => fit.run(talk),
-            (None, None) => bail!("expected a scene, -n and -o, or the command table; see lobe spheres --help"),
+        match self {
+            Self::Fit(fit) => fit.run(talk),
+            Self::Table(table) => table.run(),
         }
     }
 }
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
-struct Spheres {
+pub(crate) struct Spheres {
     #[command(flatten)]
     input: SceneInput,
     /// The spheres, a .safetensors file
@@ -103,7 +126,7 @@ names! {
 }
 
 #[derive(Args)]
-struct SphereTable {
+pub(crate) struct SphereTable {
     /// The table, a .safetensors file
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,

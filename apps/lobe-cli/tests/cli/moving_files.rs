@@ -181,7 +181,7 @@ fn descriptions_at_fault_end_in_one_line() {
         (r#","field":"none.safetensors""#, "none.safetensors"),
         (r#","field":"t.obj""#, "t.obj"),
         (r#","spheres":"../t.obj""#, "outside of its folder"),
-        (r#","colour":1"#, "unknown field `colour`"),
+        (r#","hue":1"#, "unknown field `hue`"),
         (r#","mesh":"ground.obj""#, "duplicate field `mesh`"),
     ];
     for (members, expected) in damaged {
@@ -199,7 +199,7 @@ fn descriptions_at_fault_end_in_one_line() {
         "{\"format\":\"lobe-scene\",\"version\":9,\"still\":\"ground.obj\"}",
     ] {
         dir.file("s.json", text);
-        let error = dir.lobe(&format!("render s.json {VIEW} --mode truth --quiet -o x.png")).error();
+        let error = dir.lobe(&format!("render s.json {TRUTH} --quiet -o x.png")).error();
         assert!(error.starts_with("s.json: expected "), "{text}: {error}");
     }
 }
