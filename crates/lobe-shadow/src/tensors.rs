@@ -62,9 +62,9 @@ impl Numbers<'_> {
 
     fn write(self, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::F32(x) => write_all(x, |x| x.to_le_bytes(), out),
-            Self::F16(x) => write_all(x, |x| x.to_le_bytes(), out),
-            Self::U16(x) => write_all(x, |x| x.to_le_bytes(), out),
+            Self::F32(x) => write_all(x, f32::to_le_bytes, out),
+            Self::F16(x) => write_all(x, half::f16::to_le_bytes, out),
+            Self::U16(x) => write_all(x, u16::to_le_bytes, out),
             Self::U8(x) => out.write_all(x),
         }
     }

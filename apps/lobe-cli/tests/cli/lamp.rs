@@ -1,10 +1,9 @@
 //! `lobe lamp`: lamps of every shape as files, and what cannot be one.
 
-use lobe::image::{Picture, Tone};
 use lobe::shadow::{Lamp, RadialInterpolation, read_lamp};
 use serde_json::Value;
 
-use crate::harness::Dir;
+use crate::harness::{Dir, flat_hdr};
 
 /// Few samples, so that it is quick.
 const COARSE: &str = "--order 3 --spheres 4 --cells 4";
@@ -33,12 +32,11 @@ fn lamps_of_every_shape_are_written_and_read() {
 fn pictures_are_seen_from_the_front_and_follow_each_other() {
     let dir = Dir::new();
     // Red on the left and blue on the right, then the other way round.
-    let picture = |left: [f32; 3], right: [f32; 3]| Picture::from_fn(2, 1, |x, _| [left, right][x]);
-    let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
-    picture(red, blue).write_png(dir.path("a.png"), &Tone::default()).unwrap();
-    picture(blue, red).write_png(dir.path("b.png"), &Tone::default()).unwrap();
+    let (red, blue) = ([128, 0, 0, 129], [0, 0, 128, 129]);
+    dir.file("a.hdr", flat_hdr(2, 1, &[red, blue]));
+    dir.file("b.hdr", flat_hdr(2, 1, &[blue, red]));
     let size = format!("lamp rectangle --size 2,1 --patches 2,1 {COARSE}");
-    let printed = dir.lobe(&format!("{size} --pictures a.png b.png --fps 2 -o l.safetensors --json")).succeeds().0;
+    let printed = dir.lobe(&format!("{size} --pictures a.hdr b.hdr --fps 2 -o l.safetensors --json")).succeeds().0;
     let printed: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!((&printed["pictures"], &printed["patches"]), (&2.into(), &serde_json::json!([2, 1])), "{printed}");
     let lamp = read_lamp(dir.path("l.safetensors")).unwrap();
@@ -46,7 +44,7 @@ fn pictures_are_seen_from_the_front_and_follow_each_other() {
     let left = [-0.8, 0.0, 0.4];
     let ([r, b], [later_r, later_b]) = (at(&lamp, 0.0, left), at(&lamp, 0.5, left));
     assert!(r > 1.5 * b && later_b > 1.5 * later_r, "{r}, {b} at first, {later_r}, {later_b} half a second later");
-    dir.lobe(&format!("{size} --pictures a.png -o one.safetensors")).succeeds();
+    dir.lobe(&format!("{size} --pictures a.hdr -o one.safetensors")).succeeds();
     let one = read_lamp(dir.path("one.safetensors")).unwrap();
     assert!(matches!(one, Lamp::Still(_)), "one picture stands");
     let off = (at(&one, 0.0, left)[0] - r).abs();

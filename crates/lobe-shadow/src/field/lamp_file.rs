@@ -40,7 +40,7 @@ impl Header for LampHeader {
 /// |---|---|---|
 /// | `ball` | center, radius, radiance | none |
 /// | `sampled` | grid: the numbers of a [`FieldGrid`](crate::FieldGrid) | `rows` of `[points, 3, n + n²]` |
-/// | `sequence` | grid, patches along rows and columns, pictures, per_second | `patches` of `[patches, points, n + n²]`, `radiance` of `[pictures, patches, 3]` |
+/// | `sequence` | grid, patches along rows and columns, pictures, `per_second` | `patches` of `[patches, points, n + n²]`, `radiance` of `[pictures, patches, 3]` |
 ///
 /// A row holds `z`, n numbers, and `g`, n² numbers: the light is `(z_l y_lm(d) + g_lm) / (1 + (r/R)²)`, with `d` the direction
 /// from the point to the middle of the lamp; of a sequence the sum over the patches, each times its radiance.

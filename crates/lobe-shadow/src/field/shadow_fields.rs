@@ -170,10 +170,9 @@ impl<'a> ShadowFields<'a> {
         self.check_own(receivers)?;
         let n = self.order * self.order;
         let chain = self.chain();
-        let in_order = self.of_groups(receivers, true, vec![0.0; n], |group, scratch, out| {
+        Ok(self.of_groups(receivers, true, &vec![0.0; n], |group, scratch, out| {
             chain.visibility_into(group, scratch, out);
-        });
-        Ok(in_order)
+        }))
     }
 
     /// The exit radiance of matte receivers under distant light, an expansion of any order, and the lamps.
@@ -231,7 +230,7 @@ impl<'a> ShadowFields<'a> {
         let chain = self.chain();
         // Transfer may come from below the horizon, by way of other surfaces.
         let horizon = matches!(response, Response::Cosine);
-        self.of_groups(receivers, horizon, vec![Rgb::new(0.0, 0.0, 0.0)], |group, scratch, out| {
+        self.of_groups(receivers, horizon, &[Rgb::new(0.0, 0.0, 0.0)], |group, scratch, out| {
             chain.shade_into(group, response, &channels, scratch, out);
         })
     }
@@ -242,7 +241,7 @@ impl<'a> ShadowFields<'a> {
         &self,
         receivers: &ShadowReceivers<'_>,
         horizon: bool,
-        zero: Vec<T>,
+        zero: &[T],
         of: impl Fn(&Group<'_>, &mut ChainScratch, &mut [T]) + Sync,
     ) -> Vec<T> {
         let members = receivers.coherent_order();
