@@ -21,7 +21,7 @@ use lobe_render::{
     ViewOptions, scene_picture,
 };
 use lobe_scene::built_in;
-use lobe_sh::{Expansion as _, Rgb, ShVec};
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 
 const ORDER: usize = 4;
 
