@@ -177,7 +177,7 @@ impl MovingScene {
                 let (transfer, _) = bake(&part.scene, &Bvh::new(&part.scene), &receivers, &options.transfer, job)?;
                 let (transfer, is_demodulated) = (Arc::new(transfer), options.transfer.albedo == AlbedoMode::None);
                 self.share(of, |part| {
-                    (part.transfer, part.is_demodulated) = (Some(Arc::clone(&transfer)), is_demodulated)
+                    (part.transfer, part.is_demodulated) = (Some(Arc::clone(&transfer)), is_demodulated);
                 });
             }
             PartBakeKind::Field => {
