@@ -258,13 +258,13 @@ fn track_of(keys: &[KeyJson]) -> Result<Track, String> {
     let mut checked = Vec::with_capacity(keys.len().max(1));
     for (index, key) in keys.iter().enumerate() {
         let at = |message: String| format!("key {index}: {message}");
-        if !(key.time.abs() <= LARGEST) {
+        if !(-LARGEST..=LARGEST).contains(&key.time) {
             return Err(at(format!("expected a time of at most {LARGEST:e} seconds, found {:e}", key.time)));
         }
         if !key.translation.iter().all(|t| t.abs() <= LARGEST) {
             return Err(at(format!("expected a translation of at most {LARGEST:e}, found {:?}", key.translation)));
         }
-        if !(key.scale > 0.0) {
+        if key.scale <= 0.0 {
             return Err(at(format!("expected a positive scale, found {}", key.scale)));
         }
         if !(SCALES[0]..=SCALES[1]).contains(&key.scale) {

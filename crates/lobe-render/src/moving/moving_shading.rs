@@ -202,7 +202,7 @@ fn tinted_parts(moment: &Moment<'_>, parts: Vec<Shaded>) -> Vec<Rgb<f32>> {
     for (Shaded { radiance, is_white }, placed) in parts.into_iter().zip(&moment.placed) {
         match is_white {
             true => {
-                all.extend(radiance.into_iter().zip(&placed.surface.albedos).map(|(lit, albedo)| tinted(lit, *albedo)))
+                all.extend(radiance.into_iter().zip(&placed.surface.albedos).map(|(lit, albedo)| tinted(lit, *albedo)));
             }
             false => all.extend(radiance),
         }

@@ -1,6 +1,6 @@
 //! The box that the moving parts of a scene sweep.
 
-use lobe_scene::PosedScene;
+use lobe_scene::{Mesh, PosedScene};
 use lobe_shadow::Placement;
 
 use crate::{Motion, MovingPart, MovingScene, RenderError};
@@ -91,7 +91,7 @@ impl Swept {
     fn add_entities(&mut self, parts: &[MovingPart], posed: &PosedScene, by: &Placement) {
         let (meshes, origin) = (posed.scene().meshes(), posed.scene().origin());
         for entity in parts.iter().filter_map(MovingPart::entity) {
-            for p in meshes[entity.meshes()].iter().flat_map(|mesh| mesh.positions()) {
+            for p in meshes[entity.meshes()].iter().flat_map(Mesh::positions) {
                 self.add(by.to_world(std::array::from_fn(|k| f64::from(p[k]) + origin[k])));
             }
         }
