@@ -20,7 +20,9 @@ const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
 fn main() {
     println!("                       chain of products    shexp                  irradiance             visibility");
-    println!("ns per receiver       products      whole visibility    ratios      chain    shexp ratio   cut     grouped");
+    println!(
+        "ns per receiver       products      whole visibility    ratios      chain    shexp ratio   cut     grouped"
+    );
     // In the one thread of a pool: nothing is handed from thread to thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {

@@ -73,7 +73,13 @@ impl Writer<'_> {
     }
 
     /// The whole motion, as an animated picture.
-    fn moving_picture(&mut self, stage: &Stage<'_>, method: MovingMethod, what: &str, caption: &str) -> anyhow::Result<()> {
+    fn moving_picture(
+        &mut self,
+        stage: &Stage<'_>,
+        method: MovingMethod,
+        what: &str,
+        caption: &str,
+    ) -> anyhow::Result<()> {
         let shading = shading(method)?;
         let [begin, end] = stage.moving.span();
         let step = (end - begin) / FRAMES as f64;
@@ -105,7 +111,9 @@ impl Writer<'_> {
             let [fields, spheres] = ways;
             let (fields, spheres) = (fields?, spheres?);
             let baked = stage.baked(&moment)?;
-            rows.push([format!("{time} s")].into_iter().chain([&lonely, &spheres, &fields, &baked].map(psnr)).collect());
+            rows.push(
+                [format!("{time} s")].into_iter().chain([&lonely, &spheres, &fields, &baked].map(psnr)).collect(),
+            );
             if number == 0 {
                 self.moment_figures(stage, &truth, [("fields", &fields), ("spheres", &spheres), ("bake", &baked)])?;
             }
@@ -122,12 +130,7 @@ impl Writer<'_> {
     }
 
     /// The first moment by every way and its difference from the truth.
-    fn moment_figures(
-        &mut self,
-        stage: &Stage<'_>,
-        truth: &Truth,
-        ways: [(&str, &Picture); 3],
-    ) -> anyhow::Result<()> {
+    fn moment_figures(&mut self, stage: &Stage<'_>, truth: &Truth, ways: [(&str, &Picture); 3]) -> anyhow::Result<()> {
         let (width, tone) = (stage.size[0], Tone::PHOTOGRAPH.fixed_for(&truth.mean));
         let full_scale = 0.5 * compare(truth.mean.pixels(), truth.mean.pixels()).mean;
         let truth_file = stage.sky.file("moment-truth.png");
@@ -172,7 +175,8 @@ impl<'a> Stage<'a> {
     fn lit(&self, moment: &Moment<'_>, shading: &MovingShading) -> anyhow::Result<Picture> {
         let behind = DistantLight::from_map(self.sky.map.clone());
         let background = |s: Dir| behind.radiance(s);
-        let lit = light_moving_scene(moment, shading, &self.light, &self.camera, &self.view(), background, Job::default())?;
+        let lit =
+            light_moving_scene(moment, shading, &self.light, &self.camera, &self.view(), background, Job::default())?;
         Ok(lit.picture)
     }
 

@@ -186,10 +186,7 @@ impl MovingScene {
     }
 
     /// The animated scenes that tracks carry at a time, with their parts and where the track is.
-    pub(crate) fn carried(
-        &self,
-        time: f64,
-    ) -> impl Iterator<Item = Result<CarriedPose, RenderError>> {
+    pub(crate) fn carried(&self, time: f64) -> impl Iterator<Item = Result<CarriedPose, RenderError>> {
         let time = self.within(time);
         self.carried
             .iter()
@@ -217,7 +214,7 @@ impl MovingScene {
     ///
     /// # Errors
     /// As [`MovingScene::at`].
-    pub fn bounds(&self, time: f64) -> Result<[[f64; 3]; 2], RenderError> {
+    pub fn world_bounds(&self, time: f64) -> Result<[[f64; 3]; 2], RenderError> {
         let carried = self.carried(time).collect::<Result<Vec<_>, _>>()?;
         Ok(self.scene_at(time, self.posed(time)?.as_ref(), &carried)?.world_bounds())
     }
@@ -249,12 +246,7 @@ impl MovingScene {
     }
 
     /// All triangles in the world at a time: those of the pose as they are, in the order of the parts.
-    fn scene_at(
-        &self,
-        time: f64,
-        posed: Option<&PosedScene>,
-        carried: &[CarriedPose],
-    ) -> Result<Scene, RenderError> {
+    fn scene_at(&self, time: f64, posed: Option<&PosedScene>, carried: &[CarriedPose]) -> Result<Scene, RenderError> {
         if let Some(posed) = posed {
             let moving: Vec<usize> =
                 self.parts.iter().filter_map(MovingPart::entity).flat_map(Entity::meshes).collect();

@@ -35,32 +35,6 @@ fn corners([min, max]: [[f64; 3]; 2]) -> [[f64; 3]; 8] {
     std::array::from_fn(|corner| std::array::from_fn(|k| if corner >> k & 1 == 1 { max[k] } else { min[k] }))
 }
 
-impl MovingScene {
-    /// A box around all parts at a time: without the triangles and the tree of a [`Moment`](crate::Moment).
-    ///
-    /// # Errors
-    /// As [`MovingScene::at`].
-    pub fn world_bounds(&self, time: f64) -> Result<[[f64; 3]; 2], RenderError> {
-        if !time.is_finite() {
-            return Err(RenderError::Options(format!("expected a finite time, found {time}")));
-        }
-        let mut swept = Swept::new();
-        for part in self.parts() {
-            let corners = corners(part.scene.world_bounds());
-            match &part.motion {
-                Motion::Still => corners.iter().for_each(|corner| swept.add(*corner)),
-                Motion::Track(track) => {
-                    let placement = track.at(self.within(time));
-                    corners.iter().for_each(|corner| swept.add(placement.to_world(*corner)));
-                }
-                Motion::Node(_) | Motion::Deformed(_) => {}
-            }
-        }
-        swept.add_posed(self, time)?;
-        Ok(swept.0.unwrap_or([[0.0; 3]; 2]))
-    }
-}
-
 struct Swept(Option<[[f64; 3]; 2]>);
 
 impl Swept {

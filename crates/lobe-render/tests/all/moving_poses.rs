@@ -187,7 +187,7 @@ fn a_moving_scene_is_at_all_times_the_pose_of_its_animated_scene() {
             assert_eq!(moment.scene().triangle_count(), pose.scene().triangle_count(), "{name} at {time}: triangles");
             let vertices: usize = moving.parts().iter().map(|part| part.scene.vertex_count()).sum();
             assert_eq!(found.len(), vertices, "{name}: those of the parts");
-            assert_eq!(moving.bounds(time).unwrap(), moment.scene().world_bounds(), "{name} at {time}: bounds");
+            assert_eq!(moving.world_bounds(time).unwrap(), moment.scene().world_bounds(), "{name} at {time}: bounds");
             let again = moments.at(time).unwrap();
             assert_eq!(
                 positions(again.scene(), 0..found.len().min(again.scene().meshes().len())),

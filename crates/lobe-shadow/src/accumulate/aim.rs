@@ -70,12 +70,7 @@ const NO_DISTANCE: f32 = 1e-30;
 /// Without a plane, `PLANE` being false, only the second rule holds, and a sphere around the receiver's own place hides
 /// nothing.
 #[inline(always)]
-pub(crate) fn aim<S: Simd, const PLANE: bool>(
-    simd: S,
-    at: &ReceiverLanes<S>,
-    center: [f32; 3],
-    radius: f32,
-) -> Aim<S> {
+pub(crate) fn aim<S: Simd, const PLANE: bool>(simd: S, at: &ReceiverLanes<S>, center: [f32; 3], radius: f32) -> Aim<S> {
     let splat = |value| Lanes::splat(simd, value);
     let (zero, r) = (splat(0.0), splat(radius));
     let [nx, ny, nz] = at.normal;

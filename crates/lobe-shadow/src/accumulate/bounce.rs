@@ -143,7 +143,9 @@ impl WithSimd for AddReflected<'_> {
                 let factor = seen.sin_squared * cosine * share * splat(node.count);
                 filled = filled + factor;
                 let mut b = [splat(0.0); 3];
-                for (monomial, row) in monomials(simd, seen.towards).into_iter().zip(&self.bounce.radiance[node.place as usize]) {
+                for (monomial, row) in
+                    monomials(simd, seen.towards).into_iter().zip(&self.bounce.radiance[node.place as usize])
+                {
                     for c in 0..3 {
                         b[c] = monomial.times_plus(splat(row[c]), b[c]);
                     }

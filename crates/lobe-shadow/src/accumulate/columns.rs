@@ -20,8 +20,7 @@ pub(crate) struct Columns {
 
 impl Columns {
     pub(crate) fn new() -> Self {
-        let mut columns =
-            Self { diagonal: [0.0; MOST_BANDS], steps: [[[0.0; 2]; MOST_BANDS]; MOST_BANDS] };
+        let mut columns = Self { diagonal: [0.0; MOST_BANDS], steps: [[[0.0; 2]; MOST_BANDS]; MOST_BANDS] };
         let mut diagonal = (4.0 * std::f64::consts::PI).sqrt().recip();
         for m in 0..MOST_BANDS {
             if m > 0 {

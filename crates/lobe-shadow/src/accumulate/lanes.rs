@@ -196,7 +196,8 @@ mod tests {
 
     #[test]
     fn inverse_roots_are_within_their_stated_error() {
-        let arguments: Vec<f32> = (0..160_000).map(|k| 10_f64.powf(60.0 * k as f64 / 160_000.0 - 30.0) as f32).collect();
+        let arguments: Vec<f32> =
+            (0..160_000).map(|k| 10_f64.powf(60.0 * k as f64 / 160_000.0 - 30.0) as f32).collect();
         for arch in [Arch::new(), Arch::Scalar] {
             let mut found = arguments.as_chunks::<BLOCK>().0.to_vec();
             arch.dispatch(InverseRoots(&mut found));

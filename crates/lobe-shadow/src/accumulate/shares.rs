@@ -126,7 +126,8 @@ fn overlapping(spheres: &[Occluder], k: usize) -> Vec<Occluder> {
         let squared: f32 = (0..3).map(|axis| (own.center[axis] - other.center[axis]).powi(2)).sum();
         squared < (own.radius + other.radius).powi(2)
     };
-    let others = spheres.iter().enumerate().filter(|(other, sphere)| *other != k && sphere.radius > 0.0 && overlaps(sphere));
+    let others =
+        spheres.iter().enumerate().filter(|(other, sphere)| *other != k && sphere.radius > 0.0 && overlaps(sphere));
     others.map(|(_, sphere)| *sphere).collect()
 }
 
@@ -225,11 +226,9 @@ mod tests {
         // Twins: the surface is that of one. A ball in a ball: that of the outer. Apart: both.
         let unit = Occluder::new([0.3, -2.0, 1.0], 1.0);
         let quarter_surface = std::f32::consts::PI;
-        for (other, expected) in [
-            (unit, 1.0),
-            (Occluder::new([0.3, -1.9, 1.0], 0.5), 1.0),
-            (Occluder::new([0.3, -2.0, 3.5], 1.0), 2.0),
-        ] {
+        for (other, expected) in
+            [(unit, 1.0), (Occluder::new([0.3, -1.9, 1.0], 0.5), 1.0), (Occluder::new([0.3, -2.0, 3.5], 1.0), 2.0)]
+        {
             let both = [unit, other];
             let sum: f32 = shares(&both)
                 .iter()

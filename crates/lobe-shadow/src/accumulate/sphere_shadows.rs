@@ -340,7 +340,10 @@ mod tests {
                     narrow.arch = arch;
                     narrow.exponential = narrow.exponential.with_arch(arch);
                     for (a, b) in lit(&wide).iter().zip(lit(&narrow)) {
-                        assert!((a - b).abs() < 2e-5 * (1.0 + a.abs()), "order {order}, {method:?}, {arch:?}: {a} and {b}");
+                        assert!(
+                            (a - b).abs() < 2e-5 * (1.0 + a.abs()),
+                            "order {order}, {method:?}, {arch:?}: {a} and {b}"
+                        );
                     }
                 }
             }

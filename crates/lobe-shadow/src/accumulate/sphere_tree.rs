@@ -180,10 +180,10 @@ pub(crate) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 const LARGEST: f32 = 1e15;
 
 fn check(spheres: &[Occluder]) -> Result<(), ShadowError> {
-    let is_fine =
-        |s: &Occluder| s.center.iter().all(|c| c.abs() <= LARGEST) && s.radius >= 0.0 && s.radius <= LARGEST;
+    let is_fine = |s: &Occluder| s.center.iter().all(|c| c.abs() <= LARGEST) && s.radius >= 0.0 && s.radius <= LARGEST;
     if let Some(k) = spheres.iter().position(|sphere| !is_fine(sphere)) {
-        let message = format!("expected centers and radii of at most {LARGEST:e}, radii of 0 or more, found {:?}", spheres[k]);
+        let message =
+            format!("expected centers and radii of at most {LARGEST:e}, radii of 0 or more, found {:?}", spheres[k]);
         return Err(ShadowError::Invalid { place: format!("sphere {k}"), message });
     }
     Ok(())
