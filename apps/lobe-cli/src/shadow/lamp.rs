@@ -19,7 +19,6 @@ use crate::shadow::field;
 /// The most patches along each side of a rectangle.
 const MAX_PATCHES: usize = 64;
 
-#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
 pub(crate) struct LampCommand {
     /// Its shape: a sphere around the origin, or a rectangle in the plane z = 0 around it that shines towards +z

@@ -81,21 +81,21 @@ pub fn read_log_table_bytes(bytes: &[u8], name: &str) -> Result<LogTable, Shadow
     })
 }
 
-fn broken(error: safetensors::SafeTensorError) -> String {
+fn broken(error: &safetensors::SafeTensorError) -> String {
     format!("expected safetensors, found {error}")
 }
 
-fn bad_entry(error: serde_json::Error) -> String {
+fn bad_entry(error: &serde_json::Error) -> String {
     format!("the entry {ENTRY} of its metadata is wrong: {error}")
 }
 
 /// The version of a file of tables, and its header.
 fn header_of(bytes: &[u8]) -> Result<(u32, String), String> {
-    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(|e| broken(&e))?;
     let Some(entry) = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY)) else {
         return Err(format!("expected {FORMAT}, found tensors that are none of Lobe's"));
     };
-    let kind: Kind = serde_json::from_str(entry).map_err(bad_entry)?;
+    let kind: Kind = serde_json::from_str(entry).map_err(|e| bad_entry(&e))?;
     if kind.format != FORMAT {
         return Err(format!("expected {FORMAT}, found {}", kind.format));
     }
@@ -107,7 +107,7 @@ fn read(bytes: &[u8]) -> Result<LogTable, String> {
     if version != VERSION {
         return Err(format!("expected version {VERSION} of {FORMAT}, found {version}; make the table anew"));
     }
-    let header: Header = serde_json::from_str(&entry).map_err(bad_entry)?;
+    let header: Header = serde_json::from_str(&entry).map_err(|e| bad_entry(&e))?;
     header.options.check()?;
     if !(LEAST_FIT_END..=FIT_END).contains(&f64::from(header.fit_end)) {
         return Err(format!(
@@ -115,7 +115,7 @@ fn read(bytes: &[u8]) -> Result<LogTable, String> {
             header.fit_end
         ));
     }
-    let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|e| broken(&e))?;
     let n = header.options.order;
     let rows = numbers(&tensors, ROWS, |shape| shape.len() == 2 && shape[0] >= 2 && shape[1] == n)?;
     let fit = numbers(&tensors, POLYNOMIALS, |shape| shape == [n, FIT])?;
@@ -133,7 +133,7 @@ fn numbers(tensors: &SafeTensors<'_>, name: &str, fits: impl Fn(&[usize]) -> boo
         return Err(format!("the tensor {name} of {:?} {:?} does not fit the order", view.dtype(), view.shape()));
     }
     let values: Vec<f32> = view.data().as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    match values.iter().position(|x| !(x.abs() <= LARGEST)) {
+    match values.iter().position(|x| x.is_nan() || x.abs() > LARGEST) {
         Some(k) => Err(format!("expected logarithms in {name}, found {} as number {k}", values[k])),
         None => Ok(values),
     }
