@@ -40,11 +40,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = env::args_os().nth(1).map(PathBuf::from);
     let light = project_env(&bundled::sunset().map(), ORDER);
     let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(RAYS);
-    let mut moving = MovingScene::animated(built_in::three_objects(CELLS), Some(0))?;
+    let bare = MovingScene::animated(built_in::three_objects(CELLS), Some(0))?;
     println!("radiance changes by    at most    one of 1000");
     for (name, method) in
         [("truth", None), ("fields", Some(MovingMethod::Fields)), ("spheres", Some(MovingMethod::Exponentials))]
     {
+        let mut moving = bare.clone();
         if let Some(method) = method {
             moving.bake(method, &MovingBakeOptions::default().transfer(transfer.clone()), Job::default())?;
         }

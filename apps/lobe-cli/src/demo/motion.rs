@@ -36,16 +36,28 @@ const FIELD_RAYS: u32 = 256;
 const METHODS: [(MovingMethod, &str, &str); 2] =
     [(MovingMethod::Fields, "fields", "shadow fields"), (MovingMethod::Exponentials, "spheres", "spheres")];
 
-/// The scene with everything baked, its camera and its light.
+/// The scene with what each way needs baked, its camera and its light.
 struct Stage<'a> {
-    moving: MovingScene,
+    fields: MovingScene,
+    spheres: MovingScene,
     camera: Camera,
     light: ShVec<Rgb<f64>>,
     transfer: BakeOptions,
+    sky: &'a Sky,
+    shown: Raster,
+    /// Few pixels with little noise, from which figures of merit are computed: as many paths in all.
+    measured: Raster,
+}
+
+/// Pixels, and paths for each of a truth.
+#[derive(Clone, Copy)]
+struct Raster {
     size: [usize; 2],
     paths: usize,
-    sky: &'a Sky,
 }
+
+/// How many times as many pixels are shown as measured along each side.
+const COARSER: usize = 4;
 
 impl Writer<'_> {
     /// Three objects over a ground.
@@ -58,7 +70,7 @@ impl Writer<'_> {
             "Each object was baked alone: what it does to its own light, and what it hides of the sky around it, once as a field \
              of samples on spheres around it (order {ORDER}), once as {} spheres that stand for it. Wherever the objects move, their \
              shadows are products of the fields, or exponentials of the sum of the spheres' logarithms; nothing is traced.",
-            stage.moving.parts().iter().filter_map(|part| part.spheres.as_ref()).map(|set| set.len()).max().unwrap_or(0),
+            stage.spheres.parts().iter().filter_map(|part| part.spheres.as_ref()).map(|set| set.len()).max().unwrap_or(0),
         ));
         for (method, name, caption) in METHODS {
             self.moving_picture(&stage, method, &format!("moving-{name}.png"), caption)?;
@@ -81,64 +93,69 @@ impl Writer<'_> {
         caption: &str,
     ) -> anyhow::Result<()> {
         let shading = shading(method)?;
-        let [begin, end] = stage.moving.span();
+        let moving = stage.scene(method);
+        let [begin, end] = moving.span();
         let step = (end - begin) / FRAMES as f64;
-        let frame = |k: usize| stage.lit(&stage.moving.at(begin + step * k as f64)?, &shading);
+        let frame = |k: usize| stage.lit(&moving.at(begin + step * k as f64)?, &shading, stage.shown);
         let frames = (0..FRAMES).map(frame).collect::<anyhow::Result<Vec<Picture>>>()?;
         let file = stage.sky.file(what);
         (self.progress)(&file);
         let tone = Tone::PHOTOGRAPH.fixed_for(&frames[0]);
         write_animated_png(self.folder.join(&file), &frames, &tone, step)?;
-        self.page.figure(&file, stage.size[0], &format!("{caption}, moving"));
+        self.page.figure(&file, stage.shown.size[0], &format!("{caption}, moving"));
         Ok(())
     }
 
     /// Pictures and figures of merit at some times.
     fn moments(&mut self, stage: &Stage<'_>) -> anyhow::Result<()> {
         let mut rows = Vec::new();
-        for (number, time) in TIMES.into_iter().enumerate() {
+        let alone = stage.fields.without_occluders();
+        for time in TIMES {
             (self.progress)("a moment, traced");
-            let moment = stage.moving.at(time)?;
-            let truth = stage.truth(&moment)?;
-            let psnr = |picture: &Picture| {
+            let truth = stage.truth(&stage.fields.at(time)?, stage.measured)?;
+            let psnr = |picture: Picture| {
                 let (found, expected): (Vec<_>, Vec<_>) =
-                    covered(&truth, picture).zip(covered(&truth, &truth.mean)).unzip();
+                    covered(&truth, &picture).zip(covered(&truth, &truth.mean)).unzip();
                 format!("{} dB", digits(compare(&found, &expected).psnr))
             };
-            let alone = stage.moving.without_occluders();
-            let lonely = stage.lit(&alone.at(time)?, &shading(MovingMethod::Fields)?)?;
-            let ways = METHODS.map(|(method, ..)| stage.lit(&moment, &shading(method)?));
-            let [fields, spheres] = ways;
-            let (fields, spheres) = (fields?, spheres?);
-            let baked = stage.baked(&moment)?;
-            rows.push(
-                [format!("{time} s")].into_iter().chain([&lonely, &spheres, &fields, &baked].map(psnr)).collect(),
-            );
-            if number == 0 {
-                self.moment_figures(stage, &truth, [("fields", &fields), ("spheres", &spheres), ("bake", &baked)])?;
-            }
+            let lit = |scene: &MovingScene, method| stage.lit(&scene.at(time)?, &shading(method)?, stage.measured);
+            let pictures = [
+                lit(&alone, MovingMethod::Fields)?,
+                lit(&stage.spheres, MovingMethod::Exponentials)?,
+                lit(&stage.fields, MovingMethod::Fields)?,
+                stage.baked(&stage.fields.at(time)?, stage.measured)?,
+            ];
+            rows.push([format!("{time} s")].into_iter().chain(pictures.map(psnr)).collect());
         }
+        self.moment_figures(stage)?;
         self.page.text(&format!(
-            "The peak signal-to-noise ratio over what is seen of the scene, against {} paths for each pixel, under the same {} \
+            "The peak signal-to-noise ratio over what is seen of the scene, against {} paths for each of fewer pixels, under the same {} \
              coefficients of light: without any shadow of one object on another, by spheres, by fields, and by transfer that was baked \
              for that very moment, the best that order {ORDER} can do for a scene that stands still.",
-            stage.paths,
+            stage.measured.paths,
             ORDER * ORDER
         ));
         self.page.table(&["time", "no shadows", "spheres", "fields", "baked for the moment"], &rows);
         Ok(())
     }
 
-    /// The first moment by every way and its difference from the truth.
-    fn moment_figures(&mut self, stage: &Stage<'_>, truth: &Truth, ways: [(&str, &Picture); 3]) -> anyhow::Result<()> {
-        let (width, tone) = (stage.size[0], Tone::PHOTOGRAPH.fixed_for(&truth.mean));
+    /// The first moment in truth, and how far each way is from it.
+    fn moment_figures(&mut self, stage: &Stage<'_>) -> anyhow::Result<()> {
+        let (width, time) = (stage.shown.size[0], TIMES[0]);
+        let moment = stage.fields.at(time)?;
+        let truth = stage.truth(&moment, stage.shown)?;
         let full_scale = 0.5 * compare(truth.mean.pixels(), truth.mean.pixels()).mean;
-        let truth_file = stage.sky.file("moment-truth.png");
-        self.write(&truth_file, &truth.mean, &tone)?;
-        self.page.figure(&truth_file, width, &format!("the truth at {} s", TIMES[0]));
-        for (name, picture) in ways {
+        let file = stage.sky.file("moment-truth.png");
+        self.write(&file, &truth.mean, &Tone::PHOTOGRAPH.fixed_for(&truth.mean))?;
+        self.page.figure(&file, width, &format!("the truth at {time} s"));
+        let lit = |method| stage.lit(&stage.scene(method).at(time)?, &shading(method)?, stage.shown);
+        for (name, picture) in [
+            ("fields", lit(MovingMethod::Fields)?),
+            ("spheres", lit(MovingMethod::Exponentials)?),
+            ("bake", stage.baked(&moment, stage.shown)?),
+        ] {
             let file = stage.sky.file(&format!("moment-{name}-difference.png"));
-            self.write(&file, &error_map(picture, &truth.mean, full_scale)?, &Tone::PLAIN)?;
+            self.write(&file, &error_map(&picture, &truth.mean, full_scale)?, &Tone::PLAIN)?;
             self.page.figure(&file, width, &format!("the difference of {name}, white at half of the mean"));
         }
         Ok(())
@@ -152,51 +169,63 @@ fn shading(method: MovingMethod) -> anyhow::Result<MovingShading> {
 impl<'a> Stage<'a> {
     /// Bakes the parts. `picture` is the width of pictures on the page.
     fn new(sky: &'a Sky, picture: usize) -> anyhow::Result<Self> {
-        let mut moving = MovingScene::animated(built_in::three_objects(CELLS), Some(0))?;
+        let bare = MovingScene::animated(built_in::three_objects(CELLS), Some(0))?;
         let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(picture as u32);
         let field = FieldOptions::default().order(ORDER).rays(FIELD_RAYS);
         let options = MovingBakeOptions::default().transfer(transfer.clone()).field(field);
-        for (method, ..) in METHODS {
-            moving.bake(method, &options, Job::default())?;
-        }
+        let baked = |method| -> anyhow::Result<MovingScene> {
+            let mut scene = bare.clone();
+            scene.bake(method, &options, Job::default())?;
+            Ok(scene)
+        };
         let Some(camera) = Camera::look_at([7.5, -9.0, 6.0], [0.0, 0.0, 0.9], 17_f64.to_radians()) else {
             unreachable!("the eye is not where it looks")
         };
-        let size = [picture * 3 / 5, picture * 2 / 5];
+        let shown = Raster { size: [picture * 3 / 5, picture * 2 / 5], paths: picture / 4 };
+        let measured = Raster { size: shown.size.map(|n| n / COARSER), paths: shown.paths * COARSER * COARSER };
         let light = sky.radiance.resized(ORDER);
-        Ok(Self { moving, camera, light, transfer, size, paths: picture / 4, sky })
+        let (fields, spheres) = (baked(MovingMethod::Fields)?, baked(MovingMethod::Exponentials)?);
+        Ok(Self { fields, spheres, camera, light, transfer, sky, shown, measured })
     }
 
-    fn view(&self) -> ViewOptions {
-        let [width, height] = self.size;
-        ViewOptions::default().width(width).height(height)
+    /// The scene that is baked for a way.
+    fn scene(&self, method: MovingMethod) -> &MovingScene {
+        if method == MovingMethod::Fields { &self.fields } else { &self.spheres }
     }
 
-    fn lit(&self, moment: &Moment<'_>, shading: &MovingShading) -> anyhow::Result<Picture> {
+    fn lit(&self, moment: &Moment<'_>, shading: &MovingShading, raster: Raster) -> anyhow::Result<Picture> {
         let behind = DistantLight::from_map(self.sky.map.clone());
         let background = |s: Dir| behind.radiance(s);
         let lit =
-            light_moving_scene(moment, shading, &self.light, &self.camera, &self.view(), background, Job::default())?;
+            light_moving_scene(moment, shading, &self.light, &self.camera, &raster.view(), background, Job::default())?;
         Ok(lit.picture)
     }
 
     /// By transfer of the whole scene as it is at the moment.
-    fn baked(&self, moment: &Moment<'_>) -> anyhow::Result<Picture> {
+    fn baked(&self, moment: &Moment<'_>, raster: Raster) -> anyhow::Result<Picture> {
         let (scene, bvh) = (moment.scene(), moment.bvh());
         let receivers = Receivers::at_vertices(scene)?;
         let (transfer, _) = bake(scene, bvh, &receivers, &self.transfer, Job::default())?;
         let lit = transfer.exit_radiance(self.light.coefficients());
         let radiance = |hit: &SceneHit<'_>| hit.at_corners(&lit);
-        Ok(scene_picture(scene, bvh, &self.camera, &self.view(), |_| Rgb::ZERO, radiance, Job::default())?)
+        Ok(scene_picture(scene, bvh, &self.camera, &raster.view(), |_| Rgb::ZERO, radiance, Job::default())?)
     }
 
     /// Paths without reflections from surface to surface, which none of the ways has.
-    fn truth(&self, moment: &Moment<'_>) -> anyhow::Result<Truth> {
+    fn truth(&self, moment: &Moment<'_>, raster: Raster) -> anyhow::Result<Truth> {
         let light = DistantLight::from_expansion(self.light.clone());
-        let [width, height] = self.size;
+        let [width, height] = raster.size;
         let paths = PathOptions::default().bounces(0);
         let options =
-            TruthOptions::default().width(width).height(height).count(SampleCount::of(self.paths)).paths(paths);
+            TruthOptions::default().width(width).height(height).count(SampleCount::of(raster.paths)).paths(paths);
         Ok(render_truth(moment.scene(), moment.bvh(), &self.camera, &light, &options, Job::default())?)
+    }
+}
+
+impl Raster {
+    /// Rays along each side of a pixel: as good as the paths are.
+    fn view(self) -> ViewOptions {
+        let [width, height] = self.size;
+        ViewOptions::default().width(width).height(height).rays((self.paths as f64).sqrt() as usize / 4)
     }
 }

@@ -37,9 +37,8 @@ pub struct MovingBakeOptions {
     pub still_hides: bool,
 }
 
-/// Spheres fitted to a part unless others are asked for. More spheres follow a solid more closely, but overlap more, and what
-/// two hide together counts twice in the sum of their logarithms: of three objects over a ground, pictures of direct light
-/// are 37.2, 38.0, 38.0, 37.0 and 31.9 dB from traced paths with 4, 8, 16, 32 and 64.
+/// Spheres fitted to a part unless others are asked for: of three objects over a ground, pictures of direct light are 38.6 dB
+/// from traced paths with 4 spheres each, and 39.3 with 16 and with 64.
 const SPHERES: usize = 16;
 
 /// Bytes of a point that spheres are fitted to, while they are.
