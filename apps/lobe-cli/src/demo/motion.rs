@@ -10,7 +10,7 @@ use lobe::render::{
     scene_picture,
 };
 use lobe::scene::built_in;
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec};
+use lobe::sh::{Dir, Expansion as _, Rgb, ShVec};
 use lobe::shadow::FieldOptions;
 
 use super::transfer::covered;
@@ -96,7 +96,8 @@ impl Writer<'_> {
         let moving = stage.scene(method);
         let [begin, end] = moving.span();
         let step = (end - begin) / FRAMES as f64;
-        let frame = |k: usize| stage.lit(&moving.at(begin + step * k as f64)?, &shading, stage.shown);
+        let photograph = DistantLight::from_map(stage.sky.map.clone());
+        let frame = |k: usize| stage.lit(&moving.at(begin + step * k as f64)?, &shading, &photograph, stage.shown);
         let frames = (0..FRAMES).map(frame).collect::<anyhow::Result<Vec<Picture>>>()?;
         let file = stage.sky.file(what);
         (self.progress)(&file);
@@ -118,7 +119,9 @@ impl Writer<'_> {
                     covered(&truth, &picture).zip(covered(&truth, &truth.mean)).unzip();
                 format!("{} dB", digits(compare(&found, &expected).psnr))
             };
-            let lit = |scene: &MovingScene, method| stage.lit(&scene.at(time)?, &shading(method)?, stage.measured);
+            let lit = |scene: &MovingScene, method| {
+                stage.lit(&scene.at(time)?, &shading(method)?, &stage.distant(), stage.measured)
+            };
             let pictures = [
                 lit(&alone, MovingMethod::Fields)?,
                 lit(&stage.spheres, MovingMethod::Exponentials)?,
@@ -148,7 +151,7 @@ impl Writer<'_> {
         let file = stage.sky.file("moment-truth.png");
         self.write(&file, &truth.mean, &Tone::PHOTOGRAPH.fixed_for(&truth.mean))?;
         self.page.figure(&file, width, &format!("the truth at {time} s"));
-        let lit = |method| stage.lit(&stage.scene(method).at(time)?, &shading(method)?, stage.shown);
+        let lit = |method| stage.lit(&stage.scene(method).at(time)?, &shading(method)?, &stage.distant(), stage.shown);
         for (name, picture) in [
             ("fields", lit(MovingMethod::Fields)?),
             ("spheres", lit(MovingMethod::Exponentials)?),
@@ -178,7 +181,7 @@ impl<'a> Stage<'a> {
             scene.bake(method, &options, Job::default())?;
             Ok(scene)
         };
-        let Some(camera) = Camera::look_at([7.5, -9.0, 6.0], [0.0, 0.0, 0.9], 17_f64.to_radians()) else {
+        let Some(camera) = Camera::look_at([7.5, -9.0, 6.0], [0.0, 0.0, 0.9], 20_f64.to_radians()) else {
             unreachable!("the eye is not where it looks")
         };
         let shown = Raster { size: [picture * 3 / 5, picture * 2 / 5], paths: picture / 4 };
@@ -193,11 +196,21 @@ impl<'a> Stage<'a> {
         if method == MovingMethod::Fields { &self.fields } else { &self.spheres }
     }
 
-    fn lit(&self, moment: &Moment<'_>, shading: &MovingShading, raster: Raster) -> anyhow::Result<Picture> {
-        let behind = DistantLight::from_map(self.sky.map.clone());
+    /// The light that the ways and the truth have, which is behind the scene too where they are compared.
+    fn distant(&self) -> DistantLight {
+        DistantLight::from_expansion(self.light.clone())
+    }
+
+    fn lit(
+        &self,
+        moment: &Moment<'_>,
+        shading: &MovingShading,
+        behind: &DistantLight,
+        raster: Raster,
+    ) -> anyhow::Result<Picture> {
         let background = |s: Dir| behind.radiance(s);
-        let lit =
-            light_moving_scene(moment, shading, &self.light, &self.camera, &raster.view(), background, Job::default())?;
+        let (camera, view) = (&self.camera, raster.view());
+        let lit = light_moving_scene(moment, shading, &self.light, camera, &view, background, Job::default())?;
         Ok(lit.picture)
     }
 
@@ -208,12 +221,14 @@ impl<'a> Stage<'a> {
         let (transfer, _) = bake(scene, bvh, &receivers, &self.transfer, Job::default())?;
         let lit = transfer.exit_radiance(self.light.coefficients());
         let radiance = |hit: &SceneHit<'_>| hit.at_corners(&lit);
-        Ok(scene_picture(scene, bvh, &self.camera, &raster.view(), |_| Rgb::ZERO, radiance, Job::default())?)
+        let (behind, view) = (self.distant(), raster.view());
+        let background = |s: Dir| behind.radiance(s);
+        Ok(scene_picture(scene, bvh, &self.camera, &view, background, radiance, Job::default())?)
     }
 
     /// Paths without reflections from surface to surface, which none of the ways has.
     fn truth(&self, moment: &Moment<'_>, raster: Raster) -> anyhow::Result<Truth> {
-        let light = DistantLight::from_expansion(self.light.clone());
+        let light = self.distant();
         let [width, height] = raster.size;
         let paths = PathOptions::default().bounces(0);
         let options =

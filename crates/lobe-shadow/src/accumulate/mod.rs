@@ -15,6 +15,7 @@ mod columns;
 pub(crate) mod lanes;
 pub(crate) mod log_table;
 pub(crate) mod log_table_file;
+pub(crate) mod occluder;
 mod receiver_groups;
 pub(crate) mod receivers;
 mod shares;

@@ -125,7 +125,7 @@ pub(crate) fn sort_out(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accumulate::sphere_tree::Occluder;
+    use crate::accumulate::occluder::Occluder;
     use lobe_testkit::Random;
 
     #[test]

@@ -21,7 +21,7 @@ use pulp::Simd;
 use rayon::prelude::*;
 
 use crate::accumulate::lanes::Lanes;
-use crate::accumulate::sphere_tree::Occluder;
+use crate::accumulate::occluder::Occluder;
 
 /// Monomials of the first three bands: 1, x, y, z, xy, yz, z², xz, x² - y².
 pub(crate) const MONOMIALS: usize = 9;

@@ -12,11 +12,12 @@ use crate::accumulate::bounce::Bounce;
 use crate::accumulate::columns::Columns;
 use crate::accumulate::lanes::{BLOCK, Block};
 use crate::accumulate::log_table::LogTable;
+use crate::accumulate::occluder::Occluder;
 use crate::accumulate::receiver_groups::{Group, coherent_order, sort_out};
 use crate::accumulate::receivers::SphereReceivers;
 use crate::accumulate::shares::Share;
 use crate::accumulate::sky_light::SkyLight;
-use crate::accumulate::sphere_tree::{Node, Occluder, SphereTree, distance};
+use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
 use crate::accumulate::sum_logarithms::add_logarithms;
 
 /// Options of [`SphereShadows`].
