@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use lobe_sh::{Basis, Rgb, ShL2, Zonal, len, product_into};
-use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, SkyLight, SphereReceivers, SphereShadows};
+use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::Random;
 
 /// Receivers that are timed together: few, so that other programs seldom come between; and those of the chain.
@@ -41,7 +41,7 @@ fn row(order: usize, count: usize, table: &LogTable) {
     let positions: Vec<[f32; 3]> =
         (0..RECEIVERS).map(|_| [1.5 + random.signed() as f32, random.signed() as f32, 0.0]).collect();
     let normals = vec![UP; RECEIVERS];
-    let receivers = SphereReceivers::new(&positions, &normals).unwrap();
+    let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
     let plain = ShadowOptions::default().cut(0.0).share_overlaps(false);
     let all = [plain, ShadowOptions::default(), ShadowOptions::default().group(64)]
         .map(|options| SphereShadows::new(table, &spheres, &options).unwrap());

@@ -16,7 +16,7 @@ use lobe_io::Job;
 use lobe_scene::built_in;
 use lobe_sh::{Dir, Expansion as _, ShVec, project};
 use lobe_shadow::{
-    LogTable, LogTableOptions, Occluder, ShadowOptions, SphereFitOptions, SphereReceivers, SphereShadows, fit_spheres,
+    LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SphereFitOptions, SphereShadows, fit_spheres,
 };
 use lobe_testkit::Random;
 
@@ -65,7 +65,7 @@ fn error(table: &LogTable, spheres: &[Occluder], [low, high]: [f64; 2], share: b
     }
     let options = ShadowOptions::default().cut(0.0).share_overlaps(share);
     let shadows = SphereShadows::new(table, spheres, &options).unwrap();
-    let found = shadows.visibility(&SphereReceivers::new(&positions, &normals).unwrap());
+    let found = shadows.visibility(&ShadowReceivers::new(&positions, &normals).unwrap());
     let (mut off, mut hidden) = (0.0, 0.0);
     for (p, found) in positions.iter().zip(found.chunks_exact(table.order() * table.order())) {
         let truth = truth(table.order(), spheres, *p);

@@ -14,10 +14,10 @@
 //! | visibility of an entity's own surface | [`bake_visibility`] |
 //! | lamps near by | [`RadianceField`], [`PatchField`], [`Rectangle`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
 //! | entities together, and shading | [`ShadowFields`], [`PlacedField`], [`LocalLight`], [`ShadowReceivers`] |
-//! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`]; hierarchies of them [`SphereHierarchy`] |
+//! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`] |
 //! | spheres that follow joints | [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
 //! | files of sphere sets | [`write_spheres`], [`read_spheres`], [`SphereSetJson`] |
-//! | spheres' shadows ([Ren et al. 2006]) | [`SphereShadows`] of [`Occluder`]s, [`ShadowOptions`], [`SphereReceivers`]; [`SphereTree`] |
+//! | spheres' shadows ([Ren et al. 2006]) | [`SphereShadows`] of [`Occluder`]s, [`ShadowOptions`], [`ShadowReceivers`]; many far ones as one [`SphereTree`] |
 //! | the table that they need | [`LogTable`], [`cached_log_table`], [`read_log_table`], [`write_log_table`] |
 //! | visibility to irradiance | [`SkyLight`]; light that spheres reflect [`Bounce`] |
 //! | exponentials of many functions at once | [`BatchExponential`] |
@@ -39,7 +39,6 @@ pub use accumulate::bounce::Bounce;
 pub use accumulate::log_table::{LogTable, LogTableOptions};
 pub use accumulate::log_table_file::{cached_log_table, read_log_table, read_log_table_bytes, write_log_table};
 pub use accumulate::occluder::Occluder;
-pub use accumulate::receivers::SphereReceivers;
 pub use accumulate::sky_light::SkyLight;
 pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
 pub use accumulate::sphere_tree::SphereTree;
@@ -60,11 +59,7 @@ pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitRepor
 pub use spheres::pose::{SkinnedMesh, WorldSphere};
 pub use spheres::skin::Skin;
 pub use spheres::solid::Solid;
-pub use spheres::sphere_file::{
-    read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres, read_spheres_bytes, write_sphere_hierarchy,
-    write_spheres,
-};
-pub use spheres::sphere_hierarchy::{SphereHierarchy, SphereNode};
+pub use spheres::sphere_file::{read_spheres, read_spheres_bytes, write_spheres};
 pub use spheres::sphere_json::{SphereJson, SphereSetJson};
 pub use spheres::sphere_set::SphereSet;
 pub use track::{Key, Track};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use lobe::shadow::{
-    LogTable, LogTableOptions, SphereFitMethod, SphereFitOptions, SphereHierarchy, SphereSetJson, fit_spheres,
-    write_log_table, write_sphere_hierarchy, write_spheres,
+    LogTable, LogTableOptions, SphereFitMethod, SphereFitOptions, SphereSetJson, fit_spheres, write_log_table,
+    write_spheres,
 };
 
 use crate::args::exponential::clamp;
@@ -25,9 +25,6 @@ const MAX_ROUNDS: usize = 10_000;
 
 /// A fit that holds less than this part of the space for certain is noted.
 const CERTAIN: f64 = 0.9;
-
-/// Children of a node of the hierarchy at most.
-const ARITY: usize = 4;
 
 /// Bytes that a point takes while the fit runs.
 const POINT: u64 = 100;
@@ -103,9 +100,6 @@ pub(crate) struct Spheres {
     /// Another seed gives other points
     #[arg(long, value_name = "S", default_value = "0")]
     seed: u64,
-    /// Also write a hierarchy over the spheres, for levels of detail in programs, to this .safetensors file
-    #[arg(long, value_name = "FILE")]
-    hierarchy: Option<PathBuf>,
     #[command(flatten)]
     memory: MemoryLimit,
     /// Start anew, even if there is a checkpoint of a fit that was stopped
@@ -163,13 +157,8 @@ impl Spheres {
         if self.rounds.is_some() && !is_variational {
             bail!("--rounds: only of --method variational; leave the option out");
         }
-        for path in [Some(&self.output), self.hierarchy.as_ref()].into_iter().flatten() {
-            output::check_safetensors(path)?;
-            output::prepare_file(path, &[self.input.path()])?;
-        }
-        if self.hierarchy.as_ref() == Some(&self.output) {
-            bail!("--hierarchy: {} is the output of the spheres; name another file", self.output.display());
-        }
+        output::check_safetensors(&self.output)?;
+        output::prepare_file(&self.output, &[self.input.path()])?;
         let scene = self.input.read(&self.memory, talk)?;
         let options = self.options();
         let what = format!("a fit to {} points", options.samples);
@@ -191,9 +180,6 @@ impl Spheres {
                  likely so than not"
             );
             talk.note(&self.input.name(), &text);
-        }
-        if let Some(path) = &self.hierarchy {
-            write_sphere_hierarchy(path, &SphereHierarchy::new(&spheres, ARITY)?)?;
         }
         write_spheres(&self.output, &spheres)?;
         checkpoint.finish();

@@ -26,10 +26,9 @@ fn a_field_is_baked_and_shadows_a_scene_in_files() {
 fn spheres_are_fitted_and_their_table_is_written() {
     let dir = Dir::new();
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n");
-    let spheres = "spheres t.obj -n 3 --points 300 --rounds 2 -o s.safetensors --hierarchy h.safetensors --json";
+    let spheres = "spheres t.obj -n 3 --points 300 --rounds 2 -o s.safetensors --json";
     let printed: Value = serde_json::from_str(&dir.lobe(spheres).succeeds().0).unwrap();
     assert_eq!(printed["spheres"].as_array().map(Vec::len), Some(3), "{printed}");
-    assert!(dir.path("h.safetensors").exists(), "no hierarchy");
     let (table, _) = dir.lobe("spheres table -o t.safetensors --order 3").succeeds();
     assert!(table.contains("order           3"), "{table}");
 }

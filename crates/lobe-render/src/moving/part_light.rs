@@ -5,8 +5,8 @@ use std::f32::consts::FRAC_1_PI;
 use lobe_prt::Transfer;
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, RotationMatrices, ShVec, product_into};
 use lobe_shadow::{
-    LogTable, Occluder, PlacedField, Placement, ShadowFields, ShadowReceivers, SkyLight, SphereReceivers,
-    SphereShadows, relative_placement,
+    LogTable, Occluder, PlacedField, Placement, ShadowFields, ShadowReceivers, SkyLight, SphereShadows,
+    relative_placement,
 };
 use rayon::prelude::*;
 
@@ -169,7 +169,7 @@ impl<'a> PartLight<'a> {
     /// What spheres and what stands still leave of the sky at each receiver, `order²` numbers each; none if there is neither.
     fn seen(&self, surface: &Surface) -> Result<Option<Vec<f32>>, RenderError> {
         let mut seen = match &self.shadows {
-            Some(shadows) => Some(shadows.visibility(&SphereReceivers::new(&surface.positions, &surface.normals)?)),
+            Some(shadows) => Some(shadows.visibility(&ShadowReceivers::new(&surface.positions, &surface.normals)?)),
             None => None,
         };
         let n = self.options.order * self.options.order;
@@ -199,11 +199,10 @@ impl<'a> PartLight<'a> {
     /// What spheres send on to white receivers; nothing unless that is asked for.
     fn sent_on(&self, surface: &Surface) -> Result<Vec<Rgb<f32>>, RenderError> {
         let Some(shadows) = self.shadows.as_ref().filter(|_| self.options.bounce) else { return Ok(Vec::new()) };
-        let receivers = SphereReceivers::new(&surface.positions, &surface.normals)?;
+        let receivers = ShadowReceivers::new(&surface.positions, &surface.normals)?;
         let bounce = shadows.bounce(&self.sky, &self.albedos)?;
-        let with = shadows.irradiance_with_bounce(&receivers, &self.sky, &bounce)?;
-        let without = shadows.irradiance(&receivers, &self.sky)?;
-        Ok(with.iter().zip(&without).map(|(with, without)| (*with - *without).scale(FRAC_1_PI)).collect())
+        let irradiance = shadows.reflected_irradiance(&receivers, &self.sky, &bounce)?;
+        Ok(irradiance.into_iter().map(|irradiance| irradiance.scale(FRAC_1_PI)).collect())
     }
 }
 

@@ -2,13 +2,30 @@
 
 use pulp::Simd;
 
-use crate::accumulate::lanes::{Block, Lanes};
+use crate::ShadowReceivers;
+use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 
 /// Sixteen receivers: places and unit normals, coordinate by coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct ReceiverBlock {
     pub(crate) position: [Block; 3],
     pub(crate) normal: [Block; 3],
+}
+
+impl ReceiverBlock {
+    /// Those of up to sixteen numbers; the last one fills up.
+    pub(crate) fn of(receivers: &ShadowReceivers<'_>, members: &[u32]) -> Self {
+        let mut block = Self { position: [[0.0; BLOCK]; 3], normal: [[0.0; BLOCK]; 3] };
+        for k in 0..BLOCK {
+            let member = members[k.min(members.len() - 1)] as usize;
+            let (position, normal) = (receivers.positions()[member], receivers.normals()[member]);
+            for axis in 0..3 {
+                block.position[axis][k] = position[axis];
+                block.normal[axis][k] = normal[axis];
+            }
+        }
+        block
+    }
 }
 
 /// A part of a block in registers.

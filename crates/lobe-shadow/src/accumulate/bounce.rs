@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use crate::ShadowError;
 use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
-use crate::accumulate::lanes::{Block, Lanes};
+use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::shares::{COSINE_OVER_PI, MONOMIALS, monomials, to_monomials};
-use crate::accumulate::sky_light::{CHANNELS, SkyLight};
+use crate::accumulate::sky_light::SkyLight;
 use crate::accumulate::sphere_tree::{Node, SphereTree};
 
 /// What spheres of diffuse material reflect of the sky, made by [`bounce`](crate::SphereShadows::bounce) for
-/// [`irradiance_with_bounce`](crate::SphereShadows::irradiance_with_bounce).
+/// [`reflected_irradiance`](crate::SphereShadows::reflected_irradiance).
 ///
 /// A sphere of albedo `ρ` under the light `L` that reaches it has the exit radiance `ρ E(n)/π`, and seen from afar, from the
 /// direction `-s`, the mean of that over its disc: a second convolution with the clamped cosine,
@@ -68,15 +68,17 @@ impl Bounce {
         Ok(Self { radiance })
     }
 
-    /// Adds to the irradiance of sixteen receivers, of which the last channel has that under a white sky.
-    pub(crate) fn add_to(
+    /// The irradiance of sixteen receivers in red, green and blue, of which `white` is that from a white sky of radiance 1.
+    pub(crate) fn reflected(
         &self,
         arch: Arch,
         at: &ReceiverBlock,
         [near, far]: [&[Node]; 2],
-        irradiance: &mut [Block; CHANNELS],
-    ) {
-        arch.dispatch(AddReflected { bounce: self, at, near, far, irradiance });
+        white: &Block,
+    ) -> [Block; 3] {
+        let mut irradiance = [[0.0; BLOCK]; 3];
+        arch.dispatch(Reflected { bounce: self, at, near, far, white, irradiance: &mut irradiance });
+        irradiance
     }
 }
 
@@ -114,22 +116,22 @@ fn mean(children: &[Node], radiance: &[[[f32; 3]; MONOMIALS]]) -> [[f32; 3]; MON
 }
 
 /// To be compiled for the machine's registers.
-struct AddReflected<'a> {
+struct Reflected<'a> {
     bounce: &'a Bounce,
     at: &'a ReceiverBlock,
     near: &'a [Node],
     far: &'a [Node],
-    irradiance: &'a mut [Block; CHANNELS],
+    white: &'a Block,
+    irradiance: &'a mut [Block; 3],
 }
 
-impl WithSimd for AddReflected<'_> {
+impl WithSimd for Reflected<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let splat = |value| Lanes::splat(simd, value);
         let pi = splat(std::f32::consts::PI);
-        let [red, green, blue, white] = self.irradiance;
         for part in 0..Lanes::<S>::PARTS {
             let at = ReceiverLanes::load(simd, self.at, part);
             let mut sums = [splat(0.0); 3];
@@ -155,10 +157,10 @@ impl WithSimd for AddReflected<'_> {
                 }
             }
             // What the visibility has hidden of the cosine, over what the spheres would fill one by one.
-            let hidden = splat(1.0) - Lanes::load(simd, white, part) * splat(std::f32::consts::FRAC_1_PI);
+            let hidden = splat(1.0) - Lanes::load(simd, self.white, part) * splat(std::f32::consts::FRAC_1_PI);
             let share = (hidden * filled.max(splat(f32::MIN_POSITIVE)).recip()).max(splat(0.0)).min(splat(1.0));
-            for (sum, block) in sums.into_iter().zip([&mut *red, &mut *green, &mut *blue]) {
-                (Lanes::load(simd, block, part) + pi * share * sum).store(block, part);
+            for (sum, block) in sums.into_iter().zip(&mut *self.irradiance) {
+                (pi * share * sum).store(block, part);
             }
         }
     }

@@ -17,7 +17,6 @@ pub(crate) mod log_table;
 pub(crate) mod log_table_file;
 pub(crate) mod occluder;
 mod receiver_groups;
-pub(crate) mod receivers;
 mod shares;
 pub(crate) mod sky_light;
 pub(crate) mod sphere_shadows;

@@ -1,38 +1,8 @@
 //! Receivers that lie together, and what hides the sky of all of them.
 
-use crate::accumulate::receivers::SphereReceivers;
+use crate::ShadowReceivers;
 use crate::accumulate::shares::Share;
 use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
-
-/// Bits of each coordinate along the curve.
-const CURVE_BITS: u32 = 10;
-
-/// The receivers along Morton's curve through their box, so that neighbors in the list are neighbors in space.
-pub(crate) fn coherent_order(receivers: &SphereReceivers<'_>) -> Vec<u32> {
-    let count = receivers.len() as u32;
-    let corner = |of: fn(f32, f32) -> f32, start: f32| {
-        (0..count).fold([start; 3], |corner, k| {
-            let p = receivers.position(k);
-            [0, 1, 2].map(|axis| of(corner[axis], p[axis]))
-        })
-    };
-    let (low, high) = (corner(f32::min, f32::INFINITY), corner(f32::max, f32::NEG_INFINITY));
-    let side = (0..3).map(|axis| high[axis] - low[axis]).fold(f32::MIN_POSITIVE, f32::max);
-    let scale = ((1 << CURVE_BITS) - 1) as f32 / side;
-    let key = |k: u32| {
-        let p = receivers.position(k);
-        let [x, y, z] = [0, 1, 2].map(|axis| spread(((p[axis] - low[axis]) * scale) as u32));
-        (x | y << 1 | z << 2, k)
-    };
-    let mut order: Vec<u32> = (0..count).collect();
-    order.sort_by_cached_key(|k| key(*k));
-    order
-}
-
-/// Two zeros between any two of the ten lowest bits.
-fn spread(x: u32) -> u32 {
-    (0..CURVE_BITS).fold(0, |out, bit| out | (x >> bit & 1) << (3 * bit))
-}
 
 /// A sphere around receivers, and a cone around their normals.
 pub(crate) struct Group {
@@ -47,18 +17,18 @@ pub(crate) struct Group {
 const LEAST_AXIS: f32 = 1e-3;
 
 impl Group {
-    pub(crate) fn new(receivers: &SphereReceivers<'_>, members: &[u32]) -> Self {
+    pub(crate) fn new(receivers: &ShadowReceivers<'_>, members: &[u32]) -> Self {
         let mean = |of: &dyn Fn(u32) -> [f32; 3]| {
             let sum = members.iter().map(|k| of(*k)).fold([0.0; 3], |sum, v| [0, 1, 2].map(|axis| sum[axis] + v[axis]));
             sum.map(|c| c / members.len().max(1) as f32)
         };
-        let center = mean(&|k| receivers.position(k));
-        let radius = members.iter().map(|k| distance(center, receivers.position(*k))).fold(0.0, f32::max);
-        let axis = mean(&|k| receivers.normal(k));
+        let center = mean(&|k| receivers.positions()[k as usize]);
+        let radius = members.iter().map(|k| distance(center, receivers.positions()[*k as usize])).fold(0.0, f32::max);
+        let axis = mean(&|k| receivers.normals()[k as usize]);
         let length = distance(axis, [0.0; 3]);
         let (axis, least) = if length > LEAST_AXIS {
             let axis = axis.map(|c| c / length);
-            (axis, members.iter().map(|k| dot(axis, receivers.normal(*k))).fold(1.0, f32::min).max(-1.0))
+            (axis, members.iter().map(|k| dot(axis, receivers.normals()[*k as usize])).fold(1.0, f32::min).max(-1.0))
         } else {
             // Normals that cancel may have any angle to an axis.
             (UP, -1.0)
@@ -131,7 +101,7 @@ mod tests {
     #[test]
     fn eight_times_the_spheres_are_not_three_times_the_nodes() {
         let (at, normal) = ([[6.0, 0.0, 0.0]; 16], [UP; 16]);
-        let receivers = SphereReceivers::new(&at, &normal).unwrap();
+        let receivers = ShadowReceivers::new(&at, &normal).unwrap();
         let members: Vec<u32> = (0..16).collect();
         let nodes = |count: usize| {
             let mut random = Random::new(1);

@@ -5,7 +5,6 @@ use lobe_sh::{ExpMethod, Rgb, len};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::ShadowError;
 use crate::accumulate::aim::ReceiverBlock;
 use crate::accumulate::batch_exponential::BatchExponential;
 use crate::accumulate::bounce::Bounce;
@@ -13,12 +12,12 @@ use crate::accumulate::columns::Columns;
 use crate::accumulate::lanes::{BLOCK, Block};
 use crate::accumulate::log_table::LogTable;
 use crate::accumulate::occluder::Occluder;
-use crate::accumulate::receiver_groups::{Group, coherent_order, sort_out};
-use crate::accumulate::receivers::SphereReceivers;
+use crate::accumulate::receiver_groups::{Group, sort_out};
 use crate::accumulate::shares::Share;
-use crate::accumulate::sky_light::SkyLight;
+use crate::accumulate::sky_light::{CHANNELS, SkyLight};
 use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
 use crate::accumulate::sum_logarithms::add_logarithms;
+use crate::{ShadowError, ShadowReceivers};
 
 /// Options of [`SphereShadows`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -83,13 +82,13 @@ impl ShadowOptions {
 ///
 /// ```
 /// use lobe_sh::{Rgb, ShL2};
-/// use lobe_shadow::{LogTable, LogTableOptions, Occluder, SphereReceivers, ShadowOptions, SkyLight, SphereShadows};
+/// use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowReceivers, ShadowOptions, SkyLight, SphereShadows};
 ///
 /// let table = LogTable::new(&LogTableOptions::default().order(3))?;
 /// let above = [Occluder::new([0.0, 0.0, 2.0], 1.0)];
 /// let shadows = SphereShadows::new(&table, &above, &ShadowOptions::default())?;
 /// let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 1.0, 1.0)), 3)?;
-/// let under = SphereReceivers::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]])?;
+/// let under = ShadowReceivers::new(&[[0.0; 3]], &[[0.0, 0.0, 1.0]])?;
 /// // The sphere hides sin²θ = 1/4 of the irradiance π.
 /// let irradiance = shadows.irradiance(&under, &sky)?[0].g / std::f32::consts::PI;
 /// assert!((irradiance - 0.75).abs() < 0.06, "{irradiance}");
@@ -136,7 +135,7 @@ impl<'a> SphereShadows<'a> {
 
     /// The expansions of what each receiver sees of the sky, one after the other: factors for products with transfer.
     #[must_use]
-    pub fn visibility(&self, receivers: &SphereReceivers<'_>) -> Vec<f32> {
+    pub fn visibility(&self, receivers: &ShadowReceivers<'_>) -> Vec<f32> {
         let n = len(self.table.order());
         self.of_all(receivers, n, |_, _, visibility, out| {
             for (k, row) in out.chunks_exact_mut(n).enumerate() {
@@ -149,17 +148,17 @@ impl<'a> SphereShadows<'a> {
     ///
     /// # Errors
     /// [`ShadowError::Options`] if the light is prepared for another order than the table's.
-    pub fn irradiance(&self, receivers: &SphereReceivers<'_>, sky: &SkyLight) -> Result<Vec<Rgb<f32>>, ShadowError> {
+    pub fn irradiance(&self, receivers: &ShadowReceivers<'_>, sky: &SkyLight) -> Result<Vec<Rgb<f32>>, ShadowError> {
         self.irradiance_with(receivers, sky, None)
     }
 
-    /// The irradiance of each receiver from the sky and from the spheres that hide it, lit by the same sky.
+    /// The irradiance of each receiver from the spheres that hide the sky, lit by the same sky.
     ///
     /// # Errors
     /// As [`SphereShadows::irradiance`].
-    pub fn irradiance_with_bounce(
+    pub fn reflected_irradiance(
         &self,
-        receivers: &SphereReceivers<'_>,
+        receivers: &ShadowReceivers<'_>,
         sky: &SkyLight,
         bounce: &Bounce,
     ) -> Result<Vec<Rgb<f32>>, ShadowError> {
@@ -190,7 +189,7 @@ impl<'a> SphereShadows<'a> {
 
     fn irradiance_with(
         &self,
-        receivers: &SphereReceivers<'_>,
+        receivers: &ShadowReceivers<'_>,
         sky: &SkyLight,
         bounce: Option<&Bounce>,
     ) -> Result<Vec<Rgb<f32>>, ShadowError> {
@@ -199,10 +198,8 @@ impl<'a> SphereShadows<'a> {
             let irradiance = match bounce {
                 None => sky.irradiance_of_block(self.arch, &at.normal, visibility),
                 Some(bounce) => {
-                    let mut irradiance = sky.irradiance_of_block(self.arch, &at.normal, visibility);
-                    bounce.add_to(self.arch, at, [nodes.near, nodes.far], &mut irradiance);
-                    let [r, g, b, _] = irradiance;
-                    [r, g, b]
+                    let [.., white] = sky.irradiance_of_block::<CHANNELS>(self.arch, &at.normal, visibility);
+                    bounce.reflected(self.arch, at, [nodes.near, nodes.far], &white)
                 }
             };
             for (k, row) in out.chunks_exact_mut(3).enumerate() {
@@ -225,7 +222,7 @@ impl<'a> SphereShadows<'a> {
     /// receiver to `write`; the numbers of all receivers, in their order.
     fn of_all(
         &self,
-        receivers: &SphereReceivers<'_>,
+        receivers: &ShadowReceivers<'_>,
         stride: usize,
         write: impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]) + Sync,
     ) -> Vec<f32> {
@@ -238,7 +235,7 @@ impl<'a> SphereShadows<'a> {
             });
             return out;
         }
-        let order = coherent_order(receivers);
+        let order = receivers.coherent_order();
         let together = self.options.group.max(BLOCK);
         let of_members = |members: &[u32]| {
             let mut values = vec![0.0; members.len() * stride];
@@ -262,7 +259,7 @@ impl<'a> SphereShadows<'a> {
     /// The same for a group of receivers.
     fn of_group(
         &self,
-        receivers: &SphereReceivers<'_>,
+        receivers: &ShadowReceivers<'_>,
         members: &[u32],
         out: &mut [f32],
         write: &impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]),
@@ -282,7 +279,7 @@ impl<'a> SphereShadows<'a> {
         let nodes = Nodes { near: if self.is_plain() { &self.leaves } else { &near }, far: &far };
         let (mut f, mut room) = (shared.clone(), shared.clone());
         for (members, out) in members.chunks(BLOCK).zip(out.chunks_mut(BLOCK * stride)) {
-            let at = receivers.block(members);
+            let at = ReceiverBlock::of(receivers, members);
             f.copy_from_slice(&shared);
             self.add(&at, nodes.near, true, &mut f);
             self.exponential.of_block_with(&mut f, &mut room);
@@ -325,7 +322,7 @@ mod tests {
         let spheres: Vec<Occluder> = (0..40).map(|_| Occluder::new(within(2.0), 0.6)).collect();
         let positions: Vec<[f32; 3]> = (0..50).map(|_| within(3.0)).collect();
         let normals = vec![[0.0, 0.6, 0.8]; positions.len()];
-        let receivers = SphereReceivers::new(&positions, &normals).unwrap();
+        let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
         for order in [1, 3, 4, 8] {
             let table = LogTable::new(&LogTableOptions::default().order(order).tolerance(0.1)).unwrap();
             let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 2.0, 3.0)), order).unwrap();
@@ -333,8 +330,9 @@ mod tests {
                 let wide = SphereShadows::new(&table, &spheres, &ShadowOptions::default().method(method)).unwrap();
                 let bounce = wide.bounce(&sky, &[Rgb::new(0.5, 0.6, 0.7); 40]).unwrap();
                 let lit = |shadows: &SphereShadows<'_>| -> Vec<f32> {
-                    let lit = shadows.irradiance_with_bounce(&receivers, &sky, &bounce).unwrap();
-                    shadows.visibility(&receivers).into_iter().chain(lit.into_iter().flat_map(Rgb::to_array)).collect()
+                    let lit = shadows.irradiance(&receivers, &sky).unwrap().into_iter();
+                    let lit = lit.chain(shadows.reflected_irradiance(&receivers, &sky, &bounce).unwrap());
+                    shadows.visibility(&receivers).into_iter().chain(lit.flat_map(Rgb::to_array)).collect()
                 };
                 for arch in narrower() {
                     let mut narrow = wide.clone();

@@ -1,11 +1,10 @@
-//! Sphere sets: few spheres that stand for a solid, its shadows and its distance.
+//! Sphere sets: few spheres that stand for a solid.
 //!
 //! Read `solid` first: what is inside a mesh, and how much of that in a ball, by the tree of `patch_tree`, at whose
 //! leaves `far_part` cuts triangles with balls, less what `overlaps` count twice. `cover_samples` are the points to
 //! cover. `ball` fits one sphere; `variational` many, in rounds that end with `teleport`; `medial_axis` is the other
 //! way. `fit_spheres` has options, reports and the job. The result is a `sphere_set`, which may move with a `skin`;
-//! `pose` binds and moves it, by `near_triangle`. `sphere_hierarchy` is for levels of detail; `sphere_file`, on
-//! `tensors`, and `sphere_json` are files of all of it. Uses no other room.
+//! `pose` binds and moves it, by `near_triangle`. `sphere_file`, on `tensors`, and `sphere_json` are its files. Uses no other room.
 
 pub(crate) mod ball;
 pub(crate) mod cover_samples;
@@ -19,7 +18,6 @@ pub(crate) mod pose;
 pub(crate) mod skin;
 pub(crate) mod solid;
 pub(crate) mod sphere_file;
-pub(crate) mod sphere_hierarchy;
 pub(crate) mod sphere_json;
 pub(crate) mod sphere_set;
 pub(crate) mod teleport;

@@ -39,10 +39,6 @@ impl Tensor {
         Self { name, dtype: Dtype::F32, shape, bytes: values.iter().flat_map(|x| x.to_le_bytes()).collect() }
     }
 
-    pub(crate) fn u32(name: &'static str, shape: Vec<usize>, values: &[u32]) -> Self {
-        Self { name, dtype: Dtype::U32, shape, bytes: values.iter().flat_map(|x| x.to_le_bytes()).collect() }
-    }
-
     pub(crate) fn u16(name: &'static str, shape: Vec<usize>, values: &[u16]) -> Self {
         Self { name, dtype: Dtype::U16, shape, bytes: values.iter().flat_map(|x| x.to_le_bytes()).collect() }
     }
@@ -133,10 +129,6 @@ impl<'a> TensorFile<'a> {
 
     pub(crate) fn f32(&self, name: &str, columns: usize) -> Result<Vec<f32>, ShadowError> {
         Ok(self.bytes(name, Dtype::F32, columns)?.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
-    }
-
-    pub(crate) fn u32(&self, name: &str, columns: usize) -> Result<Vec<u32>, ShadowError> {
-        Ok(self.bytes(name, Dtype::U32, columns)?.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect())
     }
 
     pub(crate) fn u16(&self, name: &str, columns: usize) -> Result<Vec<u16>, ShadowError> {

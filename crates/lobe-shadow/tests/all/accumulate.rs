@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use lobe_sh::{Dir, Expansion as _, Exponential, Rgb, ShL2, ShVec, SphereQuadrature, len};
 use lobe_shadow::{
-    LogTable, LogTableOptions, Occluder, ShadowOptions, SkyLight, SphereReceivers, SphereShadows, SphereTree,
+    LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows, SphereTree,
 };
 use lobe_testkit::Random;
 
@@ -42,7 +42,7 @@ fn on_ground(count: usize, random: &mut Random) -> Vec<[f32; 3]> {
 fn irradiance(table: &LogTable, spheres: &[Occluder], at: [f32; 3], normal: [f32; 3]) -> f32 {
     let shadows = SphereShadows::new(table, spheres, &one_by_one()).unwrap();
     let (at, normal) = ([at], [normal]);
-    shadows.irradiance(&SphereReceivers::new(&at, &normal).unwrap(), &white(table.order())).unwrap()[0].g / PI
+    shadows.irradiance(&ShadowReceivers::new(&at, &normal).unwrap(), &white(table.order())).unwrap()[0].g / PI
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn sums_in_lanes_are_those_of_the_scalar_path() {
         let (spheres, positions) = (above_ground(20, &mut random), on_ground(19, &mut random));
         let normals = vec![UP; positions.len()];
         let shadows = SphereShadows::new(&table, &spheres, &one_by_one()).unwrap();
-        let found = shadows.visibility(&SphereReceivers::new(&positions, &normals).unwrap());
+        let found = shadows.visibility(&ShadowReceivers::new(&positions, &normals).unwrap());
         let exponential = Exponential::new(order, shadows_method());
         for (p, found) in positions.iter().zip(found.chunks_exact(len(order))) {
             let mut f = ShVec::zero(order);
@@ -79,7 +79,7 @@ fn nothing_hides_nothing() {
     let mut random = Random::new(2);
     let positions = on_ground(5, &mut random);
     let normals = vec![UP; 5];
-    let receivers = SphereReceivers::new(&positions, &normals).unwrap();
+    let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
     let points: Vec<Occluder> = positions.iter().map(|p| Occluder::new([p[0], p[1], 1.0], 0.0)).collect();
     let below = [Occluder::new([0.0, 0.0, -2.0], 1.5)];
     for spheres in [&[][..], &points, &below] {
@@ -89,7 +89,7 @@ fn nothing_hides_nothing() {
             assert!((row[0] - open).abs() < 1e-5 && row[1..].iter().all(|c| c.abs() < 1e-5), "open sky: {row:?}");
         }
     }
-    let none = SphereReceivers::new(&[], &[]).unwrap();
+    let none = ShadowReceivers::new(&[], &[]).unwrap();
     assert!(SphereShadows::new(&table, &below, &one_by_one()).unwrap().visibility(&none).is_empty(), "no receivers");
 }
 
@@ -181,7 +181,7 @@ fn one_more_sphere_never_brightens_the_mean_beyond_its_ringing() {
     let mut random = Random::new(3);
     let positions = on_ground(40, &mut random);
     let normals = vec![UP; positions.len()];
-    let receivers = SphereReceivers::new(&positions, &normals).unwrap();
+    let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
     let spheres = above_ground(30, &mut random);
     let mut before = vec![f32::INFINITY; positions.len()];
     for count in 0..=spheres.len() {
@@ -216,7 +216,7 @@ fn the_error_of_cuts_and_groups_falls_with_their_limits() {
     }
     let positions: Vec<[f32; 3]> = on_ground(2048, &mut random).iter().map(|p| p.map(|c| 0.3 * c)).collect();
     let normals = vec![UP; positions.len()];
-    let receivers = SphereReceivers::new(&positions, &normals).unwrap();
+    let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
     let sky = white(4);
     let found = |options: ShadowOptions| {
         SphereShadows::new(&table, &spheres, &options).unwrap().irradiance(&receivers, &sky).unwrap()
@@ -238,7 +238,7 @@ fn results_do_not_depend_on_threads() {
     let mut random = Random::new(5);
     let (spheres, positions) = (above_ground(50, &mut random), on_ground(333, &mut random));
     let normals = vec![UP; positions.len()];
-    let receivers = SphereReceivers::new(&positions, &normals).unwrap();
+    let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
     let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default().group(32)).unwrap();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -277,7 +277,7 @@ fn a_tree_follows_spheres_that_move() {
     let spheres = above_ground(3, &mut Random::new(7));
     let tree = SphereTree::over(&spheres).unwrap();
     let (at, normal) = ([[0.1, 0.2, 0.0]], [UP]);
-    let receivers = SphereReceivers::new(&at, &normal).unwrap();
+    let receivers = ShadowReceivers::new(&at, &normal).unwrap();
     let by_tree = SphereShadows::with_tree(&table, tree.clone(), &one_by_one()).unwrap().visibility(&receivers);
     let by_own = SphereShadows::new(&table, &spheres, &one_by_one()).unwrap().visibility(&receivers);
     assert!(by_tree.iter().zip(&by_own).all(|(a, b)| (a - b).abs() < 1e-5), "{by_tree:?} {by_own:?}");
@@ -299,16 +299,16 @@ fn bad_input_is_refused_in_one_line() {
         SphereShadows::new(&table, spheres, options).map(drop).unwrap_err().to_string()
     };
     let fine = SphereShadows::new(&table, &[], &one_by_one()).unwrap();
-    let receivers = SphereReceivers::new(&[[0.0; 3]], &[UP]).unwrap();
+    let receivers = ShadowReceivers::new(&[[0.0; 3]], &[UP]).unwrap();
     for (message, said) in [
         (shadows(&[nan], &one_by_one()), "sphere 0: expected centers and radii of at most"),
         (shadows(&[Occluder::new([0.0; 3], -1.0)], &one_by_one()), "radii of 0 or more"),
         (shadows(&[Occluder::new([0.0; 3], 1e20)], &one_by_one()), "at most 1e15"),
         (shadows(&[], &one_by_one().group(20)), "a multiple of 16"),
         (shadows(&[], &one_by_one().cut(-1.0)), "cut from 0 to 1"),
-        (SphereReceivers::new(&[[0.0; 3]], &[]).unwrap_err().to_string(), "a normal for each of 1"),
-        (SphereReceivers::new(&[[0.0; 3]], &[[0.0; 3]]).unwrap_err().to_string(), "of length 1"),
-        (SphereReceivers::new(&[[f32::INFINITY; 3]], &[UP]).unwrap_err().to_string(), "finite position"),
+        (ShadowReceivers::new(&[[0.0; 3]], &[]).unwrap_err().to_string(), "one normal for each of 1"),
+        (ShadowReceivers::new(&[[0.0; 3]], &[[0.0; 3]]).unwrap_err().to_string(), "of length 1"),
+        (ShadowReceivers::new(&[[f32::INFINITY; 3]], &[UP]).unwrap_err().to_string(), "no finite number"),
         (SkyLight::new(&light, 3).unwrap_err().to_string(), "expected finite light"),
         (fine.irradiance(&receivers, &white(4)).unwrap_err().to_string(), "expected light for order 3"),
     ] {

@@ -19,4 +19,3 @@ mod sphere_bounce;
 mod sphere_files;
 mod sphere_fits;
 mod sphere_skins;
-mod sphere_trees;

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use lobe_sh::{Rgb, ShL2};
-use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, SkyLight, SphereReceivers, SphereShadows};
+use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::fibonacci_sphere;
 
 fn irradiance(spheres: &[Occluder], at: [f32; 3], share: bool) -> f32 {
@@ -12,7 +12,7 @@ fn irradiance(spheres: &[Occluder], at: [f32; 3], share: bool) -> f32 {
     let shadows = SphereShadows::new(&table, spheres, &options).unwrap();
     let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 1.0, 1.0)), 4).unwrap();
     let (at, up) = ([at], [[0.0, 0.0, 1.0]]);
-    shadows.irradiance(&SphereReceivers::new(&at, &up).unwrap(), &sky).unwrap()[0].g / PI
+    shadows.irradiance(&ShadowReceivers::new(&at, &up).unwrap(), &sky).unwrap()[0].g / PI
 }
 
 /// A unit ball as spheres of radius 1/2 about points of a sphere of radius 1/2, and one in the middle: one counts for three.

@@ -2,10 +2,7 @@
 
 use std::fs;
 
-use lobe_shadow::{
-    Skin, SphereHierarchy, SphereSet, read_sphere_hierarchy, read_sphere_hierarchy_bytes, read_spheres,
-    read_spheres_bytes, write_sphere_hierarchy, write_spheres,
-};
+use lobe_shadow::{Skin, SphereSet, read_spheres, read_spheres_bytes, write_spheres};
 
 fn set() -> SphereSet {
     let set = SphereSet::new(vec![[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]], vec![0.5, 0.0]).unwrap();
@@ -49,11 +46,6 @@ fn files_keep_the_point_from_which_centers_count() {
     assert_eq!((read.origin(), read.center(1)), ([1e7 + 0.1, 0.0, -3.5], [1e7 + 3.1, 4.0, 1.5]), "in the mesh's frame");
     let message = changed(&file, "10000000.1,", "\\\"a\\\",");
     assert!(message.starts_with("s: ") && !message.contains('\n'), "{message}");
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("h.safetensors");
-    let tree = SphereHierarchy::new(&far, 2).unwrap();
-    write_sphere_hierarchy(&path, &tree).unwrap();
-    assert_eq!((read_sphere_hierarchy(&path).unwrap(), tree.origin()), (tree.clone(), far.origin()), "a tree");
     assert!(set().with_origin([f64::NAN; 3]).is_err(), "no point");
 }
 
@@ -112,31 +104,4 @@ fn numbers_that_are_no_sphere_are_refused() {
     assert_eq!(with(0.25, -1.0), "s: expected finite radii of at least 0, found -1 at sphere 0", "negative");
     assert_eq!(with(0.25, f32::NAN), "s: expected finite radii of at least 0, found NaN at sphere 0", "no number");
     assert_eq!(with(7.0, f32::INFINITY), "s: expected finite centers, found [inf, 7.0, 7.0] at sphere 0", "infinite");
-}
-
-#[test]
-fn hierarchies_are_written_and_read() {
-    let centers: Vec<[f32; 3]> = (0..9).map(|k| [k as f32, (k * k) as f32, 0.0]).collect();
-    let set = SphereSet::new(centers, vec![0.5; 9]).unwrap();
-    let tree = SphereHierarchy::new(&set, 3).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("t.safetensors");
-    write_sphere_hierarchy(&path, &tree).unwrap();
-    assert_eq!(read_sphere_hierarchy(&path).unwrap(), tree, "read back");
-    let bytes = fs::read(&path).unwrap();
-    for length in 0..bytes.len() {
-        assert!(read_sphere_hierarchy_bytes(&bytes[..length], "t").is_err(), "cut off after {length} bytes");
-    }
-    // Every byte of the numbers changed: refused in one line, or another tree; never a panic.
-    let data = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
-    for at in data..bytes.len() {
-        let mut bad = bytes.clone();
-        bad[at] ^= 0x41;
-        if let Err(error) = read_sphere_hierarchy_bytes(&bad, "t") {
-            let message = error.to_string();
-            assert!(message.starts_with("t: expected ") && !message.contains('\n'), "byte {at}: {message}");
-        }
-    }
-    let message = read_spheres(&path).unwrap_err().to_string();
-    assert!(message.ends_with("expected lobe-spheres, found lobe-sphere-hierarchy"), "{message}");
 }

@@ -1,0 +1,12 @@
+//! What the fuzz targets ask of readers.
+
+/// The message of a reader that refuses a file begins with the file's name, `fuzz`, and is one line.
+///
+/// # Panics
+/// If it is not.
+pub fn refused_in_one_line<T>(result: Result<T, impl std::fmt::Display>) {
+    if let Err(error) = result {
+        let line = error.to_string();
+        assert!(line.starts_with("fuzz: ") && !line.contains('\n'), "{line:?}");
+    }
+}
