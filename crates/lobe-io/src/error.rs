@@ -17,6 +17,14 @@ pub enum IoError {
         /// What is wrong with it.
         message: String,
     },
+    /// The file is of a version that is not read.
+    #[error("{place}: {message}")]
+    Unsupported {
+        /// The file.
+        place: String,
+        /// Which version it is of, and what to do.
+        message: String,
+    },
     /// The operating system refused.
     #[error("{place}: {source}")]
     Io {

@@ -6,6 +6,7 @@
 //! | watch, stop and continue long work | [`Job`], [`Progress`]; between two reports [`Portions`] |
 //! | tell one piece of work from another | [`Fingerprint`] |
 //! | keep its results in a checkpoint and continue from it | [`RecordFile`], read by [`RecordReader`] |
+//! | write and read named tensors with a header (feature `tensors`) | `write_tensors`, `TensorFile` |
 //! | learn before long work whether its result can be written | [`check_writable`] |
 //! | clear away what programs that were killed have left | [`remove_abandoned`] |
 
@@ -15,6 +16,8 @@ mod job;
 mod portions;
 mod records;
 mod staged;
+#[cfg(feature = "tensors")]
+mod tensors;
 
 pub use error::IoError;
 pub use fingerprint::Fingerprint;
@@ -22,3 +25,5 @@ pub use job::{Job, Progress, Watch};
 pub use portions::Portions;
 pub use records::{RecordFile, RecordFormat, RecordLayout, RecordReader};
 pub use staged::{StagedFile, StagedWriter, check_writable, remove_abandoned, write_atomically};
+#[cfg(feature = "tensors")]
+pub use tensors::{Dtype, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};

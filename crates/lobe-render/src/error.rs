@@ -78,7 +78,9 @@ impl From<IoError> for RenderError {
     fn from(error: IoError) -> Self {
         match error {
             IoError::Io { place, source } => Self::Io { place, source },
-            IoError::Invalid { place, message } => Self::Invalid { place, message },
+            IoError::Invalid { place, message } | IoError::Unsupported { place, message } => {
+                Self::Invalid { place, message }
+            }
             other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
         }
     }

@@ -42,8 +42,22 @@ impl From<IoError> for ShadowError {
     fn from(error: IoError) -> Self {
         match error {
             IoError::Io { place, source } => Self::Io { place, source },
-            IoError::Invalid { place, message } => Self::Invalid { place, message },
+            IoError::Invalid { place, message } | IoError::Unsupported { place, message } => {
+                Self::Invalid { place, message }
+            }
             other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
+        }
+    }
+}
+
+impl ShadowError {
+    /// The same fault, of this file.
+    pub(crate) fn within(self, name: &str) -> Self {
+        match self {
+            Self::Invalid { message, .. } | Self::Options(message) => {
+                Self::Invalid { place: name.to_owned(), message: message.replace(['\n', '\r'], " ") }
+            }
+            other => other,
         }
     }
 }

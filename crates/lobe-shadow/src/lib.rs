@@ -31,7 +31,6 @@ mod field;
 mod placement;
 mod receivers;
 mod spheres;
-mod tensors;
 mod track;
 
 pub use accumulate::batch_exponential::BatchExponential;

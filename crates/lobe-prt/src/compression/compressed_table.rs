@@ -1,5 +1,6 @@
 //! A compressed table: for each row a cluster and a few weights of the directions of that cluster.
 
+use lobe_io::Numbers;
 use lobe_sh::Rgb;
 
 use crate::PrtError;
@@ -42,6 +43,16 @@ pub enum Weights {
     U16(Vec<u16>),
     /// In steps of 1/255.
     U8(Vec<u8>),
+}
+
+impl<'a> From<&'a Weights> for Numbers<'a> {
+    fn from(weights: &'a Weights) -> Self {
+        match weights {
+            Weights::F32(w) => Self::F32(w),
+            Weights::U16(w) => Self::U16(w),
+            Weights::U8(w) => Self::U8(w),
+        }
+    }
 }
 
 impl Weights {

@@ -5,7 +5,7 @@ use std::path::Path;
 use lobe_sh::Rgb;
 
 use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of, zonal_of};
-use crate::files::tensor_file::{TensorFile, load};
+use crate::files::tensor_file::{TransferFile, load};
 use crate::files::transfer_file::{TRANSFER, transfer_of};
 use crate::{CompressedTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
 
@@ -78,10 +78,14 @@ pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Recipe)
 /// # Errors
 /// As [`read_any_transfer`].
 pub fn read_any_transfer_bytes(bytes: &[u8], name: &str) -> Result<(AnyTransfer, Recipe), PrtError> {
-    let file = TensorFile::parse(bytes, name, &[TRANSFER, COMPRESSED, ZONAL])?;
-    Ok(match file.header.format.as_str() {
-        COMPRESSED => compressed_of(&file).map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe))?,
-        ZONAL => zonal_of(&file).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))?,
+    let file = TransferFile::parse(bytes, name, &[TRANSFER, COMPRESSED, ZONAL])?;
+    Ok(match file.format() {
+        name if name == COMPRESSED.name => {
+            compressed_of(&file).map(|(transfer, recipe)| (AnyTransfer::Compressed(transfer), recipe))?
+        }
+        name if name == ZONAL.name => {
+            zonal_of(&file).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))?
+        }
         _ => transfer_of(&file).map(|(transfer, recipe)| (transfer.into(), recipe))?,
     })
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::Path;
 
-use lobe_io::{Job, write_atomically};
+use lobe_io::{IoError, Job, write_atomically};
 use lobe_scene::{GltfDocument, LOBE_EXTRAS_VERSION, Mesh, MeshSource, Scene};
 use serde_json::{Map, Value, json};
 
@@ -169,7 +169,8 @@ impl BakedGlb {
             out.write_all(shared)?;
             out.write_all(&[0; 3][..padding(shared.len())])
         });
-        meter.written(&path.display().to_string(), written)
+        let place = path.display().to_string();
+        meter.written(written.map_err(|source| IoError::Io { place, source }))
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.

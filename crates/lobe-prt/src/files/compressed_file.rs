@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use safetensors::Dtype;
+use lobe_io::{Dtype, Numbers, Tensor, TensorFormat, write_tensors};
 
-use crate::files::tensor_file::{Header, Tensor, TensorFile, f32s, load, u16s, write};
+use crate::files::tensor_file::{Header, TransferFile, format, load};
 use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, Weights, ZonalTransfer};
 
-pub(crate) const COMPRESSED: &str = "lobe-compressed-transfer";
-pub(crate) const ZONAL: &str = "lobe-zonal-transfer";
+pub(crate) const COMPRESSED: TensorFormat = format("lobe-compressed-transfer");
+pub(crate) const ZONAL: TensorFormat = format("lobe-zonal-transfer");
 
 /// Writes compressed transfer as safetensors.
 ///
@@ -31,24 +31,15 @@ pub fn write_compressed_transfer(
     let table = transfer.table();
     let (order, channels) = (transfer.order(), transfer.channels());
     let (clusters, components) = (table.cluster_count(), table.components());
-    let header = Header {
-        clusters: Some(clusters),
-        components: Some(components),
-        ..Header::new(COMPRESSED, order, channels, recipe)
-    };
-    let shape = vec![table.rows(), table.components()];
-    let weights = match table.weights() {
-        Weights::F32(w) => Tensor::f32("weights", shape, w.iter().copied()),
-        Weights::U16(w) => Tensor::u16("weights", shape, w),
-        Weights::U8(w) => Tensor { name: "weights", dtype: Dtype::U8, shape, bytes: w.clone() },
-    };
-    let vectors = vec![clusters, 1 + components, channels.count(), order * order];
+    let header =
+        Header { clusters: Some(clusters), components: Some(components), ..Header::new(order, channels, recipe) };
+    let vectors = [clusters, 1 + components, channels.count(), order * order];
     let tensors = [
-        Tensor::u16("clusters", vec![table.rows()], table.clusters()),
-        weights,
-        Tensor::f32("bases", vectors, table.bases().iter().copied()),
+        Tensor::new("bases", vectors, Numbers::F32(table.bases())),
+        Tensor::new("clusters", [table.rows()], Numbers::U16(table.clusters())),
+        Tensor::new("weights", [table.rows(), components], table.weights().into()),
     ];
-    write(path.as_ref(), &header, &tensors)
+    Ok(write_tensors(path.as_ref(), COMPRESSED, &header, &tensors)?)
 }
 
 /// Reads what [`write_compressed_transfer`] wrote, checked completely: the transfer and its recipe.
@@ -67,28 +58,23 @@ pub fn read_compressed_transfer(path: impl AsRef<Path>) -> Result<(CompressedTra
 /// # Errors
 /// As [`read_compressed_transfer`].
 pub fn read_compressed_transfer_bytes(bytes: &[u8], name: &str) -> Result<(CompressedTransfer, Recipe), PrtError> {
-    compressed_of(&TensorFile::parse(bytes, name, &[COMPRESSED])?)
+    compressed_of(&TransferFile::parse(bytes, name, &[COMPRESSED])?)
 }
 
 /// The transfer and the recipe in a file of this format.
-pub(crate) fn compressed_of(file: &TensorFile<'_>) -> Result<(CompressedTransfer, Recipe), PrtError> {
+pub(crate) fn compressed_of(file: &TransferFile<'_>) -> Result<(CompressedTransfer, Recipe), PrtError> {
     let (order, channels) = file.order_and_channels()?;
     let clusters = file.member("clusters", file.header.clusters)?;
     let components = file.member("components", file.header.components)?;
     let n = order * order;
     let vectors = components.saturating_add(1);
     let bases = file.f32("bases", &[Some(clusters), Some(vectors), Some(channels.count()), Some(n)])?;
-    let (dtype, view) = file.tensor("clusters", &[None])?;
-    file.expect("clusters", dtype, Dtype::U16)?;
-    let of_receiver = u16s(view.data());
-    let (dtype, view) = file.tensor("weights", &[Some(of_receiver.len()), Some(components)])?;
-    let weights = match dtype {
-        Dtype::U8 => Weights::U8(view.data().to_vec()),
-        Dtype::U16 => Weights::U16(u16s(view.data())),
-        other => {
-            file.expect("weights", other, Dtype::F32)?;
-            Weights::F32(f32s(view.data()))
-        }
+    let of_receiver = file.u16("clusters", &[None])?;
+    let shape = [Some(of_receiver.len()), Some(components)];
+    let weights = match file.view("weights")?.0 {
+        Dtype::U8 => Weights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
+        Dtype::U16 => Weights::U16(file.u16("weights", &shape)?),
+        _ => Weights::F32(file.f32("weights", &shape)?),
     };
     let table = CompressedTable::new(n * channels.count(), components, of_receiver, weights, bases);
     let transfer = table.and_then(|table| CompressedTransfer::from_table(order, channels, table));
@@ -110,14 +96,14 @@ pub(crate) fn compressed_of(file: &TensorFile<'_>) -> Result<(CompressedTransfer
 /// [`PrtError::Io`] if the file cannot be written.
 pub fn write_zonal_transfer(path: impl AsRef<Path>, transfer: &ZonalTransfer, recipe: &Recipe) -> Result<(), PrtError> {
     let (order, channels, lobes) = (transfer.order(), transfer.channels(), transfer.lobes());
-    let header = Header { lobes: Some(lobes), ..Header::new(ZONAL, order, channels, recipe) };
+    let header = Header { lobes: Some(lobes), ..Header::new(order, channels, recipe) };
     let channels = channels.count();
     let receivers = transfer.receivers();
     let tensors = [
-        Tensor::f32("axes", vec![receivers, lobes, 3], transfer.axes().iter().flatten().copied()),
-        Tensor::f32("coefficients", vec![receivers, lobes, channels, order], transfer.coefficients().iter().copied()),
+        Tensor::new("axes", [receivers, lobes, 3], Numbers::F32(transfer.axes().as_flattened())),
+        Tensor::new("coefficients", [receivers, lobes, channels, order], Numbers::F32(transfer.coefficients())),
     ];
-    write(path.as_ref(), &header, &tensors)
+    Ok(write_tensors(path.as_ref(), ZONAL, &header, &tensors)?)
 }
 
 /// Reads what [`write_zonal_transfer`] wrote, checked completely: the transfer and its recipe.
@@ -135,11 +121,11 @@ pub fn read_zonal_transfer(path: impl AsRef<Path>) -> Result<(ZonalTransfer, Rec
 /// # Errors
 /// As [`read_zonal_transfer`].
 pub fn read_zonal_transfer_bytes(bytes: &[u8], name: &str) -> Result<(ZonalTransfer, Recipe), PrtError> {
-    zonal_of(&TensorFile::parse(bytes, name, &[ZONAL])?)
+    zonal_of(&TransferFile::parse(bytes, name, &[ZONAL])?)
 }
 
 /// The transfer and the recipe in a file of this format.
-pub(crate) fn zonal_of(file: &TensorFile<'_>) -> Result<(ZonalTransfer, Recipe), PrtError> {
+pub(crate) fn zonal_of(file: &TransferFile<'_>) -> Result<(ZonalTransfer, Recipe), PrtError> {
     let (order, channels) = file.order_and_channels()?;
     let lobes = file.member("lobes", file.header.lobes)?;
     let axes = file.f32("axes", &[None, Some(lobes), Some(3)])?;

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use lobe_io::Job;
+use lobe_io::{Job, TensorFormat};
 
-use crate::files::tensor_file::{GridMember, Header, Streamed, TensorFile, load, write_streamed};
+use crate::files::tensor_file::{GridMember, Header, TransferFile, format, load, write_streamed};
 use crate::{Grid, MatrixRows, Neighborhood, PrtError, Recipe, TransferMatrices};
 
-const MATRICES: &str = "lobe-transfer-matrices";
-const NEIGHBORHOOD: &str = "lobe-neighbourhood-transfer";
+const MATRICES: TensorFormat = format("lobe-transfer-matrices");
+const NEIGHBORHOOD: TensorFormat = format("lobe-neighbourhood-transfer");
 const TENSOR: &str = "matrices";
 
 /// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by
@@ -88,20 +88,20 @@ pub fn read_neighborhood_bytes(bytes: &[u8], name: &str) -> Result<(Neighborhood
 fn write_with(
     path: &Path,
     matrices: &dyn MatrixRows,
-    format: &str,
+    format: TensorFormat,
     grid: Option<GridMember>,
     recipe: &Recipe,
     job: Job<'_>,
 ) -> Result<(), PrtError> {
     let (order, channels) = (matrices.order(), matrices.channels());
     let shape = vec![matrices.points(), channels.count(), order * order, order * order];
-    let header = Header { grid, ..Header::new(format, order, channels, recipe) };
+    let header = Header { grid, ..Header::new(order, channels, recipe) };
     let read_rows = |first: usize, rows: &mut [f32]| matrices.read_rows(first, rows);
-    write_streamed(path, &header, &Streamed { name: TENSOR, shape, read_rows: &read_rows }, job)
+    write_streamed(path, (format, &header), (TENSOR, shape), &read_rows, job)
 }
 
-fn read_with(bytes: &[u8], name: &str, format: &str) -> Result<(TransferMatrices, Header), PrtError> {
-    let file = TensorFile::parse(bytes, name, &[format])?;
+fn read_with(bytes: &[u8], name: &str, format: TensorFormat) -> Result<(TransferMatrices, Header), PrtError> {
+    let file = TransferFile::parse(bytes, name, &[format])?;
     let (order, channels) = file.order_and_channels()?;
     let bands = Some(order * order);
     let numbers = file.f32(TENSOR, &[None, Some(channels.count()), bands, bands])?;
@@ -113,7 +113,7 @@ fn read_with(bytes: &[u8], name: &str, format: &str) -> Result<(TransferMatrices
 mod tests {
     use super::*;
     use crate::Channels;
-    use crate::files::tensor_file::{Tensor, write};
+    use lobe_io::{Numbers, Tensor, write_tensors};
     use lobe_scene::Bounds;
     use serde_json::json;
 
@@ -151,10 +151,10 @@ mod tests {
             (2, 3, grid, "expected matrices of 12 points, found 5"),
             (2, 3, Some(([0.0; 3], [0.0; 3], [2, 2, 2])), "expected a box with a volume"),
         ] {
-            let header =
-                Header { order, channels, grid, ..Header::new(NEIGHBORHOOD, 2, Channels::Gray, &Recipe::default()) };
-            let numbers = matrices(5).coefficients().to_vec();
-            write(&path, &header, &[Tensor::f32(TENSOR, vec![5, 3, 4, 4], numbers)]).unwrap();
+            let header = Header { order, channels, grid, ..Header::new(2, Channels::Gray, &Recipe::default()) };
+            let matrices = matrices(5);
+            let tensor = Tensor::new(TENSOR, [5, 3, 4, 4], Numbers::F32(matrices.coefficients()));
+            write_tensors(&path, NEIGHBORHOOD, &header, &[tensor]).unwrap();
             let error = read_neighborhood(&path).unwrap_err().to_string();
             assert!(error.contains(part) && !error.contains('\n'), "{part}: {error}");
         }

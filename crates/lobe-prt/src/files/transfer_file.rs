@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use lobe_io::Job;
+use lobe_io::{Job, TensorFormat};
 
-use crate::files::tensor_file::{Header, Streamed, TensorFile, load, write_streamed};
+use crate::files::tensor_file::{Header, TransferFile, format, load, write_streamed};
 use crate::{PrtError, Recipe, Transfer, TransferRows};
 
-pub(crate) const TRANSFER: &str = "lobe-transfer";
+pub(crate) const TRANSFER: TensorFormat = format("lobe-transfer");
 const QUANTITY: &str = "transfer";
 const TENSOR: &str = "transfer";
 
@@ -26,13 +26,11 @@ pub fn write_transfer(
 ) -> Result<(), PrtError> {
     let (receivers, channels, bands) =
         (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
-    let header = Header {
-        quantity: Some(QUANTITY.to_owned()),
-        ..Header::new(TRANSFER, transfer.order(), transfer.channels(), recipe)
-    };
+    let header =
+        Header { quantity: Some(QUANTITY.to_owned()), ..Header::new(transfer.order(), transfer.channels(), recipe) };
     let read_rows = |first: usize, rows: &mut [f32]| transfer.read_rows(first, rows);
-    let tensor = Streamed { name: TENSOR, shape: vec![receivers, channels, bands], read_rows: &read_rows };
-    write_streamed(path.as_ref(), &header, &tensor, job)
+    let tensor = (TENSOR, vec![receivers, channels, bands]);
+    write_streamed(path.as_ref(), (TRANSFER, &header), tensor, &read_rows, job)
 }
 
 /// Reads what [`write_transfer`] wrote: the transfer and its recipe.
@@ -51,11 +49,11 @@ pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtEr
 /// # Errors
 /// As [`read_transfer`].
 pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe), PrtError> {
-    transfer_of(&TensorFile::parse(bytes, name, &[TRANSFER])?)
+    transfer_of(&TransferFile::parse(bytes, name, &[TRANSFER])?)
 }
 
 /// The transfer and the recipe in a file of this format.
-pub(crate) fn transfer_of(file: &TensorFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
+pub(crate) fn transfer_of(file: &TransferFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
     let (order, channels) = file.order_and_channels()?;
     let quantity = file.header.quantity.as_deref().unwrap_or_default();
     if quantity != QUANTITY {

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Instant;
 
-use lobe_io::{Job, Progress};
+use lobe_io::{IoError, Job, Progress};
 
 use crate::PrtError;
 
@@ -63,11 +63,8 @@ impl<'a> Meter<'a> {
     }
 
     /// The outcome of a file that was written: one that was complete before it was to stop is there.
-    pub(crate) fn written(&self, place: &str, written: io::Result<()>) -> Result<(), PrtError> {
-        written.map_err(|source| match self.is_stopped {
-            true => PrtError::Cancelled,
-            false => PrtError::Io { place: place.to_owned(), source },
-        })
+    pub(crate) fn written(&self, written: Result<(), IoError>) -> Result<(), PrtError> {
+        written.map_err(|error| if self.is_stopped { PrtError::Cancelled } else { error.into() })
     }
 }
 

@@ -4,13 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use half::f16;
+use lobe_io::{Dtype, IoError, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
 use lobe_prt::{CompressedTable, PrtError, Weights};
-use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
 
 use crate::field::axial::Axial;
 use crate::field::field_storage::StoredRows;
-use crate::tensors::{Header, Numbers, Tensor, TensorFile, write};
 use crate::{FieldGrid, FieldStorage, OcclusionField, ShadowError, StorageReport};
 
 /// The numbers of a [`FieldGrid`] in the header of a file.
@@ -46,12 +45,8 @@ struct OcclusionHeader {
     storage: String,
 }
 
-impl Header for OcclusionHeader {
-    const FORMAT: &'static str = "lobe-occlusion-field";
-    /// Version 1 had other radii of spheres for the same header.
-    const VERSION: u32 = 2;
-    const IF_OLDER: &'static str = "bake the field anew";
-}
+/// Version 1 had other radii of spheres for the same header.
+const FORMAT: TensorFormat = TensorFormat { name: "lobe-occlusion-field", version: 2, if_older: "bake the field anew" };
 
 /// Writes a field; until all is written nothing has the file's name.
 ///
@@ -75,38 +70,28 @@ pub fn write_field(
     let stored = StoredRows::encode(field, storage)?;
     let report = stored.report(field);
     let (points, width) = (field.grid().points(), Axial::width(field.order()));
-    let rows = |numbers| Tensor { name: "rows", shape: vec![points, width], numbers };
+    let rows = |numbers| Tensor::new("rows", [points, width], numbers);
     let (name, tensors) = match &stored {
         StoredRows::F32 => ("f32", vec![rows(Numbers::F32(field.rows()))]),
         StoredRows::F16(x) => ("f16", vec![rows(Numbers::F16(x))]),
         StoredRows::U8 { ranges, steps } => {
-            let ranges = Tensor { name: "ranges", shape: vec![2, width], numbers: Numbers::F32(ranges) };
+            let ranges = Tensor::new("ranges", [2, width], Numbers::F32(ranges));
             ("u8", vec![ranges, rows(Numbers::U8(steps))])
         }
         StoredRows::Clustered(table) => ("clustered", clustered_tensors(table)),
     };
     let (order, grid) = (field.order(), GridHeader::new(field.grid()));
-    write(path.as_ref(), &OcclusionHeader { order, grid, storage: name.to_owned() }, &tensors)?;
+    write_tensors(path.as_ref(), FORMAT, &OcclusionHeader { order, grid, storage: name.to_owned() }, &tensors)?;
     Ok(report)
 }
 
 fn clustered_tensors(table: &CompressedTable) -> Vec<Tensor<'_>> {
     let (rows, components) = (table.rows(), table.components());
-    let weights = match table.weights() {
-        Weights::F32(w) => Numbers::F32(w),
-        Weights::U16(w) => Numbers::U16(w),
-        Weights::U8(w) => Numbers::U8(w),
-        // A form of weights that this format does not know fails the check of the shape.
-        _ => Numbers::U8(&[]),
-    };
-    let shape = vec![table.cluster_count(), components + 1, table.width()];
-    let bases = Tensor { name: "bases", shape, numbers: Numbers::F32(table.bases()) };
-    let clusters = Tensor { name: "clusters", shape: vec![rows], numbers: Numbers::U16(table.clusters()) };
-    let weights = Tensor { name: "weights", shape: vec![rows, components], numbers: weights };
-    if matches!(weights.numbers, Numbers::F32(_)) {
-        return vec![bases, weights, clusters];
-    }
-    vec![bases, clusters, weights]
+    vec![
+        Tensor::new("bases", [table.cluster_count(), components + 1, table.width()], Numbers::F32(table.bases())),
+        Tensor::new("clusters", [rows], Numbers::U16(table.clusters())),
+        Tensor::new("weights", [rows, components], table.weights().into()),
+    ]
 }
 
 /// Reads what [`write_field`] wrote.
@@ -126,57 +111,60 @@ pub fn read_field(path: impl AsRef<Path>) -> Result<OcclusionField, ShadowError>
 /// # Errors
 /// As [`read_field`].
 pub fn read_field_bytes(bytes: &[u8], name: &str) -> Result<OcclusionField, ShadowError> {
-    let file = TensorFile::<OcclusionHeader>::parse(bytes, name)?;
-    let OcclusionHeader { order, grid, storage } = &file.header;
-    let grid = grid.grid().map_err(|e| file.within(e))?;
-    if !(1..=8).contains(order) {
-        return Err(file.invalid(&format!("expected an order of 1 to 8, found {order}")));
-    }
-    let (points, width) = (grid.points(), Axial::width(*order));
-    grid.check_bytes(width).map_err(|e| file.within(e))?;
+    let file = TensorFile::parse(bytes, name, &[FORMAT])?;
+    let OcclusionHeader { order, grid, storage } = file.header()?;
+    let grid = grid.grid().map_err(|e| e.within(name))?;
+    check_order(&file, order)?;
+    let (points, width) = (grid.points(), Axial::width(order));
+    grid.check_bytes(width).map_err(|e| e.within(name))?;
+    let shape = [Some(points), Some(width)];
     let rows = match storage.as_str() {
-        "f32" => file.f32("rows", &[points, width])?,
-        "f16" => {
-            let bytes = file.bytes("rows", Dtype::F16, &[points, width])?;
-            bytes.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32()).collect()
-        }
+        "f32" => file.f32("rows", &shape)?,
+        "f16" => file.f16("rows", &shape)?.into_iter().map(f16::to_f32).collect(),
         "u8" => {
-            let ranges = file.f32("ranges", &[2, width])?;
-            StoredRows::steps_to_numbers(&ranges, file.bytes("rows", Dtype::U8, &[points, width])?)
+            let ranges = file.f32("ranges", &[Some(2), Some(width)])?;
+            StoredRows::steps_to_numbers(&ranges, file.bytes("rows", Dtype::U8, &shape)?)
         }
         "clustered" => clustered(&file, points, width)?.decode(),
-        other => return Err(file.invalid(&format!("expected storage f32, f16, u8 or clustered, found {other:?}"))),
+        other => {
+            let message = format!("expected storage f32, f16, u8 or clustered, found {other:?}");
+            return Err(file.invalid(message).into());
+        }
     };
-    OcclusionField::new(grid, *order, rows).map_err(|error| file.within(error))
+    OcclusionField::new(grid, order, rows).map_err(|error| error.within(name))
 }
 
-fn clustered(
-    file: &TensorFile<'_, OcclusionHeader>,
-    points: usize,
-    width: usize,
-) -> Result<CompressedTable, ShadowError> {
+/// Refuses an order that fields and lamps do not have.
+pub(crate) fn check_order(file: &TensorFile<'_>, order: usize) -> Result<(), IoError> {
+    match order {
+        1..=8 => Ok(()),
+        found => Err(file.invalid(format!("expected an order of 1 to 8, found {found}"))),
+    }
+}
+
+fn clustered(file: &TensorFile<'_>, points: usize, width: usize) -> Result<CompressedTable, IoError> {
     let (_, shape) = file.view("bases")?;
     // Without a component few bytes would stand for many numbers.
     let &[clusters, vectors, _] = &*shape else {
-        return Err(file.invalid(&format!("expected a tensor bases of three numbers, found {shape:?}")));
+        return Err(file.invalid(format!("expected a tensor bases of three numbers, found {shape:?}")));
     };
     if vectors < 2 {
         let message =
             format!("expected a tensor bases of clusters, 2 vectors or more, and {width} numbers, found {shape:?}");
-        return Err(file.invalid(&message));
+        return Err(file.invalid(message));
     }
     let components = vectors - 1;
-    let bases = file.f32("bases", &[clusters, vectors, width])?;
-    let shape = [points, components];
+    let bases = file.f32("bases", &[Some(clusters), Some(vectors), Some(width)])?;
+    let shape = [Some(points), Some(components)];
     let weights = match file.view("weights")?.0 {
         Dtype::U8 => Weights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
         Dtype::U16 => Weights::U16(file.u16("weights", &shape)?),
         _ => Weights::F32(file.f32("weights", &shape)?),
     };
-    let of_row = file.u16("clusters", &[points])?;
+    let of_row = file.u16("clusters", &[Some(points)])?;
     CompressedTable::new(width, components, of_row, weights, bases).map_err(|error| match error {
         // The table says where it is in words of transfer.
-        PrtError::Invalid { message, .. } => file.invalid(&format!("clusters and weights: {message}")),
-        other => file.invalid(&other.to_string()),
+        PrtError::Invalid { message, .. } => file.invalid(format!("clusters and weights: {message}")),
+        other => file.invalid(other.to_string()),
     })
 }

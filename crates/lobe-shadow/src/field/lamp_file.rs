@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
+use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
 use lobe_sh::Rgb;
 use serde::{Deserialize, Serialize};
 
 use crate::field::axial::Axial;
-use crate::field::field_file::GridHeader;
+use crate::field::field_file::{GridHeader, check_order};
 use crate::field::radiance_field::Shape;
-use crate::tensors::{Header, Numbers, Tensor, TensorFile, write};
 use crate::{Lamp, LampSequence, PatchField, RadianceField, ShadowError};
 
 #[derive(Serialize, Deserialize)]
@@ -27,10 +27,7 @@ enum ShapeHeader {
     Sequence { grid: GridHeader, patches: [usize; 2], pictures: usize, per_second: f64 },
 }
 
-impl Header for LampHeader {
-    const FORMAT: &'static str = "lobe-lamp";
-    const VERSION: u32 = 1;
-}
+const FORMAT: TensorFormat = TensorFormat { name: "lobe-lamp", version: 1, if_older: "make the lamp anew" };
 
 /// Writes a lamp; until all is written nothing has the file's name.
 ///
@@ -48,18 +45,18 @@ impl Header for LampHeader {
 /// # Errors
 /// [`ShadowError::Io`] if the system refuses.
 pub fn write_lamp(path: impl AsRef<Path>, lamp: &Lamp) -> Result<(), ShadowError> {
-    let (path, order) = (path.as_ref(), lamp.order());
+    let order = lamp.order();
     let width = Axial::width(order);
+    let write = |shape, tensors: &[_]| write_tensors(path.as_ref(), FORMAT, &LampHeader { order, shape }, tensors);
     match lamp {
         Lamp::Still(field) => match field.shape() {
             Shape::Ball { center, radius, radiance } => {
                 let (center, radius, radiance) = (*center, *radius, radiance.to_array());
-                write(path, &LampHeader { order, shape: ShapeHeader::Ball { center, radius, radiance } }, &[])
+                write(ShapeHeader::Ball { center, radius, radiance }, &[])
             }
             Shape::Sampled { grid, rows, .. } => {
-                let shape = vec![grid.points(), 3, width];
-                let header = LampHeader { order, shape: ShapeHeader::Sampled { grid: GridHeader::new(grid) } };
-                write(path, &header, &[Tensor { name: "rows", shape, numbers: Numbers::F32(rows) }])
+                let rows = Tensor::new("rows", [grid.points(), 3, width], Numbers::F32(rows));
+                write(ShapeHeader::Sampled { grid: GridHeader::new(grid) }, &[rows])
             }
         },
         Lamp::Sequence(sequence) => {
@@ -72,18 +69,15 @@ pub fn write_lamp(path: impl AsRef<Path>, lamp: &Lamp) -> Result<(), ShadowError
                 pictures: pictures.len(),
                 per_second: sequence.per_second(),
             };
-            let patches = vec![columns * rows, field.grid().points(), width];
+            let patches = [columns * rows, field.grid().points(), width];
             let tensors = [
-                Tensor { name: "patches", shape: patches, numbers: Numbers::F32(field.table()) },
-                Tensor {
-                    name: "radiance",
-                    shape: vec![pictures.len(), columns * rows, 3],
-                    numbers: Numbers::F32(&radiance),
-                },
+                Tensor::new("patches", patches, Numbers::F32(field.table())),
+                Tensor::new("radiance", [pictures.len(), columns * rows, 3], Numbers::F32(&radiance)),
             ];
-            write(path, &LampHeader { order, shape }, &tensors)
+            write(shape, &tensors)
         }
     }
+    .map_err(ShadowError::from)
 }
 
 /// Reads what [`write_lamp`] wrote.
@@ -103,32 +97,30 @@ pub fn read_lamp(path: impl AsRef<Path>) -> Result<Lamp, ShadowError> {
 /// # Errors
 /// As [`read_lamp`].
 pub fn read_lamp_bytes(bytes: &[u8], name: &str) -> Result<Lamp, ShadowError> {
-    let file = TensorFile::<LampHeader>::parse(bytes, name)?;
-    let order = file.header.order;
-    if !(1..=8).contains(&order) {
-        return Err(file.invalid(&format!("expected an order of 1 to 8, found {order}")));
-    }
-    read_shape(&file, order).map_err(|error| file.within(error))
+    let file = TensorFile::parse(bytes, name, &[FORMAT])?;
+    let LampHeader { order, shape } = file.header()?;
+    check_order(&file, order)?;
+    read_shape(&file, order, &shape).map_err(|error| error.within(name))
 }
 
-fn read_shape(file: &TensorFile<'_, LampHeader>, order: usize) -> Result<Lamp, ShadowError> {
+fn read_shape(file: &TensorFile<'_>, order: usize, shape: &ShapeHeader) -> Result<Lamp, ShadowError> {
     let width = Axial::width(order);
-    match &file.header.shape {
+    match shape {
         ShapeHeader::Ball { center, radius, radiance } => {
             Ok(Lamp::Still(RadianceField::ball(order, *center, *radius, Rgb::from(*radiance))?))
         }
         ShapeHeader::Sampled { grid } => {
             let grid = grid.grid()?;
             grid.check_bytes(3 * width)?;
-            let rows = file.f32("rows", &[grid.points(), 3, width])?;
+            let rows = file.f32("rows", &[Some(grid.points()), Some(3), Some(width)])?;
             Ok(Lamp::Still(RadianceField::sampled(grid, order, rows)?))
         }
         ShapeHeader::Sequence { grid, patches, pictures, per_second } => {
             let grid = grid.grid()?;
             let count = patches[0].saturating_mul(patches[1]);
-            let table = file.f32("patches", &[count, grid.points(), width])?;
+            let table = file.f32("patches", &[Some(count), Some(grid.points()), Some(width)])?;
             let field = PatchField::from_table(grid, order, *patches, table)?;
-            let radiance = file.f32("radiance", &[*pictures, count, 3])?;
+            let radiance = file.f32("radiance", &[Some(*pictures), Some(count), Some(3)])?;
             let colors = |picture: &[f32]| picture.as_chunks().0.iter().map(|c: &[f32; 3]| Rgb::from(*c)).collect();
             let pictures = radiance.chunks_exact(3 * count).map(colors).collect();
             Ok(Lamp::Sequence(LampSequence::new(field, pictures, *per_second)?))

@@ -4,7 +4,7 @@
 //! leaves `far_part` cuts triangles with balls, less what `overlaps` count twice. `cover_samples` are the points to
 //! cover. `ball` fits one sphere; `variational` many, in rounds that end with `teleport`; `medial_axis` is the other
 //! way. `fit_spheres` has options, reports and the job. The result is a `sphere_set`, which may move with a `skin`;
-//! `pose` binds and moves it, by `near_triangle`. `sphere_file`, on `tensors`, and `sphere_json` are its files. Uses no other room.
+//! `pose` binds and moves it, by `near_triangle`. `sphere_file` and `sphere_json` are its files. Uses no other room.
 
 pub(crate) mod ball;
 pub(crate) mod cover_samples;
@@ -21,5 +21,4 @@ pub(crate) mod sphere_file;
 pub(crate) mod sphere_json;
 pub(crate) mod sphere_set;
 pub(crate) mod teleport;
-pub(crate) mod tensors;
 pub(crate) mod variational;

@@ -1,12 +1,21 @@
 //! Sphere sets as safetensors.
 
+use std::fs;
 use std::path::Path;
 
+use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
+use serde::{Deserialize, Serialize};
+
 use crate::spheres::sphere_set::check;
-use crate::spheres::tensors::{Tensor, TensorFile, load, write};
 use crate::{ShadowError, Skin, SphereSet};
 
-const SPHERES: &str = "lobe-spheres";
+const SPHERES: TensorFormat = TensorFormat { name: "lobe-spheres", version: 1, if_older: "make the spheres anew" };
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    #[serde(default)]
+    origin: [f64; 3],
+}
 
 /// Writes a set: tensors `centers` of `[n, 3]` and `radii` of `[n]` floats, and of a set with a [`Skin`] also
 /// `joints`, 16-bit numbers, and `weights`, floats, both of `[n, 4]`.
@@ -19,14 +28,14 @@ const SPHERES: &str = "lobe-spheres";
 pub fn write_spheres(path: impl AsRef<Path>, set: &SphereSet) -> Result<(), ShadowError> {
     let n = set.len();
     let mut tensors = vec![
-        Tensor::f32("centers", vec![n, 3], set.centers().as_flattened()),
-        Tensor::f32("radii", vec![n], set.radii()),
+        Tensor::new("centers", [n, 3], Numbers::F32(set.centers().as_flattened())),
+        Tensor::new("radii", [n], Numbers::F32(set.radii())),
     ];
     if let Some(skin) = set.skin() {
-        tensors.push(Tensor::u16("joints", vec![n, 4], skin.joints().as_flattened()));
-        tensors.push(Tensor::f32("weights", vec![n, 4], skin.weights().as_flattened()));
+        tensors.push(Tensor::new("joints", [n, 4], Numbers::U16(skin.joints().as_flattened())));
+        tensors.push(Tensor::new("weights", [n, 4], Numbers::F32(skin.weights().as_flattened())));
     }
-    write(path.as_ref(), SPHERES, set.origin(), &tensors)
+    Ok(write_tensors(path.as_ref(), SPHERES, &Header { origin: set.origin() }, &tensors)?)
 }
 
 /// Reads what [`write_spheres`] wrote. A set without spheres and spheres of radius 0 are read as they are.
@@ -36,7 +45,9 @@ pub fn write_spheres(path: impl AsRef<Path>, set: &SphereSet) -> Result<(), Shad
 /// itself.
 pub fn read_spheres(path: impl AsRef<Path>) -> Result<SphereSet, ShadowError> {
     let path = path.as_ref();
-    read_spheres_bytes(&load(path)?, &path.display().to_string())
+    let place = path.display().to_string();
+    let bytes = fs::read(path).map_err(|source| ShadowError::Io { place: place.clone(), source })?;
+    read_spheres_bytes(&bytes, &place)
 }
 
 /// [`read_spheres`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than
@@ -45,16 +56,18 @@ pub fn read_spheres(path: impl AsRef<Path>) -> Result<SphereSet, ShadowError> {
 /// # Errors
 /// As [`read_spheres`].
 pub fn read_spheres_bytes(bytes: &[u8], name: &str) -> Result<SphereSet, ShadowError> {
-    let file = TensorFile::parse(bytes, name, SPHERES)?;
+    let file = TensorFile::parse(bytes, name, &[SPHERES])?;
     let within = |error: ShadowError| file.invalid(error.to_string());
-    let centers = file.f32("centers", 3)?.as_chunks().0.to_vec();
-    let radii = file.f32("radii", 0)?;
+    let Header { origin } = file.header()?;
+    let centers = file.f32("centers", &[None, Some(3)])?.as_chunks().0.to_vec();
+    let radii = file.f32("radii", &[None])?;
     check(&centers, &radii).map_err(|message| file.invalid(message))?;
-    let set = SphereSet::new(centers, radii).and_then(|set| set.with_origin(file.origin)).map_err(within)?;
+    let set = SphereSet::new(centers, radii).and_then(|set| set.with_origin(origin)).map_err(within)?;
     if !file.has("joints") && !file.has("weights") {
         return Ok(set);
     }
-    let joints = file.u16("joints", 4)?.as_chunks().0.to_vec();
-    let weights = file.f32("weights", 4)?.as_chunks().0.to_vec();
-    set.with_skin(Skin::from_normalized(joints, weights).map_err(within)?).map_err(within)
+    let joints = file.u16("joints", &[None, Some(4)])?.as_chunks().0.to_vec();
+    let weights = file.f32("weights", &[None, Some(4)])?.as_chunks().0.to_vec();
+    let skin = Skin::from_normalized(joints, weights).map_err(within)?;
+    Ok(set.with_skin(skin).map_err(within)?)
 }
