@@ -89,7 +89,7 @@ impl Writer<'_> {
 
 fn prefiltered(sky: &Sky) -> anyhow::Result<CubeMipChain> {
     let [fine, size] = SIZES;
-    let cube = resample(&sky.map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;
+    let cube = resample(&sky.map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)), Job::default())?;
     let options = PrefilterOptions::default().size(size).last_size(LAST);
     Ok(prefilter_ggx(&cube.into_cube_map()?, &options, Job::default())?)
 }
