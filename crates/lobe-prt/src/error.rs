@@ -36,6 +36,9 @@ pub enum PrtError {
     /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// What work keeps on disk, its checkpoint, is at fault.
+    #[error(transparent)]
+    Checkpoint(#[from] IoError),
     /// The operating system refused.
     #[error("{place}: {source}")]
     Io {
@@ -56,16 +59,6 @@ impl PrtError {
         match self {
             Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },
             other => other,
-        }
-    }
-}
-
-impl From<IoError> for PrtError {
-    fn from(error: IoError) -> Self {
-        match error {
-            IoError::Io { place, source } => Self::Io { place, source },
-            IoError::Invalid { place, message } => Self::Invalid { place, message },
-            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
         }
     }
 }

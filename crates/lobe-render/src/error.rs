@@ -35,6 +35,9 @@ pub enum RenderError {
     /// A scene, its transfer or their files are at fault.
     #[error(transparent)]
     Prt(PrtError),
+    /// What work keeps on disk, its checkpoint, is at fault.
+    #[error(transparent)]
+    Checkpoint(#[from] IoError),
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
@@ -71,16 +74,6 @@ impl RenderError {
 
     pub(crate) fn invalid(place: &Path, message: impl Into<String>) -> Self {
         Self::Invalid { place: place.display().to_string(), message: message.into() }
-    }
-}
-
-impl From<IoError> for RenderError {
-    fn from(error: IoError) -> Self {
-        match error {
-            IoError::Io { place, source } => Self::Io { place, source },
-            IoError::Invalid { place, message } => Self::Invalid { place, message },
-            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
-        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use safetensors::Dtype;
 
 use crate::files::tensor_file::{Header, Tensor, TensorFile, f32s, load, u16s, write};
-use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, Weights, ZonalTransfer};
+use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, TableWeights, ZonalTransfer};
 
 pub(crate) const COMPRESSED: &str = "lobe-compressed-transfer";
 pub(crate) const ZONAL: &str = "lobe-zonal-transfer";
@@ -38,9 +38,9 @@ pub fn write_compressed_transfer(
     };
     let shape = vec![table.rows(), table.components()];
     let weights = match table.weights() {
-        Weights::F32(w) => Tensor::f32("weights", shape, w.iter().copied()),
-        Weights::U16(w) => Tensor::u16("weights", shape, w),
-        Weights::U8(w) => Tensor { name: "weights", dtype: Dtype::U8, shape, bytes: w.clone() },
+        TableWeights::F32(w) => Tensor::f32("weights", shape, w.iter().copied()),
+        TableWeights::U16(w) => Tensor::u16("weights", shape, w),
+        TableWeights::U8(w) => Tensor { name: "weights", dtype: Dtype::U8, shape, bytes: w.clone() },
     };
     let vectors = vec![clusters, 1 + components, channels.count(), order * order];
     let tensors = [
@@ -83,11 +83,11 @@ pub(crate) fn compressed_of(file: &TensorFile<'_>) -> Result<(CompressedTransfer
     let of_receiver = u16s(view.data());
     let (dtype, view) = file.tensor("weights", &[Some(of_receiver.len()), Some(components)])?;
     let weights = match dtype {
-        Dtype::U8 => Weights::U8(view.data().to_vec()),
-        Dtype::U16 => Weights::U16(u16s(view.data())),
+        Dtype::U8 => TableWeights::U8(view.data().to_vec()),
+        Dtype::U16 => TableWeights::U16(u16s(view.data())),
         other => {
             file.expect("weights", other, Dtype::F32)?;
-            Weights::F32(f32s(view.data()))
+            TableWeights::F32(f32s(view.data()))
         }
     };
     let table = CompressedTable::new(n * channels.count(), components, of_receiver, weights, bases);

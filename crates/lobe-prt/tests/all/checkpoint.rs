@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use crate::common::options;
-use lobe_io::Job;
+use lobe_io::{IoError, Job};
 use lobe_prt::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, Transfer, bake, bake_on_disk};
 use lobe_scene::{Bvh, Scene, built_in};
 
@@ -189,7 +189,7 @@ fn a_checkpoint_that_cannot_be_written_is_an_error_before_the_bake() {
             Job::default().watched_by(&mut watch).kept_in(&path),
         )
         .unwrap_err();
-        assert!(matches!(found, PrtError::Io { .. }), "{}: {found}", path.display());
+        assert!(matches!(found, PrtError::Checkpoint(IoError::Io { .. })), "{}: {found}", path.display());
         assert_eq!((calls, found.to_string().lines().count()), (0, 1), "{found}");
     }
     #[cfg(target_os = "linux")]

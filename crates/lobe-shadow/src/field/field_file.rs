@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use half::f16;
-use lobe_prt::{CompressedTable, PrtError, Weights};
+use lobe_prt::{CompressedTable, PrtError, TableWeights};
 use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
 
@@ -93,9 +93,9 @@ pub fn write_field(
 fn clustered_tensors(table: &CompressedTable) -> Vec<Tensor<'_>> {
     let (rows, components) = (table.rows(), table.components());
     let weights = match table.weights() {
-        Weights::F32(w) => Numbers::F32(w),
-        Weights::U16(w) => Numbers::U16(w),
-        Weights::U8(w) => Numbers::U8(w),
+        TableWeights::F32(w) => Numbers::F32(w),
+        TableWeights::U16(w) => Numbers::U16(w),
+        TableWeights::U8(w) => Numbers::U8(w),
         // A form of weights that this format does not know fails the check of the shape.
         _ => Numbers::U8(&[]),
     };
@@ -169,9 +169,9 @@ fn clustered(
     let bases = file.f32("bases", &[clusters, vectors, width])?;
     let shape = [points, components];
     let weights = match file.view("weights")?.0 {
-        Dtype::U8 => Weights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
-        Dtype::U16 => Weights::U16(file.u16("weights", &shape)?),
-        _ => Weights::F32(file.f32("weights", &shape)?),
+        Dtype::U8 => TableWeights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
+        Dtype::U16 => TableWeights::U16(file.u16("weights", &shape)?),
+        _ => TableWeights::F32(file.f32("weights", &shape)?),
     };
     let of_row = file.u16("clusters", &[points])?;
     CompressedTable::new(width, components, of_row, weights, bases).map_err(|error| match error {
