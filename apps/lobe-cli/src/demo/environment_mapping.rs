@@ -33,7 +33,7 @@ impl Writer<'_> {
         let file = sky.file("environment-mapping.png");
         let samples = if self.ball < 100 { 2 } else { 3 };
         let options = EnvironmentSheetOptions::default().size(self.ball).samples(samples).prefiltered(&chain);
-        let sheet = environment_mapping_sheet(&sky.map, &options);
+        let sheet = environment_mapping_sheet(&sky.map, &options, Job::default())?;
         self.write(&file, &sheet, &Tone::PLAIN)?;
         self.page.figure(&file, sheet.width(), "A ball and a torus; errors are measured over their visible surface.");
         self.page.command(&format!(

@@ -52,7 +52,9 @@ impl EnvShow {
             talk.watch("convert", |job| resample(map, &to, job))?
         };
         let options = EnvironmentSheetOptions::default().size(self.size).prefiltered(&chain);
-        environment_mapping_sheet(&sky.into_env_map()?, &options).write_png(&self.output, &Tone::PLAIN)?;
+        let sky = sky.into_env_map()?;
+        let sheet = talk.watch("techniques", |job| environment_mapping_sheet(&sky, &options, job))?;
+        sheet.write_png(&self.output, &Tone::PLAIN)?;
         Ok(())
     }
 }
