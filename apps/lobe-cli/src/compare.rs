@@ -1,16 +1,14 @@
 //! `lobe compare`: RMSE, relative MSE, PSNR and FLIP of two pictures, and a test by their variance.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use lobe::env::FileFormat;
-use lobe::image::read_picture_bytes;
 use lobe::image::{
-    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, ImageError, Measured, Picture, PictureReadOptions, Tone, ZTest, compare,
-    flip, hdr_flip, relative_mse,
+    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, Measured, Picture, PictureReadOptions, Tone, ZTest, compare, flip,
+    hdr_flip, read_picture, relative_mse,
 };
-use lobe::render::read_variance;
+use lobe::render::{TracedPicture, read_traced_picture};
 use serde::Serialize;
 
 use crate::args::input::{tell, without_options};
@@ -86,8 +84,18 @@ struct FoundZ {
 /// A picture, and whether it is made for a display.
 struct Read {
     picture: Picture,
-    bytes: Vec<u8>,
     is_display: bool,
+    /// The variance of a traced picture, and its degrees of freedom.
+    variance: Option<(Picture, f64)>,
+}
+
+impl Read {
+    /// The picture with its variance; none if it was read without.
+    fn measured(&self) -> Option<Measured<'_>> {
+        let (variance, degrees_of_freedom) = self.variance.as_ref()?;
+        let (means, variances) = (self.picture.pixels(), variance.pixels());
+        Some(Measured { means, variances, degrees_of_freedom: *degrees_of_freedom })
+    }
 }
 
 impl Compare {
@@ -97,12 +105,14 @@ impl Compare {
             output::check_png(path)?;
             output::prepare_file(path, &[&self.image, &self.reference])?;
         }
-        let (image, reference) = (read(&self.image, talk)?, read(&self.reference, talk)?);
+        let read = |path| if self.z_test { read_traced(path) } else { read(path, talk) };
+        let (image, reference) = (read(&self.image)?, read(&self.reference)?);
         let (a, b) = (&image.picture, &reference.picture);
         let flip = self.flip(&image, &reference)?;
         let ErrorReport { rmse, psnr, .. } = compare(a.pixels(), b.pixels());
         let relmse = relative_mse(a.pixels(), b.pixels());
-        let z_test = if self.z_test { Some(self.z_test(&image, &reference)?) } else { None };
+        let measured = image.measured().zip(reference.measured());
+        let z_test = measured.map(|(a, b)| ZTest::new(&a, &b)).transpose()?;
         if let Some(path) = &self.output {
             flip.picture().write_png(path, &Tone::PLAIN)?;
         }
@@ -146,30 +156,23 @@ impl Compare {
         };
         of(&image.picture, &reference.picture, per_degree).map_err(named)
     }
-
-    fn z_test(&self, image: &Read, reference: &Read) -> anyhow::Result<ZTest> {
-        let variance = |read: &Read, path: &Path| read_variance(&read.bytes, &path.display().to_string());
-        let (a, b) = (variance(image, &self.image)?, variance(reference, &self.reference)?);
-        Ok(ZTest::new(&measured(image, &a), &measured(reference, &b))?)
-    }
-}
-
-fn measured<'a>(read: &'a Read, (variance, degrees_of_freedom): &'a (Picture, f64)) -> Measured<'a> {
-    let (means, variances) = (read.picture.pixels(), variance.pixels());
-    Measured { means, variances, degrees_of_freedom: *degrees_of_freedom }
 }
 
 /// Advice on a picture that is too large or has pixels that are no numbers.
 const TO_DO: [&str; 2] = ["scale both down", "only numbers can be compared"];
 
 fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
-    let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| ImageError::Io { place: name.clone(), source })?;
-    let read = read_picture_bytes(&bytes, &name, &PictureReadOptions::default());
+    let read = read_picture(path, &PictureReadOptions::default());
     let (picture, report) = read.map_err(|error| without_options(error.into(), TO_DO))?;
     let is_display = matches!(report.format, FileFormat::Png | FileFormat::Jpeg);
-    tell(&report, &name, talk);
-    Ok(Read { picture, bytes, is_display })
+    tell(&report, &path.display().to_string(), talk);
+    Ok(Read { picture, is_display, variance: None })
+}
+
+/// A picture of `lobe render --mode truth`, with its variance.
+fn read_traced(path: &Path) -> anyhow::Result<Read> {
+    let TracedPicture { mean, variance, degrees_of_freedom, .. } = read_traced_picture(path)?;
+    Ok(Read { picture: mean, is_display: false, variance: Some((variance, degrees_of_freedom)) })
 }
 
 fn text(found: &Found) -> String {

@@ -6,6 +6,7 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_env::{
     EnvMap, MappedMap, Mapping, Resample, bundled, irradiance_at, project_env, project_map, reconstruct, resample,
 };
+use lobe_io::Job;
 use lobe_sh::{Dir, Rgb};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -78,7 +79,7 @@ fn convert(c: &mut Criterion) {
     for threads in [1, 2] {
         let pool = pool(threads);
         group.bench_function(BenchmarkId::from_parameter(threads), |b| {
-            b.iter(|| pool.install(|| resample(black_box(&map), &to)));
+            b.iter(|| pool.install(|| resample(black_box(&map), &to, Job::default())));
         });
     }
 }

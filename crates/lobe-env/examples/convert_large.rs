@@ -13,6 +13,7 @@ use lobe_env::{
     PictureWriteOptions, Resample, resample, write_cube,
 };
 use lobe_image::write_picture;
+use lobe_io::Job;
 use lobe_sh::Rgb;
 
 /// The allocator of the command-line program.
@@ -33,7 +34,7 @@ fn main() -> Result<(), EnvError> {
     let to = Resample::to(Mapping::Cube, FACE, Mapping::Cube.height_for(FACE));
     let name = format!("{} x {} to a cube of {FACE}", map.width(), map.height());
     let mean = map.mean();
-    let cube = timed(&name, || resample(map, &to))?;
+    let cube = timed(&name, || resample(map, &to, Job::default()))?;
     println!("mean {:?}, was {:?}", cube.mean(), mean);
     let cube = cube.into_cube_map()?;
     for file in files {

@@ -82,9 +82,9 @@
 //!
 //! # Watching and stopping
 //!
-//! Functions that may take minutes take a [`Job`](lobe_io::Job) as their last argument: [`prefilter_ggx`], [`filter_lobe`],
-//! [`filter_zonal`], [`filter_lobe_lat_long`] and [`irradiance_map_brute_force`]. All others, [`resample()`] and the
-//! projections among them, take about as long as reading the file.
+//! Functions that may take longer than seconds take a [`Job`](lobe_io::Job) as their last argument: [`prefilter_ggx`],
+//! [`filter_lobe`], [`filter_zonal`], [`filter_lobe_lat_long`], [`irradiance_map_brute_force`], [`resample()`] and what is
+//! built on it. All others, projections among them, take about as long as reading the file.
 
 mod area_light;
 mod error;

@@ -37,7 +37,7 @@
 //! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; OpenEXR of any channels: [`ExrLayers`]; what a file is: [`FileFormat`] |
 //! | writing light | [`write_picture`], [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
 //! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
-//! | cube textures | [`read_cube_texture_bytes`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
+//! | cube textures | [`read_cube_texture`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
 //! | differences | [`compare()`], [`relative_mse`], [`error_map`]; perceptual [`flip()`], [`hdr_flip()`]; statistical [`ZTest`] |
 //!
 //! # Linear light until the last step
@@ -62,7 +62,7 @@ pub use codec::read::{
     FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
 };
 pub use codec::texel_format::TexelFormat;
-pub use codec::texture::{read_cube_texture_bytes, write_cube_texture};
+pub use codec::texture::{read_cube_texture, read_cube_texture_bytes, write_cube_texture};
 pub use compare::compare::{ErrorReport, compare, error_map, error_of, relative_mse};
 pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
 pub use compare::hdr_flip::hdr_flip;

@@ -95,13 +95,13 @@ fn compressed(c: &mut Criterion) {
 
 /// The same receivers over and over, to [`RECEIVERS`].
 fn repeated(small: &CompressedTransfer) -> Option<CompressedTransfer> {
-    use lobe_prt::{CompressedTable, Weights};
+    use lobe_prt::{CompressedTable, TableWeights};
     let table = small.table();
     let times = RECEIVERS / table.rows();
     let weights = match table.weights() {
-        Weights::F32(w) => Weights::F32(w.repeat(times)),
-        Weights::U16(w) => Weights::U16(w.repeat(times)),
-        Weights::U8(w) => Weights::U8(w.repeat(times)),
+        TableWeights::F32(w) => TableWeights::F32(w.repeat(times)),
+        TableWeights::U16(w) => TableWeights::U16(w.repeat(times)),
+        TableWeights::U8(w) => TableWeights::U8(w.repeat(times)),
         _ => return None,
     };
     let clusters = table.clusters().repeat(times);

@@ -21,7 +21,7 @@
 //! | files of any form | [`AnyTransfer`], [`read_any_transfer`] |
 //! | transfer matrices | [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
 //! | baking matrices | [`bake_matrices`], [`bake_matrices_on_disk`] |
-//! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`Grid`] |
+//! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`NeighborhoodGrid`] |
 //! | files of matrices | [`write_matrices`], [`read_matrices`], [`write_neighborhood`], [`read_neighborhood`] |
 //! | the record of how transfer was made | [`Recipe`] |
 //! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`] |
@@ -45,15 +45,16 @@ pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, spli
 pub use bake::bake::{bake, bake_on_disk};
 pub use bake::glossy::{bake_matrices, bake_matrices_on_disk};
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
-pub use bake::transfer_grid::{Grid, Neighborhood, bake_neighborhood, bake_neighborhood_on_disk};
+pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood, bake_neighborhood_on_disk};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
 };
-pub use compression::compressed_table::{CompressedTable, WeightBits, Weights};
+pub use compression::compressed_table::{CompressedTable, TableWeights, WeightBits};
 pub use compression::compressed_transfer::CompressedTransfer;
 pub use error::PrtError;
 pub use files::any_transfer::{AnyTransfer, read_any_transfer, read_any_transfer_bytes};
 pub use files::baked_glb::BakedGlb;
+pub use files::baked_layout::LOBE_EXTRAS_VERSION;
 pub use files::compressed_file::{
     read_compressed_transfer, read_compressed_transfer_bytes, read_zonal_transfer, read_zonal_transfer_bytes,
     write_compressed_transfer, write_zonal_transfer,
@@ -62,7 +63,9 @@ pub use files::lightmap_file::{read_lightmap, read_lightmap_bytes, write_lightma
 pub use files::matrix_file::{
     read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
 };
-pub use files::read_baked::{Baked, BakedOrScene, read_baked, read_baked_or_scene};
+pub use files::read_baked::{
+    Baked, BakedOrScene, read_baked, read_baked_bytes, read_baked_or_scene, read_baked_or_scene_bytes,
+};
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_transfer};
 pub use job::fingerprint::{fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use lobe_image::Tone;
+use lobe_io::Job;
 use lobe_render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -14,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&folder)?;
     for bundled in lobe_env::bundled::all() {
         let (map, start) = (bundled.map(), Instant::now());
-        let sheet = environment_mapping_sheet(&map, &EnvironmentSheetOptions::default());
+        let sheet = environment_mapping_sheet(&map, &EnvironmentSheetOptions::default(), Job::default())?;
         println!("{}: {:.2} s", bundled.name, start.elapsed().as_secs_f64());
         sheet.write_png(folder.join(format!("environment-mapping-{}.png", bundled.name)), &Tone::PLAIN)?;
     }

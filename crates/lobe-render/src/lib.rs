@@ -66,7 +66,7 @@
 //! | what is baked of them | [`MovingBakeOptions`], [`PartBake`]; what stands still in a room [`VisibilityGrid`] |
 //! | scenes without transfer | [`light_by_irradiance`] |
 //! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
-//! | the variance in a traced picture | [`read_variance`] |
+//! | a traced picture from its file, with its variance | [`read_traced_picture`], [`TracedPicture`] |
 //!
 //! Pictures themselves, tone mapping, files and comparison are in `lobe-image`. Results do not depend on the number of
 //! threads.
@@ -110,7 +110,7 @@ pub use path_tracer::distant_light::DistantLight;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
 pub use path_tracer::reference::{Truth, TruthOptions, render_truth};
-pub use path_tracer::truth_exr::read_variance;
+pub use path_tracer::truth_exr::{TracedPicture, read_traced_picture, read_traced_picture_bytes};
 pub use plot::ball::Ball;
 pub use plot::balloon::Balloon;
 pub use plot::cube_cross::{CubeCross, dir_on_cross};

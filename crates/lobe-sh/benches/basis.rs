@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{Basis, band_and_m, eval_basis_into, len};
+use lobe_sh::{Basis, band_and_m, coefficient_count, eval_basis_into};
 use lobe_testkit::Random;
 use sphrs::{Coordinates, HarmonicsSet, RealSH};
 
@@ -29,7 +29,7 @@ fn many(c: &mut Criterion, name: &str, count: usize) {
     let [x, y, z] = directions(count);
     for order in ORDERS {
         let basis = Basis::<f32>::new(order);
-        let mut out = vec![0.0; len(order) * count];
+        let mut out = vec![0.0; coefficient_count(order) * count];
         group.bench_function(BenchmarkId::from_parameter(order), |b| {
             b.iter(|| basis.eval_many_into(black_box([&x, &y, &z]), &mut out));
         });
@@ -42,7 +42,7 @@ fn one(c: &mut Criterion) {
     let directions: Vec<[f64; 3]> = (0..CACHED).map(|_| random.direction()).collect();
     group.throughput(Throughput::Elements(CACHED as u64));
     for order in ORDERS {
-        let mut out = vec![0.0; len(order)];
+        let mut out = vec![0.0; coefficient_count(order)];
         group.bench_function(BenchmarkId::new("lobe", order), |b| {
             b.iter(|| {
                 for s in &directions {
@@ -68,10 +68,10 @@ fn one(c: &mut Criterion) {
 
 /// Whether the peer gives our numbers, up to the sign of its odd `m`.
 fn agrees(peer: &HarmonicsSet<f64, RealSH>, order: usize, [x, y, z]: [f64; 3]) -> bool {
-    let mut ours = vec![0.0; len(order)];
+    let mut ours = vec![0.0; coefficient_count(order)];
     eval_basis_into([x, y, z], &mut ours);
     let theirs = peer.eval(&Coordinates::cartesian(x, y, z));
-    (0..len(order)).all(|i| {
+    (0..coefficient_count(order)).all(|i| {
         let sign = if band_and_m(i).1 % 2 == 0 { 1.0 } else { -1.0 };
         (theirs[i] - sign * ours[i]).abs() < 1e-9 || (theirs[i] - ours[i]).abs() < 1e-9
     })

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{len, product_into, square_into};
+use lobe_sh::{coefficient_count, product_into, square_into};
 use lobe_testkit::Random;
 
 const ORDERS: [usize; 7] = [2, 3, 4, 5, 6, 8, 10];
@@ -13,14 +13,14 @@ const ORDERS: [usize; 7] = [2, 3, 4, 5, 6, 8, 10];
 const PAIRS: usize = 512;
 
 fn functions(seed: u64, order: usize) -> Vec<f32> {
-    Random::new(seed).signed_vec(PAIRS * len(order)).iter().map(|x| *x as f32).collect()
+    Random::new(seed).signed_vec(PAIRS * coefficient_count(order)).iter().map(|x| *x as f32).collect()
 }
 
 fn product(c: &mut Criterion) {
     let mut group = c.benchmark_group("product-f32");
     group.throughput(Throughput::Elements(PAIRS as u64));
     for order in ORDERS {
-        let n = len(order);
+        let n = coefficient_count(order);
         let (a, b, mut out) = (functions(1, order), functions(2, order), vec![0.0; PAIRS * n]);
         group.bench_function(BenchmarkId::from_parameter(order), |bencher| {
             bencher.iter(|| {
@@ -37,7 +37,7 @@ fn square(c: &mut Criterion) {
     let mut group = c.benchmark_group("square-f32");
     group.throughput(Throughput::Elements(PAIRS as u64));
     for order in ORDERS {
-        let n = len(order);
+        let n = coefficient_count(order);
         let (a, mut out) = (functions(1, order), vec![0.0; PAIRS * n]);
         group.bench_function(BenchmarkId::from_parameter(order), |bencher| {
             bencher.iter(|| {

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{Rotation, RotationMatrices, len};
+use lobe_sh::{Rotation, RotationMatrices, coefficient_count};
 use lobe_testkit::Random;
 
 const ORDERS: [usize; 6] = [3, 4, 5, 6, 10, 64];
@@ -29,8 +29,8 @@ fn build(c: &mut Criterion) {
 fn one(c: &mut Criterion) {
     let mut group = c.benchmark_group("rotation-one-f32");
     for order in ORDERS {
-        let f: Vec<f32> = Random::new(1).signed_vec(len(order)).iter().map(|x| *x as f32).collect();
-        let mut g = vec![0.0; len(order)];
+        let f: Vec<f32> = Random::new(1).signed_vec(coefficient_count(order)).iter().map(|x| *x as f32).collect();
+        let mut g = vec![0.0; coefficient_count(order)];
         let rotation = rotation();
         group.bench_function(BenchmarkId::from_parameter(order), |b| {
             b.iter(|| black_box(&rotation).apply_into(black_box(&f), &mut g));
@@ -44,7 +44,8 @@ fn many(c: &mut Criterion) {
     group.throughput(Throughput::Elements(VECTORS as u64));
     for order in ORDERS {
         let matrices = RotationMatrices::<f32>::new(&rotation(), order);
-        let f: Vec<f32> = Random::new(1).signed_vec(len(order) * VECTORS).iter().map(|x| *x as f32).collect();
+        let f: Vec<f32> =
+            Random::new(1).signed_vec(coefficient_count(order) * VECTORS).iter().map(|x| *x as f32).collect();
         let mut g = vec![0.0; f.len()];
         group.bench_function(BenchmarkId::from_parameter(order), |b| {
             b.iter(|| matrices.apply_many_into(VECTORS, black_box(&f), &mut g));

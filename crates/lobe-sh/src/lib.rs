@@ -65,7 +65,7 @@
 //! | exchange data with an engine | `From` and `Into` of arrays, `[[f32; 3]; 9]`; features `glam`, `mint`, `bytemuck`, `serde` |
 //! | read, compare, evaluate any of the first two | [`Expansion`]; coefficients are [`Coefficient`]s: `f32`, `f64`, [`Rgb`] |
 //! | evaluate the basis | [`eval_basis`], [`Basis`] (many directions), [`eval_basis_gradients`], [`eval_complex`], [`fn@legendre`] |
-//! | number bands and coefficients | [`fn@index`], [`band_range`], [`band_and_m`], [`len`], [`order_of`] |
+//! | number bands and coefficients | [`coefficient_index`], [`band_range`], [`band_and_m`], [`coefficient_count`], [`order_of`] |
 //! | turn a function into an expansion | [`fn@project`] (exact), [`project_to_accuracy`], [`project_monte_carlo`], [`Zonal::project`] |
 //! | turn samples into one | [`fn@least_squares`] |
 //! | integrate | [`SphereQuadrature`], [`gauss_legendre`] |
@@ -134,7 +134,7 @@ struct Readme;
 
 pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
-pub use basis::index::{MAX_ORDER, band_and_m, band_range, index, len, order_of};
+pub use basis::index::{MAX_ORDER, band_and_m, band_range, coefficient_count, coefficient_index, order_of};
 pub use basis::legendre::{legendre, legendre_normalized};
 pub use encoding::ahd::Ahd;
 pub use encoding::ambient_cube::AmbientCube;

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::{Coefficient, Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShVec, len};
+use crate::{Coefficient, Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShVec, coefficient_count};
 use lobe_io::write_atomically;
 
 /// The value of the field `format`.
@@ -249,8 +249,8 @@ fn parse(bytes: &[u8]) -> Result<ShFile, Fault> {
     let Some(Value::Array(rows)) = &raw.coefficients else {
         return invalid(format!("\"coefficients\": expected an array of rows, {}", found(raw.coefficients.as_ref())));
     };
-    if rows.len() != len(order) {
-        let (expected, count) = (len(order), rows.len());
+    if rows.len() != coefficient_count(order) {
+        let (expected, count) = (coefficient_count(order), rows.len());
         return invalid(format!("\"coefficients\": order {order} has {expected} rows, found {count}"));
     }
     let coefficients = match rows[0].as_array().map(Vec::len) {

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use lobe_sh::{Basis, Rgb, ShL2, Zonal, len, product_into};
+use lobe_sh::{Basis, Rgb, ShL2, Zonal, coefficient_count, product_into};
 use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::Random;
 
@@ -107,7 +107,7 @@ impl<'a> Chain<'a> {
 
     /// `1 - O` of every sphere: the closed form of a cone by the recurrence of Legendre polynomials, and the basis towards it.
     fn factors(&self, p: [f32; 3]) -> Vec<f32> {
-        let n = len(self.order);
+        let n = coefficient_count(self.order);
         let mut out = vec![0.0; n * self.spheres.len()];
         for (sphere, row) in self.spheres.iter().zip(out.chunks_exact_mut(n)) {
             self.factor(sphere, p, row);
@@ -136,7 +136,7 @@ impl<'a> Chain<'a> {
 
     /// Chained products of factors that are there already.
     fn products(&self, factors: &[f32]) -> f32 {
-        let n = len(self.order);
+        let n = coefficient_count(self.order);
         let mut sum = 0.0;
         for factors in black_box(factors).chunks_exact(self.spheres.len() * n) {
             let (mut all, mut next) = (factors[..n].to_vec(), vec![0.0; n]);
@@ -150,7 +150,7 @@ impl<'a> Chain<'a> {
     }
 
     fn visibility(&self, p: [f32; 3]) -> Vec<f32> {
-        let n = len(self.order);
+        let n = coefficient_count(self.order);
         let (mut all, mut next, mut factor) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let Some((first, rest)) = self.spheres.split_first() else { return all };
         self.factor(first, black_box(p), &mut all);

@@ -8,12 +8,13 @@ use lobe::env::{
     CubeMipChain, CubeWriteOptions, MapReadOptions, Mapping, Resample, bundled, project_map, read_map, resample,
     write_cube,
 };
+use lobe::io::Job;
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let sky = bundled::studio().map();
     let expected = project_map(&sky, 3);
     for (mapping, width) in [(Mapping::Cube, 64), (Mapping::Octahedral, 128), (Mapping::EqualArea, 128)] {
-        let map = resample(&sky, &Resample::to(mapping, width, mapping.height_for(width)))?;
+        let map = resample(&sky, &Resample::to(mapping, width, mapping.height_for(width)), Job::default())?;
         let light = project_map(&map, 3);
         let largest = (0..9).map(|i| (light[i].g - expected[i].g).abs()).fold(0.0, f64::max);
         println!(
@@ -27,7 +28,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // As a texture for graphics hardware: six faces, half floats, all levels.
-    let cube = resample(&sky, &Resample::to(Mapping::Cube, 64, 6 * 64))?.into_cube_map()?;
+    let cube = resample(&sky, &Resample::to(Mapping::Cube, 64, 6 * 64), Job::default())?.into_cube_map()?;
     let path = std::env::temp_dir().join("lobe-example-06.ktx2");
     write_cube(&path, &CubeMipChain::averaged(cube), &CubeWriteOptions::default())?;
     let chain = read_map(&path, &MapReadOptions::default())?.0.into_chain()?;

@@ -24,7 +24,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     assert!((together / all.g - 1.0).abs() < 0.2, "{together} against {}", all.g);
 
     // Without the sun the levels have no bright disc that grows from level to level.
-    let cube = resample(&report.rest, &Resample::to(Mapping::Cube, 32, 6 * 32))?.into_cube_map()?;
+    let cube = resample(&report.rest, &Resample::to(Mapping::Cube, 32, 6 * 32), Job::default())?.into_cube_map()?;
     let options = PrefilterOptions::default().size(32).last_size(4);
     let chain = prefilter_ggx(&cube, &options, Job::default())?;
     for (k, level) in chain.levels().iter().enumerate() {

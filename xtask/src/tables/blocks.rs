@@ -1,6 +1,6 @@
 //! Gaunt coefficients in blocks: the tensor as products of complex numbers, a fourth of its size.
 
-use lobe_sh::{gaunt_coefficient, index};
+use lobe_sh::{coefficient_index, gaunt_coefficient};
 
 /// The two basis functions `y_l^μ`, `y_l^-μ` of one `μ = |m|`, whose coefficients are read as a complex number
 /// `z = f_l^μ + i f_l^-μ`, real for `μ = 0`. Ordered by `μ`, then by band.
@@ -42,7 +42,7 @@ pub(super) fn blocks(orders: [usize; 3]) -> Vec<Block> {
             // With μ1 = 0 the other two are interchangeable.
             let lowest = if first.mu == 0 { second.l } else { mu };
             for third in (lowest..order).map(|l| Node { mu, l }) {
-                let [i, j, k] = [first, second, third].map(|node| index(node.l, node.mu as isize));
+                let [i, j, k] = [first, second, third].map(|node| coefficient_index(node.l, node.mu as isize));
                 let block = Block { nodes: [first, second, third], constant: gaunt_coefficient(i, j, k) };
                 if mu < order && block.constant != 0.0 && needed(block.nodes, orders) {
                     blocks.push(block);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lobe_sh::index;
+use lobe_sh::coefficient_index;
 
 use super::blocks::{Block, Node};
 use super::cover::{Edge, multiply_at_source};
@@ -166,7 +166,7 @@ type AtSource = BTreeMap<(usize, usize, Node), bool>;
 
 impl Builder {
     fn constants_at_source(&self, pairs: &BTreeMap<[Node; 2], PairSums>, role: Role) -> AtSource {
-        let number = |node: Node| index(node.l, node.mu as isize);
+        let number = |node: Node| coefficient_index(node.l, node.mu as isize);
         let (mut edges, mut places) = (Vec::new(), Vec::new());
         for (n, sums) in pairs.values().enumerate() {
             for (kind, terms) in sums[role as usize].iter().enumerate() {
@@ -188,8 +188,8 @@ impl Builder {
         }
         let name = if role == Role::B && !self.shape.square { 'b' } else { 'a' };
         let m = node.mu as isize;
-        let re = self.graph.input((name, index(node.l, m)));
-        let im = if m > 0 { self.graph.input((name, index(node.l, -m))) } else { None };
+        let re = self.graph.input((name, coefficient_index(node.l, m)));
+        let im = if m > 0 { self.graph.input((name, coefficient_index(node.l, -m))) } else { None };
         Complex { re, im }
     }
 
@@ -199,7 +199,7 @@ impl Builder {
         }
         let m = node.mu as isize;
         for (m, part) in [m, -m].into_iter().zip(value.parts()).take(node.width()) {
-            let place = &mut self.out[index(node.l, m)];
+            let place = &mut self.out[coefficient_index(node.l, m)];
             *place = self.graph.add(*place, part);
         }
     }

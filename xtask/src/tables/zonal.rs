@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lobe_sh::{gaunt_coefficient, index};
+use lobe_sh::{coefficient_index, gaunt_coefficient};
 
 use super::cover::{Edge, multiply_at_source};
 use super::graph::{Graph, Value, signed};
@@ -22,7 +22,11 @@ pub(super) fn build(order: usize) -> (Graph, Vec<Value>) {
     let mut edges = Vec::new();
     for (sink, &[mu, k, l]) in places.iter().enumerate() {
         for source in 0..order {
-            let constant = gaunt_coefficient(index(source, 0), index(k, mu as isize), index(l, mu as isize));
+            let constant = gaunt_coefficient(
+                coefficient_index(source, 0),
+                coefficient_index(k, mu as isize),
+                coefficient_index(l, mu as isize),
+            );
             if constant != 0.0 {
                 edges.push(Edge { source, sink, constant });
             }
@@ -36,7 +40,7 @@ pub(super) fn build(order: usize) -> (Graph, Vec<Value>) {
             let mu = m.unsigned_abs();
             let mut sum = None;
             for k in mu..order {
-                let f = graph.input(('f', index(k, m)));
+                let f = graph.input(('f', coefficient_index(k, m)));
                 let product = graph.mul(entry[&[mu, k.min(l), k.max(l)]], f);
                 sum = graph.add(sum, product);
             }

@@ -160,7 +160,7 @@ impl MapInput {
         }
         let rows = map.size_like(Mapping::LatLong);
         talk.note(&self.name(), &format!("converted from {} to {} x {rows} lat-long texels", map.mapping(), 2 * rows));
-        Ok(map.into_lat_long()?)
+        Ok(talk.watch("convert", |job| map.into_lat_long(job))?)
     }
 }
 

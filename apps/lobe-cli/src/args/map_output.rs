@@ -238,7 +238,8 @@ impl MapOutput {
             let (name, cube) = (path.display().to_string(), &chain.levels()[k]);
             // The horizon crosses four faces.
             let to = Resample::to(Mapping::LatLong, 4 * cube.size(), 2 * cube.size());
-            note_clamped(&name, write_env(path, &resample(cube, &to)?, &options)?, talk);
+            let map = talk.watch("convert", |job| resample(cube, &to, job))?;
+            note_clamped(&name, write_env(path, &map, &options)?, talk);
             talk.note(&name, &level(k));
         }
         Ok(())

@@ -2,9 +2,9 @@
 
 use anyhow::anyhow;
 use lobe::prt::{
-    BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, Grid, Receivers, Recipe, TexelReceivers,
-    bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, write_compressed_transfer, write_lightmap,
-    write_matrices, write_neighborhood, write_transfer,
+    BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, NeighborhoodGrid, Receivers, Recipe,
+    TexelReceivers, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, write_compressed_transfer,
+    write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 use lobe::scene::{Bvh, GltfDocument, Scene};
 
@@ -189,7 +189,7 @@ impl Bake {
     }
 
     /// Points in the box asked for, or within that of the scene: not at its sides, where floors and walls are.
-    fn points_of_grid(&self, scene: &Scene, counts: [usize; 3]) -> anyhow::Result<Grid> {
+    fn points_of_grid(&self, scene: &Scene, counts: [usize; 3]) -> anyhow::Result<NeighborhoodGrid> {
         let [min, max] = match self.grid_box {
             Some(numbers) => {
                 let [a, b] = [0, 3].map(|first| [0, 1, 2].map(|k| numbers[first + k]));
@@ -201,7 +201,8 @@ impl Bake {
                 [[0, 1, 2].map(|k| min[k] + half(k)), [0, 1, 2].map(|k| max[k] - half(k))]
             }
         };
-        Grid::between(min, max, counts).map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
+        NeighborhoodGrid::between(min, max, counts)
+            .map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"))
     }
 
     fn glb(&self, scene: &Scene, document: Option<GltfDocument>, talk: Talk) -> anyhow::Result<BakedGlb> {

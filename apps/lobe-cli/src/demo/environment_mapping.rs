@@ -33,7 +33,7 @@ impl Writer<'_> {
         let file = sky.file("environment-mapping.png");
         let samples = if self.ball < 100 { 2 } else { 3 };
         let options = EnvironmentSheetOptions::default().size(self.ball).samples(samples).prefiltered(&chain);
-        let sheet = environment_mapping_sheet(&sky.map, &options);
+        let sheet = environment_mapping_sheet(&sky.map, &options, Job::default())?;
         self.write(&file, &sheet, &Tone::PLAIN)?;
         self.page.figure(&file, sheet.width(), "A ball and a torus; errors are measured over their visible surface.");
         self.page.command(&format!(
@@ -89,7 +89,7 @@ impl Writer<'_> {
 
 fn prefiltered(sky: &Sky) -> anyhow::Result<CubeMipChain> {
     let [fine, size] = SIZES;
-    let cube = resample(&sky.map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;
+    let cube = resample(&sky.map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)), Job::default())?;
     let options = PrefilterOptions::default().size(size).last_size(LAST);
     Ok(prefilter_ggx(&cube.into_cube_map()?, &options, Job::default())?)
 }

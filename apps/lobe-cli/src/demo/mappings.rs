@@ -2,6 +2,7 @@
 
 use lobe::env::{MappedMap, Mapping, Resample, project_map, resample};
 use lobe::image::{Picture, Sheet, Tone};
+use lobe::io::Job;
 use lobe::render::mapping_figure;
 use lobe::sh::{Expansion as _, Rgb, ShVec};
 
@@ -31,14 +32,14 @@ impl Writer<'_> {
             self.page.figure(&file, self.picture, what);
         }
         (self.progress)("a trip through each mapping");
-        let source = resample(&sky.map, &Resample::to(Mapping::LatLong, 2 * ROWS, ROWS))?;
+        let source = resample(&sky.map, &Resample::to(Mapping::LatLong, 2 * ROWS, ROWS), Job::default())?;
         let before = project_map(&source, ORDER);
         let mut rows = Vec::new();
         for mapping in Mapping::ALL {
             // About as many texels as the source has.
             let width = (source.texels().len() as f64 / mapping.height_for(1000) as f64 * 1000.0).sqrt() as usize;
-            let there = resample(&source, &Resample::to(mapping, width, mapping.height_for(width)))?;
-            let back = resample(&there, &Resample::to(Mapping::LatLong, 2 * ROWS, ROWS))?;
+            let there = resample(&source, &Resample::to(mapping, width, mapping.height_for(width)), Job::default())?;
+            let back = resample(&there, &Resample::to(Mapping::LatLong, 2 * ROWS, ROWS), Job::default())?;
             rows.push(vec![
                 mapping.to_string(),
                 format!("{} x {}", there.width(), there.height()),
@@ -65,7 +66,8 @@ impl Writer<'_> {
     fn unfolded(&self, sky: &Sky, mapping: Mapping) -> Picture {
         let width = if mapping == Mapping::Cube { self.picture / 6 } else { self.picture / 2 };
         let to = Resample::to(mapping, width, mapping.height_for(width));
-        let map = resample(&sky.map, &to).unwrap_or_else(|error| unreachable!("the size fits the mapping: {error}"));
+        let map = resample(&sky.map, &to, Job::default())
+            .unwrap_or_else(|error| unreachable!("the size fits the mapping: {error}"));
         let texel = |x: usize, y: usize| map.texel(x, y);
         let picture = if mapping == Mapping::Cube {
             Picture::from_fn(3 * width, 2 * width, |x, y| {

@@ -46,6 +46,6 @@ impl EnvConvert {
         let size = self.size.unwrap_or_else(|| map.size_like(mapping));
         let width = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2 * size } else { size };
         let target = Resample::to(mapping, width, mapping.height_for(width));
-        self.output.write(resample(map, &target)?, talk)
+        self.output.write(talk.watch("convert", |job| resample(map, &target, job))?, talk)
     }
 }

@@ -1,12 +1,9 @@
 //! `lobe env irradiance`: the irradiance map of an environment, by spherical harmonics or by brute force.
 
-use std::ops::ControlFlow;
-
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, MappedMap, irradiance_at, irradiance_map, irradiance_map_brute_force, project_map};
 use lobe::image::PictureWriteOptions;
-use lobe::io::{Job, Progress};
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::args::map_input::MapInput;
@@ -85,7 +82,9 @@ impl EnvIrradiance {
         let height = self.size.unwrap_or(DEFAULT_SIZE);
         let irradiance = match &source {
             Source::Any(map) => irradiance_map(map, order, 2 * height, height),
-            Source::LatLong(map) => brute_force(map, 2 * height, height, talk)?,
+            Source::LatLong(map) => {
+                talk.watch("irradiance", |job| irradiance_map_brute_force(map, 2 * height, height, job))?
+            }
         };
         output.write_map(&irradiance, &PictureWriteOptions::default(), talk)
     }
@@ -95,16 +94,4 @@ impl EnvIrradiance {
 fn by_expansion(map: &MappedMap, order: usize, normals: &[Dir]) -> Vec<Rgb<f64>> {
     let irradiance = convolved(&project_map(map, order), &Zonal::clamped_cosine(order));
     normals.iter().map(|n| irradiance.eval(*n)).collect()
-}
-
-/// [`irradiance_map_brute_force`] with a bar.
-fn brute_force(map: &EnvMap, width: usize, height: usize, talk: Talk) -> anyhow::Result<EnvMap> {
-    let bar = talk.bar("irradiance", (width * height) as u64);
-    let mut watch = |progress: &Progress| {
-        bar.set_position(progress.done as u64);
-        ControlFlow::Continue(())
-    };
-    let irradiance = irradiance_map_brute_force(map, width, height, Job::default().watched_by(&mut watch))?;
-    bar.finish_and_clear();
-    Ok(irradiance)
 }

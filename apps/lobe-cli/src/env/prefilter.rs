@@ -1,15 +1,13 @@
 //! `lobe env prefilter`: maps prefiltered for glossy reflection, by GGX or Phong lobes.
 
-use std::ops::ControlFlow;
 use std::str::FromStr;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeMap, CubeMipChain, EnvError, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, Resample, RoughnessLevels,
-    SpecularLobe, filter_lobe, prefilter_ggx, resample,
+    CubeMap, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, Resample, RoughnessLevels, SpecularLobe,
+    filter_lobe, prefilter_ggx, resample,
 };
-use lobe::io::{Job, Progress};
 
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
@@ -20,7 +18,6 @@ use crate::run::talk::Talk;
 /// A source this many times as fine as the result loses nothing that a mirror of the result's size would show.
 const OVERSAMPLING: usize = 2;
 const DEFAULT_SAMPLES: usize = 1024;
-const STEPS: u64 = 1000;
 
 #[derive(Args)]
 pub(crate) struct EnvPrefilter {
@@ -106,7 +103,7 @@ impl EnvPrefilter {
         match self.lobe {
             Lobe::Ggx => {
                 let options = self.chain_options();
-                let chain = watched_chain(&source, &options, talk)?;
+                let chain = talk.watch("prefilter", |job| prefilter_ggx(&source, &options, job))?;
                 let roughness = |k| options.roughness.roughness_of_level(k, options.levels());
                 let level = |k| format!("roughness {:.4}, alpha {:.4}", roughness(k), options.alpha_of_level(k));
                 self.output.write_levels(chain, level, talk)
@@ -148,7 +145,8 @@ impl EnvPrefilter {
         // A quarter of the horizon of a lat-long picture falls on one face.
         let finest = (map.width() / 4).next_power_of_two();
         let size = (OVERSAMPLING * self.size.next_power_of_two()).min(finest).max(1);
-        Ok(resample(map, &Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size)))?.into_cube_map()?)
+        let to = Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size));
+        Ok(talk.watch("convert", |job| resample(map, &to, job))?.into_cube_map()?)
     }
 
     fn chain_options(&self) -> PrefilterOptions {
@@ -161,8 +159,9 @@ impl EnvPrefilter {
     }
 
     fn write_highlights(&self, source: &CubeMap, lobe: SpecularLobe, talk: Talk) -> anyhow::Result<()> {
-        let filter = |job: Job<'_>| filter_lobe(source, lobe, self.size, self.filter_method(), job);
-        self.output.write(watched(filter, talk)?.into(), talk)
+        let filtered =
+            talk.watch("prefilter", |job| filter_lobe(source, lobe, self.size, self.filter_method(), job))?;
+        self.output.write(filtered.into(), talk)
     }
 
     fn filter_method(&self) -> PrefilterMethod {
@@ -174,25 +173,4 @@ impl EnvPrefilter {
             Method::Importance => PrefilterMethod::Importance { samples: self.samples.unwrap_or(DEFAULT_SAMPLES) },
         }
     }
-}
-
-/// Prefilters a map while a bar shows how far it is.
-pub(crate) fn watched_chain(
-    source: &CubeMap,
-    options: &PrefilterOptions,
-    talk: Talk,
-) -> Result<CubeMipChain, EnvError> {
-    watched(|job| prefilter_ggx(source, options, job), talk)
-}
-
-/// Does some filtering while a bar shows how far it is.
-fn watched<T>(filter: impl FnOnce(Job<'_>) -> Result<T, EnvError>, talk: Talk) -> Result<T, EnvError> {
-    let bar = talk.bar("prefilter", STEPS);
-    let mut watch = |progress: &Progress| {
-        bar.set_position(STEPS * progress.done as u64 / progress.total.max(1) as u64);
-        ControlFlow::Continue(())
-    };
-    let filtered = filter(Job::default().watched_by(&mut watch))?;
-    bar.finish_and_clear();
-    Ok(filtered)
 }

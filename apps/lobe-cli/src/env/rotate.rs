@@ -23,6 +23,6 @@ impl EnvRotate {
         let rotation = self.turn.rotation()?;
         let map = self.input.read(talk)?;
         self.output.check(map.mapping())?;
-        self.output.write(rotate_map(&map, &rotation), talk)
+        self.output.write(talk.watch("rotate", |job| rotate_map(&map, &rotation, job))?, talk)
     }
 }

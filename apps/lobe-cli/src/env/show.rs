@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, resample};
+use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
 use lobe::image::Tone;
 use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;
 use crate::args::values;
-use crate::env::prefilter::watched_chain;
 use crate::run::talk::Talk;
 
 /// The most pixels on a side of one of the pictures.
@@ -42,16 +41,20 @@ impl EnvShow {
         output::prepare_file(&self.output, &[])?;
         let map: MappedMap = self.input.read(talk)?;
         let [fine, size, last_size] = CHAIN;
-        let cube = resample(&map, &Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine)))?;
+        let to = Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine));
+        let cube = talk.watch("convert", |job| resample(&map, &to, job))?.into_cube_map()?;
         let options = PrefilterOptions::default().size(size).last_size(last_size);
-        let chain = watched_chain(&cube.into_cube_map()?, &options, talk)?;
+        let chain = talk.watch("prefilter", |job| prefilter_ggx(&cube, &options, job))?;
         let sky = if map.mapping() == Mapping::LatLong {
             map
         } else {
-            resample(map, &Resample::to(Mapping::LatLong, 8 * fine, 4 * fine))?
+            let to = Resample::to(Mapping::LatLong, 8 * fine, 4 * fine);
+            talk.watch("convert", |job| resample(map, &to, job))?
         };
         let options = EnvironmentSheetOptions::default().size(self.size).prefiltered(&chain);
-        environment_mapping_sheet(&sky.into_env_map()?, &options).write_png(&self.output, &Tone::PLAIN)?;
+        let sky = sky.into_env_map()?;
+        let sheet = talk.watch("techniques", |job| environment_mapping_sheet(&sky, &options, job))?;
+        sheet.write_png(&self.output, &Tone::PLAIN)?;
         Ok(())
     }
 }

@@ -13,6 +13,7 @@ use lobe::prt::PrtError;
 use lobe::render::RenderError;
 use lobe::scene::{SceneError, SceneReadOption};
 use lobe::sh::ShError;
+use lobe::shadow::ShadowError;
 
 /// The exit code for "compared and different".
 const DIFFERENT: u8 = 1;
@@ -85,16 +86,35 @@ pub(crate) fn report_panic() -> ExitCode {
 /// The message of an error; what the system says about files that everybody meets is said in plain words, and what the
 /// options of reading keep out by the names that they have here.
 fn plain(error: &anyhow::Error) -> String {
-    if let Some(ImageError::Refused { place, message, option }) = image_error(error) {
-        return format!("{place}: {message}; {}", in_flags(*option));
+    let said = match cause(error) {
+        Some(Cause::Image(ImageError::Refused { place, message, option })) => {
+            Some(format!("{place}: {message}; {}", in_flags(*option)))
+        }
+        Some(Cause::Map(error)) => of_map(error),
+        Some(Cause::Scene(SceneError::Refused { place, message, option })) => Some(match option {
+            SceneReadOption::MaxTriangles => format!("{place}: {message}: raise it with --max-triangles"),
+            SceneReadOption::MaxTexels => {
+                format!("{place}: {message}: make the textures smaller, or raise it with --max-texels")
+            }
+            _ => format!("{place}: {message}: make the scene smaller, or raise the limit with --max-memory"),
+        }),
+        Some(Cause::System(place, source)) => plain_refusal(source).map(|words| format!("{place}: {words}")),
+        _ => None,
+    };
+    match (said, error.downcast_ref()) {
+        (Some(said), Some(RenderError::Part { name, .. })) => format!("part `{name}`: {said}"),
+        (Some(said), _) => said,
+        (None, _) => error.to_string(),
     }
-    if let Some(EnvError::UnknownMapping { place, message }) = error.downcast_ref() {
-        return format!(
+}
+
+/// The message of a map whose mapping is in doubt.
+fn of_map(error: &EnvError) -> Option<String> {
+    match error {
+        EnvError::UnknownMapping { place, message } => Some(format!(
             "{place}: {message}; say what it is with --from, or what a cropped panorama shows with --vertical-fov"
-        );
-    }
-    if let Some(EnvError::Contradiction { place, found, option }) = error.downcast_ref() {
-        return match option {
+        )),
+        EnvError::Contradiction { place, found, option } => Some(match option {
             MapReadOption::Handedness => {
                 format!("--from-left-handed: only of a cube, but {place} is {found}; leave it out")
             }
@@ -102,24 +122,8 @@ fn plain(error: &anyhow::Error) -> String {
                 format!("--vertical-fov: only of a lat-long picture, but {place} is {found}; leave it out")
             }
             _ => format!("--from: {place} is {found}; leave the option out"),
-        };
-    }
-    let scene = match prt_error(error) {
-        Some(PrtError::Scene(scene)) => Some(scene),
-        _ => error.downcast_ref(),
-    };
-    if let Some(SceneError::Refused { place, message, option }) = scene {
-        return match option {
-            SceneReadOption::MaxTriangles => format!("{place}: {message}: raise it with --max-triangles"),
-            SceneReadOption::MaxTexels => {
-                format!("{place}: {message}: make the textures smaller, or raise it with --max-texels")
-            }
-            _ => format!("{place}: {message}: make the scene smaller, or raise the limit with --max-memory"),
-        };
-    }
-    match refusal_of_system(error).and_then(|(file, source)| Some(format!("{file}: {}", plain_refusal(source)?))) {
-        Some(message) => message,
-        None => error.to_string(),
+        }),
+        _ => None,
     }
 }
 
@@ -132,43 +136,90 @@ fn in_flags(option: ReadOption) -> String {
     }
 }
 
-/// An error of a picture, met alone or as that of a map.
+/// What an error is about, however many crates it has come through.
+enum Cause<'a> {
+    Map(&'a EnvError),
+    Image(&'a ImageError),
+    Scene(&'a SceneError),
+    /// A file, and what the system says.
+    System(&'a str, &'a io::Error),
+}
+
+/// The innermost error that the library wraps; none if it is none of those.
+fn cause(error: &anyhow::Error) -> Option<Cause<'_>> {
+    let found = error.downcast_ref().and_then(of_render);
+    let found = found.or_else(|| error.downcast_ref().and_then(of_shadow));
+    let found = found.or_else(|| error.downcast_ref().and_then(of_prt));
+    let found = found.or_else(|| error.downcast_ref().map(of_env));
+    let found = found.or_else(|| error.downcast_ref().map(of_scene));
+    let found = found.or_else(|| error.downcast_ref().map(of_image));
+    let found = found.or_else(|| error.downcast_ref().and_then(of_io));
+    found.or_else(|| match error.downcast_ref()? {
+        ShError::Io { place, source } => Some(Cause::System(place, source)),
+        _ => None,
+    })
+}
+
+fn of_render(error: &RenderError) -> Option<Cause<'_>> {
+    match error {
+        RenderError::Image(error) => Some(of_image(error)),
+        RenderError::Scene(error) => Some(of_scene(error)),
+        RenderError::Shadow(error) => of_shadow(error),
+        RenderError::Prt(error) => of_prt(error),
+        RenderError::Part { source, .. } => of_render(source),
+        RenderError::Io { place, source } => Some(Cause::System(place, source)),
+        _ => None,
+    }
+}
+
+fn of_shadow(error: &ShadowError) -> Option<Cause<'_>> {
+    match error {
+        ShadowError::Scene(error) => Some(of_scene(error)),
+        ShadowError::Io { place, source } => Some(Cause::System(place, source)),
+        _ => None,
+    }
+}
+
+fn of_prt(error: &PrtError) -> Option<Cause<'_>> {
+    match error {
+        PrtError::Scene(error) => Some(of_scene(error)),
+        PrtError::Io { place, source } => Some(Cause::System(place, source)),
+        _ => None,
+    }
+}
+
+fn of_env(error: &EnvError) -> Cause<'_> {
+    match error {
+        EnvError::Image(error) => of_image(error),
+        other => Cause::Map(other),
+    }
+}
+
+fn of_scene(error: &SceneError) -> Cause<'_> {
+    match error {
+        SceneError::Io { place, source } => Cause::System(place, source),
+        other => Cause::Scene(other),
+    }
+}
+
+fn of_image(error: &ImageError) -> Cause<'_> {
+    match error {
+        ImageError::Io { place, source } => Cause::System(place, source),
+        other => Cause::Image(other),
+    }
+}
+
+fn of_io(error: &IoError) -> Option<Cause<'_>> {
+    match error {
+        IoError::Io { place, source } => Some(Cause::System(place, source)),
+        _ => None,
+    }
+}
+
+/// An error of a picture, met alone or on the way to something else.
 pub(crate) fn image_error(error: &anyhow::Error) -> Option<&ImageError> {
-    match error.downcast_ref() {
-        Some(EnvError::Image(image)) => Some(image),
-        _ => match error.downcast_ref() {
-            Some(RenderError::Image(image)) => Some(image),
-            _ => error.downcast_ref(),
-        },
-    }
-}
-
-/// An error of transfer, met alone or on the way to a picture.
-fn prt_error(error: &anyhow::Error) -> Option<&PrtError> {
-    match error.downcast_ref() {
-        Some(RenderError::Prt(error)) => Some(error),
-        _ => error.downcast_ref(),
-    }
-}
-
-/// The file and the refusal, if an error is one of the system.
-fn refusal_of_system(error: &anyhow::Error) -> Option<(&str, &io::Error)> {
-    if let Some(ImageError::Io { place, source }) = image_error(error) {
-        return Some((place, source));
-    }
-    if let Some(RenderError::Io { place, source }) = error.downcast_ref() {
-        return Some((place, source));
-    }
-    if let Some(IoError::Io { place, source }) = error.downcast_ref() {
-        return Some((place, source));
-    }
-    if let Some(ShError::Io { place, source }) = error.downcast_ref() {
-        return Some((place, source));
-    }
-    match (prt_error(error), error.downcast_ref()) {
-        (Some(PrtError::Io { place: file, source }), _)
-        | (Some(PrtError::Scene(SceneError::Io { place: file, source })), _)
-        | (_, Some(SceneError::Io { place: file, source })) => Some((file, source)),
+    match cause(error) {
+        Some(Cause::Image(error)) => Some(error),
         _ => None,
     }
 }
@@ -234,6 +285,22 @@ mod tests {
         assert_eq!(said(io::Error::from_raw_os_error(71)), format!("a.exr: {unknown}"), "as the system gives it");
         let ours = io::Error::new(io::ErrorKind::NotFound, "the folder b does not exist; make it first");
         assert_eq!(said(ours), "a.exr: the folder b does not exist; make it first", "a message of ours");
+        let missing = || io::Error::from_raw_os_error(2);
+        let place = || "a.exr".to_owned();
+        let part = RenderError::from(ShadowError::Io { place: place(), source: missing() });
+        let part = RenderError::Part { name: "cat".into(), source: Box::new(part) };
+        let nested: [(anyhow::Error, &str); 3] = [
+            (part.into(), "part `cat`: "),
+            (RenderError::from(SceneError::Io { place: place(), source: missing() }).into(), ""),
+            (RenderError::from(PrtError::from(IoError::Io { place: place(), source: missing() })).into(), ""),
+        ];
+        for (error, before) in nested {
+            assert_eq!(
+                plain(&error),
+                format!("{before}a.exr: no such file; check the name and the folder"),
+                "{error:?}"
+            );
+        }
         let other = plain(&anyhow::anyhow!("stdin: closed"));
         assert_eq!(other, "stdin: closed", "no file");
     }

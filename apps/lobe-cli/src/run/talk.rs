@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 use std::io::{self, IsTerminal as _, Write as _};
+use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use lobe::io::{Job, Progress};
 
 /// The time after which work has a line in a log, and the time between two lines.
 const LOG_AFTER: Duration = Duration::from_secs(2);
@@ -34,6 +36,16 @@ impl Talk {
     /// The progress of work that knows its pace.
     pub(crate) fn progress(self, what: impl Into<Cow<'static, str>>) -> ProgressLine {
         self.line(what.into(), 1, "{prefix} {wide_bar} {percent:>3} %  {msg}")
+    }
+
+    /// Does work that takes a job, while a line shows how far it is.
+    pub(crate) fn watch<T, E>(self, what: &'static str, work: impl FnOnce(Job<'_>) -> Result<T, E>) -> Result<T, E> {
+        let line = self.progress(what);
+        let mut watch = |progress: &Progress| {
+            line.show(progress.done, progress.total, None, progress.seconds_left());
+            ControlFlow::Continue(())
+        };
+        work(Job::default().watched_by(&mut watch))
     }
 
     fn line(self, what: Cow<'static, str>, steps: u64, template: &str) -> ProgressLine {

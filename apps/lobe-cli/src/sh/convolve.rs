@@ -6,8 +6,8 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::Args;
 use lobe::sh::{
-    Coefficient as _, Expansion as _, FileCoefficients, Quantity, Rgb, ShFile, ShVec, Zonal, band_and_m, convolved,
-    index,
+    Coefficient as _, Expansion as _, FileCoefficients, Quantity, Rgb, ShFile, ShVec, Zonal, band_and_m,
+    coefficient_index, convolved,
 };
 
 use crate::args::input::ShInput;
@@ -149,7 +149,7 @@ fn zonal(f: &ShVec<f64>) -> Result<Zonal, String> {
             ));
         }
     }
-    Ok(Zonal::new((0..f.order()).map(|l| f[index(l, 0)]).collect()))
+    Ok(Zonal::new((0..f.order()).map(|l| f[coefficient_index(l, 0)]).collect()))
 }
 
 /// Convolves with one kernel for all channels, or with one for each of three.

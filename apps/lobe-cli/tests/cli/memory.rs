@@ -5,6 +5,8 @@ use std::process::{Command, Output, Stdio};
 #[cfg(target_os = "linux")]
 use std::time::Duration;
 
+use serde_json::json;
+
 use crate::harness::Dir;
 
 /// The largest difference of two runs of the same work: freed memory stays with the program for a while.
@@ -57,6 +59,51 @@ fn what_takes_more_than_the_limit_is_refused_in_one_line() {
         assert!(line.contains(part) && line.contains(" bytes of memory"), "{args}: {line}");
     }
     assert_eq!(dir.names(), before, "nothing was written");
+}
+
+/// A file of 1.3 MB: a mesh of 2048 triangles, shown by 30 000 nodes.
+#[test]
+fn sixty_million_instanced_triangles_of_a_small_file_are_refused_in_one_line() {
+    const SIDE: usize = 33;
+    const NODES: usize = 30_000;
+    let dir = Dir::new();
+    let positions = (0..SIDE * SIDE).flat_map(|i| [(i % SIDE) as f32, (i / SIDE) as f32, (i % 7) as f32]);
+    let cells = (0..SIDE * SIDE).filter(|i| i % SIDE + 1 < SIDE && i / SIDE + 1 < SIDE);
+    let triangles = cells.flat_map(|i| [i, i + 1, i + SIDE + 1, i, i + SIDE + 1, i + SIDE]);
+    let mut bytes: Vec<u8> = positions.flat_map(f32::to_le_bytes).collect();
+    let indices_at = bytes.len();
+    bytes.extend(triangles.flat_map(|i| (i as u32).to_le_bytes()));
+    let nodes: Vec<_> = (0..NODES).map(|k| json!({"mesh": 0, "translation": [40 * k, 0, 0]})).collect();
+    let gltf = json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": (0..NODES).collect::<Vec<_>>()}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": SIDE * SIDE, "type": "VEC3", "min": [0, 0, 0], "max": [32, 32, 6]},
+            {"bufferView": 1, "componentType": 5125, "count": 6 * (SIDE - 1) * (SIDE - 1), "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": indices_at},
+            {"buffer": 0, "byteOffset": indices_at, "byteLength": bytes.len() - indices_at},
+        ],
+        "buffers": [{"uri": "many.bin", "byteLength": bytes.len()}],
+    });
+    dir.file("many.bin", &bytes);
+    dir.file("many.gltf", gltf.to_string());
+    for (options, part, advice) in [
+        ("", "expected a scene of at most 4294967296 bytes, found 12", "raise the limit with --max-memory"),
+        (
+            "--max-triangles 99999999",
+            "expected a scene of at most 4294967296 bytes",
+            "raise the limit with --max-memory",
+        ),
+        ("--max-memory 64", "expected at most 67108864 triangles and vertices", "raise it with --max-triangles"),
+    ] {
+        let line = dir.lobe(&format!("bake many.gltf -o a.glb --quiet {options}")).error();
+        assert!(line.starts_with("many.gltf: ") && line.contains(part) && line.contains(advice), "{options}: {line}");
+    }
+    assert_eq!(dir.names(), ["many.bin", "many.gltf"], "nothing was written");
 }
 
 #[cfg(target_os = "linux")]

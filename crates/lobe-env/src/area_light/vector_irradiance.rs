@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, index};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, coefficient_index};
 use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
@@ -66,7 +66,7 @@ impl<T: Coefficient<Scalar = f64>> VectorIrradiance<T> {
     {
         let scale = (4.0 * PI / 3.0).sqrt();
         let component = |m: isize, sign: f64| {
-            radiance.coefficients().get(index(1, m)).map_or(T::ZERO, |c| c.widen().scale(sign * scale))
+            radiance.coefficients().get(coefficient_index(1, m)).map_or(T::ZERO, |c| c.widen().scale(sign * scale))
         };
         Self::new(component(1, -1.0), component(-1, -1.0), component(0, 1.0))
     }

@@ -33,6 +33,9 @@ pub enum Padding {
 ///   r = (high - e)/d - 1/2             the row of the picture at the elevation e of the center of a row of the map
 /// ```
 ///
+/// This follows from the definition of the [lat-long mapping](crate::mapping::lat_long). Cameras note the same in whole rows:
+/// the picture begins at row `CroppedAreaTopPixels` of `FullPanoHeightPixels` [Google 2013].
+///
 /// A row of the map is interpolated between the two rows at `r`; where `π/d` and `(π/2 - high)/d` are whole it is one of
 /// them. Columns stay.
 pub(crate) fn whole_map(

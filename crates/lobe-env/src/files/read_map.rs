@@ -6,6 +6,7 @@ use lobe_image::{
     EnvmapAttribute, FileFormat, ImageError, Picture, PictureReadReport, picture_file_bytes, read_cube_texture_bytes,
     read_picture_bytes,
 };
+use lobe_io::Job;
 use lobe_sh::Rgb;
 
 use crate::files::bundled;
@@ -70,7 +71,7 @@ impl EnvMap {
     /// # Errors
     /// As [`read_map`] with default options.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, EnvError> {
-        MappedMap::load(path)?.into_lat_long()
+        MappedMap::load(path)?.into_lat_long(Job::default())
     }
 }
 

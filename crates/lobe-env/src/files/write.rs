@@ -1,8 +1,8 @@
 //! Writers of maps.
 
-use derive_setters::Setters;
 use std::path::Path;
 
+use derive_setters::Setters;
 use lobe_image::{ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, write_cube_texture, write_pixels};
 
 use crate::{CubeMipChain, MappedMap};

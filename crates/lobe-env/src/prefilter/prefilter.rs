@@ -37,10 +37,10 @@
 //!
 //! [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 
-use derive_setters::Setters;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use derive_setters::Setters;
 use lobe_image::{mip_level_count, mip_level_size};
 use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Rgb};

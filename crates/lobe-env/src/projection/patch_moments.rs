@@ -15,7 +15,7 @@
 use std::ops::Range;
 
 use lobe_sh::vector::{Vec3, add_scaled, dot};
-use lobe_sh::{Basis, Coefficient, Rgb, gauss_legendre, len};
+use lobe_sh::{Basis, Coefficient, Rgb, coefficient_count, gauss_legendre};
 use rayon::prelude::*;
 
 use crate::mapping::cube::{self, FACES};
@@ -110,8 +110,8 @@ impl Patches {
                 let patch = &self.patches[k];
                 let row = patch.cell(1, row, self.cells, &rule);
                 let moments = patch.moments(map, &columns[k], &row, self.nodes);
-                let mut part = vec![Rgb::ZERO; len(order)];
-                let mut values = vec![0.0; len(order)];
+                let mut part = vec![Rgb::ZERO; coefficient_count(order)];
+                let mut values = vec![0.0; coefficient_count(order)];
                 for (column, moments) in columns[k].iter().zip(moments.chunks_exact(self.nodes * self.nodes)) {
                     for (i, moment) in moments.iter().enumerate() {
                         let p = patch.point(column.nodes[i % self.nodes], row.nodes[i / self.nodes]);

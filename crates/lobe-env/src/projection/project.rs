@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, index, len};
+use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, coefficient_count, coefficient_index};
 use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
@@ -131,7 +131,7 @@ fn add_pairs(
     let mut sums = vec![[Rgb::ZERO; 2]; 2 * pairs.len() * order];
     let rows: Vec<_> = pairs.clone().flat_map(|y| [map.row(y), map.row(mirrored(y))]).collect();
     azimuth.add_sums(&rows, &mut sums);
-    let mut integrals = vec![0.0; len(order)];
+    let mut integrals = vec![0.0; coefficient_count(order)];
     for (y, sums) in pairs.zip(sums.chunks_exact(2 * order)) {
         polar.integrate_into(y, &mut integrals);
         let (upper, lower) = sums.split_at(order);
@@ -143,7 +143,7 @@ fn add_pairs(
             let weight = integrals[i] * columns[m];
             f[i] += (upper[m][0] + lower[m][0].scale(parity)).scale(weight);
             if m > 0 {
-                f[index(l, -(m as isize))] += (upper[m][1] + lower[m][1].scale(parity)).scale(weight);
+                f[coefficient_index(l, -(m as isize))] += (upper[m][1] + lower[m][1].scale(parity)).scale(weight);
             }
         });
     }

@@ -1,6 +1,6 @@
 //! Projection of a map in any mapping onto spherical harmonics, without resampling.
 
-use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, gauss_legendre, len};
+use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
 use rayon::prelude::*;
 
 use crate::projection::patch_moments::Patches;
@@ -79,8 +79,14 @@ fn of_texels(
     (0..map.height().div_ceil(chunk))
         .into_par_iter()
         .map(|c| {
-            let mut rows = Rows { map, rule: &rule, basis: &basis, nodes: Vec::new(), values: vec![0.0; len(order)] };
-            let mut part = vec![Rgb::ZERO; len(order)];
+            let mut rows = Rows {
+                map,
+                rule: &rule,
+                basis: &basis,
+                nodes: Vec::new(),
+                values: vec![0.0; coefficient_count(order)],
+            };
+            let mut part = vec![Rgb::ZERO; coefficient_count(order)];
             for y in c * chunk..map.height().min((c + 1) * chunk) {
                 rows.add(y, |x| wanted(x, y), &mut part);
             }
@@ -174,7 +180,7 @@ mod tests {
             let map = MappedMap::new(mapping, w, h, texels).unwrap();
             for order in [1, 8, 16, 20] {
                 let sum = |parts: Vec<Vec<Rgb<f64>>>| {
-                    parts.into_iter().fold(vec![Rgb::ZERO; len(order)], |sum, part| {
+                    parts.into_iter().fold(vec![Rgb::ZERO; coefficient_count(order)], |sum, part| {
                         sum.into_iter().zip(part).map(|(a, b): (Rgb<f64>, _)| a + b).collect()
                     })
                 };

@@ -1,6 +1,6 @@
 //! Reconstruction of a lat-long map from its coefficients.
 
-use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, index, len};
+use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, coefficient_count, coefficient_index};
 use rayon::prelude::*;
 
 use crate::EnvMap;
@@ -30,7 +30,7 @@ pub fn reconstruct(f: &ShVec<Rgb<f64>>, width: usize, height: usize) -> EnvMap {
     let polar = RowLegendre::values(order, height);
     let mut texels = vec![Rgb::ZERO; width * height];
     texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
-        let mut values = vec![0.0; len(order)];
+        let mut values = vec![0.0; coefficient_count(order)];
         // Evaluate in the upper half, which has all digits, and mirror by parity.
         let upper = y.min(height - 1 - y);
         polar.eval_into(upper, &mut values);
@@ -39,7 +39,7 @@ pub fn reconstruct(f: &ShVec<Rgb<f64>>, width: usize, height: usize) -> EnvMap {
             let value = if y != upper && (l + m) % 2 == 1 { -values[i] } else { values[i] };
             waves[m][0] += f[i].scale(value);
             if m > 0 {
-                waves[m][1] += f[index(l, -(m as isize))].scale(value);
+                waves[m][1] += f[coefficient_index(l, -(m as isize))].scale(value);
             }
         });
         azimuth.synthesise_into(&waves, row);
@@ -57,7 +57,7 @@ mod tests {
     fn the_texels_are_the_values_of_the_expansion() {
         for (order, w, h) in [(1, 2, 1), (3, 8, 4), (6, 7, 5), (12, 36, 17), (64, 20, 10), (70, 12, 6)] {
             let mut random = Random::new(order as u64);
-            let f = (0..len(order)).map(|_| Rgb::from([(); 3].map(|()| random.signed()))).collect();
+            let f = (0..coefficient_count(order)).map(|_| Rgb::from([(); 3].map(|()| random.signed()))).collect();
             let f = ShVec::from_vec(f).unwrap();
             let map = reconstruct(&f, w, h);
             for y in 0..h {

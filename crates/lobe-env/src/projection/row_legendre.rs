@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Basis, gauss_legendre, index, len};
+use lobe_sh::{Basis, coefficient_count, coefficient_index, gauss_legendre};
 
 use crate::mapping::lat_long::sin_cos_pi;
 
@@ -46,11 +46,11 @@ impl RowLegendre {
         Self { order, height, rule: vec![(0.0, 1.0)] }
     }
 
-    /// `∫_row P̃_l^m(cos θ) sin θ dθ` of row `y`, into `out[index(l, m)]` for `m >= 0`.
+    /// `∫_row P̃_l^m(cos θ) sin θ dθ` of row `y`, into `out[coefficient_index(l, m)]` for `m >= 0`.
     pub(crate) fn integrate_into(&self, y: usize, out: &mut [f64]) {
         out.fill(0.0);
         let half = PI / (2.0 * self.height as f64);
-        let mut values = vec![0.0; len(self.order)];
+        let mut values = vec![0.0; coefficient_count(self.order)];
         for &(t, weight) in &self.rule {
             let sin_theta = self.eval_at(y, t, &mut values);
             for (sum, value) in out.iter_mut().zip(&values) {
@@ -59,7 +59,7 @@ impl RowLegendre {
         }
     }
 
-    /// `P̃_l^m(cos θ)` at the center of row `y`, into `out[index(l, m)]` for `m >= 0`.
+    /// `P̃_l^m(cos θ)` at the center of row `y`, into `out[coefficient_index(l, m)]` for `m >= 0`.
     pub(crate) fn eval_into(&self, y: usize, out: &mut [f64]) {
         self.eval_at(y, 0.0, out);
     }
@@ -92,7 +92,7 @@ fn nodes(order: usize, height: usize) -> usize {
 pub(crate) fn for_each_column(order: usize, mut f: impl FnMut(usize, usize, usize)) {
     for m in 0..order {
         for l in m..order {
-            f(m, l, index(l, m as isize));
+            f(m, l, coefficient_index(l, m as isize));
         }
     }
 }
@@ -106,7 +106,7 @@ mod tests {
         // ∫ sin θ = -cos θ;  ∫ cos θ sin θ = sin²θ/2;  ∫ sin²θ = (θ - sin θ cos θ)/2
         for height in [1, 2, 3, 16, 255] {
             let polar = RowLegendre::integrals(64, height);
-            let mut out = vec![0.0; len(64)];
+            let mut out = vec![0.0; coefficient_count(64)];
             for y in 0..height {
                 polar.integrate_into(y, &mut out);
                 let (a, b) = (PI * y as f64 / height as f64, PI * (y + 1) as f64 / height as f64);
@@ -129,7 +129,7 @@ mod tests {
             let polar = RowLegendre::integrals(order, height);
             let finer =
                 RowLegendre { rule: gauss_legendre(2 * polar.rule.len() + 3), ..RowLegendre::integrals(order, height) };
-            let (mut a, mut b) = (vec![0.0; len(order)], vec![0.0; len(order)]);
+            let (mut a, mut b) = (vec![0.0; coefficient_count(order)], vec![0.0; coefficient_count(order)]);
             for y in 0..height.div_ceil(2) {
                 polar.integrate_into(y, &mut a);
                 finer.integrate_into(y, &mut b);

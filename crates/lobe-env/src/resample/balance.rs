@@ -7,12 +7,13 @@
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
-use crate::MappedMap;
 use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::neighbor_clamp::NeighborClamp;
+use crate::resample::passes::Passes;
 use crate::resample::sample_points::Sampler;
 use crate::resample::undersampled;
 use crate::resample::weights::Weights;
+use crate::{EnvError, MappedMap};
 
 // W_ts = Σ_samples of t, weight × bilinear weight of s at the sample: a mean of the source over the target's texel. The
 // weights of a texel are normalized by r_t, which keeps constants. The energy of source texel s in the target is
@@ -70,15 +71,19 @@ struct Seen {
 
 impl<'a> Balance<'a> {
     /// Weights that are not balanced yet.
-    fn new(sampler: &'a Sampler) -> Self {
-        Self { weights: Weights::new(sampler), solid_angles: SolidAngles::new(sampler.source) }
+    fn new(sampler: &'a Sampler, passes: &mut Passes<'_>) -> Result<Self, EnvError> {
+        Ok(Self { weights: Weights::new(sampler, passes)?, solid_angles: SolidAngles::new(sampler.source) })
     }
 
     /// Every texel of the target, from those of `map`, balanced as far as that map needs it.
-    pub(crate) fn resample(sampler: &'a Sampler, mut map: MappedMap) -> Vec<Rgb<f32>> {
+    pub(crate) fn resample(
+        sampler: &'a Sampler,
+        mut map: MappedMap,
+        passes: &mut Passes<'_>,
+    ) -> Result<Vec<Rgb<f32>>, EnvError> {
         // Balance the weights.
-        let mut balance = Self::new(sampler);
-        let (energies, _) = balance.balance(&map);
+        let mut balance = Self::new(sampler, passes)?;
+        let (energies, _) = balance.balance(&map, passes)?;
         // Brighten each texel that exceeds its neighbors by the energy it would lose.
         balance.neighbor_clamp().add_excess(&mut map, |x, y| {
             let energy = balance.of_texel(&energies, x, y);
@@ -86,43 +91,50 @@ impl<'a> Balance<'a> {
         });
         drop(energies);
         // Gather each target texel with the balanced weights.
-        balance.weights.gather(map.texels())
+        balance.weights.gather(map.texels(), passes)
     }
 
     /// Finds the factors `c_s`; returns `E_s` of every texel and the number of passes.
-    fn balance(&mut self, map: &MappedMap) -> (Vec<f64>, usize) {
-        let mut passes = 0;
+    fn balance(&mut self, map: &MappedMap, passes: &mut Passes<'_>) -> Result<(Vec<f64>, usize), EnvError> {
+        let mut count = 0;
         loop {
-            passes += 1;
+            count += 1;
             // Sum the energy that each source texel has in the target.
-            let mut energies = self.weights.energies();
+            let mut energies = self.weights.energies(passes)?;
             // Sample the texels that the target undersamples from the side of the source.
-            if passes == 1 {
+            if count == 1 {
                 let extras = undersampled::additional_samples(self.weights.sampler(), &self.solid_angles, &energies);
-                self.weights.add_extras(extras, &mut energies);
+                self.weights.add_extras(extras, &mut energies)?;
             }
             // Stop when the remaining deficits are below the limits.
-            if passes >= MAX_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
-                return (energies, passes);
+            if count >= MAX_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
+                return Ok((energies, count));
             }
+            passes.another();
             let seen = self.seen(&energies);
             drop(energies);
             // Scale the factors: by Sinkhorn iteration at first, then by Newton steps.
-            if passes <= SINKHORN_PASSES {
+            if count <= SINKHORN_PASSES {
                 self.weights.scale(|s| {
                     let Seen { energy, missing } = seen[s];
                     let ratio = if energy > 0.0 { 1.0 + missing / energy } else { 1.0 };
                     ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE)
                 });
             } else {
-                let steps = self.newton(&seen, map, &mut passes);
+                let steps = self.newton(&seen, map, &mut count, passes)?;
                 self.weights.scale(|s| steps[s].clamp(-MOST_CHANGE.ln(), MOST_CHANGE.ln()).exp());
             }
         }
     }
 
     /// A Newton step: solves `M a = Ω - E` by conjugate gradients, preconditioned with the diagonal `E`.
-    fn newton(&self, seen: &[Seen], map: &MappedMap, passes: &mut usize) -> Vec<f32> {
+    fn newton(
+        &self,
+        seen: &[Seen],
+        map: &MappedMap,
+        count: &mut usize,
+        passes: &mut Passes<'_>,
+    ) -> Result<Vec<f32>, EnvError> {
         // Make the right side orthogonal to constants: rounding and texels without samples leave a rest.
         let sum = |value: fn(&Seen) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
         let rest = sum(|s| s.missing) / sum(|s| s.energy);
@@ -136,10 +148,11 @@ impl<'a> Balance<'a> {
         let mut found = vec![0.0_f32; seen.len()];
         let mut step: Vec<f32> = residual.iter().enumerate().map(|(s, r)| divided(s, *r)).collect();
         let mut size = dot(&residual);
-        while *passes < MAX_PASSES && size > 0.0 {
-            *passes += 1;
+        while *count < MAX_PASSES && size > 0.0 {
+            *count += 1;
+            passes.another();
             // Apply M to the search direction.
-            let change = self.weights.changes(&step);
+            let change = self.weights.changes(&step, passes)?;
             let along: f64 = step.iter().zip(&change).map(|(a, b)| f64::from(*a) * b).sum();
             if along <= 0.0 {
                 break;
@@ -161,7 +174,7 @@ impl<'a> Balance<'a> {
             }
             size = next;
         }
-        found
+        Ok(found)
     }
 
     /// The entry at texel `(x, y)` of `values`, one for each source texel.
@@ -220,6 +233,8 @@ impl<'a> Balance<'a> {
 
 #[cfg(test)]
 mod tests {
+    use lobe_io::Job;
+
     use super::*;
     use crate::Mapping;
     use crate::mapping::taps::Grid;
@@ -229,6 +244,11 @@ mod tests {
     const MOST_MISSING: f64 = 0.1;
     /// The same on average.
     const MEAN_MISSING: f64 = 0.005;
+
+    /// Passes that nobody watches.
+    fn unwatched() -> Passes<'static> {
+        Passes::new(Job::default(), 0).unwrap()
+    }
 
     fn grid(mapping: Mapping, texels: usize) -> Grid {
         let aspect = mapping.height_for(12) as f64 / 12.0;
@@ -243,8 +263,8 @@ mod tests {
                 let sampler = Sampler::new(grid(source, from), grid(target, to), None);
                 let gray = vec![Rgb::splat(1.0); sampler.source.len()];
                 let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, gray);
-                let mut balance = Balance::new(&sampler);
-                let (energies, passes) = balance.balance(&map);
+                let mut balance = Balance::new(&sampler, &mut unwatched()).unwrap();
+                let (energies, passes) = balance.balance(&map, &mut unwatched()).unwrap();
                 let texel = 4.0 * std::f64::consts::PI / energies.len() as f64;
                 let missing = |s: usize| balance.missing(&energies, s % map.width(), s / map.width()).abs() / texel;
                 let missing: Vec<f64> = (0..energies.len()).map(missing).collect();
@@ -268,19 +288,26 @@ mod tests {
         let mut random = lobe_testkit::Random::new(3);
         let texels = (0..sampler.source.len()).map(|_| Rgb::new(random.unit() as f32, 0.0, 0.0)).collect();
         let map = MappedMap::from_rows(Mapping::LatLong, sampler.source.width, sampler.source.height, texels);
-        let mut balance = Balance::new(&sampler);
-        balance.balance(&map);
-        let kept = balance.weights.gather(map.texels());
+        let mut balance = Balance::new(&sampler, &mut unwatched()).unwrap();
+        balance.balance(&map, &mut unwatched()).unwrap();
+        let gathered = |balance: &Balance<'_>| balance.weights.gather(map.texels(), &mut unwatched()).unwrap();
+        let kept = gathered(&balance);
         for all in [true, false] {
             balance.weights.forget(all);
-            assert!(balance.weights.gather(map.texels()) == kept, "with nothing kept: {all}; else samples only");
+            assert!(gathered(&balance) == kept, "with nothing kept: {all}; else samples only");
         }
+    }
+
+    /// The texels and energies.
+    fn of_one_pass(weights: &Weights<'_>, map: &MappedMap) -> (Vec<Rgb<f32>>, Vec<f64>) {
+        let texels = weights.gather(map.texels(), &mut unwatched()).unwrap();
+        (texels, weights.energies(&mut unwatched()).unwrap())
     }
 
     /// The texels and energies found through windows with the given number of threads.
     fn found_by(threads: usize, weights: &Weights<'_>, map: &MappedMap) -> (Vec<Rgb<f32>>, Vec<f64>) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| (weights.gather(map.texels()), weights.energies()))
+        pool.install(|| of_one_pass(weights, map))
     }
 
     #[test]
@@ -291,11 +318,11 @@ mod tests {
             let map = MappedMap::from_fn(Mapping::LatLong, sampler.source.width, sampler.source.height, |s| {
                 Rgb::new(1.5 + s.x() as f32, 1.0, 40.0 * s.z().max(0.0).powi(8) as f32)
             });
-            let mut balance = Balance::new(&sampler);
-            let mut energies = balance.weights.energies();
+            let mut balance = Balance::new(&sampler, &mut unwatched()).unwrap();
+            let mut energies = balance.weights.energies(&mut unwatched()).unwrap();
             let extras = undersampled::additional_samples(&sampler, &balance.solid_angles, &energies);
-            balance.weights.add_extras(extras, &mut energies);
-            let (kept, energies) = (balance.weights.gather(map.texels()), balance.weights.energies());
+            balance.weights.add_extras(extras, &mut energies).unwrap();
+            let (kept, energies) = of_one_pass(&balance.weights, &map);
             balance.weights.forget(true);
             let in_windows = balance.weights.texels_in_windows();
             assert!(2 * in_windows > kept.len(), "{from} to {to}: {in_windows} of {} texels in windows", kept.len());

@@ -2,12 +2,13 @@
 //!
 //! Read [`resample`] first, which has the formula; then [`sample_points`] (where a texel is sampled), [`footprint`] and
 //! [`source_window`] (the texels of the source under those samples), [`weights`] and [`balance`] (conservation of
-//! energy). Uses `map` and `mapping`.
+//! energy); [`passes`] counts the passes over the target. Uses `map` and `mapping`.
 
 pub(crate) mod balance;
 pub(crate) mod fast_atan;
 pub(crate) mod footprint;
 pub(crate) mod neighbor_clamp;
+pub(crate) mod passes;
 pub(crate) mod patch;
 pub(crate) mod resample;
 pub(crate) mod sample_points;

@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 
+use lobe_io::Job;
 use lobe_sh::Rotation;
 
 use crate::mapping::taps::Grid;
 use crate::resample::balance::Balance;
+use crate::resample::passes::Passes;
 use crate::resample::sample_points::Sampler;
 use crate::{EnvError, EnvMap, MappedMap, Mapping};
 
@@ -74,27 +76,34 @@ impl Resample {
 ///
 /// Texels should be finite; one that is not spreads to those whose footprints touch it.
 ///
+/// Progress counts rows of the target, in each pass over them, on the calling thread: three passes at least, and
+/// [`total`](lobe_io::Progress::total) grows where the weights need more. The job cannot be resumed.
+///
 /// ```
 /// use lobe_env::{Mapping, Resample, bundled, resample};
+/// use lobe_io::Job;
 ///
 /// let sunset = bundled::sunset().map();
-/// let cube = resample(&sunset, &Resample::to(Mapping::Cube, 32, 192))?;
+/// let cube = resample(&sunset, &Resample::to(Mapping::Cube, 32, 192), Job::default())?;
 /// assert!((cube.mean().g / sunset.mean().g - 1.0).abs() < 1e-3);
 /// # Ok::<(), lobe_env::EnvError>(())
 /// ```
 ///
 /// # Errors
-/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide.
-pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample) -> Result<MappedMap, EnvError> {
+/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide, or for a job with a checkpoint;
+/// [`EnvError::Cancelled`] if the watch of the job said to stop.
+pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample, job: Job<'_>) -> Result<MappedMap, EnvError> {
     let map = map.into();
     MappedMap::check(to.mapping, to.width, to.height)?;
+    let mut passes = Passes::new(job, to.height)?;
     let (source, target) = (map.grid(), Grid::new(to.mapping, to.width, to.height));
     let sampler = Sampler::new(source, target, to.rotation.as_ref());
     // Copy texels where the grids coincide; integrate over footprints elsewhere.
     let texels = match copied(&sampler, to.rotation.is_some()) {
         Some(numbers) => numbers.iter().map(|&k| map.texels()[k as usize]).collect(),
-        None => Balance::resample(&sampler, map.into_owned()),
+        None => Balance::resample(&sampler, map.into_owned(), &mut passes)?,
     };
+    passes.finish()?;
     Ok(MappedMap::from_rows(to.mapping, to.width, to.height, texels))
 }
 
@@ -113,16 +122,16 @@ impl MappedMap {
         if mapping == Mapping::Cube { 1 << (size.log2().round() as u32) } else { (size.round() as usize).max(1) }
     }
 
-    /// The map as a lat-long one: itself if it is one, or else resampled to about as many texels.
+    /// The map as a lat-long one: itself if it is one, or else [resampled](resample()) to about as many texels.
     ///
     /// # Errors
-    /// [`EnvError::Options`] if those are more than a map may have.
-    pub fn into_lat_long(self) -> Result<EnvMap, EnvError> {
+    /// [`EnvError::Options`] if those are more than a map may have, and the errors of [`resample()`].
+    pub fn into_lat_long(self, job: Job<'_>) -> Result<EnvMap, EnvError> {
         if self.mapping() == Mapping::LatLong {
             return self.into_env_map();
         }
         let rows = self.size_like(Mapping::LatLong);
-        resample(self, &Resample::to(Mapping::LatLong, 2 * rows, rows))?.into_env_map()
+        resample(self, &Resample::to(Mapping::LatLong, 2 * rows, rows), job)?.into_env_map()
     }
 }
 
@@ -137,10 +146,11 @@ fn shown(mapping: Mapping) -> f64 {
 }
 
 /// Rotates a map, keeping mapping and size: the result shows towards `R s` what `map` shows towards `s`.
-#[must_use]
-pub fn rotate_map(map: &MappedMap, rotation: &Rotation) -> MappedMap {
-    let to = Resample::to(map.mapping(), map.width(), map.height()).rotated(*rotation);
-    resample(map, &to).unwrap_or_else(|error| unreachable!("the size is that of a map: {error}"))
+///
+/// # Errors
+/// Those of [`resample()`] for its job.
+pub fn rotate_map(map: &MappedMap, rotation: &Rotation, job: Job<'_>) -> Result<MappedMap, EnvError> {
+    resample(map, &Resample::to(map.mapping(), map.width(), map.height()).rotated(*rotation), job)
 }
 
 /// For each target texel the index of the source texel to copy, where the two grids coincide.

@@ -9,8 +9,10 @@ use std::ops::Range;
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
+use crate::EnvError;
 use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::footprint::{Footprint, Footprints, Tile};
+use crate::resample::passes::Passes;
 use crate::resample::sample_points::{Chunk, Sampled, Sampler};
 use crate::resample::source_window::{WindowLight, WindowSums};
 use crate::resample::sparse_sum::{BLOCK, SparseSum};
@@ -47,7 +49,7 @@ pub(crate) struct Weights<'a> {
 
 impl<'a> Weights<'a> {
     /// With all factors 1.
-    pub(crate) fn new(sampler: &'a Sampler) -> Self {
+    pub(crate) fn new(sampler: &'a Sampler, passes: &mut Passes<'_>) -> Result<Self, EnvError> {
         let mut weights = Self {
             sampler,
             solid_angles: SolidAngles::new(sampler.target),
@@ -56,15 +58,15 @@ impl<'a> Weights<'a> {
             factors: Vec::new(),
         };
         let samples = sampler.estimate();
-        let chunks = 0..weights.chunks();
         weights.kept = if samples <= MOST_VIEWS {
-            Kept::Footprints(chunks.into_par_iter().map(|chunk| weights.views(chunk)).collect())
+            Kept::Footprints(weights.of_chunks(passes, |chunk| weights.views(chunk))?)
         } else if samples <= MOST_SAMPLES {
-            Kept::Samples(chunks.into_par_iter().map(|chunk| sampler.chunk(weights.rows(chunk))).collect())
+            Kept::Samples(weights.of_chunks(passes, |chunk| sampler.chunk(weights.rows(chunk)))?)
         } else {
+            passes.did(sampler.target.height)?;
             Kept::Nothing
         };
-        weights
+        Ok(weights)
     }
 
     pub(crate) fn sampler(&self) -> &Sampler {
@@ -78,10 +80,10 @@ impl<'a> Weights<'a> {
     }
 
     /// Every texel of the target, given the light of the source's texels.
-    pub(crate) fn gather(&self, light: &[Rgb<f32>]) -> Vec<Rgb<f32>> {
+    pub(crate) fn gather(&self, light: &[Rgb<f32>], passes: &mut Passes<'_>) -> Result<Vec<Rgb<f32>>, EnvError> {
         let (source, target) = (self.sampler.source, self.sampler.target);
-        let mut out = vec![Rgb::ZERO; target.len()];
-        out.par_chunks_mut(self.chunk_rows() * target.width).enumerate().for_each(|(chunk, out)| {
+        let of_chunk = |chunk: usize| {
+            let mut out = vec![Rgb::ZERO; self.rows(chunk).len() * target.width];
             let top = self.rows(chunk).start;
             let mut set = |[x, y]: [usize; 2], (total, weight): (Rgb<f64>, f64)| {
                 if weight > 0.0 {
@@ -96,14 +98,20 @@ impl<'a> Weights<'a> {
                     patch.for_each_texel_in(window, &mut quads, |place, quads| set(place, window_light.total(quads)));
                 }
             });
-        });
-        out
+            out
+        };
+        let mut texels = Vec::with_capacity(target.len());
+        self.in_waves(of_chunk, |rows, parts| {
+            parts.iter().for_each(|part| texels.extend_from_slice(part));
+            passes.did(rows)
+        })?;
+        Ok(texels)
     }
 
     /// The energy of each source texel in the target, `E_s = Σ_t Ω_t V_ts`.
-    pub(crate) fn energies(&self) -> Vec<f64> {
+    pub(crate) fn energies(&self, passes: &mut Passes<'_>) -> Result<Vec<f64>, EnvError> {
         let mut sums = vec![0.0; self.sampler.source.len()];
-        self.spread_onto(&mut sums, |chunk, sums| {
+        self.spread_onto(&mut sums, Some(passes), |chunk, sums| {
             let (mut window_sums, mut quads) = (WindowSums::default(), Vec::new());
             self.for_each_sampled(chunk, |sight| match sight {
                 Sampled::Texel(place, view) => self.add_energy(place, view, 1.0, sums),
@@ -118,16 +126,16 @@ impl<'a> Weights<'a> {
                     window_sums.add_to(sums, window, self.sampler.source.width);
                 }
             });
-        });
-        sums
+        })?;
+        Ok(sums)
     }
 
     /// The derivative of the energies along a change `a_s` of the logarithms of the factors:
     /// `Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)`.
-    pub(crate) fn changes(&self, a: &[f32]) -> Vec<f64> {
+    pub(crate) fn changes(&self, a: &[f32], passes: &mut Passes<'_>) -> Result<Vec<f64>, EnvError> {
         let mut sums = vec![0.0; self.sampler.source.len()];
         let width = self.sampler.source.width;
-        self.spread_onto(&mut sums, |chunk, sums| {
+        self.spread_onto(&mut sums, Some(passes), |chunk, sums| {
             self.for_each_texel(chunk, |[x, y], view| {
                 let sum = view.sum();
                 if sum > 0.0 {
@@ -139,24 +147,28 @@ impl<'a> Weights<'a> {
                     view.for_each(width, |source, weight| sums.add(source, scale * weight * (value(source) - mean)));
                 }
             });
-        });
-        sums
+        })?;
+        Ok(sums)
     }
 
     /// Adds extra samples and corrects the energies that were summed without them; all factors must still be 1.
-    pub(crate) fn add_extras(&mut self, mut extras: Vec<AdditionalSample>, energies: &mut [f64]) {
+    pub(crate) fn add_extras(
+        &mut self,
+        mut extras: Vec<AdditionalSample>,
+        energies: &mut [f64],
+    ) -> Result<(), EnvError> {
         debug_assert!(self.factors.is_empty() && self.extras.is_empty(), "extras come first, and once");
         if extras.is_empty() {
-            return;
+            return Ok(());
         }
         extras.par_sort_by_key(|extra| extra.target);
         self.extras = extras;
-        self.spread_onto(energies, |chunk, sums| {
+        self.spread_onto(energies, None, |chunk, sums| {
             self.for_each_with_extras(chunk, |place, without, with| {
                 self.add_energy(place, without, -1.0, sums);
                 self.add_energy(place, with, 1.0, sums);
             });
-        });
+        })
     }
 
     /// Adds to `sums`, times `sign`, the energies of the source texels in the footprint of a target texel.
@@ -177,20 +189,52 @@ impl<'a> Weights<'a> {
         }
     }
 
-    /// Adds to `sums` what `add(chunk, sums)` adds for every chunk.
-    fn spread_onto(&self, sums: &mut [f64], add: impl Fn(usize, &mut SparseSum) + Sync) {
-        let spread = |&chunk: &usize| {
+    /// Adds to `sums` what `add(chunk, sums)` adds for every chunk, in a pass that is counted or not.
+    fn spread_onto(
+        &self,
+        sums: &mut [f64],
+        mut passes: Option<&mut Passes<'_>>,
+        add: impl Fn(usize, &mut SparseSum) + Sync,
+    ) -> Result<(), EnvError> {
+        let spread = |chunk: usize| {
             let mut sums = SparseSum::new(self.sampler.source.len());
             add(chunk, &mut sums);
             sums
         };
-        let chunks: Vec<usize> = (0..self.chunks()).collect();
-        for chunks in chunks.chunks(CHUNKS_TOGETHER) {
-            let parts: Vec<SparseSum> = chunks.par_iter().map(spread).collect();
+        self.in_waves(spread, |rows, parts| {
             sums.par_chunks_mut(BLOCK).enumerate().for_each(|(block, sums)| {
                 parts.iter().for_each(|part| part.add_block(block, sums));
             });
+            passes.as_mut().map_or(Ok(()), |passes| passes.did(rows))
+        })
+    }
+
+    /// `make(chunk)` of all chunks, in a pass.
+    fn of_chunks<T: Send>(
+        &self,
+        passes: &mut Passes<'_>,
+        make: impl Fn(usize) -> T + Sync,
+    ) -> Result<Vec<T>, EnvError> {
+        let mut all = Vec::with_capacity(self.chunks());
+        self.in_waves(make, |rows, parts| {
+            all.extend(parts);
+            passes.did(rows)
+        })?;
+        Ok(all)
+    }
+
+    /// Makes a part of each chunk, a few chunks at a time, and takes them in order: `take(rows, parts)`.
+    fn in_waves<T: Send>(
+        &self,
+        make: impl Fn(usize) -> T + Sync,
+        mut take: impl FnMut(usize, Vec<T>) -> Result<(), EnvError>,
+    ) -> Result<(), EnvError> {
+        for first in (0..self.chunks()).step_by(CHUNKS_TOGETHER) {
+            let wave = first..self.chunks().min(first + CHUNKS_TOGETHER);
+            let rows = self.rows(wave.end - 1).end - self.rows(first).start;
+            take(rows, wave.into_par_iter().map(&make).collect())?;
         }
+        Ok(())
     }
 
     /// The number of target rows in each chunk.

@@ -2,7 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, eval_basis_into, gauss_legendre, index, legendre, len};
+use lobe_sh::{
+    Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, coefficient_index, eval_basis_into, gauss_legendre,
+    legendre,
+};
 
 use crate::{EnvMap, VectorIrradiance};
 
@@ -80,7 +83,7 @@ impl Ground {
         // P_{l-1}(0) = P_{l+1}(0) = 0 for even l.
         for l in (1..sky.order()).step_by(2) {
             let cone = (PI / (2 * l + 1) as f64).sqrt() * (legendre(l - 1, 0, 0.0) - legendre(l + 1, 0, 0.0));
-            sky[index(l, 0)] += radiance.scale(-cone);
+            sky[coefficient_index(l, 0)] += radiance.scale(-cone);
         }
     }
 }
@@ -121,9 +124,9 @@ pub(crate) fn turn_to_azimuth(f: &mut ShVec<Rgb<f64>>, phi: f64) {
     for m in 1..f.order() {
         let (sin, cos) = (m as f64 * phi).sin_cos();
         for l in m..f.order() {
-            let value = f[index(l, m as isize)];
-            f[index(l, m as isize)] = value.scale(cos);
-            f[index(l, -(m as isize))] = value.scale(sin);
+            let value = f[coefficient_index(l, m as isize)];
+            f[coefficient_index(l, m as isize)] = value.scale(cos);
+            f[coefficient_index(l, -(m as isize))] = value.scale(sin);
         }
     }
 }
@@ -144,7 +147,7 @@ fn upper_sh(sky: &impl Sky, order: usize, nodes: usize) -> ShVec<Rgb<f64>> {
     ends.sort_by(f64::total_cmp);
 
     let mut f = ShVec::zero(order);
-    let mut basis = vec![0.0; len(order)];
+    let mut basis = vec![0.0; coefficient_count(order)];
     for panel in ends.windows(2).filter(|panel| panel[1] > panel[0]) {
         for &(x, weight) in &rule {
             let (theta, weight) = match () {
@@ -164,7 +167,7 @@ fn upper_sh(sky: &impl Sky, order: usize, nodes: usize) -> ShVec<Rgb<f64>> {
             eval_basis_into([sin, 0.0, cos], &mut basis);
             for l in 0..order {
                 for (m, sum) in sums.iter().enumerate().take(l + 1) {
-                    let i = index(l, m as isize);
+                    let i = coefficient_index(l, m as isize);
                     f[i] += sum.scale(weight * sin * basis[i]);
                 }
             }
@@ -261,7 +264,7 @@ mod tests {
         let f = sky_sh(&Even, &Ground::default(), 8);
         let cone = Zonal::project(8, &[0.0], 20, |t| if t > 0.0 { 1.0 } else { 0.0 });
         for i in 0..64_usize {
-            let expected = if i == index(i.isqrt(), 0) { cone.coefficients()[i.isqrt()] } else { 0.0 };
+            let expected = if i == coefficient_index(i.isqrt(), 0) { cone.coefficients()[i.isqrt()] } else { 0.0 };
             assert!((f[i].g - 2.0 * expected).abs() < 1e-12, "coefficient {i}: {:?} against {expected}", f[i]);
         }
     }

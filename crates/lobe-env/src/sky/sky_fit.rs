@@ -1,9 +1,9 @@
 //! Polynomial fit of a clear sky's coefficients, over the sun's height and the turbidity.
 
-use derive_setters::Setters;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use lobe_sh::{Coefficient, Dir, Rgb, ShVec, index, order_of};
+use derive_setters::Setters;
+use lobe_sh::{Coefficient, Dir, Rgb, ShVec, coefficient_index, order_of};
 use rayon::prelude::*;
 
 use crate::sky::preetham::luminance_scale;
@@ -133,7 +133,7 @@ impl PreethamFit {
         let scale = luminance_scale(turbidity, sun.theta().min(FRAC_PI_2));
         let mut f = ShVec::zero(order);
         for ((l, m), c) in pairs(order).zip(sums.as_chunks::<3>().0) {
-            f[index(l, m as isize)] = Rgb::from(*c).scale(scale);
+            f[coefficient_index(l, m as isize)] = Rgb::from(*c).scale(scale);
         }
         turn_to_azimuth(&mut f, sun.phi());
         f
@@ -156,7 +156,7 @@ pub fn damp_zonal_in_place<T: Coefficient>(coefficients: &mut [T]) {
     let Some(order) = order_of(found) else { panic!("n² coefficients expected, found {found}") };
     for l in 1..order {
         let x = PI * l as f64 / order as f64;
-        let c = &mut coefficients[index(l, 0)];
+        let c = &mut coefficients[coefficient_index(l, 0)];
         *c = T::narrow(c.widen().scale(x.sin() / x));
     }
 }
@@ -169,7 +169,7 @@ fn pairs(order: usize) -> impl Iterator<Item = (usize, usize)> {
 /// The coefficients with `m >= 0`, channel by channel.
 fn cosines(f: &ShVec<Rgb<f64>>) -> Vec<f64> {
     let order = lobe_sh::Expansion::order(f);
-    pairs(order).flat_map(|(l, m)| f[index(l, m as isize)].to_array()).collect()
+    pairs(order).flat_map(|(l, m)| f[coefficient_index(l, m as isize)].to_array()).collect()
 }
 
 /// Chebyshev node `k` of `count`: `cos(π (k + ½)/count)`.

@@ -1,8 +1,8 @@
 //! Sun extraction: splits a map into a directional light and the rest.
 
-use derive_setters::Setters;
 use std::f64::consts::PI;
 
+use derive_setters::Setters;
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 use rayon::prelude::*;
 

@@ -5,6 +5,7 @@ use lobe_env::{
     TexelFormat, read_map, resample, write_cube,
 };
 use lobe_image::Picture;
+use lobe_io::Job;
 use lobe_sh::{Dir, Rgb};
 
 /// The colors of the faces +X, -X, +Y, -Y, +Z, -Z.
@@ -204,8 +205,8 @@ fn letters_survive_every_mapping() {
     let cube = MappedMap::from(lettered_cube());
     for mapping in Mapping::ALL {
         let width = if mapping == Mapping::Cube { 60 } else { 300 };
-        let there = resample(&cube, &Resample::to(mapping, width, mapping.height_for(width))).unwrap();
-        let back = resample(&there, &Resample::to(Mapping::Cube, SIZE, 6 * SIZE)).unwrap();
+        let there = resample(&cube, &Resample::to(mapping, width, mapping.height_for(width)), Job::default()).unwrap();
+        let back = resample(&there, &Resample::to(Mapping::Cube, SIZE, 6 * SIZE), Job::default()).unwrap();
         let wrong = back
             .texels()
             .iter()

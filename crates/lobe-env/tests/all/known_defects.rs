@@ -2,6 +2,7 @@
 use std::f64::consts::PI;
 
 use lobe_env::{CubeMap, MappedMap, Mapping, Resample, project_map, resample};
+use lobe_io::Job;
 use lobe_sh::{Dir, Rgb};
 
 fn size(mapping: Mapping, texels: f64) -> Resample {
@@ -23,7 +24,7 @@ fn no_map_is_mirrored_or_has_other_axes() {
         let Resample { width, height, .. } = size(from, 3_000.0);
         let source = MappedMap::from_fn(from, width, height, patch(Dir::new(v).unwrap()));
         for there in Mapping::ALL {
-            let map = resample(&source, &size(there, 3_000.0)).unwrap();
+            let map = resample(&source, &size(there, 3_000.0), Job::default()).unwrap();
             // All 48 mirror images and permutations of the axes.
             for image in 0..48 {
                 let order = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]][image / 8];
@@ -40,7 +41,8 @@ fn no_map_is_mirrored_or_has_other_axes() {
 fn cubes_have_each_axis_on_its_face() {
     for (k, axis) in [Dir::X, -Dir::X, Dir::Z, -Dir::Z, -Dir::Y, Dir::Y].into_iter().enumerate() {
         let source = MappedMap::from_fn(Mapping::LatLong, 128, 64, patch(axis));
-        let cube: CubeMap = resample(&source, &Resample::to(Mapping::Cube, 15, 90)).unwrap().into_cube_map().unwrap();
+        let cube: CubeMap =
+            resample(&source, &Resample::to(Mapping::Cube, 15, 90), Job::default()).unwrap().into_cube_map().unwrap();
         for face in 0..6 {
             let expected = if face == k { 1.0 } else { 0.0 };
             let found = cube.texel(face, 7, 7).g;
@@ -65,7 +67,7 @@ fn nothing_shifts_by_half_a_texel() {
         let before = towards(&source);
         for there in Mapping::ALL {
             for texels in [0.7 * texels, 1.6 * texels] {
-                let map = resample(&source, &size(there, texels)).unwrap();
+                let map = resample(&source, &size(there, texels), Job::default()).unwrap();
                 let moved = towards(&map).angle_to(before) / half;
                 assert!(moved < 0.15, "{from} to {there} of {texels}: moved by {moved} of half a texel");
             }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use lobe_env::{EnvMap, irradiance_sh, lat_long, project_env, reconstruct};
-use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, gauss_legendre, len};
+use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
 use lobe_testkit::{Random, directions};
 
 /// The tolerance relative to the largest coefficient: both sides are exact up to the rounding of sums over all texels.
@@ -16,10 +16,10 @@ fn slow_projections(maps: &[&EnvMap], order: usize, nodes: usize) -> Vec<ShVec<R
     let (width, height) = (maps[0].width(), maps[0].height());
     let (w, h) = (width as f64, height as f64);
     let mut sums = vec![ShVec::zero(order); maps.len()];
-    let mut y_i = vec![0.0; len(order)];
+    let mut y_i = vec![0.0; coefficient_count(order)];
     for y in 0..height {
         for x in 0..width {
-            let mut texel_integral = vec![0.0; len(order)];
+            let mut texel_integral = vec![0.0; coefficient_count(order)];
             for &(t, weight_t) in &rule {
                 let v = (y as f64 + 0.5 + 0.5 * t) / h;
                 for &(p, weight_p) in &rule {
@@ -104,7 +104,7 @@ fn a_constant_map_of_any_size_has_only_a_mean() {
         let f = project_env(&EnvMap::from_fn(w, h, |_| Rgb::new(1.0, 0.5, 2.0)), 9);
         let dc = (4.0 * PI).sqrt();
         assert!((f[0].b - 2.0 * dc).abs() < ROUNDING, "{w} x {h}: {:?} against {dc}", f[0]);
-        for i in 1..len(9) {
+        for i in 1..coefficient_count(9) {
             assert!(f[i].b.abs() < ROUNDING, "{w} x {h}, coefficient {i}: {:?}", f[i]);
         }
     }
@@ -201,7 +201,7 @@ fn a_sun_of_one_texel_keeps_its_energy_and_its_direction() {
 fn a_band_limited_map_has_its_coefficients_up_to_the_squared_texel_size() {
     let order = 5;
     let mut random = Random::new(11);
-    let planted: Vec<_> = (0..len(order)).map(|_| Rgb::from([(); 3].map(|()| random.signed()))).collect();
+    let planted: Vec<_> = (0..coefficient_count(order)).map(|_| Rgb::from([(); 3].map(|()| random.signed()))).collect();
     let planted = ShVec::from_vec(planted).unwrap();
     let mut errors = Vec::new();
     for h in [32, 64, 128] {

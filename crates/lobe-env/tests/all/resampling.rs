@@ -1,8 +1,10 @@
 //! Resampling: constants, energy, direction and mean are kept through every pair of mappings.
 
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 
-use lobe_env::{MappedMap, Mapping, Resample, bundled, project_map, resample, rotate_map};
+use lobe_env::{EnvError, MappedMap, Mapping, Resample, bundled, project_map, resample, rotate_map};
+use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Rotation, ShVec};
 use lobe_testkit::Random;
 
@@ -133,8 +135,8 @@ fn band_limited_maps_keep_their_coefficients_through_every_pair() {
         let (w, h) = size(from, texels);
         let source = MappedMap::from_fn(from, w, h, |s| light(&f, s));
         for there in Mapping::ALL {
-            let other = resample(&source, &to(there, texels)).unwrap();
-            let back = resample(&other, &Resample::to(from, w, h)).unwrap();
+            let other = resample(&source, &to(there, texels), Job::default()).unwrap();
+            let back = resample(&other, &Resample::to(from, w, h), Job::default()).unwrap();
             for (name, map) in [("there", &other), ("back", &back)] {
                 let error = difference_by_band(&project_map(map, order), &planted);
                 if error > worst.0 {
@@ -158,7 +160,7 @@ fn the_mean_is_kept_through_chains_of_mappings() {
         let mean = source.mean();
         let mut map = source;
         for (k, mapping) in Mapping::ALL.into_iter().cycle().skip(3).take(10).enumerate() {
-            map = resample(&map, &to(mapping, 4_000 + 1_500 * (k % 3))).unwrap();
+            map = resample(&map, &to(mapping, 4_000 + 1_500 * (k % 3)), Job::default()).unwrap();
             let found = map.mean();
             let error = (0..3).map(|c| (found.channel(c) / mean.channel(c) - 1.0).abs()).fold(0.0, f64::max);
             println!("{name}, step {k} {mapping}: {error:e}");
@@ -179,7 +181,7 @@ fn the_mean_is_kept_through_any_chain() {
             let there = Mapping::ALL[(random.unit() * 8.0) as usize];
             let turn = Rotation::from_axis_angle(Dir::from_angles(3.0 * random.unit(), 6.0 * random.unit()), 2.0);
             let to = to(there, (60.0 * (40.0_f64).powf(random.unit())) as usize);
-            map = resample(&map, &if step % 3 == 0 { to.rotated(turn) } else { to }).unwrap();
+            map = resample(&map, &if step % 3 == 0 { to.rotated(turn) } else { to }, Job::default()).unwrap();
             let error = (map.mean().g / mean - 1.0).abs();
             worst = worst.max(error);
             let size = (map.width(), map.height());
@@ -196,7 +198,7 @@ fn constant_maps_stay_constant_at_every_size() {
         let source = MappedMap::from_fn(from, w, h, |_| Rgb::new(1.0, 2.0, 3.0));
         for there in Mapping::ALL {
             for texels in [6, 40, 1_500] {
-                let map = resample(&source, &to(there, texels)).unwrap();
+                let map = resample(&source, &to(there, texels), Job::default()).unwrap();
                 for y in 0..map.height() {
                     for x in 0..map.width() {
                         let shows = map.solid_angle(x, y) > 0.0;
@@ -257,7 +259,7 @@ fn fate_of_suns(from: Mapping, (w, h): (usize, usize), places: [Dir; 3], to: &Re
         let sun = Rgb::from_channels(|c| if c == channel { 1e4 } else { 0.0 });
         source.texels_mut()[y * w + x] += sun;
     }
-    let map = resample(&source, to).unwrap();
+    let map = resample(&source, to, Job::default()).unwrap();
     let (before, after) = (project_map(&source, 2), project_map(&map, 2));
     [0, 1, 2].map(|channel| {
         let ((energy, center), (found, moved)) =
@@ -351,7 +353,7 @@ fn shrinking_keeps_a_small_sun() {
     let mean = source.mean().g;
     for mapping in Mapping::ALL {
         for texels in [6, 60, 600] {
-            let small = resample(&source, &to(mapping, texels)).unwrap();
+            let small = resample(&source, &to(mapping, texels), Job::default()).unwrap();
             let error = (small.mean().g / mean - 1.0).abs();
             assert!(error < 0.01, "{mapping} of {texels} texels: {error:e}");
         }
@@ -367,7 +369,8 @@ fn turned_maps_have_turned_expansions() {
         let (w, h) = size(mapping, 16_000);
         let map = MappedMap::from_fn(mapping, w, h, |s| light(&f, s));
         let expected = rotation.rotated(&project_map(&map, order));
-        let error = relative_difference(&project_map(&rotate_map(&map, &rotation), order), &expected);
+        let error =
+            relative_difference(&project_map(&rotate_map(&map, &rotation, Job::default()).unwrap(), order), &expected);
         assert!(error < 1e-3, "{mapping}: {error:e}");
     }
 }
@@ -432,7 +435,8 @@ fn enlarged_maps_are_smooth_across_seams() {
         let places = MappedMap::from_fn(from, w, h, |s| Rgb::from(s.to_array().map(|c| 2.0 + c as f32)));
         let (ew, eh) = (120, 60);
         let to = Resample::to(Mapping::LatLong, ew, eh);
-        let (large, places) = (resample(&small, &to).unwrap(), resample(&places, &to).unwrap());
+        let (large, places) =
+            (resample(&small, &to, Job::default()).unwrap(), resample(&places, &to, Job::default()).unwrap());
         let (mut worst, mut part, mut farthest) = (0.0_f64, 0.0_f64, 0.0_f64);
         for y in 0..eh {
             for x in 0..ew {
@@ -462,7 +466,7 @@ fn the_same_grid_is_copied_bit_for_bit() {
         let (w, h) = size(mapping, 400);
         let texels = (0..w * h).map(|_| Rgb::new(random.unit() as f32, 1.0, 0.0)).collect();
         let map = MappedMap::new(mapping, w, h, texels).unwrap();
-        assert!(resample(&map, &Resample::to(mapping, w, h)).unwrap() == map, "{mapping}");
+        assert!(resample(&map, &Resample::to(mapping, w, h), Job::default()).unwrap() == map, "{mapping}");
     }
 }
 
@@ -471,7 +475,7 @@ fn a_quarter_turn_about_z_shifts_the_columns_of_a_lat_long_map() {
     let mut random = Random::new(2);
     let texels = (0..32 * 16).map(|_| Rgb::new(random.unit() as f32, 1.0, 0.0)).collect();
     let map = MappedMap::new(Mapping::LatLong, 32, 16, texels).unwrap();
-    let turned = rotate_map(&map, &Rotation::from_axis_angle(Dir::Z, 0.5 * PI));
+    let turned = rotate_map(&map, &Rotation::from_axis_angle(Dir::Z, 0.5 * PI), Job::default()).unwrap();
     // The light at +x, in the middle, has moved to +y, a quarter to the left.
     for i in 0..32 * 16 {
         let (x, y) = (i % 32, i / 32);
@@ -485,10 +489,38 @@ fn any_number_of_threads_gives_the_same_bits() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let map = resample(&source, &Resample::to(Mapping::Octahedral, 91, 91)).unwrap();
+            let map = resample(&source, &Resample::to(Mapping::Octahedral, 91, 91), Job::default()).unwrap();
             (project_map(&map, 4), map)
         })
     };
     let (one, three) = (run(1), run(3));
     assert!(one.1 == three.1 && one.0 == three.0, "one thread and three threads differ");
+}
+
+#[test]
+fn a_resampling_says_how_far_it_is_and_stops_where_it_is_told_to() {
+    let map = MappedMap::from_fn(Mapping::LatLong, 64, 32, |s| Rgb::splat(1.0 + s.x() as f32));
+    let to = Resample::to(Mapping::Cube, 12, 72);
+    let mut seen = Vec::new();
+    let mut watch = |progress: &Progress| {
+        seen.push((progress.done, progress.total));
+        ControlFlow::Continue(())
+    };
+    let whole = resample(&map, &to, Job::default().watched_by(&mut watch)).unwrap();
+    assert_eq!(whole, resample(&map, &to, Job::default()).unwrap(), "nobody watches");
+    let (first, last) = (seen[0], seen[seen.len() - 1]);
+    assert!(first.0 == 0 && last.0 == last.1 && last.0 >= 3 * 72, "{seen:?}");
+    assert!(seen.windows(2).all(|two| two[0].0 <= two[1].0 && two[0].1 <= two[1].1), "{seen:?}");
+    for stop_at in 1..=seen.len() {
+        let mut calls = 0;
+        let mut watch = |_: &Progress| {
+            calls += 1;
+            if calls == stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let stopped = resample(&map, &to, Job::default().watched_by(&mut watch));
+        assert!(matches!(stopped, Err(EnvError::Cancelled)), "call {stop_at}: {stopped:?}");
+        assert_eq!(calls, stop_at, "calls");
+    }
+    let refused = resample(&map, &to, Job::default().kept_in("c.checkpoint"));
+    assert!(matches!(refused, Err(EnvError::Options(_))), "{refused:?}");
 }

@@ -5,7 +5,7 @@ use lobe_env::{
     CieSky, EnvError, Ground, PreethamFit, PreethamSky, Sky, SkyFitOptions, damp_zonal_in_place, irradiance_at,
     project_env, sky_map, sky_sh, vector_irradiance,
 };
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, convolved, index};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, coefficient_index, convolved};
 use lobe_testkit::directions;
 
 const GROUND: Ground = Ground { albedo: Rgb::new(0.3, 0.2, 0.1), sun: Rgb::new(20.0, 18.0, 15.0) };
@@ -122,7 +122,7 @@ fn zonal_lanczos_damps_the_ringing_below_the_horizon() {
     let mut damped = sky.clone();
     damp_zonal_in_place(damped.coefficients_mut());
     for i in 0..49_usize {
-        let zonal = i == index(i.isqrt(), 0);
+        let zonal = i == coefficient_index(i.isqrt(), 0);
         assert!(zonal || damped[i] == sky[i], "coefficient {i} is not zonal");
     }
     assert_eq!(damped[0], sky[0], "the mean");

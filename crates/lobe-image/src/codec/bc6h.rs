@@ -120,6 +120,11 @@ mod tests {
         pairs.map(|(a, b)| (log(*a) - log(*b)).abs()).sum::<f64>() / (3 * texels.len()) as f64
     }
 
+    /// Measured: 1.188. Both encoders give the same bytes in every run, so what is above that is room for other versions of
+    /// the compiled one only. The fifth more is the edges that cross a block, for which it has modes of two regions.
+    #[cfg(feature = "bc6h")]
+    const MOST_TIMES_THE_COMPILED_ERROR: f64 = 1.2;
+
     #[cfg(feature = "bc6h")]
     #[test]
     fn our_encoder_is_nearly_as_good_on_a_real_sky_as_the_compiled_one() {
@@ -133,8 +138,7 @@ mod tests {
         let ours = mean_error(crate::codec::bc6h_encode::encode, size, &square);
         let compiled = mean_error(encode, size, &square);
         let ratio = ours / compiled;
-        println!("mean error: ours {ours:.5}, compiled {compiled:.5}, ratio {ratio:.3}");
-        assert!(ratio < 2.0, "mean error: ours {ours}, compiled {compiled}: ratio {ratio}");
+        assert!(ratio < MOST_TIMES_THE_COMPILED_ERROR, "mean error: ours {ours}, compiled {compiled}: ratio {ratio}");
     }
 
     #[cfg(feature = "bc6h")]

@@ -11,7 +11,8 @@
 //! A block is fitted in the numbers that the format interpolates, the bits of a `half` times 64/31, so an error counts
 //! relative to the light. The ends begin at the extent of the texels along their principal axis and are improved by
 //! least squares. Then every mode that can hold them is tried. Blocks of two regions are not written: where an edge
-//! between colors crosses a block, they would be better (test `blocks_of_a_real_sky_are_close`).
+//! between colors crosses a block, they would be better (test
+//! `our_encoder_is_nearly_as_good_on_a_real_sky_as_the_compiled_one`).
 //!
 //! Khronos Data Format Specification 1.3, section 20.2 (BPTC, unsigned half floats).
 

@@ -1,12 +1,12 @@
 //! Picture reader: detects the format of a file and decodes it.
 
-use derive_setters::Setters;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use derive_setters::Setters;
 use rayon::prelude::*;
 
 use crate::codec::dds;

@@ -6,7 +6,7 @@ use lobe_io::write_atomically;
 use rayon::prelude::*;
 
 use crate::codec::decoded::{CubeTexture, unsupported};
-use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect};
+use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect, picture_file_bytes};
 use crate::codec::{dds, read_ktx2, write_ktx1, write_ktx2};
 use crate::pixel::IntoPixel;
 use crate::{ImageError, PictureWriteReport, TexelFormat};
@@ -14,16 +14,28 @@ use crate::{ImageError, PictureWriteReport, TexelFormat};
 /// Faces of a cube.
 const FACES: usize = 6;
 
-/// Reads a cube texture from the bytes of a KTX2 or DDS file; `name` stands for the file in messages.
+/// Reads a cube texture from a KTX2 or DDS file.
 ///
 /// * **KTX2**: RGBA16F, RGBA32F, RGB9E5, R11G11B10F and BC6H with and without sign, stored as they are or with Zstandard, any
 ///   number of levels. Alpha is ignored.
 /// * **DDS**: the same formats, with the header of Direct3D 10 or, for RGBA16F and RGBA32F, without it.
 ///
 /// # Errors
-/// [`ImageError::Invalid`] if the file is damaged or cut off; [`ImageError::Refused`] if its largest level has more
+/// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged or cut off; [`ImageError::Refused`] if its largest level has more
 /// texels than [`PictureReadOptions::max_texels`], or there are non-finite texels that the options do not allow;
 /// [`ImageError::Unsupported`] if it holds no cube, or one in a form that is not read.
+pub fn read_cube_texture(
+    path: impl AsRef<Path>,
+    options: &PictureReadOptions,
+) -> Result<(CubeTexture, PictureReadReport), ImageError> {
+    let (name, bytes) = picture_file_bytes(path)?;
+    read_cube_texture_bytes(&bytes, &name, options)
+}
+
+/// Reads a cube texture from the bytes of a file; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`read_cube_texture`], except [`ImageError::Io`].
 pub fn read_cube_texture_bytes(
     bytes: &[u8],
     name: &str,

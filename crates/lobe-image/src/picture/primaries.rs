@@ -7,7 +7,8 @@
 //!   color in Rec. 709 = M₇₀₉⁻¹ A M color                           white stays white
 //! ```
 //!
-//! SMPTE RP 177; Bradford's matrix B as in Lindbloom, "Chromatic Adaptation", and ICC.1:2022, annex E.
+//! `M` and the product of two of them are those of [SMPTE 1993], §3.3 and §4. `B` is the linear form of the transform that
+//! [Lam 1985] found by experiment, with the digits of [Finlayson and Süsstrunk 2000]; the ICC's profiles adapt by the same.
 
 use rayon::prelude::*;
 
@@ -32,7 +33,7 @@ pub(crate) struct Primaries {
 }
 
 impl Primaries {
-    /// Those of Rec. 709 and sRGB.
+    /// Those of Rec. 709 and sRGB [ITU 2015], table 1; the white is D65.
     pub(crate) const REC_709: Self =
         Self { colors: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]], white: [0.3127, 0.3290] };
 

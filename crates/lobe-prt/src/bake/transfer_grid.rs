@@ -9,13 +9,13 @@ use crate::{BakeOptions, BakeReport, PrtError, StoredMatrices, TransferMatrices}
 
 /// Points of a grid along the axes of the world: at least two along each.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
+pub struct NeighborhoodGrid {
     min: [f64; 3],
     max: [f64; 3],
     counts: [usize; 3],
 }
 
-impl Grid {
+impl NeighborhoodGrid {
     /// `counts` points along the axes over a box, its corners among them.
     ///
     /// # Errors
@@ -24,10 +24,10 @@ impl Grid {
         Self::between(bounds.min.map(f64::from), bounds.max.map(f64::from), counts)
     }
 
-    /// [`Grid::new`] over the box of these corners, which may be far from the origin.
+    /// [`NeighborhoodGrid::new`] over the box of these corners, which may be far from the origin.
     ///
     /// # Errors
-    /// As [`Grid::new`].
+    /// As [`NeighborhoodGrid::new`].
     pub fn between(min: [f64; 3], max: [f64; 3], counts: [usize; 3]) -> Result<Self, PrtError> {
         let refuse = |message: String| Err(PrtError::Options(message));
         let all = counts.iter().try_fold(1_usize, |all, &count| all.checked_mul(count));
@@ -104,7 +104,7 @@ impl Grid {
 /// that the grid should be finer than the gap between what moves and what stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Neighborhood {
-    grid: Grid,
+    grid: NeighborhoodGrid,
     matrices: TransferMatrices,
 }
 
@@ -113,14 +113,14 @@ impl Neighborhood {
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if their numbers differ.
-    pub fn new(grid: Grid, matrices: TransferMatrices) -> Result<Self, PrtError> {
+    pub fn new(grid: NeighborhoodGrid, matrices: TransferMatrices) -> Result<Self, PrtError> {
         grid.check_points(matrices.points())?;
         Ok(Self { grid, matrices })
     }
 
     /// The grid of the points.
     #[must_use]
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &NeighborhoodGrid {
         &self.grid
     }
 
@@ -150,7 +150,7 @@ impl Neighborhood {
 pub fn bake_neighborhood(
     scene: &Scene,
     bvh: &Bvh,
-    grid: &Grid,
+    grid: &NeighborhoodGrid,
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(Neighborhood, BakeReport), PrtError> {
@@ -167,7 +167,7 @@ pub fn bake_neighborhood(
 pub fn bake_neighborhood_on_disk(
     scene: &Scene,
     bvh: &Bvh,
-    grid: &Grid,
+    grid: &NeighborhoodGrid,
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {

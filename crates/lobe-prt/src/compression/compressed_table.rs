@@ -36,7 +36,7 @@ impl WeightBits {
 /// Integers stand for `q / 65535` and `q / 255`, as normalized vertex attributes do.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
-pub enum Weights {
+pub enum TableWeights {
     /// As they are.
     F32(Vec<f32>),
     /// In steps of 1/65535.
@@ -45,17 +45,17 @@ pub enum Weights {
     U8(Vec<u8>),
 }
 
-impl<'a> From<&'a Weights> for Numbers<'a> {
-    fn from(weights: &'a Weights) -> Self {
+impl<'a> From<&'a TableWeights> for Numbers<'a> {
+    fn from(weights: &'a TableWeights) -> Self {
         match weights {
-            Weights::F32(w) => Self::F32(w),
-            Weights::U16(w) => Self::U16(w),
-            Weights::U8(w) => Self::U8(w),
+            TableWeights::F32(w) => Self::F32(w),
+            TableWeights::U16(w) => Self::U16(w),
+            TableWeights::U8(w) => Self::U8(w),
         }
     }
 }
 
-impl Weights {
+impl TableWeights {
     /// Their number format.
     #[must_use]
     pub fn bits(&self) -> WeightBits {
@@ -113,7 +113,7 @@ pub struct CompressedTable {
     pub(crate) width: usize,
     pub(crate) components: usize,
     pub(crate) clusters: Vec<u16>,
-    pub(crate) weights: Weights,
+    pub(crate) weights: TableWeights,
     /// For each cluster the mean, then the directions.
     pub(crate) bases: Vec<f32>,
 }
@@ -128,7 +128,7 @@ impl CompressedTable {
         width: usize,
         components: usize,
         clusters: Vec<u16>,
-        weights: Weights,
+        weights: TableWeights,
         bases: Vec<f32>,
     ) -> Result<Self, PrtError> {
         let invalid = |message: String| Err(PrtError::invalid("compressed transfer", message));
@@ -150,7 +150,7 @@ impl CompressedTable {
             ));
         }
         let bad_weight = match &weights {
-            Weights::F32(w) => w.iter().find(|w| !w.is_finite()),
+            TableWeights::F32(w) => w.iter().find(|w| !w.is_finite()),
             _ => None,
         };
         if let Some(bad) = bases.iter().find(|b| !b.is_finite()).or(bad_weight) {
@@ -196,9 +196,9 @@ impl CompressedTable {
         };
         let places = 0..exact.len();
         let weights = match bits {
-            WeightBits::F32 => Weights::F32(exact.iter().map(|w| *w as f32).collect()),
-            WeightBits::U16 => Weights::U16(places.map(|i| (unit(i) * 65535.0).round() as u16).collect()),
-            WeightBits::U8 => Weights::U8(places.map(|i| (unit(i) * 255.0).round() as u8).collect()),
+            WeightBits::F32 => TableWeights::F32(exact.iter().map(|w| *w as f32).collect()),
+            WeightBits::U16 => TableWeights::U16(places.map(|i| (unit(i) * 65535.0).round() as u16).collect()),
+            WeightBits::U8 => TableWeights::U8(places.map(|i| (unit(i) * 255.0).round() as u8).collect()),
         };
         let clusters = of_row.iter().map(|k| *k as u16).collect();
         Self { width, components, clusters, weights, bases }
@@ -236,7 +236,7 @@ impl CompressedTable {
 
     /// The weights of every row.
     #[must_use]
-    pub fn weights(&self) -> &Weights {
+    pub fn weights(&self) -> &TableWeights {
         &self.weights
     }
 
@@ -287,9 +287,9 @@ impl CompressedTable {
         };
         let table: Vec<[f32; 4]> = self.bases.chunks_exact(self.width).enumerate().map(entry).collect();
         match &self.weights {
-            Weights::F32(w) => weighted(&self.clusters, w, self.components, &table, out),
-            Weights::U16(w) => weighted(&self.clusters, w, self.components, &table, out),
-            Weights::U8(w) => weighted(&self.clusters, w, self.components, &table, out),
+            TableWeights::F32(w) => weighted(&self.clusters, w, self.components, &table, out),
+            TableWeights::U16(w) => weighted(&self.clusters, w, self.components, &table, out),
+            TableWeights::U8(w) => weighted(&self.clusters, w, self.components, &table, out),
         }
     }
 }

@@ -1,10 +1,12 @@
-//! Diffuse transfer in any form that a file holds: plain, compressed or as zonal lobes.
+//! Diffuse transfer in any form that a file holds: plain, as a lightmap, compressed or as zonal lobes.
 
 use std::path::Path;
 
+use lobe_image::FileFormat;
 use lobe_sh::Rgb;
 
 use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of, zonal_of};
+use crate::files::lightmap_file::read_lightmap_bytes;
 use crate::files::tensor_file::{TransferFile, load};
 use crate::files::transfer_file::{TRANSFER, transfer_of};
 use crate::{CompressedTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
@@ -61,9 +63,10 @@ impl From<Transfer> for AnyTransfer {
     }
 }
 
-/// Reads what [`write_transfer`](crate::write_transfer),
+/// Reads what [`write_transfer`](crate::write_transfer), [`write_lightmap`](crate::write_lightmap),
 /// [`write_compressed_transfer`](crate::write_compressed_transfer) or
-/// [`write_zonal_transfer`](crate::write_zonal_transfer) wrote: the transfer and its recipe.
+/// [`write_zonal_transfer`](crate::write_zonal_transfer) wrote: the transfer and its recipe. The contents of the file decide
+/// which of them it is, not its name.
 ///
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version,
@@ -78,6 +81,9 @@ pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Recipe)
 /// # Errors
 /// As [`read_any_transfer`].
 pub fn read_any_transfer_bytes(bytes: &[u8], name: &str) -> Result<(AnyTransfer, Recipe), PrtError> {
+    if let Ok(FileFormat::OpenExr) = FileFormat::of_bytes(bytes, name) {
+        return read_lightmap_bytes(bytes, name).map(|(transfer, recipe)| (transfer.into(), recipe));
+    }
     let file = TransferFile::parse(bytes, name, &[TRANSFER, COMPRESSED, ZONAL])?;
     Ok(match file.format() {
         name if name == COMPRESSED.name => {
@@ -99,8 +105,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        Channels, CompressOptions, ZonalFitOptions, fit_zonal, write_compressed_transfer, write_transfer,
-        write_zonal_transfer,
+        Channels, CompressOptions, ZonalFitOptions, fit_zonal, write_compressed_transfer, write_lightmap,
+        write_transfer, write_zonal_transfer,
     };
 
     #[test]
@@ -116,6 +122,11 @@ mod tests {
         write_transfer(path("p"), &plain, &recipe, Job::default()).unwrap();
         write_compressed_transfer(path("c"), &compressed, &recipe).unwrap();
         write_zonal_transfer(path("z"), &zonal, &recipe).unwrap();
+        let square = Transfer::new(3, Channels::Gray, plain.coefficients()[..9 * 9].to_vec()).unwrap();
+        write_lightmap(path("l"), &square, &recipe, Job::default()).unwrap();
+        let (lightmap, read) = read_any_transfer(path("l")).unwrap();
+        assert_eq!((lightmap.receivers(), &read), (9, &recipe), "texels");
+        assert!(lightmap.exit_radiance(&light) == square.exit_radiance(&light), "the light of a lightmap");
         let expected = [
             ("p", plain.exit_radiance(&light)),
             ("c", compressed.exit_radiance(&light)),

@@ -7,7 +7,7 @@ use lobe_scene::{GltfAttributes, Mesh};
 use serde_json::{Value, json};
 
 use crate::files::baked_layout::{Attribute, VertexData, read_column};
-use crate::{Channels, CompressedTable, CompressedTransfer, PrtError, Weights};
+use crate::{Channels, CompressedTable, CompressedTransfer, PrtError, TableWeights};
 
 /// The number that glTF gives a type of components, by the name that `extras.lobe` gives it.
 const WEIGHT_TYPES: [(&str, u32, usize); 3] = [("f32", 5126, 4), ("u16", 5123, 2), ("u8", 5121, 1)];
@@ -19,9 +19,9 @@ pub(crate) struct Compressed<'a>(pub(crate) &'a CompressedTransfer);
 impl Compressed<'_> {
     fn weight_type(&self) -> (&'static str, u32, usize) {
         WEIGHT_TYPES[match self.0.table().weights() {
-            Weights::F32(_) => 0,
-            Weights::U16(_) => 1,
-            Weights::U8(_) => 2,
+            TableWeights::F32(_) => 0,
+            TableWeights::U16(_) => 1,
+            TableWeights::U8(_) => 2,
         }]
     }
 
@@ -29,9 +29,9 @@ impl Compressed<'_> {
         let table = self.0.table();
         let at = (j < table.components()).then(|| receiver * table.components() + j);
         match table.weights() {
-            Weights::F32(w) => bytes.extend(at.map_or(0.0, |at| w[at]).to_le_bytes()),
-            Weights::U16(w) => bytes.extend(at.map_or(0, |at| w[at]).to_le_bytes()),
-            Weights::U8(w) => bytes.push(at.map_or(0, |at| w[at])),
+            TableWeights::F32(w) => bytes.extend(at.map_or(0.0, |at| w[at]).to_le_bytes()),
+            TableWeights::U16(w) => bytes.extend(at.map_or(0, |at| w[at]).to_le_bytes()),
+            TableWeights::U8(w) => bytes.push(at.map_or(0, |at| w[at])),
         }
     }
 }
@@ -119,9 +119,9 @@ pub(crate) fn read_compressed(
     }
     // A fraction of u16 or u8 in f32 is the whole number again when it is multiplied and rounded.
     let weights = match said["weights"].as_str() {
-        Some("f32") => Weights::F32(weights),
-        Some("u16") => Weights::U16(weights.iter().map(|w| (w * 65535.0).round() as u16).collect()),
-        Some("u8") => Weights::U8(weights.iter().map(|w| (w * 255.0).round() as u8).collect()),
+        Some("f32") => TableWeights::F32(weights),
+        Some("u16") => TableWeights::U16(weights.iter().map(|w| (w * 65535.0).round() as u16).collect()),
+        Some("u8") => TableWeights::U8(weights.iter().map(|w| (w * 255.0).round() as u8).collect()),
         _ => return Err(wrong()),
     };
     let width = order * order * channels.count();

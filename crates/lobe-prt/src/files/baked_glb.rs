@@ -5,12 +5,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use lobe_io::{IoError, Job, write_atomically};
-use lobe_scene::{GltfDocument, LOBE_EXTRAS_VERSION, Mesh, MeshSource, Scene};
+use lobe_scene::{GltfDocument, Mesh, MeshSource, Scene};
 use serde_json::{Map, Value, json};
 
 use crate::files::baked_compressed::Compressed;
 use crate::files::baked_layout::{
-    Attribute, AttributeGroup, PlainTransfer, VertexData, attribute_groups, attributes_per_channel,
+    Attribute, AttributeGroup, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
+    attributes_per_channel, check_version,
 };
 use crate::job::meter::Meter;
 use crate::{Channels, CompressedTransfer, PrtError, Recipe, TransferRows};
@@ -54,9 +55,14 @@ impl BakedGlb {
     /// bake is taken out.
     ///
     /// # Errors
-    /// [`PrtError::Options`] if the scene is not this file's.
+    /// [`PrtError::Options`] if the scene is not this file's; [`PrtError::Unsupported`] or [`PrtError::Invalid`] if the file was
+    /// baked by another version, whose transfer cannot be taken out.
     pub fn of_document(document: GltfDocument, scene: &Scene) -> Result<Self, PrtError> {
         let mut document = document;
+        let earlier = &document.json["asset"]["extras"]["lobe"];
+        if !earlier.is_null() {
+            check_version(earlier, "the glTF document")?;
+        }
         let foreign = || {
             let message = "expected the glTF document that the scene was read with; write the scene itself";
             PrtError::Options(message.to_owned())

@@ -13,6 +13,24 @@ const MOST_STRIDE: usize = 252;
 
 const FLOAT: u32 = 5126;
 
+/// The version of the attributes that a bake writes into a glTF file and names in `asset.extras.lobe.version`. Baked files
+/// with another one are refused.
+pub const LOBE_EXTRAS_VERSION: u64 = 1;
+
+/// Refuses the `extras.lobe` of a bake of another version, in the file called `name`.
+pub(crate) fn check_version(lobe: &Value, name: &str) -> Result<(), PrtError> {
+    let found = &lobe["version"];
+    let expected = format!("expected version {LOBE_EXTRAS_VERSION} of its attributes, found {found}");
+    match found.as_u64() {
+        Some(LOBE_EXTRAS_VERSION) => Ok(()),
+        Some(newer) if newer > LOBE_EXTRAS_VERSION => Err(PrtError::Unsupported {
+            place: name.to_owned(),
+            message: format!("baked by a newer Lobe: {expected}: update Lobe"),
+        }),
+        _ => Err(PrtError::invalid(name, format!("asset.extras.lobe: {}", expected.replace("its", "Lobe's")))),
+    }
+}
+
 /// One attribute of a vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Attribute {

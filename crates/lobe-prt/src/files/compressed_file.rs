@@ -5,7 +5,7 @@ use std::path::Path;
 use lobe_io::{Dtype, Numbers, Tensor, TensorFormat, write_tensors};
 
 use crate::files::tensor_file::{Header, TransferFile, format, load};
-use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, Weights, ZonalTransfer};
+use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, TableWeights, ZonalTransfer};
 
 pub(crate) const COMPRESSED: TensorFormat = format("lobe-compressed-transfer");
 pub(crate) const ZONAL: TensorFormat = format("lobe-zonal-transfer");
@@ -72,9 +72,9 @@ pub(crate) fn compressed_of(file: &TransferFile<'_>) -> Result<(CompressedTransf
     let of_receiver = file.u16("clusters", &[None])?;
     let shape = [Some(of_receiver.len()), Some(components)];
     let weights = match file.view("weights")?.0 {
-        Dtype::U8 => Weights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
-        Dtype::U16 => Weights::U16(file.u16("weights", &shape)?),
-        _ => Weights::F32(file.f32("weights", &shape)?),
+        Dtype::U8 => TableWeights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
+        Dtype::U16 => TableWeights::U16(file.u16("weights", &shape)?),
+        _ => TableWeights::F32(file.f32("weights", &shape)?),
     };
     let table = CompressedTable::new(n * channels.count(), components, of_receiver, weights, bases);
     let transfer = table.and_then(|table| CompressedTransfer::from_table(order, channels, table));

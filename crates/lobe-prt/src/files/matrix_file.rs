@@ -5,7 +5,7 @@ use std::path::Path;
 use lobe_io::{Job, TensorFormat};
 
 use crate::files::tensor_file::{GridMember, Header, TransferFile, format, load, write_streamed};
-use crate::{Grid, MatrixRows, Neighborhood, PrtError, Recipe, TransferMatrices};
+use crate::{MatrixRows, Neighborhood, NeighborhoodGrid, PrtError, Recipe, TransferMatrices};
 
 const MATRICES: TensorFormat = format("lobe-transfer-matrices");
 const NEIGHBORHOOD: TensorFormat = format("lobe-neighbourhood-transfer");
@@ -54,7 +54,7 @@ pub fn read_matrices_bytes(bytes: &[u8], name: &str) -> Result<(TransferMatrices
 /// As [`write_matrices`], and [`PrtError::Invalid`] if the matrices are not those of the grid's points.
 pub fn write_neighborhood(
     path: impl AsRef<Path>,
-    grid: &Grid,
+    grid: &NeighborhoodGrid,
     matrices: &dyn MatrixRows,
     recipe: &Recipe,
     job: Job<'_>,
@@ -80,7 +80,8 @@ pub fn read_neighborhood(path: impl AsRef<Path>) -> Result<(Neighborhood, Recipe
 pub fn read_neighborhood_bytes(bytes: &[u8], name: &str) -> Result<(Neighborhood, Recipe), PrtError> {
     let (matrices, header) = read_with(bytes, name, NEIGHBORHOOD)?;
     let (min, max, counts) = header.grid.ok_or_else(|| PrtError::invalid(name, "expected a grid, found none"))?;
-    let grid = Grid::between(min, max, counts).map_err(|error| PrtError::invalid(name, error.to_string()))?;
+    let grid =
+        NeighborhoodGrid::between(min, max, counts).map_err(|error| PrtError::invalid(name, error.to_string()))?;
     let neighborhood = Neighborhood::new(grid, matrices).map_err(|error| error.within(name))?;
     Ok((neighborhood, header.recipe))
 }
@@ -128,7 +129,7 @@ mod tests {
         let [a, b] = ["a.safetensors", "b.safetensors"].map(|name| folder.path().join(name));
         write_matrices(&a, &matrices(5), &Recipe::from(json!({"seed": 3})), Job::default()).unwrap();
         assert_eq!(read_matrices(&a).unwrap(), (matrices(5), Recipe::from(json!({"seed": 3}))), "matrices");
-        let grid = Grid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
+        let grid = NeighborhoodGrid::new(Bounds { min: [-1.0; 3], max: [0.5, 1.0, 2.0] }, [2, 3, 2]).unwrap();
         let neighborhood = Neighborhood::new(grid, matrices(12)).unwrap();
         write_neighborhood(&b, &grid, neighborhood.matrices(), &Recipe::default(), Job::default()).unwrap();
         assert_eq!(read_neighborhood(&b).unwrap(), (neighborhood, Recipe::default()), "neighborhood");

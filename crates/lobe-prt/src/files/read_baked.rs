@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
-use lobe_scene::{GltfAttributes, Mesh, Scene, SceneReadOptions, SceneReadReport, read_scene_and_attributes};
+use lobe_scene::{
+    GltfAttributes, Mesh, Scene, SceneReadOptions, SceneReadReport, read_scene_and_attributes,
+    read_scene_and_attributes_bytes,
+};
 use serde_json::Value;
 
 use crate::files::baked_compressed::read_compressed;
-use crate::files::baked_layout::{attributes_per_channel, read_column};
+use crate::files::baked_layout::{attributes_per_channel, check_version, read_column};
 use crate::{Channels, CompressedTransfer, PrtError, Recipe, Transfer};
 
 /// A baked scene from a file.
@@ -27,8 +30,8 @@ pub struct Baked {
 /// Reads a scene that [`BakedGlb`](crate::BakedGlb) wrote.
 ///
 /// # Errors
-/// [`PrtError::Scene`] if the file is no scene, or of a newer version; [`PrtError::Invalid`] if it carries no transfer,
-/// or not at every vertex, or of another type than it says.
+/// [`PrtError::Scene`] if the file is no scene; [`PrtError::Unsupported`] if it is of a newer version; [`PrtError::Invalid`] if
+/// it carries no transfer, or not at every vertex, or of another type than it says.
 pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Baked, PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -41,6 +44,15 @@ pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<
     }
     let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
     baked(scene, report, &attributes, &name)
+}
+
+/// [`read_baked`] from the bytes of a .glb or .gltf file that references no other; `name` stands in messages.
+///
+/// # Errors
+/// As [`read_baked`], and [`PrtError::Scene`] if the bytes reference other files.
+pub fn read_baked_bytes(bytes: &[u8], name: &str, options: &SceneReadOptions) -> Result<Baked, PrtError> {
+    let (scene, report, attributes) = read_scene_and_attributes_bytes(bytes, name, options)?;
+    baked(scene, report, &attributes, name)
 }
 
 /// A scene from a glTF file, with its transfer if the file carries any.
@@ -66,11 +78,32 @@ impl From<Scene> for BakedOrScene {
 pub fn read_baked_or_scene(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<BakedOrScene, PrtError> {
     let path = path.as_ref();
     let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
+    baked_or_scene(scene, report, &attributes, &path.display().to_string())
+}
+
+/// [`read_baked_or_scene`] from the bytes of a file that references no other; `name` stands in messages.
+///
+/// # Errors
+/// As [`read_baked_or_scene`], and [`PrtError::Scene`] if the bytes reference other files.
+pub fn read_baked_or_scene_bytes(
+    bytes: &[u8],
+    name: &str,
+    options: &SceneReadOptions,
+) -> Result<BakedOrScene, PrtError> {
+    let (scene, report, attributes) = read_scene_and_attributes_bytes(bytes, name, options)?;
+    baked_or_scene(scene, report, &attributes, name)
+}
+
+fn baked_or_scene(
+    scene: Scene,
+    report: SceneReadReport,
+    attributes: &GltfAttributes,
+    name: &str,
+) -> Result<BakedOrScene, PrtError> {
     if attributes.asset_extras()["lobe"].is_null() {
         return Ok(BakedOrScene::Scene(scene, report));
     }
-    let baked = baked(scene, report, &attributes, &path.display().to_string())?;
-    Ok(BakedOrScene::Baked(Box::new(baked)))
+    Ok(BakedOrScene::Baked(Box::new(baked(scene, report, attributes, name)?)))
 }
 
 /// The transfer of a scene that was read from the file called `name`.
@@ -96,6 +129,7 @@ fn check_extras(lobe: &Value, name: &str) -> Result<(usize, Channels), PrtError>
     if lobe.is_null() {
         return Err(PrtError::invalid(name, "carries no transfer: bake it first, with `lobe bake`"));
     }
+    check_version(lobe, name)?;
     let invalid = |what: &str, found: &Value| {
         Err(PrtError::invalid(name, format!("expected {what} in asset.extras.lobe, found {found}")))
     };

@@ -1,8 +1,8 @@
 //! Nonlinear fit of zonal lobes to transfer.
 
-use derive_setters::Setters;
 use std::time::Duration;
 
+use derive_setters::Setters;
 use lobe_io::{Job, Portions};
 use lobe_sh::{Dir, ShVec, optimal_linear_direction};
 use rayon::prelude::*;

@@ -4,10 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lobe_io::Job;
-use lobe_prt::{BakedGlb, Channels, CompressOptions, CompressedTransfer, Recipe, Transfer, WeightBits, read_baked};
+use lobe_prt::{
+    BakedGlb, BakedOrScene, Channels, CompressOptions, CompressedTransfer, LOBE_EXTRAS_VERSION, PrtError, Recipe,
+    Transfer, WeightBits, read_baked, read_baked_bytes, read_baked_or_scene_bytes,
+};
 use lobe_scene::{
-    Alpha, GltfDocument, LOBE_EXTRAS_VERSION, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse,
-    Wrap, built_in, read_scene, read_scene_and_document,
+    Alpha, GltfDocument, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse, Wrap, built_in,
+    read_scene, read_scene_and_document, read_scene_and_document_bytes,
 };
 use lobe_testkit::glb_faults;
 use serde_json::{Value, json};
@@ -350,6 +353,8 @@ fn transfer_that_is_missing_of_another_type_or_newer_is_refused() {
     }
     for (member, value, expected) in [
         ("version", json!(2), "baked by a newer Lobe: expected version 1 of its attributes, found 2: update Lobe"),
+        ("version", json!(0), "asset.extras.lobe: expected version 1 of Lobe's attributes, found 0"),
+        ("version", json!("1"), "asset.extras.lobe: expected version 1 of Lobe's attributes, found \"1\""),
         ("order", json!(9), "expected an order of 1 to 8 in asset.extras.lobe, found 9"),
         ("channels", json!(2), "expected 1 or 3 channels in asset.extras.lobe, found 2"),
         ("quantity", json!("x"), "expected the quantity \"transfer\" in asset.extras.lobe, found \"x\""),
@@ -449,4 +454,28 @@ fn a_file_that_is_broken_on_purpose_is_found_to_be() {
         let faults = glb_faults(&glb_of(&json, &changed));
         assert!(faults.iter().any(|fault| fault.contains(part)), "a normal of {number}: {faults:?}");
     }
+}
+
+#[test]
+fn bytes_are_read_as_the_file_is_and_a_bake_of_another_version_is_not_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("baked.glb");
+    let scene = built_in::closed_white_box(1);
+    let transfer = transfer_of(&scene, 2, Channels::Gray);
+    BakedGlb::of_scene(&scene).write(&path, &transfer, &Recipe::default().samples(7), Job::default()).unwrap();
+    let (bytes, options) = (fs::read(&path).unwrap(), SceneReadOptions::default());
+    let baked = read_baked_bytes(&bytes, "a.glb", &options).unwrap();
+    assert_eq!((&baked.transfer, baked.recipe.samples), (&transfer, Some(7)), "transfer and recipe");
+    let BakedOrScene::Baked(either) = read_baked_or_scene_bytes(&bytes, "a.glb", &options).unwrap() else {
+        panic!("it is baked")
+    };
+    assert_eq!(either.transfer, transfer, "baked or not");
+    let error = read_baked_bytes(&bytes[..99], "a.glb", &options).unwrap_err().to_string();
+    assert!(error.starts_with("a.glb: "), "{error}");
+
+    let (scene, _, mut document) = read_scene_and_document_bytes(&bytes, "a.glb", &options).unwrap();
+    document.json["asset"]["extras"]["lobe"]["version"] = json!(2);
+    let error = BakedGlb::of_document(document, &scene).unwrap_err();
+    assert!(matches!(error, PrtError::Unsupported { .. }), "{error:?}");
+    assert!(error.to_string().contains("baked by a newer Lobe"), "{error}");
 }

@@ -3,7 +3,7 @@
 use crate::cloth::{cloth, with_threads};
 use lobe_io::Job;
 use lobe_prt::{
-    Channels, CompressOptions, CompressReport, CompressedTable, CompressedTransfer, WeightBits, Weights,
+    Channels, CompressOptions, CompressReport, CompressedTable, CompressedTransfer, TableWeights, WeightBits,
     compress_table, compress_table_within, error_curve,
 };
 use lobe_sh::Rgb;
@@ -165,9 +165,9 @@ fn decoding_is_the_sum_of_weighted_vectors_and_shading_its_scalar_product() {
             let expected = found.to_transfer().exit_radiance(&light);
             for r in 0..found.receivers() {
                 let w = |j: usize| match table.weights() {
-                    Weights::F32(w) => f64::from(w[3 * r + j]),
-                    Weights::U16(w) => f64::from(w[3 * r + j]) / 65535.0,
-                    Weights::U8(w) => f64::from(w[3 * r + j]) / 255.0,
+                    TableWeights::F32(w) => f64::from(w[3 * r + j]),
+                    TableWeights::U16(w) => f64::from(w[3 * r + j]) / 65535.0,
+                    TableWeights::U8(w) => f64::from(w[3 * r + j]) / 255.0,
                     _ => unreachable!("no other kind"),
                 };
                 let start = usize::from(table.clusters()[r]) * 4 * table.width();
@@ -264,7 +264,7 @@ fn what_cannot_be_compressed_is_refused_in_one_line() {
     assert_eq!(refusal(&[0.0; 5], 4, options(1, 2)), "table: expected rows of 4 numbers, found 5 in all", "rows");
     assert_eq!(refusal(&[f32::NAN], 1, options(1, 0)), "table: expected finite numbers, found NaN in row 0", "NaN");
     let table = |width, clusters, weights| {
-        CompressedTable::new(width, 1, clusters, Weights::F32(weights), vec![0.0; 8]).unwrap_err().to_string()
+        CompressedTable::new(width, 1, clusters, TableWeights::F32(weights), vec![0.0; 8]).unwrap_err().to_string()
     };
     let weights = "compressed transfer: expected 1 weights for each of 1 receivers, found 2 in all";
     assert_eq!(table(2, vec![0], vec![0.0; 2]), weights, "weights");
@@ -272,7 +272,7 @@ fn what_cannot_be_compressed_is_refused_in_one_line() {
     let order = CompressedTransfer::from_table(
         2,
         Channels::Rgb,
-        CompressedTable::new(4, 1, vec![0], Weights::F32(vec![0.0]), vec![0.0; 8]).unwrap(),
+        CompressedTable::new(4, 1, vec![0], TableWeights::F32(vec![0.0]), vec![0.0; 8]).unwrap(),
     );
     let message = "compressed transfer: expected vectors of 12 numbers, found 4";
     assert_eq!(order.unwrap_err().to_string(), message, "width");
@@ -318,7 +318,7 @@ fn a_table_of_matrices_is_compressed_by_the_same_code() {
 fn more_components_than_numbers_are_refused_and_nothing_is_divided_by_none() {
     for components in [5, usize::MAX] {
         let refused =
-            CompressedTable::new(4, components, vec![], Weights::F32(vec![]), vec![]).unwrap_err().to_string();
+            CompressedTable::new(4, components, vec![], TableWeights::F32(vec![]), vec![]).unwrap_err().to_string();
         let expected =
             format!("compressed transfer: expected at most 4 components, as many as numbers, found {components}");
         assert_eq!(refused, expected, "message");

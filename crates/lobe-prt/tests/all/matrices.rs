@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::common::{baked, options, receiver, scene_of};
 use lobe_io::Job;
 use lobe_prt::{
-    BakeMode, BakeOptions, Channels, Grid, Neighborhood, Receivers, TransferMatrices, bake_matrices,
+    BakeMode, BakeOptions, Channels, Neighborhood, NeighborhoodGrid, Receivers, TransferMatrices, bake_matrices,
     bake_matrices_on_disk, bake_neighborhood,
 };
 use lobe_scene::{Bounds, Bvh, Scene, built_in};
@@ -98,7 +98,7 @@ fn a_cosine_lobe_seen_from_above_sends_what_transfer_vectors_send() {
 fn around_nothing_the_neighborhood_changes_no_light() {
     let triangle = vec![[0.0, 0.0, -1e6], [1e-3, 0.0, -1e6], [0.0, 1e-3, -1e6]];
     let scene = scene_of(triangle, vec![[0, 1, 2]], 0.5, true);
-    let grid = Grid::new(Bounds { min: [-1.0; 3], max: [1.0; 3] }, [2, 3, 2]).unwrap();
+    let grid = NeighborhoodGrid::new(Bounds { min: [-1.0; 3], max: [1.0; 3] }, [2, 3, 2]).unwrap();
     let options = options(BakeMode::Interreflected, 4, 4096);
     let (around, report) = bake_neighborhood(&scene, &Bvh::new(&scene), &grid, &options, Job::default()).unwrap();
     assert!((report.energy_per_bounce[0] - 1.0).abs() < 1e-9, "{report:?}");
@@ -114,7 +114,7 @@ fn what_moves_is_lit_as_a_receiver_of_the_scene_at_its_place() {
     // Below the ball, where it hides a quarter of the sky or more, at a point of the grid.
     let scene = built_in::ball_over_ground(32);
     let bvh = Bvh::new(&scene);
-    let grid = Grid::new(Bounds { min: [1.0, -0.5, 0.2], max: [2.0, 0.5, 1.2] }, [2, 3, 2]).unwrap();
+    let grid = NeighborhoodGrid::new(Bounds { min: [1.0, -0.5, 0.2], max: [2.0, 0.5, 1.2] }, [2, 3, 2]).unwrap();
     let options = options(BakeMode::Interreflected, 6, 4096).bounces(1);
     let (around, _) = bake_neighborhood(&scene, &bvh, &grid, &options, Job::default()).unwrap();
     for n in [[-0.6_f32, 0.0, 0.8], [0.0, 0.6, 0.8], [0.0, 0.0, -1.0]] {
@@ -132,7 +132,7 @@ fn what_moves_is_lit_as_a_receiver_of_the_scene_at_its_place() {
 
 #[test]
 fn a_grid_mixes_linear_functions_exactly_and_ends_at_its_border() {
-    let grid = Grid::new(Bounds { min: [-1.0, 0.0, 2.0], max: [1.0, 3.0, 4.0] }, [3, 4, 2]).unwrap();
+    let grid = NeighborhoodGrid::new(Bounds { min: [-1.0, 0.0, 2.0], max: [1.0, 3.0, 4.0] }, [3, 4, 2]).unwrap();
     let points = grid.points([0.0; 3]);
     assert_eq!((points.len(), points[0], points[1]), (24, [-1.0, 0.0, 2.0], [0.0, 0.0, 2.0]), "points");
     assert_eq!(points[23], [1.0, 3.0, 4.0], "the last corner");
@@ -145,7 +145,7 @@ fn a_grid_mixes_linear_functions_exactly_and_ends_at_its_border() {
         let weights: f64 = around.iter().map(|a| a.1).sum();
         assert!((found - f(nearest)).abs() < 1e-6 && (weights - 1.0).abs() < 1e-12, "{place:?}: {found}");
     }
-    let refusal = |max, counts| Grid::new(Bounds { min: [0.0; 3], max }, counts).unwrap_err().to_string();
+    let refusal = |max, counts| NeighborhoodGrid::new(Bounds { min: [0.0; 3], max }, counts).unwrap_err().to_string();
     let few = "expected at least 2 points along each axis and at most 2^24, found [1, 2, 2]";
     assert_eq!(refusal([1.0; 3], [1, 2, 2]), few, "too few");
     assert!(refusal([1.0; 3], [usize::MAX, 2, 2]).contains("at most 2^24"), "too many");

@@ -1,21 +1,22 @@
 //! A contact sheet of environment mapping: every technique beside its reference, with its error.
 
 use std::f64::consts::PI;
+use std::time::Instant;
 
 use derive_setters::Setters;
 use lobe_env::{
     CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, cube, irradiance_at, irradiance_map, irradiance_map_brute_force,
     project_env, reconstruct,
 };
-use lobe_io::Job;
+use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
+use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 
 use crate::{
     BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exhibit, Glossy, HighlightMap, IrradiancePolynomial,
-    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, Shading, Solid, SphereMapped, SurfacePoint, Torus,
-    TracedMirror, View, bumps, highlights_of_lights,
+    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, RenderError, Shading, Solid, SphereMapped, SurfacePoint,
+    Torus, TracedMirror, View, bumps, highlights_of_lights,
 };
-use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 
 /// Reflections at most in the traced picture of a torus that mirrors itself.
 const BOUNCES: usize = 4;
@@ -115,10 +116,19 @@ type Technique<'a> = (&'static str, Box<dyn Shading + 'a>, Truth);
 /// the traced reflection of the map itself, with and without bumps, rough mirrors and highlights with the integral over
 /// the map reduced to 6 · 16² lights, matte surfaces with the sum over all texels. The truths have panels of their own.
 ///
+/// The steps of `job` are panels; it cannot be resumed.
+///
+/// # Errors
+/// [`RenderError::Options`] for a job with a checkpoint, [`RenderError::Cancelled`] if its watch said to stop.
+///
 /// # Panics
 /// If `samples` is 0 or `map_size` less than 8.
-#[must_use]
-pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -> Vec<EnvironmentPanel> {
+pub fn environment_panels(
+    map: &EnvMap,
+    options: &EnvironmentSheetOptions<'_>,
+    mut job: Job<'_>,
+) -> Result<Vec<EnvironmentPanel>, RenderError> {
+    job.expect_no_checkpoint().map_err(RenderError::Options)?;
     // Prepare the maps and the references.
     let source = |s: Dir| map.radiance(s);
     let averaged = CubeMipChain::averaged(CubeMap::from_fn(16 * ROUGH_SIZE, source));
@@ -138,6 +148,11 @@ pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -
     let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
     // Render every technique on both shapes, and measure its error.
     let mut panels = Vec::new();
+    let (start, total) = (Instant::now(), 2 * techniques.len() + 1);
+    let mut go_on = |done: usize| {
+        let progress = Progress { done, total, elapsed: start.elapsed(), ..Progress::default() };
+        if job.report(&progress).is_break() { Err(RenderError::Cancelled) } else { Ok(()) }
+    };
     for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
         let scene = Exhibit { solid, camera, samples: options.samples };
         let slow = Exhibit { samples: options.samples.min(SLOW_SAMPLES), ..scene };
@@ -153,13 +168,18 @@ pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -
                 mirrors,
             }
         };
-        panels.extend(techniques.iter().map(|(technique, shading, truth)| panel(technique, shading.as_ref(), *truth)));
+        for (technique, shading, truth) in &techniques {
+            go_on(panels.len())?;
+            panels.push(panel(technique, shading.as_ref(), *truth));
+        }
         if solid == torus {
+            go_on(panels.len())?;
             let mirror = TracedMirror { source, solid, bounces: BOUNCES };
             panels.push(panel("mirrors itself", &mirror, Truth::Traced));
         }
     }
-    panels
+    go_on(panels.len())?;
+    Ok(panels)
 }
 
 /// [`environment_panels`] as one picture with names and errors in percent, two rows for each shape. Show it with
@@ -168,11 +188,17 @@ pub fn environment_panels(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -
 /// Mirrors are tone mapped like a photograph of the map; surfaces that blur it too, but darker where a lamp would make
 /// them white, all alike.
 ///
+/// # Errors
+/// As [`environment_panels`].
+///
 /// # Panics
 /// As [`environment_panels`].
-#[must_use]
-pub fn environment_mapping_sheet(map: &EnvMap, options: &EnvironmentSheetOptions<'_>) -> Picture {
-    let panels = environment_panels(map, options);
+pub fn environment_mapping_sheet(
+    map: &EnvMap,
+    options: &EnvironmentSheetOptions<'_>,
+    job: Job<'_>,
+) -> Result<Picture, RenderError> {
+    let panels = environment_panels(map, options, job)?;
     let photograph = Tone::PHOTOGRAPH.fixed_for(&Picture::from(map));
     let factor = |exposure: Exposure| {
         let blurred = panels.iter().filter(|panel| !panel.mirrors);
@@ -188,7 +214,7 @@ pub fn environment_mapping_sheet(map: &EnvMap, options: &EnvironmentSheetOptions
         let row_end = pictures.len().next_multiple_of(COLUMNS);
         pictures.resize(row_end, Picture::filled(0, 0, Rgb::ZERO));
     }
-    Sheet { columns: COLUMNS, margin: 6, background: [1.0; 3] }.compose(&pictures)
+    Ok(Sheet { columns: COLUMNS, margin: 6, background: [1.0; 3] }.compose(&pictures))
 }
 
 /// A panel as it is shown, its name above and its error below.
@@ -329,6 +355,8 @@ fn mean_error(a: &[Rgb<f32>], b: &[Rgb<f32>]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
 
     /// A sky with a broad light, a ground.
@@ -342,7 +370,13 @@ mod tests {
     #[test]
     fn every_technique_is_near_what_it_stands_for() {
         let options = EnvironmentSheetOptions { size: 16, samples: 1, map_size: 64, prefiltered: None };
-        let panels = environment_panels(&map(), &options);
+        let mut steps = Vec::new();
+        let mut watch = |progress: &Progress| {
+            steps.push((progress.done, progress.total));
+            ControlFlow::Continue(())
+        };
+        let panels = environment_panels(&map(), &options, Job::default().watched_by(&mut watch)).unwrap();
+        assert_eq!(steps, (0..=27).map(|done| (done, 27)).collect::<Vec<_>>(), "a step for each panel");
         assert_eq!(
             panels.len(),
             27,
@@ -367,7 +401,7 @@ mod tests {
     #[test]
     fn the_sheet_holds_all_panels_in_rows_of_seven() {
         let options = EnvironmentSheetOptions { size: 24, samples: 1, map_size: 16, prefiltered: None };
-        let sheet = environment_mapping_sheet(&map(), &options);
+        let sheet = environment_mapping_sheet(&map(), &options, Job::default()).unwrap();
         let cell = (24, 24 + 2 * 14);
         assert_eq!((sheet.width(), sheet.height()), (6 + 7 * (cell.0 + 6), 6 + 4 * (cell.1 + 6)), "four rows of seven");
     }

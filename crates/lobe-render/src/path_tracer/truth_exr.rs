@@ -1,5 +1,6 @@
 //! Traced pictures as OpenEXR files.
 
+use std::fs;
 use std::path::Path;
 
 use lobe_image::{ExrAttribute, ExrLayers, Picture, Pixel};
@@ -58,26 +59,57 @@ impl Truth {
     }
 }
 
-/// The variance in the bytes of a file of [`Truth::to_exr`], and its degrees of freedom; infinite ones if the file does
-/// not say. `name` stands for the file in messages.
+/// A traced picture from a file: what a comparison by chance needs of it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TracedPicture {
+    /// Radiance.
+    pub mean: Picture,
+    /// The variance of that mean.
+    pub variance: Picture,
+    /// The degrees of freedom of the variance; infinite ones if the file does not say.
+    pub degrees_of_freedom: f64,
+}
+
+/// Reads what [`Truth::write_exr`] wrote; everything is decoded once.
 ///
 /// # Errors
-/// [`RenderError::Image`] if it is no OpenEXR file, [`RenderError::Invalid`] if it has no variance.
-pub fn read_variance(bytes: &[u8], name: &str) -> Result<(Picture, f64), RenderError> {
+/// [`RenderError::Io`] if the file cannot be read, [`RenderError::Image`] if it is no OpenEXR file, [`RenderError::Invalid`]
+/// if it has no variance or a number in it is none.
+pub fn read_traced_picture(path: impl AsRef<Path>) -> Result<TracedPicture, RenderError> {
+    let path = path.as_ref();
+    let bytes = fs::read(path).map_err(RenderError::io(path))?;
+    read_traced_picture_bytes(&bytes, &path.display().to_string())
+}
+
+/// [`read_traced_picture`] from the bytes of a file, whose name stands in messages.
+///
+/// # Errors
+/// As [`read_traced_picture`].
+pub fn read_traced_picture_bytes(bytes: &[u8], name: &str) -> Result<TracedPicture, RenderError> {
     let layers = ExrLayers::from_bytes(bytes, name)?;
-    let plane = |c: &str| layers.get(&format!("{VARIANCE}.{c}"));
-    let (Some(r), Some(g), Some(b)) = (plane("R"), plane("G"), plane("B")) else {
-        let message =
-            format!("expected channels {VARIANCE}.R, .G and .B, found none; traced pictures as OpenEXR have them");
-        return Err(RenderError::Invalid { place: name.to_owned(), message });
+    let invalid = |message| RenderError::Invalid { place: name.to_owned(), message };
+    let picture = |layer: &str| {
+        let plane = |c: &str| layers.get(&format!("{layer}{c}"));
+        let (Some(r), Some(g), Some(b)) = (plane("R"), plane("G"), plane("B")) else {
+            return Err(invalid(format!(
+                "expected channels {layer}R, .G and .B, found none; traced pictures as OpenEXR have them"
+            )));
+        };
+        let pixels: Vec<Pixel> = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
+        let (width, height) = layers.size();
+        if let Some(bad) = pixels.iter().position(|pixel| pixel.iter().any(|c| !c.is_finite())) {
+            let (x, y) = (bad % width, bad / width);
+            return Err(invalid(format!("expected numbers, found NaN or infinity at column {x}, row {y}")));
+        }
+        Ok(Picture::new(width, height, pixels)?)
     };
-    let freedom = match layers.get_attribute(FREEDOM) {
+    let degrees_of_freedom = match layers.get_attribute(FREEDOM) {
         Some(ExrAttribute::Integer(count)) => f64::from(*count),
         _ => f64::INFINITY,
     };
-    let pixels: Vec<Pixel> = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
-    let (width, height) = layers.size();
-    Ok((Picture::new(width, height, pixels)?, freedom))
+    let variance = picture(&format!("{VARIANCE}."))?;
+    Ok(TracedPicture { mean: picture("")?, variance, degrees_of_freedom })
 }
 
 #[cfg(test)]
@@ -100,10 +132,15 @@ mod tests {
             coverage: vec![1.0; 6],
         };
         let bytes = truth.to_exr().unwrap();
-        let (variance, freedom) = read_variance(&bytes, "a.exr").unwrap();
-        assert_eq!((variance, freedom), (truth.variance, 15.0), "variance");
+        let traced = read_traced_picture_bytes(&bytes, "a.exr").unwrap();
+        assert_eq!((&traced.variance, traced.degrees_of_freedom), (&truth.variance, 15.0), "variance");
         let (read, _) = read_picture_bytes(&bytes, "a.exr", &PictureReadOptions::default()).unwrap();
         assert_eq!(read.pixels(), truth.mean.pixels(), "radiance, as everybody reads it");
+        assert_eq!(read, traced.mean, "radiance, read with its variance");
+        let mut odd = truth;
+        odd.variance.pixels_mut()[4][1] = f32::NAN;
+        let found = read_traced_picture_bytes(&odd.to_exr().unwrap(), "a.exr").unwrap_err().to_string();
+        assert_eq!(found, "a.exr: expected numbers, found NaN or infinity at column 1, row 1", "a number that is none");
     }
 
     #[test]
@@ -112,9 +149,9 @@ mod tests {
         let path = folder.path().join("a.exr");
         let map = lobe_env::EnvMap::from_fn(4, 2, |_| Rgb::splat(1.0));
         lobe_env::write_env(&path, &map, &lobe_env::PictureWriteOptions::default()).unwrap();
-        let found = read_variance(&std::fs::read(&path).unwrap(), "a.exr").unwrap_err().to_string();
-        assert!(found.starts_with("a.exr: expected channels variance.R, .G and .B, found none"), "{found}");
-        let found = read_variance(b"no picture", "b.exr").unwrap_err().to_string();
+        let found = read_traced_picture(&path).unwrap_err().to_string();
+        assert!(found.contains("a.exr: expected channels variance.R, .G and .B, found none"), "{found}");
+        let found = read_traced_picture_bytes(b"no picture", "b.exr").unwrap_err().to_string();
         assert!(found.starts_with("b.exr: expected an OpenEXR picture"), "{found}");
     }
 }

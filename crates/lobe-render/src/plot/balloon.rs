@@ -112,14 +112,14 @@ impl Balloon {
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::{ShVec, index};
+    use lobe_sh::{ShVec, coefficient_index};
 
     use super::*;
 
     fn of_basis(l: usize, m: isize) -> impl Fn(Dir) -> f64 {
         use lobe_sh::Expansion;
         let mut f = ShVec::<f64>::zero(l + 1);
-        f[index(l, m)] = 1.0;
+        f[coefficient_index(l, m)] = 1.0;
         move |s| f.eval(s)
     }
 

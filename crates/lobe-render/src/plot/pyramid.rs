@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Dir, Expansion, Rgb, ShVec, index};
+use lobe_sh::{Dir, Expansion, Rgb, ShVec, coefficient_index};
 
 use crate::{Balloon, CubeCross, View};
 use lobe_image::{Label, Picture, draw_lines};
@@ -116,7 +116,7 @@ fn largest_value(order: usize) -> f64 {
 
 fn basis_function(l: usize, m: isize) -> impl Fn(Dir) -> f64 + Sync {
     let mut f = ShVec::<f64>::zero(l + 1);
-    f[index(l, m)] = 1.0;
+    f[coefficient_index(l, m)] = 1.0;
     move |s| f.eval(s)
 }
 

@@ -49,7 +49,7 @@ impl BackFaces {
             receivers[place] = needed.partition_point(|&front| front < front_of(place)) as u32;
         }
         // Bake the other sides.
-        let transfer = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, job)?;
+        let (transfer, _) = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, job)?;
         Ok(Self { receivers, transfer })
     }
 

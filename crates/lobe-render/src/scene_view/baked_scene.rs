@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use lobe_image::FileFormat;
 use lobe_io::Job;
 use lobe_prt::{
-    AlbedoMode, BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer, read_baked, read_lightmap,
-    read_matrices,
+    AlbedoMode, BakeMode, BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer_bytes, read_baked,
+    read_baked_bytes, read_matrices_bytes,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
@@ -49,31 +50,48 @@ impl BakedScene {
         Ok(read_baked(path, options)?.into())
     }
 
-    /// Reads the transfer of `scene` from a file that holds transfer alone: with a `lobe` a .safetensors file of
-    /// matrices at vertices, else one of transfer in any form, or an .exr lightmap.
+    /// [`BakedScene::read`] from the bytes of a file that references no other; `name` stands in messages.
     ///
     /// # Errors
-    /// [`RenderError::Prt`] if the file cannot be read, or is a lightmap and the scene is not unfolded;
-    /// [`RenderError::Invalid`] if it is of another number of vertices.
+    /// [`RenderError::Prt`] with the errors of [`lobe_prt::read_baked_bytes`].
+    pub fn read_bytes(bytes: &[u8], name: &str, options: &SceneReadOptions) -> Result<Self, RenderError> {
+        Ok(read_baked_bytes(bytes, name, options)?.into())
+    }
+
+    /// Reads the transfer of `scene` from a file that holds transfer alone: with a `lobe` a .safetensors file of
+    /// matrices at vertices, else one of transfer in any form, or an OpenEXR lightmap.
+    ///
+    /// # Errors
+    /// [`RenderError::Io`] if the file cannot be read; [`RenderError::Prt`] if it holds no such transfer, or is a lightmap and
+    /// the scene is not unfolded; [`RenderError::Invalid`] if it is of another number of vertices.
     pub fn read_transfer(scene: Scene, path: impl AsRef<Path>, lobe: Option<GlossyLobe>) -> Result<Self, RenderError> {
         let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(RenderError::io(path))?;
+        Self::read_transfer_bytes(scene, &bytes, &path.display().to_string(), lobe)
+    }
+
+    /// [`BakedScene::read_transfer`] from the bytes of a file, whose name stands in messages.
+    ///
+    /// # Errors
+    /// As [`BakedScene::read_transfer`].
+    pub fn read_transfer_bytes(
+        scene: Scene,
+        bytes: &[u8],
+        name: &str,
+        lobe: Option<GlossyLobe>,
+    ) -> Result<Self, RenderError> {
         if lobe.is_some() {
-            let (matrices, recipe) = read_matrices(path)?;
-            expect_vertices(&scene, matrices.points(), path)?;
+            let (matrices, recipe) = read_matrices_bytes(bytes, name)?;
+            expect_vertices(&scene, matrices.points(), name)?;
             return Ok(Self::new(scene, Places::Vertices, SurfaceTransfer::Glossy(matrices), lobe, recipe));
         }
-        let is_picture = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let (transfer, recipe) = if is_picture {
-            let (transfer, recipe) = read_lightmap(path)?;
-            (transfer.into(), recipe)
-        } else {
-            read_any_transfer(path)?
-        };
+        let (transfer, recipe) = read_any_transfer_bytes(bytes, name)?;
+        let is_picture = matches!(FileFormat::of_bytes(bytes, name), Ok(FileFormat::OpenExr));
         let width = transfer.receivers().isqrt();
         let places = if is_picture || recipe.texels == Some(width) {
             Places::Texels(Box::new(Lightmap::new(&scene, width)?))
         } else {
-            expect_vertices(&scene, transfer.receivers(), path)?;
+            expect_vertices(&scene, transfer.receivers(), name)?;
             Places::Vertices
         };
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
@@ -92,9 +110,11 @@ impl BakedScene {
         job: Job<'_>,
     ) -> Result<Self, RenderError> {
         let (receivers, bvh) = (Receivers::at_vertices(&scene)?, Bvh::new(&scene));
-        let front = SurfaceTransfer::bake(&scene, &bvh, &receivers, options, lobe.is_some(), job)?;
+        let (front, report) = SurfaceTransfer::bake(&scene, &bvh, &receivers, options, lobe.is_some(), job)?;
+        let recipe = Recipe::of_bake(&scene, options, &report);
+        let recipe = if lobe.is_some() { recipe.mode(BakeMode::Glossy) } else { recipe };
         let (gloss, options) = (lobe.map(Gloss::new), options.clone());
-        Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, gloss, options, recipe: Recipe::default() })
+        Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, gloss, options, recipe })
     }
 
     fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Recipe) -> Self {
@@ -120,7 +140,7 @@ impl BakedScene {
         &self.options
     }
 
-    /// The recipe in the file; an empty one if there is none.
+    /// The recipe in the file, or that of the bake on the spot; an empty one if the file has none.
     #[must_use]
     pub fn recipe(&self) -> &Recipe {
         &self.recipe
@@ -230,12 +250,12 @@ impl LitScene<'_> {
     }
 }
 
-fn expect_vertices(scene: &Scene, found: usize, path: &Path) -> Result<(), RenderError> {
+fn expect_vertices(scene: &Scene, found: usize, name: &str) -> Result<(), RenderError> {
     match scene.vertex_count() {
         count if count == found => Ok(()),
-        count => Err(RenderError::invalid(
-            path,
-            format!("expected transfer of {count} vertices as the scene has, found {found}"),
-        )),
+        count => Err(RenderError::Invalid {
+            place: name.to_owned(),
+            message: format!("expected transfer of {count} vertices as the scene has, found {found}"),
+        }),
     }
 }

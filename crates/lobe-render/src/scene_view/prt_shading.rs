@@ -2,7 +2,9 @@
 
 use lobe_env::DfgTable;
 use lobe_io::Job;
-use lobe_prt::{AnyTransfer, BakeOptions, Lightmap, PrtError, Receivers, TransferMatrices, bake, bake_matrices};
+use lobe_prt::{
+    AnyTransfer, BakeOptions, BakeReport, Lightmap, PrtError, Receivers, TransferMatrices, bake, bake_matrices,
+};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal, convolved};
 use rayon::prelude::*;
@@ -121,11 +123,13 @@ impl SurfaceTransfer {
         options: &BakeOptions,
         is_glossy: bool,
         job: Job<'_>,
-    ) -> Result<Self, PrtError> {
+    ) -> Result<(Self, BakeReport), PrtError> {
         if is_glossy {
-            bake_matrices(scene, bvh, receivers, options, job).map(|(matrices, _)| Self::Glossy(matrices))
+            let (matrices, report) = bake_matrices(scene, bvh, receivers, options, job)?;
+            Ok((Self::Glossy(matrices), report))
         } else {
-            bake(scene, bvh, receivers, options, job).map(|(transfer, _)| Self::Matte(transfer.into()))
+            let (transfer, report) = bake(scene, bvh, receivers, options, job)?;
+            Ok((Self::Matte(transfer.into()), report))
         }
     }
 

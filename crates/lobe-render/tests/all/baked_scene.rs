@@ -1,12 +1,13 @@
 //! Scenes lit by transfer: against irradiance in closed form, from files, from behind.
 
+use std::fs;
 use std::ops::ControlFlow;
 
 use lobe_image::Picture;
 use lobe_io::{Job, Progress};
 use lobe_prt::{
     AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakedGlb, Receivers, Recipe, TexelReceivers, bake, bake_matrices,
-    write_lightmap, write_matrices, write_transfer,
+    scene_hash, write_lightmap, write_matrices, write_transfer,
 };
 use lobe_render::{
     BakedScene, Camera, GlossyLobe, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance,
@@ -126,6 +127,17 @@ fn every_kind_of_file_is_lit_as_what_was_baked() {
         assert_close(&picture, &lit(expected, &light, 3.0).picture, what);
         assert!(picture.pixels().iter().any(|p| p[0] > 0.01), "{what} is lit");
         assert_eq!((found.options().mode, found.options().samples), (BakeMode::Shadowed, 64), "{what}: its recipe");
+    }
+    let bytes = |name: &str| fs::read(path(name)).unwrap();
+    let from_bytes = BakedScene::read_bytes(&bytes("a.glb"), "a.glb", &SceneReadOptions::default()).unwrap();
+    assert_close(&lit(&from_bytes, &light, 3.0).picture, &lit(&matte, &light, 3.0).picture, "bytes of a.glb");
+    // Contents decide, not the name.
+    let from_bytes = BakedScene::read_transfer_bytes(square(), &bytes("a.safetensors"), "t", None).unwrap();
+    assert_close(&lit(&from_bytes, &light, 3.0).picture, &lit(&matte, &light, 3.0).picture, "bytes of a.safetensors");
+    for (what, baked, mode) in [("matte", &matte, BakeMode::Shadowed), ("glossy", &glossy, BakeMode::Glossy)] {
+        let recipe = baked.recipe();
+        assert_eq!((recipe.mode, recipe.samples), (Some(mode), Some(64)), "the recipe of a {what} bake on the spot");
+        assert_eq!(recipe.scene_hash, Some(scene_hash(&scene)), "the scene of a {what} bake on the spot");
     }
 
     // Texels of a flat square under even shadows have the transfer of its corners.

@@ -3,7 +3,8 @@
 use lobe_env::bundled;
 use lobe_io::Job;
 use lobe_prt::{
-    BakeMode, BakeOptions, Grid, Receivers, TexelReceivers, bake, bake_matrices, bake_neighborhood, split_adaptively,
+    BakeMode, BakeOptions, NeighborhoodGrid, Receivers, TexelReceivers, bake, bake_matrices, bake_neighborhood,
+    split_adaptively,
 };
 use lobe_render::{Camera, DistantLight, PathOptions, SampleCount, Truth, TruthOptions, render_truth};
 use lobe_scene::{
@@ -80,7 +81,7 @@ fn texels_matrices_grids_and_splits_do_not_depend_on_the_place_either() {
     assert!(matrices(&here) == matrices(&there), "matrices");
     let around = |scene: &Scene, place: [f64; 3]| {
         let at = |p: [f64; 3]| [0, 1, 2].map(|k| place[k] + p[k]);
-        let grid = Grid::between(at([-1.0, -1.0, 0.5]), at([1.0, 1.0, 2.5]), [2, 2, 2]).unwrap();
+        let grid = NeighborhoodGrid::between(at([-1.0, -1.0, 0.5]), at([1.0, 1.0, 2.5]), [2, 2, 2]).unwrap();
         bake_neighborhood(scene, &Bvh::new(scene), &grid, &options, Job::default()).unwrap().0.matrices().clone()
     };
     assert!(around(&here, [0.0; 3]) == around(&there, place), "a grid");

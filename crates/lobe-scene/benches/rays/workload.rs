@@ -28,13 +28,8 @@ impl Workload {
         });
         for ball in 0..64 {
             let center = [(ball % 8) as f32 * 2.0 - 7.0, (ball / 8) as f32 * 2.0 - 7.0, 1.4];
-            patch(around, around / 2, &mut corners, |u, v| {
-                // From below upwards, so that triangles face outwards.
-                let (theta, phi) = (0.02 + (TAU / 2.0 - 0.04) * (1.0 - v), TAU * u);
-                let radius = 0.8 + 0.08 * (7.0 * phi).sin() * (6.0 * theta).sin();
-                let ring = radius * theta.sin();
-                [center[0] + ring * phi.cos(), center[1] + ring * phi.sin(), center[2] + radius * theta.cos()]
-            });
+            let at = |p: [f32; 3]| std::array::from_fn(|k| center[k] + p[k]);
+            corners.extend(dented_ball(around).into_iter().map(|triangle| triangle.map(at)));
         }
         Self::among(corners)
     }
@@ -77,6 +72,19 @@ impl Workload {
     pub(crate) fn count(&self, mut trace: impl FnMut([f32; 3], &[[f32; 3]]) -> usize) -> usize {
         self.points.iter().map(|(origin, directions)| trace(*origin, directions)).sum()
     }
+}
+
+/// A ball of radius 0.8 with dents, of `around` vertices around.
+pub(crate) fn dented_ball(around: usize) -> Vec<[[f32; 3]; 3]> {
+    let mut corners = Vec::new();
+    patch(around, around / 2, &mut corners, |u, v| {
+        // From below upwards, so that triangles face outwards.
+        let (theta, phi) = (0.02 + (TAU / 2.0 - 0.04) * (1.0 - v), TAU * u);
+        let radius = 0.8 + 0.08 * (7.0 * phi).sin() * (6.0 * theta).sin();
+        let ring = radius * theta.sin();
+        [ring * phi.cos(), ring * phi.sin(), radius * theta.cos()]
+    });
+    corners
 }
 
 fn unit(v: [f32; 3]) -> [f32; 3] {

@@ -7,7 +7,7 @@ use core::any::{Any, TypeId};
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{index, len, order_of, order_of_slice};
+use crate::basis::index::{coefficient_count, coefficient_index, order_of, order_of_slice};
 use crate::once::Once;
 use crate::{Coefficient, Dir, MAX_ORDER, Real};
 
@@ -151,7 +151,7 @@ impl<S: Real> Basis<S> {
             return;
         }
         let order = match order_of(out.len() / count) {
-            Some(order) if len(order) * count == out.len() => order,
+            Some(order) if coefficient_count(order) * count == out.len() => order,
             _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
         };
         let blocks = count / BLOCK;
@@ -229,9 +229,9 @@ impl<S: Real> Basis<S> {
             let recurrence = &self.recurrence[self.column_start(m)..][..order - 1 - m];
             for l in m..order {
                 let (c, s) = if (l - m).is_multiple_of(2) { (&cos, &sin) } else { (&cos_odd, &sin_odd) };
-                emit(index(l, m as isize), &lanes(|k| p[k] * c[k]));
+                emit(coefficient_index(l, m as isize), &lanes(|k| p[k] * c[k]));
                 if m > 0 {
-                    emit(index(l, -(m as isize)), &lanes(|k| p[k] * s[k]));
+                    emit(coefficient_index(l, -(m as isize)), &lanes(|k| p[k] * s[k]));
                 }
                 if let Some(&Step { a, b, g }) = recurrence.get(l - m) {
                     difference = lanes(|k| b * difference[k] + (g + a * w[k]) * p[k]);
@@ -270,7 +270,7 @@ fn block_of<S: Real>(component: &[S], start: usize) -> [S; BLOCK] {
 /// ```
 #[must_use]
 pub fn eval_basis(s: Dir, order: usize) -> Vec<f64> {
-    let mut out = vec![0.0; len(order)];
+    let mut out = vec![0.0; coefficient_count(order)];
     eval_basis_into(s.to_array(), &mut out);
     out
 }
@@ -335,7 +335,7 @@ mod tests {
     fn the_basis_is_orthonormal_to_order_64() {
         let order = MAX_ORDER;
         let rule = SphereQuadrature::of_degree(2 * (order - 1));
-        let mut y = vec![0.0; len(order)];
+        let mut y = vec![0.0; coefficient_count(order)];
         let mut rows: Vec<Vec<f64>> = Vec::new();
         for (k, (s, _)) in rule.points().enumerate() {
             eval_basis_into(s.to_array(), &mut y);
@@ -348,7 +348,7 @@ mod tests {
                 let (l, m) = band_and_m(i);
                 let angle = m.unsigned_abs() as f64 * phi;
                 let turned = if m < 0 { angle.sin() } else { angle.cos() };
-                let expected = row[index(l, m.abs())] * turned;
+                let expected = row[coefficient_index(l, m.abs())] * turned;
                 assert!((y - expected).abs() < 1e-12, "y_{i} towards {s:?}: {y} against {expected}");
             }
         }
@@ -356,7 +356,7 @@ mod tests {
             let circle = if m == 0 { 2.0 } else { 1.0 } * core::f64::consts::PI;
             for l in m..order {
                 for k in m..=l {
-                    let (i, j) = (index(l, m as isize), index(k, m as isize));
+                    let (i, j) = (coefficient_index(l, m as isize), coefficient_index(k, m as isize));
                     let sum: f64 =
                         rule.rows().iter().zip(&rows).map(|((_, w), row)| circle * w * row[i] * row[j]).sum();
                     let expected = f64::from(u8::from(k == l));
@@ -391,8 +391,8 @@ mod tests {
 
     #[test]
     fn f32_stays_close_to_f64() {
-        let mut single = vec![0.0_f32; len(20)];
-        let mut double = vec![0.0_f64; len(20)];
+        let mut single = vec![0.0_f32; coefficient_count(20)];
+        let mut double = vec![0.0_f64; coefficient_count(20)];
         let mut random = lobe_testkit::Random::new(20);
         // The error is largest near the poles: most directions lie there.
         let near_poles = (0..20_000).map(|_| {
@@ -412,7 +412,7 @@ mod tests {
     /// The worst of `|4π/(2l+1) Σ_m y_lm² - 1|` over all bands, from a pole to the equator.
     fn worst_sum_of_squares<S: Real>(order: usize) -> f64 {
         let basis = Basis::<S>::new(order);
-        let mut y = vec![S::ZERO; len(order)];
+        let mut y = vec![S::ZERO; coefficient_count(order)];
         let mut worst = 0.0_f64;
         for theta in [0.0, 1e-12, 1e-6, 1e-3, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.57] {
             basis.eval_into(Dir::from_angles(theta, 2.0 + theta).to_array().map(S::from_f64), &mut y);
@@ -457,13 +457,13 @@ mod tests {
         let (x, y, z) = (component(0), component(1), component(2));
         for order in [1, 2, 6, 17] {
             for count in [1, BLOCK - 1, BLOCK, BLOCK + 1, all.len()] {
-                let mut many = vec![0.0_f32; len(order) * count];
+                let mut many = vec![0.0_f32; coefficient_count(order) * count];
                 let basis = Basis::new(order);
                 basis.eval_many_into([&x[..count], &y[..count], &z[..count]], &mut many);
-                let mut one = vec![0.0_f32; len(order)];
+                let mut one = vec![0.0_f32; coefficient_count(order)];
                 for k in 0..count {
                     basis.eval_into([x[k], y[k], z[k]], &mut one);
-                    for i in 0..len(order) {
+                    for i in 0..coefficient_count(order) {
                         assert_eq!(many[i * count + k], one[i], "order {order}, y_{i}, direction {k} of {count}");
                     }
                 }

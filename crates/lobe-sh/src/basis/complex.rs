@@ -9,7 +9,7 @@ use num_traits::Float as _;
 use num_complex::Complex64;
 
 use crate::Dir;
-use crate::basis::index::{index, len, order_of_slice};
+use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::basis::legendre::legendre_normalized_at;
 
 /// The complex basis function `Y_l^m(s)`, orthonormal, with the Condon-Shortley phase.
@@ -45,14 +45,14 @@ pub fn eval_complex(l: usize, m: isize, s: Dir) -> Complex64 {
 #[must_use]
 pub fn complex_from_real(real: &[f64]) -> Vec<Complex64> {
     let order = order_of_slice(real);
-    let mut complex = vec![Complex64::ZERO; len(order)];
+    let mut complex = vec![Complex64::ZERO; coefficient_count(order)];
     for l in 0..order {
-        complex[index(l, 0)] = real[index(l, 0)].into();
+        complex[coefficient_index(l, 0)] = real[coefficient_index(l, 0)].into();
         for m in 1..=l as isize {
-            let (plus, minus) = (real[index(l, m)], real[index(l, -m)]);
+            let (plus, minus) = (real[coefficient_index(l, m)], real[coefficient_index(l, -m)]);
             let c = Complex64::new(plus, -minus) * 0.5_f64.sqrt();
-            complex[index(l, m)] = c;
-            complex[index(l, -m)] = c.conj() * sign(m.unsigned_abs());
+            complex[coefficient_index(l, m)] = c;
+            complex[coefficient_index(l, -m)] = c.conj() * sign(m.unsigned_abs());
         }
     }
     complex
@@ -71,13 +71,14 @@ pub fn complex_from_real(real: &[f64]) -> Vec<Complex64> {
 #[must_use]
 pub fn real_from_complex(complex: &[Complex64]) -> Vec<f64> {
     let order = order_of_slice(complex);
-    let mut real = vec![0.0; len(order)];
+    let mut real = vec![0.0; coefficient_count(order)];
     for l in 0..order {
-        real[index(l, 0)] = complex[index(l, 0)].re;
+        real[coefficient_index(l, 0)] = complex[coefficient_index(l, 0)].re;
         for m in 1..=l as isize {
-            let (plus, minus) = (complex[index(l, m)], complex[index(l, -m)] * sign(m.unsigned_abs()));
-            real[index(l, m)] = (plus + minus).re * 0.5_f64.sqrt();
-            real[index(l, -m)] = -(plus - minus).im * 0.5_f64.sqrt();
+            let (plus, minus) =
+                (complex[coefficient_index(l, m)], complex[coefficient_index(l, -m)] * sign(m.unsigned_abs()));
+            real[coefficient_index(l, m)] = (plus + minus).re * 0.5_f64.sqrt();
+            real[coefficient_index(l, -m)] = -(plus - minus).im * 0.5_f64.sqrt();
         }
     }
     real

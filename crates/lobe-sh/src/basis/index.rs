@@ -6,7 +6,7 @@ pub const MAX_ORDER: usize = 64;
 /// The flat index `i = l(l+1) + m` of band `l` and `-l <= m <= l`.
 #[inline(always)]
 #[must_use]
-pub const fn index(l: usize, m: isize) -> usize {
+pub const fn coefficient_index(l: usize, m: isize) -> usize {
     debug_assert!(m.unsigned_abs() <= l, "m must lie in -l..=l");
     (l * (l + 1)).strict_add_signed(m)
 }
@@ -21,7 +21,7 @@ pub const fn band_and_m(i: usize) -> (usize, isize) {
 /// The number of coefficients of an expansion of order `n`: `n²`.
 #[inline(always)]
 #[must_use]
-pub const fn len(order: usize) -> usize {
+pub const fn coefficient_count(order: usize) -> usize {
     order * order
 }
 
@@ -62,7 +62,7 @@ mod tests {
         for l in 0..70 {
             assert_eq!(band_range(l), i..i + 2 * l + 1, "band {l}");
             for m in -(l as isize)..=l as isize {
-                assert_eq!(index(l, m), i, "l {l}, m {m}");
+                assert_eq!(coefficient_index(l, m), i, "l {l}, m {m}");
                 assert_eq!(band_and_m(i), (l, m), "i {i}");
                 i += 1;
             }

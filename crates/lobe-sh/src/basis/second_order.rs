@@ -5,7 +5,7 @@ use num_traits::Float as _;
 
 use crate::Basis;
 use crate::basis::basis::Step;
-use crate::basis::index::{index, order_of_slice};
+use crate::basis::index::{coefficient_index, order_of_slice};
 use crate::sphere::vector::{dot, tangents, unit};
 
 /// The value, gradient and Hessian of a function at a direction, in the plane of two unit tangents.
@@ -83,8 +83,8 @@ pub(crate) fn second_order<const W: usize>(
         let (mut b0, mut b1, mut b2) = ([0.0; W], [0.0; W], [0.0; W]);
         let mut column = [[0.0; W]; 6];
         for l in m..order {
-            let plus = coefficients[index(l, m as isize)];
-            let minus = if m > 0 { coefficients[index(l, -(m as isize))] } else { 0.0 };
+            let plus = coefficients[coefficient_index(l, m as isize)];
+            let minus = if m > 0 { coefficients[coefficient_index(l, -(m as isize))] } else { 0.0 };
             for w in 0..W {
                 column[0][w] += plus * q0[w];
                 column[1][w] += plus * q1[w];

@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::basis::basis::Step;
-use crate::basis::index::{index, len};
+use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::{Basis, Coefficient, Dir, Expansion, Real};
 
 impl<S: Real> Basis<S> {
@@ -33,10 +33,14 @@ impl<S: Real> Basis<S> {
             let (mut slope_before, mut slope) = (S::ZERO, S::ZERO);
             for l in m..order {
                 let mq = mf * q;
-                emit_tangent(index(l, m as isize), q * cos, [mq * cos_before, -(mq * sin_before), slope * cos]);
+                emit_tangent(
+                    coefficient_index(l, m as isize),
+                    q * cos,
+                    [mq * cos_before, -(mq * sin_before), slope * cos],
+                );
                 if m > 0 {
                     let d = [mq * sin_before, mq * cos_before, slope * sin];
-                    emit_tangent(index(l, -(m as isize)), q * sin, d);
+                    emit_tangent(coefficient_index(l, -(m as isize)), q * sin, d);
                 }
                 if l + 1 < order {
                     let Step { a, b, .. } = self.recurrence(m, l + 1);
@@ -55,7 +59,7 @@ impl<S: Real> Basis<S> {
 /// A step of angle `ε` along the unit tangent `t` changes `y_i` by `ε t · ∇y_i`.
 #[must_use]
 pub fn eval_basis_gradients(s: Dir, order: usize) -> Vec<[f64; 3]> {
-    let mut out = vec![[0.0; 3]; len(order)];
+    let mut out = vec![[0.0; 3]; coefficient_count(order)];
     Basis::<f64>::with_shared(order, |basis| {
         basis.for_each_gradient(s.to_array(), order, |i, _, gradient| out[i] = gradient);
     });

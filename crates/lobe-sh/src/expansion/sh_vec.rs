@@ -7,7 +7,7 @@ use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAs
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{len, order_of};
+use crate::basis::index::{coefficient_count, order_of};
 use crate::{Coefficient, Dir, Expansion, FixedOrder, Sh, eval_basis};
 
 /// An expansion of any order, its `n²` coefficients in index order `i = l(l+1) + m`.
@@ -22,7 +22,7 @@ impl<T: Coefficient> ShVec<T> {
     /// The function of order `n` that is zero everywhere.
     #[must_use]
     pub fn zero(order: usize) -> Self {
-        Self { coefficients: vec![T::ZERO; len(order)] }
+        Self { coefficients: vec![T::ZERO; coefficient_count(order)] }
     }
 
     /// The function of order `n` that is `value` everywhere: `f_00 = √(4π) value`.
@@ -60,7 +60,7 @@ impl<T: Coefficient> ShVec<T> {
     #[must_use]
     pub fn resized(&self, order: usize) -> Self {
         let mut coefficients = self.coefficients.clone();
-        coefficients.resize(len(order), T::ZERO);
+        coefficients.resize(coefficient_count(order), T::ZERO);
         Self { coefficients }
     }
 
@@ -184,7 +184,7 @@ mod tests {
     use lobe_testkit::{Random, directions};
 
     fn random(order: usize, seed: u64) -> ShVec<f64> {
-        ShVec { coefficients: Random::new(seed).signed_vec(len(order)) }
+        ShVec { coefficients: Random::new(seed).signed_vec(coefficient_count(order)) }
     }
 
     #[test]

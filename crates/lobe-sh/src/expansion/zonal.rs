@@ -8,7 +8,7 @@ use core::ops::{Add, AddAssign, Index, Mul, Neg, Sub, SubAssign};
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{band_range, len, order_of_slice};
+use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::sums;
 use crate::sphere::quadrature::gauss_legendre;
@@ -138,7 +138,7 @@ impl Zonal {
     /// (Sloan, Luna and Snyder 2005).
     #[must_use]
     pub fn towards<T: Coefficient>(&self, axis: Dir, value: T) -> ShVec<T> {
-        let mut f = vec![T::ZERO; len(self.order())];
+        let mut f = vec![T::ZERO; coefficient_count(self.order())];
         self.towards_into(axis, value, &mut f);
         ShVec::of(f)
     }

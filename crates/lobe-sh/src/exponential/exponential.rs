@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use num_traits::Float as _;
 
 use crate::exponential::optimal_linear::{OptimalLinear, exponential_by_eigenvectors, isolate_mean};
-use crate::{Basis, Expansion, ShVec, SphereQuadrature, len, product_into, square_into};
+use crate::{Basis, Expansion, ShVec, SphereQuadrature, coefficient_count, product_into, square_into};
 
 /// Methods of [`Exponential`]. All isolate the mean, `exp(f) = exp(f_0/√4π) exp(f̂)` with `f̂_0 = 0`, which is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,9 +103,9 @@ impl Exponential {
             }
             ExpMethod::Grid => {
                 let rule = ExpMethod::grid(order);
-                let mut basis = vec![0.0; rule.len() * len(order)];
+                let mut basis = vec![0.0; rule.len() * coefficient_count(order)];
                 Basis::<f64>::with_shared(order, |evaluate| {
-                    for ((s, _), row) in rule.points().zip(basis.chunks_exact_mut(len(order).max(1))) {
+                    for ((s, _), row) in rule.points().zip(basis.chunks_exact_mut(coefficient_count(order).max(1))) {
                         evaluate.eval_into(s.to_array(), row);
                     }
                 });

@@ -8,7 +8,7 @@ use num_traits::Float as _;
 
 use alloc::collections::BinaryHeap;
 
-use crate::basis::index::{len, order_of_slice};
+use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::basis::second_order::{LocalQuadratic, second_order};
 use crate::extrema::cap_bound::{SmoothFunction, quadratic_lower_bound};
 use crate::extrema::quadratic_form::QuadraticForm;
@@ -86,8 +86,11 @@ pub(crate) fn minimum_of(coefficients: &[f64], tolerance: f64, level: Option<f64
         QuadraticForm::new(&scaled, 0).minimum([1.0, 1.0])
     } else {
         // Drop the highest bands if they are zero.
-        let order = (4..=order).rev().find(|&n| scaled[len(n - 1)..len(n)].iter().any(|c| *c != 0.0)).unwrap_or(3);
-        let scaled = &scaled[..len(order)];
+        let order = (4..=order)
+            .rev()
+            .find(|&n| scaled[coefficient_count(n - 1)..coefficient_count(n)].iter().any(|c| *c != 0.0))
+            .unwrap_or(3);
+        let scaled = &scaled[..coefficient_count(order)];
         if order <= 3 {
             QuadraticForm::new(scaled, 0).minimum([1.0, 1.0])
         } else {

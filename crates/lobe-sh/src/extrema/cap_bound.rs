@@ -134,7 +134,7 @@ pub(crate) fn quadratic_lower_bound(local: &LocalQuadratic, radius: f64) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::basis::index::index;
+    use crate::basis::index::coefficient_index;
     use crate::basis::second_order::second_order;
     use crate::sphere::vector::cross;
     use crate::{Basis, Dir, Expansion as _, Rotation, ShVec, eval_basis};
@@ -169,10 +169,10 @@ mod tests {
         let mut sums = [0.0; 3];
         for l in 0..f.order() {
             for m in 0..=l {
-                let (y, mf) = (y[index(l, m as isize)], m as f64);
-                sums[0] += y * g[index(l, m as isize)];
-                sums[1] += mf * y * g[index(l, -(m as isize))];
-                sums[2] -= mf * mf * y * g[index(l, m as isize)];
+                let (y, mf) = (y[coefficient_index(l, m as isize)], m as f64);
+                sums[0] += y * g[coefficient_index(l, m as isize)];
+                sums[1] += mf * y * g[coefficient_index(l, -(m as isize))];
+                sums[2] -= mf * mf * y * g[coefficient_index(l, m as isize)];
             }
         }
         sums

@@ -8,7 +8,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{band_range, index, order_of_slice};
+use crate::basis::index::{band_range, coefficient_index, order_of_slice};
 use crate::sphere::vector::{cross, dot, length, sub};
 use crate::{Basis, Dir, Rotation, ShError, ShVec};
 
@@ -272,7 +272,7 @@ impl EquatorSlopes {
                     let step = basis.recurrence(m, l);
                     (d_before, d) = (d, step.a * p - step.b * d_before);
                     (p_before, p) = (p, -step.b * p_before);
-                    slopes[index(l, m as isize)] = d / (l * (l + 1)) as f64;
+                    slopes[coefficient_index(l, m as isize)] = d / (l * (l + 1)) as f64;
                 }
             }
         });
@@ -287,10 +287,10 @@ impl EquatorSlopes {
             let half = (0.5 * mf * gamma).sin();
             let (cosine, sine) = if m == 0 { (gamma, 0.0) } else { ((mf * gamma).sin() / mf, 2.0 * half * half / mf) };
             for l in m.max(1)..self.order {
-                let slope = self.slopes[index(l, m as isize)];
-                out[index(l, m as isize)] = slope * cosine;
+                let slope = self.slopes[coefficient_index(l, m as isize)];
+                out[coefficient_index(l, m as isize)] = slope * cosine;
                 if m > 0 {
-                    out[index(l, -(m as isize))] = slope * sine;
+                    out[coefficient_index(l, -(m as isize))] = slope * sine;
                 }
             }
         }

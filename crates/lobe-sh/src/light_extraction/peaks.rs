@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{index, len};
+use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::expansion::sh_vec::widened;
 use crate::once::Once;
 use crate::solver::bfgs_on_sphere::BfgsAscent;
@@ -164,13 +164,13 @@ fn grid_values(f: &ShVec<f64>, rows: usize, columns: usize, theta: impl Fn(usize
     let turns: Vec<(f64, f64)> = (0..order * columns).map(|k| turn(k / columns * (k % columns))).collect();
     for (row, values) in values.chunks_mut(columns).enumerate() {
         let y = eval_basis(Dir::from_angles(theta(row), 0.0), order);
-        debug_assert_eq!(y.len(), len(order), "one value for each coefficient");
+        debug_assert_eq!(y.len(), coefficient_count(order), "one value for each coefficient");
         for m in 0..order {
             let (mut a, mut b) = (0.0, 0.0);
             for l in m..order {
-                let y = y[index(l, m as isize)];
-                a += f[index(l, m as isize)] * y;
-                b += f[index(l, -(m as isize))] * y;
+                let y = y[coefficient_index(l, m as isize)];
+                a += f[coefficient_index(l, m as isize)] * y;
+                b += f[coefficient_index(l, -(m as isize))] * y;
             }
             if m == 0 {
                 b = 0.0;

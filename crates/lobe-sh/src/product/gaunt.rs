@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{band_range, len};
+use crate::basis::index::{band_range, coefficient_count};
 use crate::once::Once;
 use crate::{Coefficient, Real, band_and_m};
 
@@ -76,7 +76,7 @@ pub struct GauntCoefficient {
 /// # Panics
 /// If an index belongs to band [`MAX_GAUNT_ORDER`] or higher.
 pub(crate) fn exact_gaunt_coefficient(i: usize, j: usize, k: usize) -> Option<ExactGaunt> {
-    let limit = len(MAX_GAUNT_ORDER);
+    let limit = coefficient_count(MAX_GAUNT_ORDER);
     assert!(i < limit && j < limit && k < limit, "Gaunt coefficients reach index {}, not {i}, {j}, {k}", limit - 1);
     let mut f = [i, j, k].map(band_and_m);
     f.sort_by_key(|&(_, m)| m.unsigned_abs());
@@ -228,7 +228,9 @@ impl GauntTensor {
     #[must_use]
     pub fn new(order_a: usize, order_b: usize, order_out: usize) -> Self {
         let orders = [order_a, order_b, order_out];
-        let inside = |t: &GauntCoefficient| t.i < len(order_a) && t.j < len(order_b) && t.k < len(order_out);
+        let inside = |t: &GauntCoefficient| {
+            t.i < coefficient_count(order_a) && t.j < coefficient_count(order_b) && t.k < coefficient_count(order_out)
+        };
         let mut coefficients: Vec<GauntCoefficient> =
             unique_coefficients(order_a.max(order_b).max(order_out)).flat_map(permutations).filter(inside).collect();
         coefficients.sort_by_key(|t| (t.i, t.j, t.k));
@@ -260,7 +262,7 @@ impl GauntTensor {
     /// If a length does not fit the orders of the tensor.
     pub fn product_into<T: Coefficient>(&self, a: &[T], b: &[T], out: &mut [T]) {
         let lengths = [a.len(), b.len(), out.len()];
-        assert_eq!(lengths, self.orders.map(len), "numbers of coefficients against those of the tensor");
+        assert_eq!(lengths, self.orders.map(coefficient_count), "numbers of coefficients against those of the tensor");
         out.fill(T::ZERO);
         let symmetric = a.len() == b.len();
         let mut start = 0;
@@ -299,7 +301,7 @@ mod tests {
     #[test]
     fn gaunt_coefficients_equal_quadrature() {
         let order = 7;
-        let n = len(order);
+        let n = coefficient_count(order);
         let rule = SphereQuadrature::of_degree(3 * (order - 1));
         let mut sums = vec![0.0; n * n * n];
         let mut y = vec![0.0; n];

@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{index, len, order_of_slice};
+use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::{Basis, Coefficient, ShVec, SphereQuadrature};
 
 /// The product of any number of functions of any orders, cut off at `order` once, at the end.
@@ -35,8 +35,8 @@ pub fn product_on_grid<T: Coefficient>(factors: &[&[T]], order: usize) -> ShVec<
     }
     let degree = orders.iter().map(|n| n - 1).sum::<usize>() + order - 1;
     let grid = RowGrid::new(degree, orders.iter().copied().fold(order, usize::max));
-    let mut sum = vec![T::Wide::ZERO; len(order)];
-    let mut theta = vec![0.0; len(grid.order)];
+    let mut sum = vec![T::Wide::ZERO; coefficient_count(order)];
+    let mut theta = vec![0.0; coefficient_count(grid.order)];
     let (mut values, mut product) = (vec![T::Wide::ZERO; grid.azimuths], vec![T::Wide::ZERO; grid.azimuths]);
     for &(z, weight) in grid.rule.rows() {
         grid.theta_into(z, &mut theta);
@@ -94,9 +94,9 @@ impl RowGrid {
         for m in 0..order {
             let (mut cos, mut sin) = (T::Wide::ZERO, T::Wide::ZERO);
             for l in m..order {
-                let y = theta[index(l, m as isize)];
-                cos += f[index(l, m as isize)].widen().scale(y);
-                sin += f[index(l, -(m as isize))].widen().scale(y);
+                let y = theta[coefficient_index(l, m as isize)];
+                cos += f[coefficient_index(l, m as isize)].widen().scale(y);
+                sin += f[coefficient_index(l, -(m as isize))].widen().scale(y);
             }
             if m == 0 {
                 sin = T::Wide::ZERO;
@@ -119,10 +119,10 @@ impl RowGrid {
                 sin += value.scale(s);
             }
             for l in m..order {
-                let y = theta[index(l, m as isize)];
-                sum[index(l, m as isize)] += cos.scale(y);
+                let y = theta[coefficient_index(l, m as isize)];
+                sum[coefficient_index(l, m as isize)] += cos.scale(y);
                 if m > 0 {
-                    sum[index(l, -(m as isize))] += sin.scale(y);
+                    sum[coefficient_index(l, -(m as isize))] += sin.scale(y);
                 }
             }
         }

@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{index, len, order_of_slice};
+use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::product::grid::RowGrid;
 use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, band_and_m};
 
@@ -50,14 +50,14 @@ impl<S: Real> ProductMatrix<S> {
     pub fn new(f: &impl Expansion<S>, order: usize) -> Self {
         // Bands from 2n - 1 on have no Gaunt coefficients with two functions of order n.
         let used = f.order().min((2 * order).saturating_sub(1));
-        let f: Vec<f64> = f.coefficients()[..len(used)].iter().map(|c| c.to_f64()).collect();
+        let f: Vec<f64> = f.coefficients()[..coefficient_count(used)].iter().map(|c| c.to_f64()).collect();
         if used.max(order) > MAX_GAUNT_ORDER {
             let f = crate::ShVec::of(f);
             return Self::from_fn(order, used - 1, |s| f.eval(s));
         }
-        let mut entries = vec![0.0; len(order) * len(order)];
+        let mut entries = vec![0.0; coefficient_count(order) * coefficient_count(order)];
         for t in GauntTensor::new(order, order, used).coefficients() {
-            entries[t.i * len(order) + t.j] += t.value * f[t.k];
+            entries[t.i * coefficient_count(order) + t.j] += t.value * f[t.k];
         }
         Self::from_f64(order, &entries)
     }
@@ -69,7 +69,7 @@ impl<S: Real> ProductMatrix<S> {
     /// follow.
     #[must_use]
     pub fn from_fn(order: usize, degree: usize, mut f: impl FnMut(Dir) -> f64) -> Self {
-        let n = len(order);
+        let n = coefficient_count(order);
         let mut entries = vec![0.0; n * n];
         if order == 0 {
             return Self::from_f64(order, &entries);
@@ -81,10 +81,10 @@ impl<S: Real> ProductMatrix<S> {
             let series = row_series(&grid, z, weight, 2 * order - 1, &mut f);
             for i in 0..n {
                 let (l, m_i) = band_and_m(i);
-                let y_i = theta[index(l, m_i.abs())];
+                let y_i = theta[coefficient_index(l, m_i.abs())];
                 for j in 0..=i {
                     let (l, m_j) = band_and_m(j);
-                    entries[i * n + j] += y_i * theta[index(l, m_j.abs())] * azimuthal(&series, m_i, m_j);
+                    entries[i * n + j] += y_i * theta[coefficient_index(l, m_j.abs())] * azimuthal(&series, m_i, m_j);
                 }
             }
         }
@@ -118,8 +118,12 @@ impl<S: Real> ProductMatrix<S> {
     /// If `i` or `j` is not below `order²`.
     #[must_use]
     pub fn entry(&self, i: usize, j: usize) -> S {
-        assert!(i < len(self.order) && j < len(self.order), "no entry ({i}, {j}) at order {}", self.order);
-        self.entries[i * len(self.order) + j]
+        assert!(
+            i < coefficient_count(self.order) && j < coefficient_count(self.order),
+            "no entry ({i}, {j}) at order {}",
+            self.order
+        );
+        self.entries[i * coefficient_count(self.order) + j]
     }
 
     /// The product of `f` and `g`.
@@ -177,7 +181,7 @@ mod tests {
     const ROUNDING: f64 = 1e-13;
 
     fn random(order: usize, seed: u64) -> ShVec<f64> {
-        ShVec::from_vec(Random::new(seed).signed_vec(len(order))).unwrap()
+        ShVec::from_vec(Random::new(seed).signed_vec(coefficient_count(order))).unwrap()
     }
 
     #[test]
@@ -187,7 +191,7 @@ mod tests {
             let expected = product(&f, &g, order);
             let mut mine = ShVec::zero(order);
             ProductMatrix::new(&f, order).apply_into(g.coefficients(), mine.coefficients_mut());
-            for i in 0..len(order) {
+            for i in 0..coefficient_count(order) {
                 let (a, b) = (mine[i], expected[i]);
                 assert!((a - b).abs() < ROUNDING, "orders {order_f} and {order}, coefficient {i}: {a} against {b}");
             }
@@ -200,8 +204,8 @@ mod tests {
             let f = random(order_f, 3);
             let exact = ProductMatrix::new(&f, order);
             let by_quadrature = ProductMatrix::<f64>::from_fn(order, order_f - 1, |s| f.eval(s));
-            for i in 0..len(order) {
-                for j in 0..len(order) {
+            for i in 0..coefficient_count(order) {
+                for j in 0..coefficient_count(order) {
                     let (a, b) = (exact.entry(i, j), by_quadrature.entry(i, j));
                     assert!((a - b).abs() < ROUNDING, "({i}, {j}): {a} against {b}");
                     assert!((a - exact.entry(j, i)).abs() < ROUNDING, "({i}, {j}) and ({j}, {i})");
@@ -213,7 +217,7 @@ mod tests {
     #[test]
     fn the_transfer_matrix_of_a_shadow_y_22_has_54_entries() {
         let mut shadow = ShL2::<f64>::zero();
-        shadow[index(2, 2)] = 1.0;
+        shadow[coefficient_index(2, 2)] = 1.0;
         let exact = ProductMatrix::new(&shadow, 5);
         let count = exact.entries().iter().filter(|&&m| m != 0.0).count();
         assert_eq!((count, exact.entries().len()), (54, 625), "non-zeros of all, from the tensor");

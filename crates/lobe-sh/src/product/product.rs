@@ -2,7 +2,7 @@
 
 use alloc::vec;
 
-use crate::basis::index::{len, order_of_slice};
+use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::once::Once;
 use crate::product::generated;
 use crate::product::grid::product_on_grid;
@@ -109,7 +109,7 @@ pub fn zonal_product_into<T: Coefficient>(zonal: &Zonal, b: &[T], out: &mut [T])
             return;
         }
     }
-    let mut f = vec![T::ZERO; len(zonal.order())];
+    let mut f = vec![T::ZERO; coefficient_count(zonal.order())];
     for (l, coefficient) in zonal.coefficients().iter().enumerate() {
         f[l * (l + 1)] = T::splat(T::Scalar::from_f64(*coefficient));
     }

@@ -7,7 +7,7 @@ use num_traits::Float as _;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::basis::index::len;
+use crate::basis::index::coefficient_count;
 use crate::{Basis, Coefficient, Dir, Real, ShVec};
 
 /// Rows gathered before they are folded into the triangular factor. More rows cost memory, fewer cost time: each
@@ -68,7 +68,7 @@ pub fn least_squares<T: Coefficient>(
     samples: impl IntoIterator<Item = (Dir, T, f64)>,
 ) -> LeastSquaresFit<T> {
     assert!(order > 0, "a fit needs order 1 at least");
-    let columns = len(order);
+    let columns = coefficient_count(order);
     let mut triangle = TriangularFactor::new(columns, T::CHANNELS);
     let (mut count, mut total_weight) = (0, 0.0);
     for (s, value, weight) in samples {

@@ -8,7 +8,7 @@ use derive_setters::Setters;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::len;
+use crate::basis::index::coefficient_count;
 use crate::{Basis, Coefficient, Dir, ShVec};
 
 /// The choice of the directions of a Monte Carlo projection.
@@ -103,7 +103,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
 
     /// Random samples: mean and variance by Welford's updates.
     fn random(mut self, samples: usize) -> MonteCarloEstimate<T> {
-        let n = len(self.order);
+        let n = coefficient_count(self.order);
         let mut summands = vec![T::Wide::ZERO; n];
         let mut mean = vec![T::Wide::ZERO; n];
         let mut squares = vec![T::Wide::ZERO; n];
@@ -125,7 +125,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     /// the variance of a pair's sum is at most the mean square of its difference. An odd last cell counts as a
     /// pair with the one before it, at half weight.
     fn jittered(mut self, cells: usize) -> MonteCarloEstimate<T> {
-        let n = len(self.order);
+        let n = coefficient_count(self.order);
         let mut summands = vec![T::Wide::ZERO; n];
         let mut before = vec![T::Wide::ZERO; n];
         let mut sum = vec![T::Wide::ZERO; n];
@@ -162,7 +162,7 @@ impl<F: FnMut(Dir) -> T, T: Coefficient> Estimator<F> {
     /// `cos θ_k = 1 - (2k + 1)/N`, `φ_k = 2π k / golden ratio`.
     fn spiral(&mut self, samples: usize) -> Vec<T::Wide> {
         let golden_ratio = 0.5 * (1.0 + 5.0_f64.sqrt());
-        let mut summands = vec![T::Wide::ZERO; len(self.order)];
+        let mut summands = vec![T::Wide::ZERO; coefficient_count(self.order)];
         let mut sum = summands.clone();
         for k in 0..samples {
             let s = direction((k as f64 + 0.5) / samples as f64, (k as f64 / golden_ratio).fract());

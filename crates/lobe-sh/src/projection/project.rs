@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{index, len};
+use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::{Coefficient, Dir, FixedOrder, ShVec, SphereQuadrature};
 
 /// The degree from which [`project_to_accuracy`] starts, beyond twice the order.
@@ -112,7 +112,7 @@ fn quadrature_sum<T: Coefficient>(
     let step = 2.0 * PI / azimuths as f64;
     let turns: Vec<(f64, f64)> = (0..azimuths).map(|k| (step * k as f64).sin_cos()).collect();
     let mut sums = ShVec::<T::Wide>::zero(order);
-    let mut basis = vec![0.0; len(order)];
+    let mut basis = vec![0.0; coefficient_count(order)];
     for &(z, weight) in rule.rows() {
         let r = ((1.0 - z) * (1.0 + z)).sqrt();
         let mut cos_sums = vec![T::Wide::ZERO; order];
@@ -129,10 +129,10 @@ fn quadrature_sum<T: Coefficient>(
         crate::eval_basis_into([r, 0.0, z], &mut basis);
         for l in 0..order {
             for m in 0..=l {
-                let legendre = basis[index(l, m as isize)] * weight * step;
-                sums[index(l, m as isize)] += cos_sums[m].scale(legendre);
+                let legendre = basis[coefficient_index(l, m as isize)] * weight * step;
+                sums[coefficient_index(l, m as isize)] += cos_sums[m].scale(legendre);
                 if m > 0 {
-                    sums[index(l, -(m as isize))] += sin_sums[m].scale(legendre);
+                    sums[coefficient_index(l, -(m as isize))] += sin_sums[m].scale(legendre);
                 }
             }
         }

@@ -7,7 +7,7 @@ use core::f64::consts::TAU;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{band_range, len};
+use crate::basis::index::{band_range, coefficient_count};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::widened;
 use crate::scalar::weighted_sum;
@@ -110,7 +110,7 @@ impl ContentWindow {
         let mut sums = windowed(&f, &self.window).resized(order);
         if let Some(r) = self.dir {
             let removed = self.removed(&f);
-            let mut y = vec![0.0; len(order.max(f.order()))];
+            let mut y = vec![0.0; coefficient_count(order.max(f.order()))];
             for (s, weight) in cap_points(r, f.order() + order, Self::POWER) {
                 eval_basis_into(s.to_array(), &mut y);
                 let terms = removed.coefficients().iter().copied().zip(y.iter().copied());

@@ -11,7 +11,7 @@ use derive_setters::Setters;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{band_range, len, order_of_slice};
+use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::filter::window::band_energies;
@@ -363,7 +363,8 @@ fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>
     if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
         return None;
     }
-    let forms: Vec<QuadraticForm> = channels.iter().map(|f| QuadraticForm::new(&f[..f.len().min(len(3))], 0)).collect();
+    let forms: Vec<QuadraticForm> =
+        channels.iter().map(|f| QuadraticForm::new(&f[..f.len().min(coefficient_count(3))], 0)).collect();
     let place = table_place(&forms, margin)?;
     let factors = dering_table_factors(place);
     Some((0..order).map(|l| factors[l.min(3)]).collect())

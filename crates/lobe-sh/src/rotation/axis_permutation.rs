@@ -1,6 +1,6 @@
 //! Reflections along the axes and quarter turns about z, and with them the 48 symmetries of the cube.
 
-use crate::basis::index::{index, order_of_slice};
+use crate::basis::index::{coefficient_index, order_of_slice};
 use crate::rotation::yz_exchange::exchange_yz_in_place;
 use crate::{Coefficient, Dir, Expansion, Rotation};
 
@@ -37,7 +37,7 @@ pub fn mirror_in_place<T: Coefficient>(coefficients: &mut [T], axis: Axis) {
                 Axis::Z => (l as isize + m) % 2 != 0,
             };
             if odd {
-                let c = &mut coefficients[index(l, m)];
+                let c = &mut coefficients[coefficient_index(l, m)];
                 *c = -*c;
             }
         }
@@ -56,7 +56,7 @@ pub fn quarter_turn_in_place<T: Coefficient>(coefficients: &mut [T], quarters: i
     let quarters = quarters.rem_euclid(4) as usize;
     for l in 0..order_of_slice(coefficients) {
         for m in 1..=l {
-            let (minus, plus) = (index(l, -(m as isize)), index(l, m as isize));
+            let (minus, plus) = (coefficient_index(l, -(m as isize)), coefficient_index(l, m as isize));
             let (f, g) = (coefficients[minus], coefficients[plus]);
             let (f, g) = match m * quarters % 4 {
                 0 => (f, g),

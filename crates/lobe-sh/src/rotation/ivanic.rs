@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{band_range, len, order_of_slice};
+use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::{Coefficient, Real, Rotation};
 
 /// Vectors and rows of one block when many expansions are rotated: in `f32` their sums take half of the SSE registers.
@@ -137,7 +137,7 @@ impl<S: Real> RotationMatrices<S> {
             return;
         }
         let order = self.order_within((src.len() / count).isqrt());
-        assert_eq!(src.len(), len(order) * count, "expected n² coefficients of {count} functions");
+        assert_eq!(src.len(), coefficient_count(order) * count, "expected n² coefficients of {count} functions");
         let whole_blocks = count - count % VECTOR_BLOCK;
         for l in 0..order {
             let range = band_range(l).start * count..band_range(l).end * count;

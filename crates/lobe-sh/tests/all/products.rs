@@ -1,8 +1,8 @@
 //! Products of expansions by every route, against goldens, quadrature and the laws of algebra.
 
 use lobe_sh::{
-    Coefficient, Dir, Expansion, GauntTensor, Rgb, ShVec, Zonal, len, product, product_into, product_on_grid, project,
-    square_into, zonal_product_into,
+    Coefficient, Dir, Expansion, GauntTensor, Rgb, ShVec, Zonal, coefficient_count, product, product_into,
+    product_on_grid, project, square_into, zonal_product_into,
 };
 use lobe_testkit::{Random, golden_f64s};
 use proptest::prelude::*;
@@ -14,12 +14,12 @@ const ERROR: f64 = 1e-12;
 const ERROR_F32: f64 = 2e-5;
 
 fn random(order: usize, seed: u64) -> ShVec<f64> {
-    ShVec::from_vec(Random::new(seed).signed_vec(len(order))).expect("n² coefficients")
+    ShVec::from_vec(Random::new(seed).signed_vec(coefficient_count(order))).expect("n² coefficients")
 }
 
 fn assert_close(mine: &ShVec<f64>, expected: &ShVec<f64>, error: f64, what: &str) {
     assert_eq!(mine.order(), expected.order(), "{what}: orders");
-    for i in 0..len(mine.order()) {
+    for i in 0..coefficient_count(mine.order()) {
         let (a, b) = (mine[i], expected[i]);
         assert!((a - b).abs() <= error, "{what}, coefficient {i}: {a} against {b}");
     }
@@ -35,7 +35,7 @@ fn golden_products_come_out() {
     for n in 2..=6_usize {
         let rule = |p: usize, q: usize, modulus: usize, shift: f64, scale: f64| {
             let value = |i: usize| (((p * i + q) % modulus) as f64 - shift) / scale;
-            ShVec::from_vec((0..len(n)).map(value).collect()).unwrap()
+            ShVec::from_vec((0..coefficient_count(n)).map(value).collect()).unwrap()
         };
         assert_eq!(lobe_testkit::golden(&format!("/product/{n}/rule_a")), "((37i+11)%19-9)/10", "factor a");
         assert_eq!(lobe_testkit::golden(&format!("/product/{n}/rule_b")), "((23i+5)%17-8)/8", "factor b");
@@ -126,7 +126,7 @@ fn truncated_products_do_not_associate() {
         let [f, g, h] = [1, 2, 3].map(|seed| random(n, seed));
         let left = product(&product(&f, &g, n), &h, n);
         let right = product(&f, &product(&g, &h, n), n);
-        let largest = (0..len(n)).map(|i| (left[i] - right[i]).abs()).fold(0.0, f64::max);
+        let largest = (0..coefficient_count(n)).map(|i| (left[i] - right[i]).abs()).fold(0.0, f64::max);
         assert!(largest > 1e-3, "order {n}: (f g) h and f (g h) differ by {largest} only");
         let exact = product(&product(&f, &g, 2 * n - 1), &h, n);
         assert_close(&product(&f, &product(&g, &h, 2 * n - 1), n), &exact, ERROR, "untruncated products associate");
@@ -172,7 +172,7 @@ fn check_type<T: Coefficient>(n: usize, seed: u64, error: f64) -> Result<(), Tes
     let mut random = Random::new(seed);
     let mut expansion = || {
         let coefficient = |_| T::from_channels(|_| lobe_sh::Real::from_f64(random.signed()));
-        ShVec::from_vec((0..len(n)).map(coefficient).collect()).expect("n² coefficients")
+        ShVec::from_vec((0..coefficient_count(n)).map(coefficient).collect()).expect("n² coefficients")
     };
     let (a, b): (ShVec<T>, ShVec<T>) = (expansion(), expansion());
     let zonal = Zonal::new(Random::new(seed).signed_vec(n));
@@ -191,7 +191,7 @@ fn check_type<T: Coefficient>(n: usize, seed: u64, error: f64) -> Result<(), Tes
             let mut expected = ShVec::zero(n);
             tensor.product_into(x.coefficients(), y.coefficients(), expected.coefficients_mut());
             let mine = alone(mine);
-            for i in 0..len(n) {
+            for i in 0..coefficient_count(n) {
                 let (p, q) = (mine[i], expected[i]);
                 prop_assert!((p - q).abs() < error, "{what}, order {n}, coefficient {i}: {p} against {q}");
             }
@@ -225,7 +225,7 @@ proptest! {
         let commuted = (&product(&f, &g, n), &product(&g, &f, n));
         let distributed = (&product(&f, &(&g + &h), n), &(&product(&f, &g, n) + &product(&f, &h, n)));
         for (what, (x, y)) in [("f g = g f", commuted), ("f (g + h) = f g + f h", distributed)] {
-            for i in 0..len(n) {
+            for i in 0..coefficient_count(n) {
                 prop_assert!((x[i] - y[i]).abs() < ERROR, "{what}, {i}: {} against {}", x[i], y[i]);
             }
         }

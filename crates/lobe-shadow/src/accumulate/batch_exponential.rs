@@ -1,6 +1,6 @@
 //! The exponential of many functions at once.
 
-use lobe_sh::{Basis, ExpMethod, OptimalLinear, len};
+use lobe_sh::{Basis, ExpMethod, OptimalLinear, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
@@ -81,7 +81,7 @@ impl BatchExponential {
     /// # Panics
     /// If `f` has not `n²` coefficients.
     pub fn of_block_in_place(&self, f: &mut [[f32; 16]]) {
-        assert_eq!(f.len(), len(self.order), "coefficients against those of order {}", self.order);
+        assert_eq!(f.len(), coefficient_count(self.order), "coefficients against those of order {}", self.order);
         self.of_block_with(f, &mut vec![[0.0; BLOCK]; f.len()]);
     }
 
@@ -140,9 +140,9 @@ fn grid(order: usize) -> (Vec<[f32; PAIRS]>, Vec<[f32; PAIRS]>) {
     let is_first = |s: [f64; 3]| s.iter().rev().find(|c| c.abs() > ON_A_PLANE).is_some_and(|c| *c > 0.0);
     let points: Vec<_> = rule.points().filter(|(s, _)| is_first(s.to_array())).collect();
     let (mut basis, mut weights) = (Vec::new(), Vec::new());
-    let mut y = vec![0.0; len(order)];
+    let mut y = vec![0.0; coefficient_count(order)];
     for points in points.chunks(PAIRS) {
-        let mut rows = vec![[0.0; PAIRS]; len(order)];
+        let mut rows = vec![[0.0; PAIRS]; coefficient_count(order)];
         let mut row_weights = [0.0; PAIRS];
         for (k, (s, weight)) in points.iter().enumerate() {
             Basis::<f64>::with_shared(order, |basis| basis.eval_into(s.to_array(), &mut y));

@@ -1,6 +1,6 @@
 //! Light of the sky, made ready to fall on surfaces that see a part of it.
 
-use lobe_sh::{Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, Rgb, Zonal, len};
+use lobe_sh::{Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, Rgb, Zonal, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
@@ -60,8 +60,8 @@ impl SkyLight {
         let cosine = Zonal::clamped_cosine(bands);
         let mut numbers = 0..;
         let rows: Vec<Option<usize>> =
-            (0..len(bands)).map(|j| if has_cosine(j.isqrt()) { numbers.next() } else { None }).collect();
-        let mut operator = vec![[0.0_f64; CHANNELS]; numbers.start * len(order)];
+            (0..coefficient_count(bands)).map(|j| if has_cosine(j.isqrt()) { numbers.next() } else { None }).collect();
+        let mut operator = vec![[0.0_f64; CHANNELS]; numbers.start * coefficient_count(order)];
         let white = (4.0 * std::f64::consts::PI).sqrt();
         for t in GauntTensor::new(bands, order, used.max(1)).coefficients() {
             let Some(row) = rows[t.i] else { continue };
@@ -69,12 +69,12 @@ impl SkyLight {
             let value = t.value * cosine.coefficients()[band] * rotation_factor(band);
             let [r, g, b] = light.get(t.k).copied().unwrap_or(Rgb::ZERO).to_array();
             let uniform = if t.k == 0 { white } else { 0.0 };
-            let entry = &mut operator[row * len(order) + t.j];
+            let entry = &mut operator[row * coefficient_count(order) + t.j];
             entry.iter_mut().zip([r, g, b, uniform]).for_each(|(entry, light)| *entry += value * light);
         }
         let operator = operator.iter().map(|row| row.map(|x| x as f32)).collect();
         let mut light = light;
-        light.resize(len(order), Rgb::ZERO);
+        light.resize(coefficient_count(order), Rgb::ZERO);
         Ok(Self { order, bands, rows, columns: Columns::new(), operator, light })
     }
 
@@ -90,7 +90,12 @@ impl SkyLight {
     /// If `visibility` has another order.
     #[must_use]
     pub fn irradiance(&self, normal: [f32; 3], visibility: &[f32]) -> Rgb<f32> {
-        assert_eq!(visibility.len(), len(self.order), "coefficients against those of order {}", self.order);
+        assert_eq!(
+            visibility.len(),
+            coefficient_count(self.order),
+            "coefficients against those of order {}",
+            self.order
+        );
         let blocks: Vec<Block> = visibility.iter().map(|v| [*v; BLOCK]).collect();
         let [r, g, b] = self.irradiance_of_block(Arch::new(), &normal.map(|n| [n; BLOCK]), &blocks);
         Rgb::new(r[0], g[0], b[0])

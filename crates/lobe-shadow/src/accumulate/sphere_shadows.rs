@@ -1,7 +1,7 @@
 //! Receivers under a sky that many spheres hide.
 
 use derive_setters::Setters;
-use lobe_sh::{ExpMethod, Rgb, len};
+use lobe_sh::{ExpMethod, Rgb, coefficient_count};
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -136,7 +136,7 @@ impl<'a> SphereShadows<'a> {
     /// The expansions of what each receiver sees of the sky, one after the other: factors for products with transfer.
     #[must_use]
     pub fn visibility(&self, receivers: &ShadowReceivers<'_>) -> Vec<f32> {
-        let n = len(self.table.order());
+        let n = coefficient_count(self.table.order());
         self.of_all(receivers, n, |_, _, visibility, out| {
             for (k, row) in out.chunks_exact_mut(n).enumerate() {
                 row.iter_mut().zip(visibility).for_each(|(out, v)| *out = v[k]);
@@ -178,7 +178,7 @@ impl<'a> SphereShadows<'a> {
     /// What a sphere sees of the sky from its center, past those that it does not overlap: the others are parts of the same
     /// surface.
     fn visibility_at(&self, leaf: &Node) -> Vec<Block> {
-        let mut f = vec![[0.0; BLOCK]; len(self.table.order())];
+        let mut f = vec![[0.0; BLOCK]; coefficient_count(self.table.order())];
         let at = ReceiverBlock { position: leaf.center.map(|c| [c; BLOCK]), normal: [[0.0; BLOCK]; 3] };
         let is_apart = |other: &Node| distance(leaf.center, other.center) >= leaf.radius + other.radius;
         let others: Vec<Node> = self.leaves.iter().copied().filter(is_apart).collect();
@@ -264,7 +264,7 @@ impl<'a> SphereShadows<'a> {
         out: &mut [f32],
         write: &impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]),
     ) {
-        let n = len(self.table.order());
+        let n = coefficient_count(self.table.order());
         let stride = out.len() / members.len().max(1);
         let (mut near, mut far) = (Vec::new(), Vec::new());
         let mut shared = vec![[0.0; BLOCK]; n];

@@ -1,6 +1,6 @@
 //! The sum of the logarithms of many spheres, each turned to where the receiver sees it.
 
-use lobe_sh::len;
+use lobe_sh::coefficient_count;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
@@ -52,7 +52,7 @@ impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE>
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Some((out, _)) = self.sums.split_at_mut_checked(len(N)) else { return };
+        let Some((out, _)) = self.sums.split_at_mut_checked(coefficient_count(N)) else { return };
         // Arrays of known size, so that no index is checked in the loop.
         let mut fit = [[0.0; FIT]; N];
         fit.iter_mut().zip(&self.table.fit).for_each(|(fit, c)| *fit = *c);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use half::f16;
 use lobe_io::{Dtype, IoError, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
-use lobe_prt::{CompressedTable, PrtError, Weights};
+use lobe_prt::{CompressedTable, PrtError, TableWeights};
 use serde::{Deserialize, Serialize};
 
 use crate::field::axial::Axial;
@@ -157,9 +157,9 @@ fn clustered(file: &TensorFile<'_>, points: usize, width: usize) -> Result<Compr
     let bases = file.f32("bases", &[Some(clusters), Some(vectors), Some(width)])?;
     let shape = [Some(points), Some(components)];
     let weights = match file.view("weights")?.0 {
-        Dtype::U8 => Weights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
-        Dtype::U16 => Weights::U16(file.u16("weights", &shape)?),
-        _ => Weights::F32(file.f32("weights", &shape)?),
+        Dtype::U8 => TableWeights::U8(file.bytes("weights", Dtype::U8, &shape)?.to_vec()),
+        Dtype::U16 => TableWeights::U16(file.u16("weights", &shape)?),
+        _ => TableWeights::F32(file.f32("weights", &shape)?),
     };
     let of_row = file.u16("clusters", &[Some(points)])?;
     CompressedTable::new(width, components, of_row, weights, bases).map_err(|error| match error {

@@ -2,7 +2,7 @@
 
 use half::f16;
 use lobe_io::Job;
-use lobe_prt::{CompressOptions, CompressedTable, PrtError, Weights, compress_table};
+use lobe_prt::{CompressOptions, CompressedTable, PrtError, TableWeights, compress_table};
 
 use crate::field::axial::Axial;
 use crate::{OcclusionField, ShadowError};
@@ -108,8 +108,8 @@ impl StoredRows {
             Self::U8 { ranges, steps } => 4 * ranges.len() + steps.len(),
             Self::Clustered(table) => {
                 let of_weight = match table.weights() {
-                    Weights::U8(_) => 1,
-                    Weights::U16(_) => 2,
+                    TableWeights::U8(_) => 1,
+                    TableWeights::U16(_) => 2,
                     _ => 4,
                 };
                 table.rows() * (2 + table.components() * of_weight) + 4 * table.bases().len()

@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use lobe_sh::{Dir, Expansion as _, Exponential, Rgb, ShL2, ShVec, SphereQuadrature, len};
+use lobe_sh::{Dir, Expansion as _, Exponential, Rgb, ShL2, ShVec, SphereQuadrature, coefficient_count};
 use lobe_shadow::{
     LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows, SphereTree,
 };
@@ -55,7 +55,7 @@ fn sums_in_lanes_are_those_of_the_scalar_path() {
         let shadows = SphereShadows::new(&table, &spheres, &one_by_one()).unwrap();
         let found = shadows.visibility(&ShadowReceivers::new(&positions, &normals).unwrap());
         let exponential = Exponential::new(order, shadows_method());
-        for (p, found) in positions.iter().zip(found.chunks_exact(len(order))) {
+        for (p, found) in positions.iter().zip(found.chunks_exact(coefficient_count(order))) {
             let mut f = ShVec::zero(order);
             for sphere in &spheres {
                 let to = [0, 1, 2].map(|k| f64::from(sphere.center[k] - p[k]));
@@ -252,10 +252,12 @@ fn the_light_operator_is_the_integral() {
     let order = 4;
     let mut random = Random::new(6);
     let light = ShVec::from_vec(
-        (0..len(3)).map(|_| Rgb::new(random.unit() as f32, random.signed() as f32, random.unit() as f32)).collect(),
+        (0..coefficient_count(3))
+            .map(|_| Rgb::new(random.unit() as f32, random.signed() as f32, random.unit() as f32))
+            .collect(),
     )
     .unwrap();
-    let visibility: Vec<f32> = (0..len(order)).map(|_| random.signed() as f32).collect();
+    let visibility: Vec<f32> = (0..coefficient_count(order)).map(|_| random.signed() as f32).collect();
     let expansion = ShVec::from_vec(visibility.iter().map(|v| f64::from(*v)).collect()).unwrap();
     let sky = SkyLight::new(&light, order).unwrap();
     let rule = SphereQuadrature::of_degree(300);

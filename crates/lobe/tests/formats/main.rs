@@ -8,9 +8,10 @@
 use std::path::{Path, PathBuf};
 
 use lobe::prt::{
-    BakeMode, BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Grid, Neighborhood, Receivers,
-    Recipe, Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal, write_compressed_transfer,
-    write_lightmap, write_matrices, write_neighborhood, write_transfer, write_zonal_transfer,
+    BakeMode, BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Neighborhood, NeighborhoodGrid,
+    Receivers, Recipe, Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal,
+    write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    write_zonal_transfer,
 };
 use lobe::scene::{Bounds, Bvh, built_in};
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
@@ -121,7 +122,7 @@ fn matrices_are_read_from_the_page() {
     let numbers = Random::new(9).signed_vec(points * 3 * 16).iter().map(|x| *x as f32).collect();
     let matrices = TransferMatrices::new(2, Channels::Rgb, numbers).unwrap();
     let bounds = Bounds { min: [0.0, 0.0, 0.0], max: [1.0, 2.0, 3.0] };
-    let grid = Grid::new(bounds, [2, 3, 2]).unwrap();
+    let grid = NeighborhoodGrid::new(bounds, [2, 3, 2]).unwrap();
     let paths = ["m", "g"].map(|name| folder.path().join(name));
     write_matrices(&paths[0], &matrices, &Recipe::default(), Job::default()).unwrap();
     write_neighborhood(&paths[1], &grid, &matrices, &Recipe::default(), Job::default()).unwrap();

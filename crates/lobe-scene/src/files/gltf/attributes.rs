@@ -32,11 +32,27 @@ pub fn read_scene_and_attributes(
 ) -> Result<(Scene, SceneReadReport, GltfAttributes), SceneError> {
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
-    let mut source = Source::new(&name, folder_of(path), options);
-    let file = plain::read(&bytes, &mut source)?;
+    read_from(&bytes, Source::new(&name, folder_of(path), options))
+}
+
+/// [`read_scene_and_attributes`] from the bytes of a file that references no other; `name` stands in messages.
+///
+/// # Errors
+/// As [`read_scene_and_attributes`], and [`SceneError::Unsupported`] if the bytes reference other files.
+pub fn read_scene_and_attributes_bytes(
+    bytes: &[u8],
+    name: &str,
+    options: &SceneReadOptions,
+) -> Result<(Scene, SceneReadReport, GltfAttributes), SceneError> {
+    read_from(bytes, Source::new(name, None, options))
+}
+
+fn read_from(bytes: &[u8], mut source: Source<'_>) -> Result<(Scene, SceneReadReport, GltfAttributes), SceneError> {
+    let (name, options) = (source.name.to_owned(), source.options.clone());
+    let file = plain::read(bytes, &mut source)?;
     let scene = read_gltf::scene_of(&file, &mut source)?;
     let report = source.into_report(&scene);
-    Ok((scene, report, GltfAttributes { name, file, options: options.clone() }))
+    Ok((scene, report, GltfAttributes { name, file, options }))
 }
 
 impl GltfAttributes {

@@ -34,8 +34,26 @@ pub fn read_scene_and_document(
     let path = path.as_ref();
     let (name, bytes) = read_file(path)?;
     let mut source = Source::new(&name, folder_of(path), options);
-    let mut file = plain::read(&bytes, &mut source)?;
+    let file = plain::read(&bytes, &mut source)?;
     drop(bytes);
+    read_from(file, source)
+}
+
+/// [`read_scene_and_document`] from the bytes of a file that references no other; `name` stands in messages.
+///
+/// # Errors
+/// As [`read_scene_and_document`], and [`SceneError::Unsupported`] if the bytes reference other files.
+pub fn read_scene_and_document_bytes(
+    bytes: &[u8],
+    name: &str,
+    options: &SceneReadOptions,
+) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
+    let mut source = Source::new(name, None, options);
+    let file = plain::read(bytes, &mut source)?;
+    read_from(file, source)
+}
+
+fn read_from(mut file: GltfFile, mut source: Source<'_>) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
     embed_images(&mut file, &mut source)?;
     let scene = read_gltf::scene_of(&file, &mut source)?;
     let document = GltfDocument::of_file(file, &source)?;

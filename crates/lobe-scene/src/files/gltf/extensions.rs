@@ -5,10 +5,6 @@ use serde_json::Value;
 use crate::SceneError;
 use crate::files::source::Source;
 
-/// The version of the attributes that Lobe writes into a baked glTF file and names in `asset.extras.lobe.version`.
-/// Files with another one are refused.
-pub const LOBE_EXTRAS_VERSION: u64 = 1;
-
 /// Required extensions that Lobe reads. Those of materials and lights are accepted and ignored: shapes and base colors
 /// are the same without them, except for [`OTHER_COLORS`].
 const READ_EXTENSIONS: [&str; 8] = [
@@ -54,16 +50,7 @@ fn check_version(asset: &Value, source: &Source<'_>) -> Result<(), SceneError> {
     if minor.is_none() || (!least.is_null() && minor != Some("0")) {
         return Err(source.unsupported(format!("expected version 2.0 of glTF, found {found}")));
     }
-    let lobe = &asset["extras"]["lobe"]["version"];
-    let expected = format!("expected version {LOBE_EXTRAS_VERSION} of its attributes, found {lobe}");
-    match lobe.as_u64() {
-        _ if lobe.is_null() => Ok(()),
-        Some(LOBE_EXTRAS_VERSION) => Ok(()),
-        Some(newer) if newer > LOBE_EXTRAS_VERSION => {
-            Err(source.unsupported(format!("baked by a newer Lobe: {expected}: update Lobe")))
-        }
-        _ => Err(source.invalid(format!("asset.extras.lobe: {}", expected.replace("its", "Lobe's")))),
-    }
+    Ok(())
 }
 
 /// The message for a file that requires an extension.
