@@ -8,7 +8,7 @@ use lobe_scene::{
     Alpha, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, Texture, Wrap, read_scene,
     read_scene_bytes,
 };
-use serde_json::{Value, json};
+use serde_json::json;
 
 fn read(file: &Gltf) -> Result<(Scene, SceneReadReport), SceneError> {
     read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default())
