@@ -13,7 +13,7 @@ const GIB: f64 = (1_u64 << 30) as f64;
 #[derive(Args)]
 pub(crate) struct MemoryLimit {
     /// Refuse a scene, with its instances and the tree over its triangles, and work beside it that takes more memory than
-    /// this, in GiB
+    /// this, in GiB. 4 hold some 12 million triangles, each instance counted, which take about a minute to read
     #[arg(long, value_name = "GIB", default_value = "4", value_parser = values::positive)]
     max_memory: f64,
 }
