@@ -98,11 +98,11 @@ pub use mapping_gallery::reflection_space::{BruteForceReflection, ReflectionSpac
 pub use mapping_gallery::solid::Solid;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
-pub use moving::kept_transfer::KeptVertices;
+pub use moving::keep_transfer::KeptVertices;
 pub use moving::moment::Moment;
 pub use moving::moments::Moments;
-pub use moving::moving_lamp::MovingLamp;
 pub use moving::moving_bake::{MovingBakeOptions, PartBake, PartBakeKind};
+pub use moving::moving_lamp::MovingLamp;
 pub use moving::moving_options::{MovingMethod, MovingOptions};
 pub use moving::moving_part::{Motion, MovingPart};
 pub use moving::moving_picture::light_moving_scene;

@@ -36,8 +36,7 @@ struct Body<'a> {
 }
 
 /// What receivers send back of lamps, past the visibility that they have of their own.
-type SendBack<'a> =
-    dyn Fn(&ShadowFields<'_>, &ShadowReceivers<'_>) -> Result<Vec<Rgb<f32>>, ShadowError> + Sync + 'a;
+type SendBack<'a> = dyn Fn(&ShadowFields<'_>, &ShadowReceivers<'_>) -> Result<Vec<Rgb<f32>>, ShadowError> + Sync + 'a;
 
 impl<'a> LampLight<'a> {
     /// The lamps of a moment as one of its parts is lit by them; nothing if there are none.

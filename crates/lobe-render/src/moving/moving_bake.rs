@@ -9,7 +9,7 @@ use derive_setters::Setters;
 use lobe_io::Job;
 use lobe_prt::{AlbedoMode, BakeOptions, Receivers, bake, scene_hash};
 use lobe_scene::Bvh;
-use lobe_shadow::{FieldOptions, RadianceOptions, Solid, SphereFitOptions, bake_field, fit_spheres};
+use lobe_shadow::{FieldOptions, Lamp, RadianceOptions, Solid, SphereFitOptions, bake_field, fit_spheres};
 
 use crate::moving::part_backs::PartBacks;
 use crate::moving::sphere_albedo::sphere_albedos;
@@ -242,6 +242,21 @@ impl MovingScene {
                 part.sphere_albedos = sphere_albedos(&part.scene, spheres);
             }
         }
+    }
+
+    /// Makes the light of lamps that are shapes and have none yet, or of fewer bands, on the default sample points.
+    ///
+    /// # Errors
+    /// [`RenderError::Shadow`] with those of [`LampShape::field`].
+    pub fn bake_lamps(&mut self, order: usize) -> Result<(), RenderError> {
+        for lamp in self.lamps_mut() {
+            let Some((shape, radiance)) = lamp.shape else { continue };
+            if lamp.lamp.as_ref().is_none_or(|lamp| lamp.order() < order) {
+                let field = shape.field(radiance, &RadianceOptions::default().order(order))?;
+                lamp.lamp = Some(Arc::new(Lamp::Still(field)));
+            }
+        }
+        Ok(())
     }
 
     /// Bakes the backs of vertices that a view shows ([`backs_in_view`](Self::backs_in_view)), beside those that are baked already:

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use lobe_sh::Rgb;
-use lobe_shadow::{Lamp, LampShape, Placement, RadianceField, RadianceOptions, Track};
+use lobe_shadow::{Lamp, LampShape, Placement, RadianceField, Track};
 
-use crate::{MovingScene, RenderError};
+use crate::RenderError;
 
 /// A lamp near by, which moves along a track: its light at every point around it, which the parts hide from each other.
 #[derive(Clone, Debug)]
@@ -18,7 +18,7 @@ pub struct MovingLamp {
     pub track: Track,
     /// Its shape and its radiance; none of a lamp whose light came from a file.
     pub shape: Option<(LampShape, Rgb<f64>)>,
-    /// Its light; none of a shape until it is [baked](MovingScene::bake_lamps).
+    /// Its light; none of a shape until it is [baked](crate::MovingScene::bake_lamps).
     pub lamp: Option<Arc<Lamp>>,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct PlacedLamp<'a> {
 }
 
 impl MovingLamp {
-    /// A lamp of a shape in its own frame, of one radiance. Its light is made by [`MovingScene::bake_lamps`].
+    /// A lamp of a shape in its own frame, of one radiance. Its light is made by [`MovingScene::bake_lamps`](crate::MovingScene::bake_lamps).
     #[must_use]
     pub fn shaped(name: impl Into<String>, shape: LampShape, radiance: Rgb<f64>, track: Track) -> Self {
         Self { name: name.into(), track, shape: Some((shape, radiance)), lamp: None }
@@ -72,21 +72,4 @@ fn expect_order(name: &str, found: Option<usize>, order: usize) -> Result<(), Re
         None => format!("lamp `{name}`: expected light that is baked, found none yet"),
     };
     Err(RenderError::Options(message))
-}
-
-impl MovingScene {
-    /// Makes the light of lamps that are shapes and have none yet, or of fewer bands, on the default sample points.
-    ///
-    /// # Errors
-    /// [`RenderError::Shadow`] with those of [`LampShape::field`].
-    pub fn bake_lamps(&mut self, order: usize) -> Result<(), RenderError> {
-        for lamp in self.lamps_mut() {
-            let Some((shape, radiance)) = lamp.shape else { continue };
-            if lamp.lamp.as_ref().is_none_or(|lamp| lamp.order() < order) {
-                let field = shape.field(radiance, &RadianceOptions::default().order(order))?;
-                lamp.lamp = Some(Arc::new(Lamp::Still(field)));
-            }
-        }
-        Ok(())
-    }
 }
