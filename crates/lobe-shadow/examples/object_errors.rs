@@ -25,8 +25,8 @@ use lobe_scene::{Bvh, Ray, Scene, SceneReadOptions, read_scene};
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, eval_basis, even_directions, product_into, project};
 use lobe_shadow::{
     FieldOptions, LogTable, LogTableOptions, Occluder, OcclusionField, PlacedField, Placement, ShadowFieldOptions,
-    ShadowFields, ShadowOptions, ShadowReceivers, SkyLight, SphereFitOptions, SphereSet, SphereShadows, VisibilityOptions,
-    bake_field, bake_visibility, fit_spheres,
+    ShadowFields, ShadowOptions, ShadowReceivers, SkyLight, SphereFitOptions, SphereSet, SphereShadows,
+    VisibilityOptions, bake_field, bake_visibility, fit_spheres,
 };
 use lobe_testkit::Random;
 
@@ -83,7 +83,9 @@ fn main() {
     let bvh = Bvh::new(&shapes::together(&parts));
     let mut all = vec![on_plane(&bvh)];
     all.extend((0..objects.len()).map(|on| on_object(&objects, on, &bvh)));
-    println!("| receivers on, order | open | fields | products of 16 | SHEXP of 16 | products of 64 | SHEXP of 64 | exact |");
+    println!(
+        "| receivers on, order | open | fields | products of 16 | SHEXP of 16 | products of 64 | SHEXP of 64 | exact |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for receivers in &all {
         for order in ORDERS {
@@ -98,8 +100,12 @@ fn objects() -> Vec<Object> {
         let path = format!("{}/../lobe-scene/assets/{name}", env!("CARGO_MANIFEST_DIR"));
         read_scene(path, &SceneReadOptions::default()).unwrap().0
     };
-    let meshes =
-        [("bunny", asset("bunny.obj")), ("suzi", asset("suzi.glb")), ("torus", shapes::torus()), ("star", shapes::prongs())];
+    let meshes = [
+        ("bunny", asset("bunny.obj")),
+        ("suzi", asset("suzi.glb")),
+        ("torus", shapes::torus()),
+        ("star", shapes::prongs()),
+    ];
     let object = |((name, scene), place): ((&'static str, Scene), [f64; 3])| {
         let scene = of_radius_one(&scene);
         let turn = Rotation::from_axis_angle(Dir::X, 0.4 + place[0]);
@@ -157,7 +163,8 @@ fn on_object(objects: &[Object], on: usize, bvh: &Bvh) -> Receivers {
         let at = random.unit() * sums[sums.len() - 1];
         let triangle = &corners[sums.partition_point(|sum| *sum < at).min(sums.len() - 1)];
         let n = normal(triangle).map(|c| c / length(normal(triangle)));
-        own_positions.push([0, 1, 2].map(|k| ((triangle[0][k] + triangle[1][k] + triangle[2][k]) / 3.0 - origin[k]) as f32));
+        own_positions
+            .push([0, 1, 2].map(|k| ((triangle[0][k] + triangle[1][k] + triangle[2][k]) / 3.0 - origin[k]) as f32));
         own_normals.push(n.map(|c| c as f32));
     }
     let options = VisibilityOptions::default().order(MOST).rays(2048);
@@ -169,8 +176,10 @@ fn on_object(objects: &[Object], on: usize, bvh: &Bvh) -> Receivers {
         turn.rotated(&row).coefficients().iter().map(|c| *c as f32).collect::<Vec<_>>()
     });
     let own: Vec<f32> = own.collect();
-    let normals: Vec<[f32; 3]> =
-        own_normals.iter().map(|n| turn.rotate_dir(Dir::new(n.map(f64::from)).unwrap()).to_array().map(|c| c as f32)).collect();
+    let normals: Vec<[f32; 3]> = own_normals
+        .iter()
+        .map(|n| turn.rotate_dir(Dir::new(n.map(f64::from)).unwrap()).to_array().map(|c| c as f32))
+        .collect();
     let positions: Vec<[f32; 3]> = own_positions
         .iter()
         .map(|p| placement.to_world([0, 1, 2].map(|k| f64::from(p[k]) + origin[k])).map(|c| c as f32))
@@ -208,14 +217,16 @@ fn errors(receivers: &Receivers, objects: &[Object], order: usize) -> Vec<f64> {
     let n = order * order;
     let light = project(order, 40, |s: Dir| sky(s));
     let light = SkyLight::new(&light.map(|c| Rgb::new(c as f32, c as f32, c as f32)), order).unwrap();
-    let cut = |rows: &[f32]| -> Vec<f32> { rows.chunks_exact(MOST * MOST).flat_map(|row| &row[..n]).copied().collect() };
+    let cut =
+        |rows: &[f32]| -> Vec<f32> { rows.chunks_exact(MOST * MOST).flat_map(|row| &row[..n]).copied().collect() };
     let white = ShVec::constant(order, 1.0_f32).into_vec();
     let own = receivers.own.as_deref().map_or_else(|| white.repeat(receivers.positions.len()), cut);
     let others: Vec<&Object> =
         objects.iter().enumerate().filter(|(k, _)| Some(*k) != receivers.on).map(|(_, object)| object).collect();
     let shadow_receivers = ShadowReceivers::new(&receivers.positions, &receivers.normals).unwrap();
     let error = |visibility: &[f32]| {
-        let found = receivers.normals.iter().zip(visibility.chunks_exact(n)).map(|(n, v)| f64::from(light.irradiance(*n, v).g));
+        let found =
+            receivers.normals.iter().zip(visibility.chunks_exact(n)).map(|(n, v)| f64::from(light.irradiance(*n, v).g));
         let (mut off, mut all) = (0.0, 0.0);
         for (found, truth) in found.zip(&receivers.truth.1) {
             off += (found - truth).powi(2);
@@ -225,8 +236,11 @@ fn errors(receivers: &Receivers, objects: &[Object], order: usize) -> Vec<f64> {
     };
     // Fields.
     let cut_fields: Vec<OcclusionField> = others.iter().map(|object| object.field.truncated(order).unwrap()).collect();
-    let placed: Vec<PlacedField<'_>> =
-        cut_fields.iter().zip(&others).map(|(field, object)| PlacedField { field, placement: object.placement }).collect();
+    let placed: Vec<PlacedField<'_>> = cut_fields
+        .iter()
+        .zip(&others)
+        .map(|(field, object)| PlacedField { field, placement: object.placement })
+        .collect();
     let fields = ShadowFields::new(order, &placed, ShadowFieldOptions::default()).unwrap();
     let by_fields = fields.visibility(&shadow_receivers.with_own_visibility(order, &own).unwrap()).unwrap();
     let mut errors = vec![error(&own), error(&by_fields)];
@@ -236,9 +250,7 @@ fn errors(receivers: &Receivers, objects: &[Object], order: usize) -> Vec<f64> {
             .flat_map(|object| {
                 let set = &object.sets[set];
                 let place = &object.placement;
-                (0..set.len()).map(|k| {
-                    Occluder::new(place.to_world(set.center(k)).map(|c| c as f32), set.radii()[k])
-                })
+                (0..set.len()).map(|k| Occluder::new(place.to_world(set.center(k)).map(|c| c as f32), set.radii()[k]))
             })
             .collect();
         errors.push(error(&products(receivers, &spheres, &own, order)));

@@ -188,7 +188,11 @@ impl SceneDescription {
         let lamps = json.lamps.iter().map(|lamp| {
             let name = one_line(&lamp.name);
             let within = |error: String| invalid(&place, format!("lamp `{name}`: {error}"));
-            lamp.described(name.clone(), |name| referenced_file(folder, name, allow_outside, &place).map_err(Into::into), within)
+            lamp.described(
+                name.clone(),
+                |name| referenced_file(folder, name, allow_outside, &place).map_err(Into::into),
+                within,
+            )
         });
         let lamps = lamps.collect::<Result<_, ShadowError>>()?;
         Ok(Self { still, entities, lamps })
@@ -313,7 +317,9 @@ mod tests {
             let text = GOOD.replace("\"entities\"", &format!("\"lamps\": [{text}], \"entities\""));
             read(&text).map(|scene| scene.lamps)
         };
-        let lamp = lamps(r#"{"name":"a","radius":0.5,"radiance":[1,2,3],"keys":[{"translation":[0,0,4]}]}"#).unwrap().remove(0);
+        let lamp = lamps(r#"{"name":"a","radius":0.5,"radiance":[1,2,3],"keys":[{"translation":[0,0,4]}]}"#)
+            .unwrap()
+            .remove(0);
         assert_eq!(lamp.source, LampSource::Shape(LampShape::Ball(0.5), Rgb::new(1.0, 2.0, 3.0)), "a ball");
         assert_eq!(lamp.track.at(3.0).translation(), [0.0, 0.0, 4.0], "its place");
         let lamp = lamps(r#"{"name":"a","size":[2,1],"two_sided":true}"#).unwrap().remove(0);

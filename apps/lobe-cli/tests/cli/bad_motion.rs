@@ -1,7 +1,7 @@
 //! Bad input of the commands for what moves: each is one line, and nothing is written.
 
 use lobe::sh::{Quantity, ShVec};
-use lobe::shadow::{Lamp, RadianceField, Rectangle, RadianceOptions, SphereSet, write_lamp, write_spheres};
+use lobe::shadow::{Lamp, RadianceField, RadianceOptions, Rectangle, SphereSet, write_lamp, write_spheres};
 
 use crate::harness::Dir;
 
@@ -95,7 +95,8 @@ fn lamps_of_descriptions_at_fault_are_refused_by_name() {
     ] {
         let dir = scene(&format!(r#","lamps":{lamps}"#));
         for mode in ["fields", "truth --samples 2"] {
-            let line = refused(&dir, &format!("render s.json {} --mode {mode}", RENDER.replace("--bake-samples 4 ", "")));
+            let line =
+                refused(&dir, &format!("render s.json {} --mode {mode}", RENDER.replace("--bake-samples 4 ", "")));
             assert!(line.contains(expected), "{lamps}: expected {expected:?} in: {line}");
         }
     }
@@ -122,7 +123,9 @@ fn lamps_light_pictures_of_every_mode_that_moves() {
     let (with, without) = (scene(&format!(r#","lamps":[{lamp}]"#)), scene(""));
     for mode in ["fields --bake-samples 64", "shexp --spheres 2 --bake-samples 64", "truth --samples 16"] {
         let mean = |dir: &Dir| {
-            let command = format!("render s.json --env bundled:sunset --order 2 --size 16x12 --bounces 0 --mode {mode} --quiet -o m.exr");
+            let command = format!(
+                "render s.json --env bundled:sunset --order 2 --size 16x12 --bounces 0 --mode {mode} --quiet -o m.exr"
+            );
             dir.lobe(&command).stdout();
             let (picture, _) = lobe::image::read_picture(dir.path("m.exr"), &Default::default()).unwrap();
             picture.pixels().iter().flatten().map(|c| f64::from(*c)).sum::<f64>() / picture.pixels().len() as f64

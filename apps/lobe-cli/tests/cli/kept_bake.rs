@@ -6,8 +6,10 @@ use crate::harness::Dir;
 
 /// A glTF file of a floor with a wall, which stand, and a triangle `far` from them, which an animation moves along x.
 fn gltf(dir: &Dir, far: f32) {
-    let floor = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
-    let wall = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 1.5, -1.0], [-1.0, 0.0, -1.0], [1.0, 1.5, -1.0], [-1.0, 1.5, -1.0]];
+    let floor =
+        [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]];
+    let wall =
+        [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 1.5, -1.0], [-1.0, 0.0, -1.0], [1.0, 1.5, -1.0], [-1.0, 1.5, -1.0]];
     let moving = [[0.0, 0.6, 0.0], [0.5, 0.6, 0.5], [0.5, 0.6, -0.5_f32]];
     let numbers = [floor.as_flattened(), wall.as_flattened(), moving.as_flattened()].concat();
     let animation = [0.0, 2.0, far, 0.0, 0.0, far + 1.0, 0.0, 0.0];

@@ -97,7 +97,9 @@ impl Emitter {
     pub(crate) fn write_into(&self, all: &mut Fingerprint) {
         let numbers = match self.shape {
             EmitterShape::Ball { center, radius } => [center, [radius; 3], [0.0; 3], [0.0; 3]],
-            EmitterShape::Rectangle { corner, u, v, two_sided } => [corner, u, v, [1.0 + f64::from(u8::from(two_sided)); 3]],
+            EmitterShape::Rectangle { corner, u, v, two_sided } => {
+                [corner, u, v, [1.0 + f64::from(u8::from(two_sided)); 3]]
+            }
         };
         numbers.as_flattened().iter().chain(&self.radiance.to_array()).for_each(|c| all.word(c.to_bits()));
     }

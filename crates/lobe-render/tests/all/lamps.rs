@@ -8,10 +8,8 @@ use lobe_render::{
     light_moving_scene, render_truth_with_emitters,
 };
 use lobe_scene::{Mesh, MeshParts, Scene, built_in};
-use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
-use lobe_shadow::{
-    FieldOptions, Key, Lamp, LampShape, Placement, RadianceField, Rectangle, SphereFitOptions, Track,
-};
+use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+use lobe_shadow::{FieldOptions, Key, Lamp, LampShape, Placement, RadianceField, Rectangle, SphereFitOptions, Track};
 
 const ORDER: usize = 6;
 
@@ -101,9 +99,8 @@ fn the_light_of_a_lamp_past_a_moving_ball_is_near_that_of_paths_to_the_lamp() {
             let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(method)).unwrap();
             for time in [0.0, 1.3] {
                 let expected = traced(&moving, time);
-                let [with, without] = [&moving, &alone].map(|scene| {
-                    off(&shading.exit_radiance(&scene.at(time).unwrap(), &dark()).unwrap(), &expected)
-                });
+                let [with, without] = [&moving, &alone]
+                    .map(|scene| off(&shading.exit_radiance(&scene.at(time).unwrap(), &dark()).unwrap(), &expected));
                 println!("{name}, {method:?} at {time} s: off by {with:.3}, by {without:.3} without shadows");
                 assert!(with < 0.16, "{name}, {method:?} at {time} s: off by {with} of the traced light");
                 assert!(without > 1.5 * with, "{name}, {method:?} at {time} s: {without} without shadows, {with} with");
@@ -159,7 +156,8 @@ fn pictures_with_lamps_are_near_their_truth() {
     let truth = truth.paths(PathOptions::default().bounces(0));
     let light = DistantLight::from_expansion(dark());
     let emitters = moment.emitters().unwrap();
-    let traced = render_truth_with_emitters(moment.scene(), moment.bvh(), &camera, &light, &emitters, &truth, Job::default());
+    let traced =
+        render_truth_with_emitters(moment.scene(), moment.bvh(), &camera, &light, &emitters, &truth, Job::default());
     let traced = traced.unwrap();
     let psnr = lobe_image::compare(found.picture.pixels(), traced.mean.pixels()).psnr;
     println!("{psnr:.1} dB");

@@ -26,7 +26,11 @@ fn cluster(count: usize, random: &mut Random) -> Vec<(Dir, f64)> {
 
 fn truth(spheres: &[(Dir, f64)]) -> ShVec<f64> {
     let cones: Vec<(Dir, f64)> = spheres.iter().map(|&(s, angle)| (s, angle.cos())).collect();
-    project(MOST, TRUTH_DEGREE, |s: Dir| if cones.iter().any(|(axis, cosine)| axis.dot(s) > *cosine) { 0.0 } else { 1.0 })
+    project(
+        MOST,
+        TRUTH_DEGREE,
+        |s: Dir| if cones.iter().any(|(axis, cosine)| axis.dot(s) > *cosine) { 0.0 } else { 1.0 },
+    )
 }
 
 #[test]
