@@ -5,7 +5,7 @@ use lobe_shadow::{BatchExponential, LogTable, LogTableOptions};
 use lobe_testkit::Random;
 
 /// Degree of the quadrature of the truth.
-const TRUTH_DEGREE: usize = 160;
+const TRUTH_DEGREE: usize = 120;
 
 /// The most bands.
 const MOST: usize = 6;
@@ -35,8 +35,8 @@ fn truth(spheres: &[(Dir, f64)]) -> ShVec<f64> {
 
 #[test]
 fn exponentials_of_8_to_512_spheres_are_no_worse_than_what_was_measured_for_16() {
-    const CLUSTERS: usize = 4;
-    for count in [8, 16, 32, 128, 512] {
+    const CLUSTERS: usize = 2;
+    for count in [8, 32, 128, 512] {
         let mut random = Random::new(5);
         let clusters: Vec<_> = (0..CLUSTERS).map(|_| cluster(count, &mut random)).collect();
         let truths: Vec<_> = clusters.iter().map(|spheres| truth(spheres)).collect();
