@@ -137,8 +137,10 @@ fn a_skinned_figure_is_lit_by_the_spheres_of_its_joints() {
 
 #[test]
 fn the_shadows_of_a_walking_figure_are_near_traced_paths_at_all_times_of_its_walk() {
+    // Fewer spheres are thicker than the limbs that they stand for (example `skins`).
+    let spheres = SphereFitOptions::default().count(64).samples(2000).rounds(4);
     let mut moving = MovingScene::animated(built_in::walking_figure(16), Some(0)).unwrap();
-    moving.bake(MovingMethod::Exponentials, &options(), Job::default()).unwrap();
+    moving.bake(MovingMethod::Exponentials, &options().spheres(spheres), Job::default()).unwrap();
     let alone = moving.without_occluders();
     let light = sky();
     let distant = DistantLight::from_expansion(light.clone());
@@ -156,7 +158,7 @@ fn the_shadows_of_a_walking_figure_are_near_traced_paths_at_all_times_of_its_wal
             lobe_image::compare(lit.unwrap().picture.pixels(), truth.mean.pixels()).psnr
         });
         println!("at {time} s: {with:.1} dB by spheres, {without:.1} dB without");
-        assert!(with > 30.0 && with > without + 3.0, "at {time} s: {with} dB by spheres, {without} dB without");
+        assert!(with > 37.5 && with > without + 1.0, "at {time} s: {with} dB by spheres, {without} dB without");
     }
 }
 
