@@ -198,13 +198,12 @@ fn traced(bvh: &Bvh, positions: &[[f32; 3]], normals: &[[f32; 3]]) -> (Vec<f32>,
         let (mut seen, mut sum) = (vec![0.0; MOST * MOST], 0.0);
         for s in &directions {
             let towards = s.to_array().map(|c| c as f32);
+            if bvh.is_occluded(&Ray::new(origin, towards)) {
+                continue;
+            }
             let cosine: f32 = (0..3).map(|k| n[k] * towards[k]).sum();
-            if cosine > 0.0 && !bvh.is_occluded(&Ray::new(origin, towards)) {
-                sum += weight * sky(*s) * f64::from(cosine);
-            }
-            if !bvh.is_occluded(&Ray::new(origin, towards)) {
-                seen.iter_mut().zip(eval_basis(*s, MOST)).for_each(|(v, y)| *v += weight * y);
-            }
+            sum += weight * sky(*s) * f64::from(cosine.max(0.0));
+            seen.iter_mut().zip(eval_basis(*s, MOST)).for_each(|(v, y)| *v += weight * y);
         }
         visibility.extend(seen.iter().map(|v| *v as f32));
         irradiance.push(sum);
