@@ -62,9 +62,10 @@
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
-//! | scenes that move | [`MovingScene`], its [`MovingPart`]s, [`Moment`], [`Moments`]; [`light_moving_scene`] by [`MovingShading`] |
-//! | what is baked of them | [`MovingBakeOptions`], [`PartBake`]; what stands still in a room [`VisibilityGrid`] |
+//! | scenes that move | [`MovingScene`], its [`MovingPart`]s and [`MovingLamp`]s, [`Moment`], [`Moments`]; [`light_moving_scene`] by [`MovingShading`] |
+//! | what is baked of them | [`MovingBakeOptions`], [`PartBake`], [`KeptVertices`]; what stands still in a room [`VisibilityGrid`] |
 //! | scenes without transfer | [`light_by_irradiance`] |
+//! | lamps for paths | [`Emitter`], [`render_truth_with_emitters`] |
 //! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | a traced picture from its file, with its variance | [`read_traced_picture`], [`TracedPicture`] |
 //!
@@ -97,9 +98,11 @@ pub use mapping_gallery::reflection_space::{BruteForceReflection, ReflectionSpac
 pub use mapping_gallery::solid::Solid;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
+pub use moving::keep_transfer::KeptVertices;
 pub use moving::moment::Moment;
 pub use moving::moments::Moments;
 pub use moving::moving_bake::{MovingBakeOptions, PartBake, PartBakeKind};
+pub use moving::moving_lamp::MovingLamp;
 pub use moving::moving_options::{MovingMethod, MovingOptions};
 pub use moving::moving_part::{Motion, MovingPart};
 pub use moving::moving_picture::light_moving_scene;
@@ -107,9 +110,10 @@ pub use moving::moving_scene::MovingScene;
 pub use moving::moving_shading::MovingShading;
 pub use moving::visibility_grid::{VisibilityGrid, VisibilityGridOptions};
 pub use path_tracer::distant_light::DistantLight;
+pub use path_tracer::emitter::Emitter;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
-pub use path_tracer::reference::{Truth, TruthOptions, render_truth};
+pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_with_emitters};
 pub use path_tracer::truth_exr::{TracedPicture, read_traced_picture, read_traced_picture_bytes};
 pub use plot::ball::Ball;
 pub use plot::balloon::Balloon;

@@ -6,6 +6,9 @@
 //! its spheres shrink to their own points; whether half the spheres do no worse; and time and rounds of the
 //! variational fit.
 
+#[path = "../tests/all/shapes/mod.rs"]
+mod shapes;
+
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -22,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scenes.push((Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into_owned(), scene));
     }
     scenes.push(("torus".to_owned(), torus()?));
-    scenes.push(("star".to_owned(), star()?));
+    scenes.push(("star".to_owned(), shapes::prongs()));
     println!(
         "mesh        n  variational  medial n  medial 2n  half suffice  shrunk n  shrunk 2n  half suffice  seconds  rounds  certainty"
     );
@@ -67,22 +70,6 @@ fn torus() -> Result<Scene, Box<dyn Error>> {
             let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
             parts.triangles.extend([[a, b, c], [a, c, d]]);
         }
-    }
-    scene(parts)
-}
-
-/// A star of five prongs: a ring of ten points, alternately far and near, between two tips on the z axis.
-fn star() -> Result<Scene, Box<dyn Error>> {
-    let mut parts = MeshParts { name: "star".to_owned(), ..MeshParts::default() };
-    parts.positions = vec![[0.0, 0.0, 0.3], [0.0, 0.0, -0.3]];
-    for i in 0..10 {
-        let (sin, cos) = (TAU * f64::from(i) / 10.0).sin_cos();
-        let r = if i % 2 == 0 { 1.0 } else { 0.4 };
-        parts.positions.push([r * cos, r * sin, 0.0].map(|x| x as f32));
-    }
-    for i in 0..10 {
-        let (a, b) = (2 + i, 2 + (i + 1) % 10);
-        parts.triangles.extend([[0, a, b], [1, b, a]]);
     }
     scene(parts)
 }

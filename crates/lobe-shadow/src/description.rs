@@ -6,10 +6,11 @@
 //!   "entities": [
 //!     { "name": "ball", "mesh": "ball.glb", "field": "ball.field.safetensors", "spheres": "ball.spheres.safetensors",
 //!       "keys": [ { "time": 0, "translation": [0, 0, 1], "rotation": [0, 0, 0, 1], "scale": 1 } ] },
-//!     { "name": "fox", "mesh": "fox.glb", "animation": "Walk", "loop": true, "keys": [ { "translation": [2, 0, 0] } ] } ] }
+//!     { "name": "fox", "mesh": "fox.glb", "animation": "Walk", "loop": true, "keys": [ { "translation": [2, 0, 0] } ] } ],
+//!   "lamps": [ { "name": "bulb", "radius": 0.2, "radiance": [9, 8, 7], "keys": [ { "translation": [0, 0, 3] } ] } ] }
 //! ```
 //!
-//! What stands still is the name of a file, an object with `mesh` and `field`, or a list of such. What may be left out: `still`,
+//! What stands still is the name of a file, an object with `mesh` and `field`, or a list of such. What may be left out: `still`, `lamps`,
 //! all of an entity but its name and mesh, and of a key all but what differs from resting at the origin at time 0. An
 //! `animation` is that of a glTF file, by name or number; the keys then move the animated whole. Translations and rotations, unit
 //! quaternions x, y, z, w, are in Lobe's frame, z up; files are named relative to the description.
@@ -19,10 +20,11 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 use lobe_scene::referenced_file;
-use lobe_sh::Rotation;
 use serde::Deserialize;
 
-use crate::{Key, Placement, ShadowError, Track};
+use crate::lamp_description::{LampJson, MAX_LAMPS};
+use crate::track_json::{KeyJson, track_of};
+use crate::{LampDescription, ShadowError, Track};
 
 /// The format that a description names, and the version that is read.
 const FORMAT: &str = "lobe-scene";
@@ -34,11 +36,6 @@ const MAX_BYTES: u64 = 1 << 24;
 /// The most parts, still ones and entities. Each is read from a file of its own, and hides the sky from all others.
 const MAX_PARTS: usize = 1 << 14;
 
-/// The largest coordinate and time of a key, as of vertices, and the range of scales: what is taken to a place and back stays
-/// in the range of `f32`.
-const LARGEST: f64 = 1e15;
-const SCALES: [f64; 2] = [1e-15, 1e15];
-
 /// A scene whose entities are files of their own.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -47,6 +44,8 @@ pub struct SceneDescription {
     pub still: Vec<StillDescription>,
     /// What moves.
     pub entities: Vec<EntityDescription>,
+    /// What shines near by.
+    pub lamps: Vec<LampDescription>,
 }
 
 /// What stands still in a [`SceneDescription`].
@@ -88,6 +87,8 @@ struct SceneJson {
     still: Option<StillsJson>,
     #[serde(default)]
     entities: Vec<EntityJson>,
+    #[serde(default)]
+    lamps: Vec<LampJson>,
 }
 
 /// One or several.
@@ -141,21 +142,6 @@ struct EntityJson {
     keys: Vec<KeyJson>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct KeyJson {
-    time: f64,
-    translation: [f64; 3],
-    rotation: [f64; 4],
-    scale: f64,
-}
-
-impl Default for KeyJson {
-    fn default() -> Self {
-        Self { time: 0.0, translation: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0], scale: 1.0 }
-    }
-}
-
 impl SceneDescription {
     /// Reads a description. The files that it names are not opened, but they must be there, and within its folder unless
     /// `allow_outside`.
@@ -199,7 +185,17 @@ impl SceneDescription {
             })
         });
         let entities = entities.collect::<Result<_, ShadowError>>()?;
-        Ok(Self { still, entities })
+        let lamps = json.lamps.iter().map(|lamp| {
+            let name = one_line(&lamp.name);
+            let within = |error: String| invalid(&place, format!("lamp `{name}`: {error}"));
+            lamp.described(
+                name.clone(),
+                |name| referenced_file(folder, name, allow_outside, &place).map_err(Into::into),
+                within,
+            )
+        });
+        let lamps = lamps.collect::<Result<_, ShadowError>>()?;
+        Ok(Self { still, entities, lamps })
     }
 }
 
@@ -251,35 +247,10 @@ fn parse(bytes: &[u8], place: &str) -> Result<SceneJson, ShadowError> {
         }
         _ => {}
     }
+    if json.lamps.len() > MAX_LAMPS {
+        return Err(invalid(place, format!("expected at most {MAX_LAMPS} lamps, found {}", json.lamps.len())));
+    }
     Ok(json)
-}
-
-fn track_of(keys: &[KeyJson]) -> Result<Track, String> {
-    let mut checked = Vec::with_capacity(keys.len().max(1));
-    for (index, key) in keys.iter().enumerate() {
-        let at = |message: String| format!("key {index}: {message}");
-        if !(-LARGEST..=LARGEST).contains(&key.time) {
-            return Err(at(format!("expected a time of at most {LARGEST:e} seconds, found {:e}", key.time)));
-        }
-        if !key.translation.iter().all(|t| t.abs() <= LARGEST) {
-            return Err(at(format!("expected a translation of at most {LARGEST:e}, found {:?}", key.translation)));
-        }
-        if key.scale <= 0.0 {
-            return Err(at(format!("expected a positive scale, found {}", key.scale)));
-        }
-        if !(SCALES[0]..=SCALES[1]).contains(&key.scale) {
-            return Err(at(format!("expected a scale from {:e} to {:e}, found {:e}", SCALES[0], SCALES[1], key.scale)));
-        }
-        let rotation = Rotation::from_quaternion(key.rotation).map_err(|error| at(error.to_string()))?;
-        checked.push(Key { time: key.time, placement: Placement::new(key.translation, rotation, key.scale) });
-    }
-    if checked.is_empty() {
-        return Ok(Track::resting(Placement::new([0.0; 3], Rotation::IDENTITY, 1.0)));
-    }
-    Track::new(checked).map_err(|error| match error {
-        ShadowError::Invalid { message, .. } => message,
-        other => other.to_string(),
-    })
 }
 
 fn invalid(place: &str, message: String) -> ShadowError {
@@ -295,7 +266,10 @@ fn one_line(text: &str) -> String {
 mod tests {
     use std::fs;
 
+    use lobe_sh::Rgb;
+
     use super::*;
+    use crate::{LampShape, LampSource};
 
     const GOOD: &str = r#"{ "format": "lobe-scene", "version": 1, "entities": [ { "name": "ball", "mesh": "built-in:ball",
         "keys": [ { "translation": [0, 0, 1] }, { "time": 2, "translation": [4, 0, 1], "scale": 2 } ] } ] }"#;
@@ -335,6 +309,46 @@ mod tests {
             let entity = read(&text).unwrap().entities.remove(0);
             assert_eq!((entity.animation.as_deref(), entity.is_looped), (Some(expected), true), "{given}");
         }
+    }
+
+    #[test]
+    fn lamps_are_shapes_or_files() {
+        let lamps = |text: &str| {
+            let text = GOOD.replace("\"entities\"", &format!("\"lamps\": [{text}], \"entities\""));
+            read(&text).map(|scene| scene.lamps)
+        };
+        let lamp = lamps(r#"{"name":"a","radius":0.5,"radiance":[1,2,3],"keys":[{"translation":[0,0,4]}]}"#)
+            .unwrap()
+            .remove(0);
+        assert_eq!(lamp.source, LampSource::Shape(LampShape::Ball(0.5), Rgb::new(1.0, 2.0, 3.0)), "a ball");
+        assert_eq!(lamp.track.at(3.0).translation(), [0.0, 0.0, 4.0], "its place");
+        let lamp = lamps(r#"{"name":"a","size":[2,1],"two_sided":true}"#).unwrap().remove(0);
+        let panel = LampShape::Rectangle(crate::Rectangle::upright([2.0, 1.0], true));
+        assert_eq!(lamp.source, LampSource::Shape(panel, Rgb::new(1.0, 1.0, 1.0)), "a panel");
+        for (text, expected) in [
+            (r#"{"name":"a"}"#, "lamp `a`: expected one of `file`, `radius` and `size`"),
+            (r#"{"radius":1}"#, "missing field `name`"),
+            (r#"{"name":"a","radius":1,"size":[1,1]}"#, "expected one of `file`, `radius` and `size`, found several"),
+            (r#"{"name":"a","radius":1,"file":"scene.json"}"#, "expected one of `file`, `radius` and `size`"),
+            (r#"{"name":"a","radius":0}"#, "lamp `a`: expected a radius from 1e-15 to 1e15, found 0e0"),
+            (r#"{"name":"a","radius":-1}"#, "found -1e0"),
+            (r#"{"name":"a","radius":NaN}"#, "expected a description"),
+            (r#"{"name":"a","radius":1e999}"#, "expected a description"),
+            (r#"{"name":"a","size":[1,0]}"#, "a height from 1e-15"),
+            (r#"{"name":"a","size":[1]}"#, "lamps[0].size"),
+            (r#"{"name":"a","radius":1,"two_sided":true}"#, "a sphere, which has one side"),
+            (r#"{"name":"a","radius":1,"radiance":[1,-1,1]}"#, "expected a radiance from 0 to 1e15"),
+            (r#"{"name":"a","file":"scene.json","radiance":[1,1,1]}"#, "beside a `radius` or a `size`"),
+            (r#"{"name":"a","radius":1,"keys":[{"scale":0}]}"#, "lamp `a`: key 0: expected a positive scale"),
+            (r#"{"name":"a","file":"none.safetensors"}"#, "none.safetensors"),
+            (r#"{"name":"a","file":"../x.safetensors"}"#, "outside of its folder"),
+        ] {
+            let message = lamps(text).unwrap_err().to_string();
+            assert!(message.contains(expected) && !message.contains('\n'), "expected {expected:?} in: {message}");
+        }
+        let many = vec![r#"{"name":"a","radius":1}"#; MAX_LAMPS + 1].join(",");
+        let message = lamps(&many).unwrap_err().to_string();
+        assert!(message.ends_with("expected at most 256 lamps, found 257"), "{message}");
     }
 
     #[test]

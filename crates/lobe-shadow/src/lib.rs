@@ -8,7 +8,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | where an entity is | [`Placement`], [`relative_placement`]; over time [`Track`] |
-//! | scenes of entities in files | [`SceneDescription`] |
+//! | scenes of entities in files | [`SceneDescription`], its [`LampDescription`]s |
 //! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`FieldOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
 //! | visibility of an entity's own surface | [`bake_visibility`] |
@@ -28,10 +28,12 @@ mod accumulate;
 mod description;
 mod error;
 mod field;
+mod lamp_description;
 mod placement;
 mod receivers;
 mod spheres;
 mod track;
+mod track_json;
 
 pub use accumulate::batch_exponential::BatchExponential;
 pub use accumulate::bounce::Bounce;
@@ -52,6 +54,7 @@ pub use field::lamp_file::{read_lamp, read_lamp_bytes, write_lamp};
 pub use field::occlusion_field::OcclusionField;
 pub use field::radiance_field::{PatchField, RadianceField, RadianceOptions, Rectangle};
 pub use field::shadow_fields::{LocalLight, PlacedField, ShadowFieldOptions, ShadowFields, relative_placement};
+pub use lamp_description::{LampDescription, LampShape, LampSource};
 pub use placement::Placement;
 pub use receivers::ShadowReceivers;
 pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};

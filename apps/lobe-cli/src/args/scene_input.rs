@@ -144,18 +144,17 @@ impl SceneInput {
     pub(crate) fn read_in_motion(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<AnimatedScene> {
         self.check_options()?;
         let name = self.name();
-        if GltfPeek::at(&self.path).is_baked() {
-            if self.transparency {
-                bail!("--transparency: {name} is baked, with or without; render the scene it was baked from");
-            }
-            talk.note(
-                &name,
-                "its transfer is of the scene as it stands and not used: parts that move are baked by themselves",
-            );
+        if self.is_baked() && self.transparency {
+            bail!("--transparency: {name} is baked, with or without; render the scene it was baked from");
         }
         let (animated, report) = AnimatedScene::read(&self.path, &self.options(memory))?;
         tell(&report, &name, talk);
         Ok(animated)
+    }
+
+    /// Whether this is a glTF file that carries transfer.
+    pub(crate) fn is_baked(&self) -> bool {
+        self.is_gltf() && GltfPeek::at(&self.path).is_baked()
     }
 
     /// Whether this is a glTF file whose animations, skins or morph targets change how the scene stands. Of one that cannot be

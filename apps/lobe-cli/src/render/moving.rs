@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use lobe::prt::{AlbedoMode, BakeOptions};
+use lobe::prt::{AlbedoMode, BakeOptions, Baked, read_baked};
 use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, VisibilityGridOptions};
 use lobe::scene::AnimatedScene;
 use lobe::sh::ExpMethod;
@@ -37,6 +37,50 @@ pub(crate) struct Prepared {
     pub(crate) shading: MovingShading,
     /// The files of its bakes.
     pub(crate) kept: Vec<Checkpoint>,
+}
+
+/// What is asked of the bakes of parts.
+pub(crate) struct AskedBake {
+    pub(crate) order: Option<usize>,
+    pub(crate) bounces: Option<usize>,
+}
+
+impl AskedBake {
+    /// Keeps the transfer of a baked file for what stands still in it, if it is as asked.
+    fn keep(
+        &self,
+        moving: &mut MovingScene,
+        input: &SceneInput,
+        memory: &MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<()> {
+        let name = input.name();
+        let Baked { recipe, transfer, .. } = read_baked(input.path(), &input.checked_options(memory)?)?;
+        let options = recipe.bake_options();
+        let not_used = if recipe.straight_through == Some(true) {
+            Some("light goes straight through surfaces in it".to_owned())
+        } else if self.order.is_some_and(|order| order > transfer.order()) {
+            Some(format!("it has {} bands, fewer than --order", transfer.order()))
+        } else if self.bounces.is_some_and(|bounces| bounces != options.bounces) {
+            Some(format!("it has {} reflections, not those of --bounces", options.bounces))
+        } else {
+            None
+        };
+        let text = match not_used {
+            Some(why) => format!("its transfer is not used: {why}; all parts are baked"),
+            None => match moving.keep_transfer(&transfer, &options) {
+                Some(found) if found.kept == found.still => return Ok(()),
+                Some(found) => format!(
+                    "{} of {} vertices that stand still keep their transfer; the others are near what moves, whose shadow was \
+                     baked into them: they are baked without it",
+                    found.kept, found.still
+                ),
+                None => "its transfer is not used: nothing in it stands still; all parts are baked".to_owned(),
+            },
+        };
+        talk.note(&name, &text);
+        Ok(())
+    }
 }
 
 /// Options of scenes that move.
@@ -151,9 +195,19 @@ impl MovingInput {
         self.fps.unwrap_or(FRAMES_PER_SECOND).recip()
     }
 
-    /// Reads or makes the scene.
-    pub(crate) fn read(&self, input: &SceneInput, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<MovingScene> {
-        Ok(self.read_once(input, memory, talk)?.looped(self.is_looped))
+    /// Reads or makes the scene. If bakes of it are of use, and a baked file holds some, it brings along those that suit.
+    pub(crate) fn read(
+        &self,
+        input: &SceneInput,
+        bake: Option<&AskedBake>,
+        memory: &MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<MovingScene> {
+        let mut moving = self.read_once(input, memory, talk)?.looped(self.is_looped);
+        if let Some(bake) = bake.filter(|_| input.is_baked()) {
+            bake.keep(&mut moving, input, memory, talk)?;
+        }
+        Ok(moving)
     }
 
     fn read_once(&self, input: &SceneInput, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<MovingScene> {
@@ -228,6 +282,7 @@ impl MovingInput {
         if self.sphere_bounce {
             moving.color_spheres();
         }
+        moving.bake_lamps(transfer.order)?;
         for name in moving.hides_nothing(method) {
             keep.talk.note(name, "encloses no volume and changes its shape: it hides no light from other parts");
         }

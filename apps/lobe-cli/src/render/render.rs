@@ -7,9 +7,9 @@ use clap::{Args, ValueEnum};
 use lobe::io::{Job, Progress};
 use lobe::prt::{BakeMode, BakeOptions, Transfer};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, GlossyLobe, MovingMethod, MovingScene, MovingShading, PathOptions, RenderError,
-    SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene,
-    render_truth,
+    BakedScene, Camera, DistantLight, Emitter, GlossyLobe, MovingMethod, MovingScene, MovingShading, PathOptions,
+    RenderError, SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance,
+    light_moving_scene, render_truth_with_emitters,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
@@ -19,7 +19,7 @@ use crate::args::scene_input::SceneInput;
 use crate::args::values;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{LightInput, ReadLight};
-use crate::render::moving::{Keep, MovingInput, Prepared};
+use crate::render::moving::{AskedBake, Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
 use crate::render::transfer::{Asked, parse_lobe};
 use crate::render::view::ViewInput;
@@ -201,6 +201,8 @@ struct Work<'a> {
     light: &'a ReadLight,
     /// None where the light is used as it was given.
     expansion: Option<ShVec<Rgb<f64>>>,
+    /// Of the moment that was shaded before.
+    tree: Option<Bvh>,
 }
 
 /// How one picture is lit.
@@ -223,7 +225,7 @@ impl Render {
         let order = stage.order();
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
         let expansion = is_expansion.then(|| self.light.expansion(&light, order));
-        let mut work = Work { stage, camera, light: &light, expansion };
+        let mut work = Work { stage, camera, light: &light, expansion, tree: None };
         let is_range = self.pictures.is_range();
         let frames = Frames {
             pictures: &self.pictures,
@@ -267,7 +269,9 @@ impl Render {
     }
 
     fn moving_stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
-        let mut moving = self.moving.read(&self.scene, &self.memory, talk)?;
+        let asked = AskedBake { order: self.light.order(), bounces: self.bounces };
+        let asked = self.moving_method().map(|_| asked);
+        let mut moving = self.moving.read(&self.scene, asked.as_ref(), &self.memory, talk)?;
         let name = self.scene.name();
         let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.moving.time_of(self.pictures.frame(k))).collect();
         if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {
@@ -293,14 +297,14 @@ impl Render {
 
     fn render(&self, work: &mut Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
         let lit = self.lit(work, turn);
-        let Work { stage, camera, .. } = work;
+        let Work { stage, camera, tree, .. } = work;
         match stage {
-            Stage::Plain(scene, bvh) if self.mode == Mode::Truth => self.traced(scene, bvh, camera, &lit, job),
+            Stage::Plain(scene, bvh) if self.mode == Mode::Truth => self.traced((scene, bvh), &[], camera, &lit, job),
             Stage::Moving(moving, None) => {
                 let moment = moving.at(time)?;
-                self.traced(moment.scene(), moment.bvh(), camera, &lit, job)
+                self.traced((moment.scene(), moment.bvh()), &moment.emitters()?, camera, &lit, job)
             }
-            Stage::Moving(moving, Some(shading)) => self.shaded(moving, shading, time, camera, &lit, job),
+            Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
             Stage::Plain(scene, bvh) => {
                 let background = |s: Dir| lit.shown.radiance(s);
                 light_by_irradiance(scene, bvh, lit.light(), camera, &self.view_options(), background, job)
@@ -329,20 +333,21 @@ impl Render {
 
     fn traced(
         &self,
-        scene: &Scene,
-        bvh: &Bvh,
+        (scene, bvh): (&Scene, &Bvh),
+        emitters: &[Emitter],
         camera: &Camera,
         lit: &Lit,
         job: Job<'_>,
     ) -> Result<Rendered, RenderError> {
-        let truth = render_truth(scene, bvh, camera, &lit.shown, &self.truth_options(), job)?;
+        let options = self.truth_options();
+        let truth = render_truth_with_emitters(scene, bvh, camera, &lit.shown, emitters, &options, job)?;
         Ok(Rendered::Traced(Box::new(truth)))
     }
 
-    /// A moment of a scene that moves, the backs that it shows baked before.
+    /// A moment of a scene that moves, the backs that it shows baked before; its tree is that of the moment before, refit.
     fn shaded(
         &self,
-        moving: &mut MovingScene,
+        (moving, tree): (&mut MovingScene, &mut Option<Bvh>),
         shading: &MovingShading,
         time: f64,
         camera: &Camera,
@@ -352,14 +357,18 @@ impl Render {
         let view = self.view_options();
         // The line of progress is that of the picture.
         let mut quiet = |_: &Progress| job.report(&Progress { total: 1, ..Progress::default() });
-        let seen = MovingScene::backs_in_view(&moving.at(time)?, camera, &view, Job::default().watched_by(&mut quiet))?;
+        let mut moment = moving.at_with(time, tree.take())?;
+        let seen = MovingScene::backs_in_view(&moment, camera, &view, Job::default().watched_by(&mut quiet))?;
         if !seen.is_empty() {
+            let bvh = moment.into_bvh();
             let bake = self.bake_options(moving).order(shading.order());
             moving.bake_backs(&seen, &bake, Job::default().watched_by(&mut quiet))?;
+            moment = moving.at_with(time, Some(bvh))?;
         }
         let background = |s: Dir| lit.shown.radiance(s);
-        light_moving_scene(&moving.at(time)?, shading, lit.light(), camera, &view, background, job)
-            .map(Rendered::Shaded)
+        let shaded = light_moving_scene(&moment, shading, lit.light(), camera, &view, background, job)?;
+        *tree = Some(moment.into_bvh());
+        Ok(Rendered::Shaded(shaded))
     }
 
     fn truth_options(&self) -> TruthOptions {

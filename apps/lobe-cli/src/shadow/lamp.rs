@@ -155,12 +155,7 @@ impl LampCommand {
     fn rectangle(&self, talk: Talk) -> anyhow::Result<(Lamp, usize)> {
         let [width, height] = self.size.context("a rectangle has a --size")?;
         // The first row is on top; pixels are mirrored, as `u × v` of rows to the right would point away from who looks.
-        let rectangle = Rectangle {
-            corner: [0.5 * width, 0.5 * height, 0.0],
-            u: [-width, 0.0, 0.0],
-            v: [0.0, -height, 0.0],
-            two_sided: self.two_sided,
-        };
+        let rectangle = Rectangle::upright([width, height], self.two_sided);
         let patches = if self.pictures.is_empty() { [1, 1] } else { self.patches.unwrap_or([8, 8]) };
         let field = PatchField::bake(&rectangle, patches, &self.options(), Job::default())?;
         if self.pictures.is_empty() {

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
 mod bad_input;
+mod bad_motion;
 mod bad_usage;
 mod bake;
 mod bake_killed;
@@ -14,6 +15,7 @@ mod encodings;
 mod env;
 mod guide;
 mod harness;
+mod kept_bake;
 mod lamp;
 mod light;
 mod manual;

@@ -1,14 +1,18 @@
 //! Scenes that move: their parts, each with its place over time, and pictures of a moment.
 //!
-//! Read `moving_part` and `moving_scene` first, then `moment`, the scene at one time, and `moments`,
-//! one after the other; `read_moving` reads descriptions,
+//! Read `moving_part`, `moving_lamp` and `moving_scene` first, then `moment`, the scene at one time, and `moments`,
+//! one after the other; `read_moving` reads descriptions, `keep_transfer` takes over what a file holds (`kept_transfer`),
 //! `moving_bake` makes what parts lack, `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture`
 //! shows it. The others are steps of these: `visibility_grid` in the `swept_box`, `sphere_joints` and `sphere_albedo`,
-//! `part_backs`, and `part_light`. Uses `camera` and `scene_view`.
+//! `part_backs`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
 
+pub(crate) mod keep_transfer;
+mod kept_transfer;
+mod lamp_light;
 pub(crate) mod moment;
 pub(crate) mod moments;
 pub(crate) mod moving_bake;
+pub(crate) mod moving_lamp;
 pub(crate) mod moving_options;
 pub(crate) mod moving_part;
 pub(crate) mod moving_picture;

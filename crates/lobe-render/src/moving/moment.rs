@@ -4,7 +4,8 @@ use lobe_scene::{Bvh, Entity, PosedScene, Scene};
 use lobe_sh::{Rgb, Rotation};
 use lobe_shadow::{Placement, SphereSet, WorldSphere};
 
-use crate::{MovingPart, RenderError};
+use crate::moving::moving_lamp::PlacedLamp;
+use crate::{Emitter, MovingPart, RenderError};
 
 /// A [`MovingScene`](crate::MovingScene) at one time: its triangles in the world, and where its parts are.
 #[derive(Clone, Debug)]
@@ -13,6 +14,7 @@ pub struct Moment<'a> {
     scene: Scene,
     bvh: Bvh,
     pub(crate) placed: Vec<PlacedPart>,
+    pub(crate) lamps: Vec<PlacedLamp<'a>>,
 }
 
 /// A part where it is.
@@ -38,8 +40,13 @@ pub(crate) struct Surface {
 
 impl<'a> Moment<'a> {
     /// The parts, their triangles in the world with a tree over them, and where each part is.
-    pub(crate) fn new(parts: &'a [MovingPart], (scene, bvh): (Scene, Bvh), placed: Vec<PlacedPart>) -> Self {
-        Self { parts, scene, bvh, placed }
+    pub(crate) fn new(
+        parts: &'a [MovingPart],
+        (scene, bvh): (Scene, Bvh),
+        placed: Vec<PlacedPart>,
+        lamps: Vec<PlacedLamp<'a>>,
+    ) -> Self {
+        Self { parts, scene, bvh, placed, lamps }
     }
 
     /// The parts of the moving scene. Their vertices, one part after the other, are those of [`Moment::scene`].
@@ -60,8 +67,26 @@ impl<'a> Moment<'a> {
         &self.bvh
     }
 
-    /// The tree, to be refit for another moment.
-    pub(crate) fn into_bvh(self) -> Bvh {
+    /// The lamps, to be traced for a reference by [`render_truth_with_emitters`](crate::render_truth_with_emitters).
+    ///
+    /// # Errors
+    /// [`RenderError::Options`] if one came from a file: light around a lamp does not tell its shape.
+    pub fn emitters(&self) -> Result<Vec<Emitter>, RenderError> {
+        let emitter = |lamp: &PlacedLamp<'_>| {
+            let known = lamp.shape.map(|(shape, radiance)| Emitter::new(&shape, &lamp.placement, radiance));
+            known.ok_or_else(|| {
+                RenderError::Options(format!(
+                    "lamp `{}`: expected a shape that can be traced, found the light of a file; describe it by `radius` or `size`",
+                    lamp.name
+                ))
+            })
+        };
+        self.lamps.iter().map(emitter).collect()
+    }
+
+    /// The tree, to be [handed on](crate::MovingScene::at_with) to another moment.
+    #[must_use]
+    pub fn into_bvh(self) -> Bvh {
         self.bvh
     }
 }

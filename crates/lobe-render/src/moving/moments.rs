@@ -1,7 +1,5 @@
 //! Moments one after the other: of a picture after the other, the tree of one serves the next.
 
-use lobe_scene::Bvh;
-
 use crate::{Moment, MovingScene, RenderError};
 
 /// Moments of a [`MovingScene`], one at a time. The tree over the triangles is [refit](Bvh::update) from moment to moment, which
@@ -45,21 +43,8 @@ impl<'a> Moments<'a> {
     pub fn at(&mut self, time: f64) -> Result<&Moment<'a>, RenderError> {
         let moment = match self.last.take() {
             Some((last, moment)) if last == time => moment,
-            last => self.after(last.map(|(_, moment)| moment.into_bvh()), time)?,
+            last => self.scene.at_with(time, last.map(|(_, moment)| moment.into_bvh()))?,
         };
         Ok(&self.last.insert((time, moment)).1)
-    }
-
-    /// A moment, with the tree of another one.
-    fn after(&self, tree: Option<Bvh>, time: f64) -> Result<Moment<'a>, RenderError> {
-        let (scene, placed) = self.scene.placed_at(time)?;
-        let bvh = match tree {
-            Some(mut bvh) => {
-                bvh.update(&scene);
-                bvh
-            }
-            None => Bvh::new(&scene),
-        };
-        Ok(Moment::new(self.scene.parts(), (scene, bvh), placed))
     }
 }

@@ -9,7 +9,7 @@ use derive_setters::Setters;
 use lobe_io::Job;
 use lobe_prt::{AlbedoMode, BakeOptions, Receivers, bake, scene_hash};
 use lobe_scene::Bvh;
-use lobe_shadow::{FieldOptions, Solid, SphereFitOptions, bake_field, fit_spheres};
+use lobe_shadow::{FieldOptions, Lamp, RadianceOptions, Solid, SphereFitOptions, bake_field, fit_spheres};
 
 use crate::moving::part_backs::PartBacks;
 use crate::moving::sphere_albedo::sphere_albedos;
@@ -143,7 +143,8 @@ impl MovingScene {
             };
             for kind in transfer.into_iter().chain(hides) {
                 // Spheres of what is deformed are bound to its own joints.
-                let key = keys[index].clone().filter(|_| part.is_rigid() && kind != PartBakeKind::Visibility);
+                let is_shared = part.is_rigid() && kind != PartBakeKind::Visibility && part.kept.is_none();
+                let key = keys[index].clone().filter(|_| is_shared);
                 let found = key.map(|key| *known.entry((kind, key)).or_insert(bakes.len()));
                 match found.and_then(|bake| bakes.get_mut(bake)) {
                     Some(bake) => bake.parts.push(index),
@@ -172,9 +173,16 @@ impl MovingScene {
         let part = &self.parts()[of.parts[0]];
         match of.kind {
             PartBakeKind::Transfer => {
-                let receivers = Receivers::at_vertices(&part.scene)?;
-                let (transfer, _) = bake(&part.scene, &Bvh::new(&part.scene), &receivers, &options.transfer, job)?;
-                let (transfer, is_demodulated) = (Arc::new(transfer), options.transfer.albedo == AlbedoMode::None);
+                let (transfer, is_demodulated) = match &part.kept {
+                    Some(kept) => (kept.completed(&part.scene, job)?, kept.is_demodulated()),
+                    None => {
+                        let receivers = Receivers::at_vertices(&part.scene)?;
+                        let bvh = Bvh::new(&part.scene);
+                        let (transfer, _) = bake(&part.scene, &bvh, &receivers, &options.transfer, job)?;
+                        (transfer, options.transfer.albedo == AlbedoMode::None)
+                    }
+                };
+                let transfer = Arc::new(transfer);
                 self.share(of, |part| {
                     (part.transfer, part.is_demodulated) = (Some(Arc::clone(&transfer)), is_demodulated);
                 });
@@ -201,7 +209,8 @@ impl MovingScene {
         bake.parts.iter().for_each(|part| set(&mut self.parts_mut()[*part]));
     }
 
-    /// Does all bakes that are [lacking](Self::lacking), one after the other, and finds the color of all spheres. Files of fields,
+    /// Does all bakes that are [lacking](Self::lacking), one after the other, finds the color of all spheres, and makes the light of
+    /// lamps. Files of fields,
     /// spheres and transfer can be had beforehand.
     ///
     /// The steps of `job` are those of one bake after the other. Its file is the beginning of the names of one file for
@@ -221,7 +230,7 @@ impl MovingScene {
             self.bake_part(&bake, options, if let Some(file) = file { one.kept_in(file) } else { one })?;
         }
         self.color_spheres();
-        Ok(())
+        self.bake_lamps(options.transfer.order)
     }
 
     /// Finds the albedo of the surface that each sphere stands for, which [`MovingOptions::bounce`](crate::MovingOptions) needs;
@@ -233,6 +242,21 @@ impl MovingScene {
                 part.sphere_albedos = sphere_albedos(&part.scene, spheres);
             }
         }
+    }
+
+    /// Makes the light of lamps that are shapes and have none yet, or of fewer bands, on the default sample points.
+    ///
+    /// # Errors
+    /// [`RenderError::Shadow`] with those of [`LampShape::field`].
+    pub fn bake_lamps(&mut self, order: usize) -> Result<(), RenderError> {
+        for lamp in self.lamps_mut() {
+            let Some((shape, radiance)) = lamp.shape else { continue };
+            if lamp.lamp.as_ref().is_none_or(|lamp| lamp.order() < order) {
+                let field = shape.field(radiance, &RadianceOptions::default().order(order))?;
+                lamp.lamp = Some(Arc::new(Lamp::Still(field)));
+            }
+        }
+        Ok(())
     }
 
     /// Bakes the backs of vertices that a view shows ([`backs_in_view`](Self::backs_in_view)), beside those that are baked already:
@@ -264,22 +288,26 @@ impl MovingScene {
         Ok(())
     }
 
-    /// The least number of bands of the transfer and the fields that parts have already; none if there are none.
+    /// The least number of bands of the transfer and the fields that parts, and of the light that lamps, have already; none if there are none.
     #[must_use]
     pub fn order(&self) -> Option<usize> {
         let of_part = |part: &MovingPart| {
             let transfer = part.transfer.as_ref().map(|transfer| transfer.order());
+            let transfer = transfer.or(part.kept.as_ref().map(|kept| kept.order()));
             transfer.into_iter().chain(part.field.as_ref().map(|field| field.order())).min()
         };
-        self.parts().iter().filter_map(of_part).min()
+        let of_lamps = self.lamps().iter().filter_map(|lamp| lamp.lamp.as_ref().map(|lamp| lamp.order()));
+        self.parts().iter().filter_map(of_part).chain(of_lamps).min()
     }
 
-    /// Refuses more bands than the transfer and the fields have that parts have already.
+    /// Refuses more bands than the transfer, the fields and the light have that parts and lamps have already.
     ///
     /// # Errors
     /// [`RenderError::Options`] that says of which part.
     pub fn expect_order(&self, order: usize) -> Result<(), RenderError> {
-        expect_order(self.parts(), order)
+        expect_order(self.parts(), order)?;
+        let made = self.lamps().iter().filter(|lamp| lamp.shape.is_none());
+        made.map(|lamp| lamp.expect_order(order)).collect()
     }
 
     /// The most bytes that the bakes take, each with what those before it have left, and then a moment with its picture's vertices.
@@ -292,7 +320,12 @@ impl MovingScene {
             let vertices = vertex.saturating_mul(part.scene.vertex_count() as u64);
             vertices.saturating_add(TRIANGLE.saturating_mul(part.scene.triangle_count() as u64))
         });
-        bakes.chain(moment).fold(0, u64::saturating_add)
+        let lamps = self.lamps().iter().filter(|lamp| lamp.lamp.is_none()).map(|_| {
+            let RadianceOptions { spheres, cells, .. } = RadianceOptions::default();
+            let order = options.transfer.order;
+            (3 * size_of::<f32>() * order * (order + 1) * spheres * (cells + 1).pow(2)) as u64
+        });
+        bakes.chain(moment).chain(lamps).fold(0, u64::saturating_add)
     }
 }
 

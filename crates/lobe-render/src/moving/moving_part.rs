@@ -7,6 +7,7 @@ use lobe_scene::{Entity, Scene};
 use lobe_sh::Rgb;
 use lobe_shadow::{OcclusionField, SphereSet, Track};
 
+use crate::moving::kept_transfer::KeptTransfer;
 use crate::moving::part_backs::PartBacks;
 use crate::{MovingMethod, VisibilityGrid};
 
@@ -46,6 +47,8 @@ pub struct MovingPart {
     pub visibility: Option<Arc<VisibilityGrid>>,
     /// The albedo of what each sphere stands for; none until it is needed.
     pub(crate) sphere_albedos: Vec<Rgb<f32>>,
+    /// The transfer that a file holds of some vertices.
+    pub(crate) kept: Option<Arc<KeptTransfer>>,
     /// The transfer of the backs of some vertices.
     pub(crate) backs: Option<Arc<PartBacks>>,
 }
@@ -72,6 +75,7 @@ impl MovingPart {
             spheres: None,
             visibility: None,
             sphere_albedos: Vec::new(),
+            kept: None,
             backs: None,
         }
     }

@@ -7,7 +7,7 @@ use lobe_sh::Rotation;
 use lobe_shadow::{Placement, Track};
 
 use crate::moving::moment::{Moment, PlacedPart};
-use crate::{Motion, MovingPart, RenderError};
+use crate::{Motion, MovingLamp, MovingPart, RenderError};
 
 /// A scene whose parts move: entities that are files of their own, or those of an animated glTF file.
 ///
@@ -28,6 +28,7 @@ pub struct MovingScene {
     /// What moves the parts that are entities of a file, and which of its animations.
     animated: Option<(AnimatedScene, Option<usize>)>,
     carried: Vec<Carried>,
+    lamps: Vec<MovingLamp>,
     is_looped: bool,
 }
 
@@ -62,7 +63,7 @@ impl MovingScene {
                 "expected parts that move along tracks, found one of an animation".into(),
             ));
         }
-        Ok(Self { parts, animated: None, carried: Vec::new(), is_looped: false })
+        Ok(Self { parts, ..Self::without_parts() })
     }
 
     /// The entities of an animated scene, moved by one of its animations or as they stand: all that stands still is one
@@ -94,12 +95,12 @@ impl MovingScene {
             let still = scene.rest_pose()?.scene().part(still)?;
             parts.insert(0, MovingPart::new("still", still, Motion::Still));
         }
-        Ok(Self { parts, animated: Some((scene, animation)), carried: Vec::new(), is_looped: false })
+        Ok(Self { parts, animated: Some((scene, animation)), ..Self::without_parts() })
     }
 
     /// A scene to which parts are added.
     pub(crate) fn without_parts() -> Self {
-        Self { parts: Vec::new(), animated: None, carried: Vec::new(), is_looped: false }
+        Self { parts: Vec::new(), animated: None, carried: Vec::new(), lamps: Vec::new(), is_looped: false }
     }
 
     /// Adds a part that no animation moves.
@@ -141,6 +142,27 @@ impl MovingScene {
         alone
     }
 
+    /// The same scene with these lamps instead of its own. They light it beside the distant light, and are not seen themselves.
+    #[must_use]
+    pub fn with_lamps(self, lamps: Vec<MovingLamp>) -> Self {
+        Self { lamps, ..self }
+    }
+
+    /// The lamps.
+    #[must_use]
+    pub fn lamps(&self) -> &[MovingLamp] {
+        &self.lamps
+    }
+
+    pub(crate) fn lamps_mut(&mut self) -> &mut [MovingLamp] {
+        &mut self.lamps
+    }
+
+    /// The animated scene whose entities are the parts.
+    pub(crate) fn animated_scene(&self) -> Option<&AnimatedScene> {
+        self.animated.as_ref().map(|(scene, _)| scene)
+    }
+
     pub(crate) fn parts_mut(&mut self) -> &mut [MovingPart] {
         &mut self.parts
     }
@@ -151,7 +173,7 @@ impl MovingScene {
         carried.or(self.animated.as_ref().map(|(scene, _)| scene))
     }
 
-    /// The seconds from the first to the last key: of all tracks, or of the animation. `[0, 0]` if nothing moves.
+    /// The seconds from the first to the last key: of all tracks, those of lamps too, or of the animation. `[0, 0]` if nothing moves.
     #[must_use]
     pub fn span(&self) -> [f64; 2] {
         let of_animation =
@@ -163,7 +185,8 @@ impl MovingScene {
         let of_carried = self.carried.iter().flat_map(|carried| {
             [carried.track.span(), [0.0, carried.scene.animations()[carried.animation].duration()]]
         });
-        let spans = of_animation.chain(of_tracks).chain(of_carried);
+        let of_lamps = self.lamps.iter().map(|lamp| lamp.track.span());
+        let spans = of_animation.chain(of_tracks).chain(of_carried).chain(of_lamps);
         spans.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
@@ -204,9 +227,25 @@ impl MovingScene {
     /// [`RenderError::Scene`] with the errors of [`AnimatedScene::pose`] and [`Scene::joined`]; [`RenderError::Options`] if
     /// the time is not finite.
     pub fn at(&self, time: f64) -> Result<Moment<'_>, RenderError> {
+        self.at_with(time, None)
+    }
+
+    /// The same with the tree of another moment, which is [refit](Bvh::update): as [`MovingScene::moments`] does, for one who changes
+    /// the scene between.
+    ///
+    /// # Errors
+    /// As [`MovingScene::at`].
+    pub fn at_with(&self, time: f64, tree: Option<Bvh>) -> Result<Moment<'_>, RenderError> {
         let (scene, placed) = self.placed_at(time)?;
-        let bvh = Bvh::new(&scene);
-        Ok(Moment::new(&self.parts, (scene, bvh), placed))
+        let bvh = match tree {
+            Some(mut bvh) => {
+                bvh.update(&scene);
+                bvh
+            }
+            None => Bvh::new(&scene),
+        };
+        let lamps = self.lamps.iter().map(|lamp| lamp.placed_at(self.within(time))).collect::<Result<_, _>>()?;
+        Ok(Moment::new(&self.parts, (scene, bvh), placed, lamps))
     }
 
     /// The smallest box around the scene at a time, in the world: the corners of the smallest and of the largest coordinates.

@@ -7,6 +7,7 @@ use lobe_prt::Transfer;
 use lobe_sh::{Rgb, ShVec};
 use lobe_shadow::{LogTable, LogTableOptions, ShadowError};
 
+use crate::moving::lamp_light::LampLight;
 use crate::moving::moment::{PlacedPart, Surface};
 use crate::moving::moving_bake::expect_order;
 use crate::moving::part_light::{Hiding, PartLight, tinted};
@@ -26,6 +27,10 @@ const AT_ONCE: usize = 1 << 15;
 /// deformed have no transfer: there `T` is albedo/π times the clamped cosine, and the part's own spheres hide the sky too.
 /// Light that is reflected between parts is left out, but for what a baked part sends to itself, and
 /// [`MovingOptions::bounce`].
+///
+/// [Lamps](crate::MovingLamp) add `Σ_i S_i (V T)_i` each, with `S` their light there and `V` what is nearer than they leaves
+/// visible. `T` of a part counts as nearer than all of them, and what stands still hides them by fields alone: a grid of
+/// visibility does not say how far things are.
 ///
 /// [Zhou et al. 2005]: https://doi.org/10.1145/1073204.1073332
 /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
@@ -173,9 +178,11 @@ impl MovingShading {
         mut shade: impl FnMut(&MovingPart, &PlacedPart, &PartLight<'_>) -> Result<Shaded, RenderError>,
     ) -> Result<Vec<Shaded>, RenderError> {
         expect_order(moment.parts(), self.options.order)?;
+        moment.lamps.iter().try_for_each(|lamp| lamp.expect_order(self.options.order))?;
         let shade_one = |(index, (part, placed)): (usize, (&MovingPart, &PlacedPart))| {
             let hiding = Hiding::of(moment, index, self.options.method, self.options.order, light);
-            let lit = PartLight::new(&self.options, &self.table, hiding, &placed.surface.frame, light)?;
+            let lamps = LampLight::of(moment, index, &self.options, &self.table)?;
+            let lit = PartLight::new(&self.options, &self.table, hiding, lamps, &placed.surface.frame, light)?;
             shade(part, placed, &lit).map_err(|error| error.of_part(&part.name))
         };
         moment.parts().iter().zip(&moment.placed).enumerate().map(shade_one).collect()

@@ -1,4 +1,4 @@
-//! The light that reaches a part of a moving scene: that of the sky, past what other parts hide.
+//! The light that reaches a part of a moving scene: that of the sky, past what other parts hide, and that of lamps.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -10,6 +10,7 @@ use lobe_shadow::{
 };
 use rayon::prelude::*;
 
+use crate::moving::lamp_light::LampLight;
 use crate::moving::moment::{PlacedPart, Surface};
 use crate::moving::moving_part::HidesBy;
 use crate::{Moment, MovingMethod, MovingOptions, MovingPart, RenderError, VisibilityGrid};
@@ -104,6 +105,8 @@ pub(crate) struct PartLight<'a> {
     turn: RotationMatrices<f32>,
     light: ShVec<Rgb<f64>>,
     sky: SkyLight,
+    /// None without lamps.
+    lamps: Option<LampLight<'a>>,
 }
 
 impl<'a> PartLight<'a> {
@@ -111,6 +114,7 @@ impl<'a> PartLight<'a> {
         options: &'a MovingOptions,
         table: &'a LogTable,
         hiding: Hiding<'a>,
+        lamps: Option<LampLight<'a>>,
         frame: &Placement,
         light: &ShVec<Rgb<f64>>,
     ) -> Result<Self, RenderError> {
@@ -129,6 +133,7 @@ impl<'a> PartLight<'a> {
             turn: RotationMatrices::new(&to_own, options.order),
             sky: SkyLight::new(&light.map(Rgb::narrow), options.order)?,
             light,
+            lamps,
         })
     }
 
@@ -148,6 +153,9 @@ impl<'a> PartLight<'a> {
         for ((out, more), albedo) in out.iter_mut().zip(self.sent_on(surface)?).zip(&surface.albedos) {
             *out += if is_white { more } else { tinted(more, *albedo) };
         }
+        if let Some(lamps) = &self.lamps {
+            lamps.add_by_transfer(surface, transfer, &mut out)?;
+        }
         Ok(out)
     }
 
@@ -163,6 +171,9 @@ impl<'a> PartLight<'a> {
         let mut out: Vec<Rgb<f32>> =
             rows.map(|(visibility, normal)| self.sky.irradiance(*normal, visibility).scale(FRAC_1_PI)).collect();
         out.iter_mut().zip(self.sent_on(surface)?).for_each(|(out, more)| *out += more);
+        if let Some(lamps) = &self.lamps {
+            lamps.add_by_cosine(surface, &mut out)?;
+        }
         Ok(out)
     }
 

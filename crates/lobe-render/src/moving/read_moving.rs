@@ -5,9 +5,12 @@ use std::sync::Arc;
 
 use lobe_prt::{AlbedoMode, BakedOrScene, read_baked_or_scene};
 use lobe_scene::{AnimatedScene, Scene, SceneReadOptions, SceneReadReport, built_in, read_scene};
-use lobe_shadow::{EntityDescription, SceneDescription, SphereSet, StillDescription, read_field, read_spheres};
+use lobe_shadow::{
+    EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, SphereSet, StillDescription, read_field,
+    read_lamp, read_spheres,
+};
 
-use crate::{Motion, MovingPart, MovingScene, RenderError};
+use crate::{Motion, MovingLamp, MovingPart, MovingScene, RenderError};
 
 /// Bytes of a vertex and of a triangle of a scene, as files are counted when they are read.
 const VERTEX: u64 = 64;
@@ -57,7 +60,8 @@ impl MovingScene {
                 None => moving.add(reader.rigid(entity)?),
             }
         }
-        Ok((moving, reader.reports))
+        let lamps = description.lamps.into_iter().map(|lamp| reader.lamp(lamp)).collect::<Result<_, _>>()?;
+        Ok((moving.with_lamps(lamps), reader.reports))
     }
 }
 
@@ -78,6 +82,23 @@ impl Reader {
             part.spheres = Some(Arc::new(spheres));
         }
         Ok(part)
+    }
+
+    /// A lamp; the light of a shape is made later.
+    fn lamp(&mut self, described: LampDescription) -> Result<MovingLamp, RenderError> {
+        let LampDescription { name, source, track, .. } = described;
+        match source {
+            LampSource::Shape(shape, radiance) => Ok(MovingLamp::shaped(name, shape, radiance, track)),
+            LampSource::File(file) => {
+                let lamp = read_lamp(&file)?;
+                let bytes = match &lamp {
+                    Lamp::Still(field) => field.bytes(),
+                    Lamp::Sequence(sequence) => sequence.patches().bytes(),
+                };
+                self.options.max_bytes = self.options.max_bytes.saturating_sub(bytes as u64);
+                Ok(MovingLamp::new(name, lamp, track))
+            }
+        }
     }
 
     /// A glTF file with one of its animations, and whether that begins anew.

@@ -1,12 +1,13 @@
 //! The path tracer: reference pictures, and radiance along paths from single receivers, by Monte Carlo alone.
 //!
 //! Read `path_tracer`, the estimator with next-event estimation and multiple importance sampling; then what it draws
-//! from: `bsdf` with the microfacets of `ggx`, `distant_light` with its `sphere_table`, and the Owen-scrambled Sobol'
+//! from: `bsdf` with the microfacets of `ggx`, `distant_light` with its `sphere_table`, each `emitter` near by, and the Owen-scrambled Sobol'
 //! points of `sampler`. `estimate` makes means and variances of paths, `reference` pictures,
 //! `truth_checkpoint` keeps their pixels, `truth_exr` writes them. Uses `camera`.
 
 pub(crate) mod bsdf;
 pub(crate) mod distant_light;
+pub(crate) mod emitter;
 pub(crate) mod estimate;
 pub(crate) mod ggx;
 pub(crate) mod path_tracer;

@@ -10,6 +10,7 @@ use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
 use crate::path_tracer::bsdf::Bsdf;
+use crate::path_tracer::emitter::Emitter;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
 use crate::path_tracer::ggx::Facets;
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
@@ -110,6 +111,8 @@ impl<'a> PathReceiver<'a> {
 pub struct PathTracer<'a> {
     surfaces: SurfaceRays<'a>,
     light: &'a DistantLight,
+    /// From the origin of the scene.
+    emitters: Vec<Emitter>,
     options: PathOptions,
 }
 
@@ -152,6 +155,7 @@ enum Purpose {
     Light = 1,
     Surface = 2,
     Lobe = 3,
+    Emitter = 4,
 }
 
 impl Purpose {
@@ -168,7 +172,15 @@ impl<'a> PathTracer<'a> {
     /// Paths through `scene`, whose tree is `bvh`.
     #[must_use]
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, light: &'a DistantLight, options: PathOptions) -> Self {
-        Self { surfaces: SurfaceRays::new(scene, bvh), light, options }
+        Self { surfaces: SurfaceRays::new(scene, bvh), light, emitters: Vec::new(), options }
+    }
+
+    /// The same with lamps in the world, from each of which one direction is drawn at every reflection, whatever the strategy.
+    /// [`Self::for_each_escape`] and [`Self::for_each_arrival`] leave them out.
+    #[must_use]
+    pub fn with_emitters(self, emitters: &[Emitter]) -> Self {
+        let origin = self.surfaces.scene().origin();
+        Self { emitters: emitters.iter().map(|emitter| emitter.relative_to(origin)).collect(), ..self }
     }
 
     /// The exit radiance of receiver number `place`, with its variance.
@@ -297,6 +309,9 @@ impl<'a> PathTracer<'a> {
             if samples_light {
                 sum += throughput * self.next_event(at, numbers.pair(Purpose::Light.at(bounce)));
             }
+            if !self.emitters.is_empty() {
+                sum += throughput * self.from_emitters(at, numbers.pair(Purpose::Emitter.at(bounce)));
+            }
             // Draw a direction from the BSDF.
             let is_last = bounce == bounces;
             if is_last && !samples_bsdf {
@@ -352,6 +367,24 @@ impl<'a> PathTracer<'a> {
         (value * sample.radiance).scale(weight / sample.density)
     }
 
+    /// The light that one direction drawn from each emitter brings to an interaction.
+    fn from_emitters(&self, at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
+        let mut sum = Rgb::ZERO;
+        for emitter in &self.emitters {
+            let Some(sample) = emitter.sample(at.origin.map(f64::from), numbers) else { continue };
+            let (value, density) = at.bsdf.eval(sample.towards);
+            if density <= 0.0 || is_below(&at.planes, sample.towards) {
+                continue;
+            }
+            let t_max = (sample.distance * (1.0 - BEFORE_EMITTER)) as f32;
+            let ray = Ray { t_max, ..Ray::new(at.origin, sample.towards.map(|c| c as f32)) };
+            if !self.surfaces.is_occluded(&ray) {
+                sum += (value * emitter.radiance()).scale(sample.density.recip());
+            }
+        }
+        sum
+    }
+
     /// Follows one path drawn from the BSDF alone, and calls `escaped` where it leaves the scene.
     fn follow(&self, start: Interaction, numbers: PathNumbers, mut escaped: impl FnMut(usize, Dir, Rgb<f64>)) {
         let (mut at, mut throughput) = (start, Rgb::splat(1.0));
@@ -383,6 +416,9 @@ impl<'a> PathTracer<'a> {
         Interaction { origin, planes, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
     }
 }
+
+/// The part of the way to an emitter at its end in which nothing hides it, such as the wall that it lies on.
+const BEFORE_EMITTER: f64 = 1e-4;
 
 /// A direction over +z, uniform by solid angle.
 fn uniform_over_hemisphere([u0, u1]: [f64; 2]) -> Vec3 {

@@ -9,6 +9,7 @@ use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 
+use crate::path_tracer::emitter::Emitter;
 use crate::path_tracer::estimate::{Moments, SampleCount};
 use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit};
 use crate::path_tracer::sampler::SampleSet;
@@ -76,6 +77,22 @@ pub fn render_truth(
     camera: &Camera,
     light: &DistantLight,
     options: &TruthOptions,
+    job: Job<'_>,
+) -> Result<Truth, RenderError> {
+    render_truth_with_emitters(scene, bvh, camera, light, &[], options, job)
+}
+
+/// The same under lamps near by, too, which are in the scene's world. They light its surfaces, and are not seen themselves.
+///
+/// # Errors
+/// As [`render_truth`].
+pub fn render_truth_with_emitters(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    light: &DistantLight,
+    emitters: &[Emitter],
+    options: &TruthOptions,
     mut job: Job<'_>,
 ) -> Result<Truth, RenderError> {
     let TruthOptions { width, height, count, paths } = *options;
@@ -85,12 +102,14 @@ pub fn render_truth(
     let (mut checkpoint, known) = match job.checkpoint() {
         None => (None, Vec::new()),
         Some(path) => {
-            let (checkpoint, known) = TruthCheckpoint::open(path, &fingerprint(scene, camera, light, options), pixels)?;
+            let mut all = fingerprint(scene, camera, light, options);
+            emitters.iter().for_each(|emitter| emitter.write_into(&mut all));
+            let (checkpoint, known) = TruthCheckpoint::open(path, &all, pixels)?;
             (Some(checkpoint), known)
         }
     };
     // Trace the others, and keep them while they are found.
-    let tracer = PathTracer::new(scene, bvh, light, paths);
+    let tracer = PathTracer::new(scene, bvh, light, paths).with_emitters(emitters);
     let of = |i| trace_pixel(&tracer, camera, light, options, i);
     let (resumed, begin) = (known.len(), Instant::now());
     let traced = in_portions(known, pixels, of, |done| {

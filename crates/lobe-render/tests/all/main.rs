@@ -6,6 +6,7 @@ mod baked_scene;
 mod environment_mapping;
 mod far;
 mod glossy;
+mod lamps;
 mod mapping_figures;
 mod masks;
 mod moving;

@@ -136,6 +136,33 @@ fn a_skinned_figure_is_lit_by_the_spheres_of_its_joints() {
 }
 
 #[test]
+fn the_shadows_of_a_walking_figure_are_near_traced_paths_at_all_times_of_its_walk() {
+    // Fewer spheres are thicker than the limbs that they stand for (example `skins`).
+    let spheres = SphereFitOptions::default().count(64).samples(2000).rounds(4);
+    let mut moving = MovingScene::animated(built_in::walking_figure(16), Some(0)).unwrap();
+    moving.bake(MovingMethod::Exponentials, &options().spheres(spheres), Job::default()).unwrap();
+    let alone = moving.without_occluders();
+    let light = sky();
+    let distant = DistantLight::from_expansion(light.clone());
+    let camera = Camera::look_at([2.6, -3.2, 1.9], [0.0, 0.0, 0.8], 38_f64.to_radians()).unwrap();
+    let view = ViewOptions::default().width(64).height(48).rays(2);
+    let paths = PathOptions::default().bounces(0);
+    let truth = TruthOptions::default().width(64).height(48).count(SampleCount::of(64)).paths(paths);
+    for time in [0.1, 0.4, 0.8] {
+        let moment = moving.at(time).unwrap();
+        let truth = render_truth(moment.scene(), moment.bvh(), &camera, &distant, &truth, Job::default()).unwrap();
+        let background = |s: Dir| distant.radiance(s);
+        let [with, without] = [&moving, &alone].map(|scene| {
+            let (moment, shading) = (scene.at(time).unwrap(), shading(MovingMethod::Exponentials));
+            let lit = light_moving_scene(&moment, &shading, &light, &camera, &view, background, Job::default());
+            lobe_image::compare(lit.unwrap().picture.pixels(), truth.mean.pixels()).psnr
+        });
+        println!("at {time} s: {with:.1} dB by spheres, {without:.1} dB without");
+        assert!(with > 37.5 && with > without + 1.0, "at {time} s: {with} dB by spheres, {without} dB without");
+    }
+}
+
+#[test]
 fn a_description_is_read_with_its_files_and_their_faults_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.json");

@@ -30,6 +30,16 @@ pub struct Rectangle {
     pub two_sided: bool,
 }
 
+impl Rectangle {
+    /// In the plane z = 0 around the origin, of this width along x and height along y, shining towards +z. Its rows go from +x to -x
+    /// and its columns from +y to -y.
+    #[must_use]
+    pub fn upright([width, height]: [f64; 2], two_sided: bool) -> Self {
+        let corner = [0.5 * width, 0.5 * height, 0.0];
+        Self { corner, u: [-width, 0.0, 0.0], v: [0.0, -height, 0.0], two_sided }
+    }
+}
+
 /// The sample points of a radiance field.
 #[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
 #[serde(default)]

@@ -9,6 +9,7 @@ mod field_errors;
 mod field_files;
 mod lamp_files;
 mod log_table;
+mod many_spheres;
 mod mutated_files;
 mod radiance_fields;
 mod shadow_fields;

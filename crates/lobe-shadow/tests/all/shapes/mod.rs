@@ -81,6 +81,20 @@ pub(crate) fn plate() -> Scene {
     scene((0..8).map(corner).collect(), triangles)
 }
 
+/// A star of five prongs: a ring of ten points, alternately far and near, between two tips on the z axis.
+pub(crate) fn prongs() -> Scene {
+    let mut positions = vec![[0.0, 0.0, 0.3], [0.0, 0.0, -0.3]];
+    let mut triangles = Vec::new();
+    for i in 0..10 {
+        let (sin, cos) = (TAU * f64::from(i) / 10.0).sin_cos();
+        let r = if i % 2 == 0 { 1.0 } else { 0.4 };
+        positions.push([r * cos, r * sin, 0.0].map(|x| x as f32));
+        let (a, b) = (2 + i as u32, 2 + (i as u32 + 1) % 10);
+        triangles.extend([[0, a, b], [1, b, a]]);
+    }
+    scene(positions, triangles)
+}
+
 pub(crate) fn named() -> [(&'static str, Scene); 4] {
     [("ball", ball()), ("rabbit", rabbit()), ("torus", torus()), ("plate", plate())]
 }

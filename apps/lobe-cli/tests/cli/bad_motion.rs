@@ -1,0 +1,137 @@
+//! Bad input of the commands for what moves: each is one line, and nothing is written.
+
+use lobe::sh::{Quantity, ShVec};
+use lobe::shadow::{Lamp, RadianceField, RadianceOptions, Rectangle, SphereSet, write_lamp, write_spheres};
+
+use crate::harness::Dir;
+
+const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
+const RENDER: &str = "--env bundled:sunset --size 8x6 --bake-samples 4 --order 2 --quiet -o x.png";
+
+/// A folder with a tetrahedron, and a description that has this member beside it.
+fn scene(member: &str) -> Dir {
+    let dir = Dir::new();
+    dir.file("t.obj", TETRAHEDRON);
+    dir.file("s.json", format!(r#"{{"format":"lobe-scene","version":1,"still":"t.obj"{member}}}"#));
+    dir
+}
+
+/// Runs a command that must be refused, and leaves the folder as it was; its line.
+fn refused(dir: &Dir, command: &str) -> String {
+    let before = dir.names();
+    let line = dir.lobe(command).error();
+    assert_eq!(dir.names(), before, "files after lobe {command}");
+    assert!(!line.contains("a fault of this program"), "lobe {command}: {line}");
+    line
+}
+
+#[test]
+fn numbers_out_of_range_are_refused_before_any_work() {
+    let dir = scene("");
+    for (command, expected) in [
+        ("spheres t.obj -n 0 -o s.safetensors", "expected a number of spheres from 1"),
+        ("spheres t.obj -n -3 -o s.safetensors", "-n"),
+        ("spheres t.obj -n many -o s.safetensors", "a number of spheres"),
+        ("spheres t.obj -n 4 --points 0 -o s.safetensors", "a number of points"),
+        ("spheres table --order 9 -o s.safetensors", "an order (number of bands)"),
+        ("field t.obj --order 9 -o f.safetensors", "from 1 to 8, found 9"),
+        ("field t.obj --order 0 -o f.safetensors", "from 1 to 8, found 0"),
+        ("field t.obj --rays 0 -o f.safetensors", "rays"),
+        ("field t.obj -o f.obj", "f.obj"),
+        ("lamp sphere --radius -1 -o l.safetensors", "-1"),
+        ("lamp sphere --radius 0 -o l.safetensors", "found 0"),
+        ("lamp sphere --radius nan -o l.safetensors", "nan"),
+        ("lamp sphere --radius 1 --order 9 -o l.safetensors", "from 1 to 8, found 9"),
+        ("lamp sphere --radius 1 --radiance 1,-1,1 -o l.safetensors", "negative"),
+        ("lamp rectangle --size 1,nan -o l.safetensors", "nan"),
+    ] {
+        let line = refused(&dir, command);
+        assert!(line.contains(expected), "lobe {command}: expected {expected:?} in: {line}");
+    }
+    for (options, expected) in [
+        ("--mode fields --time nan", "nan"),
+        ("--mode fields --time inf", "inf"),
+        ("--mode fields --fps 0 --frames 0..1", "found 0"),
+        ("--mode shexp --spheres 0", "a number of spheres"),
+        ("--mode shexp --sphere-window -1", "-1"),
+    ] {
+        let line = refused(&dir, &format!("render s.json {RENDER} {options}"));
+        assert!(line.contains(expected), "{options}: expected {expected:?} in: {line}");
+    }
+}
+
+#[test]
+fn files_of_another_kind_are_refused_by_name() {
+    let dir = scene("");
+    dir.file("text.safetensors", "no tensors");
+    write_spheres(dir.path("spheres.safetensors"), &SphereSet::new(vec![[0.0; 3]], vec![1.0]).unwrap()).unwrap();
+    for table in ["text", "spheres"] {
+        let options = format!("--mode shexp --sphere-table {table}.safetensors");
+        let line = refused(&dir, &format!("render s.json {RENDER} {options}"));
+        assert!(line.starts_with(&format!("{table}.safetensors: ")), "{line}");
+    }
+    dir.file("broken.sh.json", "{\"format\":");
+    dir.sh("radiance.sh.json", Quantity::Radiance, ShVec::constant(2, 1.0));
+    for (command, name) in [("log", "broken"), ("exp", "broken"), ("log", "radiance"), ("exp", "radiance")] {
+        let line = refused(&dir, &format!("sh {command} {name}.sh.json -o x.sh.json"));
+        assert!(line.starts_with(&format!("{name}.sh.json: ")), "{line}");
+    }
+    let line = refused(&dir, "sh log none.sh.json -o x.sh.json");
+    assert!(line.starts_with("none.sh.json: "), "{line}");
+}
+
+#[test]
+fn lamps_of_descriptions_at_fault_are_refused_by_name() {
+    for (lamps, expected) in [
+        ("5", "lamps"),
+        (r#"[{"radius":1}]"#, "missing field `name`"),
+        (r#"[{"name":"a"}]"#, "lamp `a`: expected one of `file`, `radius` and `size`"),
+        (r#"[{"name":"a","radius":NaN}]"#, "expected a description"),
+        (r#"[{"name":"a","radius":-1}]"#, "lamp `a`: expected a radius"),
+        (r#"[{"name":"a","radius":1,"radiance":[1,2]}]"#, "lamps[0].radiance"),
+        (r#"[{"name":"a","radius":1,"keys":[{"time":1},{"time":0}]}]"#, "lamp `a`: expected times that rise"),
+        (r#"[{"name":"a","file":"none.safetensors"}]"#, "none.safetensors"),
+        (r#"[{"name":"a","file":"t.obj"}]"#, "t.obj"),
+    ] {
+        let dir = scene(&format!(r#","lamps":{lamps}"#));
+        for mode in ["fields", "truth --samples 2"] {
+            let line =
+                refused(&dir, &format!("render s.json {} --mode {mode}", RENDER.replace("--bake-samples 4 ", "")));
+            assert!(line.contains(expected), "{lamps}: expected {expected:?} in: {line}");
+        }
+    }
+}
+
+#[test]
+fn a_lamp_of_a_file_has_its_order_and_no_truth() {
+    let dir = scene(r#","lamps":[{"name":"panel","file":"l.safetensors","keys":[{"translation":[0,0,3]}]}]"#);
+    let options = RadianceOptions::default().order(2).spheres(4).cells(4);
+    let light = lobe::sh::Rgb::new(1.0, 1.0, 1.0);
+    let field = RadianceField::rectangle(&Rectangle::upright([1.0, 1.0], true), light, &options).unwrap();
+    write_lamp(dir.path("l.safetensors"), &Lamp::Still(field)).unwrap();
+    let line = refused(&dir, "render s.json --env bundled:sunset --size 8x6 --mode truth --samples 2 --quiet -o x.png");
+    assert!(line.contains("lamp `panel`: expected a shape that can be traced"), "{line}");
+    let line = refused(&dir, "render s.json --env bundled:sunset --size 8x6 --mode fields --order 3 --quiet -o x.png");
+    assert!(line.contains("lamp `panel`: expected light of 3 bands at least, found 2"), "{line}");
+    dir.lobe(&format!("render s.json {RENDER} --mode fields")).stdout();
+    assert!(dir.names().contains(&"x.png".to_owned()), "{:?}", dir.names());
+}
+
+#[test]
+fn lamps_light_pictures_of_every_mode_that_moves() {
+    let lamp = r#"{"name":"bulb","radius":0.3,"radiance":[40,40,40],"keys":[{"translation":[1,1,3]}]}"#;
+    let (with, without) = (scene(&format!(r#","lamps":[{lamp}]"#)), scene(""));
+    for mode in ["fields --bake-samples 64", "shexp --spheres 2 --bake-samples 64", "truth --samples 16"] {
+        let mean = |dir: &Dir| {
+            let command = format!(
+                "render s.json --env bundled:sunset --order 2 --size 16x12 --bounces 0 --mode {mode} --quiet -o m.exr"
+            );
+            dir.lobe(&command).stdout();
+            let (picture, _) = lobe::image::read_picture(dir.path("m.exr"), &Default::default()).unwrap();
+            picture.pixels().iter().flatten().map(|c| f64::from(*c)).sum::<f64>() / picture.pixels().len() as f64
+        };
+        let (with, without) = (mean(&with), mean(&without));
+        println!("{mode}: {with:.4} with the lamp, {without:.4} without");
+        assert!(with > without + 0.05, "{mode}: {with} with the lamp, {without} without");
+    }
+}

@@ -1,0 +1,183 @@
+//! Lamps in moving scenes: the light of fields against direct light that is traced to the lamp, with something that moves between.
+
+use lobe_io::Job;
+use lobe_prt::{BakeMode, BakeOptions};
+use lobe_render::{
+    Camera, DistantLight, Motion, MovingBakeOptions, MovingLamp, MovingMethod, MovingOptions, MovingPart, MovingScene,
+    MovingShading, PathOptions, PathReceiver, PathTracer, RenderError, SampleCount, TruthOptions, ViewOptions,
+    light_moving_scene, render_truth_with_emitters,
+};
+use lobe_scene::{Mesh, MeshParts, Scene, built_in};
+use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+use lobe_shadow::{FieldOptions, Key, Lamp, LampShape, Placement, RadianceField, Rectangle, SphereFitOptions, Track};
+
+const ORDER: usize = 6;
+
+/// Cells along a side of the ground.
+const CELLS: u32 = 16;
+
+/// A square of side 6 in the plane z = 0.
+fn ground() -> Scene {
+    let at = |i: u32| 6.0 * (i as f32 / CELLS as f32 - 0.5);
+    let side = CELLS + 1;
+    let positions = (0..side * side).map(|k| [at(k % side), at(k / side), 0.0]).collect();
+    let cell = |k: u32| {
+        let a = k / CELLS * side + k % CELLS;
+        [[a, a + 1, a + side + 1], [a, a + side + 1, a + side]]
+    };
+    let triangles = (0..CELLS * CELLS).flat_map(cell).collect();
+    let mesh = Mesh::new(MeshParts { positions, triangles, ..MeshParts::default() }).unwrap();
+    Scene::new(vec![mesh], Vec::new(), Vec::new()).unwrap()
+}
+
+/// A ball of radius 0.5 that moves over the ground from x = -1 to x = 1 within two seconds, 1.2 above it.
+fn ball() -> MovingPart {
+    let scene = built_in::ball_over_ground(12).part([1]).unwrap();
+    let key = |time: f64, x: f64| Key {
+        time,
+        // The ball of that scene has its middle at 1.5.
+        placement: Placement::new([x, 0.0, 1.2 - 0.75], Rotation::IDENTITY, 0.5),
+    };
+    MovingPart::new("ball", scene, Motion::Track(Track::new(vec![key(0.0, -1.0), key(2.0, 1.0)]).unwrap()))
+}
+
+/// A panel over the scene that shines down, or a ball.
+fn lamps() -> [(&'static str, MovingLamp); 2] {
+    let down = Rotation::from_axis_angle(Dir::X, std::f64::consts::PI);
+    let panel = LampShape::Rectangle(Rectangle::upright([1.6, 1.2], false));
+    let panel_track = Track::resting(Placement::new([0.4, 0.0, 3.0], down, 1.0));
+    let bulb_track = Track::resting(Placement::new([0.3, -0.4, 3.2], Rotation::IDENTITY, 2.0));
+    let radiance = Rgb::new(2.0, 3.0, 4.0);
+    [
+        ("panel", MovingLamp::shaped("panel", panel, radiance, panel_track)),
+        ("bulb", MovingLamp::shaped("bulb", LampShape::Ball(0.3), radiance, bulb_track)),
+    ]
+}
+
+fn options() -> MovingBakeOptions {
+    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(512);
+    let field = FieldOptions::default().order(ORDER).spheres(8).cells(8).rays(256);
+    let spheres = SphereFitOptions::default().count(1).samples(300).rounds(2);
+    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).still_hides(false)
+}
+
+fn baked(lamp: MovingLamp, method: MovingMethod) -> MovingScene {
+    let parts = vec![MovingPart::new("ground", ground(), Motion::Still), ball()];
+    let mut moving = MovingScene::new(parts).unwrap().with_lamps(vec![lamp]);
+    moving.bake(method, &options(), Job::default()).unwrap();
+    moving
+}
+
+fn dark() -> ShVec<Rgb<f64>> {
+    ShVec::zero(ORDER)
+}
+
+/// The exit radiance of all vertices by paths to the lamp.
+fn traced(moving: &MovingScene, time: f64) -> Vec<Rgb<f64>> {
+    let moment = moving.at(time).unwrap();
+    let light = DistantLight::from_expansion(dark());
+    let tracer = PathTracer::new(moment.scene(), moment.bvh(), &light, PathOptions::default().bounces(0))
+        .with_emitters(&moment.emitters().unwrap());
+    let receivers = lobe_prt::Receivers::at_vertices(moment.scene()).unwrap();
+    let of = |k| tracer.radiance_at(&PathReceiver::of(&receivers, k), k, &SampleCount::of(1024)).mean;
+    (0..receivers.len()).map(of).collect()
+}
+
+fn off(found: &[Rgb<f32>], expected: &[Rgb<f64>]) -> f64 {
+    assert_eq!(found.len(), expected.len(), "as many vertices");
+    let pairs = || found.iter().map(|c| c.to_array()).zip(expected.iter().map(|c| c.to_array()));
+    let square: f64 = pairs().map(|(a, b)| (0..3).map(|c| (f64::from(a[c]) - b[c]).powi(2)).sum::<f64>()).sum();
+    (square / pairs().map(|(_, b)| b.iter().map(|c| c * c).sum::<f64>()).sum::<f64>()).sqrt()
+}
+
+#[test]
+fn the_light_of_a_lamp_past_a_moving_ball_is_near_that_of_paths_to_the_lamp() {
+    for (name, lamp) in lamps() {
+        for method in [MovingMethod::Fields, MovingMethod::Exponentials] {
+            let moving = baked(lamp.clone(), method);
+            let alone = moving.without_occluders();
+            let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(method)).unwrap();
+            for time in [0.0, 1.3] {
+                let expected = traced(&moving, time);
+                let [with, without] = [&moving, &alone]
+                    .map(|scene| off(&shading.exit_radiance(&scene.at(time).unwrap(), &dark()).unwrap(), &expected));
+                println!("{name}, {method:?} at {time} s: off by {with:.3}, by {without:.3} without shadows");
+                assert!(with < 0.16, "{name}, {method:?} at {time} s: off by {with} of the traced light");
+                assert!(without > 1.5 * with, "{name}, {method:?} at {time} s: {without} without shadows, {with} with");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_behind_a_lamp_does_not_hide_it() {
+    // The ball is 1.2 above the ground, and the lamp 0.3 above it.
+    let key = Placement::new([0.0, 0.0, 0.3], Rotation::IDENTITY, 1.0);
+    let lamp = MovingLamp::shaped("low", LampShape::Ball(0.1), Rgb::new(1.0, 1.0, 1.0), Track::resting(key));
+    for method in [MovingMethod::Fields, MovingMethod::Exponentials] {
+        let moving = baked(lamp.clone(), method);
+        let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(method)).unwrap();
+        let [with, without] = [&moving, &moving.without_occluders()]
+            .map(|scene| shading.exit_radiance(&scene.at(1.0).unwrap(), &dark()).unwrap());
+        // The vertex of the ground below both.
+        let middle = ((CELLS + 1) * CELLS / 2 + CELLS / 2) as usize;
+        assert_eq!(with[middle], without[middle], "{method:?}: the ball is above the lamp");
+        assert!(with[middle].g > 0.01, "{method:?}: {:?}", with[middle]);
+    }
+}
+
+#[test]
+fn lamps_move_along_their_tracks_and_begin_anew_with_the_scene() {
+    let key = |time: f64, x: f64| Key { time, placement: Placement::new([x, 0.0, 2.0], Rotation::IDENTITY, 1.0) };
+    let track = Track::new(vec![key(0.0, -2.0), key(4.0, 2.0)]).unwrap();
+    let lamp = MovingLamp::shaped("bulb", LampShape::Ball(0.2), Rgb::new(1.0, 1.0, 1.0), track);
+    let moving = baked(lamp, MovingMethod::Fields);
+    assert_eq!(moving.span(), [0.0, 4.0], "the lamp moves longer than the ball");
+    let shading = MovingShading::new(MovingOptions::default().order(ORDER)).unwrap();
+    let lit = |moving: &MovingScene, time: f64| shading.exit_radiance(&moving.at(time).unwrap(), &dark()).unwrap();
+    let (first, last) = (lit(&moving, 0.0), lit(&moving, 4.0));
+    assert!(first[0].g > 1.5 * last[0].g, "it moves away from the first corner: {:?}, {:?}", first[0], last[0]);
+    let looped = moving.looped(true);
+    assert_eq!(lit(&looped, 5.0), lit(&looped, 1.0), "a loop of 4 s");
+}
+
+#[test]
+fn pictures_with_lamps_are_near_their_truth() {
+    let [(_, panel), _] = lamps();
+    let moving = baked(panel, MovingMethod::Fields);
+    let moment = moving.at(1.3).unwrap();
+    let camera = Camera::look_at([3.0, -6.0, 4.0], [0.0, 0.0, 0.4], 35_f64.to_radians()).unwrap();
+    let view = ViewOptions::default().width(48).height(36).rays(2);
+    let shading = MovingShading::new(MovingOptions::default().order(ORDER)).unwrap();
+    let found =
+        light_moving_scene(&moment, &shading, &dark(), &camera, &view, |_| Rgb::new(0.0, 0.0, 0.0), Job::default())
+            .unwrap();
+    let truth = TruthOptions::default().width(48).height(36).count(SampleCount::of(64));
+    let truth = truth.paths(PathOptions::default().bounces(0));
+    let light = DistantLight::from_expansion(dark());
+    let emitters = moment.emitters().unwrap();
+    let traced =
+        render_truth_with_emitters(moment.scene(), moment.bvh(), &camera, &light, &emitters, &truth, Job::default());
+    let traced = traced.unwrap();
+    let psnr = lobe_image::compare(found.picture.pixels(), traced.mean.pixels()).psnr;
+    println!("{psnr:.1} dB");
+    assert!(psnr > 24.0, "{psnr} dB");
+}
+
+#[test]
+fn lamps_at_fault_are_one_line_each() {
+    let shading = MovingShading::new(MovingOptions::default().order(ORDER)).unwrap();
+    let part = || MovingPart::new("ground", ground(), Motion::Still);
+    let [(_, panel), _] = lamps();
+    let bare = MovingScene::new(vec![part()]).unwrap().with_lamps(vec![panel]);
+    let error = shading.exit_radiance(&bare.at(0.0).unwrap(), &dark()).unwrap_err().to_string();
+    assert_eq!(error, "lamp `panel`: expected light that is baked, found none yet");
+    let low = RadianceField::ball(3, [0.0; 3], 0.1, Rgb::new(1.0, 1.0, 1.0)).unwrap();
+    let file = MovingLamp::new("file", Lamp::Still(low), Track::resting(Placement::IDENTITY));
+    let moving = MovingScene::new(vec![part()]).unwrap().with_lamps(vec![file]);
+    assert_eq!(moving.order(), Some(3), "that of the lamp");
+    let error = moving.expect_order(ORDER).unwrap_err().to_string();
+    assert!(error.starts_with("lamp `file`: expected light of 6 bands at least, found 3"), "{error}");
+    let error: RenderError = moving.at(0.0).unwrap().emitters().unwrap_err();
+    assert!(error.to_string().contains("lamp `file`: expected a shape that can be traced"), "{error}");
+}
