@@ -45,10 +45,7 @@ struct Level {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct EnvironmentShape {
-    mapping: u32,
-    levels: u32,
-    quadratic: u32,
-    pad: u32,
+    quadratic: [u32; 4],
     turn: [[f32; 4]; 3],
     level: [LevelShape; MOST_LEVELS],
 }
@@ -144,7 +141,7 @@ impl Environment {
         renderer.uniform("level", &level)?;
         let question = Question {
             name: "environment",
-            shader: Shader::new(&["dispatch", "environment"]),
+            shader: self.constants(Shader::new(&["dispatch", "environment"])),
             reads: &[
                 ("environment", Slot::Texture, "var texels: texture_2d<f32>"),
                 ("environment shape", Slot::Uniform, "var<uniform> shape: Environment"),
@@ -173,6 +170,11 @@ impl Environment {
         renderer.uniform(&format!("{name} shape"), &self.shape())
     }
 
+    /// The shader with the constants that looking up this environment needs.
+    pub(crate) fn constants(&self, shader: Shader) -> Shader {
+        shader.constant("MAPPING", number_of(self.mapping)).constant("LEVELS", self.levels.len())
+    }
+
     /// The shape as shaders read it.
     pub(crate) fn shape(&self) -> EnvironmentShape {
         let mut level = [LevelShape::zeroed(); MOST_LEVELS];
@@ -190,21 +192,14 @@ impl Environment {
             let [x, y, z] = back.rotate_dir(axis).to_array().map(|c| c as f32);
             [x, y, z, 0.0]
         });
-        EnvironmentShape {
-            mapping: number_of(self.mapping),
-            levels: self.levels.len() as u32,
-            quadratic: u32::from(self.roughness == RoughnessLevels::Quadratic),
-            pad: 0,
-            turn,
-            level,
-        }
+        EnvironmentShape { quadratic: [u32::from(self.roughness == RoughnessLevels::Quadratic), 0, 0, 0], turn, level }
     }
 }
 
 /// The number of a mapping in the WGSL module.
-fn number_of(mapping: Mapping) -> u32 {
+fn number_of(mapping: Mapping) -> usize {
     let known = Mapping::ALL.iter().position(|known| *known == mapping);
-    known.unwrap_or_else(|| unreachable!("{mapping} is among all mappings")) as u32
+    known.unwrap_or_else(|| unreachable!("{mapping} is among all mappings"))
 }
 
 /// Up to this height of a row, in radians, the bend is its first term: its closed form loses digits.

@@ -47,7 +47,7 @@ impl SplitSum {
         renderer.upload("views", &views)?;
         let question = Question {
             name: "specular",
-            shader: Shader::new(&["dispatch", "specular"]),
+            shader: self.environment.constants(Shader::new(&["dispatch", "specular"])),
             reads: &[
                 ("environment", Slot::Texture, "var texels: texture_2d<f32>"),
                 ("environment shape", Slot::Uniform, "var<uniform> shape: Environment"),

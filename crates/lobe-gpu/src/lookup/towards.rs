@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
+use crate::GpuError;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
-use crate::GpuError;
 
 /// A function `value(i: u32, s: vec3f) -> vec4f` to be asked, where `i` is the number of the direction, and what it reads:
 /// the name, kind and WGSL declaration of its resources, in bindings 1 and up.
@@ -57,7 +57,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     }
 }
 ";
-
 
 /// The first three numbers of each answer.
 pub(crate) fn colors(values: Vec<[f32; 4]>) -> Vec<[f32; 3]> {

@@ -54,12 +54,7 @@ impl GpuSphereShadows {
         check_order(order)?;
         let n = order * order;
         let (polynomials, fit_end) = table.polynomials();
-        let sizes = Sizes {
-            receivers: count as u32,
-            spheres: 0,
-            intervals: (table.row_count() - 1) as u32,
-            fit_end,
-        };
+        let sizes = Sizes { receivers: count as u32, spheres: 0, intervals: (table.row_count() - 1) as u32, fit_end };
         let mut renderer = Renderer::new(context);
         renderer.uniform("sizes", &sizes)?;
         renderer.upload("receivers", &receiver_shapes(receivers))?;

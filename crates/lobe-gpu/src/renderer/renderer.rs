@@ -95,8 +95,7 @@ impl Renderer {
         let count = 2 * self.steps.len() as u32;
         let has_times = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && count > 0;
         let queries = has_times.then(|| {
-            let descriptor =
-                wgpu::QuerySetDescriptor { label: Some("times"), ty: wgpu::QueryType::Timestamp, count };
+            let descriptor = wgpu::QuerySetDescriptor { label: Some("times"), ty: wgpu::QueryType::Timestamp, count };
             device.create_query_set(&descriptor)
         });
         self.submit(queries.as_ref())?;
@@ -108,7 +107,9 @@ impl Renderer {
         let period = f64::from(self.context.queue().get_timestamp_period());
         let time = |i: usize| ticks.as_ref().map(|t| 1e-6 * period * t[2 * i + 1].saturating_sub(t[2 * i]) as f64);
         let steps = self.steps.iter().enumerate();
-        Ok(steps.map(|(i, step)| PassTime { name: step.pass.name.clone(), milliseconds: time(i), bytes: step.bytes }).collect())
+        Ok(steps
+            .map(|(i, step)| PassTime { name: step.pass.name.clone(), milliseconds: time(i), bytes: step.bytes })
+            .collect())
     }
 
     fn ticks(&self, queries: &wgpu::QuerySet, count: u32) -> Result<Vec<u64>, GpuError> {
@@ -291,12 +292,14 @@ impl Renderer {
             Work::Draw { drawing, .. } => (&drawing.slots, &drawing.layout, true),
         };
         let scope = self.context.device().push_error_scope(wgpu::ErrorFilter::Validation);
-        let bound: Vec<&Use> = if is_draw { pass.reads.iter().collect() } else { pass.reads.iter().chain(&pass.writes).collect() };
+        let bound: Vec<&Use> =
+            if is_draw { pass.reads.iter().collect() } else { pass.reads.iter().chain(&pass.writes).collect() };
         if bound.len() != slots.len() {
             let message = format!("pass {} binds {} resources, its program {}", pass.name, bound.len(), slots.len());
             return Err(GpuError::Options(message));
         }
-        let views = bound.iter().zip(slots).map(|(used, slot)| self.binding(used, *slot)).collect::<Result<Vec<_>, _>>()?;
+        let views =
+            bound.iter().zip(slots).map(|(used, slot)| self.binding(used, *slot)).collect::<Result<Vec<_>, _>>()?;
         let mut bytes: u64 = views.iter().map(|view| view.bytes).sum();
         let entries: Vec<wgpu::BindGroupEntry<'_>> = views.iter().enumerate().map(|(k, view)| view.entry(k)).collect();
         let descriptor = wgpu::BindGroupDescriptor { label: Some(&pass.name), layout, entries: &entries };

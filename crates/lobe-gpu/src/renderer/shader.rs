@@ -15,6 +15,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "basis" => "generated/basis.wgsl",
     "camera" => "camera.wgsl",
     "clustered" => "clustered.wgsl",
+    "dfg" => "dfg.wgsl",
     "dispatch" => "dispatch.wgsl",
     "draw_surface" => "draw_surface.wgsl",
     "elementary" => "elementary.wgsl",
@@ -108,10 +109,8 @@ impl Shader {
         let mut shader = self.constant("ORDER", order).constant("COEFFICIENTS", order * order);
         shader.add("basis");
         let count = order * order;
-        let _ = writeln!(
-            shader.text,
-            "\nfn basis(s: vec3f) -> array<f32, {count}> {{\n    return basis_{order}(s);\n}}"
-        );
+        let _ =
+            writeln!(shader.text, "\nfn basis(s: vec3f) -> array<f32, {count}> {{\n    return basis_{order}(s);\n}}");
         shader
     }
 

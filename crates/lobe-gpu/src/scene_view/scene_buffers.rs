@@ -41,7 +41,10 @@ struct MaterialShape {
 /// [`GpuError::Unsupported`] if it does not fit the bindings of the device, or light goes straight through its surfaces.
 pub(crate) fn add_scene(renderer: &mut Renderer, scene: &Scene) -> Result<(), GpuError> {
     if let Some(material) = scene.materials().iter().find(|m| m.has_holes() && !matches!(m.alpha, Alpha::Mask(_))) {
-        let message = format!("light goes straight through material `{}`, which is not drawn: read the scene without", material.name);
+        let message = format!(
+            "light goes straight through material `{}`, which is not drawn: read the scene without",
+            material.name
+        );
         return Err(GpuError::Unsupported { place: "scene".into(), message });
     }
     let (mut vertices, mut corners, mut paints) = (Vec::new(), Vec::new(), Vec::new());
@@ -49,10 +52,8 @@ pub(crate) fn add_scene(renderer: &mut Renderer, scene: &Scene) -> Result<(), Gp
         let first = vertices.len() as u32;
         corners.extend(mesh.triangles().iter().map(|[a, b, c]| [first + a, first + b, first + c, number as u32]));
         let points = mesh.positions().iter().zip(mesh.normals());
-        vertices.extend(points.map(|(p, n)| Vertex {
-            position: [p[0], p[1], p[2], 1.0],
-            normal: [n[0], n[1], n[2], 0.0],
-        }));
+        vertices
+            .extend(points.map(|(p, n)| Vertex { position: [p[0], p[1], p[2], 1.0], normal: [n[0], n[1], n[2], 0.0] }));
         paints.extend((0..mesh.positions().len()).map(|i| paint(mesh, i)));
     }
     let (mut starts, mut texels) = (Vec::new(), Vec::new());
@@ -91,8 +92,7 @@ fn material_shape(scene: &Scene, mesh: &Mesh, material: &Material, starts: &[u32
         let [u, v] = used.uv_map;
         shape.u_row[..3].copy_from_slice(&u);
         shape.v_row[..3].copy_from_slice(&v);
-        shape.picture =
-            [starts[used.texture], texture.width() as u32, texture.height() as u32, wrap[0] + 3 * wrap[1]];
+        shape.picture = [starts[used.texture], texture.width() as u32, texture.height() as u32, wrap[0] + 3 * wrap[1]];
         shape.flags[0] = 1 + used.uv_set as u32;
     }
     shape.flags[1] = u32::from(material.double_sided);

@@ -171,8 +171,8 @@ impl SceneView {
 fn add_backdrop(renderer: &mut Renderer, environment: &Environment) -> Result<(), GpuError> {
     environment.add_to(renderer, "sky")?;
     let slots = [Slot::Uniform, Slot::Texture, Slot::Uniform];
-    let drawing =
-        Drawing::new(renderer.context(), "backdrop", &Shader::new(&["backdrop"]), &slots, LIGHT, Depth::None)?;
+    let shader = environment.constants(Shader::new(&["backdrop"]));
+    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, LIGHT, Depth::None)?;
     let pass = Pass::draw("backdrop", &drawing, 3, true).read("camera").read("sky").read("sky shape");
     renderer.add(pass.write("samples"))
 }
@@ -196,8 +196,7 @@ fn add_display(renderer: &mut Renderer, size: [u32; 2], rays: u32) -> Result<(),
     renderer.target("picture", size, LIGHT)?;
     renderer.target("display", size, DISPLAY)?;
     let slots = [Slot::Uniform, Slot::Texture];
-    let resolve =
-        Drawing::new(renderer.context(), "resolve", &Shader::new(&["resolve"]), &slots, LIGHT, Depth::None)?;
+    let resolve = Drawing::new(renderer.context(), "resolve", &Shader::new(&["resolve"]), &slots, LIGHT, Depth::None)?;
     renderer.add(Pass::draw("resolve", &resolve, 3, true).read("rays").read("samples").write("picture"))?;
     let tone = Drawing::new(renderer.context(), "tone", &Shader::new(&["tone"]), &slots, DISPLAY, Depth::None)?;
     renderer.add(Pass::draw("tone", &tone, 3, true).read("tone").read("picture").write("display"))

@@ -122,7 +122,7 @@ impl SurfaceShading<'_> {
                 split.environment.add_to(renderer, "reflected")?;
                 SplitSum::add_dfg_to(&split.dfg, renderer, "dfg")?;
                 renderer.uniform("gloss", &[1.0, roughness as f32, 0.0, 0.0])?;
-                let shader = Shader::new(&["shade_specular"]);
+                let shader = split.environment.constants(Shader::new(&["shade_specular"]));
                 let reads = vec![
                     ("reflected", Slot::Texture),
                     ("reflected shape", Slot::Uniform),

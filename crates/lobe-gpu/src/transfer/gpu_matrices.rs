@@ -49,8 +49,7 @@ impl GpuMatrices {
         let mut renderer = Renderer::new(context);
         add_incident(&mut renderer, matrices, storage)?;
         let receivers = positions.iter().zip(normals);
-        let receivers: Vec<[f32; 8]> =
-            receivers.map(|(p, n)| [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0]).collect();
+        let receivers: Vec<[f32; 8]> = receivers.map(|(p, n)| [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0]).collect();
         renderer.upload("receivers", &receivers)?;
         renderer.uniform("eye", &[0.0_f32; 4])?;
         renderer.allocate("radiance", VALUE * points as u64)?;

@@ -129,12 +129,7 @@ pub(crate) fn add_transfer(
     add_passes(renderer, &kernel, "light", &pieces, radiance)
 }
 
-fn transfer_kernel(
-    context: &Context,
-    order: usize,
-    channels: Channels,
-    storage: Storage,
-) -> Result<Kernel, GpuError> {
+fn transfer_kernel(context: &Context, order: usize, channels: Channels, storage: Storage) -> Result<Kernel, GpuError> {
     let shader = Shader::new(&["transfer"])
         .constant("COEFFICIENTS", order * order)
         .constant("CHANNELS", channels.count())

@@ -1,6 +1,9 @@
 // uses: elementary
 // Lookups of an environment map in every mapping of `lobe_env::Mapping`, as `lobe_env::MappedMap::radiance`: bilinear
 // between the centers of texels and across every seam. Levels of a map lie below each other in one texture.
+//
+// MAPPING is one of those below, and LEVELS the number of levels: compilers of shaders copy every function to where it is called, so
+// that all mappings in one shader, or texels read in many places, take them minutes.
 
 const LAT_LONG = 0u;
 const SPHERE = 1u;
@@ -23,11 +26,8 @@ struct EnvironmentLevel {
 }
 
 struct Environment {
-    mapping: u32,
-    levels: u32,
-    // Whether levels are quadratic in roughness.
-    quadratic: u32,
-    pad: u32,
+    // 1 if levels are quadratic in roughness.
+    quadratic: vec4u,
     // From the world to the frame of the map: three columns.
     turn: mat3x3f,
     level: array<EnvironmentLevel, MOST_LEVELS>,
@@ -40,19 +40,22 @@ fn environment_texel(texels: texture_2d<f32>, level: EnvironmentLevel, x: i32, y
 // The radiance from direction s of the world, at a level between 0 and the last.
 fn environment_radiance(texels: texture_2d<f32>, environment: Environment, s: vec3f, lod: f32) -> vec3f {
     let d = environment.turn * s;
-    let last = f32(environment.levels - 1u);
-    let place = clamp(lod, 0.0, last);
+    if LEVELS == 1u {
+        return level_radiance(texels, environment.level[0], d);
+    }
+    let place = clamp(lod, 0.0, f32(LEVELS - 1u));
     let low = u32(place);
     let t = place - f32(low);
-    let first = level_radiance(texels, environment.mapping, environment.level[low], d);
-    if t == 0.0 {
-        return first;
+    var sum = vec3f(0.0);
+    let count = select(2u, 1u, t == 0.0);
+    for (var k = 0u; k < count; k++) {
+        sum += select(t, 1.0 - t, k == 0u) * level_radiance(texels, environment.level[low + k], d);
     }
-    return mix(first, level_radiance(texels, environment.mapping, environment.level[low + 1u], d), t);
+    return sum;
 }
 
-fn level_radiance(texels: texture_2d<f32>, mapping: u32, level: EnvironmentLevel, s: vec3f) -> vec3f {
-    switch mapping {
+fn level_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, s: vec3f) -> vec3f {
+    switch MAPPING {
         case LAT_LONG: { return lat_long_radiance(texels, level, s); }
         case CUBE: { return cube_radiance(texels, level, s); }
         case OCTAHEDRAL: { return folded_radiance(texels, level, octahedral_point(s)); }
@@ -62,13 +65,6 @@ fn level_radiance(texels: texture_2d<f32>, mapping: u32, level: EnvironmentLevel
         case MIRROR_BALL: { return ball_radiance(texels, level, ball_point(vec3f(-s.x, -s.y, s.z))); }
         default: { return ball_radiance(texels, level, angular_point(vec3f(s.x, -s.y, s.z))); }
     }
-}
-
-// Bilinear between four texels that are neighbors in the picture.
-fn bilinear(texels: texture_2d<f32>, level: EnvironmentLevel, x: vec2i, y: vec2i, f: vec2f) -> vec3f {
-    let above = mix(environment_texel(texels, level, x.x, y.x), environment_texel(texels, level, x.y, y.x), f.x);
-    let below = mix(environment_texel(texels, level, x.x, y.y), environment_texel(texels, level, x.y, y.y), f.x);
-    return mix(above, below, f.y);
 }
 
 // Columns wrap around; beyond the first and the last row comes the same row, half a turn further.
@@ -129,42 +125,48 @@ fn cube_face(p: vec3f) -> i32 {
 fn cube_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, s: vec3f) -> vec3f {
     let face = cube_face(s);
     let local = transpose(cube_axes(face)) * s;
-    let size = f32(level.width);
-    let p = size * (0.5 * local.yz / local.x + 0.5) - 0.5;
-    let first = floor(p);
-    let f = p - first;
-    let x = i32(first.x);
-    let y = i32(first.y);
-    let above = mix(cube_texel(texels, level, face, x, y), cube_texel(texels, level, face, x + 1, y), f.x);
-    let below = mix(cube_texel(texels, level, face, x, y + 1), cube_texel(texels, level, face, x + 1, y + 1), f.x);
-    return mix(above, below, f.y);
-}
-
-fn cube_texel(texels: texture_2d<f32>, level: EnvironmentLevel, face: i32, x: i32, y: i32) -> vec3f {
     let size = i32(level.width);
-    let cx = clamp(x, 0, size - 1);
-    let cy = clamp(y, 0, size - 1);
-    let own = environment_texel(texels, level, cx, face * size + cy);
-    if cx == x && cy == y {
-        return own;
+    let p = f32(size) * (0.5 * local.yz / local.x + 0.5) - 0.5;
+    let first = vec2i(floor(p));
+    let f = p - floor(p);
+    let last = vec2i(size - 1);
+    var sum = vec3f(0.0);
+    for (var k = 0; k < 4; k++) {
+        let at = first + vec2i(k & 1, k >> 1u);
+        let inner = clamp(at, vec2i(0), last);
+        let is_corner = at.x != inner.x && at.y != inner.y;
+        let weight = select(1.0 - f.x, f.x, (k & 1) == 1) * select(1.0 - f.y, f.y, k > 1);
+        let count = select(1, 3, is_corner);
+        for (var j = 0; j < count; j++) {
+            // At a corner the texel of this face, and one of each neighbor.
+            var place = at;
+            if is_corner && j != 1 {
+                place.y = inner.y;
+            }
+            if is_corner && j != 2 {
+                place.x = inner.x;
+            }
+            let texel = cube_texel(level, face, place);
+            sum += weight / f32(count) * environment_texel(texels, level, texel.x, texel.y);
+        }
     }
-    if cx != x && cy != y {
-        return (own + cube_neighbor(texels, level, face, x, cy) + cube_neighbor(texels, level, face, cx, y)) / 3.0;
-    }
-    return cube_neighbor(texels, level, face, x, y);
+    return sum;
 }
 
-// The texel next to a face: the middle of the edge between the two lies on both faces.
-fn cube_neighbor(texels: texture_2d<f32>, level: EnvironmentLevel, face: i32, x: i32, y: i32) -> vec3f {
-    let size = f32(level.width);
+// The place in the picture of a texel of a face or next to it: the middle of the edge between the two lies on both faces.
+fn cube_texel(level: EnvironmentLevel, face: i32, at: vec2i) -> vec2i {
+    let size = i32(level.width);
+    if all(at == clamp(at, vec2i(0), vec2i(size - 1))) {
+        return vec2i(at.x, face * size + at.y);
+    }
     let axes = cube_axes(face);
-    let a = clamp((2.0 * vec2f(f32(x), f32(y)) + 1.0) / size - 1.0, vec2f(-1.0), vec2f(1.0));
+    let a = clamp((2.0 * vec2f(at) + 1.0) / f32(size) - 1.0, vec2f(-1.0), vec2f(1.0));
     // Towards the neighbor: the edge without the center of this face.
     let beyond = select(vec3f(0.0), a.x * axes[1], abs(a.x) == 1.0) + select(vec3f(0.0), a.y * axes[2], abs(a.y) == 1.0);
     let other = cube_face(beyond);
     let local = transpose(cube_axes(other)) * (axes[0] + a.x * axes[1] + a.y * axes[2]);
-    let place = clamp(vec2i(0.5 * (local.yz + 1.0) * size), vec2i(0), vec2i(i32(level.width) - 1));
-    return environment_texel(texels, level, place.x, other * i32(level.width) + place.y);
+    let place = clamp(vec2i(0.5 * (local.yz + 1.0) * f32(size)), vec2i(0), vec2i(size - 1));
+    return vec2i(place.x, other * size + place.y);
 }
 
 fn octahedral_point(s: vec3f) -> vec2f {
@@ -234,56 +236,55 @@ fn ball_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, p: vec2f) -> 
 
 // Two discs, r = tan(theta/2): across the rim of one lies the mirror image of the point in the other.
 fn paraboloid_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, s: vec3f) -> vec3f {
-    let back = s.x < 0.0;
     let side = side_of(s.x);
     let p = vec2f(-side * s.y, -s.z) / (1.0 + abs(s.x));
+    let back = select(0u, 1u, s.x < 0.0);
+    return across_rim(texels, level, p, half_disc(level, back), half_disc(level, 1u - back), vec2f(-p.x, p.y));
+}
+
+fn half_disc(level: EnvironmentLevel, back: u32) -> Disc {
     let width = 0.5 * f32(level.width);
     let w = i32(level.width);
-    let front_disc = Disc(0.0, width, 0, (w + 1) / 2);
-    let back_disc = Disc(width, width, w / 2, w);
-    let beyond = vec2f(-p.x, p.y);
-    if back {
-        return across_rim(texels, level, p, back_disc, front_disc, beyond);
-    }
-    return across_rim(texels, level, p, front_disc, back_disc, beyond);
+    return Disc(f32(back) * width, width, select(0, w / 2, back == 1u), select((w + 1) / 2, w, back == 1u));
 }
 
-// Blends over the last half texel before the rim: at the rim both sides have the same weight.
+// Blends over the last half texel before the rim: at the rim both sides have the same weight. On each side the value is that of the
+// four texels around the point that touch the disc.
 fn across_rim(
-    texels: texture_2d<f32>, level: EnvironmentLevel, p: vec2f, disc: Disc, other: Disc, beyond: vec2f
+    texels: texture_2d<f32>, level: EnvironmentLevel, p: vec2f, own: Disc, other: Disc, beyond: vec2f
 ) -> vec3f {
-    let inner = max(1.0 - 1.0 / min(disc.width, f32(level.height)), 0.0);
-    let r = length(p);
-    if r <= inner {
-        return on_disc(texels, level, p, disc);
-    }
-    let scale = inner / r;
-    let t = 0.5 * min((r - inner) / (1.0 - inner), 1.0);
-    return mix(on_disc(texels, level, scale * p, disc), on_disc(texels, level, scale * beyond, other), t);
-}
-
-// The value at point p of a disc, from those of the four texels around it that touch the disc.
-fn on_disc(texels: texture_2d<f32>, level: EnvironmentLevel, p: vec2f, disc: Disc) -> vec3f {
     let height = f32(level.height);
-    let place = vec2f(disc.start + 0.5 * (p.x + 1.0) * disc.width, 0.5 * (p.y + 1.0) * height) - 0.5;
-    let first = floor(place);
-    let f = place - first;
-    var sum = vec4f(0.0);
-    for (var k = 0; k < 4; k++) {
-        let dx = k & 1;
-        let dy = k >> 1u;
-        let x = i32(first.x) + dx;
-        let y = i32(first.y) + dy;
-        let weight = select(1.0 - f.x, f.x, dx == 1) * select(1.0 - f.y, f.y, dy == 1);
-        let nearest = vec2f(
-            nearest_to_middle(f32(x) - disc.start, disc.width), nearest_to_middle(f32(y), height)
-        );
-        let exists = x >= disc.first && x < disc.end && y >= 0 && y < i32(level.height);
-        if exists && dot(nearest, nearest) < 1.0 && weight > 0.0 {
-            sum += weight * vec4f(environment_texel(texels, level, x, y), 1.0);
+    let inner = max(1.0 - 1.0 / min(own.width, height), 0.0);
+    let r = length(p);
+    let is_near = r > inner;
+    let scale = select(1.0, inner / r, is_near);
+    let t = select(0.0, 0.5 * min((r - inner) / (1.0 - inner), 1.0), is_near);
+    let sides = select(1, 2, is_near);
+    var total = vec3f(0.0);
+    for (var side = 0; side < sides; side++) {
+        var disc = own;
+        var at = scale * p;
+        if side == 1 {
+            disc = other;
+            at = scale * beyond;
         }
+        let place = vec2f(disc.start + 0.5 * (at.x + 1.0) * disc.width, 0.5 * (at.y + 1.0) * height) - 0.5;
+        let f = place - floor(place);
+        var sum = vec4f(0.0);
+        for (var k = 0; k < 4; k++) {
+            let texel = vec2i(floor(place)) + vec2i(k & 1, k >> 1u);
+            let weight = select(1.0 - f.x, f.x, (k & 1) == 1) * select(1.0 - f.y, f.y, k > 1);
+            let nearest = vec2f(
+                nearest_to_middle(f32(texel.x) - disc.start, disc.width), nearest_to_middle(f32(texel.y), height)
+            );
+            let exists = texel.x >= disc.first && texel.x < disc.end && texel.y >= 0 && texel.y < i32(level.height);
+            if exists && dot(nearest, nearest) < 1.0 && weight > 0.0 {
+                sum += weight * vec4f(environment_texel(texels, level, texel.x, texel.y), 1.0);
+            }
+        }
+        total += select(1.0 - t, t, side == 1) * sum.rgb / max(sum.a, 1e-30);
     }
-    return sum.rgb / max(sum.a, 1e-30);
+    return total;
 }
 
 // The point of texel i of n nearest to the middle, where the picture reaches from -1 to 1.

@@ -1,4 +1,4 @@
-// uses: surface, specular
+// uses: surface, dfg
 // Glossy surfaces: the blurred incident light of vertices, interpolated, in the mirrored direction, times the directional
 // albedo: the base color, or for microfacets (gloss.x = 1) that of the split sum at the roughness gloss.y.
 

@@ -59,64 +59,75 @@ struct LookUp {
     rest: Expansion,
 }
 
-fn add_row(found: ptr<function, LookUp>, entity: Entity, point: u32, weight: f32) {
-    let order = entity.grid.w;
-    let first = entity.grid.z + point * (order + order * order);
-    for (var l = 0u; l < ORDER; l++) {
-        (*found).zonal[l] += weight * fields[first + l];
-    }
-    for (var i = 0u; i < COEFFICIENTS; i++) {
-        (*found).rest[i] += weight * fields[first + order + i];
-    }
-}
-
-// Four vertices of the octahedral grid of a sphere.
-fn add_sphere(found: ptr<function, LookUp>, entity: Entity, sphere: u32, vertex: u32, f: vec2f, weight: f32) {
-    let side = entity.grid.y + 1u;
-    let first = sphere * side * side + vertex;
-    add_row(found, entity, first, weight * (1.0 - f.x) * (1.0 - f.y));
-    add_row(found, entity, first + 1u, weight * f.x * (1.0 - f.y));
-    add_row(found, entity, first + side, weight * (1.0 - f.x) * f.y);
-    add_row(found, entity, first + side + 1u, weight * f.x * f.y);
+// The points of a field around a point and their weights: four of each of two spheres, or of one and the center.
+struct Stencil {
+    points: array<u32, 8>,
+    weights: array<f32, 8>,
+    len: u32,
 }
 
 fn sign_of(x: f32) -> f32 {
     return select(1.0, -1.0, x < 0.0);
 }
 
-// The rows around a point of the entity's frame, in its radii from the center.
-fn rows_at(entity: Entity, own: vec3f) -> LookUp {
-    var found: LookUp;
+// The samples around a point of the entity's frame, in its radii from the center.
+fn stencil_at(entity: Entity, own: vec3f) -> Stencil {
+    var stencil: Stencil;
     let relative = length(own);
     let spheres = entity.grid.x;
     let side = entity.grid.y + 1u;
     let center = spheres * side * side;
-    let unscaled = 1.0 / (1.0 + relative * relative);
     if relative <= AT_CENTER {
-        add_row(&found, entity, center, 1.0);
-        return found;
+        stencil.points[0] = center;
+        stencil.weights[0] = 1.0;
+        stencil.len = 1u;
+        return stencil;
     }
+    // The cell of the octahedral grid.
     let p = own.xy / (abs(own.x) + abs(own.y) + abs(own.z));
     let folded = (1.0 - abs(p.yx)) * vec2f(sign_of(p.x), sign_of(p.y));
     let c = (select(folded, p, own.z >= 0.0) + 1.0) * 0.5 * f32(entity.grid.y);
-    let k = min(vec2u(c), vec2u(entity.grid.y - 1u));
-    let f = min(c - vec2f(k), vec2f(1.0));
-    let vertex = k.y * side + k.x;
+    let cell = min(vec2u(c), vec2u(entity.grid.y - 1u));
+    let f = min(c - vec2f(cell), vec2f(1.0));
+    // The two spheres.
     let logarithm = log(relative);
     let root = sqrt(abs(logarithm));
     let place = entity.radial.y + select(entity.radial.w * root, -entity.radial.z * root, logarithm < 0.0);
-    let last = f32(spheres - 1u);
-    if place <= 0.0 {
-        let part = relative / entity.radial.x;
-        add_sphere(&found, entity, 0u, vertex, f, unscaled * part);
-        add_row(&found, entity, center, unscaled * (1.0 - part));
-    } else if place >= last {
-        add_sphere(&found, entity, spheres - 1u, vertex, f, unscaled);
-    } else {
-        let sphere = min(u32(place), spheres - 2u);
-        let t = place - f32(sphere);
-        add_sphere(&found, entity, sphere, vertex, f, unscaled * (1.0 - t));
-        add_sphere(&found, entity, sphere + 1u, vertex, f, unscaled * t);
+    let is_inside = place <= 0.0;
+    let low = min(u32(max(place, 0.0)), spheres - 2u);
+    let t = select(clamp(place - f32(low), 0.0, 1.0), 0.0, is_inside);
+    let unscaled = 1.0 / (1.0 + relative * relative);
+    // Between the innermost sphere and the center linearly in the distance.
+    let part = select(1.0, relative / entity.radial.x, is_inside);
+    for (var k = 0u; k < 8u; k++) {
+        let corner = vec2u(k & 1u, (k >> 1u) & 1u);
+        let across = select(1.0 - f.x, f.x, corner.x == 1u) * select(1.0 - f.y, f.y, corner.y == 1u);
+        let sphere = low + (k >> 2u);
+        stencil.points[k] = sphere * side * side + (cell.y + corner.y) * side + cell.x + corner.x;
+        stencil.weights[k] = unscaled * part * across * select(1.0 - t, t, k > 3u);
+    }
+    stencil.len = 8u;
+    if is_inside {
+        stencil.points[4] = center;
+        stencil.weights[4] = unscaled * (1.0 - part);
+        stencil.len = 5u;
+    }
+    return stencil;
+}
+
+fn rows_at(entity: Entity, own: vec3f) -> LookUp {
+    var found: LookUp;
+    var stencil = stencil_at(entity, own);
+    let order = entity.grid.w;
+    for (var k = 0u; k < stencil.len; k++) {
+        let weight = stencil.weights[k];
+        let first = entity.grid.z + stencil.points[k] * (order + order * order);
+        for (var l = 0u; l < ORDER; l++) {
+            found.zonal[l] += weight * fields[first + l];
+        }
+        for (var i = 0u; i < COEFFICIENTS; i++) {
+            found.rest[i] += weight * fields[first + order + i];
+        }
     }
     return found;
 }

@@ -1,7 +1,7 @@
 //! Devices, and what goes wrong on them.
 
-use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError, GpuTransfer, Interface, Storage};
 use lobe_gpu::wgpu;
+use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError, GpuTransfer, Interface, Storage};
 use lobe_prt::{Channels, Transfer};
 
 use crate::device;
@@ -17,7 +17,6 @@ fn numbers_come_back_as_they_went() {
         assert_eq!(read, numbers, "{count} bytes");
     }
 }
-
 
 #[test]
 fn a_device_that_is_lost_is_an_error_and_no_panic() {
@@ -53,7 +52,7 @@ transfer 0 | transfer 0 shape, light, transfer 0 | radiance
 ";
     let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(squeezed(&shaded.renderer().to_string()), squeezed(expected), "the table");
-    let names: Vec<&str> = shaded.renderer().passes().map(|pass| pass.name()).collect();
+    let names: Vec<&str> = shaded.renderer().passes().map(lobe_gpu::Pass::name).collect();
     assert_eq!(names, ["transfer 0"], "the passes as data");
     let times = shaded.renderer().run_timed().unwrap();
     assert_eq!(times.len(), 1, "one time for each pass: {times:?}");

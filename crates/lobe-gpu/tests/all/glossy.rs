@@ -14,8 +14,7 @@ const POINTS: usize = 120;
 fn glossy_points_send_towards_the_eye_what_the_processor_says() {
     let Some(context) = device("glossy_points_send_towards_the_eye_what_the_processor_says") else { return };
     let mut random = Random::new(1);
-    let positions: Vec<[f32; 3]> =
-        (0..POINTS).map(|_| [0, 1, 2].map(|_| random.signed() as f32)).collect();
+    let positions: Vec<[f32; 3]> = (0..POINTS).map(|_| [0, 1, 2].map(|_| random.signed() as f32)).collect();
     let normals: Vec<[f32; 3]> =
         lobe_testkit::fibonacci_sphere(POINTS).into_iter().map(|n| n.map(|c| c as f32)).collect();
     let eye = [2.0_f32, -1.5, 3.0];

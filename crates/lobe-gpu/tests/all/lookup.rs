@@ -73,8 +73,7 @@ fn a_turned_environment_shows_towards_the_turned_direction_what_it_showed() {
     let map = noise(Mapping::LatLong, 16, 8);
     let turn = Rotation::from_euler_zyz(0.4, 1.1, -2.0);
     let dirs: Vec<[f32; 3]> = lobe_testkit::fibonacci_sphere(500).into_iter().map(|s| s.map(|c| c as f32)).collect();
-    let turned: Vec<[f32; 3]> =
-        dirs.iter().map(|s| turn.rotate_dir(dir(*s)).to_array().map(|c| c as f32)).collect();
+    let turned: Vec<[f32; 3]> = dirs.iter().map(|s| turn.rotate_dir(dir(*s)).to_array().map(|c| c as f32)).collect();
     let found = Environment::from(&map).turned(turn).radiance_towards(&context, &turned, 0.0).unwrap();
     let expected: Vec<[f32; 3]> = dirs.iter().map(|s| map.radiance(dir(*s)).to_array()).collect();
     let worst = relative_difference(flat3(&found), flat3(&expected));

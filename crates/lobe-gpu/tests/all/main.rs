@@ -1,5 +1,7 @@
 //! The GPU against the CPU on the same data. Without an adapter every test says that it is skipped.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 mod context;
 mod glossy;
 mod lookup;

@@ -137,7 +137,8 @@ impl<'a> SphereShadows<'a> {
     /// factors of 1, x, y, z, xy, yz, z², xz, x² - y² in that part, which is cut off at 0 and 1. For shaders.
     pub fn shares(&self) -> impl Iterator<Item = (Occluder, [f32; 9])> {
         self.leaves.iter().map(|leaf| {
-            let factors = if let Share::Part(factors) = leaf.share { factors } else { [1.0, 0., 0., 0., 0., 0., 0., 0., 0.] };
+            let factors =
+                if let Share::Part(factors) = leaf.share { factors } else { [1.0, 0., 0., 0., 0., 0., 0., 0., 0.] };
             (Occluder::new(leaf.center, leaf.radius), factors)
         })
     }
