@@ -70,6 +70,11 @@ mod scene_view;
 mod storage;
 mod transfer;
 
+/// The example of README.md, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use context::context::Context;
 pub use context::options::{AdapterChoice, ContextOptions, Interface};
 pub use error::GpuError;

@@ -37,7 +37,7 @@ fn spheres_leave_as_much_of_the_sky_as_on_the_processor() {
     let positions: Vec<[f32; 3]> = (0..200).map(|_| [0, 1, 2].map(|_| 2.0 * random.signed() as f32)).collect();
     let normals: Vec<[f32; 3]> = (0..200).map(|_| random.direction().map(|c| c as f32)).collect();
     let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
-    for order in [3, 4, 6] {
+    for order in [3, 6] {
         let table = LogTable::new(&LogTableOptions::default().order(order)).unwrap();
         let mut shaded = GpuSphereShadows::new(&context, &table, &receivers, 24).unwrap();
         let light = SkyLight::new(&sky(4), order).unwrap();
@@ -99,11 +99,8 @@ fn shadow_fields_leave_what_they_leave_on_the_processor() {
         let with_own = plain.with_own_visibility(order, &own).unwrap();
         let rows = random.signed_vec(3 * n * count).into_iter().map(|x| x as f32).collect();
         let transfer = Transfer::new(order, Channels::Rgb, rows).unwrap();
-        for (receivers, response) in [
-            (&plain, FieldResponse::Cosine),
-            (&with_own, FieldResponse::Cosine),
-            (&with_own, FieldResponse::Transfer(&transfer)),
-        ] {
+        for (receivers, response) in [(&plain, FieldResponse::Cosine), (&with_own, FieldResponse::Transfer(&transfer))]
+        {
             let mut shaded: Option<GpuShadowFields> = None;
             for _ in 0..2 {
                 let placed: Vec<PlacedField<'_>> = placements(7, &mut random)
