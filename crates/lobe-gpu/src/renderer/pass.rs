@@ -25,8 +25,9 @@ pub(crate) struct Use {
 pub(crate) enum Work {
     /// A compute program over so many items.
     Compute { kernel: Kernel, items: u32 },
-    /// So many vertices drawn into the first texture that is written, with the second as depth.
-    Draw { drawing: Drawing, vertices: u32, clear: bool },
+    /// So many vertices drawn into the first texture that is written, with the second as depth; with a buffer of indices, those
+    /// vertices.
+    Draw { drawing: Drawing, vertices: u32, indices: Option<String>, clear: bool },
 }
 
 impl Pass {
@@ -36,7 +37,15 @@ impl Pass {
 
     /// A pass that draws `vertices` vertices; with `clear`, after the targets were made black and infinitely far.
     pub(crate) fn draw(name: impl Into<String>, drawing: &Drawing, vertices: u32, clear: bool) -> Self {
-        Self::new(name, Work::Draw { drawing: drawing.clone(), vertices, clear })
+        Self::new(name, Work::Draw { drawing: drawing.clone(), vertices, indices: None, clear })
+    }
+
+    /// A draw pass whose vertices are those of a buffer of indices.
+    pub(crate) fn by_indices(mut self, buffer: &str) -> Self {
+        if let Work::Draw { indices, .. } = &mut self.work {
+            *indices = Some(buffer.into());
+        }
+        self
     }
 
     fn new(name: impl Into<String>, work: Work) -> Self {

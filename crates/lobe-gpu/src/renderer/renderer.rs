@@ -44,6 +44,7 @@ struct Step {
     bindings: wgpu::BindGroup,
     /// What a draw pass draws into: light, and depth if any.
     targets: Vec<wgpu::TextureView>,
+    indices: Option<wgpu::Buffer>,
     bytes: u64,
 }
 
@@ -183,6 +184,12 @@ impl Renderer {
         self.insert(name, Kind::Buffer(buffer), true)
     }
 
+    /// The indices of a draw pass.
+    pub(crate) fn upload_indices(&mut self, name: &str, indices: &[u32]) -> Result<(), GpuError> {
+        let buffer = self.context.upload(name, bytemuck::cast_slice(indices), wgpu::BufferUsages::INDEX)?;
+        self.insert(name, Kind::Buffer(buffer), true)
+    }
+
     pub(crate) fn uniform<T: NoUninit>(&mut self, name: &str, value: &T) -> Result<(), GpuError> {
         let bytes = bytemuck::bytes_of(value);
         let buffer = self.context.upload(name, bytes, wgpu::BufferUsages::UNIFORM)?;
@@ -315,12 +322,20 @@ impl Renderer {
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(GpuError::device(&pass.name, error));
         }
+        let indices = match &pass.work {
+            Work::Draw { indices: Some(name), .. } => {
+                let buffer = self.buffer(name)?.clone();
+                bytes += buffer.size();
+                Some(buffer)
+            }
+            _ => None,
+        };
         for used in &pass.writes {
             if let Some(resource) = self.resources.get_mut(&used.name) {
                 resource.has_content = true;
             }
         }
-        self.steps.push(Step { pass, bindings, targets, bytes });
+        self.steps.push(Step { pass, bindings, targets, indices, bytes });
         Ok(())
     }
 
@@ -375,7 +390,7 @@ impl Step {
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, times: Option<(&wgpu::QuerySet, u32)>) {
         match &self.pass.work {
             Work::Compute { kernel, items } => self.encode_compute(encoder, times, kernel, *items),
-            Work::Draw { drawing, vertices, clear } => self.encode_draw(encoder, times, drawing, *vertices, *clear),
+            Work::Draw { drawing, vertices, clear, .. } => self.encode_draw(encoder, times, drawing, *vertices, *clear),
         }
     }
 
@@ -434,7 +449,13 @@ impl Step {
         });
         pass.set_pipeline(&drawing.pipeline);
         pass.set_bind_group(0, &self.bindings, &[]);
-        pass.draw(0..vertices, 0..1);
+        match &self.indices {
+            Some(indices) => {
+                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed(0..vertices, 0, 0..1);
+            }
+            None => pass.draw(0..vertices, 0..1),
+        }
     }
 }
 

@@ -18,6 +18,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "dfg" => "dfg.wgsl",
     "dispatch" => "dispatch.wgsl",
     "draw_surface" => "draw_surface.wgsl",
+    "draw_vertices" => "draw_vertices.wgsl",
     "elementary" => "elementary.wgsl",
     "environment" => "environment.wgsl",
     "glossy" => "glossy.wgsl",

@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 use lobe_image::{Curve, Exposure, Picture, Tone};
-use lobe_scene::Scene;
+use lobe_scene::{Material, Scene};
 use lobe_sh::{Rgb, Rotation, ShVec};
 
 use crate::lookup::environment::{Environment, EnvironmentShape};
@@ -41,7 +41,7 @@ impl Default for SceneViewOptions {
 /// It shows what `lobe-render` shows: `light_by_irradiance`, `light_baked_scene`, or a scene of microfacets. Surfaces that are not
 /// double-sided are black from behind; so are the backs of others where transfer lights them, which is known of fronts
 /// only. Pixels differ where an edge passes within a 256th of a pixel of a sample: devices snap corners to such a grid (test
-/// `a_picture_is_that_of_the_processor`).
+/// `pictures_by_transfer_are_those_of_the_processor`).
 ///
 /// The passes: those of the shading, `backdrop`, `surfaces`, `resolve`, `tone`. Turning the light uploads `n²` colors.
 #[derive(Debug)]
@@ -178,16 +178,35 @@ fn add_backdrop(renderer: &mut Renderer, environment: &Environment) -> Result<()
 }
 
 fn add_surfaces(renderer: &mut Renderer, shading: &Prepared, scene: &Scene, clear: bool) -> Result<(), GpuError> {
-    let shader = shading.shader.clone().module("draw_surface");
-    let mut slots = vec![Slot::Uniform];
-    slots.extend([Slot::Read; SURFACE.len()]);
-    slots.extend(shading.reads.iter().map(|(_, slot)| *slot));
-    let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, LIGHT, Depth::Tested)?;
-    let mut pass = Pass::draw("surfaces", &drawing, 3 * scene.triangle_count() as u32, clear).read("camera");
-    for name in SURFACE.into_iter().chain(shading.reads.iter().map(|(name, _)| *name)) {
-        pass = pass.read(name);
-    }
+    let corners = 3 * scene.triangle_count() as u32;
+    let draw = |drawing: &Drawing| Pass::draw("surfaces", drawing, corners, clear).read("camera");
+    let has_holes = scene.materials().iter().any(Material::has_holes);
+    let pass = if shading.is_of_vertices && !has_holes {
+        let slots = [Slot::Uniform, Slot::Read, Slot::Read];
+        let shader = Shader::new(&["draw_vertices"]);
+        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, LIGHT, Depth::Tested)?;
+        renderer.upload_indices("indices", &indices(scene))?;
+        draw(&drawing).read("vertices").read("radiance").by_indices("indices")
+    } else {
+        let shader = shading.shader.clone().module("draw_surface");
+        let mut slots = vec![Slot::Uniform];
+        slots.extend([Slot::Read; SURFACE.len()]);
+        slots.extend(shading.reads.iter().map(|(_, slot)| *slot));
+        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, LIGHT, Depth::Tested)?;
+        let names = SURFACE.into_iter().chain(shading.reads.iter().map(|(name, _)| *name));
+        names.fold(draw(&drawing), Pass::read)
+    };
     renderer.add(pass.write("samples").write("depth"))
+}
+
+/// The corners of all triangles, by their numbers among all vertices.
+fn indices(scene: &Scene) -> Vec<u32> {
+    let (mut first, mut indices) = (0, Vec::with_capacity(3 * scene.triangle_count()));
+    for mesh in scene.meshes() {
+        indices.extend(mesh.triangles().iter().flatten().map(|i| first + i));
+        first += mesh.positions().len() as u32;
+    }
+    indices
 }
 
 fn add_display(renderer: &mut Renderer, size: [u32; 2], rays: u32) -> Result<(), GpuError> {

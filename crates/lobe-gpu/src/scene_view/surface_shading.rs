@@ -61,6 +61,8 @@ pub(crate) struct Prepared {
     /// To be drawn with, and what it binds after the surface.
     pub(crate) shader: Shader,
     pub(crate) reads: Vec<(&'static str, Slot)>,
+    /// Whether all that counts is the radiance of vertices.
+    pub(crate) is_of_vertices: bool,
     light: LightUse,
 }
 
@@ -82,7 +84,7 @@ impl SurfaceShading<'_> {
                 add_light(renderer, order)?;
                 let shader = Shader::new(&["shade_irradiance"]).order(order);
                 let reads = vec![("light", Slot::Uniform)];
-                Ok(Prepared { shader, reads, light: LightUse::Irradiance(order) })
+                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::Irradiance(order) })
             }
             Self::Vertices(transfer, storage) => {
                 expect("vertices", scene.vertex_count(), transfer.receivers())?;
@@ -102,7 +104,7 @@ impl SurfaceShading<'_> {
                 renderer.upload("charts", &charts)?;
                 let shader = Shader::new(&["shade_lightmap"]);
                 let reads = vec![("radiance", Slot::Read), ("charts", Slot::Read)];
-                Ok(Prepared { shader, reads, light: LightUse::Radiance(transfer.order()) })
+                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::Radiance(transfer.order()) })
             }
             Self::Glossy(matrices, lobe, storage) => {
                 expect("vertices", scene.vertex_count(), matrices.points())?;
@@ -116,7 +118,7 @@ impl SurfaceShading<'_> {
                 let order = matrices.order();
                 let shader = Shader::new(&["shade_glossy"]).order(order);
                 let reads = vec![("incident", Slot::Read), ("gloss", Slot::Uniform), ("dfg", Slot::Texture)];
-                Ok(Prepared { shader, reads, light: LightUse::Lobe(order, lobe.zonal(order)) })
+                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::Lobe(order, lobe.zonal(order)) })
             }
             Self::Specular(split, roughness) => {
                 split.environment.add_to(renderer, "reflected")?;
@@ -129,7 +131,7 @@ impl SurfaceShading<'_> {
                     ("gloss", Slot::Uniform),
                     ("dfg", Slot::Texture),
                 ];
-                Ok(Prepared { shader, reads, light: LightUse::None })
+                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::None })
             }
         }
     }
@@ -152,7 +154,7 @@ impl Prepared {
 
 fn of_vertices(order: usize) -> Prepared {
     let shader = Shader::new(&["shade_vertices"]);
-    Prepared { shader, reads: vec![("radiance", Slot::Read)], light: LightUse::Radiance(order) }
+    Prepared { shader, reads: vec![("radiance", Slot::Read)], is_of_vertices: true, light: LightUse::Radiance(order) }
 }
 
 fn expect(what: &str, expected: usize, found: usize) -> Result<(), GpuError> {

@@ -104,6 +104,19 @@ fn clusters_give_the_radiance_of_the_processor_in_every_number_format() {
 }
 
 #[test]
+fn more_receivers_than_one_row_of_workgroups_are_all_shaded() {
+    let Some(context) = device("more_receivers_than_one_row_of_workgroups_are_all_shaded") else { return };
+    // A row has 65535 groups of 64.
+    let count = 65535 * 64 + 1000;
+    let numbers: Vec<f32> = (0..count).map(|k| (k % 1021) as f32).collect();
+    let transfer = Transfer::new(1, Channels::Gray, numbers).unwrap();
+    let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
+    let found = shaded.exit_radiance(&[Rgb::new(1.0, 2.0, 0.0)]).unwrap();
+    let wrong = found.iter().zip(transfer.coefficients()).position(|(f, t)| f.r != *t || f.g != 2.0 * t);
+    assert!(found.len() == count && wrong.is_none(), "receiver {wrong:?} of {}", found.len());
+}
+
+#[test]
 fn nothing_to_shade_is_no_error() {
     let Some(context) = device("nothing_to_shade_is_no_error") else { return };
     let none = Transfer::new(2, Channels::Gray, Vec::new()).unwrap();
