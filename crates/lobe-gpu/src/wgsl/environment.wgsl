@@ -92,7 +92,8 @@ fn lat_long_row(texels: texture_2d<f32>, level: EnvironmentLevel, row: f32, colu
     let left = floor(place);
     let f = place - left;
     let w = i32(level.width);
-    let x = ((i32(left) % w) + w) % w;
+    // From -1 on: remainders of negative numbers are undefined in OpenGL.
+    let x = (i32(left) + w) % w;
     let y = i32(clamp(row, 0.0, last));
     return mix(environment_texel(texels, level, x, y), environment_texel(texels, level, (x + 1) % w, y), f);
 }

@@ -137,12 +137,13 @@ fn neighbors(coordinate: f32, size: i32, wrap: u32) -> Neighbors {
     return Neighbors(continued(i32(below), size, wrap), continued(i32(below) + 1, size, wrap), x - below);
 }
 
+// Of a texel from -1 on: remainders of negative numbers are undefined in OpenGL.
 fn continued(k: i32, size: i32, wrap: u32) -> i32 {
     switch wrap {
-        case 0u: { return ((k % size) + size) % size; }
+        case 0u: { return (k + size) % size; }
         case 1u: {
             let period = 2 * size;
-            let j = ((k % period) + period) % period;
+            let j = (k + period) % period;
             return select(period - 1 - j, j, j < size);
         }
         default: { return clamp(k, 0, size - 1); }
