@@ -33,9 +33,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ("sizes", "the length of every Rust file", |_| sizes::check()),
     ("bench", "the benchmarks beside their peers and floors; --table prints the last results", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
-    ("tables", "writes the generated products of lobe-sh; with --check only compares", |arguments| {
-        tables::run(arguments.iter().any(|argument| argument == "--check"))
-    }),
+    (
+        "tables",
+        "writes the generated code: products of lobe-sh, the basis in WGSL; with --check only compares",
+        |arguments| tables::run(arguments.iter().any(|argument| argument == "--check")),
+    ),
     ("outputs", "two builds of the command write the same bytes: PROGRAM-BEFORE PROGRAM-AFTER", outputs::run),
     (
         "corpus",

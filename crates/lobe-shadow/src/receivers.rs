@@ -108,8 +108,15 @@ impl<'a> ShadowReceivers<'a> {
         keys.into_iter().map(|key| key as u32).collect()
     }
 
+    /// What each sees past the entity it belongs to, `order²` numbers each; empty if none were given.
+    #[must_use]
+    pub fn own_visibility(&self) -> &'a [f32] {
+        self.own
+    }
+
     /// The albedo of one: white if none were given.
-    pub(crate) fn albedo(&self, receiver: usize) -> [f32; 3] {
+    #[must_use]
+    pub fn albedo(&self, receiver: usize) -> [f32; 3] {
         self.albedos.get(receiver).copied().unwrap_or([1.0; 3])
     }
 

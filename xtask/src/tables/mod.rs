@@ -1,4 +1,5 @@
-//! `tables`: generates the straight-line SH products of `lobe-sh`, or checks that they are up to date.
+//! `tables`: generates the straight-line SH products of `lobe-sh`, and the basis and the products of `lobe-gpu`, or checks
+//! that they are up to date.
 //!
 //! It links the `lobe-sh` whose sources it writes, for the exact tensor of Gaunt coefficients; the products themselves
 //! it does not use, so that it can replace them whatever they contain, as long as they compile. Uses no other room.
@@ -11,6 +12,7 @@ mod greedy;
 mod plan;
 mod search;
 mod text;
+mod wgsl;
 mod zonal;
 
 use std::fmt::Write as _;
@@ -48,22 +50,37 @@ struct Product {
 
 /// Writes the files, or with `check` only names those that differ from what it would write.
 pub(crate) fn run(check: bool) -> Outcome {
-    let folder = workspace::root().join("crates/lobe-sh/src/product/generated");
-    let files = files();
+    let products = workspace::root().join("crates/lobe-sh/src/product/generated");
+    let shaders = workspace::root().join("crates/lobe-gpu/src/wgsl/generated");
     let mut faults = Vec::new();
-    for (name, text) in &files {
-        let path = folder.join(name);
-        if check {
-            let found = std::fs::read_to_string(&path).unwrap_or_default();
-            if found != *text {
-                faults.push(format!("{} is not what `cargo xtask tables` writes", path.display()));
+    let made = self::products();
+    let of_shaders = vec![
+        ("basis.wgsl".into(), wgsl::basis(HEADER)),
+        ("product.wgsl".into(), wgsl::product(HEADER, of_one_order(&made))),
+    ];
+    for (folder, files) in [(products, files(&made)), (shaders, of_shaders)] {
+        for (name, text) in &files {
+            let path = folder.join(name);
+            if check {
+                let found = std::fs::read_to_string(&path).unwrap_or_default();
+                if found != *text {
+                    faults.push(format!("{} is not what `cargo xtask tables` writes", path.display()));
+                }
+            } else if let Err(error) = std::fs::write(&path, text) {
+                faults.push(format!("{}: {error}", path.display()));
             }
-        } else if let Err(error) = std::fs::write(&path, text) {
-            faults.push(format!("{}: {error}", path.display()));
         }
+        faults.extend(strangers(&folder, &files));
     }
-    faults.extend(strangers(&folder, &files));
     if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// The products of two factors of one order, to that order.
+fn of_one_order(products: &[Product]) -> impl Iterator<Item = (usize, Function<'_>)> {
+    products.iter().filter_map(|product| match product.kind {
+        Kind::General([a, b, out]) if a == b && a == out => Some((a, product.function())),
+        _ => None,
+    })
 }
 
 /// Complaints about files in the folder that are not among those generated.
@@ -80,11 +97,10 @@ fn strangers(folder: &PathBuf, files: &[(String, String)]) -> Vec<String> {
 }
 
 /// The generated files, names and texts.
-fn files() -> Vec<(String, String)> {
-    let products = products();
+fn files(products: &[Product]) -> Vec<(String, String)> {
     let mut files: Vec<(String, String)> =
         products.iter().map(|product| (format!("{}.rs", product.kind.module()), product.source())).collect();
-    files.push(("mod.rs".into(), index(&products)));
+    files.push(("mod.rs".into(), index(products)));
     files
 }
 
@@ -150,6 +166,10 @@ impl Product {
     }
 
     fn source(&self) -> String {
+        format!("{HEADER}\nuse crate::Coefficient;\nuse crate::scalar::constant as k;\n\n{}", self.function().source())
+    }
+
+    fn function(&self) -> Function<'_> {
         let [a, b, out] = self.kind.lengths();
         let [order_a, order_b, order_out] = self.kind.orders();
         let (doc, arguments) = match self.kind {
@@ -163,13 +183,12 @@ impl Product {
                 format!("z: &[T::Scalar; {a}], f: &[T; {b}]"),
             ),
         };
-        let function = Function {
+        Function {
             doc,
             signature: format!("product<T: Coefficient>({arguments}, out: &mut [T; {out}])"),
             graph: &self.graph,
             results: &self.results,
-        };
-        format!("{HEADER}\nuse crate::Coefficient;\nuse crate::scalar::constant as k;\n\n{}", function.source())
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Code generation: Rust source from an expression graph.
+//! Code generation: Rust or WGSL source from an expression graph.
 
 use std::fmt::Write as _;
 
@@ -25,13 +25,19 @@ impl Function<'_> {
     ///
     /// Every operation that something needs occurs once: as `*`, `+`, `-` or `.scale(`.
     pub(super) fn source(&self) -> String {
-        let writer = Writer::new(self.graph, self.results);
         let cost = self.graph.cost(self.results);
         let inline = if cost.total() <= INLINE { "#[inline]" } else { "#[inline(never)]" };
         let mut text = format!(
             "/// {}\n///\n/// {} multiplications and {} additions.\n{inline}\npub(super) fn {} {{\n",
             self.doc, cost.multiplications, cost.additions, self.signature
         );
+        self.body(&mut text, |constant| format!("k({constant:?})"));
+        text + "}\n"
+    }
+
+    /// The statements, with constants as `constant` writes them.
+    pub(super) fn body(&self, text: &mut String, constant: fn(f64) -> String) {
+        let writer = Writer::new(self.graph, self.results, constant);
         for id in 0..self.graph.len() {
             let results = self.results.iter().enumerate().filter(|(_, value)| value.is_some_and(|term| term.id == id));
             if writer.is_named(id) {
@@ -42,7 +48,6 @@ impl Function<'_> {
                 let _ = writeln!(text, "    out[{k}] = {value};");
             }
         }
-        text + "}\n"
     }
 }
 
@@ -52,12 +57,13 @@ struct Writer<'a> {
     /// Operations in the expression of a value, itself and what is written inside it.
     length: Vec<usize>,
     named: Vec<bool>,
+    constant: fn(f64) -> String,
 }
 
 impl<'a> Writer<'a> {
-    fn new(graph: &'a Graph, results: &[Value]) -> Self {
+    fn new(graph: &'a Graph, results: &[Value], constant: fn(f64) -> String) -> Self {
         let uses = graph.uses(results);
-        let mut writer = Self { graph, length: vec![0; uses.len()], named: vec![false; uses.len()], uses };
+        let mut writer = Self { graph, length: vec![0; uses.len()], named: vec![false; uses.len()], uses, constant };
         for id in 0..graph.len() {
             let operation = usize::from(!matches!(graph.op(id), Op::Input(_)));
             writer.length[id] = operation;
@@ -95,7 +101,9 @@ impl<'a> Writer<'a> {
     fn expression(&self, id: Id) -> String {
         match self.graph.op(id) {
             Op::Input(_) => self.name(id),
-            Op::Scale(constant, x) => format!("{} * k({:?})", self.factor(x), f64::from_bits(constant)),
+            Op::Scale(constant, x) => {
+                format!("{} * {}", self.factor(x), (self.constant)(f64::from_bits(constant)))
+            }
             Op::Mul(x, y) => match [self.is_scalar(x), self.is_scalar(y)] {
                 [true, false] => format!("{}.scale({})", self.factor(y), self.name(x)),
                 [false, true] => format!("{}.scale({})", self.factor(x), self.name(y)),

@@ -40,6 +40,18 @@ impl Lightmap {
         self.width
     }
 
+    /// The chart that each texel shows, row after row.
+    #[must_use]
+    pub fn charts_of_texels(&self) -> &[u32] {
+        &self.chart_of_texel
+    }
+
+    /// The chart of each triangle of the scene.
+    #[must_use]
+    pub fn charts_of_triangles(&self) -> &[u32] {
+        &self.chart_of_triangle
+    }
+
     /// Four texels, `y · width + x`, and their weights at a place, which sum to 1.
     ///
     /// ```text

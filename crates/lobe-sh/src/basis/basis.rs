@@ -115,8 +115,23 @@ impl<S: Real> Basis<S> {
         self.order
     }
 
+    /// The constants `[a, b, g]` of the step to band `l > m` in column `m`, for code that is generated from them.
+    ///
+    /// # Panics
+    /// If `l <= m` or `l` is no band of this basis.
+    #[must_use]
+    pub fn step(&self, m: usize, l: usize) -> [S; 3] {
+        assert!(m < l && l < self.order, "no step to band {l} in column {m} of a basis of order {}", self.order);
+        let Step { a, b, g } = self.recurrence(m, l);
+        [a, b, g]
+    }
+
     /// `P̄_m^m`.
-    pub(crate) fn diagonal(&self, m: usize) -> S {
+    ///
+    /// # Panics
+    /// If `m` is no band of this basis.
+    #[must_use]
+    pub fn diagonal(&self, m: usize) -> S {
         self.diagonal[m]
     }
 

@@ -166,6 +166,18 @@ impl LogTable {
         self.rows.len() / self.options.order
     }
 
+    /// `c_lk`, band after band, ascending `k`, and the `u_1` up to which they hold; for shaders.
+    #[must_use]
+    pub fn polynomials(&self) -> (&[[f32; FIT]], f32) {
+        (&self.fit, self.fit_end)
+    }
+
+    /// `F_l` at equal steps of `w` from 0 to 1, row after row; for shaders.
+    #[must_use]
+    pub fn rows(&self) -> &[f32] {
+        &self.rows
+    }
+
     /// The logarithm of a sphere of angular radius `half_angle`, in radians, as receivers accumulate it; beyond 90° that
     /// of 90°.
     #[must_use]

@@ -133,6 +133,16 @@ impl<'a> SphereShadows<'a> {
         Ok(Self { table, tree, columns: Columns::new(), exponential, arch: Arch::new(), leaves, options: *options })
     }
 
+    /// The spheres that hide anything, each with the part of its disc that counts for a receiver that sees it in direction s: the
+    /// factors of 1, x, y, z, xy, yz, z², xz, x² - y² in that part, which is cut off at 0 and 1. For shaders.
+    pub fn shares(&self) -> impl Iterator<Item = (Occluder, [f32; 9])> {
+        self.leaves.iter().map(|leaf| {
+            let factors =
+                if let Share::Part(factors) = leaf.share { factors } else { [1.0, 0., 0., 0., 0., 0., 0., 0., 0.] };
+            (Occluder::new(leaf.center, leaf.radius), factors)
+        })
+    }
+
     /// The expansions of what each receiver sees of the sky, one after the other: factors for products with transfer.
     #[must_use]
     pub fn visibility(&self, receivers: &ShadowReceivers<'_>) -> Vec<f32> {

@@ -198,6 +198,12 @@ impl FieldGrid {
         [self.inner, self.outer]
     }
 
+    /// `k_R`, and `c_-` and `c_+`; for shaders.
+    #[must_use]
+    pub fn radial_steps(&self) -> (f64, [f64; 2]) {
+        (self.at_radius, self.per_step)
+    }
+
     /// Number of spheres.
     #[must_use]
     pub fn spheres(&self) -> usize {

@@ -1,0 +1,190 @@
+//! A device without a window.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crate::{AdapterChoice, ContextOptions, GpuError};
+
+/// A graphics device, its queue, its limits, and what went wrong on it.
+///
+/// Nothing here panics when a device is lost or refuses work: what it reports is kept, and the next call that returns a
+/// [`GpuError`] returns it. Clones share the device, and the programs that were compiled for it.
+///
+/// ```no_run
+/// use lobe_gpu::{Context, ContextOptions};
+///
+/// let context = Context::new(&ContextOptions::default())?;
+/// println!("{}", context.describe());
+/// # Ok::<(), lobe_gpu::GpuError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Context {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    max_storage_binding: u64,
+    faults: Arc<Mutex<Faults>>,
+    programs: Arc<Mutex<HashMap<String, Program>>>,
+}
+
+/// What the device reported.
+#[derive(Debug, Default)]
+struct Faults {
+    /// That it was lost, which it remains.
+    lost: Option<String>,
+    /// The first work that it refused since somebody asked.
+    refused: Option<String>,
+}
+
+/// A compiled compute program.
+#[derive(Clone, Debug)]
+pub(crate) struct Program {
+    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) layout: wgpu::BindGroupLayout,
+}
+
+impl Context {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`] if no adapter fits, [`GpuError::Unsupported`] if it has no compute shaders,
+    /// [`GpuError::Device`] if it cannot be opened.
+    pub fn new(options: &ContextOptions) -> Result<Self, GpuError> {
+        pollster::block_on(Self::open(options))
+    }
+
+    async fn open(options: &ContextOptions) -> Result<Self, GpuError> {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = options.interface.backends();
+        let instance = wgpu::Instance::new(descriptor);
+        let wanted = wgpu::RequestAdapterOptions {
+            power_preference: match options.adapter {
+                AdapterChoice::LeastPower => wgpu::PowerPreference::LowPower,
+                _ => wgpu::PowerPreference::HighPerformance,
+            },
+            force_fallback_adapter: options.adapter == AdapterChoice::Software,
+            compatible_surface: None,
+            ..Default::default()
+        };
+        let adapter =
+            instance.request_adapter(&wanted).await.map_err(|error| GpuError::NoAdapter(error.to_string()))?;
+        let info = adapter.get_info();
+        if !adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
+            let message = "expected compute shaders, found none: take another adapter or interface".into();
+            return Err(GpuError::Unsupported { place: info.name, message });
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("lobe"),
+            required_features: adapter.features() & Self::optional_features(),
+            required_limits: adapter.limits(),
+            experimental_features: wgpu::ExperimentalFeatures::disabled(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        };
+        let opened = adapter.request_device(&descriptor).await;
+        let (device, queue) = opened.map_err(|error| GpuError::device(&info.name, error))?;
+        Ok(Self::watch(device, queue, info, options))
+    }
+
+    /// A context around a device that another library opened, such as the one of a window.
+    ///
+    /// It needs compute shaders; [`Context::optional_features`] are used where they are on. Errors that the device
+    /// reports go to this context from now on.
+    #[must_use]
+    pub fn of_device(device: wgpu::Device, queue: wgpu::Queue, options: &ContextOptions) -> Self {
+        let info = device.adapter_info();
+        Self::watch(device, queue, info, options)
+    }
+
+    fn watch(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo, options: &ContextOptions) -> Self {
+        let faults = Arc::new(Mutex::new(Faults::default()));
+        let kept = faults.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            locked(&kept).refused.get_or_insert(error.to_string());
+        }));
+        let kept = faults.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            locked(&kept).lost.get_or_insert(format!("device lost, {reason:?}: {message}"));
+        });
+        let limit = device.limits().max_storage_buffer_binding_size;
+        let max_storage_binding = options.max_storage_binding.map_or(limit, |most| most.min(limit));
+        Self { device, queue, info, max_storage_binding, faults, programs: Arc::default() }
+    }
+
+    /// What this crate uses where a device has it: times of passes, and filtered or blended textures of 32-bit floats.
+    #[must_use]
+    pub fn optional_features() -> wgpu::Features {
+        wgpu::Features::TIMESTAMP_QUERY
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// The queue of the device.
+    #[must_use]
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// One line for people: the adapter, its kind, the interface, the driver.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let wgpu::AdapterInfo { name, device_type, backend, driver_info, .. } = &self.info;
+        format!("{name} ({device_type:?}, {backend:?}, {driver_info})")
+    }
+
+    /// Whether a program on the processor emulates the device.
+    #[must_use]
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// The most bytes that one storage binding can have.
+    #[must_use]
+    pub fn max_storage_binding(&self) -> u64 {
+        self.max_storage_binding
+    }
+
+    /// What went wrong on the device: its loss at any time, or work it refused since this was asked last.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] with the first thing that the device reported.
+    pub fn check(&self) -> Result<(), GpuError> {
+        let mut faults = locked(&self.faults);
+        let refused = faults.refused.take();
+        let fault = faults.lost.clone().or(refused);
+        fault.map_or(Ok(()), |message| Err(GpuError::device(&self.info.name, message)))
+    }
+
+    /// The program that was made with this key before, or now.
+    pub(crate) fn program(
+        &self,
+        key: String,
+        make: impl FnOnce() -> Result<Program, GpuError>,
+    ) -> Result<Program, GpuError> {
+        if let Some(program) = locked(&self.programs).get(&key) {
+            return Ok(program.clone());
+        }
+        let program = make()?;
+        locked(&self.programs).insert(key, program.clone());
+        Ok(program)
+    }
+
+    /// Waits until the device has done all that was submitted.
+    ///
+    /// # Errors
+    /// As [`Context::check`].
+    pub fn wait(&self) -> Result<(), GpuError> {
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        waited.map(drop).map_err(|error| GpuError::device(&self.info.name, error))
+    }
+}
+
+/// What a mutex holds, also after a thread panicked with it.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

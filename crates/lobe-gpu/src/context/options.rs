@@ -1,0 +1,59 @@
+//! The choice of a device.
+
+use derive_setters::Setters;
+
+/// Which adapter of the machine to take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AdapterChoice {
+    /// The fastest; a program that emulates one if there is no other.
+    #[default]
+    Fastest,
+    /// The one that takes the least power.
+    LeastPower,
+    /// A program on the processor, such as Mesa's llvmpipe: slow, and the same on every machine.
+    Software,
+}
+
+/// Which interface of the system to go through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Interface {
+    /// What the system has: Vulkan, Metal or Direct3D 12 before OpenGL.
+    #[default]
+    Any,
+    /// Vulkan.
+    Vulkan,
+    /// OpenGL or OpenGL ES.
+    Gl,
+    /// Metal.
+    Metal,
+    /// Direct3D 12.
+    Dx12,
+}
+
+/// Options of [`Context::new`](crate::Context::new).
+#[derive(Clone, Debug, Default, PartialEq, Setters)]
+#[setters(strip_option)]
+#[non_exhaustive]
+pub struct ContextOptions {
+    /// The adapter. Default: [`AdapterChoice::Fastest`].
+    pub adapter: AdapterChoice,
+    /// The interface. Default: [`Interface::Any`].
+    pub interface: Interface,
+    /// The most bytes of one storage binding, where fewer than the device's limit: what is larger is split over several
+    /// dispatches. For tests, and to leave memory to others. Default: the limit of the device.
+    pub max_storage_binding: Option<u64>,
+}
+
+impl Interface {
+    pub(crate) fn backends(self) -> wgpu::Backends {
+        match self {
+            Self::Any => wgpu::Backends::all(),
+            Self::Vulkan => wgpu::Backends::VULKAN,
+            Self::Gl => wgpu::Backends::GL,
+            Self::Metal => wgpu::Backends::METAL,
+            Self::Dx12 => wgpu::Backends::DX12,
+        }
+    }
+}

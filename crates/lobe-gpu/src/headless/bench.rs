@@ -1,0 +1,65 @@
+//! What each pass takes.
+
+use std::fmt;
+
+use crate::renderer::renderer::{PassTime, Renderer};
+use crate::{GpuError, SceneView};
+
+/// What the passes of a renderer take: printed, a table.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BenchReport {
+    /// The device.
+    pub device: String,
+    /// Runs over which the least time was taken.
+    pub runs: usize,
+    /// For each pass the least time of all runs.
+    pub passes: Vec<PassTime>,
+}
+
+impl BenchReport {
+    /// Runs the passes so many times, after once to get warm, and keeps the least time of each.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] if the device fails.
+    pub fn measure(renderer: &Renderer, runs: usize) -> Result<Self, GpuError> {
+        let mut passes = renderer.run_timed()?;
+        for _ in 0..runs {
+            for (best, time) in passes.iter_mut().zip(renderer.run_timed()?) {
+                best.milliseconds = match (best.milliseconds, time.milliseconds) {
+                    (Some(a), Some(b)) => Some(a.min(b)),
+                    (a, b) => a.or(b),
+                };
+            }
+        }
+        Ok(Self { device: renderer.context().describe(), runs, passes })
+    }
+
+    /// [`BenchReport::measure`] of the passes of a scene.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn of_view(view: &SceneView, runs: usize) -> Result<Self, GpuError> {
+        Self::measure(view.renderer(), runs)
+    }
+
+    /// Milliseconds of all passes; `None` if the device measures no times.
+    #[must_use]
+    pub fn total(&self) -> Option<f64> {
+        self.passes.iter().map(|pass| pass.milliseconds).sum()
+    }
+}
+
+impl fmt::Display for BenchReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}, least of {} runs", self.device, self.runs)?;
+        let width = self.passes.iter().map(|pass| pass.name.len()).max().unwrap_or(0).max(5);
+        writeln!(f, "{:width$} | {:>10} | {:>10}", "pass", "ms", "MB bound")?;
+        let ms = |time: Option<f64>| time.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.3}"));
+        for PassTime { name, milliseconds, bytes } in &self.passes {
+            writeln!(f, "{name:width$} | {:>10} | {:>10.3}", ms(*milliseconds), *bytes as f64 * 1e-6)?;
+        }
+        let bytes: u64 = self.passes.iter().map(|pass| pass.bytes).sum();
+        writeln!(f, "{:width$} | {:>10} | {:>10.3}", "all", ms(self.total()), bytes as f64 * 1e-6)
+    }
+}

@@ -1,0 +1,111 @@
+//! A scene under a turning sky, frame by frame.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use derive_setters::Setters;
+use lobe_image::{Picture, PictureWriteOptions, Tone, write_animated_png, write_picture};
+use lobe_io::{Job, Progress};
+use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+
+use crate::{GpuError, SceneView};
+
+/// Options of [`render_turntable`].
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[non_exhaustive]
+pub struct TurntableOptions {
+    /// Pictures. Default: 1.
+    pub frames: usize,
+    /// Radians by which light and backdrop turn about +z from one picture to the next. Default: 2π/48.
+    pub step: f64,
+    /// Seconds for which an animated picture shows each. Default: 0.05.
+    pub seconds: f64,
+    /// The tone mapping of what is displayed; an exposure that depends on a picture is that of the first one. Default:
+    /// [`Tone::PHOTOGRAPH`].
+    pub tone: Tone,
+}
+
+impl Default for TurntableOptions {
+    fn default() -> Self {
+        Self { frames: 1, step: std::f64::consts::TAU / 48.0, seconds: 0.05, tone: Tone::PHOTOGRAPH }
+    }
+}
+
+/// Renders a scene under a light that turns about +z with the backdrop, and hands each picture, in linear light, to `frame`, with
+/// its number and the tone mapping, which is that of the display from the second on.
+///
+/// The steps of `job` are pictures; it cannot be kept in a file.
+///
+/// # Errors
+/// [`GpuError::Cancelled`] if the watch of the job said to stop, [`GpuError::Options`] if the job has a file,
+/// [`GpuError::Device`] if the device fails, and what `frame` returns.
+pub fn render_turntable(
+    view: &SceneView,
+    light: &ShVec<Rgb<f64>>,
+    options: &TurntableOptions,
+    mut frame: impl FnMut(usize, Picture, &Tone) -> Result<(), GpuError>,
+    mut job: Job<'_>,
+) -> Result<(), GpuError> {
+    job.expect_no_checkpoint().map_err(GpuError::Options)?;
+    let begin = Instant::now();
+    let mut tone = options.tone;
+    for number in 0..options.frames {
+        let turn = Rotation::from_axis_angle(Dir::Z, number as f64 * options.step);
+        view.set_light(&turn.rotated(light))?;
+        view.turn_backdrop(&turn)?;
+        view.render()?;
+        let picture = view.picture()?;
+        if number == 0 {
+            tone = tone.fixed_for(&picture);
+            view.set_tone(&tone)?;
+        }
+        frame(number, picture, &tone)?;
+        let (done, total) = (number + 1, options.frames);
+        let progress = Progress { done, total, elapsed: begin.elapsed(), ..Progress::default() };
+        if job.report(&progress).is_break() && done < total {
+            return Err(GpuError::Cancelled);
+        }
+    }
+    Ok(())
+}
+
+/// Renders a turntable to files: one picture in linear light or for display, as the ending says (.exr, .hdr, .png, ..); of several
+/// frames an animated .png, for which all are kept until the end, or files with the number of the frame before their ending.
+///
+/// # Errors
+/// [`GpuError::Image`] if a file cannot be written; else as [`render_turntable`].
+pub fn write_turntable(
+    view: &SceneView,
+    light: &ShVec<Rgb<f64>>,
+    options: &TurntableOptions,
+    path: impl AsRef<Path>,
+    job: Job<'_>,
+) -> Result<(), GpuError> {
+    let path = path.as_ref();
+    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    let (mut kept, mut shown) = (Vec::new(), options.tone);
+    let keep = |number: usize, picture: Picture, tone: &Tone| {
+        shown = *tone;
+        if is_png {
+            kept.push(picture);
+        } else {
+            write_picture(numbered(path, number, options.frames), &picture, &PictureWriteOptions::default())?;
+        }
+        Ok(())
+    };
+    render_turntable(view, light, options, keep, job)?;
+    match kept.as_slice() {
+        [] => Ok(()),
+        [picture] => Ok(picture.write_png(path, &shown)?),
+        pictures => Ok(write_animated_png(path, pictures, &shown, options.seconds)?),
+    }
+}
+
+/// `name.0007.exr` of `name.exr`; the path itself for one frame.
+fn numbered(path: &Path, number: usize, frames: usize) -> PathBuf {
+    if frames == 1 {
+        return path.to_owned();
+    }
+    let ending = path.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
+    path.with_extension(format!("{number:04}.{ending}"))
+}

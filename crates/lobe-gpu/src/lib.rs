@@ -1,0 +1,100 @@
+//! The same shading on the GPU, without a window.
+//!
+//! Each WGSL module has a counterpart on the processor, whose name it has, and gives its numbers: relative differences are below
+//! 1e-4, tested on the same data. All work of a device is passes of a [`Renderer`], in an order that can be printed.
+//!
+//! # Example: a baked scene under a new light
+//!
+//! ```no_run
+//! use lobe_gpu::{Camera, Context, ContextOptions, Environment, SceneView, SceneViewOptions, Storage, SurfaceShading};
+//! use lobe_image::Tone;
+//! use lobe_io::Job;
+//! use lobe_prt::{BakeOptions, Receivers, bake};
+//! use lobe_scene::{Bvh, built_in};
+//! use lobe_sh::Dir;
+//!
+//! let scene = built_in::ball_over_ground(32);
+//! let receivers = Receivers::at_vertices(&scene)?;
+//! let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &BakeOptions::default(), Job::default())?;
+//! let sky = lobe_env::bundled::sunset().map();
+//!
+//! let context = Context::new(&ContextOptions::default())?;
+//! let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
+//! let view = SceneView::new(&context, &scene, &shading, Some(&Environment::from(&*sky)), &SceneViewOptions::default())?;
+//! if let Some(camera) = Camera::framing(scene.world_bounds(), Dir::from_angles(1.2, 0.5), 0.3) {
+//!     view.set_camera(&camera)?;
+//! }
+//! view.set_light(&lobe_env::project_env(&sky, 4))?;
+//! view.render()?;
+//! view.picture()?.write_png("ball.png", &Tone::PHOTOGRAPH)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Index
+//!
+//! | purpose | item | WGSL modules |
+//! |---|---|---|
+//! | a device | [`Context`], [`ContextOptions`] | |
+//! | passes and what they take | [`Renderer`], [`Pass`], [`PassTime`] | |
+//! | the modules themselves | [`wgsl_module`], [`wgsl_modules`] | all |
+//! | the basis | [`basis_towards`] | `basis` |
+//! | irradiance of order 3 | [`irradiance_towards`] | `irradiance` |
+//! | environment maps in every mapping | [`Environment`] | `environment` |
+//! | split-sum reflection | [`SplitSum`] | `specular` |
+//! | transfer of matte receivers | [`GpuTransfer`], [`Storage`] | `transfer`, `clustered` |
+//! | transfer of glossy ones | [`GpuMatrices`] | `glossy`, `glossy_exit` |
+//! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
+//! | entities with occlusion fields | [`GpuShadowFields`], [`FieldResponse`] | `shadow_fields`, `product` |
+//! | skins and morph targets | [`GpuSkin`], [`GpuVertex`], [`MorphTarget`] | `skin` |
+//! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyLobe`], [`Camera`] | `camera`, `surface`, `shade_*`, `backdrop`, `resolve`, `tone` |
+//! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`BenchReport`] | |
+//!
+//! # Precision
+//!
+//! Shaders compute in `f32`. Where WGSL allows larger errors than the last digits, in `atan2` and `sin`, the modules have
+//! functions of their own; textures of light are read texel by texel and weighted here, because filters of devices have eight
+//! bits for a weight.
+//!
+//! # What can go wrong
+//!
+//! Devices are lost, run out of memory, or refuse work: each is a [`GpuError`], and nothing panics. A machine without an
+//! adapter is [`GpuError::NoAdapter`]; the same pictures are then made by `lobe-render`.
+
+mod context;
+mod error;
+mod headless;
+mod lookup;
+mod moving;
+mod renderer;
+mod scene_view;
+mod storage;
+mod transfer;
+
+/// The example of README.md, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+pub use context::context::Context;
+pub use context::options::{AdapterChoice, ContextOptions, Interface};
+pub use error::GpuError;
+pub use headless::bench::BenchReport;
+pub use headless::turntable::{TurntableOptions, render_turntable, write_turntable};
+pub use lookup::basis::{MAX_ORDER, basis_towards};
+pub use lookup::environment::Environment;
+pub use lookup::irradiance::irradiance_towards;
+pub use lookup::specular::SplitSum;
+pub use moving::gpu_shadow_fields::{FieldResponse, GpuShadowFields};
+pub use moving::gpu_skin::{GpuSkin, GpuVertex, MorphTarget};
+pub use moving::gpu_sphere_shadows::GpuSphereShadows;
+pub use renderer::pass::Pass;
+pub use renderer::renderer::{PassTime, Renderer};
+pub use renderer::shader::{wgsl_module, wgsl_modules};
+pub use scene_view::camera::Camera;
+pub use scene_view::scene_view::{SceneView, SceneViewOptions};
+pub use scene_view::surface_shading::{GlossyLobe, SurfaceShading};
+pub use storage::Storage;
+pub use transfer::gpu_matrices::GpuMatrices;
+pub use transfer::gpu_transfer::GpuTransfer;
+/// The library underneath, for programs that share a device with a window.
+pub use wgpu;

@@ -1,0 +1,144 @@
+//! Shaders, put together from the WGSL modules of this crate.
+
+use std::fmt::Write as _;
+
+/// A WGSL module of this crate: its name, that of the module on the processor it is the counterpart of, and its text.
+macro_rules! modules {
+    ($($name:literal => $file:literal),+ $(,)?) => {
+        &[$(($name, include_str!(concat!("../wgsl/", $file)))),+]
+    };
+}
+
+const MODULES: &[(&str, &str)] = modules! {
+    "accumulate" => "accumulate.wgsl",
+    "backdrop" => "backdrop.wgsl",
+    "basis" => "generated/basis.wgsl",
+    "camera" => "camera.wgsl",
+    "clustered" => "clustered.wgsl",
+    "dfg" => "dfg.wgsl",
+    "dispatch" => "dispatch.wgsl",
+    "draw_surface" => "draw_surface.wgsl",
+    "draw_vertices" => "draw_vertices.wgsl",
+    "elementary" => "elementary.wgsl",
+    "environment" => "environment.wgsl",
+    "glossy" => "glossy.wgsl",
+    "glossy_exit" => "glossy_exit.wgsl",
+    "irradiance" => "irradiance.wgsl",
+    "product" => "generated/product.wgsl",
+    "resolve" => "resolve.wgsl",
+    "shade_glossy" => "shade_glossy.wgsl",
+    "shade_irradiance" => "shade_irradiance.wgsl",
+    "shade_lightmap" => "shade_lightmap.wgsl",
+    "shade_specular" => "shade_specular.wgsl",
+    "shade_vertices" => "shade_vertices.wgsl",
+    "shadow_fields" => "shadow_fields.wgsl",
+    "skin" => "skin.wgsl",
+    "sky_light" => "sky_light.wgsl",
+    "specular" => "specular.wgsl",
+    "surface" => "surface.wgsl",
+    "tone" => "tone.wgsl",
+    "transfer" => "transfer.wgsl",
+};
+
+/// The text of a WGSL module, to use in a shader of one's own; `None` if there is no such module.
+///
+/// A module that needs others names them in its first line, `// uses: a, b`: put their texts before it. Modules whose
+/// arrays have the length of an order need constants `ORDER` and `COEFFICIENTS`, and a function `basis` that calls
+/// `basis_1` to `basis_8`.
+///
+/// ```
+/// let basis = lobe_gpu::wgsl_module("basis").unwrap_or_default();
+/// assert!(basis.contains("fn basis_8(s: vec3f) -> array<f32, 64>"));
+/// ```
+#[must_use]
+pub fn wgsl_module(name: &str) -> Option<&'static str> {
+    MODULES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+/// The names of all modules.
+#[must_use]
+pub fn wgsl_modules() -> Vec<&'static str> {
+    MODULES.iter().map(|(name, _)| *name).collect()
+}
+
+/// The source of a shader.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shader {
+    constants: String,
+    modules: Vec<&'static str>,
+    text: String,
+}
+
+impl Shader {
+    /// A shader of these modules, each after those it uses.
+    pub(crate) fn new(modules: &[&str]) -> Self {
+        let mut shader = Self::default();
+        for name in modules {
+            shader.add(name);
+        }
+        shader
+    }
+
+    fn add(&mut self, name: &str) {
+        let Some(&(name, text)) = MODULES.iter().find(|(known, _)| *known == name) else {
+            unreachable!("{name} is no module of this crate");
+        };
+        if self.modules.contains(&name) {
+            return;
+        }
+        for used in uses(text) {
+            self.add(used);
+        }
+        self.modules.push(name);
+        self.text.push_str(text);
+    }
+
+    /// With one more module.
+    pub(crate) fn module(mut self, name: &str) -> Self {
+        self.add(name);
+        self
+    }
+
+    /// With a constant that its modules expect.
+    pub(crate) fn constant(mut self, name: &str, value: usize) -> Self {
+        let _ = writeln!(self.constants, "const {name} = {value}u;");
+        self
+    }
+
+    /// With the basis of one order as `basis`.
+    pub(crate) fn order(self, order: usize) -> Self {
+        let mut shader = self.constant("ORDER", order).constant("COEFFICIENTS", order * order);
+        shader.add("basis");
+        let count = order * order;
+        let _ =
+            writeln!(shader.text, "\nfn basis(s: vec3f) -> array<f32, {count}> {{\n    return basis_{order}(s);\n}}");
+        shader
+    }
+
+    /// With the product of two expansions of one order, cut off at that order, as `product`.
+    pub(crate) fn product(mut self, order: usize) -> Self {
+        self.add("product");
+        let array = format!("array<f32, {}>", order * order);
+        let _ = writeln!(
+            self.text,
+            "\nfn product(a: {array}, b: {array}) -> {array} {{\n    return product_{order}(a, b);\n}}"
+        );
+        self
+    }
+
+    /// With text after the modules.
+    pub(crate) fn with(mut self, text: &str) -> Self {
+        self.text.push_str(text);
+        self
+    }
+
+    pub(crate) fn source(&self) -> String {
+        format!("{}\n{}", self.constants, self.text)
+    }
+}
+
+/// The modules that the first line of a module names.
+fn uses(text: &str) -> impl Iterator<Item = &str> {
+    let first = text.lines().next().unwrap_or_default();
+    first.strip_prefix("// uses: ").into_iter().flat_map(|list| list.split(", "))
+}

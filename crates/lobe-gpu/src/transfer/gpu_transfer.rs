@@ -1,0 +1,202 @@
+//! Matte receivers on the device.
+
+use lobe_prt::{Channels, CompressedTransfer, Transfer, Weights};
+use lobe_sh::Rgb;
+
+use crate::lookup::basis::check_order;
+use crate::renderer::kernel::{Kernel, Slot};
+use crate::renderer::pass::Pass;
+use crate::renderer::renderer::Renderer;
+use crate::renderer::shader::Shader;
+use crate::transfer::pieces::{Piece, VALUE, pack, upload_rows, words_of};
+use crate::{Context, GpuError, Storage};
+
+/// Bindings of the programs `transfer` and `clustered`.
+const TRANSFER_SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Read, Slot::Write];
+const CLUSTERED_SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Write];
+
+/// Transfer of matte receivers on a device, which shades all of them under a new light in one pass.
+///
+/// ```text
+///   B = Σᵢ Lᵢ Tᵢ          clustered:  B = M_k·L + Σ_j w_j (B_kj·L)
+/// ```
+///
+/// As [`Transfer::exit_radiance`] and [`CompressedTransfer::exit_radiance`]. A light costs the upload of `n²` colors. What is
+/// larger than a storage binding of the device is split over several dispatches.
+///
+/// ```no_run
+/// use lobe_gpu::{Context, ContextOptions, GpuTransfer, Storage};
+/// use lobe_prt::{Channels, Transfer};
+/// use lobe_sh::Rgb;
+///
+/// let context = Context::new(&ContextOptions::default())?;
+/// let transfer = Transfer::new(1, Channels::Gray, vec![0.5, 0.25])?;
+/// let shaded = GpuTransfer::new(&context, &transfer, Storage::F32)?;
+/// assert_eq!(shaded.exit_radiance(&[Rgb::new(2.0, 4.0, 8.0)])?[1], Rgb::new(0.5, 1.0, 2.0));
+/// println!("{}", shaded.renderer());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct GpuTransfer {
+    renderer: Renderer,
+    order: usize,
+    receivers: usize,
+}
+
+impl GpuTransfer {
+    /// Uploads transfer vectors.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] if they do not fit the device; [`GpuError::Device`] if the device fails.
+    pub fn new(context: &Context, transfer: &Transfer, storage: Storage) -> Result<Self, GpuError> {
+        let mut renderer = Renderer::new(context);
+        add_transfer(&mut renderer, transfer, storage, "radiance")?;
+        Ok(Self { renderer, order: transfer.order(), receivers: transfer.receivers() })
+    }
+
+    /// Uploads clusters and weights, which keep their number format.
+    ///
+    /// # Errors
+    /// As [`GpuTransfer::new`].
+    pub fn of_clusters(context: &Context, transfer: &CompressedTransfer) -> Result<Self, GpuError> {
+        let mut renderer = Renderer::new(context);
+        add_clustered(&mut renderer, transfer, "radiance")?;
+        Ok(Self { renderer, order: transfer.order(), receivers: transfer.receivers() })
+    }
+
+    /// The passes, and the buffer `radiance` that they write: four `f32` for each receiver.
+    #[must_use]
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+
+    /// Shades all receivers under a light, which is cut off at the order of the transfer. Does not wait.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] if the device was lost or refused work.
+    pub fn light(&self, light: &[Rgb<f64>]) -> Result<(), GpuError> {
+        self.renderer.update("light", &light_vectors(light, self.order))?;
+        self.renderer.run()
+    }
+
+    /// The exit radiance of every receiver under a light.
+    ///
+    /// # Errors
+    /// As [`GpuTransfer::light`].
+    pub fn exit_radiance(&self, light: &[Rgb<f64>]) -> Result<Vec<Rgb<f32>>, GpuError> {
+        if self.receivers == 0 {
+            return Ok(Vec::new());
+        }
+        self.light(light)?;
+        let values: Vec<[f32; 4]> = self.renderer.read("radiance", self.receivers)?;
+        Ok(values.into_iter().map(|[r, g, b, _]| Rgb::new(r, g, b)).collect())
+    }
+}
+
+/// The light's coefficients of `order`, missing ones zero.
+pub(crate) fn light_vectors(light: &[Rgb<f64>], order: usize) -> Vec<[f32; 4]> {
+    let mut vectors: Vec<[f32; 4]> =
+        light.iter().take(order * order).map(|c| [c.r as f32, c.g as f32, c.b as f32, 0.0]).collect();
+    vectors.resize(order * order, [0.0; 4]);
+    vectors
+}
+
+/// Makes the uniform `light` if there is none.
+pub(crate) fn add_light(renderer: &mut Renderer, order: usize) -> Result<(), GpuError> {
+    if renderer.has("light") {
+        return Ok(());
+    }
+    let mut padded = [[0.0_f32; 4]; 64];
+    padded[..order * order].copy_from_slice(&light_vectors(&[], order));
+    renderer.uniform("light", &padded)
+}
+
+/// Passes that shade receivers of transfer vectors into the buffer `radiance`.
+pub(crate) fn add_transfer(
+    renderer: &mut Renderer,
+    transfer: &Transfer,
+    storage: Storage,
+    radiance: &str,
+) -> Result<(), GpuError> {
+    check_order(transfer.order())?;
+    let numbers = transfer.order().pow(2) * transfer.channels().count();
+    add_light(renderer, transfer.order())?;
+    let rows = transfer.receivers();
+    renderer.allocate(radiance, VALUE * rows as u64)?;
+    let row = |r: usize, out: &mut Vec<u32>| pack(&transfer.coefficients()[r * numbers..][..numbers], storage, out);
+    let pieces = upload_rows(renderer, "transfer", rows, words_of(numbers, storage), row)?;
+    let kernel = transfer_kernel(renderer.context(), transfer.order(), transfer.channels(), storage)?;
+    add_passes(renderer, &kernel, "light", &pieces, radiance)
+}
+
+fn transfer_kernel(context: &Context, order: usize, channels: Channels, storage: Storage) -> Result<Kernel, GpuError> {
+    let shader = Shader::new(&["transfer"])
+        .constant("COEFFICIENTS", order * order)
+        .constant("CHANNELS", channels.count())
+        .constant("HALF", usize::from(storage == Storage::F16));
+    Kernel::new(context, "transfer", &shader, &TRANSFER_SLOTS)
+}
+
+/// One pass for each piece.
+fn add_passes(
+    renderer: &mut Renderer,
+    kernel: &Kernel,
+    input: &str,
+    pieces: &[Piece],
+    radiance: &str,
+) -> Result<(), GpuError> {
+    for piece in pieces {
+        let pass = Pass::compute(&piece.words, kernel, piece.count()).read(&piece.shape).read(input);
+        renderer.add(pass.read(&piece.words).write_part(radiance, piece.values()))?;
+    }
+    Ok(())
+}
+
+/// Passes that shade receivers in clusters into the buffer `radiance`.
+pub(crate) fn add_clustered(
+    renderer: &mut Renderer,
+    transfer: &CompressedTransfer,
+    radiance: &str,
+) -> Result<(), GpuError> {
+    check_order(transfer.order())?;
+    let table = transfer.table();
+    add_light(renderer, transfer.order())?;
+    let rows = transfer.receivers();
+    renderer.allocate(radiance, VALUE * rows as u64)?;
+    // The products of means and directions with the light are those of so many receivers.
+    let vectors = table.bases().len() / table.width();
+    renderer.allocate("cluster colors", VALUE * vectors as u64)?;
+    let basis = |v: usize, out: &mut Vec<u32>| {
+        pack(&table.bases()[v * table.width()..][..table.width()], Storage::F32, out);
+    };
+    let bases = upload_rows(renderer, "clusters", vectors, table.width(), basis)?;
+    let kernel = transfer_kernel(renderer.context(), transfer.order(), transfer.channels(), Storage::F32)?;
+    add_passes(renderer, &kernel, "light", &bases, "cluster colors")?;
+    // The receivers.
+    let in_word = match table.weights() {
+        Weights::U8(_) => 4,
+        Weights::U16(_) => 2,
+        _ => 1,
+    };
+    let components = table.components();
+    let row = |r: usize, out: &mut Vec<u32>| {
+        out.clear();
+        out.push(u32::from(table.clusters()[r]));
+        let places = r * components..(r + 1) * components;
+        match table.weights() {
+            Weights::U8(w) => out.extend(w[places].chunks(4).map(|q| word(q.iter().map(|q| u32::from(*q)), 8))),
+            Weights::U16(w) => out.extend(w[places].chunks(2).map(|q| word(q.iter().map(|q| u32::from(*q)), 16))),
+            Weights::F32(w) => out.extend(w[places].iter().map(|w| w.to_bits())),
+            other => unreachable!("weights of {:?}", other.bits()),
+        }
+    };
+    let pieces = upload_rows(renderer, "weights", rows, 1 + components.div_ceil(in_word), row)?;
+    let shader = Shader::new(&["clustered"]).constant("COMPONENTS", components).constant("WEIGHTS_IN_WORD", in_word);
+    let kernel = Kernel::new(renderer.context(), "clustered", &shader, &CLUSTERED_SLOTS)?;
+    add_passes(renderer, &kernel, "cluster colors", &pieces, radiance)
+}
+
+/// Integers of so many bits in a word, the first in the lowest.
+fn word(numbers: impl Iterator<Item = u32>, bits: usize) -> u32 {
+    numbers.enumerate().fold(0, |word, (k, q)| word | q << (k * bits))
+}

@@ -1,0 +1,128 @@
+// uses: dispatch
+// What many spheres together leave of the sky, `lobe_shadow::SphereShadows` without tree and groups (Ren et al. 2006): the sum of the
+// logarithms of all spheres, each from the table by its size and turned to where the receiver sees it, and its
+// exponential on a grid; then irradiance by the operator of `lobe_shadow::SkyLight`.
+
+struct Receiver {
+    position: vec4f,
+    normal: vec4f,
+}
+
+// Center and radius; the factors of 1, x, y, z, xy, yz, z*z, xz, x*x - y*y in the part of the disc that counts.
+struct Sphere {
+    center: vec4f,
+    share_0: vec4f,
+    share_1: vec4f,
+    share_2: vec4f,
+}
+
+// FIT coefficients of a polynomial for each band, then rows of the table for equal steps of 1 - cos.
+const FIT = 8u;
+
+struct Sizes {
+    receivers: u32,
+    spheres: u32,
+    intervals: u32,
+    // The end of the polynomials, in the square of the sine.
+    fit_end: f32,
+}
+
+@group(0) @binding(0) var<uniform> sizes: Sizes;
+@group(0) @binding(1) var<storage, read> receivers: array<Receiver>;
+@group(0) @binding(2) var<storage, read> spheres: array<Sphere>;
+@group(0) @binding(3) var<storage, read> log_table: array<f32>;
+// For each point of the grid the basis, then the weight.
+@group(0) @binding(4) var<storage, read> grid: array<f32>;
+@group(0) @binding(5) var<storage, read_write> visibility: array<f32>;
+
+// The height at which a sinking sphere counts, as a part of that of its top.
+const SUNK = 0.25;
+const NO_DISTANCE = 1e-30;
+
+struct Aim {
+    towards: vec3f,
+    sin_squared: f32,
+}
+
+fn aim(at: Receiver, sphere: Sphere) -> Aim {
+    let r = sphere.center.w;
+    let n = at.normal.xyz;
+    var c = sphere.center.xyz - at.position.xyz;
+    let h = dot(n, c);
+    let top = h + r;
+    let hiding = r * clamp((1.0 - SUNK) * top, 0.0, r);
+    c += max(SUNK * top - h, 0.0) * n;
+    let inverse = inverseSqrt(max(dot(c, c), NO_DISTANCE));
+    return Aim(c * inverse, hiding * min(inverse * inverse, 1.0 / max(r * r, NO_DISTANCE)));
+}
+
+fn share_towards(sphere: Sphere, s: vec3f) -> f32 {
+    let first = dot(sphere.share_0, vec4f(1.0, s));
+    let second = dot(sphere.share_1, vec4f(s.x * s.y, s.y * s.z, s.z * s.z, s.x * s.z));
+    return clamp(first + second + sphere.share_2.x * (s.x * s.x - s.y * s.y), 0.0, 1.0);
+}
+
+// F_l of one sphere of sin^2 = u.
+fn log_factors(u: f32) -> array<f32, ORDER> {
+    var factors: array<f32, ORDER>;
+    if u <= sizes.fit_end {
+        let x = u * (2.0 / sizes.fit_end) - 1.0;
+        for (var l = 0u; l < ORDER; l++) {
+            var p = 0.0;
+            for (var k = FIT; k > 0u; k--) {
+                p = p * x + log_table[l * FIT + k - 1u];
+            }
+            factors[l] = p * u;
+        }
+        return factors;
+    }
+    let place = (1.0 - sqrt(max(1.0 - u, 0.0))) * f32(sizes.intervals);
+    let row = min(u32(place), sizes.intervals - 1u);
+    let first = ORDER * (FIT + row);
+    for (var l = 0u; l < ORDER; l++) {
+        factors[l] = mix(log_table[first + l], log_table[first + ORDER + l], place - f32(row));
+    }
+    return factors;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let r = item_of(id, groups);
+    if r >= sizes.receivers {
+        return;
+    }
+    let at = receivers[r];
+    var f: array<f32, COEFFICIENTS>;
+    for (var k = 0u; k < sizes.spheres; k++) {
+        let sphere = spheres[k];
+        let seen = aim(at, sphere);
+        let share = share_towards(sphere, seen.towards);
+        let factors = log_factors(seen.sin_squared);
+        let y = basis(seen.towards);
+        for (var l = 0u; l < ORDER; l++) {
+            for (var i = l * l; i < (l + 1u) * (l + 1u); i++) {
+                f[i] += share * factors[l] * y[i];
+            }
+        }
+    }
+    // The mean is taken out of the grid.
+    let mean = f[0];
+    f[0] = 0.0;
+    var v: array<f32, COEFFICIENTS>;
+    const POINT = COEFFICIENTS + 1u;
+    for (var p = 0u; p < arrayLength(&grid) / POINT; p++) {
+        var value = 0.0;
+        for (var i = 0u; i < COEFFICIENTS; i++) {
+            value += f[i] * grid[p * POINT + i];
+        }
+        let weighted = grid[p * POINT + COEFFICIENTS] * exp(value);
+        for (var i = 0u; i < COEFFICIENTS; i++) {
+            v[i] += weighted * grid[p * POINT + i];
+        }
+    }
+    // y_0 = 1/sqrt(4 pi)
+    let factor = exp(0.282094791773878 * mean);
+    for (var i = 0u; i < COEFFICIENTS; i++) {
+        visibility[i * sizes.receivers + r] = factor * v[i];
+    }
+}

@@ -1,0 +1,157 @@
+// uses: camera
+// The surface that a pixel shows, as `lobe_scene::Scene::surface`: triangles without an index buffer, so that a fragment knows
+// its triangle and the weights of its corners.
+
+struct Vertex {
+    position: vec4f,
+    normal: vec4f,
+}
+
+// Color, two sets of texture coordinates, and the place in a lightmap.
+struct Paint {
+    color: vec4f,
+    uvs: vec4f,
+    lightmap: vec4f,
+}
+
+struct Material {
+    base_color: vec4f,
+    u_row: vec4f,
+    v_row: vec4f,
+    // First word, width, height; ways to continue along u and v: 0 repeat, 1 mirror, 2 clamp, 3 * v + u.
+    picture: vec4u,
+    // 0 without a texture, else 1 + the set of coordinates; 1 if double-sided; 1 if alpha is a mask.
+    flags: vec4u,
+    // The cutoff of the mask.
+    numbers: vec4f,
+}
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+// Three vertices and the material.
+@group(0) @binding(2) var<storage, read> corners: array<vec4u>;
+@group(0) @binding(3) var<storage, read> paints: array<Paint>;
+@group(0) @binding(4) var<storage, read> materials: array<Material>;
+@group(0) @binding(5) var<storage, read> texels: array<u32>;
+
+struct Varying {
+    @builtin(position) position: vec4f,
+    @location(0) weights: vec3f,
+    @location(1) @interpolate(flat) triangle: u32,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) number: u32) -> Varying {
+    let triangle = number / 3u;
+    let corner = number % 3u;
+    let p = vertices[corners[triangle][corner]].position.xyz;
+    var weights = vec3f(0.0);
+    weights[corner] = 1.0;
+    return Varying(camera_clip(camera, p), weights, triangle);
+}
+
+struct Surface {
+    triangle: u32,
+    corners: vec3u,
+    weights: vec3f,
+    // Towards the eye.
+    view: vec3f,
+    // To shade with, on the side that is seen.
+    normal: vec3f,
+    albedo: vec4f,
+    is_front: bool,
+    is_lit: bool,
+    is_there: bool,
+}
+
+fn surface_at(in: Varying) -> Surface {
+    let triangle = corners[in.triangle];
+    let a = vertices[triangle.x];
+    let b = vertices[triangle.y];
+    let c = vertices[triangle.z];
+    // Rounding of the interpolation.
+    let weights = in.weights / (in.weights.x + in.weights.y + in.weights.z);
+    let towards = camera_towards(camera, in.position.xy);
+    let geometric = normalize(cross(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz));
+    let blended = weights.x * a.normal.xyz + weights.y * b.normal.xyz + weights.z * c.normal.xyz;
+    let length_of = length(blended);
+    let shading = select(geometric, blended / length_of, length_of > 0.0);
+    let is_front = dot(towards, geometric) < 0.0;
+    let material = materials[triangle.w];
+    let color = color_at(material, triangle.xyz, weights);
+    return Surface(
+        in.triangle,
+        triangle.xyz,
+        weights,
+        -towards,
+        select(-shading, shading, is_front),
+        color,
+        is_front,
+        is_front || material.flags.y == 1u,
+        material.flags.z == 0u || color.a >= material.numbers.x
+    );
+}
+
+// The direction from which a mirror would show the eye its light.
+fn mirrored(s: Surface) -> vec3f {
+    return normalize(2.0 * dot(s.normal, s.view) * s.normal - s.view);
+}
+
+fn color_at(material: Material, corner: vec3u, weights: vec3f) -> vec4f {
+    let a = paints[corner.x];
+    let b = paints[corner.y];
+    let c = paints[corner.z];
+    var color = material.base_color * (weights.x * a.color + weights.y * b.color + weights.z * c.color);
+    if material.flags.x > 0u {
+        let sets = weights.x * a.uvs + weights.y * b.uvs + weights.z * c.uvs;
+        let uv = vec3f(select(sets.xy, sets.zw, material.flags.x == 2u), 1.0);
+        color *= picture_at(material.picture, vec2f(dot(material.u_row.xyz, uv), dot(material.v_row.xyz, uv)));
+    }
+    return color;
+}
+
+// Bilinear in linear light, `lobe_scene::Texture::sample`.
+fn picture_at(picture: vec4u, uv: vec2f) -> vec4f {
+    let x = neighbors(uv.x, i32(picture.y), picture.w % 3u);
+    let y = neighbors(uv.y, i32(picture.z), picture.w / 3u);
+    let above = mix(picture_texel(picture, x.low, y.low), picture_texel(picture, x.high, y.low), x.f);
+    let below = mix(picture_texel(picture, x.low, y.high), picture_texel(picture, x.high, y.high), x.f);
+    return mix(above, below, y.f);
+}
+
+struct Neighbors {
+    low: i32,
+    high: i32,
+    f: f32,
+}
+
+fn neighbors(coordinate: f32, size: i32, wrap: u32) -> Neighbors {
+    var u = coordinate;
+    switch wrap {
+        case 0u: { u = u - floor(u); }
+        case 1u: { u = u - 2.0 * floor(0.5 * u); }
+        default: { u = clamp(u, 0.0, 1.0); }
+    }
+    let x = u * f32(size) - 0.5;
+    let below = floor(x);
+    return Neighbors(continued(i32(below), size, wrap), continued(i32(below) + 1, size, wrap), x - below);
+}
+
+// Of a texel from -1 on: remainders of negative numbers are undefined in OpenGL.
+fn continued(k: i32, size: i32, wrap: u32) -> i32 {
+    switch wrap {
+        case 0u: { return (k + size) % size; }
+        case 1u: {
+            let period = 2 * size;
+            let j = (k + period) % period;
+            return select(period - 1 - j, j, j < size);
+        }
+        default: { return clamp(k, 0, size - 1); }
+    }
+}
+
+fn picture_texel(picture: vec4u, x: i32, y: i32) -> vec4f {
+    let s = unpack4x8unorm(texels[picture.x + u32(y) * picture.y + u32(x)]);
+    let linear = select(pow((s.rgb + 0.055) / 1.055, vec3f(2.4)), s.rgb / 12.92, s.rgb <= vec3f(0.04045));
+    return vec4f(linear, s.a);
+}

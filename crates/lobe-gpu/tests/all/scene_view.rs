@@ -1,0 +1,304 @@
+//! Pictures of scenes against those by rays.
+
+use lobe_env::{CubeMap, DfgTable, EnvMap, PrefilterOptions, RoughnessLevels, prefilter_ggx, project_env};
+use lobe_gpu::{
+    BenchReport, Camera, Environment, GlossyLobe, GpuError, SceneView, SceneViewOptions, SplitSum, Storage,
+    SurfaceShading, TurntableOptions, render_turntable,
+};
+use lobe_image::{Curve, Exposure, Picture, Tone};
+use lobe_io::Job;
+use lobe_prt::{BakeOptions, Lightmap, Receivers, bake, bake_matrices};
+use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap, built_in};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+
+use crate::device;
+use crate::traced::{Eye, Seen, traced};
+
+const SIZE: [u32; 2] = [96, 72];
+const HALF_ANGLE: f64 = 0.3;
+
+fn sky() -> EnvMap {
+    // A bright spot over a gradient: smooth, so that no texel's edge decides.
+    EnvMap::from_fn(64, 32, |s| {
+        let spot = (8.0 * (s.dot(Dir::from_angles(0.8, 0.5)) - 1.0)).exp() as f32;
+        Rgb::new(0.3 + 2.0 * spot, 0.4 + 1.8 * spot + 0.2 * s.y() as f32, 0.6 + 1.5 * spot + 0.3 * s.z() as f32)
+    })
+}
+
+/// The same camera for the device and for rays: it frames the scene.
+fn cameras(scene: &Scene) -> (Camera, Eye) {
+    let [min, max] = scene.world_bounds();
+    let e = Dir::from_angles(1.1, -0.6);
+    let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
+    let distance = half.iter().map(|c| c * c).sum::<f64>().sqrt() / HALF_ANGLE.sin();
+    let target: [f64; 3] = std::array::from_fn(|k| min[k] + half[k]);
+    let eye = std::array::from_fn(|k| target[k] + distance * e.to_array()[k]);
+    let framing = Camera::framing([min, max], e, HALF_ANGLE).unwrap();
+    (framing, Eye { eye, target, half_angle: HALF_ANGLE })
+}
+
+const RAYS: [usize; 3] = [SIZE[0] as usize, SIZE[1] as usize, 2];
+
+fn options() -> SceneViewOptions {
+    SceneViewOptions::default().width(SIZE[0]).height(SIZE[1])
+}
+
+/// Pixels that differ by more than 1e-3 of the brightest, as a part of all; these are cut by an edge.
+fn differing(found: &Picture, expected: &Picture) -> f64 {
+    let brightest = expected.pixels().iter().flatten().fold(0.0_f32, |most, c| most.max(c.abs()));
+    let differs =
+        |(f, e): (&[f32; 3], &[f32; 3])| (0..3).any(|c| f[c].is_nan() || (f[c] - e[c]).abs() > 1e-3 * brightest);
+    let pixels = found.pixels().iter().zip(expected.pixels());
+    pixels.filter(|pair| differs(*pair)).count() as f64 / expected.pixels().len() as f64
+}
+
+/// No more than this part of the pixels differs: those where an edge passes so near to a sample that the grid to which the
+/// device snaps corners decides.
+const AT_EDGES: f64 = 4e-3;
+
+fn check(what: &str, view: &SceneView, expected: &Picture) {
+    view.render().unwrap();
+    let found = view.picture().unwrap();
+    let part = differing(&found, expected);
+    if let Some(folder) = std::env::var_os("LOBE_GPU_PICTURES") {
+        let folder = std::path::Path::new(&folder);
+        for (name, picture) in [("gpu", &found), ("cpu", expected)] {
+            picture.write_png(folder.join(format!("{what} {name}.png")), &Tone::PLAIN).unwrap();
+        }
+    }
+    assert!(part <= AT_EDGES, "{what}: {part} of the pixels differ\n{}", view.renderer());
+}
+
+#[test]
+fn a_picture_by_irradiance_is_that_of_the_processor() {
+    let Some(context) = device("a_picture_by_irradiance_is_that_of_the_processor") else { return };
+    let (scene, sky) = (painted(), sky());
+    let (gpu, cpu) = cameras(&scene);
+    let environment = Environment::from(&*sky);
+    let turn = Rotation::from_axis_angle(Dir::Z, 0.7);
+    for order in [3, 5] {
+        let light = project_env(&sky, order);
+        let view = SceneView::new(&context, &scene, &SurfaceShading::Irradiance(order), Some(&environment), &options())
+            .unwrap();
+        view.set_camera(&gpu).unwrap();
+        for turn in [Rotation::IDENTITY, turn] {
+            let light = turn.rotated(&light);
+            view.set_light(&light).unwrap();
+            view.turn_backdrop(&turn).unwrap();
+            let back = turn.inverse();
+            let background = |s| sky.radiance(back.rotate_dir(s)).widen();
+            let irradiance = convolved(&light, &Zonal::clamped_cosine(order));
+            let shade = |s: &Seen<'_>| (s.albedo * irradiance.eval(s.normal)).scale(std::f64::consts::FRAC_1_PI);
+            let expected = traced(&scene, cpu, RAYS, background, shade);
+            check(&format!("irradiance {order} {}", back == turn), &view, &expected);
+        }
+    }
+}
+
+/// Boxes with a texture that is turned, vertex colors, holes and a side that is not double-sided.
+fn painted() -> Scene {
+    let quad = |name: &str, at: f32, material: usize, colors: Vec<[f32; 4]>| {
+        Mesh::new(MeshParts {
+            name: name.into(),
+            positions: vec![[-1.0, -1.0, at], [1.0, -1.0, at], [1.0, 1.0, at], [-1.0, 1.0, at + 0.3]],
+            normals: vec![[0.0, 0.0, 1.0], [0.1, 0.0, 0.995], [0.0, 0.3, 0.954], [0.0, 0.0, 1.0]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            uvs: [vec![[0.0, 0.0], [2.5, 0.0], [2.5, 1.5], [0.0, 1.5]], Vec::new()],
+            colors,
+            material: Some(material),
+            ..MeshParts::default()
+        })
+        .unwrap()
+    };
+    let texels = (0..64_u32).map(|i| [(i * 37 % 256) as u8, (i * 91 % 256) as u8, 128, (i * 53 % 256) as u8]).collect();
+    let texture = Texture::new(8, 8, texels, [Wrap::Mirror, Wrap::Repeat]);
+    let used = TextureUse { texture: 0, uv_set: 0, uv_map: [[0.6, 0.2, 0.1], [-0.2, 0.6, -0.3]] };
+    let textured = Material { base_color_texture: Some(used), ..Material::WHITE };
+    let one_sided = Material { double_sided: false, ..Material::matte("one-sided", [0.8, 0.5, 0.2]) };
+    let colors = vec![[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [1.0; 4]];
+    let meshes = vec![quad("textured", 0.0, 0, Vec::new()), quad("colors", 1.0, 1, colors)];
+    Scene::new(meshes, vec![textured, one_sided], vec![texture]).unwrap()
+}
+
+#[test]
+fn pictures_by_transfer_are_those_of_the_processor() {
+    let Some(context) = device("pictures_by_transfer_are_those_of_the_processor") else { return };
+    let (scene, sky) = (built_in::ball_over_ground(16), sky());
+    let light: ShVec<Rgb<f64>> = project_env(&sky, 4);
+    let (gpu, cpu) = cameras(&scene);
+    let bake_options = BakeOptions::default().order(4).samples(64);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let bvh = Bvh::new(&scene);
+    let (transfer, _) = bake(&scene, &bvh, &receivers, &bake_options, Job::default()).unwrap();
+    let values = transfer.exit_radiance(light.coefficients());
+    let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
+    let environment = Environment::from(&*sky);
+    let view = SceneView::new(&context, &scene, &shading, Some(&environment), &options()).unwrap();
+    view.set_camera(&gpu).unwrap();
+    view.set_light(&light).unwrap();
+    let background = |s| sky.radiance(s).widen();
+    let shade = |s: &Seen<'_>| if s.is_front { s.at_corners(&values) } else { Rgb::ZERO };
+    let expected = traced(&scene, cpu, RAYS, background, shade);
+    check("transfer", &view, &expected);
+    // The display of that picture.
+    for curve in [Curve::Clip, Curve::Reinhard { white: 2.0 }] {
+        let tone = Tone { exposure: Exposure::Fixed(0.8), curve };
+        view.set_tone(&tone).unwrap();
+        view.render().unwrap();
+        let (found, expected) = (view.display().unwrap(), tone.to_bytes(&view.picture().unwrap()));
+        let worst = found.iter().zip(&expected).map(|(f, e)| f.abs_diff(*e)).max().unwrap();
+        assert!(found.len() == expected.len() && worst <= 1, "{curve:?}: bytes differ by {worst}");
+    }
+}
+
+#[test]
+fn glossy_pictures_are_those_of_the_processor() {
+    let Some(context) = device("glossy_pictures_are_those_of_the_processor") else { return };
+    let (scene, sky) = (built_in::ball_over_ground(12), sky());
+    let order = 3;
+    let light: ShVec<Rgb<f64>> = project_env(&sky, order);
+    let (gpu, cpu) = cameras(&scene);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let bvh = Bvh::new(&scene);
+    let bake_options = BakeOptions::default().order(order).samples(32);
+    let (matrices, _) = bake_matrices(&scene, &bvh, &receivers, &bake_options, Job::default()).unwrap();
+    let dfg = DfgTable::new(64);
+    for (what, lobe, zonal) in [
+        ("phong", GlossyLobe::Phong(8.0), Zonal::phong(order, 8.0)),
+        ("ggx", GlossyLobe::Ggx(0.25), Zonal::ggx(order, 0.25)),
+    ] {
+        let shading = SurfaceShading::Glossy(&matrices, lobe, Storage::F32);
+        let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
+        view.set_camera(&gpu).unwrap();
+        view.set_light(&light).unwrap();
+        let blurred: Vec<ShVec<Rgb<f64>>> =
+            (0..matrices.points()).map(|p| convolved(&matrices.incident(p, light.coefficients()), &zonal)).collect();
+        let shade = |s: &Seen<'_>| {
+            if !s.is_front {
+                return Rgb::ZERO;
+            }
+            let sum = s.blended(|corner| blurred[corner].eval(s.reflected()), |sum, value, w| *sum += value.scale(w));
+            let cosine = s.normal.dot(s.view).max(0.0);
+            let albedo = if what == "phong" { s.albedo } else { dfg.lookup(cosine, 0.5).reflectance(s.albedo) };
+            albedo * sum
+        };
+        let expected = traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade);
+        check(what, &view, &expected);
+    }
+}
+
+#[test]
+fn reflections_of_the_environment_are_those_of_the_processor() {
+    let Some(context) = device("reflections_of_the_environment_are_those_of_the_processor") else { return };
+    let (scene, sky) = (built_in::ball_over_ground(16), sky());
+    let (gpu, cpu) = cameras(&scene);
+    let prefilter = PrefilterOptions::default().size(16).last_size(4);
+    let cube = CubeMap::from_fn(16, |s| sky.radiance(s));
+    let levels = prefilter_ggx(&cube, &prefilter, Job::default()).unwrap();
+    let dfg = DfgTable::new(32);
+    let split =
+        SplitSum { environment: Environment::of_levels(&levels, RoughnessLevels::Linear).unwrap(), dfg: dfg.clone() };
+    let environment = Environment::from(&*sky);
+    let view = SceneView::new(&context, &scene, &SurfaceShading::Specular(&split, 0.5), Some(&environment), &options())
+        .unwrap();
+    view.set_camera(&gpu).unwrap();
+    let middle = levels.levels().len() / 2;
+    assert_eq!(levels.levels().len(), 3, "roughness 0.5 is the middle of three levels");
+    let shade = |s: &Seen<'_>| {
+        let g: Rgb<f64> = levels.levels()[middle].radiance(s.reflected()).widen();
+        g * dfg.lookup(s.normal.dot(s.view), 0.5).reflectance(s.albedo)
+    };
+    let background = |s| sky.radiance(s).widen();
+    let expected = traced(&scene, cpu, RAYS, background, shade);
+    check("specular", &view, &expected);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_an_error() {
+    let Some(context) = device("what_cannot_be_drawn_is_an_error") else { return };
+    let scene = built_in::ball_over_ground(8);
+    let shading = SurfaceShading::Irradiance(3);
+    for bad in [options().width(0), options().height(0), options().rays(0), options().width(1 << 20)] {
+        assert!(SceneView::new(&context, &scene, &shading, None, &bad).is_err(), "{bad:?}");
+    }
+    let transfer = lobe_prt::Transfer::new(2, lobe_prt::Channels::Gray, vec![0.0; 8]).unwrap();
+    let other = SurfaceShading::Vertices(&transfer, Storage::F32);
+    let error = SceneView::new(&context, &scene, &other, None, &options()).expect_err("two receivers");
+    assert!(error.to_string().contains("found 2"), "{error}");
+    assert!(Camera::look_at([0.0; 3], [0.0; 3], 0.3).is_none(), "an eye where it looks");
+}
+
+#[test]
+fn a_lightmap_is_looked_up_as_on_the_processor() {
+    let Some(context) = device("a_lightmap_is_looked_up_as_on_the_processor") else { return };
+    let (scene, sky) = (unfolded(), sky());
+    let width = 24;
+    let lightmap = Lightmap::new(&scene, width).unwrap();
+    let mut random = lobe_testkit::Random::new(4);
+    let numbers = random.signed_vec(9 * width * width).into_iter().map(|x| x as f32).collect();
+    let transfer = lobe_prt::Transfer::new(3, lobe_prt::Channels::Gray, numbers).unwrap();
+    let light: ShVec<Rgb<f64>> = project_env(&sky, 3);
+    let values = transfer.exit_radiance(light.coefficients());
+    let (gpu, cpu) = cameras(&scene);
+    let shading = SurfaceShading::Lightmap(&transfer, &lightmap, Storage::F32);
+    let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
+    view.set_camera(&gpu).unwrap();
+    view.set_light(&light).unwrap();
+    let shade = |s: &Seen<'_>| {
+        let mut sum = Rgb::<f64>::ZERO;
+        for (texel, weight) in lightmap.texels_at(&scene, &s.hit) {
+            sum += values[texel].widen().scale(weight);
+        }
+        if s.is_front { sum } else { Rgb::ZERO }
+    };
+    let expected = traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade);
+    check("lightmap", &view, &expected);
+}
+
+/// Two squares, each with half of the lightmap: two charts.
+fn unfolded() -> Scene {
+    let quad = |name: &str, z: f32, u: f32| {
+        Mesh::new(MeshParts {
+            name: name.into(),
+            positions: vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z + 0.4], [-1.0, 1.0, z]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            uvs: [vec![[u, 0.0], [u + 0.45, 0.0], [u + 0.45, 0.9], [u, 0.9]], Vec::new()],
+            ..MeshParts::default()
+        })
+        .unwrap()
+    };
+    Scene::new(vec![quad("below", 0.0, 0.02), quad("above", 1.0, 0.52)], Vec::new(), Vec::new()).unwrap()
+}
+
+#[test]
+fn a_turntable_hands_out_its_frames_and_stops_when_told() {
+    let Some(context) = device("a_turntable_hands_out_its_frames_and_stops_when_told") else { return };
+    let (scene, sky) = (built_in::ball_over_ground(8), sky());
+    let light: ShVec<Rgb<f64>> = project_env(&sky, 3);
+    let view = SceneView::new(&context, &scene, &SurfaceShading::Irradiance(3), None, &options()).unwrap();
+    view.set_camera(&cameras(&scene).0).unwrap();
+    let turntable = TurntableOptions::default().frames(4).step(std::f64::consts::PI);
+    let mut frames = Vec::new();
+    let keep = |_, picture, _: &Tone| {
+        frames.push(picture);
+        Ok(())
+    };
+    render_turntable(&view, &light, &turntable, keep, Job::default()).unwrap();
+    assert_eq!(frames.len(), 4, "frames");
+    assert!(differing(&frames[2], &frames[0]) < 1e-9, "a whole turn is none");
+    assert!(differing(&frames[1], &frames[0]) > 0.01, "half a turn shows on the ball");
+    let mut seen = 0;
+    let mut watch = |progress: &lobe_io::Progress| {
+        if progress.done == 2 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+    };
+    let count = |_, _, _: &Tone| {
+        seen += 1;
+        Ok(())
+    };
+    let stopped = render_turntable(&view, &light, &turntable, count, Job::default().watched_by(&mut watch));
+    assert!(matches!(stopped, Err(GpuError::Cancelled)) && seen == 2, "{stopped:?} after {seen}");
+    let report = BenchReport::of_view(&view, 2).unwrap();
+    let names: Vec<&str> = report.passes.iter().map(|pass| pass.name.as_str()).collect();
+    assert_eq!(names, ["surfaces", "resolve", "tone"], "{report}");
+    assert_eq!(report.to_string().lines().count(), 6, "{report}");
+}
