@@ -1,6 +1,6 @@
 //! Matte receivers on the device.
 
-use lobe_prt::{Channels, CompressedTransfer, Transfer, Weights};
+use lobe_prt::{Channels, CompressedTransfer, Transfer, TableWeights};
 use lobe_sh::Rgb;
 
 use crate::lookup::basis::check_order;
@@ -174,8 +174,8 @@ pub(crate) fn add_clustered(
     add_passes(renderer, &kernel, "light", &bases, "cluster colors")?;
     // The receivers.
     let in_word = match table.weights() {
-        Weights::U8(_) => 4,
-        Weights::U16(_) => 2,
+        TableWeights::U8(_) => 4,
+        TableWeights::U16(_) => 2,
         _ => 1,
     };
     let components = table.components();
@@ -184,9 +184,9 @@ pub(crate) fn add_clustered(
         out.push(u32::from(table.clusters()[r]));
         let places = r * components..(r + 1) * components;
         match table.weights() {
-            Weights::U8(w) => out.extend(w[places].chunks(4).map(|q| word(q.iter().map(|q| u32::from(*q)), 8))),
-            Weights::U16(w) => out.extend(w[places].chunks(2).map(|q| word(q.iter().map(|q| u32::from(*q)), 16))),
-            Weights::F32(w) => out.extend(w[places].iter().map(|w| w.to_bits())),
+            TableWeights::U8(w) => out.extend(w[places].chunks(4).map(|q| word(q.iter().map(|q| u32::from(*q)), 8))),
+            TableWeights::U16(w) => out.extend(w[places].chunks(2).map(|q| word(q.iter().map(|q| u32::from(*q)), 16))),
+            TableWeights::F32(w) => out.extend(w[places].iter().map(|w| w.to_bits())),
             other => unreachable!("weights of {:?}", other.bits()),
         }
     };
