@@ -6,7 +6,7 @@ use lobe_scene::{Material, Scene};
 use lobe_sh::{Rgb, Rotation, ShVec};
 
 use crate::lookup::environment::{Environment, EnvironmentShape};
-use crate::renderer::drawing::{DEPTH, Depth, Drawing, LIGHT};
+use crate::renderer::drawing::{DEPTH, Depth, Drawing};
 use crate::renderer::kernel::Slot;
 use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
@@ -80,7 +80,7 @@ impl SceneView {
         renderer.uniform("camera", &camera.shape(origin, samples))?;
         add_scene(&mut renderer, scene)?;
         let shading = shading.prepare(&mut renderer, scene)?;
-        renderer.target("samples", samples, LIGHT)?;
+        renderer.target("samples", samples, context.light_format())?;
         renderer.target("depth", samples, DEPTH)?;
         if let Some(environment) = backdrop {
             add_backdrop(&mut renderer, environment)?;
@@ -172,19 +172,20 @@ fn add_backdrop(renderer: &mut Renderer, environment: &Environment) -> Result<()
     environment.add_to(renderer, "sky")?;
     let slots = [Slot::Uniform, Slot::Texture, Slot::Uniform];
     let shader = environment.constants(Shader::new(&["backdrop"]));
-    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, LIGHT, Depth::None)?;
+    let format = renderer.context().light_format();
+    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, format, Depth::None)?;
     let pass = Pass::draw("backdrop", &drawing, 3, true).read("camera").read("sky").read("sky shape");
     renderer.add(pass.write("samples"))
 }
 
 fn add_surfaces(renderer: &mut Renderer, shading: &Prepared, scene: &Scene, clear: bool) -> Result<(), GpuError> {
-    let corners = 3 * scene.triangle_count() as u32;
+    let (corners, format) = (3 * scene.triangle_count() as u32, renderer.context().light_format());
     let draw = |drawing: &Drawing| Pass::draw("surfaces", drawing, corners, clear).read("camera");
     let has_holes = scene.materials().iter().any(Material::has_holes);
     let pass = if shading.is_of_vertices && !has_holes {
         let slots = [Slot::Uniform, Slot::Read, Slot::Read];
         let shader = Shader::new(&["draw_vertices"]);
-        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, LIGHT, Depth::Tested)?;
+        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, format, Depth::Tested)?;
         renderer.upload_indices("indices", &indices(scene))?;
         draw(&drawing).read("vertices").read("radiance").by_indices("indices")
     } else {
@@ -192,7 +193,7 @@ fn add_surfaces(renderer: &mut Renderer, shading: &Prepared, scene: &Scene, clea
         let mut slots = vec![Slot::Uniform];
         slots.extend([Slot::Read; SURFACE.len()]);
         slots.extend(shading.reads.iter().map(|(_, slot)| *slot));
-        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, LIGHT, Depth::Tested)?;
+        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, format, Depth::Tested)?;
         let names = SURFACE.into_iter().chain(shading.reads.iter().map(|(name, _)| *name));
         names.fold(draw(&drawing), Pass::read)
     };
@@ -210,12 +211,13 @@ fn indices(scene: &Scene) -> Vec<u32> {
 }
 
 fn add_display(renderer: &mut Renderer, size: [u32; 2], rays: u32) -> Result<(), GpuError> {
+    let format = renderer.context().light_format();
     renderer.uniform("rays", &[rays, 0, 0, 0])?;
     renderer.uniform("tone", &[0.0_f32; 4])?;
-    renderer.target("picture", size, LIGHT)?;
+    renderer.target("picture", size, format)?;
     renderer.target("display", size, DISPLAY)?;
     let slots = [Slot::Uniform, Slot::Texture];
-    let resolve = Drawing::new(renderer.context(), "resolve", &Shader::new(&["resolve"]), &slots, LIGHT, Depth::None)?;
+    let resolve = Drawing::new(renderer.context(), "resolve", &Shader::new(&["resolve"]), &slots, format, Depth::None)?;
     renderer.add(Pass::draw("resolve", &resolve, 3, true).read("rays").read("samples").write("picture"))?;
     let tone = Drawing::new(renderer.context(), "tone", &Shader::new(&["tone"]), &slots, DISPLAY, Depth::None)?;
     renderer.add(Pass::draw("tone", &tone, 3, true).read("tone").read("picture").write("display"))
