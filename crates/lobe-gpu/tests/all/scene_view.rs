@@ -142,6 +142,12 @@ fn pictures_by_transfer_are_those_of_the_processor() {
     let shade = |s: &Seen<'_>| if s.is_front { s.at_corners(&values) } else { Rgb::ZERO };
     let expected = traced(&scene, cpu, RAYS, background, shade);
     check("transfer", &view, &expected);
+    // One sample a pixel, without the pass that takes means.
+    let one = SceneView::new(&context, &scene, &shading, Some(&environment), &options().rays(1)).unwrap();
+    one.set_camera(&gpu).unwrap();
+    one.set_light(&light).unwrap();
+    check("transfer one", &one, &traced(&scene, cpu, [RAYS[0], RAYS[1], 1], background, shade));
+    assert!(one.renderer().passes().all(|pass| pass.name() != "resolve"), "{}", one.renderer());
     // The display of that picture.
     for curve in [Curve::Clip, Curve::Reinhard { white: 2.0 }] {
         let tone = Tone { exposure: Exposure::Fixed(0.8), curve };
