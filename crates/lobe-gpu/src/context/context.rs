@@ -23,6 +23,7 @@ pub struct Context {
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
     max_storage_binding: u64,
+    light_format: wgpu::TextureFormat,
     faults: Arc<Mutex<Faults>>,
     programs: Arc<Mutex<HashMap<String, Program>>>,
 }
@@ -83,7 +84,9 @@ impl Context {
         };
         let opened = adapter.request_device(&descriptor).await;
         let (device, queue) = opened.map_err(|error| GpuError::device(&info.name, error))?;
-        Ok(Self::watch(device, queue, info, options))
+        let single = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba32Float).allowed_usages;
+        let is_single = single.contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
+        Ok(Self::watch(device, queue, info, is_single, options))
     }
 
     /// A context around a device that another library opened, such as the one of a window.
@@ -93,10 +96,18 @@ impl Context {
     #[must_use]
     pub fn of_device(device: wgpu::Device, queue: wgpu::Queue, options: &ContextOptions) -> Self {
         let info = device.adapter_info();
-        Self::watch(device, queue, info, options)
+        // Only OpenGL does not draw single precision everywhere.
+        let is_single = info.backend != wgpu::Backend::Gl;
+        Self::watch(device, queue, info, is_single, options)
     }
 
-    fn watch(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo, options: &ContextOptions) -> Self {
+    fn watch(
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        info: wgpu::AdapterInfo,
+        is_single: bool,
+        options: &ContextOptions,
+    ) -> Self {
         let faults = Arc::new(Mutex::new(Faults::default()));
         let kept = faults.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -108,7 +119,8 @@ impl Context {
         });
         let limit = device.limits().max_storage_buffer_binding_size;
         let max_storage_binding = options.max_storage_binding.map_or(limit, |most| most.min(limit));
-        Self { device, queue, info, max_storage_binding, faults, programs: Arc::default() }
+        let light_format = if is_single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
+        Self { device, queue, info, max_storage_binding, light_format, faults, programs: Arc::default() }
     }
 
     /// What this crate uses where a device has it: times of passes, and filtered or blended textures of 32-bit floats.
@@ -146,6 +158,13 @@ impl Context {
     #[must_use]
     pub fn max_storage_binding(&self) -> u64 {
         self.max_storage_binding
+    }
+
+    /// The format in which pictures of light are drawn: `Rgba32Float`, or `Rgba16Float` on devices that cannot draw that, as OpenGL
+    /// often. Light above 65504 is infinite there, and colors have eleven bits.
+    #[must_use]
+    pub fn light_format(&self) -> wgpu::TextureFormat {
+        self.light_format
     }
 
     /// What went wrong on the device: its loss at any time, or work it refused since this was asked last.

@@ -1,6 +1,7 @@
 //! Numbers and pictures from the device.
 
 use bytemuck::Pod;
+use half::f16;
 use lobe_image::Picture;
 
 use crate::{Context, GpuError};
@@ -88,14 +89,20 @@ impl Context {
         Ok(rows.flat_map(|row| bytemuck::pod_collect_to_vec::<u8, T>(&row[..(texel * width) as usize])).collect())
     }
 
-    /// The picture in a texture of four `f32` channels, the last of which is left out. Waits for the device.
+    /// The picture in a texture of [light](Context::light_format), whose fourth channel is left out. Waits for the device.
     ///
     /// # Errors
     /// As [`Context::read_texture`].
     pub fn picture(&self, texture: &wgpu::Texture) -> Result<Picture, GpuError> {
-        let texels: Vec<[f32; 4]> = self.read_texture(texture)?;
-        let pixels: Vec<[f32; 3]> = texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
-        Ok(Picture::new(texture.width() as usize, texture.height() as usize, pixels)?)
+        let (width, height) = (texture.width() as usize, texture.height() as usize);
+        let pixels: Vec<[f32; 3]> = if texture.format() == wgpu::TextureFormat::Rgba16Float {
+            let texels: Vec<[u16; 4]> = self.read_texture(texture)?;
+            texels.into_iter().map(|[r, g, b, _]| [r, g, b].map(|c| f16::from_bits(c).to_f32())).collect()
+        } else {
+            let texels: Vec<[f32; 4]> = self.read_texture(texture)?;
+            texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
+        };
+        Ok(Picture::new(width, height, pixels)?)
     }
 
     fn mapped(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {

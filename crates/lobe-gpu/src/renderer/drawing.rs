@@ -7,9 +7,6 @@ use crate::{Context, GpuError};
 /// The format of depth.
 pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// The format of light in pictures.
-pub(crate) const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-
 /// A program of a vertex and a fragment shader, `vertex` and `fragment`.
 #[derive(Clone, Debug)]
 pub(crate) struct Drawing {

@@ -6,7 +6,7 @@ use lobe_scene::{Material, Scene};
 use lobe_sh::{Rgb, Rotation, ShVec};
 
 use crate::lookup::environment::{Environment, EnvironmentShape};
-use crate::renderer::drawing::{DEPTH, Depth, Drawing, LIGHT};
+use crate::renderer::drawing::{DEPTH, Depth, Drawing};
 use crate::renderer::kernel::Slot;
 use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
@@ -43,7 +43,7 @@ impl Default for SceneViewOptions {
 /// only. Pixels differ where an edge passes within a 256th of a pixel of a sample: devices snap corners to such a grid (test
 /// `pictures_by_transfer_are_those_of_the_processor`).
 ///
-/// The passes: those of the shading, `backdrop`, `surfaces`, `resolve`, `tone`. Turning the light uploads `n²` colors.
+/// The passes: those of the shading, `backdrop`, `surfaces`, `resolve` unless a pixel is one sample, `tone`. Turning the light uploads `n²` colors.
 #[derive(Debug)]
 pub struct SceneView {
     renderer: Renderer,
@@ -80,12 +80,14 @@ impl SceneView {
         renderer.uniform("camera", &camera.shape(origin, samples))?;
         add_scene(&mut renderer, scene)?;
         let shading = shading.prepare(&mut renderer, scene)?;
-        renderer.target("samples", samples, LIGHT)?;
+        // One sample a pixel is the picture itself.
+        let target = if rays == 1 { "picture" } else { "samples" };
+        renderer.target(target, samples, context.light_format())?;
         renderer.target("depth", samples, DEPTH)?;
         if let Some(environment) = backdrop {
-            add_backdrop(&mut renderer, environment)?;
+            add_backdrop(&mut renderer, environment, target)?;
         }
-        add_surfaces(&mut renderer, &shading, scene, backdrop.is_none())?;
+        add_surfaces(&mut renderer, &shading, scene, (target, backdrop.is_none()))?;
         add_display(&mut renderer, [width, height], rays)?;
         let backdrop = backdrop.map(Environment::shape);
         let view = Self { renderer, shading, backdrop, origin, options: *options };
@@ -168,23 +170,29 @@ impl SceneView {
     }
 }
 
-fn add_backdrop(renderer: &mut Renderer, environment: &Environment) -> Result<(), GpuError> {
+fn add_backdrop(renderer: &mut Renderer, environment: &Environment, target: &str) -> Result<(), GpuError> {
     environment.add_to(renderer, "sky")?;
     let slots = [Slot::Uniform, Slot::Texture, Slot::Uniform];
     let shader = environment.constants(Shader::new(&["backdrop"]));
-    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, LIGHT, Depth::None)?;
+    let format = renderer.context().light_format();
+    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, format, Depth::None)?;
     let pass = Pass::draw("backdrop", &drawing, 3, true).read("camera").read("sky").read("sky shape");
-    renderer.add(pass.write("samples"))
+    renderer.add(pass.write(target))
 }
 
-fn add_surfaces(renderer: &mut Renderer, shading: &Prepared, scene: &Scene, clear: bool) -> Result<(), GpuError> {
-    let corners = 3 * scene.triangle_count() as u32;
+fn add_surfaces(
+    renderer: &mut Renderer,
+    shading: &Prepared,
+    scene: &Scene,
+    (target, clear): (&str, bool),
+) -> Result<(), GpuError> {
+    let (corners, format) = (3 * scene.triangle_count() as u32, renderer.context().light_format());
     let draw = |drawing: &Drawing| Pass::draw("surfaces", drawing, corners, clear).read("camera");
     let has_holes = scene.materials().iter().any(Material::has_holes);
     let pass = if shading.is_of_vertices && !has_holes {
         let slots = [Slot::Uniform, Slot::Read, Slot::Read];
         let shader = Shader::new(&["draw_vertices"]);
-        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, LIGHT, Depth::Tested)?;
+        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, format, Depth::Tested)?;
         renderer.upload_indices("indices", &indices(scene))?;
         draw(&drawing).read("vertices").read("radiance").by_indices("indices")
     } else {
@@ -192,11 +200,11 @@ fn add_surfaces(renderer: &mut Renderer, shading: &Prepared, scene: &Scene, clea
         let mut slots = vec![Slot::Uniform];
         slots.extend([Slot::Read; SURFACE.len()]);
         slots.extend(shading.reads.iter().map(|(_, slot)| *slot));
-        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, LIGHT, Depth::Tested)?;
+        let drawing = Drawing::new(renderer.context(), "surfaces", &shader, &slots, format, Depth::Tested)?;
         let names = SURFACE.into_iter().chain(shading.reads.iter().map(|(name, _)| *name));
         names.fold(draw(&drawing), Pass::read)
     };
-    renderer.add(pass.write("samples").write("depth"))
+    renderer.add(pass.write(target).write("depth"))
 }
 
 /// The corners of all triangles, by their numbers among all vertices.
@@ -210,13 +218,17 @@ fn indices(scene: &Scene) -> Vec<u32> {
 }
 
 fn add_display(renderer: &mut Renderer, size: [u32; 2], rays: u32) -> Result<(), GpuError> {
-    renderer.uniform("rays", &[rays, 0, 0, 0])?;
+    let format = renderer.context().light_format();
     renderer.uniform("tone", &[0.0_f32; 4])?;
-    renderer.target("picture", size, LIGHT)?;
     renderer.target("display", size, DISPLAY)?;
     let slots = [Slot::Uniform, Slot::Texture];
-    let resolve = Drawing::new(renderer.context(), "resolve", &Shader::new(&["resolve"]), &slots, LIGHT, Depth::None)?;
-    renderer.add(Pass::draw("resolve", &resolve, 3, true).read("rays").read("samples").write("picture"))?;
+    if rays > 1 {
+        renderer.uniform("rays", &[rays, 0, 0, 0])?;
+        renderer.target("picture", size, format)?;
+        let shader = Shader::new(&["resolve"]);
+        let resolve = Drawing::new(renderer.context(), "resolve", &shader, &slots, format, Depth::None)?;
+        renderer.add(Pass::draw("resolve", &resolve, 3, true).read("rays").read("samples").write("picture"))?;
+    }
     let tone = Drawing::new(renderer.context(), "tone", &Shader::new(&["tone"]), &slots, DISPLAY, Depth::None)?;
     renderer.add(Pass::draw("tone", &tone, 3, true).read("tone").read("picture").write("display"))
 }

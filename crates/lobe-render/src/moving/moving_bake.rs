@@ -306,8 +306,8 @@ impl MovingScene {
     /// [`RenderError::Options`] that says of which part.
     pub fn expect_order(&self, order: usize) -> Result<(), RenderError> {
         expect_order(self.parts(), order)?;
-        let made = self.lamps().iter().filter(|lamp| lamp.shape.is_none());
-        made.map(|lamp| lamp.expect_order(order)).collect()
+        let mut made = self.lamps().iter().filter(|lamp| lamp.shape.is_none());
+        made.try_for_each(|lamp| lamp.expect_order(order))
     }
 
     /// The most bytes that the bakes take, each with what those before it have left, and then a moment with its picture's vertices.
