@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use lobe_sh::{Basis, index, len};
+use lobe_sh::{Basis, coefficient_count, coefficient_index};
 
 use super::text::Function;
 
@@ -28,7 +28,7 @@ const DOC: &str = "\
 ";
 
 fn function(text: &mut String, constants: &Basis<f64>, order: usize) {
-    let count = len(order);
+    let count = coefficient_count(order);
     let _ = write!(text, "\nfn basis_{order}(s: vec3f) -> array<f32, {count}> {{\n    var y: array<f32, {count}>;\n");
     if order > 1 {
         text.push_str("    let side = select(1.0, -1.0, s.z < 0.0);\n    let w = s.z * side - 1.0;\n");
@@ -65,11 +65,11 @@ fn column(text: &mut String, constants: &Basis<f64>, order: usize, m: usize) {
         let odd = (l - m) % 2 == 1;
         if m == 0 {
             let side = if odd { " * side" } else { "" };
-            let _ = writeln!(text, "    y[{}] = p_0_{l}{side};", index(l, 0));
+            let _ = writeln!(text, "    y[{}] = p_0_{l}{side};", coefficient_index(l, 0));
         } else {
             let o = if odd { "o" } else { "" };
-            let _ = writeln!(text, "    y[{}] = p_{m}_{l} * c{o}_{m};", index(l, m as isize));
-            let _ = writeln!(text, "    y[{}] = p_{m}_{l} * s{o}_{m};", index(l, -(m as isize)));
+            let _ = writeln!(text, "    y[{}] = p_{m}_{l} * c{o}_{m};", coefficient_index(l, m as isize));
+            let _ = writeln!(text, "    y[{}] = p_{m}_{l} * s{o}_{m};", coefficient_index(l, -(m as isize)));
         }
     }
 }
@@ -91,7 +91,7 @@ pub(super) fn product<'a>(header: &str, functions: impl Iterator<Item = (usize, 
         "\nfn product_1(a: array<f32, 1>, b: array<f32, 1>) -> array<f32, 1> {{\n    return array<f32, 1>(a[0] * b[0] * {first});\n}}\n"
     );
     for (order, function) in functions {
-        let array = format!("array<f32, {}>", len(order));
+        let array = format!("array<f32, {}>", coefficient_count(order));
         let _ = write!(text, "\nfn product_{order}(a: {array}, b: {array}) -> {array} {{\n    var out: {array};\n");
         function.body(&mut text, number);
         text.push_str("    return out;\n}\n");

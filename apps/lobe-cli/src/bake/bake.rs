@@ -207,7 +207,7 @@ impl Bake {
 
     fn glb(&self, scene: &Scene, document: Option<GltfDocument>, talk: Talk) -> anyhow::Result<BakedGlb> {
         if let Some(document) = document {
-            return Ok(BakedGlb::of_document(document, scene)?);
+            return BakedGlb::of_document(document, scene).map_err(|error| anyhow!("{}: {error}", self.input.name()));
         }
         if self.input.is_gltf() {
             let text = "split, so what the file holds beside its triangles, base colors and their textures is left out";

@@ -1,6 +1,6 @@
 //! Matte receivers on the device.
 
-use lobe_prt::{Channels, CompressedTransfer, Transfer, TableWeights};
+use lobe_prt::{Channels, CompressedTransfer, TableWeights, Transfer};
 use lobe_sh::Rgb;
 
 use crate::lookup::basis::check_order;

@@ -61,7 +61,7 @@ impl BakedGlb {
         let mut document = document;
         let earlier = &document.json["asset"]["extras"]["lobe"];
         if !earlier.is_null() {
-            check_version(earlier, "the glTF document")?;
+            check_version(earlier, "the document")?;
         }
         let foreign = || {
             let message = "expected the glTF document that the scene was read with; write the scene itself";

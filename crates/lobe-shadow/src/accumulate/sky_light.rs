@@ -87,7 +87,7 @@ impl SkyLight {
     /// The operator, for shaders: each `j` of which it has a row, and that row, `A_j G_ji` for every `i`: red, green, blue, and
     /// what a white sky of radiance 1 has.
     pub fn operator(&self) -> impl Iterator<Item = (usize, &[[f32; 4]])> {
-        let n = len(self.order);
+        let n = coefficient_count(self.order);
         let rows = self.rows.iter().enumerate();
         rows.filter_map(move |(j, row)| row.map(|row| (j, &self.operator[row * n..][..n])))
     }
