@@ -30,7 +30,7 @@ fn numbers_out_of_range_are_refused_before_any_work() {
     let dir = scene("");
     for (command, expected) in [
         ("spheres t.obj -n 0 -o s.safetensors", "expected a number of spheres from 1"),
-        ("spheres t.obj -n -3 -o s.safetensors", "-n"),
+        ("spheres t.obj -n -3 -o s.safetensors", "a number of spheres"),
         ("spheres t.obj -n many -o s.safetensors", "a number of spheres"),
         ("spheres t.obj -n 4 --points 0 -o s.safetensors", "a number of points"),
         ("spheres table --order 9 -o s.safetensors", "an order (number of bands)"),
