@@ -164,7 +164,7 @@ pub fn write_tensors(
     let entry = serde_json::to_string(&entry).map_err(|e| IoError::invalid(path, e.to_string()))?;
     let mut tensors: Vec<&Tensor<'_>> = tensors.iter().collect();
     tensors.sort_by_key(|tensor| std::cmp::Reverse(tensor.kind().1));
-    let json = padded_json(entry, &tensors);
+    let json = padded_json(&entry, &tensors);
     let written = write_atomically(path, |out| {
         out.write_all(&(json.len() as u64).to_le_bytes())?;
         out.write_all(&json)?;
@@ -173,7 +173,7 @@ pub fn write_tensors(
     written.map_err(|source| IoError::io(path, source))
 }
 
-fn padded_json(entry: String, tensors: &[&Tensor<'_>]) -> Vec<u8> {
+fn padded_json(entry: &str, tensors: &[&Tensor<'_>]) -> Vec<u8> {
     let mut members = Map::from_iter([("__metadata__".to_owned(), json!({ENTRY: entry}))]);
     let mut end = 0;
     for tensor in tensors {

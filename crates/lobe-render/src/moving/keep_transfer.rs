@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use lobe_prt::{BakeOptions, Transfer};
-use lobe_scene::Scene;
+use lobe_scene::{Mesh, Scene};
 use lobe_sh::vector::{Vec3, dot, length, sub};
 
 use crate::moving::kept_transfer::{KeptTransfer, row_width};
@@ -94,7 +94,7 @@ impl MovingScene {
 
 /// A ball around some meshes of a scene.
 fn around(scene: &Scene, meshes: std::ops::Range<usize>) -> Around {
-    let points = || scene.meshes()[meshes.clone()].iter().flat_map(|mesh| mesh.positions()).map(|p| p.map(f64::from));
+    let points = || scene.meshes()[meshes.clone()].iter().flat_map(Mesh::positions).map(|p| p.map(f64::from));
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in points() {
         (min, max) = ([0, 1, 2].map(|k| min[k].min(p[k])), [0, 1, 2].map(|k| max[k].max(p[k])));

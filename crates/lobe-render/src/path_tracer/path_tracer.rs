@@ -310,7 +310,7 @@ impl<'a> PathTracer<'a> {
                 sum += throughput * self.next_event(at, numbers.pair(Purpose::Light.at(bounce)));
             }
             if !self.emitters.is_empty() {
-                sum += throughput * self.from_emitters(at, numbers.pair(Purpose::Emitter.at(bounce)));
+                sum += throughput * self.emitted_light(at, numbers.pair(Purpose::Emitter.at(bounce)));
             }
             // Draw a direction from the BSDF.
             let is_last = bounce == bounces;
@@ -368,7 +368,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// The light that one direction drawn from each emitter brings to an interaction.
-    fn from_emitters(&self, at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
+    fn emitted_light(&self, at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
         let mut sum = Rgb::ZERO;
         for emitter in &self.emitters {
             let Some(sample) = emitter.sample(at.origin.map(f64::from), numbers) else { continue };
