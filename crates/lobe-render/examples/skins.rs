@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER);
         let spheres = SphereFitOptions::default().count(count.max(1));
         let mut moving = bare.clone();
-        let bake = MovingBakeOptions::default().transfer(transfer).spheres(spheres);
+        let bake = MovingBakeOptions::default().transfer(transfer).spheres(spheres).deformed_spheres(None);
         moving.bake(MovingMethod::Exponentials, &bake, Job::default())?;
         if count == 0 {
             moving = moving.without_occluders();

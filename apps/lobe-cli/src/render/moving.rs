@@ -104,7 +104,7 @@ pub(crate) struct MovingInput {
     /// squared [default: grid]
     #[arg(long, value_name = "grid|optimal-linear|hybrid", value_parser = fast_exponential)]
     exponential: Option<ExpMethod>,
-    /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 16]
+    /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 64 and 16]
     #[arg(long, value_name = "K", value_parser = spheres)]
     spheres: Option<usize>,
     /// fields, shexp: light that spheres send on, one bounce
@@ -309,9 +309,11 @@ impl MovingInput {
         let bake = MovingBakeOptions::default();
         let (spheres, visibility) = (bake.spheres.clone(), bake.visibility.clone());
         let (count, points) = (self.spheres.unwrap_or(spheres.count), self.still_points.unwrap_or(visibility.points));
+        let deformed = self.spheres.or(bake.deformed_spheres);
         bake.transfer(transfer.clone().albedo(AlbedoMode::None))
             .field(FieldOptions::default().order(transfer.order))
             .spheres(spheres.count(count))
+            .deformed_spheres(deformed)
             .visibility(VisibilityGridOptions::default().order(transfer.order).points(points))
             .still_hides(points > 0)
     }

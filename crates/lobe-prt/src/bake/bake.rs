@@ -45,8 +45,8 @@ use crate::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, StoredTransf
 ///
 /// # Errors
 /// [`PrtError::Options`] if an option is out of its range or the tree is of another scene; [`PrtError::Cancelled`] if
-/// the job was told to stop. With a checkpoint, [`PrtError::Checkpoint`] if it cannot be written or the disk has no room for
-/// it, or if it is that of another bake, no checkpoint, or in use.
+/// the job was told to stop. With a checkpoint, [`PrtError::Io`] if it cannot be written or the disk has no room for it
+/// and [`PrtError::Invalid`] if it is that of another bake, no checkpoint, or in use.
 pub fn bake(
     scene: &Scene,
     bvh: &Bvh,

@@ -25,8 +25,8 @@ impl Checkpoint {
     /// Opens the checkpoint of a bake, or makes one of its final size.
     ///
     /// # Errors
-    /// [`PrtError::Checkpoint`] if it cannot be written or the disk has no room for all of it, or if it is that of another
-    /// bake, or none, or in use.
+    /// [`PrtError::Io`] if it cannot be written or the disk has no room for all of it; [`PrtError::Invalid`] if it is
+    /// that of another bake, or none, or in use.
     pub(crate) fn open<E: Estimator>(
         path: &Path,
         estimator: &E,

@@ -2,7 +2,7 @@
 
 use crate::{Moment, MovingScene, RenderError};
 
-/// Moments of a [`MovingScene`], one at a time. The tree over the triangles is [refit](Bvh::update) from moment to moment, which
+/// Moments of a [`MovingScene`], one at a time. The tree over the triangles is [refit](lobe_scene::Bvh::update) from moment to moment, which
 /// takes a small part of the time of building it, and built anew where it is worn. Asked for the same time again, it gives the
 /// same moment.
 ///

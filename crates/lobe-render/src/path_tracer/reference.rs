@@ -69,8 +69,8 @@ const KIND: u64 = 16;
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels or fewer than two sets of paths, [`RenderError::Cancelled`] if
-/// the watch of the job said to stop, [`RenderError::Checkpoint`] if the file is that of another picture, or none, or in
-/// use, or cannot be read or written.
+/// the watch of the job said to stop, [`RenderError::Invalid`] if the file is that of another picture, or none, or in
+/// use, [`RenderError::Io`] if it cannot be read or written.
 pub fn render_truth(
     scene: &Scene,
     bvh: &Bvh,

@@ -25,7 +25,12 @@ fn options() -> MovingBakeOptions {
     let field = FieldOptions::default().order(ORDER).spheres(8).cells(8).rays(256);
     let spheres = SphereFitOptions::default().count(8).samples(800).rounds(4);
     let visibility = VisibilityGridOptions::default().order(ORDER).points(64).rays(64);
-    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).visibility(visibility)
+    MovingBakeOptions::default()
+        .transfer(transfer)
+        .field(field)
+        .spheres(spheres)
+        .deformed_spheres(None)
+        .visibility(visibility)
 }
 
 fn shading(method: MovingMethod) -> MovingShading {

@@ -24,7 +24,12 @@ fn options() -> MovingBakeOptions {
     let field = FieldOptions::default().order(ORDER).spheres(6).cells(6).rays(128);
     let spheres = SphereFitOptions::default().count(4).samples(400).rounds(3);
     let visibility = VisibilityGridOptions::default().order(ORDER).points(216).rays(256);
-    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).visibility(visibility)
+    MovingBakeOptions::default()
+        .transfer(transfer)
+        .field(field)
+        .spheres(spheres)
+        .deformed_spheres(None)
+        .visibility(visibility)
 }
 
 fn shading(method: MovingMethod) -> MovingShading {

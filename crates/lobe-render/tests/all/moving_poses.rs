@@ -224,7 +224,7 @@ fn lit(moving: &mut MovingScene, method: MovingMethod, time: f64) -> Vec<Rgb<f32
     let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(64);
     let field = FieldOptions::default().order(ORDER).spheres(6).cells(6).rays(128);
     let spheres = SphereFitOptions::default().count(6).samples(400).rounds(2);
-    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres);
+    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).deformed_spheres(None);
     moving.bake(method, &options, Job::default()).unwrap();
     let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(method)).unwrap();
     let light = project_env(&bundled::sunset().map(), ORDER);
