@@ -46,7 +46,7 @@ fn with_square(change: impl FnOnce(&mut Value)) -> Dir {
 /// The refusal of a file, which names the file and leaves nothing behind.
 fn refusal(dir: &Dir, name: &str) -> String {
     let before = dir.names();
-    let line = dir.lobe(&format!("bake {name} -o out.glb")).error();
+    let line = dir.lobe(&format!("bake {name} -o out.glb --quiet")).error();
     assert_eq!(dir.names(), before, "files after {line}");
     line.strip_prefix(&format!("{name}: ")).unwrap_or_else(|| panic!("the file is not named: {line}")).to_owned()
 }
