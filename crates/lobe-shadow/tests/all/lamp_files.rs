@@ -88,10 +88,10 @@ fn damaged_lamps_are_refused_in_one_line() {
         (0, r#"\"order\":3"#, r#"\"order\":9"#, "an order of 1 to 8, found 9"),
         (0, r#"\"radius\":0.5"#, r#"\"radius\":0.0"#, "radius above 0"),
         (0, r#"\"shape\":\"ball\""#, r#"\"shape\":\"bulb\""#, "the entry lobe of its metadata is wrong"),
-        (1, r#"\"spheres\":4"#, r#"\"spheres\":5"#, "expected a tensor rows of F32 [126, 3, 12]"),
-        (2, r#"\"patches\":[2,1]"#, r#"\"patches\":[1,1]"#, "expected a tensor patches of F32 [1, 101, 12]"),
-        (2, r#"\"patches\":[2,1]"#, r#"\"patches\":[2,0]"#, "expected a tensor patches of F32 [0, 101, 12]"),
-        (2, r#"\"pictures\":2"#, r#"\"pictures\":3"#, "expected a tensor radiance of F32 [3, 2, 3]"),
+        (1, r#"\"spheres\":4"#, r#"\"spheres\":5"#, "expected a tensor rows of shape [126, 3, 12]"),
+        (2, r#"\"patches\":[2,1]"#, r#"\"patches\":[1,1]"#, "expected a tensor patches of shape [1, 101, 12]"),
+        (2, r#"\"patches\":[2,1]"#, r#"\"patches\":[2,0]"#, "expected a tensor patches of shape [0, 101, 12]"),
+        (2, r#"\"pictures\":2"#, r#"\"pictures\":3"#, "expected a tensor radiance of shape [3, 2, 3]"),
         (2, r#"\"per_second\":2.0"#, r#"\"per_second\":0.0"#, "pictures in a second above 0"),
     ] {
         let message = refusal(&with(&files[k], from, to));

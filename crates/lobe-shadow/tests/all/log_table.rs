@@ -98,7 +98,7 @@ fn damaged_files_are_refused_in_one_line() {
         ("version\\\":1", "version\\\":7", "expected version 1"),
         ("fit_end\\\":0.", "fit_end\\\":9.", "end between 0.001 and 0.75"),
         ("order\\\":2", "order\\\":9", "from 1 to 8, found 9"),
-        ("order\\\":2", "order\\\":3", "does not fit the order"),
+        ("order\\\":2", "order\\\":3", "expected a tensor rows of shape [any, 3], found"),
     ] {
         assert!(text.contains(from), "{from} in {text}");
         let place = 8 + text.find(from).unwrap();

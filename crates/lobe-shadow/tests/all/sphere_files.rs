@@ -73,7 +73,7 @@ fn damaged_files_are_refused_in_one_line() {
         ("\"lobe\":", "\"else\":", "s: expected tensors of lobe-spheres, found none of Lobe's"),
         ("\"radii\":{", "\"other\":{", "s: expected a tensor radii, found none"),
         ("\"weights\":{", "\"other\":{", "s: expected a tensor weights, found none"),
-        ("[2,3]", "[3,2]", "s: expected a tensor centers of F32 [any, 3], found F32 [3, 2]"),
+        ("[2,3]", "[3,2]", "s: expected a tensor centers of shape [any, 3], found [3, 2]"),
     ] {
         assert_eq!(changed(&file, from, to), expected, "{from} as {to}");
     }
