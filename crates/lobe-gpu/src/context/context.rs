@@ -123,7 +123,7 @@ impl Context {
         Self { device, queue, info, max_storage_binding, light_format, faults, programs: Arc::default() }
     }
 
-    /// What this crate uses where a device has it: times of passes, and filtered or blended textures of 32-bit floats.
+    /// What this crate uses where a device has it: times of passes.
     #[must_use]
     pub fn optional_features() -> wgpu::Features {
         wgpu::Features::TIMESTAMP_QUERY

@@ -16,7 +16,7 @@ struct Sphere {
     share_2: vec4f,
 }
 
-// FIT coefficients of a polynomial for each band, then rows of the table for equal steps of 1 - cos.
+// FIT coefficients of a polynomial for each band, as in lobe-shadow/accumulate/log_table, then rows of the table for equal steps of 1 - cos.
 const FIT = 8u;
 
 struct Sizes {
@@ -35,7 +35,8 @@ struct Sizes {
 @group(0) @binding(4) var<storage, read> grid: array<f32>;
 @group(0) @binding(5) var<storage, read_write> visibility: array<f32>;
 
-// The height at which a sinking sphere counts, as a part of that of its top.
+// The height at which a sinking sphere counts, as a part of that of its top, and the least square of a distance, as in
+// lobe-shadow/accumulate/aim.
 const SUNK = 0.25;
 const NO_DISTANCE = 1e-30;
 

@@ -1,4 +1,4 @@
-//! Files of sphere sets and their hierarchies, whole and damaged.
+//! Files of sphere sets, whole and damaged.
 
 use std::fs;
 
